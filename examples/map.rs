@@ -9,15 +9,16 @@ use std::sync::Arc;
 
 use kinetostat::{
     Event, Grid, Machine, MillingForce, Source, Target, Work,
+    answer::Scene,
     questions::map::{self, WorkspaceMapStudy},
 };
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let machine = Machine::named("orthoglide")?;
-    let study = WorkspaceMapStudy {
+    let grid = Grid::new(machine.workspace.min, machine.workspace.max, [9, 9, 9]);
+    let scene = Scene {
         // Each chain turned by so many degrees about the axis of its drive.
         errors: machine.assembly_errors(&[1.0, -1.0, 1.0]),
-        grid: Grid::new(machine.workspace.min, machine.workspace.max, [9, 9, 9]),
         force: MillingForce::PAPER,
         // Tool angles, rad: the worst of them counts.
         phis: (0..36).map(|i| f64::from(10 * i).to_radians()).collect(),
@@ -26,6 +27,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         not_used: Vec::new(),
         machine,
     };
+    let study = WorkspaceMapStudy { scene, grid };
 
     // Any range of points, such as the share of one machine of several.
     for point in map::run_range(&study, 0..2, &Work::default())? {

@@ -187,7 +187,7 @@ fn one_point(kind: StudyKind) {
     match kind {
         StudyKind::WorkspaceMap(mut map, _) => {
             map.grid.axes.iter_mut().for_each(|axis| axis.truncate(1));
-            map.phis.truncate(1);
+            map.scene.phis.truncate(1);
             for (_, effect) in map::run(&map, &Work::default()).expect("nothing stops it").points[0].effects.iter() {
                 match effect {
                     Ok(effect) => {
@@ -202,7 +202,7 @@ fn one_point(kind: StudyKind) {
         StudyKind::Online(study, ()) => first_point(&study.path),
         StudyKind::TurnMap(mut map, _) => {
             map.grid.axes.iter_mut().for_each(|axis| axis.truncate(1));
-            map.phis.truncate(1);
+            map.scene.phis.truncate(1);
             map.axes.truncate(1);
             map.turn.step_deg = map.turn.step_deg.max(90.0);
             if let Ok(found) = turn_map::run(&map, &Work::default()) {

@@ -1,4 +1,8 @@
-//! What every answer is made with: the run and its output, cautions, and words for sources of error.
+//! What every question is made with, and of which its answer is derived: a scene, a list of quantities, tables and maps of them.
+//!
+//! A question names each number that it computes once, as a [`Quantity`] with unit, meaning and how it is had of what was found.
+//! Columns of tables ([`TableOf`]), layers of pages, labels of figures ([`GridMap`]), extremes and their JSON ([`Extremes`]) follow
+//! from that; setting, cautions and description follow from the [`Scene`].
 
 #[cfg(feature = "report")]
 pub mod cautions;
@@ -7,20 +11,52 @@ pub(crate) mod command_columns;
 #[cfg(feature = "report")]
 pub(crate) mod deflected_pose;
 #[cfg(feature = "report")]
+mod drives;
+#[cfg(feature = "report")]
+mod extremes;
+#[cfg(feature = "report")]
+mod grid_map;
+#[cfg(feature = "report")]
 pub(crate) mod grid_slices;
 pub(crate) mod halton;
 #[cfg(feature = "report")]
+mod of_sources;
+#[cfg(feature = "report")]
 mod output;
+mod overlapped;
 #[cfg(feature = "report")]
 pub(crate) mod point_words;
 #[cfg(feature = "report")]
+mod quantity;
+#[cfg(feature = "report")]
 mod said;
+mod scene;
 #[cfg(feature = "report")]
-pub(crate) mod source_group;
+mod setting;
 #[cfg(feature = "report")]
-pub(crate) mod source_words;
+mod table_of;
+#[cfg(feature = "report")]
+mod tolerance;
 
 #[cfg(feature = "report")]
+pub(crate) use drives::OfDrives;
+#[cfg(feature = "report")]
+pub(crate) use extremes::{Found, OfQuantities};
+#[cfg(feature = "report")]
+pub(crate) use grid_map::{Drawn, GridMap};
+#[cfg(feature = "report")]
+pub(crate) use of_sources::{acting, source_group};
+#[cfg(feature = "report")]
 pub use output::{Output, Run};
+pub(crate) use overlapped::overlapped;
+#[cfg(feature = "report")]
+pub(crate) use quantity::{FoundOr, Quantity, layers};
 #[cfg(feature = "report")]
 pub use said::Said;
+pub use scene::{Scene, Shown};
+#[cfg(feature = "report")]
+pub(crate) use setting::{direction, size_words, tool_axis_fact, tool_axis_words};
+#[cfg(feature = "report")]
+pub(crate) use table_of::{Streams, TableOf, status_cells};
+#[cfg(feature = "report")]
+pub(crate) use tolerance::{ShareWithin, Tolerance};

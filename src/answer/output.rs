@@ -17,6 +17,7 @@ use crate::{
 };
 use crate::{
     input::error::{Error, Result},
+    simulation::Failure,
     work::Work,
 };
 
@@ -72,6 +73,31 @@ pub struct Output {
 }
 
 impl Output {
+    /// An answer of a summary and a page, without tables and figures.
+    pub fn of(settings: Value, statuses: Vec<StatusCount>, summary: Value, page: Description) -> Self {
+        Self {
+            settings,
+            statuses,
+            is_answered: None,
+            tables: Vec::new(),
+            streamed: Default::default(),
+            summary,
+            figures: Vec::new(),
+            page,
+            bent: None,
+            details: String::new(),
+            best_place: None,
+        }
+    }
+
+    /// That there is no answer, and why, without tables.
+    pub(crate) fn failed(settings: Value, failure: Failure, page: Description) -> Self {
+        let Failure { status, reason } = failure;
+        let summary = json!({ "schema": 1, "status": status, "reason": reason });
+        let statuses = Manifest::count([&*status].into_iter());
+        Self { is_answered: Some(false), details: reason, ..Self::of(settings, statuses, summary, page) }
+    }
+
     /// Whether everything that was asked is answered.
     pub(crate) fn is_complete(&self) -> bool {
         self.is_answered.unwrap_or_else(|| self.statuses.iter().all(StatusCount::is_solved))

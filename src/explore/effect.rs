@@ -4,7 +4,6 @@ use serde::{Deserialize, Serialize};
 
 use super::Explorer;
 use crate::{
-    compensation::Demand,
     input::{
         check::LARGEST,
         error::{Error, Result},
@@ -12,7 +11,6 @@ use crate::{
     machine::{Skeleton, Zeroed},
     questions::map::WorkspaceMapStudy,
     simulation::{Failure, Machines, SOLVED, Source, settled::settled},
-    spatial::Wrench,
 };
 
 /// A map, and the machines that answer for its sources.
@@ -53,15 +51,13 @@ pub struct EffectAnswer {
 
 impl Map {
     pub(super) fn new(study: WorkspaceMapStudy) -> Result<Self> {
-        Ok(Self { machines: Machines::new(&study.machine, &study.errors)?, study })
+        Ok(Self { machines: Machines::new(&study.scene.machine, &study.scene.errors)?, study })
     }
 
     fn effect(&self, asked: &EffectAsked, phi: Option<f64>) -> std::result::Result<EffectAnswer, Failure> {
-        let Self { study, machines } = self;
-        let pose = study.machine.command(asked.position.into())?.pose;
-        let force = |phi: f64| study.force.wrench(phi, &study.machine.tool_at(&pose.rotation));
-        let load = phi.map_or(Wrench::zero(), force);
-        let demand = Demand { pose, load, target: study.target, wanted: None, external: None };
+        let Self { study: WorkspaceMapStudy { scene, .. }, machines } = self;
+        let pose = scene.machine.command(asked.position.into())?.pose;
+        let demand = scene.demand(pose, phi);
         let found = settled(machines, asked.source, &demand)?;
         let commanding = machines.commanding(asked.source);
         // Weight itself is measured from the rigid machine.

@@ -5,7 +5,10 @@ use std::{ffi::OsStr, path::Path};
 use serde::Serialize;
 
 use super::{Foreign, Recorded, may_replace};
-use crate::input::{error::Result, file};
+use crate::{
+    input::{error::Result, file},
+    simulation::is_answer,
+};
 
 /// A longer file is no manifest, bytes.
 const LONGEST: u64 = 16 << 20;
@@ -19,13 +22,10 @@ pub struct StatusCount {
     pub rows: usize,
 }
 
-/// Statuses of rows that are what was asked for.
-const SOLVED: [&str; 3] = ["solved", "converged", "applied"];
-
 impl StatusCount {
     /// Whether these rows are what was asked for.
     pub fn is_solved(&self) -> bool {
-        SOLVED.contains(&self.status.as_str())
+        is_answer(&self.status)
     }
 
     /// What an answer that rests on part of the rows begins with, such as "445 of 1029 not solved: 300 slow, 145

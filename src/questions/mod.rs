@@ -11,6 +11,8 @@ mod question;
 pub(crate) mod resolve;
 pub(crate) mod spec;
 
+#[cfg(feature = "report")]
+pub use question::Answered;
 pub use question::{Given, Overrides, Question, Resolved, Template};
 
 use std::{cell::Cell, path::Path};

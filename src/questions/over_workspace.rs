@@ -5,33 +5,15 @@ use nalgebra::Vector3;
 
 use super::{Given, Overrides, spec::ProcessRef};
 use crate::{
+    answer::{Scene, Shown},
     compensation::Target,
     input::{Inputs, check::Check, error::Result},
-    machine::{ChainError, Machine},
-    process::{MillingForce, cutting::CuttingLaw},
+    process::cutting::CuttingLaw,
     spatial::Grid,
 };
 
 /// Step between tool angles over one turn where a study does not say it, degrees.
 const PHI_STEP_DEG: f64 = 10.0;
-
-/// What acts on a machine everywhere in its workspace.
-pub(super) struct Acting {
-    /// The nominal machine with the tool of the process.
-    pub machine: Machine,
-    pub force: MillingForce,
-    /// Tool angles φ of one turn, rad.
-    pub phis: Vec<f64>,
-    pub errors: Vec<ChainError>,
-    /// What compensation holds on the path.
-    pub target: Target,
-    /// How far the tool may be from where it should be, mm.
-    pub tolerance_mm: Option<f64>,
-    /// Tables of the process that the study has no use for.
-    pub not_used: Vec<&'static str>,
-    /// Files it comes from.
-    pub inputs: Inputs,
-}
 
 /// What a study says in its own keys.
 pub(super) struct OwnKeys {
@@ -40,8 +22,8 @@ pub(super) struct OwnKeys {
     pub uses_target: bool,
 }
 
-/// The process of a study over the workspace.
-pub(super) fn acting(given: &Given<'_>, own: OwnKeys) -> Result<Acting> {
+/// The scene of a study over the workspace, and the files that it comes from.
+pub(super) fn scene(given: &Given<'_>, own: OwnKeys) -> Result<(Scene, Inputs)> {
     let process = given.process(None, &given.check)?;
     let CuttingLaw::PathFrame(frame) = process.cutting else {
         let problem = format!(
@@ -62,7 +44,7 @@ pub(super) fn acting(given: &Given<'_>, own: OwnKeys) -> Result<Acting> {
         let problem = format!("{} has no use for it", given.name);
         return given.check.root().key("process").key(table).fail(problem);
     }
-    Ok(Acting {
+    let scene = Scene {
         not_used,
         force: frame.force,
         phis: tool_angles(own.phi_step_deg.unwrap_or(PHI_STEP_DEG), &given.check.key("phi_step_deg"))?,
@@ -70,8 +52,8 @@ pub(super) fn acting(given: &Given<'_>, own: OwnKeys) -> Result<Acting> {
         machine: process.machine,
         target: process.target,
         tolerance_mm: process.tolerance_mm,
-        inputs: process.inputs,
-    })
+    };
+    Ok((scene, process.inputs))
 }
 
 /// The tool angles of one turn in steps of `step` degrees, rad.
@@ -91,14 +73,24 @@ pub(super) fn grid_input(counts: impl std::fmt::Debug) -> Inputs {
     Inputs::of("grid", format!("{counts:?}"))
 }
 
-/// The box of a map: the machine's workspace unless both corners are given. `check` is the place of the map.
-pub(super) fn map_box(
-    min_mm: Option<[f64; 3]>,
-    max_mm: Option<[f64; 3]>,
-    machine: &Machine,
-    check: &Check,
-) -> Result<[Vector3<f64>; 2]> {
-    corners_or(min_mm, max_mm, [machine.workspace.min, machine.workspace.max], check)
+/// What a study says of the places of its map.
+pub(super) struct Region<'a> {
+    pub min_mm: Option<[f64; 3]>,
+    pub max_mm: Option<[f64; 3]>,
+    pub grid: [usize; 3],
+    pub slices_z_mm: &'a [f64],
+}
+
+impl Region<'_> {
+    /// The grid over its box, or over `default` if it has none, of at most so many points; what is drawn of it; and its size as an input.
+    pub fn checked(self, given: &Given<'_>, default: [Vector3<f64>; 2], most: usize) -> Result<(Grid, Shown, Inputs)> {
+        let check = &given.check;
+        let corners = corners_or(self.min_mm, self.max_mm, default, check)?;
+        let grid = box_grid(corners, self.grid, given.overrides, (most, check))?;
+        let shown = Shown { slices_z: slice_heights(self.slices_z_mm, corners, check)? };
+        let size = grid_input(grid.counts());
+        Ok((grid, shown, size))
+    }
 }
 
 /// The box between two corners, or `default` if neither is given.
@@ -137,7 +129,7 @@ pub(super) fn box_grid(
 }
 
 /// Heights of the slices of a map over a box; `check` is the place of the map.
-pub(super) fn slice_heights(heights: &[f64], [min, max]: [Vector3<f64>; 2], check: &Check) -> Result<Vec<f64>> {
+fn slice_heights(heights: &[f64], [min, max]: [Vector3<f64>; 2], check: &Check) -> Result<Vec<f64>> {
     let check = check.key("slices_z_mm");
     if heights.is_empty() || heights.len() > 6 {
         return check.fail(format!("must name 1 to 6 heights, got {}", heights.len()));

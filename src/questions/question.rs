@@ -56,12 +56,15 @@ pub trait Question: Sized {
     /// # Errors
     /// Of the work.
     fn compute(&self, work: &Work) -> Result<()>;
+}
 
-    /// Computes it and makes what it leaves in its folder.
+/// A question that leaves an answer in a folder.
+#[cfg(feature = "report")]
+pub trait Answered: Question {
+    /// Computes it and makes what it leaves.
     ///
     /// # Errors
     /// Of the work; files that cannot be written.
-    #[cfg(feature = "report")]
     fn answer(&self, shown: &Self::Shown, run: &crate::answer::Run<'_>) -> Result<crate::answer::Output>;
 }
 
@@ -344,7 +347,7 @@ macro_rules! questions {
 
             #[cfg(feature = "report")]
             pub(crate) fn answer(&self, run: &crate::answer::Run<'_>) -> Result<crate::answer::Output> {
-                match self { $($(#[$gate])* StudyKind::$kind(study, shown) => study.answer(shown, run),)* }
+                match self { $($(#[$gate])* StudyKind::$kind(study, shown) => question::Answered::answer(&**study, shown, run),)* }
             }
         }
     };

@@ -5,15 +5,17 @@ pub mod along_path;
 pub mod blocks;
 pub mod demands;
 pub(crate) mod external_axes;
-mod failure;
 pub(crate) mod led_along;
 mod path_blocks;
 mod path_sums;
 pub(crate) mod program_file;
 pub(crate) mod settled;
 pub(crate) mod sources;
+mod status;
 pub(crate) mod within_limits;
 
-pub use failure::{Failure, SOLVED, status_of};
 pub use program_file::{ProgramFile, Sent};
 pub use sources::{BySource, Machines, ROUNDING_MM, Source, settings};
+pub use status::{Failure, SOLVED, status_of};
+#[cfg(feature = "report")]
+pub(crate) use status::{STATUSES, is_answer};

@@ -67,35 +67,10 @@ impl Source {
         }
     }
 
-    /// The beginning of a sentence that says how far the tool is moved.
-    #[cfg(feature = "report")]
-    pub(crate) fn moves(self, machine: &Machine) -> String {
-        let own = machine.own_forces().unwrap_or("weight");
-        match self {
-            Source::Cutting => "The cutting force alone moves the tool".into(),
-            Source::Weight if machine.zeroed == Zeroed::AtRest => {
-                format!(
-                    "Its {own}, which {} taken as zeroed, {}",
-                    if own == "weight" { "is" } else { "are" },
-                    moves(own)
-                )
-            }
-            Source::Weight => format!("Its {own} alone {}", moves(own)),
-            Source::Errors => "Chain errors alone move it".into(),
-            Source::All if Self::parts(machine).len() > 2 => "All together move it".into(),
-            Source::All => "Both together move it".into(),
-        }
-    }
-
     /// Whether the cutting force acts.
     pub fn has_cutting_force(self) -> bool {
         matches!(self, Source::Cutting | Source::All)
     }
-}
-
-#[cfg(feature = "report")]
-fn moves(own_forces: &str) -> &'static str {
-    if own_forces == "weight" { "moves it" } else { "move it" }
 }
 
 /// A value for each source of a machine, in table order.

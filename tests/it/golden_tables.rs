@@ -36,7 +36,7 @@ fn open(name: &str, overrides: &Overrides) -> StudyKind {
 fn workspace_map_is_the_golden_one() {
     let overrides = Overrides { grid: Some([2, 2, 2]), ..Overrides::default() };
     let StudyKind::WorkspaceMap(map, _) = open("01_workspace_map", &overrides) else { panic!("a workspace map") };
-    let table = table(&map.machine, &map::run(&map, &Work::default()).unwrap().points);
+    let table = table(&map.scene.machine, &map::run(&map, &Work::default()).unwrap().points);
     check("01_workspace_map", &text(&table), MAP_TOLERANCE);
 }
 
@@ -90,7 +90,7 @@ fn superposition_is_the_golden_one() {
     let overrides = Overrides { grid: Some([2, 2, 2]), ..Overrides::default() };
     let StudyKind::Superposition(mut study, _) = open("05_superposition", &overrides) else { panic!("superposition") };
     // A quarter of the tool angles, as tables are long.
-    study.phis = study.phis.into_iter().step_by(4).collect();
+    study.scene.phis = study.scene.phis.into_iter().step_by(4).collect();
     let results = superposition::run(&study, &Work::default()).unwrap();
     for (name, tolerance, table) in [
         ("map", DEPARTURE_TOLERANCE, superposition_report::map_table(&results.points)),

@@ -7,7 +7,6 @@ use std::{
     process::{Command, Output},
 };
 
-
 fn command(arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_kinetostat"));
     command.args(arguments);

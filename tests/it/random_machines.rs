@@ -7,6 +7,7 @@ use crate::support::{
     random_machine::{RandomMachine, random_arm, random_machine},
 };
 use kinetostat::{
+    answer::Scene,
     compensation::{self, Demand, Method, Session, Target, compensate},
     inspect::machine_check,
     machine::{Chain, ChainError, Configuration, Machine, Motion, SpringLaw},
@@ -290,16 +291,16 @@ fn check_compensation(machine: &Machine, trial: &Trial, at: &Configuration) {
 
 fn check_map(machine: &Machine, trial: &Trial) {
     let (min, max) = (machine.workspace.min, machine.workspace.max);
-    let study = WorkspaceMapStudy {
+    let scene = Scene {
         machine: machine.clone(),
         errors: trial.chain_errors(machine),
-        grid: Grid::new(min, max, [2; 3]),
         force: MillingForce::PAPER,
         tolerance_mm: None,
         not_used: Vec::new(),
         phis: vec![0.0, 2.0],
         target: Target::ToolTip,
     };
+    let study = WorkspaceMapStudy { scene, grid: Grid::new(min, max, [2; 3]) };
     for point in map::run(&study, &Work::default()).unwrap().points {
         for (_, effect) in point.effects.iter() {
             match effect {

@@ -35,9 +35,9 @@ fn arm(force_n: f64, compensate: &str) -> WorkspaceMapStudy {
     }
 }
 
-fn summary(map: &WorkspaceMap) -> Summary {
-    let mut summary = Summary::default();
-    map.points.iter().for_each(|point| summary.add(&map.study, point));
+fn summary(map: &WorkspaceMap) -> Summary<'_> {
+    let mut summary = Summary::new(&map.study);
+    map.points.iter().for_each(|point| summary.add(point));
     summary
 }
 
@@ -59,7 +59,7 @@ fn a_deflection_is_shown_where_its_correction_is_not() {
     // Straight ahead, the first drive stands at 0 and must go to -1 deg; on the right, it cannot go at all.
     let file = Path::new(FOLDER).join("tests/machines/kr270.toml");
     let arm = std::fs::read_to_string(file).unwrap().replace("[-185.0, 185.0]", "[-0.5, 60.0]");
-    study.machine = Machine::from_toml(&arm, "kr270.toml").unwrap();
+    study.scene.machine = Machine::from_toml(&arm, "kr270.toml").unwrap();
     let map = run(&study, &Work::default()).unwrap();
     for point in &map.points {
         let ahead = point.position_mm[1] == 0.0;
@@ -69,17 +69,17 @@ fn a_deflection_is_shown_where_its_correction_is_not() {
             _ => ["solved"; 3],
         };
         assert_eq!(
-            Source::of(&map.study.machine).iter().map(|source| point.status(*source)).collect::<Vec<_>>(),
+            Source::of(&map.study.scene.machine).iter().map(|source| point.status(*source)).collect::<Vec<_>>(),
             expected,
             "{:?}",
             point.position_mm
         );
         assert_eq!(point.effect(Source::All).is_some(), point.position_mm[1] >= 0.0);
     }
-    let table = table(&study.machine, &map.points);
+    let table = table(&study.scene.machine, &map.points);
     let column = |name: &str| table.columns().iter().position(|column| column.name == name).unwrap();
     let known = |row: &Vec<Cell>, name: &str| row[column(name)] != Cell::Missing;
-    let correction = format!("delta_rho_{}_deg", study.machine.drive_labels()[0]);
+    let correction = format!("delta_rho_{}_deg", study.scene.machine.drive_labels()[0]);
     let (mut whole, mut in_part) = (0, 0);
     for row in table.rows() {
         let has = |name: &str| known(row, name);
@@ -92,7 +92,7 @@ fn a_deflection_is_shown_where_its_correction_is_not() {
     }
     // Of 9 points on each side and ahead.
     assert_eq!((whole, in_part), (9 + 27, 18));
-    let (said, json) = (text(&summary(&map), &study).cautions, summary(&map).json());
+    let (said, json) = (text(&summary(&map)).cautions, summary(&map).json());
     assert!(said.contains("At 18 rows the correction is missing; the deflection is known."), "{said}");
     assert_eq!((json["rows"].as_u64(), json["rows_solved"].as_u64()), (Some(81), Some(36)));
 }
@@ -103,7 +103,7 @@ fn what_is_known_at_hardly_any_point_has_no_best_and_worst() {
     // One point in reach of 125.
     study.grid = Grid::new(Vector3::new(1600.0, 0.0, 1000.0), Vector3::new(9000.0, 8000.0, 9000.0), [5, 5, 5]);
     let map = run(&study, &Work::default()).unwrap();
-    let said = text(&summary(&map), &study).details();
+    let said = text(&summary(&map)).details();
     let known = map.points.iter().filter(|point| point.effect(Source::All).is_some()).count();
     assert!((1..=6).contains(&known), "{known}");
     assert!(!said.contains("at the best place"), "{said}");

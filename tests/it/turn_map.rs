@@ -34,23 +34,24 @@ fn map(study: &TurnMapStudy) -> TurnMap {
 
 /// The largest deflection over the directions of the force with the platform turned so, by the machine led there on its own.
 fn alone(study: &TurnMapStudy, point: &TurnMapPoint, at: &AtTurn) -> f64 {
-    let machine = at.branch.map_or_else(|| study.machine.clone(), |branch| study.machine.on_branch(branch).unwrap());
-    let machines = Machines::new(&machine, &study.errors).unwrap();
+    let machine =
+        at.branch.map_or_else(|| study.scene.machine.clone(), |branch| study.scene.machine.on_branch(branch).unwrap());
+    let machines = Machines::new(&machine, &study.scene.errors).unwrap();
     let axis = study.axes[point.axis];
-    let placed = Placement::default().on(&study.machine.home.pose.rotation, &study.machine.tool());
+    let placed = Placement::default().on(&study.scene.machine.home.pose.rotation, &study.scene.machine.tool());
     let placed = placed.oriented(&Orientation::ToolAxis(axis));
     let turned = rotation_exp(-axis * at.turn_deg.to_radians()) * placed.orientation();
     let placed = placed.turned(&turned);
     let pose = placed.platform_pose(point.position_mm.into());
     assert!((pose.rotation * machine.tool_axes.column(2) + axis).norm() < 1e-9);
     let deflection = |phi: f64| {
-        let force = frame_about(-axis) * PathFrame { force: study.force }.force.force(phi);
+        let force = frame_about(-axis) * PathFrame { force: study.scene.force }.force.force(phi);
         let load = placed.wrench(&kinetostat::toolpath::Load { force_N: force, moment_Nmm: Vector3::zeros() });
         let demand = Demand { pose, load, target: Target::ToolTip, wanted: None, external: None };
         let mut session = machines.session(Source::All);
         compensate(&mut session, &demand, Method::None).position_error.norm()
     };
-    study.phis.iter().map(|phi| deflection(*phi)).fold(0.0, f64::max)
+    study.scene.phis.iter().map(|phi| deflection(*phi)).fold(0.0, f64::max)
 }
 
 #[test]

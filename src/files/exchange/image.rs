@@ -1,7 +1,7 @@
 //! Maps on a grid as VTK image data (`.vti`), which ParaView opens.
 //!
 //! An image has one array per quantity and kind of row of its tables, such as `both/deflection_mm`, and `both/status`, whole
-//! numbers that say at each point whether there is a solution or why not ([`STATUS`]). VTK has no missing values; as
+//! numbers that say at each point whether there is a solution or why not ([`STATUSES`]). VTK has no missing values; as
 //! ParaView does, images put NaN where a number is missing, and only images do. Every array has its status beside it.
 //!
 //! Origin and spacing of an image are of single precision in the crate that writes it (`vti_file`), a millionth of the
@@ -15,27 +15,9 @@ use super::table::{Cell, Column, Kind, Row, SCHEMA, Table};
 use crate::{
     files::OutputFile,
     input::error::{self, Error},
+    simulation::STATUSES,
     spatial::Grid,
 };
-
-/// Statuses of points; their place is their number in images. New ones go to the end.
-pub(crate) const STATUS: [&str; 15] = [
-    "solved",
-    "unreachable",
-    "unstable",
-    "buckled",
-    "singular",
-    "not_converged",
-    "slow",
-    "diverged",
-    "uncontrollable",
-    "bad_step_length",
-    "applied",
-    "reached",
-    "below_to_limit",
-    "no_equilibrium",
-    "snapped",
-];
 
 /// The maps of a study.
 #[derive(Debug, Clone)]
@@ -114,7 +96,7 @@ impl Image {
             json!({ "name": array.name, "unit": array.unit, "components": components })
         });
         let numbers: serde_json::Map<String, Value> =
-            STATUS.iter().enumerate().map(|(number, status)| ((*status).to_string(), json!(number))).collect();
+            STATUSES.iter().enumerate().map(|(number, status)| ((*status).to_string(), json!(number))).collect();
         json!({
             "schema": SCHEMA,
             "points": self.grid.counts(),
@@ -192,7 +174,7 @@ fn number(cell: &Cell) -> f64 {
 }
 
 fn status_number(cell: &Cell) -> io::Result<i32> {
-    let place = |word: &String| STATUS.iter().position(|status| status == word);
+    let place = |word: &String| STATUSES.iter().position(|status| status == word);
     let found = if let Cell::Text(word) = cell { place(word) } else { None };
     let number = found.and_then(|place| i32::try_from(place).ok());
     number.ok_or_else(|| io::Error::other(format!("status {cell:?} has no number in images")))

@@ -154,6 +154,15 @@ impl Table {
         Self { columns, rows }
     }
 
+    /// Adds the rows of a table of the same columns.
+    ///
+    /// # Panics
+    /// Its columns are others, which is a fault of the report that made it.
+    pub fn append(&mut self, other: Table) {
+        assert_eq!(self.columns, other.columns, "columns of a table");
+        self.rows.extend(other.rows);
+    }
+
     /// The columns.
     pub fn columns(&self) -> &[Column] {
         &self.columns

@@ -3,12 +3,10 @@
 use nalgebra::{Matrix6, Vector3, Vector6};
 
 use crate::{
-    files::{
-        table::shown_positions,
-        words::{counted, typographic},
-    },
+    answer::{direction, tool_axis_words},
+    files::{table::shown_positions, words::counted},
     inspect::machine_check::{Droop, Findings, Payload, Softest, Span, Survey},
-    machine::{Clearance, Drive, Geometry, Machine, ToolAxisSource, UnknownStiffness},
+    machine::{Clearance, Drive, Geometry, Machine, UnknownStiffness},
 };
 
 /// The findings as text.
@@ -209,31 +207,6 @@ fn branches_text(machine: &Machine, findings: &Findings) -> String {
 fn position_list(machine: &Machine, drives: &[f64]) -> String {
     let shown = |(rho, (_, drive)): (f64, (usize, &Drive))| drive.motion.position_words(rho);
     shown_positions(machine, drives).into_iter().zip(machine.drives()).map(shown).collect::<Vec<_>>().join(", ")
-}
-
-/// How a tool axis was found that the machine file does not give, in brackets.
-pub(crate) fn tool_axis_words(source: ToolAxisSource) -> &'static str {
-    match source {
-        ToolAxisSource::Given => "",
-        ToolAxisSource::TowardsTip => " (assumed: from P to the tool tip)",
-        ToolAxisSource::PlatformZ => " (assumed: z of the platform, as the tool tip is P)",
-    }
-}
-
-/// The tool axis at home and the signs of forces about it, for pages.
-pub(crate) fn tool_axis_fact(machine: &Machine) -> String {
-    format!(
-        "{} of the base at home, from the spindle to the tip{}; radial pushes the tool along φ, tangential along φ + 90°, \
-         negative axial into the spindle",
-        typographic(&direction((machine.home.pose.rotation * machine.tool_axes).column(2).into())),
-        tool_axis_words(machine.tool_axis_source)
-    )
-}
-
-/// Rounded components of a unit vector, without a minus sign before zero.
-fn direction(v: Vector3<f64>) -> String {
-    let [x, y, z]: [f64; 3] = v.map(|c| (c * 1e3).round() / 1e3 + 0.0).into();
-    format!("({x}, {y}, {z})")
 }
 
 fn stiffness_text(machine: &Machine, findings: &Findings) -> String {

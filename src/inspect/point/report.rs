@@ -4,14 +4,14 @@ use nalgebra::{Matrix6, Vector3};
 use serde_json::{Map, Value, json};
 
 use crate::{
-    answer::cautions,
+    answer::{cautions, tool_axis_words},
     files::{
         table::{shown_positions, tidy_degrees},
         text_table::text_table,
         words::{counted, millimetres, signed},
     },
     inspect::{
-        machine_check::report::{clearance_words, conditioning_words, tool_axis_words},
+        machine_check::report::{clearance_words, conditioning_words},
         point::{PointAnswer, PointLoad, PointQuestion},
     },
     machine::{Drive, Machine, Motion, Unreachable},

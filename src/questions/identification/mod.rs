@@ -14,7 +14,6 @@ mod patterns;
 mod prediction;
 mod profile;
 mod quantile;
-mod question;
 #[cfg(feature = "report")]
 pub mod report;
 mod resolve;

@@ -10,7 +10,8 @@ use super::{
 use crate::{
     input::{Inputs, check::Check, error::Result},
     machine::catalogue,
-    questions::{Given, Overrides, Resolved},
+    questions::{Given, Overrides, Question, Resolved, Template},
+    work::Work,
 };
 
 /// Parts of the measurements if the study does not say how many.
@@ -18,70 +19,100 @@ const FOLDS: usize = 5;
 /// More unknowns have a profile only if the study asks for it: each takes some fits of all others.
 const PROFILED: usize = 20;
 
-pub(super) fn resolve(spec: &IdentificationSpec, given: &Given<'_>) -> Result<Resolved<IdentificationStudy>> {
-    for (name, is_given) in [("points", given.overrides.points.is_some()), ("grid", given.overrides.grid.is_some())] {
-        if is_given {
-            return Overrides::place(name).fail(format!("{} has measurements, and no {name}", given.name));
+impl Question for IdentificationStudy {
+    type Spec = IdentificationSpec;
+    type Shown = ();
+    const NAME: &str = "an identification";
+    const TEMPLATE: Template = Template {
+        name: "identification",
+        about: "Which stiffnesses and other numbers a machine has, by measurements under load",
+        files: &[
+            ("study.toml", include_str!("template/study.toml")),
+            ("measurements.csv", include_str!("template/measurements.csv")),
+        ],
+    };
+    const TABLES: &[&str] = &["parameters", "residuals", "models", "open"];
+
+    fn resolve(spec: &IdentificationSpec, given: &Given<'_>) -> Result<Resolved<Self>> {
+        for (name, is_given) in [("points", given.overrides.points.is_some()), ("grid", given.overrides.grid.is_some())]
+        {
+            if is_given {
+                return Overrides::place(name).fail(format!("{} has measurements, and no {name}", given.name));
+            }
         }
+        let (check, machine) = (&given.check, &given.machine);
+        if let Some(carrier) = &machine.carrier {
+            let problem = format!(
+                "the workpiece carrier {} of machine {} bends as well, which measurements of the tool do not tell: expected a \
+                 machine without [workpiece_carrier]",
+                carrier.name, machine.name
+            );
+            return check.root().key("machine").fail(problem);
+        }
+        let file = given.folder.path(&spec.data).display().to_string();
+        if !given.folder.has(&spec.data) {
+            return check
+                .key("data")
+                .fail(format!("\"{}\" is not a file in the study's folder: there is no {file}", spec.data));
+        }
+        let bytes = given.folder.bytes(&spec.data)?;
+        let measured = measurements::read(&bytes, &file, machine, WhatFor::Readings)?;
+        let found = unknowns(machine, &spec.unknowns, &check.key("unknowns"))?;
+        if measured.iter().all(|own| own.load == own.reference && own.readings.iter().all(Reading::is_change)) {
+            let problem =
+                format!("{file}: no measurement has a load other than its reference load, so that nothing moved");
+            return check.key("data").fail(problem);
+        }
+        let noise = noise(spec, &measured, check)?;
+        let readings: usize = measured.iter().map(|measurement| measurement.readings.len()).sum();
+        let folds = spec.folds.unwrap_or(FOLDS.min(measured.len()));
+        if spec.folds.is_some() && measured.len() < 2 {
+            return check.key("folds").fail("has no effect: there is one measurement, which no other predicts".into());
+        }
+        if spec.folds.is_some() && !(2..=measured.len()).contains(&folds) {
+            let problem = format!("must be from 2 to {}, the number of measurements, got {folds}", measured.len());
+            return check.key("folds").fail(problem);
+        }
+        if noise.is_estimated && readings + spec.prior.len() <= found.len() {
+            let problem = format!(
+                "names {} parameters, but there are {readings} readings: with no std_mm there must be more readings than unknowns",
+                found.len()
+            );
+            return check.key("unknowns").fail(problem);
+        }
+        let machine_text = match catalogue::find(&given.header.machine) {
+            Some(entry) => entry.toml.to_string(),
+            None => given.folder.text(&given.header.machine)?,
+        };
+        let study = IdentificationStudy {
+            machine: machine.clone(),
+            machine_text,
+            data: spec.data.clone(),
+            priors: priors(&spec.prior, &found, &check.key("prior"))?,
+            profile: spec.profile.unwrap_or(found.len() <= PROFILED),
+            alternatives: alternatives(spec, given)?,
+            unknowns: found,
+            measurements: measured,
+            noise,
+            loss: spec.loss,
+            folds,
+        };
+        let text = String::from_utf8_lossy(&bytes).into_owned();
+        Ok(Resolved { study, shown: (), inputs: Inputs::of(&spec.data, text) })
     }
-    let (check, machine) = (&given.check, &given.machine);
-    if let Some(carrier) = &machine.carrier {
-        let problem = format!(
-            "the workpiece carrier {} of machine {} bends as well, which measurements of the tool do not tell: expected a \
-             machine without [workpiece_carrier]",
-            carrier.name, machine.name
-        );
-        return check.root().key("machine").fail(problem);
+
+    fn items(&self) -> (usize, &'static str) {
+        (self.measurements.len(), "measurements")
     }
-    let file = given.folder.path(&spec.data).display().to_string();
-    if !given.folder.has(&spec.data) {
-        return check
-            .key("data")
-            .fail(format!("\"{}\" is not a file in the study's folder: there is no {file}", spec.data));
+
+    /// It is over before it would be divided.
+    fn pieces(&self) -> usize {
+        0
     }
-    let bytes = given.folder.bytes(&spec.data)?;
-    let measured = measurements::read(&bytes, &file, machine, WhatFor::Readings)?;
-    let found = unknowns(machine, &spec.unknowns, &check.key("unknowns"))?;
-    if measured.iter().all(|own| own.load == own.reference && own.readings.iter().all(Reading::is_change)) {
-        let problem = format!("{file}: no measurement has a load other than its reference load, so that nothing moved");
-        return check.key("data").fail(problem);
+
+    fn compute(&self, _: &Work) -> Result<()> {
+        Ok(())
     }
-    let noise = noise(spec, &measured, check)?;
-    let readings: usize = measured.iter().map(|measurement| measurement.readings.len()).sum();
-    let folds = spec.folds.unwrap_or(FOLDS.min(measured.len()));
-    if spec.folds.is_some() && measured.len() < 2 {
-        return check.key("folds").fail("has no effect: there is one measurement, which no other predicts".into());
-    }
-    if spec.folds.is_some() && !(2..=measured.len()).contains(&folds) {
-        let problem = format!("must be from 2 to {}, the number of measurements, got {folds}", measured.len());
-        return check.key("folds").fail(problem);
-    }
-    if noise.is_estimated && readings + spec.prior.len() <= found.len() {
-        let problem = format!(
-            "names {} parameters, but there are {readings} readings: with no std_mm there must be more readings than unknowns",
-            found.len()
-        );
-        return check.key("unknowns").fail(problem);
-    }
-    let machine_text = match catalogue::find(&given.header.machine) {
-        Some(entry) => entry.toml.to_string(),
-        None => given.folder.text(&given.header.machine)?,
-    };
-    let study = IdentificationStudy {
-        machine: machine.clone(),
-        machine_text,
-        data: spec.data.clone(),
-        priors: priors(&spec.prior, &found, &check.key("prior"))?,
-        profile: spec.profile.unwrap_or(found.len() <= PROFILED),
-        alternatives: alternatives(spec, given)?,
-        unknowns: found,
-        measurements: measured,
-        noise,
-        loss: spec.loss,
-        folds,
-    };
-    let text = String::from_utf8_lossy(&bytes).into_owned();
-    Ok(Resolved { study, shown: (), inputs: Inputs::of(&spec.data, text) })
 }
 
 /// Either all noise is known or none, and of rotations beside lengths it is known.

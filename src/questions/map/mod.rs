@@ -1,7 +1,6 @@
 //! The workspace map: on a grid over the workspace, how far the tool moves under the cutting force, with and without
 //! chain errors, what must be commanded instead, and how far superposition departs from the simultaneous model.
 
-mod question;
 #[cfg(feature = "report")]
 pub mod report;
 mod resolve;
@@ -14,12 +13,12 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    compensation::{Compensation, Demand, Method, Session, Target, compensate_batch},
+    answer::{Scene, overlapped},
+    compensation::{Compensation, Demand, Method, Session, compensate_batch},
     input::error,
-    machine::{ChainError, Configuration, Machine, Unreachable},
-    process::MillingForce,
+    machine::{Configuration, Machine, Unreachable},
     simulation::{BySource, Failure, Machines, Source, status_of},
-    spatial::{Grid, Wrench},
+    spatial::Grid,
     statics::{self, Batch, Outcome, State, tool_compliance},
     work::{Event, Work, here},
 };
@@ -27,37 +26,18 @@ use crate::{
 /// A checked workspace-map study.
 #[derive(Debug, Clone)]
 pub struct WorkspaceMapStudy {
-    /// The nominal machine, by which positions are commanded.
-    pub machine: Machine,
-    /// Errors of each chain of the real machine.
-    pub errors: Vec<ChainError>,
+    /// Of what machine, under what.
+    pub scene: Scene,
     /// Where.
     pub grid: Grid,
-    /// The cutting force.
-    pub force: MillingForce,
-    /// Tool angles φ, rad.
-    pub phis: Vec<f64>,
-    /// What compensation puts right.
-    pub target: Target,
-    /// How far the tool may be from where it should be, mm, if the process says it.
-    pub tolerance_mm: Option<f64>,
-    /// Tables of the process that the study has no use for.
-    pub not_used: Vec<&'static str>,
 }
 
 impl WorkspaceMapStudy {
     /// The tool angle of the study nearest to `phi`; rad.
     pub(crate) fn nearest_phi(&self, phi: f64) -> f64 {
         let off = |own: &f64| (own - phi).abs();
-        self.phis.iter().copied().min_by(|a, b| off(a).total_cmp(&off(b))).unwrap_or(phi)
+        self.scene.phis.iter().copied().min_by(|a, b| off(a).total_cmp(&off(b))).unwrap_or(phi)
     }
-}
-
-/// What pictures of a map show.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Shown {
-    /// Heights of the slices drawn, mm.
-    pub slices_z: Vec<f64>,
 }
 
 /// What a source does at a grid point, worst over φ.
@@ -142,7 +122,7 @@ const MOST_ANGLES: usize = 1 << 18;
 
 /// Points of a block: a multiple of those solved side by side.
 fn block_size(study: &WorkspaceMapStudy) -> usize {
-    let points = (MOST_ANGLES / study.phis.len().max(1)).min(MOST_POINTS);
+    let points = (MOST_ANGLES / study.scene.phis.len().max(1)).min(MOST_POINTS);
     (points / Batch::WIDTH).max(1) * Batch::WIDTH
 }
 
@@ -154,21 +134,15 @@ fn block_size(study: &WorkspaceMapStudy) -> usize {
 pub fn run_in_blocks(
     study: &WorkspaceMapStudy,
     work: &Work,
-    mut take: impl FnMut(Vec<MapPoint>) -> error::Result<()> + Send,
+    take: impl FnMut(Vec<MapPoint>) -> error::Result<()> + Send,
 ) -> error::Result<()> {
-    let machines = Machines::new(&study.machine, &study.errors)?;
-    let total = study.grid.len();
-    let size = block_size(study);
-    let mut done: Option<Vec<MapPoint>> = None;
-    for (number, start) in (0..total).step_by(size).enumerate() {
-        let work = work.dealt(number);
-        let compute = || block(study, &machines, start..total.min(start + size), &work);
-        let (next, taken) =
-            rayon::join(|| work.piece(&start, Vec::len, compute), || done.take().map_or(Ok(()), &mut take));
-        taken?;
-        done = here(next)?;
-    }
-    done.map_or(Ok(()), take)?;
+    let machines = machines(study)?;
+    let (total, size) = (study.grid.len(), block_size(study));
+    let compute = |start: usize| {
+        let work = work.dealt(start / size);
+        here(work.piece(&start, Vec::len, || block(study, &machines, start..total.min(start + size), &work)))
+    };
+    overlapped((0..total).step_by(size), compute, take)?;
     work.gathered()
 }
 
@@ -184,7 +158,11 @@ pub(super) fn blocks(study: &WorkspaceMapStudy) -> usize {
 /// Of `work`.
 pub fn run_range(study: &WorkspaceMapStudy, indices: Range<usize>, work: &Work) -> error::Result<Vec<MapPoint>> {
     let indices = indices.start.min(study.grid.len())..indices.end.min(study.grid.len());
-    block(study, &Machines::new(&study.machine, &study.errors)?, indices, work)
+    block(study, &machines(study)?, indices, work)
+}
+
+fn machines(WorkspaceMapStudy { scene, .. }: &WorkspaceMapStudy) -> error::Result<Machines> {
+    Machines::new(&scene.machine, &scene.errors)
 }
 
 fn block(
@@ -196,7 +174,7 @@ fn block(
     let groups = (0..indices.len().div_ceil(Batch::WIDTH))
         .into_par_iter()
         .map_init(
-            || GroupSolver { study, groups: BySource::of(&study.machine, |source| Group::new(machines, source)) },
+            || GroupSolver { study, groups: BySource::of(&study.scene.machine, |source| Group::new(machines, source)) },
             |solver, group| {
                 work.check()?;
                 let first = indices.start + group * Batch::WIDTH;
@@ -244,10 +222,10 @@ struct GroupSolver<'a> {
 
 impl GroupSolver<'_> {
     fn solve(&mut self, positions: &[Vector3<f64>], work: &Work) -> Vec<MapPoint> {
-        let machine = &self.study.machine;
+        let machine = &self.study.scene.machine;
         let reached: Vec<_> = positions.iter().map(|position| machine.command(*position)).collect();
         let configurations: Vec<&Configuration> = reached.iter().flatten().collect();
-        let phis: Vec<Option<f64>> = self.study.phis.iter().copied().map(Some).collect();
+        let phis: Vec<Option<f64>> = self.study.scene.phis.iter().copied().map(Some).collect();
         let mut turns = BySource::of(machine, |source| {
             let group = &mut self.groups[source];
             for (session, at) in group.plain.iter_mut().zip(&configurations) {
@@ -303,14 +281,10 @@ fn turn(
     configurations: &[&Configuration],
     phis: &[Option<f64>],
 ) -> Vec<Result<Turn, Failure>> {
-    let machine = &study.machine;
+    let machine = &study.scene.machine;
     let mut tallies: Vec<Result<Tally, Failure>> =
         configurations.iter().map(|_| Ok(Tally::new(machine, phis.len()))).collect();
-    let demand_at = |phi: Option<f64>, i: usize| {
-        let pose = configurations[i].pose;
-        let load = phi.map_or(Wrench::zero(), |phi| study.force.wrench(phi, &machine.tool_at(&pose.rotation)));
-        source.demand(&Demand { pose, load, target: study.target, wanted: None, external: None })
-    };
+    let demand_at = |phi: Option<f64>, i: usize| source.demand(&study.scene.demand(configurations[i].pose, phi));
     for (index, &phi) in phis.iter().enumerate() {
         let demand = |i: usize| demand_at(phi, i);
         let command = |sessions: &mut [Session], batch: &mut Batch, method, places: &[usize]| {

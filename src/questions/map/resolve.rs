@@ -1,25 +1,54 @@
-//! From a workspace map as written to a checked study.
+//! A workspace map among the questions, and from a study as written to a checked one.
 
-use super::{Shown, WorkspaceMapStudy, spec::WorkspaceMapSpec};
+use super::{WorkspaceMapStudy, blocks, run_in_blocks, spec::WorkspaceMapSpec};
 use crate::{
+    answer::Shown,
     input::error::Result,
     questions::{
-        Given, Resolved,
-        over_workspace::{Acting, OwnKeys, acting, box_grid, grid_input, map_box, slice_heights},
+        Given, Question, Resolved, Template,
+        over_workspace::{OwnKeys, Region, scene},
     },
+    work::Work,
 };
 
 /// Most points of a map, which is computed in blocks: its table takes about 80 GB.
 const MAX_POINTS: usize = 100_000_000;
 
-pub(super) fn resolve(spec: &WorkspaceMapSpec, given: &Given<'_>) -> Result<Resolved<WorkspaceMapStudy>> {
-    given.overrides.refuse_points(given.name)?;
-    let own = OwnKeys { phi_step_deg: spec.phi_step_deg, uses_target: true };
-    let Acting { machine, force, phis, errors, target, tolerance_mm, not_used, inputs } = acting(given, own)?;
-    let corners = map_box(spec.min_mm, spec.max_mm, &machine, &given.check)?;
-    let grid = box_grid(corners, spec.grid, given.overrides, (MAX_POINTS, &given.check))?;
-    let slices_z = slice_heights(&spec.slices_z_mm, corners, &given.check)?;
-    let inputs = inputs.and(grid_input(grid.counts()));
-    let study = WorkspaceMapStudy { machine, errors, grid, force, phis, target, tolerance_mm, not_used };
-    Ok(Resolved { study, shown: Shown { slices_z }, inputs })
+impl Question for WorkspaceMapStudy {
+    type Spec = WorkspaceMapSpec;
+    type Shown = Shown;
+    const NAME: &str = "a workspace map";
+    const TEMPLATE: Template = Template {
+        name: "map",
+        about: "How far the tool moves over the workspace, and what to command instead",
+        files: &[("study.toml", include_str!("template/study.toml"))],
+    };
+    const TABLES: &[&str] = &["map"];
+
+    fn resolve(spec: &WorkspaceMapSpec, given: &Given<'_>) -> Result<Resolved<Self>> {
+        given.overrides.refuse_points(given.name)?;
+        let own = OwnKeys { phi_step_deg: spec.phi_step_deg, uses_target: true };
+        let (scene, inputs) = scene(given, own)?;
+        let region =
+            Region { min_mm: spec.min_mm, max_mm: spec.max_mm, grid: spec.grid, slices_z_mm: &spec.slices_z_mm };
+        let (grid, shown, size) =
+            region.checked(given, [scene.machine.workspace.min, scene.machine.workspace.max], MAX_POINTS)?;
+        Ok(Resolved { study: WorkspaceMapStudy { scene, grid }, shown, inputs: inputs.and(size) })
+    }
+
+    fn items(&self) -> (usize, &'static str) {
+        (self.grid.len(), "points")
+    }
+
+    fn image_points(&self) -> Option<usize> {
+        Some(self.grid.len())
+    }
+
+    fn pieces(&self) -> usize {
+        blocks(self)
+    }
+
+    fn compute(&self, work: &Work) -> Result<()> {
+        run_in_blocks(self, work, |_| Ok(()))
+    }
 }

@@ -2,7 +2,6 @@
 
 mod candidates;
 mod choose;
-mod question;
 #[cfg(feature = "report")]
 mod report;
 mod resolve;

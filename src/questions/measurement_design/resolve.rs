@@ -11,9 +11,10 @@ use crate::{
     input::{Inputs, check::Check, error::Result},
     machine::{Branch, Machine},
     questions::{
-        Given, Overrides, Resolved,
+        Given, Overrides, Question, Resolved, Template,
         identification::{Measurement, Noise, Reading, WhatFor, priors, read, unknowns},
     },
+    work::Work,
 };
 
 /// Random choices if the study does not say how many.
@@ -23,72 +24,99 @@ const MOST_POSES: usize = 100_000;
 const MOST_CANDIDATES: usize = 200_000;
 const MOST_CHOSEN: usize = 1000;
 
-pub(super) fn resolve(spec: &MeasurementDesignSpec, given: &Given<'_>) -> Result<Resolved<MeasurementDesignStudy>> {
-    for (name, is_given) in [("points", given.overrides.points.is_some()), ("grid", given.overrides.grid.is_some())] {
-        if is_given {
-            return Overrides::place(name).fail(format!("{} has measurements, and no {name}", given.name));
-        }
-    }
-    let (check, machine) = (&given.check, &given.machine);
-    let unknowns = unknowns(machine, &spec.unknowns, &check.key("unknowns"))?;
-    let noise = Noise {
-        length: Some(check.key("std_mm").positive(spec.std_mm)?),
-        rotation: check.key("std_deg").optional_positive(spec.std_deg)?.map(f64::to_radians),
-        is_estimated: false,
+impl Question for MeasurementDesignStudy {
+    type Spec = MeasurementDesignSpec;
+    type Shown = ();
+    const NAME: &str = "a plan of measurements";
+    const TEMPLATE: Template = Template {
+        name: "measurements",
+        about: "Which poses and loads to measure next, and how far numbers will be known then",
+        files: &[("study.toml", include_str!("template/study.toml"))],
     };
-    let readings = readings(spec, noise, check)?;
-    let mut files = Files { given, inputs: Inputs::default() };
-    let candidates = candidates(spec, machine, &readings, &mut files)?;
-    let measured = files.rows(spec.measured.as_ref(), "measured", WhatFor::Readings)?.unwrap_or_default();
-    let has_no_std =
-        |own: &Measurement| own.readings.iter().any(|reading| reading.quantity.is_rotation() && reading.std.is_none());
-    if noise.rotation.is_none() && measured.iter().any(has_no_std) {
-        return check.key("std_deg").fail("missing: rotations were measured without a column std_deg".into());
-    }
-    let tested = match (spec.criterion, &spec.tested) {
-        (CriterionSpec::AllNumbers, Some(_)) => {
-            return check.key("tested").fail("has no effect: expected criterion = \"tested\" beside it".into());
+    const TABLES: &[&str] = &["chosen", "widths", "candidates"];
+
+    fn resolve(spec: &MeasurementDesignSpec, given: &Given<'_>) -> Result<Resolved<Self>> {
+        for (name, is_given) in [("points", given.overrides.points.is_some()), ("grid", given.overrides.grid.is_some())]
+        {
+            if is_given {
+                return Overrides::place(name).fail(format!("{} has measurements, and no {name}", given.name));
+            }
         }
-        (CriterionSpec::Tested, None) => {
-            return check
-                .key("tested")
-                .fail("missing: expected a file of poses and loads whose prediction counts".into());
+        let (check, machine) = (&given.check, &given.machine);
+        let unknowns = unknowns(machine, &spec.unknowns, &check.key("unknowns"))?;
+        let noise = Noise {
+            length: Some(check.key("std_mm").positive(spec.std_mm)?),
+            rotation: check.key("std_deg").optional_positive(spec.std_deg)?.map(f64::to_radians),
+            is_estimated: false,
+        };
+        let readings = readings(spec, noise, check)?;
+        let mut files = Files { given, inputs: Inputs::default() };
+        let candidates = candidates(spec, machine, &readings, &mut files)?;
+        let measured = files.rows(spec.measured.as_ref(), "measured", WhatFor::Readings)?.unwrap_or_default();
+        let has_no_std = |own: &Measurement| {
+            own.readings.iter().any(|reading| reading.quantity.is_rotation() && reading.std.is_none())
+        };
+        if noise.rotation.is_none() && measured.iter().any(has_no_std) {
+            return check.key("std_deg").fail("missing: rotations were measured without a column std_deg".into());
         }
-        (_, file) => files.rows(file.as_ref(), "tested", WhatFor::Places)?.unwrap_or_default(),
-    };
-    if spec.tested.is_some() && tested.iter().all(|own| own.load == own.reference) {
-        let problem = "no row has a load other than its reference load, so that there is nothing to predict".into();
-        return check.key("tested").fail(problem);
+        let tested = match (spec.criterion, &spec.tested) {
+            (CriterionSpec::AllNumbers, Some(_)) => {
+                return check.key("tested").fail("has no effect: expected criterion = \"tested\" beside it".into());
+            }
+            (CriterionSpec::Tested, None) => {
+                return check
+                    .key("tested")
+                    .fail("missing: expected a file of poses and loads whose prediction counts".into());
+            }
+            (_, file) => files.rows(file.as_ref(), "tested", WhatFor::Places)?.unwrap_or_default(),
+        };
+        if spec.tested.is_some() && tested.iter().all(|own| own.load == own.reference) {
+            let problem = "no row has a load other than its reference load, so that there is nothing to predict".into();
+            return check.key("tested").fail(problem);
+        }
+        let displacements = Reading::displacements_to_come();
+        let tested = tested.into_iter().map(|own| Measurement { readings: displacements.clone(), ..own }).collect();
+        let check_count = check.key("count");
+        if !(1..=MOST_CHOSEN.min(candidates.len())).contains(&spec.count) {
+            let most = MOST_CHOSEN.min(candidates.len());
+            return check_count.fail(format!(
+                "must be from 1 to {most} ({} candidates, at most {MOST_CHOSEN} chosen), got {}",
+                candidates.len(),
+                spec.count
+            ));
+        }
+        let draws = spec.draws.unwrap_or(DRAWS);
+        if draws > MOST_DRAWS {
+            return check.key("draws").fail(format!("must be at most {MOST_DRAWS}, got {draws}"));
+        }
+        let study = MeasurementDesignStudy {
+            machine: machine.clone(),
+            priors: priors(&spec.prior, &unknowns, &check.key("prior"))?,
+            unknowns,
+            measured,
+            candidates,
+            tested,
+            noise,
+            criterion: spec.criterion,
+            count: spec.count,
+            target: check.key("target").optional_positive(spec.target)?,
+            draws,
+        };
+        Ok(Resolved { study, shown: (), inputs: files.inputs })
     }
-    let displacements = Reading::displacements_to_come();
-    let tested = tested.into_iter().map(|own| Measurement { readings: displacements.clone(), ..own }).collect();
-    let check_count = check.key("count");
-    if !(1..=MOST_CHOSEN.min(candidates.len())).contains(&spec.count) {
-        let most = MOST_CHOSEN.min(candidates.len());
-        return check_count.fail(format!(
-            "must be from 1 to {most} ({} candidates, at most {MOST_CHOSEN} chosen), got {}",
-            candidates.len(),
-            spec.count
-        ));
+
+    fn items(&self) -> (usize, &'static str) {
+        (self.candidates.len(), "candidates")
     }
-    let draws = spec.draws.unwrap_or(DRAWS);
-    if draws > MOST_DRAWS {
-        return check.key("draws").fail(format!("must be at most {MOST_DRAWS}, got {draws}"));
+
+    /// It is over before it would be divided.
+    fn pieces(&self) -> usize {
+        0
     }
-    let study = MeasurementDesignStudy {
-        machine: machine.clone(),
-        priors: priors(&spec.prior, &unknowns, &check.key("prior"))?,
-        unknowns,
-        measured,
-        candidates,
-        tested,
-        noise,
-        criterion: spec.criterion,
-        count: spec.count,
-        target: check.key("target").optional_positive(spec.target)?,
-        draws,
-    };
-    Ok(Resolved { study, shown: (), inputs: files.inputs })
+
+    fn compute(&self, _: &Work) -> Result<()> {
+        Ok(())
+    }
 }
 
 /// Files of rows that a study names.

@@ -8,7 +8,6 @@
 //! tells the [`LoopGain`].
 
 mod loop_gain;
-mod question;
 #[cfg(feature = "report")]
 mod report;
 mod resolve;

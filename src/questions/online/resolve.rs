@@ -4,10 +4,11 @@ use super::{OnlineStudy, Sensor, spec::OnlineSpec};
 use crate::{
     input::{Inputs, check::Check, error::Result},
     questions::{
-        Given, Resolved,
+        Given, Question, Resolved, Template,
         path::{resolve::path, spec::PathSpec},
     },
     simulation::within_limits,
+    work::Work,
 };
 
 /// Most seeds and force errors together.
@@ -15,54 +16,80 @@ const MOST_TRIALS: usize = 100_000;
 /// Most cycles of the controller along the path.
 const MOST_CYCLES: f64 = 1e8;
 
-/// Checks an online study.
-pub(super) fn resolve(spec: &OnlineSpec, given: &Given<'_>) -> Result<Resolved<OnlineStudy>> {
-    given.overrides.refuse_grid(given.name)?;
-    let check = &given.check;
-    let process = given.process(None, check)?;
-    let of_limits = given.process_place(None).key("limits");
-    within_limits::check(&process.machine, &process.limits).or_else(|problem| of_limits.fail(problem))?;
-    if process.limits.force_N.is_some() {
-        return of_limits.key("force_limit_N").fail(format!("is not looked at by {}", given.name));
-    }
-    let of_path = PathSpec {
-        circle: spec.circle.clone(),
-        line: spec.line.clone(),
-        file: spec.file.clone(),
-        methods: Some(Vec::new()),
+impl Question for OnlineStudy {
+    type Spec = OnlineSpec;
+    type Shown = ();
+    const NAME: &str = "an online study";
+    const TEMPLATE: Template = Template {
+        name: "online",
+        about: "Whether to correct in the controller, by measured forces, or beforehand, by predicted ones",
+        files: &[
+            ("study.toml", include_str!("template/study.toml")),
+            ("process.toml", include_str!("../path/template/process.toml")),
+        ],
     };
-    let (path, program) = path(&of_path, &process, given, check)?;
-    let feed_mm_per_min = check.key("feed_mm_per_min").positive(spec.feed)?;
-    let times_s: Vec<f64> = path.stations.iter().map(|at| at.arc_length_mm * 60.0 / feed_mm_per_min).collect();
-    let sensor = sensor(spec, check)?;
-    let cycles = times_s.last().map_or(0.0, |last| sensor.cycles(*last));
-    if cycles > MOST_CYCLES {
-        let problem = format!("the path takes {cycles:.0} cycles: expected at most {MOST_CYCLES:.0}");
-        return check.key("cycle_ms").fail(problem);
+    const TABLES: &[&str] = &["trials", "bands"];
+
+    fn resolve(spec: &OnlineSpec, given: &Given<'_>) -> Result<Resolved<Self>> {
+        given.overrides.refuse_grid(given.name)?;
+        let check = &given.check;
+        let process = given.process(None, check)?;
+        let of_limits = given.process_place(None).key("limits");
+        within_limits::check(&process.machine, &process.limits).or_else(|problem| of_limits.fail(problem))?;
+        if process.limits.force_N.is_some() {
+            return of_limits.key("force_limit_N").fail(format!("is not looked at by {}", given.name));
+        }
+        let of_path = PathSpec {
+            circle: spec.circle.clone(),
+            line: spec.line.clone(),
+            file: spec.file.clone(),
+            methods: Some(Vec::new()),
+        };
+        let (path, program) = path(&of_path, &process, given, check)?;
+        let feed_mm_per_min = check.key("feed_mm_per_min").positive(spec.feed)?;
+        let times_s: Vec<f64> = path.stations.iter().map(|at| at.arc_length_mm * 60.0 / feed_mm_per_min).collect();
+        let sensor = sensor(spec, check)?;
+        let cycles = times_s.last().map_or(0.0, |last| sensor.cycles(*last));
+        if cycles > MOST_CYCLES {
+            let problem = format!("the path takes {cycles:.0} cycles: expected at most {MOST_CYCLES:.0}");
+            return check.key("cycle_ms").fail(problem);
+        }
+        let known_share = share(spec.known_chain_errors_percent, 0.0, 200.0, &check.key("known_chain_errors_percent"))?;
+        let (force_errors, seeds) = trials(spec, check)?;
+        let stiffness = check.key("cutting_stiffness_N_per_mm").optional_positive(spec.cutting_stiffness)?;
+        let inputs = process.inputs.and(program).and(Inputs::of("points of the path", path.stations.len().to_string()));
+        let study = OnlineStudy {
+            times_s,
+            feed_mm_per_min,
+            sensor,
+            too_soft: share(
+                spec.model_compliance_error_percent,
+                -90.0,
+                900.0,
+                &check.key("model_compliance_error_percent"),
+            )?,
+            known_errors: path.errors.iter().map(|error| error.scale(known_share)).collect(),
+            known_share,
+            force_errors,
+            seeds,
+            limits: process.limits,
+            cutting_stiffness: stiffness,
+            path,
+        };
+        Ok(Resolved { study, shown: (), inputs })
     }
-    let known_share = share(spec.known_chain_errors_percent, 0.0, 200.0, &check.key("known_chain_errors_percent"))?;
-    let (force_errors, seeds) = trials(spec, check)?;
-    let stiffness = check.key("cutting_stiffness_N_per_mm").optional_positive(spec.cutting_stiffness)?;
-    let inputs = process.inputs.and(program).and(Inputs::of("points of the path", path.stations.len().to_string()));
-    let study = OnlineStudy {
-        times_s,
-        feed_mm_per_min,
-        sensor,
-        too_soft: share(
-            spec.model_compliance_error_percent,
-            -90.0,
-            900.0,
-            &check.key("model_compliance_error_percent"),
-        )?,
-        known_errors: path.errors.iter().map(|error| error.scale(known_share)).collect(),
-        known_share,
-        force_errors,
-        seeds,
-        limits: process.limits,
-        cutting_stiffness: stiffness,
-        path,
-    };
-    Ok(Resolved { study, shown: (), inputs })
+
+    fn items(&self) -> (usize, &'static str) {
+        (1 + self.force_errors.len() * self.seeds, "trials")
+    }
+
+    fn pieces(&self) -> usize {
+        1 + self.force_errors.len() * self.seeds
+    }
+
+    fn compute(&self, work: &Work) -> Result<()> {
+        super::run(self, work).map(drop)
+    }
 }
 
 fn sensor(spec: &OnlineSpec, check: &Check) -> Result<Sensor> {

@@ -1,7 +1,6 @@
 //! A path study: what each source of error does along a path, what must be commanded instead, and what each method costs
 //! and leaves.
 
-mod question;
 #[cfg(feature = "report")]
 pub mod report;
 pub(crate) mod resolve;

@@ -8,7 +8,7 @@ use crate::{
     machine::Machine,
     process::Process,
     questions::{
-        Given, Overrides, Resolved,
+        Given, Overrides, Question, Resolved, Template,
         path::{
             PathStudy, PathTurn, Shown, Station,
             spec::{LineSpec, PathSpec},
@@ -21,16 +21,43 @@ use crate::{
         external_axes::held_along,
     },
     toolpath::{Circle, PathPoint, Plane, Sampling, Toolpath, Turn},
+    work::Work,
 };
 
-/// Checks a path study.
-pub(super) fn resolve(spec: &PathSpec, given: &Given<'_>) -> Result<Resolved<PathStudy>> {
-    given.overrides.refuse_grid(given.name)?;
-    let process = given.turned_process(None, &given.check)?;
-    let (study, program) = path(spec, &process, given, &given.check)?;
-    let points = Inputs::of("points of the path", study.stations.len().to_string());
-    let inputs = process.inputs.and(program).and(points);
-    Ok(Resolved { study, shown: Shown { is_circle: spec.circle.is_some() }, inputs })
+impl Question for PathStudy {
+    type Spec = PathSpec;
+    type Shown = super::Shown;
+    const NAME: &str = "a path study";
+    const TEMPLATE: Template = Template {
+        name: "path",
+        about: "How far the tool leaves a path, and which compensation puts it back",
+        files: &[
+            ("study.toml", include_str!("template/study.toml")),
+            ("process.toml", include_str!("template/process.toml")),
+        ],
+    };
+    const TABLES: &[&str] = &["points", "methods"];
+
+    fn resolve(spec: &PathSpec, given: &Given<'_>) -> Result<Resolved<Self>> {
+        given.overrides.refuse_grid(given.name)?;
+        let process = given.turned_process(None, &given.check)?;
+        let (study, program) = path(spec, &process, given, &given.check)?;
+        let points = Inputs::of("points of the path", study.stations.len().to_string());
+        let inputs = process.inputs.and(program).and(points);
+        Ok(Resolved { study, shown: Shown { is_circle: spec.circle.is_some() }, inputs })
+    }
+
+    fn items(&self) -> (usize, &'static str) {
+        (self.stations.len() * super::passes(self), "points")
+    }
+
+    fn pieces(&self) -> usize {
+        super::blocks(self)
+    }
+
+    fn compute(&self, work: &Work) -> Result<()> {
+        super::run_in_parts(self.turned(work)?.as_ref(), work, |_| Ok(())).map(drop)
+    }
 }
 
 /// A path that stands at `check`, cut by `process`, and the program it is read from as an input.

@@ -22,7 +22,6 @@ mod metric;
 mod outcome;
 mod pareto;
 mod polish;
-mod question;
 mod refine;
 #[cfg(feature = "report")]
 pub mod report;

@@ -18,7 +18,7 @@ use crate::{
     machine::Machine,
     process::{Extent, Feature, ForbiddenBox, PathReference, Process, cutting::LoadError, tilt::Turned},
     questions::{
-        Given, Overrides, Resolved,
+        Given, Overrides, Question, Resolved, Template,
         over_workspace::grid_input,
         path::resolve::{check_total, named_point, on_carrier, points_of, program_input, toolpath},
         placement::spec::{
@@ -28,6 +28,7 @@ use crate::{
     },
     simulation::{Machines, within_limits},
     toolpath::Orientation,
+    work::Work,
 };
 
 /// Most places of a sweep.
@@ -40,46 +41,76 @@ pub const CLEARANCE_MM: f64 = 5.0;
 const OUTSIDE_MM: f64 = 1e-6;
 const MAX_ITERATIONS: usize = 10_000;
 
-/// Checks a placement study.
-pub(super) fn resolve(spec: &PlacementStudySpec, given: &Given<'_>) -> Result<Resolved<PlacementStudy>> {
-    let (overrides, check) = (given.overrides, &given.check);
-    let (features, today, inputs) = features(&spec.feature, given)?;
-    // Places of the tool tip are told of the first feature's tool.
-    let machine = features[0].machine();
-    let reference = features[0].feature.reference;
-    let bounds = bounds(&spec.bounds, &spec.fixed, machine, check)?;
-    let extent = match &spec.workpiece {
-        Some(spec) => {
-            let check = check.key("workpiece");
-            let extent = extent(spec.min_mm, spec.max_mm, &check)?;
-            holds_paths(&extent, &features, &check)?;
-            extent
-        }
-        None => around(&features),
+impl Question for PlacementStudy {
+    type Spec = PlacementStudySpec;
+    type Shown = ();
+    const NAME: &str = "a placement study";
+    const TEMPLATE: Template = Template {
+        name: "placement",
+        about: "Where a workpiece should stand",
+        files: &[
+            ("study.toml", include_str!("template/study.toml")),
+            ("process.toml", include_str!("template/process.toml")),
+        ],
     };
-    let clearance_mm = check.key("clearance_mm").not_negative(spec.clearance_mm.unwrap_or(CLEARANCE_MM))?;
-    let footprint = || match &spec.workpiece {
-        Some(_) => extent.corners().to_vec(),
-        None => features.iter().flat_map(|job| job.feature.path.points()).map(|point| point.position_mm).collect(),
-    };
-    let study = PlacementStudy {
-        table: spec
-            .table
-            .map(|spec| table(&spec, footprint(), tool_points_up(&features), &check.key("table")))
-            .transpose()?,
-        forbidden: forbidden(&spec.forbidden, check)?,
-        clearance_mm,
-        grid: grid(&spec.search, &bounds, overrides, &check.key("search"))?,
-        search: search(&spec.search, &check.key("search"))?,
-        objective: objective(&spec.objective, machine, &features, &check.key("objective"))?,
-        candidates: candidates(&spec.candidate, today, machine, reference, check)?,
-        bounds,
-        extent,
-        machine: machine.clone(),
-        features,
-    };
-    let inputs = inputs.and(grid_input(study.grid.counts()));
-    Ok(Resolved { study, shown: (), inputs })
+    const TABLES: &[&str] = &["candidates", "sweep", "refinements", "pareto"];
+
+    fn resolve(spec: &PlacementStudySpec, given: &Given<'_>) -> Result<Resolved<Self>> {
+        let (overrides, check) = (given.overrides, &given.check);
+        let (features, today, inputs) = features(&spec.feature, given)?;
+        // Places of the tool tip are told of the first feature's tool.
+        let machine = features[0].machine();
+        let reference = features[0].feature.reference;
+        let bounds = bounds(&spec.bounds, &spec.fixed, machine, check)?;
+        let extent = match &spec.workpiece {
+            Some(spec) => {
+                let check = check.key("workpiece");
+                let extent = extent(spec.min_mm, spec.max_mm, &check)?;
+                holds_paths(&extent, &features, &check)?;
+                extent
+            }
+            None => around(&features),
+        };
+        let clearance_mm = check.key("clearance_mm").not_negative(spec.clearance_mm.unwrap_or(CLEARANCE_MM))?;
+        let footprint = || match &spec.workpiece {
+            Some(_) => extent.corners().to_vec(),
+            None => features.iter().flat_map(|job| job.feature.path.points()).map(|point| point.position_mm).collect(),
+        };
+        let study = PlacementStudy {
+            table: spec
+                .table
+                .map(|spec| table(&spec, footprint(), tool_points_up(&features), &check.key("table")))
+                .transpose()?,
+            forbidden: forbidden(&spec.forbidden, check)?,
+            clearance_mm,
+            grid: grid(&spec.search, &bounds, overrides, &check.key("search"))?,
+            search: search(&spec.search, &check.key("search"))?,
+            objective: objective(&spec.objective, machine, &features, &check.key("objective"))?,
+            candidates: candidates(&spec.candidate, today, machine, reference, check)?,
+            bounds,
+            extent,
+            machine: machine.clone(),
+            features,
+        };
+        let inputs = inputs.and(grid_input(study.grid.counts()));
+        Ok(Resolved { study, shown: (), inputs })
+    }
+
+    fn items(&self) -> (usize, &'static str) {
+        (self.grid.len(), "places")
+    }
+
+    fn pieces(&self) -> usize {
+        super::sweep::pieces(self)
+    }
+
+    fn goes_in_rounds(&self) -> bool {
+        true
+    }
+
+    fn compute(&self, work: &Work) -> Result<()> {
+        super::run(self, work).map(drop)
+    }
 }
 
 fn features(specs: &[FeatureSpec], given: &Given<'_>) -> Result<(Vec<FeatureJob>, Option<Candidate>, Inputs)> {

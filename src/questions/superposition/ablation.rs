@@ -109,7 +109,7 @@ impl AtRest {
             machine.tool_tip = Vector3::zeros();
             machine
         };
-        let (nominal, real) = (without_tool(&case.study.machine), without_tool(machine));
+        let (nominal, real) = (without_tool(&case.study.scene.machine), without_tool(machine));
         let mut session = Session::new(&nominal, &real, CompensationSettings::default());
         session.stand(&case.at, &State::rigid(&nominal, &case.at));
         let demand =
@@ -159,7 +159,7 @@ fn freed(machine: &Machine, at_rest: &AtRest) -> (Machine, State) {
 
 /// The parts of the departure at each φ of the study.
 pub(super) fn ablate(case: &Case<'_>) -> Result<Vec<Ablation>, Failure> {
-    let nominal = &case.study.machine;
+    let nominal = &case.study.scene.machine;
     if Source::parts(nominal).contains(&Source::Weight) {
         let reason =
             "is told apart only for machines that are zeroed at rest under their weight (zeroed = \"at_rest\")";
@@ -178,18 +178,20 @@ pub(super) fn ablate(case: &Case<'_>) -> Result<Vec<Ablation>, Failure> {
     let departures = displacements.departures(displacements.assembly);
     let loads = case.loads(1.0);
     let solved = displacements.cutting.iter().zip(&displacements.both).zip(departures);
-    let parts = solved.zip(loads.iter().zip(&case.study.phis)).map(|(((cutting, both), departure), (load, phi))| {
-        let [here, there, freed_here, real_here, real_there] =
-            [&nominal_here, &nominal_there, &freed_here, &real_here, &real_there].map(|m| m.response(nominal, load));
-        let real_cutting = *both - displacements.assembly;
-        let parts = [
-            here - there,
-            here - freed_here,
-            freed_here - real_here,
-            (*cutting - here) - (real_cutting - real_there),
-            there + real_here - here - real_there,
-        ];
-        Ablation { phi_deg: phi.to_degrees(), departure, parts }
-    });
+    let parts =
+        solved.zip(loads.iter().zip(&case.study.scene.phis)).map(|(((cutting, both), departure), (load, phi))| {
+            let [here, there, freed_here, real_here, real_there] =
+                [&nominal_here, &nominal_there, &freed_here, &real_here, &real_there]
+                    .map(|m| m.response(nominal, load));
+            let real_cutting = *both - displacements.assembly;
+            let parts = [
+                here - there,
+                here - freed_here,
+                freed_here - real_here,
+                (*cutting - here) - (real_cutting - real_there),
+                there + real_here - here - real_there,
+            ];
+            Ablation { phi_deg: phi.to_degrees(), departure, parts }
+        });
     Ok(parts.collect())
 }

@@ -187,7 +187,7 @@ pub(super) struct Case<'a> {
 impl<'a> Case<'a> {
     /// P of the nominal machine commanded to `position` mm.
     pub fn new(study: &'a SuperpositionStudy, machines: &'a Machines, position: Vector3<f64>) -> Result<Self, Failure> {
-        let machine = &study.machine;
+        let machine = &study.scene.machine;
         let at = machine.command(position)?;
         let rest_of = |machine: &Machine| -> Result<Pose, Failure> {
             let mut rig = Rig::rigid(machine, &at);
@@ -204,22 +204,22 @@ impl<'a> Case<'a> {
 
     /// The machines with the errors multiplied by `factor`.
     pub fn real(&self, factor: f64) -> Machines {
-        let errors: Vec<ChainError> = self.study.errors.iter().map(|error| error.scale(factor)).collect();
+        let errors: Vec<ChainError> = self.study.scene.errors.iter().map(|error| error.scale(factor)).collect();
         self.machines.with_errors(&errors)
     }
 
     /// Dead wrench at P of the cutting force times `factor`, at each φ.
     pub fn loads(&self, factor: f64) -> Vec<Wrench> {
-        let tool = self.study.machine.tool_at(&self.at.pose.rotation);
-        self.study.phis.iter().map(|phi| self.study.force.wrench(*phi, &tool).scale(factor)).collect()
+        let tool = self.study.scene.machine.tool_at(&self.at.pose.rotation);
+        self.study.scene.phis.iter().map(|phi| self.study.scene.force.wrench(*phi, &tool).scale(factor)).collect()
     }
 
     /// Displacements by the cutting force times `load` and the errors of `real`.
     pub fn displacements(&self, machines: &Machines, load: f64) -> Result<Displacements, Failure> {
-        let machine = &self.study.machine;
+        let machine = &self.study.scene.machine;
         let moved_from = |from: Pose| move |pose: &Pose| Displacement::between(machine, &from, pose);
         let moved = moved_from(self.rest);
-        let (loads, phis) = (self.loads(load), &self.study.phis);
+        let (loads, phis) = (self.loads(load), &self.study.scene.phis);
         let cutting = Rig::rigid(machines.answering(Source::Cutting), &self.at).turn(&loads, phis)?;
         let mut alone = Rig::rigid(machines.answering(Source::Errors), &self.at);
         alone.settle(&Wrench::zero())?;
@@ -238,7 +238,7 @@ impl<'a> Case<'a> {
 
     /// Displacement by linear aggregation of the errors of `real`, eq. (15).
     fn aggregated(&self, machines: &Machines) -> Result<Displacement, Failure> {
-        let machine = &self.study.machine;
+        let machine = &self.study.scene.machine;
         let twist =
             aggregate_errors(machine, machines.answering(Source::Errors), &self.at, &mut Workspace::new(machine));
         match twist {
@@ -269,7 +269,9 @@ impl<'a> Case<'a> {
     fn worst(&self, displacements: &Displacements, errors: Displacement, followed: Followed) -> Worst {
         let mut worst = Worst::default();
         let departures = displacements.departures(errors);
-        for (index, ((departure, both), phi)) in departures.zip(&displacements.both).zip(&self.study.phis).enumerate() {
+        for (index, ((departure, both), phi)) in
+            departures.zip(&displacements.both).zip(&self.study.scene.phis).enumerate()
+        {
             let (vector, simultaneous) = (departure.of(followed), both.of(followed).norm());
             if index == 0 || vector.norm() > worst.departure_mm {
                 worst.departure_mm = vector.norm();

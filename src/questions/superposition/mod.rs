@@ -18,7 +18,6 @@
 pub mod ablation;
 pub mod departure;
 pub mod growth;
-mod question;
 #[cfg(feature = "report")]
 pub mod report;
 mod resolve;
@@ -38,9 +37,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::simulation::{Failure, Machines};
 use crate::{
+    answer::Scene,
     input::error,
-    machine::{ChainError, Machine},
-    process::MillingForce,
     spatial::Grid,
     work::{Event, Work, here},
 };
@@ -57,18 +55,10 @@ pub struct Location {
 /// A checked superposition study.
 #[derive(Debug, Clone)]
 pub struct SuperpositionStudy {
-    /// The nominal machine, by which positions are commanded.
-    pub machine: Machine,
-    /// Errors of each chain of the real machine.
-    pub errors: Vec<ChainError>,
-    /// The cutting force.
-    pub force: MillingForce,
-    /// Tool angles φ, rad.
-    pub phis: Vec<f64>,
+    /// Of what machine, under what.
+    pub scene: Scene,
     /// Where the map is computed.
     pub grid: Grid,
-    /// Tables of the process that the study has no use for.
-    pub not_used: Vec<&'static str>,
     /// Locations studied in detail.
     pub locations: Vec<Location>,
     /// Departure of the tool tip from which superposition no longer counts as safe, mm.
@@ -77,13 +67,6 @@ pub struct SuperpositionStudy {
     pub scales: Vec<f64>,
     /// The largest factor tried when the largest safe one is sought.
     pub largest_factor: f64,
-}
-
-/// What pictures of a map show.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Shown {
-    /// Heights of the slices drawn, mm.
-    pub slices_z: Vec<f64>,
 }
 
 /// Which sources are multiplied by a factor.
@@ -185,7 +168,7 @@ pub fn run_map(
     work: &Work,
     mut take: impl FnMut(Vec<DeparturePoint>) -> error::Result<()> + Send,
 ) -> error::Result<()> {
-    let machines = Machines::new(&study.machine, &study.errors)?;
+    let machines = Machines::new(&study.scene.machine, &study.scene.errors)?;
     let map = work.part("map");
     let total = study.grid.len();
     let mut done: Option<Vec<DeparturePoint>> = None;
@@ -211,7 +194,7 @@ pub(super) fn map_pieces(study: &SuperpositionStudy) -> usize {
 /// Of `work`.
 pub fn run_range(study: &SuperpositionStudy, indices: Range<usize>, work: &Work) -> error::Result<Vec<DeparturePoint>> {
     let indices = indices.start.min(study.grid.len())..indices.end.min(study.grid.len());
-    let points = map_part(study, &Machines::new(&study.machine, &study.errors)?, indices, work)?;
+    let points = map_part(study, &Machines::new(&study.scene.machine, &study.scene.errors)?, indices, work)?;
     work.gathered()?;
     Ok(points)
 }
@@ -247,7 +230,7 @@ fn map_part(
 /// # Errors
 /// Of `work`.
 pub fn run_locations(study: &SuperpositionStudy, work: &Work) -> error::Result<Vec<LocationResult>> {
-    let machines = Machines::new(&study.machine, &study.errors)?;
+    let machines = Machines::new(&study.scene.machine, &study.scene.errors)?;
     let named = work.part("locations").after(map_pieces(study));
     let locations = study.locations.par_iter().enumerate().filter_map(|(index, location)| {
         let compute = || {

@@ -1,18 +1,20 @@
-//! From a superposition study as written to a checked one.
+//! A superposition study among the questions, and from one as written to a checked one.
 
 use super::{
-    Location, Shown, SuperpositionStudy,
+    Location, SuperpositionStudy, map_pieces, run_locations, run_map,
     spec::{LocationSpec, ScalesSpec, SuperpositionSpec},
 };
 use crate::{
+    answer::Shown,
     input::{check::Check, error::Result},
     machine::Machine,
     questions::{
-        Given, Resolved,
-        over_workspace::{Acting, OwnKeys, acting, box_grid, grid_input, map_box, slice_heights},
+        Given, Question, Resolved, Template,
+        over_workspace::{OwnKeys, Region, scene},
         path::resolve::named_point,
     },
     simulation::ROUNDING_MM,
+    work::{Work, here},
 };
 
 /// Most points of the map.
@@ -20,46 +22,72 @@ const MAX_POINTS: usize = 10_000_000;
 /// Fewest and most factors of the growth study.
 const STEPS: std::ops::RangeInclusive<usize> = 2..=100;
 
-pub(super) fn resolve(spec: &SuperpositionSpec, given: &Given<'_>) -> Result<Resolved<SuperpositionStudy>> {
-    given.overrides.refuse_points(given.name)?;
-    if let Some(carrier) = &given.machine.carrier {
-        let problem = format!(
-            "the workpiece carrier {} of machine {} bends as well, which this question does not take apart: expected a \
-             machine without [workpiece_carrier]",
-            carrier.name, given.machine.name
-        );
-        return given.check.root().key("machine").fail(problem);
-    }
-    let Acting { machine, force, phis, errors, not_used, inputs, .. } =
-        acting(given, OwnKeys { phi_step_deg: spec.phi_step_deg, uses_target: false })?;
-    let own = &given.check;
-    let corners = map_box(spec.min_mm, spec.max_mm, &machine, own)?;
-    let grid = box_grid(corners, spec.grid, given.overrides, (MAX_POINTS, own))?;
-    let slices_z = slice_heights(&spec.slices_z_mm, corners, own)?;
-    let tolerance = own.key("tolerance_mm").positive(spec.tolerance_mm)?;
-    if tolerance < ROUNDING_MM {
-        let problem =
-            format!("must be at least {ROUNDING_MM:e}, below which departures are rounding, got {tolerance:e}");
-        return own.key("tolerance_mm").fail(problem);
-    }
-    let largest_factor = spec.largest_factor;
-    if !(1.0..=1e6).contains(&largest_factor) {
-        return own.key("largest_factor").fail(format!("must be between 1 and 1e6, got {largest_factor}"));
-    }
-    let inputs = inputs.and(grid_input(grid.counts()));
-    let study = SuperpositionStudy {
-        errors,
-        not_used,
-        force,
-        phis,
-        grid,
-        locations: locations(spec.location.as_deref(), &machine, own)?,
-        tolerance,
-        scales: scales(&spec.scales, &own.key("scales"))?,
-        largest_factor,
-        machine,
+impl Question for SuperpositionStudy {
+    type Spec = SuperpositionSpec;
+    type Shown = Shown;
+    const NAME: &str = "a superposition study";
+    const TEMPLATE: Template = Template {
+        name: "superposition",
+        about: "Whether the effects of cutting force and chain errors may be added",
+        files: &[("study.toml", include_str!("template/study.toml"))],
     };
-    Ok(Resolved { study, shown: Shown { slices_z }, inputs })
+    const TABLES: &[&str] = &["map", "safe_load", "locations", "largest_factors", "scaling", "slopes", "ablation"];
+
+    fn resolve(spec: &SuperpositionSpec, given: &Given<'_>) -> Result<Resolved<Self>> {
+        given.overrides.refuse_points(given.name)?;
+        if let Some(carrier) = &given.machine.carrier {
+            let problem = format!(
+                "the workpiece carrier {} of machine {} bends as well, which this question does not take apart: expected a \
+                 machine without [workpiece_carrier]",
+                carrier.name, given.machine.name
+            );
+            return given.check.root().key("machine").fail(problem);
+        }
+        let own = OwnKeys { phi_step_deg: spec.phi_step_deg, uses_target: false };
+        let (scene, inputs) = scene(given, own)?;
+        let check = &given.check;
+        let region =
+            Region { min_mm: spec.min_mm, max_mm: spec.max_mm, grid: spec.grid, slices_z_mm: &spec.slices_z_mm };
+        let box_of_p = [scene.machine.workspace.min, scene.machine.workspace.max];
+        let (grid, shown, size) = region.checked(given, box_of_p, MAX_POINTS)?;
+        let tolerance = check.key("tolerance_mm").positive(spec.tolerance_mm)?;
+        if tolerance < ROUNDING_MM {
+            let problem =
+                format!("must be at least {ROUNDING_MM:e}, below which departures are rounding, got {tolerance:e}");
+            return check.key("tolerance_mm").fail(problem);
+        }
+        let largest_factor = spec.largest_factor;
+        if !(1.0..=1e6).contains(&largest_factor) {
+            return check.key("largest_factor").fail(format!("must be between 1 and 1e6, got {largest_factor}"));
+        }
+        let study = SuperpositionStudy {
+            locations: locations(spec.location.as_deref(), &scene.machine, check)?,
+            scales: scales(&spec.scales, &check.key("scales"))?,
+            tolerance,
+            largest_factor,
+            grid,
+            scene,
+        };
+        Ok(Resolved { study, shown, inputs: inputs.and(size) })
+    }
+
+    fn items(&self) -> (usize, &'static str) {
+        (self.grid.len() + self.locations.len(), "points")
+    }
+
+    fn image_points(&self) -> Option<usize> {
+        Some(self.grid.len())
+    }
+
+    fn pieces(&self) -> usize {
+        map_pieces(self) + self.locations.len()
+    }
+
+    fn compute(&self, work: &Work) -> Result<()> {
+        here(run_map(self, work, |_| Ok(())))?;
+        here(run_locations(self, work))?;
+        work.gathered()
+    }
 }
 
 fn locations(specs: Option<&[LocationSpec]>, machine: &Machine, check: &Check) -> Result<Vec<Location>> {

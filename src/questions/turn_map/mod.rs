@@ -2,7 +2,6 @@
 //! worst turn about its axis, on which branch, and where no turn is possible.
 
 mod axes;
-mod question;
 #[cfg(feature = "report")]
 pub mod report;
 mod resolve;
@@ -14,11 +13,11 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    compensation::Target,
+    answer::Scene,
     input::error::Result,
-    machine::{Branch, ChainError, Machine},
+    machine::Branch,
     process::{
-        MillingForce, Placement, ToolTurn,
+        Placement, ToolTurn,
         cutting::{PathFrame, PathLoad},
     },
     redundancy::{Hindrance, Node, TurnAsked, at_points},
@@ -31,26 +30,14 @@ use crate::{
 /// A checked map of turns.
 #[derive(Debug, Clone)]
 pub struct TurnMapStudy {
-    /// The nominal machine.
-    pub machine: Machine,
-    /// Errors of each chain of the real machine.
-    pub errors: Vec<ChainError>,
+    /// Of what machine, under what.
+    pub scene: Scene,
     /// Places of the tool tip, O.
     pub grid: Grid,
     /// Directions of the tool from its tip to the spindle, unit vectors in O.
     pub axes: Vec<Vector3<f64>>,
     /// The turns.
     pub turn: ToolTurn,
-    /// The cutting force.
-    pub force: MillingForce,
-    /// Its directions about the tool's axis, rad.
-    pub phis: Vec<f64>,
-    /// What of the pose counts.
-    pub target: Target,
-    /// How far the tool may be from where it should be, mm, if the process says it.
-    pub tolerance_mm: Option<f64>,
-    /// Tables of the process that the study has no use for.
-    pub not_used: Vec<&'static str>,
 }
 
 impl TurnMapStudy {
@@ -147,19 +134,19 @@ pub(super) fn blocks(study: &TurnMapStudy) -> usize {
 fn block(study: &TurnMapStudy, axis: usize, places: std::ops::Range<usize>, work: &Work) -> Result<Vec<TurnMapPoint>> {
     let positions: Vec<Vector3<f64>> = places.map(|index| study.grid.position(index)).collect();
     let path = path(study, axis, &positions);
-    let frame = PathFrame { force: study.force };
+    let frame = PathFrame { force: study.scene.force };
     let loads = vec![PathLoad::PathFrame(frame); path.len()];
     let asked = TurnAsked {
-        machine: &study.machine,
-        errors: &study.errors,
+        machine: &study.scene.machine,
+        errors: &study.scene.errors,
         placement: &Placement::default(),
-        target: study.target,
+        target: study.scene.target,
         path: &path,
         loads: &loads,
         turn: &study.turn,
     };
     let found = at_points(asked, || work.check())?;
-    let of_places = found.nodes.chunks(study.phis.len()).zip(&positions);
+    let of_places = found.nodes.chunks(study.scene.phis.len()).zip(&positions);
     let points: Vec<TurnMapPoint> = of_places
         .map(|(nodes, position)| TurnMapPoint {
             position_mm: (*position).into(),
@@ -196,7 +183,7 @@ fn path(study: &TurnMapStudy, axis: usize, positions: &[Vector3<f64>]) -> Toolpa
             source: PointSource { segment, parameter: 1.0 },
         }
     };
-    let all = positions.iter().flat_map(|position| study.phis.iter().map(move |phi| (position, *phi)));
+    let all = positions.iter().flat_map(|position| study.scene.phis.iter().map(move |phi| (position, *phi)));
     Toolpath::assemble(all.enumerate().map(point).collect())
 }
 
@@ -235,7 +222,7 @@ fn turns(
 /// The largest deflection of a node over the directions of the force, and its direction, rad.
 fn over_phis(study: &TurnMapStudy, nodes: &[Vec<Node>], node: usize) -> std::result::Result<(f64, f64), Hindrance> {
     let mut largest = (-1.0, 0.0);
-    for (nodes, phi) in nodes.iter().zip(&study.phis) {
+    for (nodes, phi) in nodes.iter().zip(&study.scene.phis) {
         let cost_mm = nodes[node]?.cost_mm;
         if cost_mm > largest.0 {
             largest = (cost_mm, *phi);

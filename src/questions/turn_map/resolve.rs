@@ -1,18 +1,20 @@
-//! From a map of turns as written to a checked study.
+//! A map of turns among the questions, and from a study as written to a checked one.
 
 use nalgebra::Vector3;
 
-use super::{TurnMapStudy, axes::axes, spec::TurnMapSpec};
+use super::{TurnMapStudy, axes::axes, blocks, run, spec::TurnMapSpec};
 use crate::{
+    answer::Shown,
     input::error::{Error, Result},
     machine::Machine,
     process::{Placement, ToolTurn},
     questions::{
-        Given, Resolved,
-        over_workspace::{Acting, OwnKeys, acting, box_grid, corners_or, grid_input, slice_heights},
+        Given, Question, Resolved, Template,
+        over_workspace::{OwnKeys, Region, scene},
     },
     redundancy,
     toolpath::{Sampling, Toolpath},
+    work::Work,
 };
 
 /// Most places of a map, all directions together.
@@ -21,11 +23,54 @@ const MAX_POINTS: usize = 1_000_000;
 const TURN_STEP_DEG: f64 = 10.0;
 const PHI_STEP_DEG: f64 = 45.0;
 
-/// Heights of the slices drawn, mm.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Shown {
-    /// Heights, mm.
-    pub slices_z: Vec<f64>,
+impl Question for TurnMapStudy {
+    type Spec = TurnMapSpec;
+    type Shown = Shown;
+    const NAME: &str = "a map of turns";
+    const TEMPLATE: Template = Template {
+        name: "turns",
+        about: "How a six-axis machine should turn its tool about the tool's axis, place by place",
+        files: &[("study.toml", include_str!("template/study.toml"))],
+    };
+    const TABLES: &[&str] = &["turns"];
+
+    fn resolve(spec: &TurnMapSpec, given: &Given<'_>) -> Result<Resolved<Self>> {
+        given.overrides.refuse_points(given.name)?;
+        let phi_step_deg = Some(spec.phi_step_deg.unwrap_or(PHI_STEP_DEG));
+        let (scene, inputs) = scene(given, OwnKeys { phi_step_deg, uses_target: true })?;
+        let machine = &scene.machine;
+        can_turn(machine).or_else(|problem| given.check.root().key("machine").fail(problem))?;
+        let check = &given.check;
+        let axes = axes(spec, machine, check)?;
+        let to_tip = machine.home.pose.rotation * machine.tool_tip;
+        let around_home = [machine.workspace.min + to_tip, machine.workspace.max + to_tip];
+        let region =
+            Region { min_mm: spec.min_mm, max_mm: spec.max_mm, grid: spec.grid, slices_z_mm: &spec.slices_z_mm };
+        let (grid, shown, size) = region.checked(given, around_home, MAX_POINTS / axes.len())?;
+        let step_deg = spec.turn_step_deg.unwrap_or(TURN_STEP_DEG);
+        if !(1.0..=180.0).contains(&step_deg) {
+            return check.key("turn_step_deg").fail(format!("must be from 1 to 180, got {step_deg}"));
+        }
+        let default = ToolTurn::default();
+        let min_singularity_distance = match spec.min_singularity_distance {
+            Some(given) => check.key("min_singularity_distance").not_negative(given)?,
+            None => default.min_singularity_distance,
+        };
+        let turn = ToolTurn { step_deg, min_singularity_distance, ..default };
+        Ok(Resolved { study: TurnMapStudy { scene, grid, axes, turn }, shown, inputs: inputs.and(size) })
+    }
+
+    fn items(&self) -> (usize, &'static str) {
+        (self.grid.len() * self.axes.len(), "places")
+    }
+
+    fn pieces(&self) -> usize {
+        blocks(self)
+    }
+
+    fn compute(&self, work: &Work) -> Result<()> {
+        run(self, work).map(drop)
+    }
 }
 
 /// Why `machine` cannot turn its tool freely, if it cannot.
@@ -36,33 +81,4 @@ fn can_turn(machine: &Machine) -> std::result::Result<(), String> {
         Err(Error::Argument { problem, .. }) => Err(problem),
         other => other.map_err(|error| error.to_string()),
     }
-}
-
-pub(super) fn resolve(spec: &TurnMapSpec, given: &Given<'_>) -> Result<Resolved<TurnMapStudy>> {
-    given.overrides.refuse_points(given.name)?;
-    let phi_step_deg = Some(spec.phi_step_deg.unwrap_or(PHI_STEP_DEG));
-    let own = OwnKeys { phi_step_deg, uses_target: true };
-    let Acting { machine, force, phis, errors, target, tolerance_mm, not_used, inputs } = acting(given, own)?;
-    can_turn(&machine).or_else(|problem| given.check.root().key("machine").fail(problem))?;
-    let check = &given.check;
-    let to_tip = machine.home.pose.rotation * machine.tool_tip;
-    let around_home = [machine.workspace.min + to_tip, machine.workspace.max + to_tip];
-    let corners = corners_or(spec.min_mm, spec.max_mm, around_home, check)?;
-    let axes = axes(spec, &machine, check)?;
-    let grid = box_grid(corners, spec.grid, given.overrides, (MAX_POINTS / axes.len(), check))?;
-    let slices_z = slice_heights(&spec.slices_z_mm, corners, check)?;
-    let step_deg = spec.turn_step_deg.unwrap_or(TURN_STEP_DEG);
-    if !(1.0..=180.0).contains(&step_deg) {
-        return check.key("turn_step_deg").fail(format!("must be from 1 to 180, got {step_deg}"));
-    }
-    let distance = check.key("min_singularity_distance");
-    let default = ToolTurn::default();
-    let min_singularity_distance = match spec.min_singularity_distance {
-        Some(given) => distance.not_negative(given)?,
-        None => default.min_singularity_distance,
-    };
-    let turn = ToolTurn { step_deg, min_singularity_distance, ..default };
-    let inputs = inputs.and(grid_input(grid.counts()));
-    let study = TurnMapStudy { machine, errors, grid, axes, turn, force, phis, target, tolerance_mm, not_used };
-    Ok(Resolved { study, shown: Shown { slices_z }, inputs })
 }

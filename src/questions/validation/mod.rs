@@ -2,7 +2,6 @@
 
 mod circle_shape;
 mod quantity;
-mod question;
 #[cfg(feature = "report")]
 pub mod report;
 mod resolve;

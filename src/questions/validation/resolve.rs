@@ -9,9 +9,10 @@ use crate::{
     input::{Inputs, check::Check, error::Result},
     machine::Machine,
     questions::{
-        Given, Resolved,
+        Given, Question, Resolved, Template,
         path::{resolve as paths, spec::PathSpec},
     },
+    work::Work,
 };
 
 /// Difference that counts as none, as a share.
@@ -21,43 +22,69 @@ const MACHINE_AT_HOME: &str = "machine_at_home";
 /// Most frames of a picture.
 const MOST_FRAMES: usize = 6;
 
-/// Checks a validation study.
-pub(super) fn resolve(spec: &ValidationSpec, given: &Given<'_>) -> Result<Resolved<ValidationStudy>> {
-    given.overrides.refuse_grid(given.name)?;
-    let (machine, check) = (&given.machine, &given.check);
-    for (key, count) in [("variant", spec.variant.len()), ("case", spec.case.len())] {
-        if count == 0 {
-            return check.key(key).fail("expected at least one".into());
+impl Question for ValidationStudy {
+    type Spec = ValidationSpec;
+    type Shown = super::Shown;
+    const NAME: &str = "a validation study";
+    const TEMPLATE: Template = Template {
+        name: "validation",
+        about: "Numbers quoted by a paper or a measurement beside those of the model",
+        files: &[
+            ("study.toml", include_str!("template/study.toml")),
+            ("process.toml", include_str!("template/process.toml")),
+        ],
+    };
+    const TABLES: &[&str] = &["summary", "variants"];
+
+    fn resolve(spec: &ValidationSpec, given: &Given<'_>) -> Result<Resolved<Self>> {
+        given.overrides.refuse_grid(given.name)?;
+        let (machine, check) = (&given.machine, &given.check);
+        for (key, count) in [("variant", spec.variant.len()), ("case", spec.case.len())] {
+            if count == 0 {
+                return check.key(key).fail("expected at least one".into());
+            }
         }
-    }
-    names(spec.case.iter().map(|case| case.name.as_str()), &check.key("case"))?;
-    for (i, case) in spec.case.iter().enumerate() {
-        let before = spec.case[..i].iter().map(|case| case.name.as_str());
-        check.key("case").item(i).key("name").unique_file(&case.name, before)?;
-    }
-    names(spec.variant.iter().map(|variant| variant.name.as_str()), &check.key("variant"))?;
-    let points = paths::points_of(spec.case.iter().map(|case| &case.circle), given.overrides);
-    paths::check_total(points.saturating_mul(spec.variant.len()), &check.key("case"))?;
-    let (mut variants, mut inputs) = (Vec::new(), Inputs::default());
-    for (v, written) in spec.variant.iter().enumerate() {
-        let process = given.process(written.process.as_deref(), &check.key("variant").item(v))?;
-        let mut paths = Vec::new();
+        names(spec.case.iter().map(|case| case.name.as_str()), &check.key("case"))?;
         for (i, case) in spec.case.iter().enumerate() {
-            let path =
-                PathSpec { circle: Some(case.circle.clone()), line: None, file: None, methods: Some(Vec::new()) };
-            let (path, _) = paths::path(&path, &process, given, &check.key("case").item(i))?;
-            paths.push(path);
-            inputs = inputs.and(process.inputs.clone());
+            let before = spec.case[..i].iter().map(|case| case.name.as_str());
+            check.key("case").item(i).key("name").unique_file(&case.name, before)?;
         }
-        variants.push(Variant { name: written.name.clone(), paths });
+        names(spec.variant.iter().map(|variant| variant.name.as_str()), &check.key("variant"))?;
+        let points = paths::points_of(spec.case.iter().map(|case| &case.circle), given.overrides);
+        paths::check_total(points.saturating_mul(spec.variant.len()), &check.key("case"))?;
+        let (mut variants, mut inputs) = (Vec::new(), Inputs::default());
+        for (v, written) in spec.variant.iter().enumerate() {
+            let process = given.process(written.process.as_deref(), &check.key("variant").item(v))?;
+            let mut paths = Vec::new();
+            for (i, case) in spec.case.iter().enumerate() {
+                let path =
+                    PathSpec { circle: Some(case.circle.clone()), line: None, file: None, methods: Some(Vec::new()) };
+                let (path, _) = paths::path(&path, &process, given, &check.key("case").item(i))?;
+                paths.push(path);
+                inputs = inputs.and(process.inputs.clone());
+            }
+            variants.push(Variant { name: written.name.clone(), paths });
+        }
+        let cases: Vec<String> = spec.case.iter().map(|case| case.name.clone()).collect();
+        let points: Vec<usize> = variants[0].paths.iter().map(|path| path.stations.len()).collect();
+        let inputs = inputs.and(Inputs::of("points of the paths", format!("{points:?}")));
+        let pictures = pictures(&spec.figure, &cases, machine, check)?;
+        let quoted = quoted(&spec.quoted, &cases, machine, check)?;
+        let study = ValidationStudy { quoted, machine: machine.clone(), cases, variants };
+        Ok(Resolved { study, shown: Shown { pictures }, inputs })
     }
-    let cases: Vec<String> = spec.case.iter().map(|case| case.name.clone()).collect();
-    let points: Vec<usize> = variants[0].paths.iter().map(|path| path.stations.len()).collect();
-    let inputs = inputs.and(Inputs::of("points of the paths", format!("{points:?}")));
-    let pictures = pictures(&spec.figure, &cases, machine, check)?;
-    let quoted = quoted(&spec.quoted, &cases, machine, check)?;
-    let study = ValidationStudy { quoted, machine: machine.clone(), cases, variants };
-    Ok(Resolved { study, shown: Shown { pictures }, inputs })
+
+    fn items(&self) -> (usize, &'static str) {
+        (super::work(self), "points")
+    }
+
+    fn pieces(&self) -> usize {
+        super::blocks(self)
+    }
+
+    fn compute(&self, work: &Work) -> Result<()> {
+        super::run(self, work).map(drop)
+    }
 }
 
 fn names<'a>(names: impl Iterator<Item = &'a str>, check: &Check) -> Result<()> {

@@ -67,11 +67,6 @@ impl Question for ReachStudy {
     fn compute(&self, work: &Work) -> Result<()> {
         run(self, work).map(drop)
     }
-
-    #[cfg(feature = "report")]
-    fn answer(&self, (): &(), run: &crate::answer::Run<'_>) -> Result<crate::answer::Output> {
-        report::answer(self, run)
-    }
 }
 
 /// The way to each named point.

@@ -12,30 +12,26 @@ use crate::{
         headline::Headline,
         page::{Description, MachineDescription, TableNote},
     },
+    study::Answered,
 };
 
-pub fn answer(study: &ReachStudy, asked: &Run<'_>) -> Result<Output> {
-    let ways = run(study, asked.work)?;
-    let statuses = Manifest::count(ways.iter().map(status));
-    let far = ways.iter().filter(|way| way.way.as_ref().is_ok_and(|way| way.norm() > study.at_most_mm)).count();
-    let sentence = format!("{far} of {} points are farther than {} mm from home.", ways.len(), study.at_most_mm);
-    Ok(Output {
-        settings: json!({ "at_most_mm": study.at_most_mm }),
-        is_answered: None,
-        statuses,
-        tables: vec![("ways".into(), table(&ways))],
-        streamed: Default::default(),
-        summary: json!({ "far": far }),
-        figures: Vec::new(),
-        page: Description {
+impl Answered for ReachStudy {
+    fn answer(&self, (): &(), asked: &Run<'_>) -> Result<Output> {
+        let ways = run(self, asked.work)?;
+        let statuses = Manifest::count(ways.iter().map(status));
+        let far = ways.iter().filter(|way| way.way.as_ref().is_ok_and(|way| way.norm() > self.at_most_mm)).count();
+        let sentence = format!("{far} of {} points are farther than {} mm from home.", ways.len(), self.at_most_mm);
+        let page = Description {
             headline: Headline::new(&sentence, counted(ways.len(), "named point")),
             tables: vec![TableNote::new("ways.csv", "One row per named point.")],
-            ..Description::new("reach", MachineDescription::new(&study.machine))
-        },
-        bent: None,
-        details: sentence,
-        best_place: None,
-    })
+            ..Description::new("reach", MachineDescription::new(&self.machine))
+        };
+        Ok(Output {
+            tables: vec![("ways".into(), table(&ways))],
+            details: sentence,
+            ..Output::of(json!({ "at_most_mm": self.at_most_mm }), statuses, json!({ "far": far }), page)
+        })
+    }
 }
 
 fn status(way: &Way) -> &'static str {

@@ -131,16 +131,16 @@ fn output(report: &Report<'_>, export: &CorrectionExport, run: &Run<'_>) -> Outp
     summary["schema"] = json!(1);
     summary["nodes"] = json!(answer.table.grid.counts());
     Output {
-        settings: json!({ "nodes": answer.table.grid.counts(), "tolerance_mm": question.tolerance_mm }),
-        statuses: Vec::new(),
         is_answered: Some(report.is_kept()),
         tables: own_tables,
         streamed: (files, Vec::new()),
-        summary,
         figures: run.drawn(|| figures(report)),
-        page: Description { headline: headline(report), ..page(report) },
-        bent: None,
         details: text::details(report),
-        best_place: None,
+        ..Output::of(
+            json!({ "nodes": answer.table.grid.counts(), "tolerance_mm": question.tolerance_mm }),
+            Vec::new(),
+            summary,
+            Description { headline: headline(report), ..page(report) },
+        )
     }
 }

@@ -9,5 +9,4 @@ mod summary;
 mod tables;
 mod text;
 
-pub use answer::answer;
 pub(crate) use text::{ANYTHING, half_width};

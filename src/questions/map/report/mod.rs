@@ -1,28 +1,122 @@
 //! Reports of a workspace map, gathered point by point: memory does not grow with the grid.
 
-mod answer;
-mod bent;
 mod headline;
-mod page;
 mod pictures;
+mod quantities;
 mod summary;
-mod table;
 mod text;
 
-pub use answer::answer;
-pub use page::page;
-pub use pictures::Pictures;
+pub use quantities::table;
 pub use summary::Summary;
-pub use table::table;
 pub use text::text;
 
+use serde_json::json;
+
 use crate::{
-    files::exchange::{Image, Layer},
-    questions::map::WorkspaceMapStudy,
+    answer::{Output, Run, Said, Shown, Streams, layers, size_words, source_group},
+    files::{
+        exchange::{Image, Layer},
+        words::{counted, typographic},
+    },
+    input::error::Result,
+    page::{Description, Fact, Section, TableNote},
+    process::ForceLaw,
+    questions::{
+        Answered,
+        map::{MapPoint, WorkspaceMapStudy, run_in_blocks},
+    },
 };
 
-/// The map as an image of [`table()`], called `map`.
-pub fn image(study: &WorkspaceMapStudy) -> Image {
-    let layer = Layer { table: "map", keys: &["source"], vectors: &["deflection", "departure"] };
-    Image { grid: study.grid.clone(), layers: vec![layer] }
+impl Answered for WorkspaceMapStudy {
+    fn answer(&self, shown: &Shown, run: &Run<'_>) -> Result<Output> {
+        let machine = &self.scene.machine;
+        let image = Image {
+            grid: self.grid.clone(),
+            layers: vec![Layer { table: "map", keys: &["source"], vectors: &["deflection", "departure"] }],
+        };
+        let columns = quantities::columns(machine).columns();
+        let mut streams =
+            Streams::new(run, Some(image)).with("map", columns, |points: &[MapPoint]| table(machine, points))?;
+        let (mut summary, mut pictures) = (Summary::new(self), pictures::pictures(self, shown));
+        run_in_blocks(self, run.work, |points| {
+            for point in &points {
+                summary.add(point);
+                pictures.add(point);
+            }
+            streams.add(&points)
+        })?;
+        let text = text(&summary);
+        Ok(Output {
+            streamed: streams.finish()?,
+            figures: run.drawn(|| pictures::figures(&pictures, &summary)),
+            bent: run.figures.then(|| pictures::bent(self)).flatten(),
+            details: text.details(),
+            ..Output::of(
+                json!({ "grid": self.grid.counts(), "tool_angles": self.scene.phis.len() }),
+                summary.statuses().to_vec(),
+                summary.json(),
+                Description { headline: headline::headline(&summary, &text), ..page(&summary, &text) },
+            )
+        })
+    }
+}
+
+/// Title of the view of the map.
+const MAP: &str = "Workspace map";
+
+/// Sections, setting, views and tables; first screen, figures and question are added by the run.
+fn page(summary: &Summary<'_>, text: &Said) -> Description {
+    let scene = &summary.study.scene;
+    let caption = "One row per grid point and source of error, worst over the tool angle.";
+    let layers = layers(&quantities::on_page(&summary.drives));
+    Description {
+        setting: setting(summary.study),
+        explorers: vec![scene.view(MAP, "map.csv", Some(source_group(&scene.machine)), layers)],
+        tables: vec![TableNote::ranked("map.csv", caption, &quantities::DEFLECTION.name)],
+        sections: vec![
+            Section::new("Where does the tool move how far?", "the map, to slice, turn and click")
+                .text(&text.place)
+                .explorers([MAP])
+                .figures(&["slices_deflection_all", "workspace_"]),
+            Section::new(
+                "Why?",
+                "cutting force, chain errors and weight one by one; stiffness; what adding them misses",
+            )
+            .text(&text.cause)
+            .figures(&["slices_deflection", "slices_stiffness", "slices_departure", "machine_bent"]),
+            Section::new("What to tell the drives?", "the corrections that keep the tool on its path")
+                .text(&text.remedy)
+                .figures(&["slices_delta_rho"]),
+        ],
+        ..scene.description("workspace_map", "the platform point P")
+    }
+}
+
+fn setting(WorkspaceMapStudy { scene, grid }: &WorkspaceMapStudy) -> Vec<Fact> {
+    let span = |axis: usize| {
+        let values = &grid.axes[axis];
+        // The way to the middle of a box leaves rounding that must not show.
+        let shown = |value: f64| (value * 1e9).round() / 1e9;
+        let words = match values.as_slice() {
+            [one] => format!("{} mm", shown(*one)),
+            several => format!("{} to {} mm", shown(several[0]), shown(several[several.len() - 1])),
+        };
+        typographic(&words)
+    };
+    let over = format!(
+        "over these {} and {}; between grid points, and on a path that bears another force, they are others",
+        counted(grid.len(), "grid point"),
+        counted(scene.phis.len(), "tool angle")
+    );
+    let mut facts = scene.facts([
+        scene.angles_fact("tool angles"),
+        Fact::new("grid", format!("{} positions of P, x {}, y {}, z {}", size_words(grid), span(0), span(1), span(2))),
+        Fact::new("best and worst", over),
+        Fact::new("compensation holds", scene.target.words()),
+    ]);
+    facts[1].value += match scene.force.law {
+        ForceLaw::Printed => "; eq. (17) as printed",
+        ForceLaw::Rotated => "; eq. (17) as a rotation",
+    };
+    facts
 }

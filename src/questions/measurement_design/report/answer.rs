@@ -19,6 +19,7 @@ use crate::{
     },
     page::Description,
     questions::{
+        Answered,
         identification::Reading,
         measurement_design::{MeasurementDesignStudy, run},
     },
@@ -59,48 +60,34 @@ fn refuse_to_lose_readings(sheet: &Path) -> Result<()> {
     }
 }
 
-/// Chooses the measurements and makes what is left.
-///
-/// # Errors
-/// Of the work.
-pub fn answer(study: &MeasurementDesignStudy, asked: &Run<'_>) -> Result<Output> {
-    refuse_to_lose_readings(&asked.out.join(SHEET))?;
-    let settings = json!({
-        "candidates": study.candidates.len(), "unknowns": study.unknowns.len(), "count": study.count, "draws": study.draws
-    });
-    let plan = match run(study, asked.work)? {
-        Ok(plan) => plan,
-        Err(failure) => {
-            let headline = headline::failed(study, &failure);
-            return Ok(Output {
+impl Answered for MeasurementDesignStudy {
+    fn answer(&self, (): &(), asked: &Run<'_>) -> Result<Output> {
+        refuse_to_lose_readings(&asked.out.join(SHEET))?;
+        let settings = json!({
+            "candidates": self.candidates.len(), "unknowns": self.unknowns.len(), "count": self.count, "draws": self.draws
+        });
+        let plan = match run(self, asked.work)? {
+            Ok(plan) => plan,
+            Err(failure) => {
+                let headline = headline::failed(self, &failure);
+                let page = Description { headline, ..page::without_answer(self) };
+                return Ok(Output { tables: tables::none(self), ..Output::failed(settings, failure, page) });
+            }
+        };
+        let report = Report { study: self, plan: &plan };
+        let failed = plan.failures.iter().map(|(_, failure)| &*failure.status);
+        let solved = std::iter::repeat_n(SOLVED, self.candidates.len() - plan.failures.len());
+        Ok(Output {
+            is_answered: Some(!plan.chosen.is_empty()),
+            tables: tables::tables(&report),
+            figures: asked.drawn(|| figures(&report)),
+            details: text::details(&report),
+            ..Output::of(
                 settings,
-                statuses: Manifest::count([&*failure.status].into_iter()),
-                is_answered: Some(false),
-                tables: tables::none(study),
-                streamed: Default::default(),
-                summary: json!({ "schema": 1, "status": failure.status, "reason": failure.reason }),
-                figures: Vec::new(),
-                page: Description { headline, ..page::without_answer(study) },
-                bent: None,
-                details: failure.reason,
-                best_place: None,
-            });
-        }
-    };
-    let report = Report { study, plan: &plan };
-    let failed = plan.failures.iter().map(|(_, failure)| &*failure.status);
-    let solved = std::iter::repeat_n(SOLVED, study.candidates.len() - plan.failures.len());
-    Ok(Output {
-        settings,
-        statuses: Manifest::count(solved.chain(failed)),
-        is_answered: Some(!plan.chosen.is_empty()),
-        tables: tables::tables(&report),
-        streamed: Default::default(),
-        summary: json(&report),
-        figures: asked.drawn(|| figures(&report)),
-        page: Description { headline: headline::headline(&report), ..page::page(&report) },
-        bent: None,
-        details: text::details(&report),
-        best_place: None,
-    })
+                Manifest::count(solved.chain(failed)),
+                json(&report),
+                Description { headline: headline::headline(&report), ..page::page(&report) },
+            )
+        })
+    }
 }

@@ -8,5 +8,3 @@ mod sheet;
 mod summary;
 mod tables;
 mod text;
-
-pub use answer::answer;

@@ -8,39 +8,40 @@ use crate::{
     files::StatusCount,
     input::error::Result,
     page::Description,
-    questions::online::{OnlineStudy, run},
+    questions::{
+        Answered,
+        online::{OnlineStudy, run},
+    },
 };
 
-/// Computes the study and makes what it leaves.
-///
-/// # Errors
-/// Of the work.
-pub fn answer(study: &OnlineStudy, asked: &Run<'_>) -> Result<Output> {
-    let results = run(study, asked.work)?;
-    let compared = Compared::new(study, &results);
-    let mut statuses = Vec::new();
-    for trial in &results.trials {
-        StatusCount::add(&mut statuses, tables::status(trial));
+impl Answered for OnlineStudy {
+    fn answer(&self, (): &(), asked: &Run<'_>) -> Result<Output> {
+        let results = run(self, asked.work)?;
+        let compared = Compared::new(self, &results);
+        let mut statuses = Vec::new();
+        for trial in &results.trials {
+            StatusCount::add(&mut statuses, tables::status(trial));
+        }
+        Ok(Output {
+            is_answered: Some(compared.break_even.is_some()),
+            tables: vec![
+                ("trials".into(), tables::trials(&results.trials)),
+                ("bands".into(), tables::bands(&compared.offline, &compared.online)),
+            ],
+            figures: asked
+                .drawn(|| picture(&compared).map(|figure| ("answer".to_string(), figure)).into_iter().collect()),
+            details: text::details(&compared),
+            ..Output::of(
+                json!({ "points": self.path.stations.len(), "trials": results.trials.len() }),
+                statuses,
+                json!({
+                    "schema": 1,
+                    "without_correction": results.plain,
+                    "break_even": compared.break_even,
+                    "loop_gain": results.loop_gain,
+                }),
+                Description { headline: headline(&compared), ..page(&compared) },
+            )
+        })
     }
-    Ok(Output {
-        settings: json!({ "points": study.path.stations.len(), "trials": results.trials.len() }),
-        is_answered: Some(compared.break_even.is_some()),
-        statuses,
-        tables: vec![
-            ("trials".into(), tables::trials(&results.trials)),
-            ("bands".into(), tables::bands(&compared.offline, &compared.online)),
-        ],
-        streamed: Default::default(),
-        summary: json!({
-            "schema": 1,
-            "without_correction": results.plain,
-            "break_even": compared.break_even,
-            "loop_gain": results.loop_gain,
-        }),
-        figures: asked.drawn(|| picture(&compared).map(|figure| ("answer".to_string(), figure)).into_iter().collect()),
-        page: Description { headline: headline(&compared), ..page(&compared) },
-        bent: None,
-        details: text::details(&compared),
-        best_place: None,
-    })
 }

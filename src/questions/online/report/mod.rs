@@ -7,8 +7,6 @@ mod picture;
 mod tables;
 mod text;
 
-pub use answer::answer;
-
 use super::{Band, BreakEven, OnlineResults, OnlineStudy};
 
 /// What is said of the results, computed once.

@@ -10,50 +10,51 @@ use crate::{
     files::exchange::{StreamedTable, Table},
     input::error::Result,
     page::{DeflectedPose, Description},
-    questions::path::{PathStudy, Shown, run_in_parts},
+    questions::{
+        Answered,
+        path::{PathStudy, Shown, run_in_parts},
+    },
     redundancy,
 };
 
-/// Computes the path and makes what it leaves.
-///
-/// # Errors
-/// Of the work, and of tables that cannot be written.
-pub fn answer(study: &PathStudy, shown: &Shown, run: &Run<'_>) -> Result<Output> {
-    let turned = study.turned(run.work)?;
-    let study = turned.as_ref();
-    let columns = points_columns(&study.machine);
-    let mut table = StreamedTable::new(run.out, "points", &columns, run.formats)?;
-    let mut summary = Summary::default();
-    let mut pictures = run.figures.then(|| Pictures::new(study, *shown));
-    let methods = run_in_parts(study, run.work, |part| {
-        summary.add(study, &part);
-        pictures.iter_mut().for_each(|pictures| pictures.add(study, &part));
-        table.add(&points_table(study, &part))
-    })?;
-    let (text, statuses) = (text(&summary, study, shown), summary.statuses());
-    let bent = summary.farthest().filter(|_| run.figures);
-    let mut tables = vec![("methods".into(), methods_table(&methods))];
-    let mut summary_json = summary.json(study, &methods);
-    let mut turns = String::new();
-    if let Some((turn, found)) = study.turn.as_ref().and_then(|turn| Some((turn, turn.found.as_deref()?))) {
-        let arc_lengths_mm = study.stations.iter().map(|station| station.arc_length_mm);
-        tables.push(("tool_turn".into(), redundancy::report::table(found, arc_lengths_mm)));
-        summary_json["tool_turn"] = redundancy::report::json(found, turn.how());
-        turns = redundancy::report::text(found, turn.how());
+impl Answered for PathStudy {
+    fn answer(&self, shown: &Shown, run: &Run<'_>) -> Result<Output> {
+        let turned = self.turned(run.work)?;
+        let study = turned.as_ref();
+        let columns = points_columns(&study.machine);
+        let mut table = StreamedTable::new(run.out, "points", &columns, run.formats)?;
+        let mut summary = Summary::default();
+        let mut pictures = run.figures.then(|| Pictures::new(study, *shown));
+        let methods = run_in_parts(study, run.work, |part| {
+            summary.add(study, &part);
+            pictures.iter_mut().for_each(|pictures| pictures.add(study, &part));
+            table.add(&points_table(study, &part))
+        })?;
+        let (text, statuses) = (text(&summary, study, shown), summary.statuses());
+        let bent = summary.farthest().filter(|_| run.figures);
+        let mut tables = vec![("methods".into(), methods_table(&methods))];
+        let mut summary_json = summary.json(study, &methods);
+        let mut turns = String::new();
+        if let Some((turn, found)) = study.turn.as_ref().and_then(|turn| Some((turn, turn.found.as_deref()?))) {
+            let arc_lengths_mm = study.stations.iter().map(|station| station.arc_length_mm);
+            tables.push(("tool_turn".into(), redundancy::report::table(found, arc_lengths_mm)));
+            summary_json["tool_turn"] = redundancy::report::json(found, turn.how());
+            turns = redundancy::report::text(found, turn.how());
+        }
+        Ok(Output {
+            tables,
+            streamed: (table.finish()?, vec![("points".into(), Table::new(columns, []))]),
+            figures: pictures.map_or_else(Vec::new, |pictures| pictures.figures(study)),
+            bent: bent.and_then(|point| bent_at(study, point)),
+            details: format!("{}\n{}{turns}", text.details(), methods_text(&methods)),
+            ..Output::of(
+                json!({ "points": study.stations.len() }),
+                statuses,
+                summary_json,
+                Description { headline: headline(&summary, study, shown, &text), ..page(study, shown, &text) },
+            )
+        })
     }
-    Ok(Output {
-        settings: json!({ "points": study.stations.len() }),
-        is_answered: None,
-        statuses,
-        tables,
-        streamed: (table.finish()?, vec![("points".into(), Table::new(columns, []))]),
-        summary: summary_json,
-        figures: pictures.map_or_else(Vec::new, |pictures| pictures.figures(study)),
-        page: Description { headline: headline(&summary, study, shown, &text), ..page(study, shown, &text) },
-        bent: bent.and_then(|point| bent_at(study, point)),
-        details: format!("{}\n{}{turns}", text.details(), methods_text(&methods)),
-        best_place: None,
-    })
 }
 
 /// The machine bent at point `point`; `None` if it does not settle there.

@@ -5,7 +5,7 @@ use super::{
     text::place,
 };
 use crate::{
-    answer::{Said, cautions::Outside, source_words::acting},
+    answer::{Said, acting, cautions::Outside},
     files::{
         table::{columns_of, correction_columns, kind_word},
         words::{counted, millimetres, percent},

@@ -11,7 +11,6 @@ mod tables;
 mod text;
 mod thinned;
 
-pub use answer::answer;
 pub use page::page;
 pub(crate) use page::{ANGLE, along_columns, points_view};
 pub use pictures::Pictures;

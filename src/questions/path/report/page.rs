@@ -1,7 +1,7 @@
 //! What the page of a path study shows.
 
 use crate::{
-    answer::{Said, source_group::source_group},
+    answer::{Said, source_group},
     files::words::counted,
     machine::Machine,
     page::{

@@ -11,44 +11,45 @@ use crate::{
     files::Manifest,
     input::error::Result,
     page::Description,
-    questions::placement::{self, Best, PlacementResults, PlacementStudy},
+    questions::{
+        Answered,
+        placement::{self, Best, PlacementResults, PlacementStudy},
+    },
 };
 
-/// Seeks the places and makes what is left.
-///
-/// # Errors
-/// Of the work.
-pub fn answer(study: &PlacementStudy, run: &Run<'_>) -> Result<Output> {
-    let results = placement::run(study, run.work)?;
-    let (search, entries) = (&study.search, &results.entries);
-    let mut tables = vec![
-        ("candidates".to_string(), candidates_table(study, entries)),
-        ("sweep".into(), sweep_table(&results)),
-        ("refinements".into(), refinements_table(&results)),
-    ];
-    if !study.objective.pareto.is_empty() {
-        tables.push(("pareto".into(), front_table(&results)));
+impl Answered for PlacementStudy {
+    fn answer(&self, (): &(), run: &Run<'_>) -> Result<Output> {
+        let results = placement::run(self, run.work)?;
+        let (search, entries) = (&self.search, &results.entries);
+        let mut tables = vec![
+            ("candidates".to_string(), candidates_table(self, entries)),
+            ("sweep".into(), sweep_table(&results)),
+            ("refinements".into(), refinements_table(&results)),
+        ];
+        if !self.objective.pareto.is_empty() {
+            tables.push(("pareto".into(), front_table(&results)));
+        }
+        Ok(Output {
+            // Places where the workpiece cannot be cut are an answer; that there is no other is a failure.
+            is_answered: Some(results.best.is_some()),
+            tables,
+            figures: run.drawn(|| figures(&results)),
+            details: format!("{}\n{}", entries_table(self, entries), summary_text(&results)),
+            best_place: results.best.as_ref().map(|best| best_place(&results, best)),
+            ..Output::of(
+                json!({
+                    "grid": self.grid.counts(),
+                    "starts": search.starts,
+                    "max_iterations": search.max_iterations,
+                    "tolerance": search.tolerance,
+                    "coarse_to_fine": search.coarse_to_fine,
+                }),
+                Manifest::count(results.cells.iter().map(cell_status)),
+                summary_json(&results),
+                Description { headline: headline(&results), ..page(&results) },
+            )
+        })
     }
-    Ok(Output {
-        settings: json!({
-            "grid": study.grid.counts(),
-            "starts": search.starts,
-            "max_iterations": search.max_iterations,
-            "tolerance": search.tolerance,
-            "coarse_to_fine": search.coarse_to_fine,
-        }),
-        statuses: Manifest::count(results.cells.iter().map(cell_status)),
-        // Places where the workpiece cannot be cut are an answer; that there is no other is a failure.
-        is_answered: Some(results.best.is_some()),
-        tables,
-        streamed: Default::default(),
-        summary: summary_json(&results),
-        figures: run.drawn(|| figures(&results)),
-        page: Description { headline: headline(&results), ..page(&results) },
-        bent: None,
-        details: format!("{}\n{}", entries_table(study, entries), summary_text(&results)),
-        best_place: results.best.as_ref().map(|best| best_place(&results, best)),
-    })
 }
 
 fn best_place(results: &PlacementResults, best: &Best) -> Value {

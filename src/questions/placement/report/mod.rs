@@ -10,7 +10,6 @@ mod recommended;
 mod summary;
 mod tables;
 
-pub use answer::answer;
 pub use page::page;
 pub use pictures::figures;
 pub use summary::{entries_table, summary_json, summary_text};

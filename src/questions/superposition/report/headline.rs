@@ -18,13 +18,13 @@ use crate::{
 /// The answer at a glance.
 pub(super) fn headline(study: &SuperpositionStudy, summary: &Summary) -> Headline {
     let places = counted(summary.points, "place");
-    let basis = format!("{places}, {}", counted(study.phis.len(), "tool angle"));
+    let basis = format!("{places}, {}", counted(study.scene.phis.len(), "tool angle"));
     let most = summary.largest(Sum::Superposition, Followed::Tool, Measure::Size);
     let (Some(most), Some(share)) = (most, summary.safe_share()) else {
         let sentence = format!("Nothing can be said about adding effects: none of the {places} was solved.");
         return Headline::new(sentence, basis).with_cautions(&known(study));
     };
-    let parts: Vec<&str> = Source::parts(&study.machine).iter().map(|source| source.words()).collect();
+    let parts: Vec<&str> = Source::parts(&study.scene.machine).iter().map(|source| source.words()).collect();
     let effects = listed(&parts);
     let wrong = millimetres(most.value, 4);
     let relative = most.worst.relative().map_or_else(String::new, |r| format!(" ({:.1} %)", 100.0 * r));

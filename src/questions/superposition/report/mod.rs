@@ -9,7 +9,6 @@ mod summary;
 mod tables;
 mod text;
 
-pub use answer::answer;
 pub use json::summary_json;
 pub use page::page;
 pub use pictures::Pictures;

@@ -1,8 +1,8 @@
 //! What the page of a superposition study shows.
 
 use crate::{
+    answer::tool_axis_fact,
     files::words::{position, typographic},
-    inspect::machine_check::report::tool_axis_fact,
     page::{
         Better, Column, Description, Explorer, Fact, Group, GroupValue, MachineDescription, Mark, Quantity, Section,
         Shape, TableNote, error_facts,
@@ -30,7 +30,7 @@ pub fn page(study: &SuperpositionStudy, summary: &Summary, locations: &[Location
             TableNote::new("scaling.csv", "Departure at each factor on load, errors and both."),
             TableNote::ranked("ablation.csv", "What makes the departure, at each tool angle.", "part_mm"),
         ],
-        ..Description::new("superposition", MachineDescription::new(&study.machine))
+        ..Description::new("superposition", MachineDescription::new(&study.scene.machine))
     }
 }
 
@@ -66,19 +66,19 @@ const SAFE: &str = "Largest load that keeps the tolerance";
 
 fn setting(study: &SuperpositionStudy) -> Vec<Fact> {
     let [nx, ny, nz] = study.grid.counts();
-    let force = &study.force;
+    let force = &study.scene.force;
     let forces = format!("{} N radial, {} N tangential, {} N axial", force.radial, force.tangential, force.axial);
     let locations: Vec<&str> = study.locations.iter().map(|location| location.name.as_str()).collect();
     let mut facts = vec![
-        Fact::new("machine", study.machine.title.clone()),
+        Fact::new("machine", study.scene.machine.title.clone()),
         Fact::new("cutting force", typographic(&forces)),
-        Fact::new("tool axis", tool_axis_fact(&study.machine)),
-        Fact::new("tool angles", format!("{} over a turn; the worst counts", study.phis.len())),
+        Fact::new("tool axis", tool_axis_fact(&study.scene.machine)),
+        Fact::new("tool angles", format!("{} over a turn; the worst counts", study.scene.phis.len())),
         Fact::new("grid", format!("{nx} × {ny} × {nz} positions of P")),
         Fact::new("locations", locations.join(", ")),
         Fact::new("tolerance", format!("{} mm", study.tolerance)),
     ];
-    facts.extend(error_facts(&study.machine, &study.errors));
+    facts.extend(error_facts(&study.scene.machine, &study.scene.errors));
     facts
 }
 
@@ -94,7 +94,7 @@ fn grid(study: &SuperpositionStudy, title: &str, table: &str) -> Explorer {
         coordinates: ["x", "y", "z"].map(|axis| Column::new(format!("{axis}_mm"), axis, "mm")).into(),
         group: None,
         quantities: Vec::new(),
-        marks: study.machine.points.iter().map(mark).collect(),
+        marks: study.scene.machine.points.iter().map(mark).collect(),
     }
 }
 

@@ -2,6 +2,7 @@
 
 use crate::{
     answer::{
+        Shown,
         grid_slices::{drawn, drawn_nodes, panels, thinned_words},
         point_words,
     },
@@ -9,7 +10,7 @@ use crate::{
     files::words::{counted, millimetres, position, typographic},
     process::MillingForce,
     questions::superposition::{
-        DeparturePoint, LocationResult, Scaled, Shown, SuperpositionStudy,
+        DeparturePoint, LocationResult, Scaled, SuperpositionStudy,
         ablation::Cause,
         departure::{Followed, Sum},
         report::{contributions, words},
@@ -156,11 +157,11 @@ impl Pictures {
             x_label: "x [mm]".into(),
             y_label: "y [mm]".into(),
             quantity: (*label).into(),
-            panels: panels(&study.machine, &study.grid, &self.slices_z, &value),
+            panels: panels(&study.scene.machine, &study.grid, &self.slices_z, &value),
             range: None,
             contour: contour(study),
             shading: Shading::Ordered,
-            remark: if quantity == 0 { point_words::points(&study.machine) } else { String::new() },
+            remark: if quantity == 0 { point_words::points(&study.scene.machine) } else { String::new() },
             missing: "no solution".into(),
         }
     }
@@ -198,7 +199,7 @@ impl Pictures {
 }
 
 fn force(study: &SuperpositionStudy) -> String {
-    let MillingForce { radial, tangential, axial, .. } = study.force;
+    let MillingForce { radial, tangential, axial, .. } = study.scene.force;
     typographic(&format!("force {radial} / {tangential} / {axial} N (radial / tangential / axial)"))
 }
 
@@ -211,8 +212,8 @@ fn setting_of(study: &SuperpositionStudy, drawn: &[Vec<usize>]) -> String {
     let [nx, ny, nz] = study.grid.counts();
     format!(
         "{}, worst of {}, {}, grid {nx} × {ny} × {nz}{}",
-        study.machine.short_title(),
-        counted(study.phis.len(), "tool angle"),
+        study.scene.machine.short_title(),
+        counted(study.scene.phis.len(), "tool angle"),
         force(study),
         thinned_words(&study.grid, drawn)
     )
@@ -257,9 +258,9 @@ fn growth(study: &SuperpositionStudy, location: &LocationResult) -> Option<LineF
         title: format!("How the error of adding grows at {}", location.location.name),
         subtitle: format!(
             "{}, {}, worst of {}, {}; factor 1: load and errors of the study",
-            study.machine.short_title(),
+            study.scene.machine.short_title(),
             place(location),
-            counted(study.phis.len(), "tool angle"),
+            counted(study.scene.phis.len(), "tool angle"),
             force(study)
         ),
         x_label: "factor on the scaled sources [1]".into(),
@@ -300,7 +301,7 @@ fn ablation(study: &SuperpositionStudy, location: &LocationResult) -> Option<Lin
         title: format!("What makes adding wrong at {}", location.location.name),
         subtitle: format!(
             "{}, {}, {}; parts along the departure of the tool tip, which at each angle add up to it",
-            study.machine.short_title(),
+            study.scene.machine.short_title(),
             place(location),
             force(study)
         ),

@@ -32,12 +32,12 @@ pub fn summary_text(study: &SuperpositionStudy, summary: &Summary, locations: &[
 
 /// What must be known with the answer.
 pub(super) fn known(study: &SuperpositionStudy) -> String {
-    let machine = &study.machine;
+    let machine = &study.scene.machine;
     let positions = (0..study.grid.len()).map(|index| study.grid.position(index));
-    cautions::not_used(&study.not_used)
+    cautions::not_used(&study.scene.not_used)
         + &cautions::zeroed(machine)
         + &cautions::carried(machine)
-        + &cautions::large_errors(machine, &study.errors)
+        + &cautions::large_errors(machine, &study.scene.errors)
         + &cautions::outside_workspace(machine, "grid point", positions)
 }
 

@@ -17,7 +17,7 @@ pub(super) fn headline(report: &Report<'_>) -> Headline {
         counted(study.grid.len(), "place"),
         counted(study.axes.len(), "direction"),
         counted(study.turns(), "turn"),
-        counted(study.phis.len(), "direction"),
+        counted(study.scene.phis.len(), "direction"),
     );
     Headline::new(sentence(report), basis)
         .with_cautions(&text::cautions(report))
@@ -31,11 +31,11 @@ pub(super) fn headline(report: &Report<'_>) -> Headline {
 }
 
 fn sentence(report: &Report<'_>) -> String {
-    let name = report.study.machine.short_title();
+    let name = report.study.scene.machine.short_title();
     let (Some(least), Some(most)) = (report.least(), report.most()) else {
         return format!("The {name} has no turn about its tool at any of the places and directions.");
     };
-    let kept = match (report.study.tolerance_mm, report.share_within()) {
+    let kept = match (report.study.scene.tolerance_mm, report.share_within()) {
         (Some(tolerance), Some(share)) => format!(" {tolerance} mm is kept in {} of the places.", percent(share)),
         _ => String::new(),
     };

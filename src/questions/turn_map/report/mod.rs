@@ -7,5 +7,3 @@ mod pictures;
 mod summary;
 mod table;
 mod text;
-
-pub use answer::answer;

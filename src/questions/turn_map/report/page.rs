@@ -2,8 +2,8 @@
 
 use super::{summary::Report, table::ALL, text};
 use crate::{
+    answer::tool_axis_fact,
     files::words::{counted, typographic},
-    inspect::machine_check::report::tool_axis_fact,
     page::{
         Better, Column, Description, Explorer, Fact, Group, GroupValue, MachineDescription, Quantity, Section, Shape,
         TableNote, error_facts,
@@ -40,31 +40,31 @@ pub(super) fn page(report: &Report<'_>) -> Description {
                 "slices_possible",
             ]),
         ],
-        ..Description::new("turn_map", MachineDescription::new(&report.study.machine))
+        ..Description::new("turn_map", MachineDescription::new(&report.study.scene.machine))
     }
 }
 
 fn setting(report: &Report<'_>) -> Vec<Fact> {
     let study = report.study;
     let [nx, ny, nz] = study.grid.counts();
-    let force = &study.force;
+    let force = &study.scene.force;
     let forces = format!("{} N radial, {} N tangential, {} N axial", force.radial, force.tangential, force.axial);
     let directions: Vec<String> = (0..study.axes.len()).map(|axis| report.axis_name(axis)).collect();
     let mut facts = vec![
-        Fact::new("machine", study.machine.title.clone()),
+        Fact::new("machine", study.scene.machine.title.clone()),
         Fact::new("cutting force", typographic(&forces)),
-        Fact::new("tool axis", tool_axis_fact(&study.machine)),
+        Fact::new("tool axis", tool_axis_fact(&study.scene.machine)),
         Fact::new("directions of the tool", typographic(&format!("{}, from tip to spindle", directions.join(", ")))),
         Fact::new("turns", format!("{} in steps of {}°", study.turns(), study.turn.step_deg)),
         Fact::new(
             "kept from singularities",
             format!("inverse condition number of {} at least", study.turn.min_singularity_distance),
         ),
-        Fact::new("directions of the force", format!("{} over a turn; the worst counts", study.phis.len())),
+        Fact::new("directions of the force", format!("{} over a turn; the worst counts", study.scene.phis.len())),
         Fact::new("grid", format!("{nx} × {ny} × {nz}, {}", counted(study.grid.len(), "place"))),
     ];
-    facts.extend(study.machine.held_words().map(|words| Fact::new("held", words)));
-    facts.extend(error_facts(&study.machine, &study.errors));
+    facts.extend(study.scene.machine.held_words().map(|words| Fact::new("held", words)));
+    facts.extend(error_facts(&study.scene.machine, &study.scene.errors));
     facts
 }
 

@@ -3,10 +3,12 @@
 
 use super::summary::{Found, Report};
 use crate::{
-    answer::grid_slices::{drawn, drawn_nodes, panels, thinned_words},
+    answer::{
+        Shown,
+        grid_slices::{drawn, drawn_nodes, panels, thinned_words},
+    },
     figures::{Figure, Shading, SliceFigure, SlicePanel, VolumeFigure},
     files::words::signed,
-    questions::turn_map::resolve::Shown,
 };
 
 /// A quantity that is drawn: file stem, title, label with unit, colours, value.
@@ -57,12 +59,12 @@ fn slices(report: &Report<'_>, shown: &Shown, (_, title, label, shading, value):
         x_label: "x [mm]".into(),
         y_label: "y [mm]".into(),
         quantity: (*label).into(),
-        panels: panels(&study.machine, &study.grid, &shown.slices_z, &at)
+        panels: panels(&study.scene.machine, &study.grid, &shown.slices_z, &at)
             .into_iter()
             .map(|panel| SlicePanel { marks: Vec::new(), ..panel })
             .collect(),
         range: None,
-        contour: study.tolerance_mm.filter(|_| is_deflection),
+        contour: study.scene.tolerance_mm.filter(|_| is_deflection),
         shading: *shading,
         remark: String::new(),
         missing: "no turn".into(),
@@ -94,10 +96,10 @@ fn setting(report: &Report<'_>, drawn: &[Vec<usize>]) -> String {
         1 => format!("tool along {}", report.axis_name(0)),
         count => format!("worst of {count} directions of the tool"),
     };
-    let force = &study.force;
+    let force = &study.scene.force;
     signed(&format!(
         "{}, {tool}, force {} / {} / {} N (radial / tangential / axial), {} turns, grid {nx} × {ny} × {nz}{}",
-        study.machine.short_title(),
+        study.scene.machine.short_title(),
         force.radial,
         force.tangential,
         force.axial,

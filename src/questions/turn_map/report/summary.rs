@@ -53,7 +53,7 @@ impl<'a> Report<'a> {
 
     /// Share of the places at which every direction has a turn within the tolerance.
     pub fn share_within(&self) -> Option<f64> {
-        let tolerance = self.study.tolerance_mm?;
+        let tolerance = self.study.scene.tolerance_mm?;
         let places = self.study.grid.len();
         let within = |place: &usize| self.all_axes(*place).is_some_and(|found| found.best.deflection_mm <= tolerance);
         Some((0..places).filter(within).count() as f64 / places as f64)

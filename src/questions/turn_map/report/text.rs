@@ -13,12 +13,12 @@ use crate::{
 /// What must be known with the answer.
 pub(super) fn cautions(report: &Report<'_>) -> String {
     let study = report.study;
-    let tip = study.machine.home.pose.rotation * study.machine.tool_tip;
+    let tip = study.scene.machine.home.pose.rotation * study.scene.machine.tool_tip;
     let positions = (0..study.grid.len()).map(|place| study.grid.position(place) - tip);
-    cautions::not_used(&study.not_used)
-        + &cautions::zeroed(&study.machine)
-        + &cautions::large_errors(&study.machine, &study.errors)
-        + &cautions::outside_workspace(&study.machine, "place", positions)
+    cautions::not_used(&study.scene.not_used)
+        + &cautions::zeroed(&study.scene.machine)
+        + &cautions::large_errors(&study.scene.machine, &study.scene.errors)
+        + &cautions::outside_workspace(&study.scene.machine, "place", positions)
 }
 
 /// A row for each direction of the tool.

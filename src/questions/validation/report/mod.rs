@@ -8,7 +8,6 @@ mod pictures;
 mod summary;
 mod tables;
 
-pub use answer::answer;
 pub use page::page;
 pub use pictures::figures;
 pub(crate) use summary::summary_table;

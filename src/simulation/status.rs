@@ -1,4 +1,4 @@
-//! Why a point has no answer.
+//! How rows end: with an answer, or why they have none.
 
 use std::borrow::Cow;
 
@@ -17,6 +17,32 @@ pub struct Failure {
 
 /// Word for tables of something that was solved.
 pub const SOLVED: &str = "solved";
+
+/// Statuses of points; their place is their number in images. New ones go to the end.
+#[cfg(feature = "report")]
+pub(crate) const STATUSES: [&str; 15] = [
+    SOLVED,
+    "unreachable",
+    "unstable",
+    "buckled",
+    "singular",
+    "not_converged",
+    "slow",
+    "diverged",
+    "uncontrollable",
+    "bad_step_length",
+    "applied",
+    "reached",
+    "below_to_limit",
+    "no_equilibrium",
+    "snapped",
+];
+
+/// Whether a row with this `status` is what was asked for.
+#[cfg(feature = "report")]
+pub(crate) fn is_answer(status: &str) -> bool {
+    [SOLVED, "converged", "applied"].contains(&status)
+}
 
 /// Word for tables of what was solved or not.
 pub fn status_of<T>(answer: &Result<T, Failure>) -> &str {

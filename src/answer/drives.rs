@@ -1,0 +1,67 @@
+//! Quantities of the drives: correction and force of each, and the largest of each kind.
+
+use super::Quantity;
+use crate::{
+    files::table::{correction_columns, force_columns, kind_word},
+    machine::{Machine, Motion},
+    page::Better,
+};
+
+/// What is known of the drives of a machine wherever something was found, an `E`.
+pub struct OfDrives<E> {
+    /// Corrections in mm or degrees of all drives, then their forces.
+    pub each: Vec<Quantity<E>>,
+    /// The largest corrections, of slides and of hinges where there are both.
+    pub corrections: Vec<(Motion, Quantity<E>)>,
+    /// The largest forces, in the same way.
+    pub forces: Vec<(Motion, Quantity<E>)>,
+}
+
+impl<E: 'static> OfDrives<E> {
+    /// Of `machine`: correction, mm or rad, and force of a drive by its number. Which of two values of a drive is `better`.
+    pub fn new(
+        machine: &Machine,
+        better: Better,
+        correction: fn(&E, usize) -> Option<f64>,
+        force: fn(&E, usize) -> Option<f64>,
+    ) -> Self {
+        let labels = machine.drive_labels();
+        let motions: Vec<Motion> = machine.drives().map(|(_, drive)| drive.motion).collect();
+        let corrections = correction_columns(machine).enumerate().map(|(k, name)| {
+            let motion = motions[k];
+            let shown = move |found: &E| correction(found, k).map(|value| motion.shown(value));
+            Quantity::made(name, format!("correction of drive {}", labels[k]), better, shown)
+        });
+        let forces = force_columns(machine).enumerate().map(|(k, name)| {
+            let label = format!("{} of drive {}", motions[k].force_word(), labels[k]);
+            Quantity::made(name, label, better, move |found: &E| force(found, k))
+        });
+        let (corrections, forces): (Vec<_>, Vec<_>) = (corrections.collect(), forces.collect());
+        let largest = |all: &[Quantity<E>], kind: Motion, name: String, what: &str, sign: &str| {
+            let own = all.iter().zip(&motions).filter(|(_, motion)| **motion == kind).map(|(own, _)| own.clone());
+            let label = match machine.has_mixed_drives() {
+                false => format!("largest drive {what} {sign}"),
+                true => format!("largest {what} of {} {sign}", kind_word(machine, kind)),
+            };
+            (kind, Quantity::largest_of(name, label, Better::Smaller, own.collect()))
+        };
+        let of_corrections = |kind: Motion| {
+            let name = format!("delta_rho_largest_drive_{}", kind.position_unit());
+            largest(&corrections, kind, name, "correction", "|Δρ|")
+        };
+        let of_forces = |kind: Motion| {
+            let name = format!("drive_{}_largest_drive_{}", kind.force_word(), kind.force_unit());
+            largest(&forces, kind, name, kind.force_word(), "|τ|")
+        };
+        Self {
+            corrections: machine.drive_kinds().map(of_corrections).collect(),
+            forces: machine.drive_kinds().map(of_forces).collect(),
+            each: [corrections, forces].concat(),
+        }
+    }
+
+    /// The largest corrections, then the largest forces.
+    pub fn largest(&self) -> impl Iterator<Item = &Quantity<E>> {
+        self.corrections.iter().chain(&self.forces).map(|(_, quantity)| quantity)
+    }
+}
