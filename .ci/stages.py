@@ -61,7 +61,7 @@ PAGE_TOOLS = """
 RUN = [
     Stage("format", "One layout of code.", """
         # The questions' modules are named in a macro, where cargo does not look for files.
-        cargo fmt --check -- src/questions/*/mod.rs
+        cargo fmt --all --check -- src/questions/*/mod.rs
     """),
     Stage("clippy", "The compiler's and clippy's warnings, in all code.", "cargo clippy --all-targets --all-features -- -D warnings",
           ("format",), LINT),
