@@ -181,7 +181,7 @@ mod tests {
     use crate::toolpath::{model::gcode::dialect::Dialect, read::gcode::lex};
 
     fn edit(line: &str, change: impl Fn(&mut LineEdit)) -> String {
-        let words = lex::words(&line.replace("(c)", "   ")).unwrap();
+        let words = lex::words(&line.replace("(c)", "   ").replace('\t', " ")).unwrap();
         let mut edit = LineEdit::new(line.as_bytes(), &words, Style::plain(Dialect::Iso));
         change(&mut edit);
         String::from_utf8(edit.render()).unwrap()

@@ -4,7 +4,7 @@
 
 use crate::toolpath::model::gcode::{Fault, Refusal, Word};
 
-/// The words in `text`, a line with its comments blanked out, in order.
+/// The words in `text`, a line whose comments and tabs are blanked out, in order.
 pub(crate) fn words(text: &str) -> Result<Vec<Word>, Refusal> {
     plain(text, Fault::MAX_DIGITS).map_or_else(|| parted(text), Ok)
 }
