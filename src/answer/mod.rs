@@ -16,8 +16,6 @@ mod drives;
 mod extremes;
 #[cfg(feature = "report")]
 mod grid_map;
-#[cfg(feature = "report")]
-pub(crate) mod grid_slices;
 pub(crate) mod halton;
 #[cfg(feature = "report")]
 mod of_sources;
@@ -41,7 +39,7 @@ mod tolerance;
 #[cfg(feature = "report")]
 pub(crate) use drives::OfDrives;
 #[cfg(feature = "report")]
-pub(crate) use extremes::{Found, OfQuantities};
+pub(crate) use extremes::{Extremes, Found, OfQuantities};
 #[cfg(feature = "report")]
 pub(crate) use grid_map::{Drawn, GridMap};
 #[cfg(feature = "report")]
@@ -55,7 +53,7 @@ pub(crate) use quantity::{FoundOr, Quantity, layers};
 pub use said::Said;
 pub use scene::{Scene, Shown};
 #[cfg(feature = "report")]
-pub(crate) use setting::{direction, size_words, tool_axis_fact, tool_axis_words};
+pub(crate) use setting::{direction, size_words, tool_axis_words};
 #[cfg(feature = "report")]
 pub(crate) use table_of::{Streams, TableOf, status_cells};
 #[cfg(feature = "report")]

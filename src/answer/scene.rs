@@ -2,8 +2,10 @@
 
 use crate::{
     compensation::{Demand, Target},
+    input::error::Result,
     machine::{ChainError, Machine},
     process::MillingForce,
+    simulation::Machines,
     spatial::{Pose, Wrench},
 };
 
@@ -27,6 +29,14 @@ pub struct Scene {
 }
 
 impl Scene {
+    /// The machines that answer for its sources.
+    ///
+    /// # Errors
+    /// As [`Machines::new`].
+    pub(crate) fn machines(&self) -> Result<Machines> {
+        Machines::new(&self.machine, &self.errors)
+    }
+
     /// What is asked of a command to `pose`: the cutting force at the tool angle `phi` (rad), if there is one.
     pub(crate) fn demand(&self, pose: Pose, phi: Option<f64>) -> Demand {
         let force = |phi| self.force.wrench(phi, &self.machine.tool_at(&pose.rotation));

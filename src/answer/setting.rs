@@ -94,7 +94,7 @@ pub(crate) fn tool_axis_words(source: ToolAxisSource) -> &'static str {
 }
 
 /// The tool axis at home and the signs of forces about it.
-pub(crate) fn tool_axis_fact(machine: &Machine) -> String {
+fn tool_axis_fact(machine: &Machine) -> String {
     format!(
         "{} of the base at home, from the spindle to the tip{}; radial pushes the tool along φ, tangential along φ + 90°, \
          negative axial into the spindle",

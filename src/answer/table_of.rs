@@ -25,7 +25,6 @@ impl<E: 'static> TableOf<E> {
     }
 
     /// Without columns that say why nothing was found.
-    #[allow(dead_code)]
     pub fn without_status(lead: Vec<Column>, quantities: Vec<Quantity<E>>) -> Self {
         Self { lead, has_status: false, quantities }
     }
@@ -63,18 +62,13 @@ impl<'a, B: ?Sized> Streams<'a, B> {
         Self { run, tables: Vec::new(), image: image.filter(|_| run.wants_image()) }
     }
 
-    /// With the table `stem` of `columns`, whose rows of a block `table` makes.
+    /// With the table `stem`, which is `whole` without rows and whose rows of a block `table` makes.
     ///
     /// # Errors
     /// Its files cannot be written.
-    pub fn with(
-        mut self,
-        stem: &str,
-        columns: Vec<Column>,
-        table: impl Fn(&B) -> Table + Send + Sync + 'a,
-    ) -> Result<Self> {
-        let streamed = StreamedTable::new(self.run.out, stem, &columns, self.run.formats)?;
-        self.tables.push((stem.into(), Box::new(table), streamed, Table::new(columns, [])));
+    pub fn with(mut self, stem: &str, whole: Table, table: impl Fn(&B) -> Table + Send + Sync + 'a) -> Result<Self> {
+        let streamed = StreamedTable::new(self.run.out, stem, whole.columns(), self.run.formats)?;
+        self.tables.push((stem.into(), Box::new(table), streamed, whole));
         Ok(self)
     }
 

@@ -51,7 +51,7 @@ pub struct EffectAnswer {
 
 impl Map {
     pub(super) fn new(study: WorkspaceMapStudy) -> Result<Self> {
-        Ok(Self { machines: Machines::new(&study.scene.machine, &study.scene.errors)?, study })
+        Ok(Self { machines: study.scene.machines()?, study })
     }
 
     fn effect(&self, asked: &EffectAsked, phi: Option<f64>) -> std::result::Result<EffectAnswer, Failure> {

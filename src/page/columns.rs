@@ -6,7 +6,7 @@ use super::{
     description::{Explorer, GroupValue, Shape},
     table::Table,
 };
-use crate::{input::error::Result, simulation::is_answer};
+use crate::{input::error::Result, simulation::is_found};
 
 /// Where the cells of a row are.
 pub(super) struct Columns {
@@ -69,7 +69,7 @@ impl Columns {
     /// Status and reason of a row that is no plain answer, or whose correction is none.
     pub fn note(&self, row: &StringRecord) -> Option<String> {
         self.notes.iter().enumerate().find_map(|(index, &[status, reason])| {
-            let status = row.get(status).filter(|status| !is_answer(status))?.replace('_', " ");
+            let status = row.get(status).filter(|status| !is_found(status))?.replace('_', " ");
             let what = if index == 0 { "" } else { "no correction, " };
             match row.get(reason).filter(|reason| !reason.is_empty()) {
                 Some(reason) => Some(format!("{what}{status}: {reason}")),

@@ -18,4 +18,4 @@ pub use program_file::{ProgramFile, Sent};
 pub use sources::{BySource, Machines, ROUNDING_MM, Source, settings};
 pub use status::{Failure, SOLVED, status_of};
 #[cfg(feature = "report")]
-pub(crate) use status::{STATUSES, is_answer};
+pub(crate) use status::{STATUSES, is_answer, is_found};

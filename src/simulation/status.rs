@@ -38,10 +38,16 @@ pub(crate) const STATUSES: [&str; 15] = [
     "snapped",
 ];
 
-/// Whether a row with this `status` is what was asked for.
+/// Whether a row with this `status` was found out; pages mark the others.
+#[cfg(feature = "report")]
+pub(crate) fn is_found(status: &str) -> bool {
+    [SOLVED, "converged"].contains(&status)
+}
+
+/// Whether a row with this `status` is what was asked for: found out, or applied as it was given.
 #[cfg(feature = "report")]
 pub(crate) fn is_answer(status: &str) -> bool {
-    [SOLVED, "converged", "applied"].contains(&status)
+    is_found(status) || status == "applied"
 }
 
 /// Word for tables of what was solved or not.

@@ -4,13 +4,13 @@ use std::path::Path;
 
 use crate::support::engine::*;
 use kinetostat::{
-    answer::{Scene, Shown},
+    answer::{Run, Scene, Shown},
     figures::Colours,
     files::exchange::csv,
     machine::{ChainError, Machine},
     process::{ForceLaw, MillingForce},
     questions::{
-        Overrides, Study, StudyKind,
+        Answered, Overrides, Study, StudyKind,
         superposition::{
             LocationResult, Scaled, Superposition, SuperpositionStudy,
             ablation::Cause,
@@ -49,9 +49,9 @@ fn solve(study: &SuperpositionStudy) -> Superposition {
     run(study, &Work::default()).unwrap()
 }
 
-fn summary(results: &Superposition) -> report::Summary {
-    let mut summary = report::Summary::default();
-    results.points.iter().for_each(|point| summary.add(&results.study, point));
+fn summary(results: &Superposition) -> report::Summary<'_> {
+    let mut summary = report::Summary::new(&results.study);
+    results.points.iter().for_each(|point| summary.add(point));
     summary
 }
 
@@ -295,11 +295,11 @@ fn places_out_of_reach_are_labelled_everywhere() {
         assert!(text.contains("unreachable") && !text.contains("NaN") && !text.contains("inf,"), "{text}");
     }
     let (study, locations, summary) = (&results.study, &results.locations, summary(&results));
-    assert!(report::summary_text(study, &summary, locations).contains("Q0: unreachable: "));
-    assert_eq!(report::summary_json(study, &summary, locations)["grid_points_solved"], 1);
-    let mut pictures = report::Pictures::new(study, &Shown { slices_z: vec![0.0] });
-    results.points.iter().for_each(|point| pictures.add(point));
-    for (name, figure) in pictures.figures(study, locations) {
+    assert!(report::summary_text(&summary, locations).contains("Q0: unreachable: "));
+    assert_eq!(summary.json(locations)["grid_points_solved"], 1);
+    let folder = tempfile::tempdir().unwrap();
+    let run = Run { out: folder.path(), formats: &[], figures: true, work: &Work::default() };
+    for (name, figure) in study.answer(&Shown { slices_z: vec![0.0] }, &run).unwrap().figures {
         figure.svg(Colours::Viridis).unwrap_or_else(|e| panic!("{name}: {e}"));
     }
 }

@@ -136,7 +136,7 @@ pub fn run_in_blocks(
     work: &Work,
     take: impl FnMut(Vec<MapPoint>) -> error::Result<()> + Send,
 ) -> error::Result<()> {
-    let machines = machines(study)?;
+    let machines = study.scene.machines()?;
     let (total, size) = (study.grid.len(), block_size(study));
     let compute = |start: usize| {
         let work = work.dealt(start / size);
@@ -158,11 +158,7 @@ pub(super) fn blocks(study: &WorkspaceMapStudy) -> usize {
 /// Of `work`.
 pub fn run_range(study: &WorkspaceMapStudy, indices: Range<usize>, work: &Work) -> error::Result<Vec<MapPoint>> {
     let indices = indices.start.min(study.grid.len())..indices.end.min(study.grid.len());
-    block(study, &machines(study)?, indices, work)
-}
-
-fn machines(WorkspaceMapStudy { scene, .. }: &WorkspaceMapStudy) -> error::Result<Machines> {
-    Machines::new(&scene.machine, &scene.errors)
+    block(study, &study.scene.machines()?, indices, work)
 }
 
 fn block(

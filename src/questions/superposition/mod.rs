@@ -37,7 +37,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::simulation::{Failure, Machines};
 use crate::{
-    answer::Scene,
+    answer::{Scene, overlapped},
     input::error,
     spatial::Grid,
     work::{Event, Work, here},
@@ -166,19 +166,12 @@ pub fn run(study: &SuperpositionStudy, work: &Work) -> error::Result<Superpositi
 pub fn run_map(
     study: &SuperpositionStudy,
     work: &Work,
-    mut take: impl FnMut(Vec<DeparturePoint>) -> error::Result<()> + Send,
+    take: impl FnMut(Vec<DeparturePoint>) -> error::Result<()> + Send,
 ) -> error::Result<()> {
-    let machines = Machines::new(&study.scene.machine, &study.scene.errors)?;
-    let map = work.part("map");
-    let total = study.grid.len();
-    let mut done: Option<Vec<DeparturePoint>> = None;
-    for start in (0..total).step_by(PART) {
-        let compute = || map_part(study, &machines, start..total.min(start + PART), &map);
-        let (next, taken) = rayon::join(compute, || done.take().map_or(Ok(()), &mut take));
-        taken?;
-        done = Some(next?);
-    }
-    done.map_or(Ok(()), take)?;
+    let machines = study.scene.machines()?;
+    let (map, total) = (work.part("map"), study.grid.len());
+    let compute = |start: usize| map_part(study, &machines, start..total.min(start + PART), &map).map(Some);
+    overlapped((0..total).step_by(PART), compute, take)?;
     map.gathered()
 }
 
@@ -194,7 +187,7 @@ pub(super) fn map_pieces(study: &SuperpositionStudy) -> usize {
 /// Of `work`.
 pub fn run_range(study: &SuperpositionStudy, indices: Range<usize>, work: &Work) -> error::Result<Vec<DeparturePoint>> {
     let indices = indices.start.min(study.grid.len())..indices.end.min(study.grid.len());
-    let points = map_part(study, &Machines::new(&study.scene.machine, &study.scene.errors)?, indices, work)?;
+    let points = map_part(study, &study.scene.machines()?, indices, work)?;
     work.gathered()?;
     Ok(points)
 }
@@ -230,7 +223,7 @@ fn map_part(
 /// # Errors
 /// Of `work`.
 pub fn run_locations(study: &SuperpositionStudy, work: &Work) -> error::Result<Vec<LocationResult>> {
-    let machines = Machines::new(&study.scene.machine, &study.scene.errors)?;
+    let machines = study.scene.machines()?;
     let named = work.part("locations").after(map_pieces(study));
     let locations = study.locations.par_iter().enumerate().filter_map(|(index, location)| {
         let compute = || {

@@ -55,7 +55,7 @@ pub(super) fn headline(summary: &Summary<'_>, text: &Said) -> Headline {
 /// Where the tolerance is kept, if there is one, up to the place that is best.
 fn kept(summary: &Summary<'_>) -> Option<String> {
     let tolerance = summary.study.scene.tolerance_mm?;
-    Some(match summary.share_within()? {
+    Some(match summary.within.get()? {
         0.0 => format!("{tolerance} mm is kept nowhere, least missed"),
         1.0 => format!("{tolerance} mm is kept everywhere, best"),
         share => format!("{tolerance} mm is kept in {} of the box,", percent(share)),
@@ -67,7 +67,7 @@ fn in_map(quantity: &Quantity<SourceEffect>, extreme: Extreme, value: f64) -> In
 }
 
 fn worst(summary: &Summary<'_>, [least, most]: [&Found<AtAngle>; 2], high: &str) -> KeyNumber {
-    let against = match (summary.study.scene.tolerance_mm, summary.share_within()) {
+    let against = match (summary.study.scene.tolerance_mm, summary.within.get()) {
         (Some(tolerance), Some(share)) => Tolerance(tolerance).kept(&match share {
             0.0 => "nowhere".into(),
             1.0 => "everywhere".into(),

@@ -34,9 +34,8 @@ impl Answered for WorkspaceMapStudy {
             grid: self.grid.clone(),
             layers: vec![Layer { table: "map", keys: &["source"], vectors: &["deflection", "departure"] }],
         };
-        let columns = quantities::columns(machine).columns();
-        let mut streams =
-            Streams::new(run, Some(image)).with("map", columns, |points: &[MapPoint]| table(machine, points))?;
+        let of_block = |points: &[MapPoint]| table(machine, points);
+        let mut streams = Streams::new(run, Some(image)).with("map", table(machine, &[]), of_block)?;
         let (mut summary, mut pictures) = (Summary::new(self), pictures::pictures(self, shown));
         run_in_blocks(self, run.work, |points| {
             for point in &points {
@@ -53,7 +52,7 @@ impl Answered for WorkspaceMapStudy {
             details: text.details(),
             ..Output::of(
                 json!({ "grid": self.grid.counts(), "tool_angles": self.scene.phis.len() }),
-                summary.statuses().to_vec(),
+                summary.statuses.clone(),
                 summary.json(),
                 Description { headline: headline::headline(&summary, &text), ..page(&summary, &text) },
             )

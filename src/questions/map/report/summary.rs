@@ -43,9 +43,10 @@ pub struct Summary<'a> {
     pub(super) drives: OfDrives<SourceEffect>,
     sources: BySource<OfSource>,
     points: usize,
-    /// Of the box, where all sources together keep the tolerance.
-    within: ShareWithin,
-    statuses: Vec<StatusCount>,
+    /// Of the part of the box that was solved, where all sources together keep the tolerance.
+    pub(super) within: ShareWithin,
+    /// Rows per status.
+    pub(super) statuses: Vec<StatusCount>,
 }
 
 impl<'a> Summary<'a> {
@@ -81,11 +82,6 @@ impl<'a> Summary<'a> {
         }
     }
 
-    /// Rows per status.
-    pub fn statuses(&self) -> &[StatusCount] {
-        &self.statuses
-    }
-
     /// What `source` does.
     pub(super) fn of(&self, source: Source) -> &OfSource {
         &self.sources[source]
@@ -99,12 +95,6 @@ impl<'a> Summary<'a> {
     /// Rows whose correction is missing and whose deflection is known.
     pub(super) fn uncorrected(&self) -> usize {
         self.sources.iter().map(|(_, sums)| sums.uncorrected).sum()
-    }
-
-    /// Share of the solved part of the box in which all sources together keep the tolerance; `None` without one, or where
-    /// nothing was solved.
-    pub(super) fn share_within(&self) -> Option<f64> {
-        self.within.get()
     }
 
     /// Extremes per source; drive corrections and forces in keys that end with their unit.

@@ -61,7 +61,7 @@ fn deflection(summary: &Summary<'_>, source: Source) -> String {
 
 fn tolerance(summary: &Summary<'_>) -> String {
     let study = summary.study;
-    let (Some(tolerance), Some(share)) = (study.scene.tolerance_mm, summary.share_within()) else {
+    let (Some(tolerance), Some(share)) = (study.scene.tolerance_mm, summary.within.get()) else {
         return String::new();
     };
     let is_all_known = summary.of(Source::All).known == study.grid.len();

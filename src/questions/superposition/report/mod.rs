@@ -1,38 +1,166 @@
 //! Reports of a superposition study; the map is gathered point by point, so that memory does not grow with the grid.
 
-mod answer;
 mod headline;
-mod json;
-mod page;
 mod pictures;
+mod quantities;
 mod summary;
-mod tables;
 mod text;
 
-pub use json::summary_json;
-pub use page::page;
-pub use pictures::Pictures;
-pub use summary::Summary;
-pub use tables::{
+pub use quantities::{
     ablation_table, largest_factors_table, locations_table, map_table, safe_load_table, scaling_table, slopes_table,
 };
+pub use summary::Summary;
 pub use text::summary_text;
 
+use serde_json::json;
+
 use crate::{
-    files::exchange::{Image, Layer},
-    questions::superposition::{
-        LocationResult, SuperpositionStudy,
-        ablation::{Ablation, Cause},
-        departure::Followed,
+    answer::{Output, Run, Shown, Streams, layers, size_words},
+    files::{
+        StatusCount,
+        exchange::{Image, Layer},
+        words::position,
     },
-    simulation::ROUNDING_MM,
+    input::error::Result,
+    page::{Description, Explorer, Fact, Group, GroupValue, Section, TableNote},
+    questions::{
+        Answered,
+        superposition::{
+            DeparturePoint, LocationResult, SuperpositionStudy,
+            ablation::{Ablation, Cause},
+            departure::{Followed, Sum},
+            run_locations, run_map,
+        },
+    },
+    simulation::{ROUNDING_MM, status_of},
 };
 
-/// The maps as an image of [`map_table`] and [`safe_load_table`], called `map` and `safe_load`.
-pub fn image(study: &SuperpositionStudy) -> Image {
-    let departures = Layer { table: "map", keys: &["sum", "followed"], vectors: &["departure"] };
-    let safe = Layer { table: "safe_load", keys: &[], vectors: &[] };
-    Image { grid: study.grid.clone(), layers: vec![departures, safe] }
+impl Answered for SuperpositionStudy {
+    fn answer(&self, shown: &Shown, run: &Run<'_>) -> Result<Output> {
+        let departures = Layer { table: "map", keys: &["sum", "followed"], vectors: &["departure"] };
+        let safe = Layer { table: "safe_load", keys: &[], vectors: &[] };
+        let image = Image { grid: self.grid.clone(), layers: vec![departures, safe] };
+        let mut streams = Streams::new(run, Some(image))
+            .with("map", map_table(&[]), |points: &[DeparturePoint]| map_table(points))?
+            .with("safe_load", safe_load_table(self, &[]), |points| safe_load_table(self, points))?;
+        let (mut summary, mut pictures) = (Summary::new(self), pictures::pictures(self, shown));
+        run_map(self, run.work, |points| {
+            for point in &points {
+                summary.add(point);
+                pictures.add(point);
+            }
+            streams.add(&points)
+        })?;
+        let locations = run_locations(self, run.work)?;
+        let mut statuses = summary.statuses.clone();
+        for location in &locations {
+            StatusCount::add(&mut statuses, status_of(&location.departures));
+            StatusCount::add(&mut statuses, status_of(&location.ablation));
+        }
+        Ok(Output {
+            tables: vec![
+                ("locations".into(), locations_table(&locations)),
+                ("largest_factors".into(), largest_factors_table(&locations)),
+                ("scaling".into(), scaling_table(&locations)),
+                ("slopes".into(), slopes_table(&locations)),
+                ("ablation".into(), ablation_table(&locations)),
+            ],
+            streamed: streams.finish()?,
+            figures: run.drawn(|| pictures::figures(&pictures, &summary, &locations)),
+            details: summary_text(&summary, &locations),
+            ..Output::of(
+                json!({
+                    "grid": self.grid.counts(),
+                    "tool_angles": self.scene.phis.len(),
+                    "tolerance_mm": self.tolerance,
+                    "scales": self.scales,
+                    "largest_factor": self.largest_factor,
+                }),
+                statuses,
+                summary.json(&locations),
+                Description { headline: headline::headline(&summary), ..page(&summary, &locations) },
+            )
+        })
+    }
+}
+
+/// Titles of the views.
+const DEPARTURE: &str = "Departure of superposition";
+const SAFE: &str = "Largest load that keeps the tolerance";
+
+/// Sections, setting, views and tables; first screen, figures and question are added by the run.
+fn page(summary: &Summary<'_>, locations: &[LocationResult]) -> Description {
+    let SuperpositionStudy { scene, grid, locations: asked, tolerance, .. } = summary.study;
+    let departures = "departure of the sum from both at once, worst over the tool angle";
+    let names: Vec<&str> = asked.iter().map(|location| location.name.as_str()).collect();
+    let largest = &quantities::DEPARTURE.name;
+    let safe = scene.view(SAFE, "safe_load.csv", None, layers(&[quantities::LARGEST_LOAD]));
+    Description {
+        setting: scene.facts([
+            scene.angles_fact("tool angles"),
+            Fact::new("grid", format!("{} positions of P", size_words(grid))),
+            Fact::new("locations", names.join(", ")),
+            Fact::new("tolerance", format!("{tolerance} mm")),
+        ]),
+        sections: sections(summary, locations),
+        explorers: vec![departure_map(summary.study), safe],
+        tables: vec![
+            TableNote::new("largest_factors.csv", "Largest factors on load, errors and both that keep the tolerance."),
+            TableNote::new("locations.csv", &format!("Locations: {departures}.")),
+            TableNote::new("slopes.csv", "Exponents with which the departure grows."),
+            TableNote::ranked("map.csv", &format!("Grid points: {departures}."), largest),
+            TableNote::new("safe_load.csv", "Grid points: whether adding keeps the tolerance, and up to which load."),
+            TableNote::new("scaling.csv", "Departure at each factor on load, errors and both."),
+            TableNote::ranked("ablation.csv", "What makes the departure, at each tool angle.", &quantities::PART.name),
+        ],
+        ..scene.description("superposition", "the platform point P")
+    }
+}
+
+fn sections(summary: &Summary<'_>, locations: &[LocationResult]) -> Vec<Section> {
+    let meaning = "Departure of superposition: the displacement by each effect alone, added, less that by all at once.";
+    let at = |location: &LocationResult| format!("{} at {}", location.location.name, place(location));
+    let points = locations.iter().map(at).collect::<Vec<_>>().join(", ");
+    vec![
+        Section::new("Where is adding wrong by how much?", "the map, at the tool tip and at the platform point")
+            .text(meaning)
+            .text(&text::departures(summary))
+            .explorers([DEPARTURE])
+            .figures(&["slices_departure", "slices_ratio", "slices_aggregation"]),
+        Section::new("Up to which load?", "where adding keeps the tolerance, and by how much load may grow")
+            .text(&text::safety(summary))
+            .explorers([SAFE])
+            .figures(&["slices_safe", "growth_"])
+            .tables(["largest_factors.csv"]),
+        Section::new("Why?", "what the departure is made of")
+            .text(&format!("Looked at closely: {points}."))
+            .text(&text::causes(locations))
+            .figures(&["ablation"])
+            .tables(["locations.csv", "slopes.csv"]),
+    ]
+}
+
+fn departure_map(study: &SuperpositionStudy) -> Explorer {
+    let value = |(sum, followed): (Sum, Followed)| GroupValue {
+        cells: vec![sum.label().into(), followed.label().into()],
+        label: format!(
+            "{}, {}",
+            if sum == Sum::Superposition { "superposition" } else { "eqs. (14), (15)" },
+            if followed == Followed::Tool { "tool tip" } else { "platform point" }
+        ),
+    };
+    let group = Group {
+        columns: vec!["sum".into(), "followed".into()],
+        label: "sum and point followed".into(),
+        values: quantities::kinds().map(value).collect(),
+    };
+    study.scene.view(DEPARTURE, "map.csv", Some(group), layers(&quantities::on_page()))
+}
+
+/// Where a location is.
+fn place(location: &LocationResult) -> String {
+    let [x, y, z]: [f64; 3] = location.location.position.into();
+    position(x, y, z)
 }
 
 fn words(cause: Cause) -> &'static str {
@@ -45,14 +173,13 @@ fn words(cause: Cause) -> &'static str {
     }
 }
 
-/// The tool angle at which the departure of the tool tip is largest, and its parts there.
-fn worst_ablation(location: &LocationResult) -> Option<&Ablation> {
+/// The tool angle at which the departure of the tool tip is largest, how much each part contributes there, and the whole; `None`
+/// where that is not known or nothing.
+fn worst_ablation(location: &LocationResult) -> Option<(&Ablation, [f64; 5], f64)> {
     let size = |ablation: &Ablation| ablation.departure.tool.norm();
     let all = location.ablation.as_ref().ok()?.iter();
-    all.fold(None, |worst, here| match worst {
-        Some(worst) if size(worst) >= size(here) => Some(worst),
-        _ => Some(here),
-    })
+    let worst = all.reduce(|worst, here| if size(worst) >= size(here) { worst } else { here })?;
+    Some((worst, contributions(worst, Followed::Tool)?, size(worst)))
 }
 
 /// How much each part contributes to the length of the departure, mm: its component along the departure. They add up to

@@ -1,228 +1,92 @@
 //! Which pictures a superposition study gives.
 
+use super::{
+    Summary, contributions, place,
+    quantities::{DEPARTURE, LARGEST_LOAD, RELATIVE},
+    words,
+};
 use crate::{
-    answer::{
-        Shown,
-        grid_slices::{drawn, drawn_nodes, panels, thinned_words},
-        point_words,
-    },
-    figures::{Figure, LineFigure, LineSeries, Mark2, Shading, SliceFigure, SlicePanel},
-    files::words::{counted, millimetres, position, typographic},
-    process::MillingForce,
+    answer::{Drawn, GridMap, Shown, Tolerance},
+    figures::{Figure, LineFigure, LineSeries, Shading},
     questions::superposition::{
         DeparturePoint, LocationResult, Scaled, SuperpositionStudy,
         ablation::Cause,
-        departure::{Followed, Sum},
-        report::{contributions, words},
+        departure::{Followed, Sum, Worst},
     },
 };
 
-/// A quantity of the map that is drawn.
-struct Quantity {
-    file_stem: &'static str,
-    title: &'static str,
-    label: &'static str,
-    /// Words behind the setting.
-    remark: fn(&SuperpositionStudy) -> String,
-    /// Where a line is drawn.
-    contour: fn(&SuperpositionStudy) -> Option<f64>,
-    value: fn(&DeparturePoint) -> Option<f64>,
+/// The pictures of the map of `study`, none of its points seen.
+pub(super) fn pictures<'a>(study: &'a SuperpositionStudy, shown: &Shown) -> GridMap<'a, DeparturePoint> {
+    GridMap::new(&study.scene, &study.grid, shown, drawn(study))
 }
 
-fn tolerance_words(study: &SuperpositionStudy) -> String {
-    format!("; line: tolerance {} mm", study.tolerance)
-}
-
-const QUANTITIES: [Quantity; 5] = [
-    Quantity {
-        file_stem: "departure_tool",
-        title: "Error of adding at the tool tip T",
-        label: "departure of the tool tip [mm]",
-        remark: tolerance_words,
-        contour: |study| Some(study.tolerance),
-        value: |p| Some(p.departures.as_ref().ok()?.superposition[0].departure_mm),
-    },
-    Quantity {
-        file_stem: "departure_platform",
-        title: "Error of adding at the platform point P",
-        label: "departure of P [mm]",
-        remark: |_| String::new(),
-        contour: |_| None,
-        value: |p| Some(p.departures.as_ref().ok()?.superposition[1].departure_mm),
-    },
-    Quantity {
-        file_stem: "ratio_tool",
-        title: "Error of adding as a share of the displacement",
-        label: "departure / displacement, both at their largest [%]",
-        remark: |_| String::new(),
-        contour: |_| None,
-        value: |p| Some(100.0 * p.departures.as_ref().ok()?.superposition[0].relative()?),
-    },
-    Quantity {
-        file_stem: "aggregation_tool",
-        title: "Error of adding aggregated chain errors, eqs. (14), (15)",
-        label: "departure of the tool tip [mm]",
-        remark: tolerance_words,
-        contour: |study| Some(study.tolerance),
-        value: |p| Some(p.departures.as_ref().ok()?.aggregation.as_ref().ok()?[0].departure_mm),
-    },
-    Quantity {
-        file_stem: "safe_load",
-        title: "Largest load for which adding is safe",
-        label: "largest load / load of the study [1]",
-        remark: |study| {
-            format!("; line: the load of the study; departure of the tool tip up to {} mm", study.tolerance)
+fn drawn(study: &SuperpositionStudy) -> Vec<Drawn<DeparturePoint>> {
+    let of = |stem, title: &str, label: &str, value: fn(&DeparturePoint) -> Option<f64>| Drawn {
+        stem,
+        title: title.into(),
+        label: label.into(),
+        under: study.scene.worst_words(),
+        contour: None,
+        line: String::new(),
+        shading: Shading::Ordered,
+        value: Box::new(value),
+    };
+    let tolerance = |drawn| Drawn { contour: Some(study.tolerance), line: Tolerance(study.tolerance).line(), ..drawn };
+    let load =
+        of("safe_load", "Largest load for which adding is safe", "largest load / load of the study [1]", |point| {
+            LARGEST_LOAD.value(&point.largest_load)
+        });
+    let title = "Error of adding aggregated chain errors, eqs. (14), (15)";
+    let share = "departure / displacement, both at their largest [%]";
+    vec![
+        tolerance(of(
+            "departure_tool",
+            "Error of adding at the tool tip T",
+            "departure of the tool tip [mm]",
+            |point| DEPARTURE.value(worst(point, Sum::Superposition, Followed::Tool)?),
+        )),
+        of("departure_platform", "Error of adding at the platform point P", "departure of P [mm]", |point| {
+            DEPARTURE.value(worst(point, Sum::Superposition, Followed::Platform)?)
+        }),
+        of("ratio_tool", "Error of adding as a share of the displacement", share, |point| {
+            Some(100.0 * RELATIVE.value(worst(point, Sum::Superposition, Followed::Tool)?)?)
+        }),
+        tolerance(of("aggregation_tool", title, "departure of the tool tip [mm]", |point| {
+            DEPARTURE.value(worst(point, Sum::Aggregation, Followed::Tool)?)
+        })),
+        Drawn {
+            contour: Some(1.0),
+            line: format!("; line: the load of the study; departure of the tool tip up to {} mm", study.tolerance),
+            ..load
         },
-        contour: |_| Some(1.0),
-        value: |p| p.largest_load.factor(),
-    },
-];
-
-/// The values that slices show, gathered point by point: a large grid is thinned.
-#[derive(Debug, Clone)]
-pub struct Pictures {
-    /// Heights of the slices, mm.
-    slices_z: Vec<f64>,
-    /// Grid indices of the nodes shown, ascending.
-    nodes: Vec<usize>,
-    /// At each of them, the values of [`QUANTITIES`].
-    values: Vec<[Option<f64>; QUANTITIES.len()]>,
-    /// The largest departure of the tool tip, and where it is.
-    largest: Option<(f64, [f64; 3])>,
-    /// Indices along each axis of the nodes from which the slice through it is taken.
-    all: [Vec<usize>; 3],
-    /// Index of the next point.
-    next: usize,
+    ]
 }
 
-/// Most nodes along an axis of the slice through the largest departure.
-const MOST_NODES: usize = 41;
-
-impl Pictures {
-    /// For the map of `study`, none of its points seen.
-    pub fn new(study: &SuperpositionStudy, shown: &Shown) -> Self {
-        let all = study.grid.counts().map(|count| drawn(count, MOST_NODES));
-        let of = |[xs, ys, planes]: &[Vec<usize>; 3]| -> Vec<usize> {
-            let rows = planes.iter().flat_map(|&z| ys.iter().map(move |&y| (y, z)));
-            rows.flat_map(|(y, z)| xs.iter().map(move |&x| study.grid.index([x, y, z]))).collect()
-        };
-        let mut nodes = [of(&drawn_nodes(&study.grid, &shown.slices_z)), of(&all)].concat();
-        nodes.sort_unstable();
-        nodes.dedup();
-        Self { slices_z: shown.slices_z.clone(), nodes, values: Vec::new(), largest: None, all, next: 0 }
-    }
-
-    /// Takes the next point, in grid order.
-    pub fn add(&mut self, point: &DeparturePoint) {
-        let departure = (QUANTITIES[0].value)(point).filter(|value| value.is_finite());
-        if let Some(value) = departure.filter(|value| self.largest.is_none_or(|(most, _)| *value > most)) {
-            self.largest = Some((value, point.position_mm));
-        }
-        if self.nodes.get(self.values.len()) == Some(&self.next) {
-            self.values.push(std::array::from_fn(|k| (QUANTITIES[k].value)(point)));
-        }
-        self.next += 1;
-    }
-
-    /// All pictures with their file stems: slices of departures and of the largest safe load, and of each location how the
-    /// departure grows and where it comes from.
-    pub fn figures(&self, study: &SuperpositionStudy, locations: &[LocationResult]) -> Vec<(String, Figure)> {
-        let slices = |(k, quantity): (usize, &Quantity)| {
-            (format!("slices_{}", quantity.file_stem), Figure::Slices(self.slices(study, k)))
-        };
-        let answer = self.answer(study).map(|figure| ("answer".to_string(), Figure::Slices(figure)));
-        let mut figures: Vec<(String, Figure)> =
-            answer.into_iter().chain(QUANTITIES.iter().enumerate().map(slices)).collect();
-        for (index, location) in locations.iter().enumerate() {
-            let name = &location.location.name;
-            let plain: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
-            let stem = |kind: &str| format!("{kind}_{}_{plain}", index + 1);
-            let drawn = [("growth", growth(study, location)), ("ablation", ablation(study, location))];
-            figures.extend(drawn.into_iter().filter_map(|(kind, figure)| Some((stem(kind), Figure::Lines(figure?)))));
-        }
-        figures
-    }
-
-    fn value(&self, study: &SuperpositionStudy, node: [usize; 3], quantity: usize) -> Option<f64> {
-        let place = self.nodes.binary_search(&study.grid.index(node)).ok()?;
-        self.values.get(place)?[quantity]
-    }
-
-    fn slices(&self, study: &SuperpositionStudy, quantity: usize) -> SliceFigure {
-        let Quantity { title, label, remark, contour, .. } = &QUANTITIES[quantity];
-        let value = |node| self.value(study, node, quantity);
-        SliceFigure {
-            title: (*title).into(),
-            subtitle: format!("{}{}", setting(study, &self.slices_z), remark(study)),
-            x_label: "x [mm]".into(),
-            y_label: "y [mm]".into(),
-            quantity: (*label).into(),
-            panels: panels(&study.scene.machine, &study.grid, &self.slices_z, &value),
-            range: None,
-            contour: contour(study),
-            shading: Shading::Ordered,
-            remark: if quantity == 0 { point_words::points(&study.scene.machine) } else { String::new() },
-            missing: "no solution".into(),
-        }
-    }
-
-    /// The slice through the place of the largest departure; where nothing is solved, the lowest one.
-    fn answer(&self, study: &SuperpositionStudy) -> Option<SliceFigure> {
-        let z = self.largest.map_or(f64::NEG_INFINITY, |(_, at)| at[2]);
-        let [columns, rows, planes] = &self.all;
-        let [xs, ys, zs] = &study.grid.axes;
-        let gap = |&&k: &&usize| (zs[k] - z.max(zs[0])).abs();
-        let plane = planes.iter().min_by(|a, b| gap(a).total_cmp(&gap(b))).copied()?;
-        let nodes = rows.iter().flat_map(|&y| columns.iter().map(move |&x| [x, y, plane]));
-        let mark =
-            |(most, [x, y, _]): (f64, [f64; 3])| Mark2 { label: format!("largest {}", millimetres(most, 3)), x, y };
-        Some(SliceFigure {
-            title: "Where adding the effects is most wrong".into(),
-            subtitle: format!("{}{}", setting_of(study, &self.all[..2]), tolerance_words(study)),
-            x_label: "x [mm]".into(),
-            y_label: "y [mm]".into(),
-            quantity: QUANTITIES[0].label.into(),
-            panels: vec![SlicePanel {
-                title: typographic(&format!("z = {:.2} mm", zs[plane])),
-                x: columns.iter().map(|&x| xs[x]).collect(),
-                y: rows.iter().map(|&y| ys[y]).collect(),
-                values: nodes.map(|node| self.value(study, node, 0)).collect(),
-                marks: self.largest.map(mark).into_iter().collect(),
-            }],
-            range: None,
-            contour: Some(study.tolerance),
-            shading: Shading::Ordered,
-            remark: String::new(),
-            missing: "no solution".into(),
-        })
-    }
+fn worst(point: &DeparturePoint, sum: Sum, followed: Followed) -> Option<&Worst> {
+    point.departures.as_ref().ok()?.worst(sum, followed).ok()
 }
 
-fn force(study: &SuperpositionStudy) -> String {
-    let MillingForce { radial, tangential, axial, .. } = study.scene.force;
-    typographic(&format!("force {radial} / {tangential} / {axial} N (radial / tangential / axial)"))
-}
-
-fn setting(study: &SuperpositionStudy, slices_z: &[f64]) -> String {
-    setting_of(study, &drawn_nodes(&study.grid, slices_z)[..2])
-}
-
-/// The setting of a slice that shows the nodes with the indices `drawn` along x and y.
-fn setting_of(study: &SuperpositionStudy, drawn: &[Vec<usize>]) -> String {
-    let [nx, ny, nz] = study.grid.counts();
-    format!(
-        "{}, worst of {}, {}, grid {nx} × {ny} × {nz}{}",
-        study.scene.machine.short_title(),
-        counted(study.scene.phis.len(), "tool angle"),
-        force(study),
-        thinned_words(&study.grid, drawn)
-    )
-}
-
-/// Where a location is.
-fn place(location: &LocationResult) -> String {
-    let [x, y, z]: [f64; 3] = location.location.position.into();
-    position(x, y, z)
+/// All pictures with their file stems: the slice through the largest departure, slices of departures and of the largest safe load, and
+/// of each location how the departure grows and where it comes from.
+pub(super) fn figures(
+    map: &GridMap<'_, DeparturePoint>,
+    summary: &Summary<'_>,
+    locations: &[LocationResult],
+) -> Vec<(String, Figure)> {
+    let study = summary.study;
+    let largest = summary.largest(Sum::Superposition, Followed::Tool, &DEPARTURE);
+    let ends: Vec<_> = largest.map(|found| (found.value, found.position_mm, "largest")).into_iter().collect();
+    let answer = map.through(0, "Where adding the effects is most wrong", &ends, Some(Tolerance(study.tolerance)));
+    let mut figures = vec![("answer".to_string(), answer)];
+    figures.extend(map.slices());
+    for (index, location) in locations.iter().enumerate() {
+        let name = &location.location.name;
+        let plain: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
+        let stem = |kind: &str| format!("{kind}_{}_{plain}", index + 1);
+        let drawn = [("growth", growth(study, location)), ("ablation", ablation(study, location))];
+        figures.extend(drawn.into_iter().filter_map(|(kind, figure)| Some((stem(kind), Figure::Lines(figure?)))));
+    }
+    figures
 }
 
 /// Departures of the tool tip over the factor on the sources; `None` where there are none.
@@ -257,11 +121,10 @@ fn growth(study: &SuperpositionStudy, location: &LocationResult) -> Option<LineF
     (!series.is_empty()).then(|| LineFigure {
         title: format!("How the error of adding grows at {}", location.location.name),
         subtitle: format!(
-            "{}, {}, worst of {}, {}; factor 1: load and errors of the study",
+            "{}, {}, {}; factor 1: load and errors of the study",
             study.scene.machine.short_title(),
             place(location),
-            counted(study.scene.phis.len(), "tool angle"),
-            force(study)
+            study.scene.worst_words()
         ),
         x_label: "factor on the scaled sources [1]".into(),
         y_label: "departure of the tool tip [mm]".into(),
@@ -303,7 +166,7 @@ fn ablation(study: &SuperpositionStudy, location: &LocationResult) -> Option<Lin
             "{}, {}, {}; parts along the departure of the tool tip, which at each angle add up to it",
             study.scene.machine.short_title(),
             place(location),
-            force(study)
+            study.scene.force_words()
         ),
         x_label: "tool angle φ [°]".into(),
         y_label: "part of the departure [mm]".into(),

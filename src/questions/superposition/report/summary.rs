@@ -1,135 +1,168 @@
-//! What the map says, gathered point by point.
+//! What the study says: the map, gathered point by point, and all of it as a JSON object.
 
+use serde_json::{Map, Value, json};
+
+use super::{
+    quantities::{DEPARTURE, RATIO, RELATIVE, kinds},
+    worst_ablation,
+};
 use crate::{
+    answer::{Extremes, Found, OfQuantities, Quantity, ShareWithin},
     files::StatusCount,
     questions::superposition::{
-        DeparturePoint, SuperpositionStudy,
+        DeparturePoint, LocationResult, Scaled, SuperpositionStudy,
+        ablation::Cause,
         departure::{Followed, Sum, Worst},
         safe::LargestFactor,
     },
     simulation::status_of,
 };
 
-/// What departures are ranked by.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Measure {
-    /// Largest departure over φ, mm.
-    Size,
-    /// That over the largest displacement.
-    Relative,
-    /// Largest departure over the displacement at the same φ.
-    Ratio,
-}
-
-impl Measure {
-    fn of(self, worst: &Worst) -> Option<f64> {
-        match self {
-            Measure::Size => Some(worst.departure_mm),
-            Measure::Relative => worst.relative(),
-            Measure::Ratio => worst.ratio,
-        }
-    }
-}
-
-/// The largest value seen, and where it was seen first.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Found {
-    pub value: f64,
-    pub position_mm: [f64; 3],
-    pub worst: Worst,
-}
-
-/// How far the load may grow at a grid point.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Load {
-    pub factor: f64,
-    pub position_mm: [f64; 3],
-    pub largest: LargestFactor,
-}
-
 /// What the map says, gathered point by point: memory does not grow with the grid.
-#[derive(Debug, Clone, Default)]
-pub struct Summary {
-    /// By sum, followed point and measure.
-    largest: [[[Option<Found>; 3]; 2]; 2],
-    /// Points that keep within the tolerance up to the smallest and to the largest factor on the load.
-    loads: Option<[Load; 2]>,
+pub struct Summary<'a> {
+    pub(super) study: &'a SuperpositionStudy,
+    /// By sum and followed point.
+    departures: [[OfQuantities<Worst, Worst>; 2]; 2],
+    /// Up to which factor on the load points keep within the tolerance.
+    loads: Extremes<LargestFactor>,
     pub(super) points: usize,
     pub(super) solved: usize,
     /// Points at which the equilibrium ends before the departure reaches the tolerance.
     pub(super) ended: usize,
-    /// Shares of the box that were solved, and that keep within the tolerance.
-    solved_share: f64,
-    safe_share: f64,
-    statuses: Vec<StatusCount>,
+    /// Of the box, where the sum keeps within the tolerance.
+    within: ShareWithin,
+    /// Rows of the map per status.
+    pub(super) statuses: Vec<StatusCount>,
 }
 
-impl Summary {
-    /// Takes the next point of the map of `study`, in grid order, into account.
-    pub fn add(&mut self, study: &SuperpositionStudy, point: &DeparturePoint) {
+impl<'a> Summary<'a> {
+    /// Of the map of `study`, none of its points seen.
+    pub fn new(study: &'a SuperpositionStudy) -> Self {
+        let of_kind = |_| OfQuantities::new([DEPARTURE, RELATIVE, RATIO]);
+        Self {
+            study,
+            departures: Sum::ALL.map(|_| Followed::ALL.map(of_kind)),
+            loads: Extremes::default(),
+            points: 0,
+            solved: 0,
+            ended: 0,
+            within: ShareWithin::default(),
+            statuses: Vec::new(),
+        }
+    }
+
+    /// Takes the next point, in grid order, into account.
+    pub fn add(&mut self, point: &DeparturePoint) {
         StatusCount::add(&mut self.statuses, status_of(&point.departures));
         if let Ok(departures) = &point.departures {
             self.solved += 1;
             // Each grid point stands for the cell around it.
-            let volume = study.grid.cell_share(self.points);
-            self.solved_share += volume;
-            if departures.superposed_tool_mm() < study.tolerance {
-                self.safe_share += volume;
-            }
-            for (sum, by_followed) in Sum::ALL.into_iter().zip(&mut self.largest) {
-                for (followed, found) in Followed::ALL.into_iter().zip(by_followed) {
-                    if let Ok(worst) = departures.worst(sum, followed) {
-                        see(found, point.position_mm, worst);
-                    }
+            let is_within = departures.superposed_tool_mm() < self.study.tolerance;
+            self.within.add(self.study.grid.cell_share(self.points), is_within);
+            for (sum, followed) in kinds() {
+                if let Ok(worst) = departures.worst(sum, followed) {
+                    self.departures[sum as usize][followed as usize].see(worst, point.position_mm, worst);
                 }
             }
         }
         self.ended += usize::from(matches!(point.largest_load, LargestFactor::NoEquilibrium(..)));
         if let Some(factor) = point.largest_load.factor() {
-            self.see_load(factor, point);
+            self.loads.see(factor, point.position_mm, &point.largest_load);
         }
         self.points += 1;
     }
 
-    fn see_load(&mut self, factor: f64, point: &DeparturePoint) {
-        let here = || Load { factor, position_mm: point.position_mm, largest: point.largest_load.clone() };
-        let [least, most] = self.loads.get_or_insert_with(|| [here(), here()]);
-        if factor < least.factor {
-            *least = here();
-        }
-        if factor > most.factor {
-            *most = here();
-        }
-    }
-
-    /// Rows of the map per status.
-    pub fn statuses(&self) -> &[StatusCount] {
-        &self.statuses
-    }
-
-    /// Where the departure of `sum` at `followed` is largest.
-    pub(super) fn largest(&self, sum: Sum, followed: Followed, measure: Measure) -> Option<&Found> {
-        self.largest[sum as usize][followed as usize][measure as usize].as_ref()
+    /// Where `quantity` of the departure of `sum` at `followed` is largest.
+    pub(super) fn largest(&self, sum: Sum, followed: Followed, quantity: &Quantity<Worst>) -> Option<&Found<Worst>> {
+        self.departures[sum as usize][followed as usize].of(quantity).map(|[_, largest]| largest)
     }
 
     /// The smallest and the largest factor on the load.
-    pub(super) fn loads(&self) -> Option<&[Load; 2]> {
-        self.loads.as_ref()
+    pub(super) fn loads(&self) -> Option<&[Found<LargestFactor>; 2]> {
+        self.loads.get()
     }
 
     /// Share of the solved part of the box in which superposition keeps within the tolerance; `None` where nothing was
     /// solved.
     pub fn safe_share(&self) -> Option<f64> {
-        (self.solved_share > 0.0).then(|| self.safe_share / self.solved_share)
+        self.within.get()
+    }
+
+    /// Largest departures over the grid, where superposition is safe, and what was found at each location.
+    pub fn json(&self, locations: &[LocationResult]) -> Value {
+        let largest = |sum, followed, quantity: &Quantity<Worst>, phi: fn(&Worst) -> Option<f64>| {
+            let found = self.largest(sum, followed, quantity)?;
+            Some(json!({ "largest": found.value, "position_mm": found.position_mm, "phi_deg": phi(&found.at) }))
+        };
+        let of_kind = |(sum, followed): (Sum, Followed)| {
+            let entries = [
+                ("departure_mm", largest(sum, followed, &DEPARTURE, |worst| Some(worst.phi_deg))),
+                ("relative_to_largest_displacement", largest(sum, followed, &RELATIVE, |worst| Some(worst.phi_deg))),
+                ("ratio_at_same_phi", largest(sum, followed, &RATIO, |worst| worst.ratio_phi_deg)),
+            ];
+            (format!("{}_{}", sum.label(), followed.label()), object(entries))
+        };
+        let mut safe = json!({ "tolerance_mm": self.study.tolerance });
+        if let Some(share) = self.safe_share() {
+            safe["share_of_box"] = json!(share);
+        }
+        if let Some([least, most]) = self.loads() {
+            let place = |Found { value, position_mm, at }: &Found<LargestFactor>| json!({ "factor": value, "status": at.status(), "position_mm": position_mm });
+            safe["largest_load"] = json!({ "everywhere": place(least), "at_best": place(most) });
+        }
+        json!({
+            "schema": 1,
+            "grid_points": self.points,
+            "grid_points_solved": self.solved,
+            "departures": kinds().map(of_kind).collect::<Map<_, _>>(),
+            "safe": safe,
+            "locations": locations.iter().map(location_json).collect::<Vec<_>>(),
+        })
     }
 }
 
-fn see(found: &mut [Option<Found>; 3], position_mm: [f64; 3], worst: &Worst) {
-    for (measure, found) in [Measure::Size, Measure::Relative, Measure::Ratio].into_iter().zip(found) {
-        if let Some(value) = measure.of(worst)
-            && found.is_none_or(|found| value > found.value)
-        {
-            *found = Some(Found { value, position_mm, worst: *worst });
+/// The entries that there are.
+fn object(entries: impl IntoIterator<Item = (&'static str, Option<Value>)>) -> Value {
+    entries.into_iter().filter_map(|(key, value)| Some((key.to_string(), value?))).collect::<Map<_, _>>().into()
+}
+
+fn location_json(location: &LocationResult) -> Value {
+    let mut entry =
+        json!({ "name": location.location.name, "position_mm": <[f64; 3]>::from(location.location.position) });
+    entry["status"] = status_of(&location.departures).into();
+    match &location.departures {
+        Ok(departures) => {
+            for followed in Followed::ALL {
+                entry[followed.label()] = worst_json(&departures.superposition[followed as usize]);
+            }
         }
+        Err(failure) => entry["reason"] = json!(failure.reason),
     }
+    entry["slopes"] = object(Scaled::ALL.map(|scaled| {
+        let fit = location.growth[scaled as usize].fit(Sum::Superposition, Followed::Tool);
+        (scaled.label(), fit.map(|fit| json!(fit.slope)))
+    }));
+    entry["largest_factors"] = object(Scaled::ALL.map(|scaled| {
+        let found = &location.largest[scaled as usize];
+        let factor = found.factor().map(|factor| json!(factor));
+        (scaled.label(), Some(object([("status", Some(json!(found.status()))), ("factor", factor)])))
+    }));
+    if let Some((worst, parts, whole)) = worst_ablation(location) {
+        let shares = Cause::ALL.map(|cause| (cause.label(), Some(json!(parts[cause as usize] / whole))));
+        entry["causes"] = json!({ "phi_deg": worst.phi_deg, "departure_mm": whole, "shares": object(shares) });
+    }
+    entry
+}
+
+fn worst_json(worst: &Worst) -> Value {
+    let mut entry = json!({
+        "departure_mm": worst.departure_mm,
+        "departure_vector_mm": worst.departure_vector_mm,
+        "phi_deg": worst.phi_deg,
+        "simultaneous_mm": worst.simultaneous_mm,
+    });
+    if let (Some(ratio), Some(phi)) = (worst.ratio, worst.ratio_phi_deg) {
+        entry["largest_ratio"] = json!({ "ratio": ratio, "phi_deg": phi });
+    }
+    entry
 }

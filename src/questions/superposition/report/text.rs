@@ -1,44 +1,28 @@
 //! The study's answer in sentences.
 
+use super::{
+    quantities::{DEPARTURE, RATIO, RELATIVE},
+    summary::Summary,
+    words, worst_ablation,
+};
 use crate::{
-    answer::cautions,
-    files::words::{counted, millimetres, percent, position, typographic},
+    files::words::{counted, millimetres, percent, typographic},
     questions::superposition::{
-        LocationResult, Scaled, SuperpositionStudy,
+        LocationResult, Scaled,
         ablation::Cause,
         departure::{Followed, Sum},
-        report::{
-            contributions,
-            summary::{Measure, Summary},
-            words, worst_ablation,
-        },
         safe::LargestFactor,
     },
     simulation::ROUNDING_MM,
 };
-
-fn at([x, y, z]: [f64; 3]) -> String {
-    position(x, y, z)
-}
 
 fn shown(departure_mm: f64) -> String {
     millimetres(departure_mm, 4)
 }
 
 /// Everything that is said: how wrong adding is, where and up to which load it is safe, and why it is wrong.
-pub fn summary_text(study: &SuperpositionStudy, summary: &Summary, locations: &[LocationResult]) -> String {
-    departures(summary) + &safety(study, summary) + &causes(locations)
-}
-
-/// What must be known with the answer.
-pub(super) fn known(study: &SuperpositionStudy) -> String {
-    let machine = &study.scene.machine;
-    let positions = (0..study.grid.len()).map(|index| study.grid.position(index));
-    cautions::not_used(&study.scene.not_used)
-        + &cautions::zeroed(machine)
-        + &cautions::carried(machine)
-        + &cautions::large_errors(machine, &study.scene.errors)
-        + &cautions::outside_workspace(machine, "grid point", positions)
+pub fn summary_text(summary: &Summary<'_>, locations: &[LocationResult]) -> String {
+    departures(summary) + &safety(summary) + &causes(locations)
 }
 
 /// Where the departure comes from, location by location.
@@ -47,43 +31,43 @@ pub(super) fn causes(locations: &[LocationResult]) -> String {
 }
 
 /// How far the sum is from the effects at once.
-pub(super) fn departures(summary: &Summary) -> String {
+pub(super) fn departures(summary: &Summary<'_>) -> String {
     let mut text = String::new();
     for (followed, name) in [(Followed::Tool, "the tool tip"), (Followed::Platform, "the platform point P")] {
-        let by = |measure| Sum::ALL.map(|sum| summary.largest(sum, followed, measure));
-        let ([Some(most), aggregated], [Some(share), _]) = (by(Measure::Size), by(Measure::Relative)) else { continue };
+        let by = |quantity| Sum::ALL.map(|sum| summary.largest(sum, followed, quantity));
+        let ([Some(most), aggregated], [Some(share), _]) = (by(&DEPARTURE), by(&RELATIVE)) else { continue };
         text += &format!(
             "Departure of superposition at {name}: up to {}, at {} (tool angle φ = {:.0}°), and up to {:.1} % of the \
              largest displacement at the same place, at {}; each the largest over all tool angles",
             shown(most.value),
-            at(most.position_mm),
-            most.worst.phi_deg,
+            most.place(),
+            most.at.phi_deg,
             100.0 * share.value,
-            at(share.position_mm)
+            share.place()
         );
         text += &match aggregated {
             Some(most) => format!(
                 ". With linearly aggregated errors, eqs. (14) and (15): up to {}, at {}.\n",
                 shown(most.value),
-                at(most.position_mm)
+                most.place()
             ),
             None => ". Errors cannot be aggregated linearly.\n".into(),
         };
     }
-    if let Some(most) = summary.largest(Sum::Superposition, Followed::Tool, Measure::Ratio) {
+    if let Some(most) = summary.largest(Sum::Superposition, Followed::Tool, &RATIO) {
         text += &format!(
             "Where the effects nearly cancel at a tool angle, the departure is up to {:.1} % of what remains, at {} (tool \
              angle φ = {:.0}°).\n",
             100.0 * most.value,
-            at(most.position_mm),
-            most.worst.ratio_phi_deg.unwrap_or_default()
+            most.place(),
+            most.at.ratio_phi_deg.unwrap_or_default()
         );
     }
     text
 }
 
 /// Where and up to which load adding keeps the tolerance.
-pub(super) fn safety(study: &SuperpositionStudy, summary: &Summary) -> String {
+pub(super) fn safety(summary: &Summary<'_>) -> String {
     let (Some(share), Some([least, most])) = (summary.safe_share(), summary.loads()) else {
         return "Nothing can be said about where superposition is safe: no grid point was solved.\n".into();
     };
@@ -92,17 +76,17 @@ pub(super) fn safety(study: &SuperpositionStudy, summary: &Summary) -> String {
     let mut text = format!(
         "At the load of the study, adding keeps the tolerance of {} mm at the tool tip in {} of {of}. It keeps it \
          everywhere {there}up to ",
-        study.tolerance,
+        summary.study.tolerance,
         percent(share)
     );
-    text += &match &least.largest {
+    text += &match &least.at {
         LargestFactor::BelowToLimit(factor) => format!("at least {factor:.2} times that load.\n"),
         _ => format!(
             "{:.2} times that load, as limited by {}, and up to {} times at {}.\n",
-            least.factor,
-            at(least.position_mm),
-            largest_words(&most.largest),
-            at(most.position_mm)
+            least.value,
+            least.place(),
+            largest_words(&most.at),
+            most.place()
         ),
     };
     if summary.ended > 0 {
@@ -164,11 +148,7 @@ fn ablation_sentence(location: &LocationResult) -> String {
     if let Err(failure) = &location.ablation {
         return format!("  The causes cannot be told apart: {}: {}.\n", failure.status, failure.reason);
     }
-    let Some((worst, parts)) = worst_ablation(location).and_then(|w| Some((w, contributions(w, Followed::Tool)?)))
-    else {
-        return String::new();
-    };
-    let whole = worst.departure.tool.norm();
+    let Some((worst, parts, whole)) = worst_ablation(location) else { return String::new() };
     let share = |cause: Cause| {
         let tenths = (1000.0 * parts[cause as usize] / whole).round();
         // No negative zero.
@@ -181,7 +161,7 @@ fn ablation_sentence(location: &LocationResult) -> String {
 /// Which cause makes the largest part, by location.
 fn main_causes(locations: &[LocationResult]) -> String {
     let main = |location: &LocationResult| {
-        let parts = contributions(worst_ablation(location)?, Followed::Tool)?;
+        let (_, parts, _) = worst_ablation(location)?;
         Cause::ALL.into_iter().max_by(|a, b| parts[*a as usize].total_cmp(&parts[*b as usize]))
     };
     let mut text = String::new();

@@ -2,7 +2,11 @@
 
 use serde_json::{Value, json};
 
-use crate::questions::turn_map::{AtTurn, TurnMap, TurnMapPoint, TurnMapStudy};
+use super::quantities::{BEST, WORST_OVER_BEST};
+use crate::{
+    answer::{Quantity, ShareWithin},
+    questions::turn_map::{TurnMap, TurnMapPoint, TurnMapStudy, Turns},
+};
 
 /// A map of turns with what is asked of it.
 pub(super) struct Report<'a> {
@@ -14,8 +18,7 @@ pub(super) struct Report<'a> {
 #[derive(Clone, Copy)]
 pub(super) struct Found<'a> {
     pub point: &'a TurnMapPoint,
-    pub best: AtTurn,
-    pub worst: AtTurn,
+    pub turns: &'a Turns,
 }
 
 impl<'a> Report<'a> {
@@ -25,38 +28,40 @@ impl<'a> Report<'a> {
     }
 
     /// All that is solved.
-    pub fn found(&self) -> impl Iterator<Item = Found<'a>> {
+    fn found(&self) -> impl Iterator<Item = Found<'a>> {
         self.map.points.iter().filter_map(Found::at)
     }
 
     /// Of the best turns, the one at which the tool moves least.
     pub fn least(&self) -> Option<Found<'a>> {
-        self.found().min_by(|a, b| a.best.deflection_mm.total_cmp(&b.best.deflection_mm))
+        self.found().min_by(|a, b| a.best().total_cmp(&b.best()))
     }
 
     /// Of the best turns, the one at which the tool moves most.
     pub fn most(&self) -> Option<Found<'a>> {
-        self.found().max_by(|a, b| a.best.deflection_mm.total_cmp(&b.best.deflection_mm))
+        largest(&BEST, self.found())
     }
 
     /// Where the choice of the turn counts most.
     pub fn widest(&self) -> Option<Found<'a>> {
-        self.found().filter(|found| found.best.deflection_mm > 0.0).max_by(|a, b| a.gain().total_cmp(&b.gain()))
+        largest(&WORST_OVER_BEST, self.found())
     }
 
     /// At a place, the direction whose best turn moves the tool most; `None` where some direction has none.
     pub fn all_axes(&self, place: usize) -> Option<Found<'a>> {
-        let found: Option<Vec<Found<'a>>> =
-            (0..self.study.axes.len()).map(|axis| Found::at(self.point(axis, place))).collect();
-        found?.into_iter().max_by(|a, b| a.best.deflection_mm.total_cmp(&b.best.deflection_mm))
+        let axes = 0..self.study.axes.len();
+        let found = axes.map(|axis| Found::at(self.point(axis, place))).collect::<Option<Vec<Found<'a>>>>();
+        largest(&BEST, found?)
     }
 
     /// Share of the places at which every direction has a turn within the tolerance.
     pub fn share_within(&self) -> Option<f64> {
         let tolerance = self.study.scene.tolerance_mm?;
-        let places = self.study.grid.len();
-        let within = |place: &usize| self.all_axes(*place).is_some_and(|found| found.best.deflection_mm <= tolerance);
-        Some((0..places).filter(within).count() as f64 / places as f64)
+        let mut share = ShareWithin::default();
+        for place in 0..self.study.grid.len() {
+            share.add(1.0, self.all_axes(place).is_some_and(|found| found.best() <= tolerance));
+        }
+        share.get()
     }
 
     /// Name of a direction.
@@ -72,35 +77,39 @@ impl<'a> Report<'a> {
 
     /// The answer for programs.
     pub fn json(&self) -> Value {
-        let found = |found: Option<Found<'_>>| {
-            found.map(|found| {
-                json!({
-                    "position_mm": found.point.position_mm,
-                    "tool_axis": self.axis(found.point.axis),
-                    "best": found.best,
-                    "worst": found.worst,
-                })
-            })
+        let found = |Found { point, turns }: Found<'_>| {
+            let axis = self.axis(point.axis);
+            json!({ "position_mm": point.position_mm, "tool_axis": axis, "best": turns.best, "worst": turns.worst })
         };
         json!({
             "schema": 1,
-            "least": found(self.least()),
-            "most": found(self.most()),
-            "largest_gain": found(self.widest()),
+            "least": self.least().map(found),
+            "most": self.most().map(found),
+            "largest_gain": self.widest().map(found),
             "share_within_tolerance": self.share_within(),
         })
     }
 }
 
+/// Of what has a value of `quantity`, the last at which it is largest.
+fn largest<'a>(quantity: &Quantity<Turns>, all: impl IntoIterator<Item = Found<'a>>) -> Option<Found<'a>> {
+    let valued = all.into_iter().filter_map(|found| Some((quantity.value(found.turns)?, found)));
+    valued.max_by(|(a, _), (b, _)| a.total_cmp(b)).map(|(_, found)| found)
+}
+
 impl<'a> Found<'a> {
     /// At `point`, if some turn is possible there.
     fn at(point: &'a TurnMapPoint) -> Option<Self> {
-        let turns = point.turns.as_ref().ok()?;
-        Some(Found { point, best: turns.best, worst: turns.worst })
+        Some(Found { point, turns: point.turns.as_ref().ok()? })
+    }
+
+    /// Deflection at the best turn, mm.
+    pub fn best(&self) -> f64 {
+        self.turns.best.deflection_mm
     }
 
     /// How many times as far the tool moves at the worst turn as at the best.
     pub fn gain(&self) -> f64 {
-        self.worst.deflection_mm / self.best.deflection_mm
+        self.turns.worst.deflection_mm / self.best()
     }
 }
