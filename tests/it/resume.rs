@@ -303,13 +303,13 @@ fn a_changed_input_is_not_gone_on_with() {
 
     fs::write(study.join("study.toml"), MAP.replace("-25.0", "-26.0")).unwrap();
     let (_, refusal) = ended(2, &[&run[..], &["--resume"]].concat());
-    let line = "study.toml, line 13: was `axial_force_N = -25.0`, is `axial_force_N = -26.0`";
+    let line = "study.toml, line 14: was `axial_force_N = -25.0`, is `axial_force_N = -26.0`";
     assert!(refusal.contains(line), "{refusal}");
     assert!(fs::read(out.join(STATE)).unwrap() == before, "a refusal leaves what there is");
 
     let (_, refusal) = ended(2, &run);
     assert!(
-        refusal.contains("an unfinished run of something else has computed (study.toml, line 13: was"),
+        refusal.contains("an unfinished run of something else has computed (study.toml, line 14: was"),
         "{refusal}"
     );
     assert!(fs::read(out.join(STATE)).unwrap() == before, "nothing is lost unless that is asked for");
