@@ -105,7 +105,7 @@ fn keys(value: &Value) -> Vec<&str> {
     value.as_object().unwrap().keys().map(String::as_str).collect()
 }
 
-const LINE: &str = "process = \"process.toml\"\n[path]\nmethods = [\"none\"]\n";
+const LINE: &str = "[path]\nmethods = [\"none\"]\n";
 const SLIDES: [&str; 2] = ["delta_rho_max_mm", "drive_force_max_N"];
 const HINGES: [&str; 2] = ["delta_rho_max_deg", "drive_torque_max_Nmm"];
 
