@@ -1,6 +1,6 @@
 //! Pictures of quantities over a grid: slices and a view in 3-D, of values gathered point by point. A large grid is thinned.
 
-use super::{Scene, Shown, Tolerance, setting::size_words};
+use super::{Scene, Shown, Tolerance, quantity::Getter, setting::size_words};
 use crate::{
     answer::point_words,
     figures::{Figure, Mark2, Mark3, Shading, SliceFigure, SlicePanel, VolumeFigure},
@@ -25,7 +25,7 @@ pub struct Drawn<P> {
     /// Colours.
     pub shading: Shading,
     /// Its value.
-    pub value: Box<dyn Fn(&P) -> Option<f64> + Send + Sync>,
+    pub value: Box<Getter<P>>,
 }
 
 /// The pictures of a map.

@@ -45,6 +45,9 @@ impl Run<'_> {
     }
 }
 
+/// Files of tables that were written while they were computed, and those tables without rows.
+pub type Streamed = (Vec<OutputFile>, Vec<(String, Table)>);
+
 /// What an answer leaves in its folder, and what it says.
 pub struct Output {
     /// What decides the size of the results.
@@ -57,7 +60,7 @@ pub struct Output {
     /// Tables by name, without the ending that a format gives them.
     pub tables: Vec<(String, Table)>,
     /// Files of tables that were written while they were computed, and those tables without rows.
-    pub streamed: (Vec<OutputFile>, Vec<(String, Table)>),
+    pub streamed: Streamed,
     /// The answer for programs.
     pub summary: Value,
     /// Figures by name.

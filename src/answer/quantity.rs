@@ -27,12 +27,15 @@ pub struct Quantity<E> {
     get: Get<E>,
 }
 
+/// How a number is had of what was found; `None` where it is not.
+pub type Getter<E> = dyn Fn(&E) -> Option<f64> + Send + Sync;
+
 /// How it is had.
 enum Get<E> {
     Number(fn(&E) -> Option<f64>),
     Part(fn(&E) -> Option<[f64; 3]>, usize),
     Cell(Kind, fn(FoundOr<'_, E>) -> Cell),
-    Made(Arc<dyn Fn(&E) -> Option<f64> + Send + Sync>),
+    Made(Arc<Getter<E>>),
 }
 
 impl<E> Clone for Get<E> {

@@ -2,11 +2,8 @@
 
 use super::{FoundOr, Quantity};
 use crate::{
-    answer::Run,
-    files::{
-        OutputFile,
-        exchange::{Cell, Column, Image, Row, StreamedTable, Table, texts},
-    },
+    answer::{Run, output::Streamed},
+    files::exchange::{Cell, Column, Image, Row, StreamedTable, Table, texts},
     input::error::Result,
     simulation::{Failure, SOLVED},
 };
@@ -91,7 +88,7 @@ impl<'a, B: ?Sized> Streams<'a, B> {
     ///
     /// # Errors
     /// They cannot be written, or the image cannot hold them.
-    pub fn finish(self) -> Result<(Vec<OutputFile>, Vec<(String, Table)>)> {
+    pub fn finish(self) -> Result<Streamed> {
         let (mut files, mut whole) = (Vec::new(), Vec::new());
         for (stem, _, streamed, table) in self.tables {
             files.extend(streamed.finish()?);
