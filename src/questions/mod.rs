@@ -48,7 +48,7 @@ pub struct Study {
     pub inputs: Inputs,
     /// What to compute.
     pub kind: StudyKind,
-    /// Its text and the files it was read from, by names relative to its folder; see [`explore::Scene`].
+    /// Its text and the files it was read from, by names relative to its folder; see [`crate::explore::Scene`].
     pub files: StudyFiles,
 }
 

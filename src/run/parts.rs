@@ -119,7 +119,7 @@ fn files_in(folder: &Path) -> Result<Vec<PathBuf>> {
 
 impl Study {
     /// The part that `share` holds, as bytes. `before` are all parts of earlier rounds, of a study that [goes in
-    /// rounds](super::StudyKind::goes_in_rounds); `program` as in [`RunOptions`]. It is computed on the current rayon
+    /// rounds](crate::StudyKind::goes_in_rounds); `program` as in [`RunOptions`]. It is computed on the current rayon
     /// pool; whoever sets `stop` stops it, and `watch` is told how far it is. The bytes do not depend on the number of
     /// threads.
     ///
