@@ -4,13 +4,11 @@
 //! different ways, code over [`Real`] goes the way that serves all of them, which has no branches, and that is what is
 //! written down.
 
-use std::{
-    cell::RefCell,
-    ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign},
-};
+use std::cell::RefCell;
 
 use super::{
     MAX_LANES, Real,
+    operators::operators,
     tape::{Operation, Place, Program, Tape},
 };
 
@@ -78,51 +76,11 @@ pub enum TracedMask {
     Nan(Traced),
 }
 
-impl Add for Traced {
-    type Output = Self;
-    fn add(self, other: Self) -> Self {
-        put(Operation::Sum(self.0, other.0))
-    }
-}
-
-impl Sub for Traced {
-    type Output = Self;
-    fn sub(self, other: Self) -> Self {
-        put(Operation::Difference(self.0, other.0))
-    }
-}
-
-impl Mul for Traced {
-    type Output = Self;
-    fn mul(self, other: Self) -> Self {
-        put(Operation::Product(self.0, other.0))
-    }
-}
-
-impl Div for Traced {
-    type Output = Self;
-    fn div(self, other: Self) -> Self {
-        put(Operation::Quotient(self.0, other.0))
-    }
-}
-
-impl Neg for Traced {
-    type Output = Self;
-    fn neg(self) -> Self {
-        put(Operation::Negative(self.0))
-    }
-}
-
-impl AddAssign for Traced {
-    fn add_assign(&mut self, other: Self) {
-        *self = *self + other;
-    }
-}
-
-impl SubAssign for Traced {
-    fn sub_assign(&mut self, other: Self) {
-        *self = *self - other;
-    }
+operators! { Traced, - |a| put(Operation::Negative(a.0)),
+    Add add |a, b| put(Operation::Sum(a.0, b.0)),
+    Sub sub |a, b| put(Operation::Difference(a.0, b.0)),
+    Mul mul |a, b| put(Operation::Product(a.0, b.0)),
+    Div div |a, b| put(Operation::Quotient(a.0, b.0)),
 }
 
 impl Real for Traced {
@@ -192,10 +150,6 @@ impl Real for Traced {
     /// Whether it is the constant zero: one that merely is zero at the postures is not left out.
     fn is_zero(self) -> bool {
         RECORDING.with_borrow(|recording| recording.tape.constant(self.0) == Some(0.0))
-    }
-
-    fn vectorized<T>(work: impl FnOnce() -> T) -> T {
-        work()
     }
 }
 
