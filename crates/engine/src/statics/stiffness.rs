@@ -3,8 +3,10 @@
 use nalgebra::{Matrix3, Matrix3x6, Matrix6, Vector6};
 
 use super::{
-    equilibrium::{Outcome, Settings, chain_inputs, equilibrium, subtract_half_moment},
-    state::{State, Workspace},
+    equilibrium::equilibrium,
+    outcome::{Outcome, Settings},
+    platform::subtract_half_moment,
+    state::{State, Workspace, chain_inputs},
 };
 use crate::{
     machine::{Configuration, Machine},
