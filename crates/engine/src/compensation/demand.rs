@@ -80,14 +80,9 @@ impl Demand {
         let turn = rotation_log(&product(&wanted.rotation.transpose(), &pose.rotation));
         let lever = skew(image(&pose.rotation, offset));
         let (mut error, mut slope) = (Vector6::zeros(), Matrix6::zeros());
-        let mut lever_arms = Vector6::zeros();
-        let mut count = 0;
-        for &coordinate in machine.controls.iter() {
-            if !self.puts_right(coordinate) {
-                continue;
-            }
-            let row = count;
-            count += 1;
+        let (mut lever_arms, mut count) = (Vector6::zeros(), 0);
+        for (row, (_, coordinate)) in self.coordinates(machine).enumerate() {
+            count = row + 1;
             match coordinate {
                 Coordinate::Translation(axis) => {
                     lever_arms[row] = 1.0;

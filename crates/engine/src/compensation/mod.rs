@@ -11,11 +11,9 @@ mod bounded;
 mod demand;
 mod direct;
 mod force_balance;
-mod linear;
-mod matrix_free;
-mod nominal;
 mod outcome;
 mod session;
+mod shifted;
 mod workpiece;
 
 use nalgebra::Vector6;
@@ -23,13 +21,12 @@ use serde::Serialize;
 
 use crate::spatial::Pose;
 
-pub use batch::{compensate_batch, simulate_batch};
+pub use batch::{compensate_batch, find_targets, simulate_batch};
 pub use bounded::{
     Binding, BoundedError, BoundedPath, BoundedPoint, BoundedSettings, BoundedStatus, BoundedSummary, CorrectedPoint,
     ErrorNorm, Errors, LimitKind, Limits, Price, Side, compensate_bounded,
 };
 pub use demand::{Demand, Target};
-pub use nominal::find_targets;
 pub use outcome::{Compensation, CompensationStatus};
 pub use session::{CompensationSettings, Session};
 use session::{Ending, Progress};
@@ -131,38 +128,45 @@ impl Method {
 /// Finds the command for `demand` by `method`, starting from where `session` stands; leaves it at the compensated
 /// equilibrium.
 pub fn compensate(session: &mut Session, demand: &Demand, method: Method) -> Compensation {
-    let mut progress = Progress::new();
-    let demand = match session.zeroed(demand) {
-        Ok(demand) => demand,
-        Err(status) => return session.conclude(demand, Err(status), progress.history),
-    };
-    let ending = run(session, &demand, method, &mut progress);
-    session.conclude(&demand, ending, progress.history)
+    zeroed(session, demand, |session, demand| {
+        let mut progress = Progress::new();
+        let ending = run(session, demand, method, &mut progress);
+        (ending, progress.history)
+    })
+}
+
+/// The result that `end` leads to, once it is known what of `demand` is wanted.
+fn zeroed(
+    session: &mut Session,
+    demand: &Demand,
+    end: impl FnOnce(&mut Session, &Demand) -> (Ending, Vec<f64>),
+) -> Compensation {
+    match session.zeroed(demand) {
+        Ok(demand) => {
+            let (ending, history) = end(session, &demand);
+            session.conclude(&demand, ending, history)
+        }
+        Err(status) => session.refuse(demand, status),
+    }
 }
 
 /// Commands `target` instead of what `demand` wants, and lets the machine settle under its load: what a given program does.
 pub fn simulate(session: &mut Session, demand: &Demand, target: &Pose) -> Compensation {
-    let demand = match session.zeroed(demand) {
-        Ok(demand) => demand,
-        Err(status) => return session.conclude(demand, Err(status), Vec::new()),
-    };
-    let ending = session.go_to(target).and_then(|()| Ok((CompensationStatus::Applied, session.settle(&demand)?)));
-    let history = vec![session.task_error(&demand).size()];
-    session.conclude(&demand, ending, history)
+    zeroed(session, demand, |session, demand| {
+        let ending = session.go_to(target).and_then(|()| Ok((CompensationStatus::Applied, session.settle(demand)?)));
+        (ending, vec![session.task_error(demand).size()])
+    })
 }
 
 /// Commands `drives` (mm or rad) whatever they lead to, and lets the machine settle under the load of `demand`.
 pub fn simulate_drives(session: &mut Session, demand: &Demand, drives: &[f64]) -> Compensation {
-    let demand = match session.zeroed(demand) {
-        Ok(demand) => demand,
-        Err(status) => return session.conclude(demand, Err(status), Vec::new()),
-    };
-    let ending = session.go_to(&demand.pose).and_then(|()| {
-        session.drives.copy_from_slice(drives);
-        Ok((CompensationStatus::Applied, session.settle(&demand)?))
-    });
-    let history = vec![session.task_error(&demand).size()];
-    session.conclude(&demand, ending, history)
+    zeroed(session, demand, |session, demand| {
+        let ending = session.go_to(&demand.pose).and_then(|()| {
+            session.drives.copy_from_slice(drives);
+            Ok((CompensationStatus::Applied, session.settle(demand)?))
+        });
+        (ending, vec![session.task_error(demand).size()])
+    })
 }
 
 fn run(session: &mut Session, demand: &Demand, method: Method, progress: &mut Progress) -> Ending {
@@ -170,18 +174,18 @@ fn run(session: &mut Session, demand: &Demand, method: Method, progress: &mut Pr
         return Err(CompensationStatus::BadStepLength { alpha });
     }
     match method {
-        Method::None => matrix_free::mirror(session, demand, 0, progress),
-        Method::Linear => linear::compensate(session, demand, progress),
-        Method::Mirror { passes } => matrix_free::mirror(session, demand, passes, progress),
-        Method::MatrixFree { alpha } => matrix_free::iterate(session, demand, alpha, Vector6::zeros(), progress),
+        Method::None => shifted::mirror(session, demand, 0, progress),
+        Method::Linear => shifted::linear(session, demand, progress),
+        Method::Mirror { passes } => shifted::mirror(session, demand, passes, progress),
+        Method::MatrixFree { alpha } => shifted::iterate(session, demand, alpha, Vector6::zeros(), progress),
         Method::FixedMatrix { alpha } => {
             force_balance::iterate(session, demand, force_balance::Matrix::Fixed { alpha }, progress)
         }
         Method::Newton => force_balance::iterate(session, demand, force_balance::Matrix::Exact, progress),
         Method::Direct => direct::compensate(session, demand, progress),
         Method::Procedure { alpha } => {
-            let start = linear::shift(session, demand, true)?;
-            matrix_free::iterate(session, demand, alpha, start, progress)
+            let start = shifted::linear_shift(session, demand, true)?;
+            shifted::iterate(session, demand, alpha, start, progress)
         }
     }
 }

@@ -1,11 +1,8 @@
 //! A number that counts the operations made with it, for the account of what an equilibrium costs.
 
-use std::{
-    cell::Cell,
-    ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign},
-};
+use std::cell::Cell;
 
-use super::Real;
+use super::{Real, operators::operators};
 
 /// Kinds of operations. Comparisons, selections and signs are not counted.
 #[derive(Clone, Copy)]
@@ -21,10 +18,12 @@ thread_local! {
     static COUNTS: Cell<[u64; 4]> = const { Cell::new([0; 4]) };
 }
 
-fn count(kind: Kind) {
+/// `result`, made by an operation of this kind.
+fn counted(kind: Kind, result: f64) -> Counted {
     let mut counts = COUNTS.get();
     counts[kind as usize] += 1;
     COUNTS.set(counts);
+    Counted(result)
 }
 
 /// Sums, products, quotients and roots made on this thread since the last call.
@@ -35,55 +34,11 @@ pub(crate) fn take_counts() -> [u64; 4] {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Counted(f64);
 
-impl Add for Counted {
-    type Output = Self;
-    fn add(self, other: Self) -> Self {
-        count(Kind::Sum);
-        Self(self.0 + other.0)
-    }
-}
-
-impl Sub for Counted {
-    type Output = Self;
-    fn sub(self, other: Self) -> Self {
-        count(Kind::Sum);
-        Self(self.0 - other.0)
-    }
-}
-
-impl Mul for Counted {
-    type Output = Self;
-    fn mul(self, other: Self) -> Self {
-        count(Kind::Product);
-        Self(self.0 * other.0)
-    }
-}
-
-impl Div for Counted {
-    type Output = Self;
-    fn div(self, other: Self) -> Self {
-        count(Kind::Quotient);
-        Self(self.0 / other.0)
-    }
-}
-
-impl Neg for Counted {
-    type Output = Self;
-    fn neg(self) -> Self {
-        Self(-self.0)
-    }
-}
-
-impl AddAssign for Counted {
-    fn add_assign(&mut self, other: Self) {
-        *self = *self + other;
-    }
-}
-
-impl SubAssign for Counted {
-    fn sub_assign(&mut self, other: Self) {
-        *self = *self - other;
-    }
+operators! { Counted, - |a| Self(-a.0),
+    Add add |a, b| counted(Kind::Sum, a.0 + b.0),
+    Sub sub |a, b| counted(Kind::Sum, a.0 - b.0),
+    Mul mul |a, b| counted(Kind::Product, a.0 * b.0),
+    Div div |a, b| counted(Kind::Quotient, a.0 / b.0),
 }
 
 impl Real for Counted {
@@ -103,8 +58,7 @@ impl Real for Counted {
     }
 
     fn sqrt(self) -> Self {
-        count(Kind::Root);
-        Self(self.0.sqrt())
+        counted(Kind::Root, self.0.sqrt())
     }
 
     fn abs(self) -> Self {
@@ -133,9 +87,5 @@ impl Real for Counted {
 
     fn mask(bits: u8) -> bool {
         bits & 1 == 1
-    }
-
-    fn vectorized<T>(work: impl FnOnce() -> T) -> T {
-        work()
     }
 }

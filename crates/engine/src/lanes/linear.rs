@@ -1,6 +1,6 @@
-//! Small systems of linear equations, and rows of numbers.
+//! Small systems of linear equations, rows of numbers, and walking through two sequences side by side.
 
-use super::{Real, pairs};
+use super::Real;
 
 /// Solves `matrix · x = right` for several columns `right` by elimination with row pivoting; unknowns take the columns'
 /// place. Both have as many rows as `matrix`, of which the leading square counts.
@@ -100,6 +100,25 @@ pub(crate) fn copy<R: Real>(to: &mut [R], from: &[R]) {
 #[inline(always)]
 fn exchange<R: Real>(swap: R::Mask, a: &mut R, b: &mut R) {
     (*a, *b) = (R::select(swap, *b, *a), R::select(swap, *a, *b));
+}
+
+/// The items of two sequences side by side, as of [`std::iter::zip`]. That is not marked for inlining throughout, and a call
+/// in the midst of vector instructions empties the registers.
+#[inline(always)]
+pub(crate) fn pairs<A: IntoIterator, B: IntoIterator>(a: A, b: B) -> Pairs<A::IntoIter, B::IntoIter> {
+    Pairs(a.into_iter(), b.into_iter())
+}
+
+/// See [`pairs`].
+pub(crate) struct Pairs<A, B>(A, B);
+
+impl<A: Iterator, B: Iterator> Iterator for Pairs<A, B> {
+    type Item = (A::Item, B::Item);
+
+    #[inline(always)]
+    fn next(&mut self) -> Option<Self::Item> {
+        Some((self.0.next()?, self.1.next()?))
+    }
 }
 
 #[cfg(test)]

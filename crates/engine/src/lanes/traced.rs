@@ -4,13 +4,11 @@
 //! different ways, code over [`Real`] goes the way that serves all of them, which has no branches, and that is what is
 //! written down.
 
-use std::{
-    cell::RefCell,
-    ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign},
-};
+use std::cell::RefCell;
 
 use super::{
     MAX_LANES, Real,
+    operators::operators,
     tape::{Operation, Place, Program, Tape},
 };
 
@@ -78,51 +76,11 @@ pub enum TracedMask {
     Nan(Traced),
 }
 
-impl Add for Traced {
-    type Output = Self;
-    fn add(self, other: Self) -> Self {
-        put(Operation::Sum(self.0, other.0))
-    }
-}
-
-impl Sub for Traced {
-    type Output = Self;
-    fn sub(self, other: Self) -> Self {
-        put(Operation::Difference(self.0, other.0))
-    }
-}
-
-impl Mul for Traced {
-    type Output = Self;
-    fn mul(self, other: Self) -> Self {
-        put(Operation::Product(self.0, other.0))
-    }
-}
-
-impl Div for Traced {
-    type Output = Self;
-    fn div(self, other: Self) -> Self {
-        put(Operation::Quotient(self.0, other.0))
-    }
-}
-
-impl Neg for Traced {
-    type Output = Self;
-    fn neg(self) -> Self {
-        put(Operation::Negative(self.0))
-    }
-}
-
-impl AddAssign for Traced {
-    fn add_assign(&mut self, other: Self) {
-        *self = *self + other;
-    }
-}
-
-impl SubAssign for Traced {
-    fn sub_assign(&mut self, other: Self) {
-        *self = *self - other;
-    }
+operators! { Traced, - |a| put(Operation::Negative(a.0)),
+    Add add |a, b| put(Operation::Sum(a.0, b.0)),
+    Sub sub |a, b| put(Operation::Difference(a.0, b.0)),
+    Mul mul |a, b| put(Operation::Product(a.0, b.0)),
+    Div div |a, b| put(Operation::Quotient(a.0, b.0)),
 }
 
 impl Real for Traced {
@@ -193,10 +151,6 @@ impl Real for Traced {
     fn is_zero(self) -> bool {
         RECORDING.with_borrow(|recording| recording.tape.constant(self.0) == Some(0.0))
     }
-
-    fn vectorized<T>(work: impl FnOnce() -> T) -> T {
-        work()
-    }
 }
 
 #[cfg(test)]
@@ -236,32 +190,5 @@ mod tests {
             assert_eq!(solve([[first, 2.0], [1.0, -1.0]], 2, &mut right), 1);
             assert_eq!(program.evaluate(&[first, 2.0, 1.0, -1.0], &mut Vec::new()), right[0]);
         }
-    }
-
-    #[test]
-    fn what_has_no_effect_is_left_out() {
-        let program = record(&postures(|lane| vec![lane, 2.0 + lane]), |inputs| {
-            let (x, y) = (inputs[0], inputs[1]);
-            let (zero, one) = (Traced::zero(), Traced::splat(1.0));
-            let unused = x / y;
-            let product = (x + zero) * y * one;
-            let same = y * (x - zero);
-            let minus = zero - (-x) * y;
-            assert!((zero * unused).is_zero() && !x.is_zero());
-            Some(vec![product + same, minus])
-        });
-        let program = program.unwrap();
-        assert_eq!(program.operation_count(), 2);
-        assert_eq!(program.evaluate(&[3.0, 5.0], &mut Vec::new()), [30.0, 15.0]);
-    }
-
-    #[test]
-    fn what_is_computed_posture_by_posture_cannot_be_recorded() {
-        let program = record(&postures(|lane| vec![lane]), |inputs| {
-            let mut number = inputs[0];
-            number.set_lane(0, 1.0);
-            Some(vec![number])
-        });
-        assert_eq!(program, None);
     }
 }

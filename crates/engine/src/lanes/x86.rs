@@ -4,12 +4,9 @@
 //! The types of this file may only be used on a processor that has their instructions. `statics::Batch`, `machine::SideBySide` and
 //! tests, all that name them, ask [`Level::is_available`](super::Level::is_available) first; the `unsafe` blocks rely on it.
 
-use std::{
-    arch::x86_64::*,
-    ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign},
-};
+use std::arch::x86_64::*;
 
-use super::Real;
+use super::{Real, operators::operators};
 
 /// Four numbers in an AVX register.
 #[derive(Debug, Clone, Copy)]
@@ -21,39 +18,16 @@ pub(crate) struct F64x4(__m256d);
 #[repr(transparent)]
 pub(crate) struct F64x8(__m512d);
 
-macro_rules! operators {
-    ($type:ident, $lanes:literal, $features:literal, $($operator:ident $method:ident $intrinsic:ident),+) => {
-        $(
-            impl $operator for $type {
-                type Output = Self;
-                #[inline(always)]
-                fn $method(self, other: Self) -> Self {
-                    // SAFETY: the processor has the instruction, see the top of this file.
-                    Self(unsafe { $intrinsic(self.0, other.0) })
-                }
-            }
-        )+
-
-        impl AddAssign for $type {
-            #[inline(always)]
-            fn add_assign(&mut self, other: Self) {
-                *self = *self + other;
-            }
-        }
-
-        impl SubAssign for $type {
-            #[inline(always)]
-            fn sub_assign(&mut self, other: Self) {
-                *self = *self - other;
-            }
-        }
-
-        impl Neg for $type {
-            type Output = Self;
-            #[inline(always)]
-            fn neg(self) -> Self {
-                Self::splat(-0.0) - self
-            }
+/// A type of number in registers, from the intrinsics of its instructions and what is written differently for each.
+macro_rules! real {
+    ($type:ident, $lanes:literal, $features:literal, $mask:ty, $splat:ident, $sqrt:ident, $compare:ident,
+     $add:ident, $sub:ident, $mul:ident, $div:ident, $($function:tt)+) => {
+        // SAFETY of all blocks: the processor has the instruction, see the top of this file.
+        operators! { $type, - |a| Self::splat(-0.0) - a,
+            Add add |a, b| Self(unsafe { $add(a.0, b.0) }),
+            Sub sub |a, b| Self(unsafe { $sub(a.0, b.0) }),
+            Mul mul |a, b| Self(unsafe { $mul(a.0, b.0) }),
+            Div div |a, b| Self(unsafe { $div(a.0, b.0) }),
         }
 
         impl $type {
@@ -75,17 +49,15 @@ macro_rules! operators {
                 work()
             }
         }
-    };
-}
 
-operators!(F64x4, 4, "avx2", Add add _mm256_add_pd, Sub sub _mm256_sub_pd, Mul mul _mm256_mul_pd, Div div _mm256_div_pd);
-operators!(F64x8, 8, "avx512f", Add add _mm512_add_pd, Sub sub _mm512_sub_pd, Mul mul _mm512_mul_pd, Div div _mm512_div_pd);
-
-macro_rules! real {
-    ($type:ident, $lanes:literal, $mask:ty, $($function:tt)+) => {
         impl Real for $type {
             const LANES: usize = $lanes;
             type Mask = $mask;
+
+            #[inline(always)]
+            fn splat(value: f64) -> Self {
+                Self(unsafe { $splat(value) })
+            }
 
             #[inline(always)]
             fn lane(self, lane: usize) -> f64 {
@@ -98,8 +70,27 @@ macro_rules! real {
             }
 
             #[inline(always)]
+            fn sqrt(self) -> Self {
+                Self(unsafe { $sqrt(self.0) })
+            }
+
+            #[inline(always)]
+            fn greater(self, other: Self) -> $mask {
+                unsafe { $compare::<_CMP_GT_OQ>(self.0, other.0) }
+            }
+
+            #[inline(always)]
+            fn is_nan(self) -> $mask {
+                unsafe { $compare::<_CMP_UNORD_Q>(self.0, self.0) }
+            }
+
+            #[inline(always)]
+            fn is_zero(self) -> bool {
+                Self::bits(unsafe { $compare::<_CMP_NEQ_UQ>(self.0, $splat(0.0)) }) == 0
+            }
+
+            #[inline(always)]
             fn vectorized<T>(work: impl FnOnce() -> T) -> T {
-                // SAFETY: the processor has the instructions, see the top of this file.
                 unsafe { Self::run(work) }
             }
 
@@ -108,36 +99,13 @@ macro_rules! real {
     };
 }
 
-// SAFETY of all blocks: the processor has the instruction, see the top of this file.
-real! { F64x4, 4, __m256d,
-    #[inline(always)]
-    fn splat(value: f64) -> Self {
-        Self(unsafe { _mm256_set1_pd(value) })
-    }
-
-    #[inline(always)]
-    fn sqrt(self) -> Self {
-        Self(unsafe { _mm256_sqrt_pd(self.0) })
-    }
+// SAFETY of all blocks: as in `real`.
+real! { F64x4, 4, "avx2", __m256d, _mm256_set1_pd, _mm256_sqrt_pd, _mm256_cmp_pd,
+    _mm256_add_pd, _mm256_sub_pd, _mm256_mul_pd, _mm256_div_pd,
 
     #[inline(always)]
     fn abs(self) -> Self {
         Self(unsafe { _mm256_andnot_pd(_mm256_set1_pd(-0.0), self.0) })
-    }
-
-    #[inline(always)]
-    fn greater(self, other: Self) -> __m256d {
-        unsafe { _mm256_cmp_pd::<_CMP_GT_OQ>(self.0, other.0) }
-    }
-
-    #[inline(always)]
-    fn is_nan(self) -> __m256d {
-        unsafe { _mm256_cmp_pd::<_CMP_UNORD_Q>(self.0, self.0) }
-    }
-
-    #[inline(always)]
-    fn is_zero(self) -> bool {
-        Self::bits(unsafe { _mm256_cmp_pd::<_CMP_NEQ_UQ>(self.0, _mm256_setzero_pd()) }) == 0
     }
 
     #[inline(always)]
@@ -157,35 +125,12 @@ real! { F64x4, 4, __m256d,
     }
 }
 
-real! { F64x8, 8, __mmask8,
-    #[inline(always)]
-    fn splat(value: f64) -> Self {
-        Self(unsafe { _mm512_set1_pd(value) })
-    }
-
-    #[inline(always)]
-    fn sqrt(self) -> Self {
-        Self(unsafe { _mm512_sqrt_pd(self.0) })
-    }
+real! { F64x8, 8, "avx512f", __mmask8, _mm512_set1_pd, _mm512_sqrt_pd, _mm512_cmp_pd_mask,
+    _mm512_add_pd, _mm512_sub_pd, _mm512_mul_pd, _mm512_div_pd,
 
     #[inline(always)]
     fn abs(self) -> Self {
         Self(unsafe { _mm512_abs_pd(self.0) })
-    }
-
-    #[inline(always)]
-    fn greater(self, other: Self) -> __mmask8 {
-        unsafe { _mm512_cmp_pd_mask::<_CMP_GT_OQ>(self.0, other.0) }
-    }
-
-    #[inline(always)]
-    fn is_nan(self) -> __mmask8 {
-        unsafe { _mm512_cmp_pd_mask::<_CMP_UNORD_Q>(self.0, self.0) }
-    }
-
-    #[inline(always)]
-    fn is_zero(self) -> bool {
-        unsafe { _mm512_cmp_pd_mask::<_CMP_NEQ_UQ>(self.0, _mm512_setzero_pd()) == 0 }
     }
 
     #[inline(always)]

@@ -25,44 +25,37 @@ pub enum Motion {
 }
 
 impl Motion {
+    /// What belongs to slides, or to hinges.
+    pub(crate) fn of<T>(self, slide: T, hinge: T) -> T {
+        match self {
+            Motion::Prismatic => slide,
+            Motion::Revolute => hinge,
+        }
+    }
+
     /// Word in files.
     pub fn label(self) -> &'static str {
-        match self {
-            Motion::Prismatic => "prismatic",
-            Motion::Revolute => "revolute",
-        }
+        self.of("prismatic", "revolute")
     }
 
     /// Unit of positions in files, as names of keys and columns end with it.
     pub fn position_unit(self) -> &'static str {
-        match self {
-            Motion::Prismatic => "mm",
-            Motion::Revolute => "deg",
-        }
+        self.of("mm", "deg")
     }
 
     /// Unit of forces in files, as names of keys and columns end with it.
     pub fn force_unit(self) -> &'static str {
-        match self {
-            Motion::Prismatic => "N",
-            Motion::Revolute => "Nmm",
-        }
+        self.of("N", "Nmm")
     }
 
     /// Unit of positions in computations.
     pub fn computed_position_unit(self) -> &'static str {
-        match self {
-            Motion::Prismatic => "mm",
-            Motion::Revolute => "rad",
-        }
+        self.of("mm", "rad")
     }
 
     /// Unit of positions as readers see it, with the blank between a number and it.
     pub fn position_suffix(self) -> &'static str {
-        match self {
-            Motion::Prismatic => " mm",
-            Motion::Revolute => "°",
-        }
+        self.of(" mm", "°")
     }
 
     /// Unit of positions as readers see it.
@@ -72,42 +65,27 @@ impl Motion {
 
     /// Unit of forces as readers see it.
     pub fn shown_force_unit(self) -> &'static str {
-        match self {
-            Motion::Prismatic => "N",
-            Motion::Revolute => "N·mm",
-        }
+        self.of("N", "N·mm")
     }
 
     /// What a drive of this kind carries, in one word.
     pub fn force_word(self) -> &'static str {
-        match self {
-            Motion::Prismatic => "force",
-            Motion::Revolute => "torque",
-        }
+        self.of("force", "torque")
     }
 
     /// A position in the unit of files and readers, mm or degrees, from mm or rad.
     pub fn shown(self, value: f64) -> f64 {
-        match self {
-            Motion::Prismatic => value,
-            Motion::Revolute => value.to_degrees(),
-        }
+        self.of(value, value.to_degrees())
     }
 
     /// A position in mm or rad, from mm or degrees. What there is per mm or rad becomes what there is per mm or degree.
     pub fn from_shown(self, value: f64) -> f64 {
-        match self {
-            Motion::Prismatic => value,
-            Motion::Revolute => value.to_radians(),
-        }
+        self.of(value, value.to_radians())
     }
 
     /// A position, given in mm or degrees, with its unit: to 0.001 mm or 0.0001°.
     pub fn position_words(self, value: f64) -> String {
-        let decimals = match self {
-            Motion::Prismatic => 3,
-            Motion::Revolute => 4,
-        };
+        let decimals = self.of(3, 4);
         // What is nothing has no sign.
         let value = if value.abs() < 0.5 * 0.1f64.powi(decimals as i32) { 0.0 } else { value };
         format!("{value:.decimals$}{}", self.position_suffix())

@@ -2,8 +2,7 @@
 
 use nalgebra::{Matrix6, Vector6};
 
-use super::MoveScrew;
-use super::{Configuration, Coordinate, Machine, Motion};
+use super::{Configuration, Coordinate, Machine, Motion, MoveScrew};
 
 impl Machine {
     /// Inverse condition number of the Jacobian between the drives and the controlled task coordinates at `at`: its smallest singular

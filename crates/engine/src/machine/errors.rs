@@ -133,17 +133,3 @@ impl Machine {
         real
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_chain_is_turned_about_its_first_drive_within_a_module_too() {
-        let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/machines");
-        let machine = Machine::from_file(&folder.join("hybrid_3ups.toml")).unwrap();
-        let error = ChainError::turn_about_drive_axis(&machine.chains[0], 0.1);
-        // The legs stand head down.
-        assert!((error.base.angular - Vector3::new(0.0, 0.0, -0.1)).norm() < 1e-12, "{error:?}");
-    }
-}

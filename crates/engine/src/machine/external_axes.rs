@@ -1,6 +1,10 @@
-//! External axes: drives that are told where to stand at each point of a path, a rail before an arm or those under a workpiece.
+//! External axes: drives that are told where to stand at each point of a path, a rail before an arm or those under a workpiece;
+//! and the carrier of a workpiece touched by the tool.
 
-use super::{Drive, Machine, kinematics::Unreachable};
+use nalgebra::Vector3;
+
+use super::{Configuration, Drive, Machine, kinematics::Unreachable};
+use crate::spatial::Pose;
 
 /// Where the external axes of a machine stand, mm or rad: the drives held, as in [`Model::held`](super::Model::held), then those of its
 /// workpiece carrier.
@@ -121,5 +125,15 @@ impl Machine {
             }
         }
         machine
+    }
+
+    /// Takes the point of this carrier that is at `place` (O, mm) without load for its P, on which wrenches then act, and gives the
+    /// configuration it has there. Home stays that of the workpiece frame.
+    pub fn touched_at(&mut self, place: Vector3<f64>) -> Configuration {
+        let from_workpiece = self.home.pose.inverse().transform(place);
+        for chain in &mut self.chains {
+            chain.route.attachment.translation = from_workpiece;
+        }
+        Configuration { pose: Pose { translation: place, ..self.home.pose }, ..self.home.clone() }
     }
 }

@@ -1,8 +1,8 @@
 //! Drives that are told where to stand, whatever the task: a rail before an arm, the drives under a workpiece.
 
-use super::{Coordinate, Drive, Machine};
+use super::{Coordinate, Drive, Machine, refused};
 use crate::{
-    input::error::{Error, Result},
+    input::error::Result,
     spatial::{Pose, rotation_exp},
 };
 
@@ -155,10 +155,6 @@ impl Machine {
         }
         Ok(())
     }
-}
-
-fn refused(name: &str, problem: String) -> Error {
-    Error::Argument { argument: name.into(), problem }
 }
 
 /// The drive with this label, or the only one of this name.

@@ -6,11 +6,9 @@
 //! is computed with the real one.
 
 mod branch;
-mod carrier;
 pub mod catalogue;
 mod chain;
 mod conditioning;
-mod element_names;
 mod errors;
 mod external_axes;
 mod held;
@@ -44,10 +42,8 @@ use nalgebra::{Matrix3, Matrix6, Vector3};
 pub use branch::{Branch, Clearance, Elbow, Posture, PostureChange, Shoulder, Wrist};
 pub use chain::{Chain, Coupling, Drive, Motion, MoveScrew, PassiveJoint, Spring, SpringLaw};
 pub use errors::ChainError;
-pub use external_axes::ExternalAxes;
-pub use external_axes::Standing;
-pub use kinematics::SideBySide;
-pub use kinematics::{Configuration, Unreachable};
+pub use external_axes::{ExternalAxes, Standing};
+pub use kinematics::{Configuration, SideBySide, Unreachable};
 pub use mobility::Mobility;
 pub use parameters::{Parameter, Unit, Variation};
 pub use provenance::{Grade, Provenance};
@@ -220,9 +216,13 @@ pub struct Model {
     written: parameters::Written,
 }
 
+fn refused(argument: &str, problem: String) -> Error {
+    Error::Argument { argument: argument.into(), problem }
+}
+
 fn no_machine(problem: &str) -> Error {
     let names = catalogue::names().collect::<Vec<_>>().join(", ");
-    Error::Argument { argument: "machine".into(), problem: format!("{problem}; built in: {names}") }
+    refused("machine", format!("{problem}; built in: {names}"))
 }
 
 impl Machine {

@@ -2,9 +2,9 @@
 
 use nalgebra::Vector3;
 
-use super::{Configuration, Coordinate, Machine, Motion};
+use super::{Configuration, Coordinate, Machine, Motion, refused};
 use crate::{
-    input::error::{Error, Result},
+    input::error::Result,
     spatial::{Pose, rotation_log},
 };
 
@@ -80,7 +80,7 @@ impl Machine {
             let names = positions.iter().map(|(name, _)| name.as_ref()).collect::<Vec<_>>().join(", ");
             let problem =
                 format!("told where to stand, the platform of machine {} turns as the others move it", machine.name);
-            return Err(Error::Argument { argument: names, problem });
+            return Err(refused(&names, problem));
         }
         machine.turns_with_position = false;
         Ok(machine)

@@ -292,27 +292,3 @@ impl<'a> Walker<'a> {
         self.line = vec![self.pose.translation.into()];
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_orthoglide_at_home_is_drawn_with_its_bars_and_slides() {
-        let machine = Machine::named_or_file("orthoglide").unwrap();
-        let skeleton = machine.rigid_skeleton(&machine.home);
-        assert_eq!(skeleton.tool_tip_mm, [0.0, 0.0, 100.0]);
-        let x = &skeleton.chains[0];
-        let slide = &x.joints[0];
-        assert!(slide.is_drive && slide.slides && slide.limits.is_none());
-        assert!((slide.position_mm[0] + 341.0).abs() < 1e-9 && (slide.value + 341.0).abs() < 1e-9);
-        assert_eq!(x.joints.len(), 4, "a parallelogram is one joint: {:?}", x.joints);
-        // Short link, bar, short link, bar; then the way to P.
-        let [parallelogram, to_platform] = x.links.as_slice() else { panic!("{:?}", x.links) };
-        let length = |i: usize| (Vector3::from(parallelogram[i + 1]) - Vector3::from(parallelogram[i])).norm();
-        for (i, expected) in [80.0, 310.0, 80.0, 310.0].into_iter().enumerate() {
-            assert!((length(i) - expected).abs() < 1e-9, "side {i}: {}", length(i));
-        }
-        assert!((to_platform[0][0] + 31.0).abs() < 1e-9 && to_platform[1][0].abs() < 1e-9);
-    }
-}

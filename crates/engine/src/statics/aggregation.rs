@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix6, Vector6};
 
-use super::equilibrium::chain_inputs;
+use super::state::chain_inputs;
 use crate::{
     machine::{Configuration, Machine, MoveScrew},
     spatial::{Pose, Twist, rotation_log},

@@ -1,10 +1,10 @@
 //! Equilibria of many independent cases, as many at a time as the processor's vector registers hold.
 
 use super::{
-    equilibrium::{Outcome, Settings, equilibrium},
+    equilibrium::equilibrium,
     lane_solver::LaneSolver,
+    outcome::{Outcome, Settings, TaskError},
     state::{State, Workspace},
-    task::TaskError,
 };
 #[cfg(target_arch = "x86_64")]
 use crate::lanes::{F64x4, F64x8};

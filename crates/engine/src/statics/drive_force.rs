@@ -3,15 +3,11 @@
 use nalgebra::{DMatrix, Matrix6xX, Vector6};
 
 use super::{
-    equilibrium::chain_inputs,
     full_system, platform,
     state::{State, Workspace},
     weight,
 };
-use crate::{
-    lanes::{Frame, Vec3},
-    machine::Machine,
-};
+use crate::machine::Machine;
 
 /// Forces of all drives in machine order, `τ = k_act θ_a`, N or N·mm.
 pub fn drive_forces(machine: &Machine, state: &State) -> Vec<f64> {
@@ -34,7 +30,7 @@ pub fn drive_force_sensitivity(
     let mut deflections = match condensed_deflections(machine, drives, state, twists, workspace) {
         Some(deflections) => deflections,
         None => {
-            linearise(machine, drives, state, workspace);
+            workspace.linearise(machine, drives, state);
             let weight = weight::stiffness(machine, &state.platform().rotation, &machine.gravity);
             full_system::tangent(&machine.chains, &workspace.chains, &weight).joint_deflection?
         }
@@ -45,13 +41,6 @@ pub fn drive_force_sensitivity(
     Some(deflections)
 }
 
-fn linearise(machine: &Machine, drives: &[f64], state: &State, workspace: &mut Workspace) {
-    let inputs = chain_inputs(machine, state, drives);
-    for ((system, chain), (chain_state, own)) in workspace.chains.iter_mut().zip(&machine.chains).zip(inputs) {
-        system.linearise(chain, own, chain_state, state.platform(), &machine.gravity);
-    }
-}
-
 /// `∂θ_a/∂ρ`; `None` if a chain cannot be condensed.
 fn condensed_deflections(
     machine: &Machine,
@@ -60,13 +49,9 @@ fn condensed_deflections(
     twists: &Matrix6xX<f64>,
     workspace: &mut Workspace,
 ) -> Option<DMatrix<f64>> {
-    linearise(machine, drives, state, workspace);
-    let Workspace { chains, rigid, drive_wrenches, condenses, .. } = workspace;
-    if !*condenses || chains.iter_mut().any(|system| system.eliminate() == 0) {
-        return None;
-    }
-    let mut tangent = platform::tangent(chains);
-    weight::add_stiffness(machine, &Frame::splat(state.platform()), Vec3::splat(&machine.gravity), &mut tangent);
+    workspace.linearise(machine, drives, state);
+    let tangent = workspace.condense(machine, state.platform(), &machine.gravity, None)?;
+    let Workspace { chains, rigid, drive_wrenches, .. } = workspace;
     if rigid.factorise(chains, &tangent, machine.reach) == 0 {
         return None;
     }

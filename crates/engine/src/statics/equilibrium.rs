@@ -2,134 +2,22 @@
 //! load steps, and whether what they reach is stable, `snapped` or singular.
 
 use nalgebra::{Matrix6, Matrix6xX, Vector3, Vector6};
-use serde::{Deserialize, Serialize};
 
 use super::{
     chain_system::ChainSystem,
     full_system,
     iteration::{Iteration, Verdict},
+    outcome::{Outcome, Settings, Status, TaskError},
     platform::{self, Square, SquareTask},
     rigid_directions::RigidDirections,
-    state::{FreeAtHome, State, Workspace},
-    stiffness::{largest_compliance, smallest_eigenvalue},
-    task::TaskError,
-    tool,
-    transmission::Scale,
-    weight,
+    state::{FreeAtHome, State, Workspace, chain_inputs},
+    tool, weight,
 };
 use crate::{
     lanes::{Frame, Screw, Vec3, rotation_exp},
-    machine::{Chain, Configuration, Machine},
-    spatial::{Pose, Wrench, larger, skew},
+    machine::{Configuration, Machine},
+    spatial::{Pose, Wrench, larger},
 };
-
-/// When an equilibrium counts as solved.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Settings {
-    /// Largest accepted residual: closure gaps over the machine's reach, and forces out of balance over the largest chain
-    /// wrench (dimensionless).
-    pub tolerance: f64,
-    /// Newton iterations of one load step.
-    pub max_iterations: usize,
-}
-
-impl Default for Settings {
-    fn default() -> Self {
-        Self { tolerance: 1e-10, max_iterations: 12 }
-    }
-}
-
-/// How a solve ended.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub enum Status {
-    /// In stable equilibrium.
-    Solved,
-    /// In equilibrium, but the platform's loaded stiffness is not positive definite. Judged by its symmetric part: under
-    /// a dead moment, which is not conservative, this is on the safe side.
-    Unstable,
-    /// In equilibrium, but this chain would buckle between base and platform.
-    Buckled {
-        /// Index of the chain.
-        chain: usize,
-    },
-    /// In equilibrium, but the platform can move without resistance.
-    Singular,
-    /// No equilibrium was found beyond this fraction of the load and of the chain errors.
-    NotConverged {
-        /// Last fraction that was in equilibrium.
-        load_fraction: f64,
-    },
-    /// No equilibrium that the start leads to: on the way, the stiffness of the platform falls to zero. What equilibria
-    /// there may be beyond are reached by snapping through.
-    Snapped {
-        /// Fraction of the load and of the chain errors at which stability is lost.
-        load_fraction: f64,
-    },
-    /// No equilibrium: where the solve starts, the platform or a chain can move without resistance.
-    SingularPlace,
-}
-
-impl Status {
-    /// Word used in tables.
-    pub fn label(&self) -> &'static str {
-        match self {
-            Status::Solved => "solved",
-            Status::Unstable => "unstable",
-            Status::Buckled { .. } => "buckled",
-            Status::Singular => "singular",
-            Status::NotConverged { .. } => "not_converged",
-            Status::Snapped { .. } => "snapped",
-            Status::SingularPlace => "singular",
-        }
-    }
-
-    /// Whether it is one of an equilibrium, stable or not.
-    pub fn is_equilibrium(&self) -> bool {
-        !matches!(self, Status::NotConverged { .. } | Status::Snapped { .. } | Status::SingularPlace)
-    }
-
-    /// Reason in words; empty when solved.
-    pub fn reason(&self, machine: &Machine) -> String {
-        match self {
-            Status::Solved => String::new(),
-            Status::Unstable => "the loaded stiffness of the platform is not positive definite".into(),
-            Status::Buckled { chain } => {
-                format!("chain {} is unstable between base and platform", machine.chains[*chain].name)
-            }
-            Status::Singular => "the platform can move without resistance".into(),
-            Status::NotConverged { load_fraction } => {
-                format!("no equilibrium beyond {:.1} % of the load and the chain errors", 100.0 * load_fraction)
-            }
-            Status::Snapped { load_fraction } => format!(
-                "the machine snaps through: it loses its stability at {:.1} % of the load and the chain errors",
-                100.0 * load_fraction
-            ),
-            Status::SingularPlace => {
-                "the place is singular: the platform or a chain can move there without resistance".into()
-            }
-        }
-    }
-}
-
-/// What a solve found besides the state.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Outcome {
-    /// How it ended.
-    pub status: Status,
-    /// Newton iterations, over all load steps.
-    pub iterations: usize,
-    /// Residual at the end, see [`Settings::tolerance`].
-    pub residual: f64,
-    /// Load steps; 1 if the full load was taken at once.
-    pub load_steps: usize,
-    /// Loaded Cartesian stiffness K_C of eq. (6): the change of the applied wrench per twist of P (N, N·mm; mm, rad).
-    /// `None` where the machine is rigid in some direction or was not solved.
-    pub stiffness: Option<Matrix6<f64>>,
-    /// Loaded compliance, its inverse: twist of P per applied wrench. `None` where the platform is free or not solved.
-    pub compliance: Option<Matrix6<f64>>,
-    /// Twist of P per unit motion of each drive under constant load, one column per drive (mm, rad per mm or rad).
-    pub drive_sensitivity: Matrix6xX<f64>,
-}
 
 /// Equilibrium of `machine` with drives at `drives` (mm, rad) under the dead wrench `load` at P in O axes:
 /// `t = f⁻¹(F | t₀)`, eq. (7).
@@ -223,40 +111,6 @@ pub(crate) fn is_singular_place(machine: &Machine, at: &Configuration, workspace
     newton.is_freer_than_at_home(&state)
 }
 
-impl Outcome {
-    /// Whether a direction of the platform is so soft that the nominal machine could be singular there.
-    pub(crate) fn is_soft(&self, machine: &Machine) -> bool {
-        match (&self.stiffness, &self.compliance) {
-            (Some(stiffness), _) => platform::definite_beyond(&platform::rows(stiffness), machine.reach, SOFT) == 0,
-            // Rigid in some directions: against what a drive yields.
-            (None, Some(compliance)) => {
-                let lever = |i: usize| if i < 3 { 1.0 } else { machine.reach };
-                let yields: f64 = (0..6).map(|i| compliance[(i, i)] * lever(i) * lever(i)).sum();
-                yields.is_nan() || yields * SOFT > Scale::of(machine).slack
-            }
-            (None, None) => true,
-        }
-    }
-
-    /// Smallest eigenvalue in N/mm of the loaded stiffness, rotations at `reach` mm; of a machine that is rigid in some
-    /// directions, that of the others. Negative where it is unstable; `None` where the platform is free or not solved.
-    pub fn softest(&self, reach: f64) -> Option<f64> {
-        match (&self.stiffness, &self.compliance) {
-            (Some(stiffness), _) => Some(smallest_eigenvalue(stiffness, reach)),
-            (None, Some(compliance)) if self.status == Status::Solved => {
-                let largest = largest_compliance(compliance, reach);
-                (largest > 0.0).then(|| 1.0 / largest)
-            }
-            _ => None,
-        }
-    }
-
-    /// Whether the state is an equilibrium, stable or not.
-    pub fn is_equilibrium(&self) -> bool {
-        self.status.is_equilibrium()
-    }
-}
-
 const MIN_LOAD_STEP: f64 = 1.0 / 4096.0;
 
 /// Where a direction of the platform has lost more of its stiffness than this leaves, the load steps end because the machine
@@ -264,9 +118,6 @@ const MIN_LOAD_STEP: f64 = 1.0 / 4096.0;
 const SOFTENED: f64 = 0.3;
 /// Where the softest direction is softer than this fraction of the stiffest, no load can be brought on.
 const NEARLY_FREE: f64 = 1e-9;
-
-/// A platform with a softer direction than this share of the stiffest may stand where it is held by its errors alone.
-const SOFT: f64 = 1e-4;
 
 struct Newton<'a> {
     machine: &'a Machine,
@@ -592,14 +443,8 @@ impl<'a> Newton<'a> {
 
     /// Condenses the chains; the platform's tangent, or `None` if a chain cannot be condensed.
     fn condense(&mut self, state: &State) -> Option<Square<f64>> {
-        let Workspace { chains, rigid, condenses, .. } = &mut *self.workspace;
-        if !*condenses || chains.iter_mut().any(|system| system.eliminate() == 0) {
-            return None;
-        }
-        let mut tangent = platform::tangent(chains);
-        let platform = Frame::splat(&state.pose);
-        weight::add_stiffness(self.machine, &platform, Vec3::splat(&self.gravity), &mut tangent);
-        tool::add_stiffness(self.machine, &state.pose, self.load, &mut tangent);
+        let tangent = self.workspace.condense(self.machine, &state.pose, &self.gravity, Some(self.load))?;
+        let Workspace { chains, rigid, .. } = &mut *self.workspace;
         (rigid.factorise(chains, &tangent, self.machine.reach) == 1).then_some(tangent)
     }
 
@@ -628,15 +473,7 @@ impl<'a> Newton<'a> {
 
     /// Tangent and stability at the equilibrium just linearised.
     fn finish(&mut self, state: &State, residual: f64, load_steps: usize) -> Outcome {
-        let mut outcome = Outcome {
-            status: Status::Solved,
-            iterations: self.iterations,
-            residual,
-            load_steps,
-            stiffness: None,
-            compliance: None,
-            drive_sensitivity: Matrix6xX::zeros(self.machine.drive_count()),
-        };
+        let mut outcome = Outcome { load_steps, ..self.failed(Status::Solved, residual) };
         let reach = self.machine.reach;
         match self.condense(state) {
             Some(tangent) => {
@@ -688,26 +525,6 @@ impl<'a> Newton<'a> {
 /// What is computed in one lane, if it could be.
 fn single<T>((value, good): (T, u8)) -> Option<T> {
     (good == 1).then_some(value)
-}
-
-/// State and drives of each chain.
-pub(super) fn chain_inputs<'s>(
-    machine: &'s Machine,
-    state: &'s State,
-    drives: &'s [f64],
-) -> impl Iterator<Item = (&'s super::ChainState, &'s [f64])> {
-    let mut rest = drives;
-    machine.chains.iter().zip(&state.chains).map(move |(chain, chain_state): (&Chain, _)| {
-        let (own, others) = rest.split_at(chain.drives.len());
-        rest = others;
-        (chain_state, own)
-    })
-}
-
-/// Subtracts `½ [m]×` from the rotation block: the part of the tangent by which a dead moment is not conservative.
-pub(super) fn subtract_half_moment(tangent: &mut Matrix6<f64>, wrench: Wrench) {
-    let mut block = tangent.fixed_view_mut::<3, 3>(3, 3);
-    block -= skew(wrench.moment) * 0.5;
 }
 
 /// A smallest eigenvalue below this fraction of the largest is zero: at a singular place, inverse kinematics leaves as much.

@@ -3,7 +3,8 @@
 use nalgebra::{Matrix6, Matrix6xX, Vector6};
 
 use super::{
-    equilibrium::{Settings, subtract_half_moment},
+    outcome::Settings,
+    platform::subtract_half_moment,
     state::{State, Workspace},
     tool, weight,
 };

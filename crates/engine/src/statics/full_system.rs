@@ -3,7 +3,7 @@
 
 use nalgebra::{DMatrix, DVector, Dyn, Matrix6, Matrix6xX, SymmetricEigen, Vector6};
 
-use super::{adjoint::Adjoint, chain_system::ChainSystem, equilibrium::Status};
+use super::{adjoint::Adjoint, chain_system::ChainSystem, outcome::Status};
 use crate::{
     machine::Chain,
     spatial::{RankRevealing, skew},

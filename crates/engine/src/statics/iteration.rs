@@ -1,6 +1,6 @@
 //! When a Newton iteration is over, and when it is given up as not converging.
 
-use super::equilibrium::Settings;
+use super::outcome::Settings;
 
 /// A step with a larger rotation than this is not trusted, rad.
 const MAX_ROTATION: f64 = 0.5;

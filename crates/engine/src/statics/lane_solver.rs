@@ -13,8 +13,8 @@ use nalgebra::Matrix6xX;
 use super::{
     batch::Case,
     chain_system::{Carried, ChainResidual, ChainSystem},
-    equilibrium::{Outcome, Settings, Status},
     iteration::{Iteration, Verdict},
+    outcome::{Outcome, Settings, Status},
     platform::{self, Square, SquareTask},
     rigid_directions::RigidDirections,
     tool, weight,

@@ -28,6 +28,7 @@ mod full_system;
 mod held;
 mod iteration;
 mod lane_solver;
+mod outcome;
 mod platform;
 mod play;
 mod rigid_directions;
@@ -35,7 +36,6 @@ mod sensitivity;
 mod solution;
 mod state;
 mod stiffness;
-mod task;
 mod tool;
 mod transmission;
 mod weight;
@@ -46,9 +46,10 @@ pub use batch::{Batch, Case};
 pub use drive_force::{drive_force_sensitivity, drive_forces};
 pub use energy::{deformation_energies, elastic_energy, spring_energies, weight_energy};
 pub(crate) use equilibrium::is_singular_place;
-pub use equilibrium::{Outcome, Settings, Status, equilibrium, equilibrium_at_task};
+pub use equilibrium::{equilibrium, equilibrium_at_task};
 pub use force_deflection::{PlatformForce, wrench_at_pose};
 pub use lane_solver::one_step;
+pub use outcome::{Outcome, Settings, Status, TaskError};
 pub use play::{lost_motions, tool_play};
 pub use sensitivity::{Sensitivities, Sensitivity};
 pub use solution::{ChainSolution, Solution};
@@ -57,4 +58,3 @@ pub use stiffness::{
     chain_stiffnesses, largest_compliance, principal_stiffnesses, rigid_wrenches, smallest_eigenvalue, tool_compliance,
     unloaded_compliance, unloaded_stiffness,
 };
-pub use task::TaskError;

@@ -2,8 +2,11 @@
 
 use nalgebra::Matrix6;
 
-use super::{chain_system::ChainSystem, rigid_directions::RigidDirections, task::TaskError};
-use crate::lanes::{Real, pairs, solve, subtract};
+use super::{chain_system::ChainSystem, outcome::TaskError, rigid_directions::RigidDirections};
+use crate::{
+    lanes::{Real, pairs, solve, subtract},
+    spatial::{Wrench, skew},
+};
 
 /// A matrix by rows.
 pub(super) type Square<R> = [[R; 6]; 6];
@@ -52,6 +55,12 @@ pub(super) fn tangent<R: Real>(chains: &[ChainSystem<R>]) -> Square<R> {
         }
     }
     tangent
+}
+
+/// Subtracts `½ [m]×` from the rotation block: the part of the tangent by which a dead moment is not conservative.
+pub(super) fn subtract_half_moment(tangent: &mut Matrix6<f64>, wrench: Wrench) {
+    let mut block = tangent.fixed_view_mut::<3, 3>(3, 3);
+    block -= skew(wrench.moment) * 0.5;
 }
 
 /// What is left for the platform's step to balance: `imbalance` less what the chains give with the platform held.

@@ -10,8 +10,7 @@ use nalgebra::{Vector3, Vector6};
 use super::{
     adjoint::{Adjoint, adjoints},
     chain_system::ChainSystem,
-    equilibrium::chain_inputs,
-    state::{State, Workspace},
+    state::{State, Workspace, chain_inputs},
     tool, weight,
 };
 use crate::{

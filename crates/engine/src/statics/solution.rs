@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 use serde::Serialize;
 
 use super::{
-    equilibrium::{Outcome, Status},
+    outcome::{Outcome, Status},
     play::tool_play,
     state::{State, Workspace},
     stiffness::{chain_stiffnesses, principal_stiffnesses, tool_compliance},

@@ -2,9 +2,16 @@
 
 use serde::Serialize;
 
-use super::{chain_system::ChainSystem, held::Held, rigid_directions::RigidDirections};
+use super::{
+    chain_system::ChainSystem,
+    held::Held,
+    platform::{self, Square},
+    rigid_directions::RigidDirections,
+    tool, weight,
+};
 use crate::{
-    machine::{Configuration, Machine},
+    lanes::{Frame, Vec3},
+    machine::{Chain, Configuration, Machine},
     spatial::{Pose, Wrench},
 };
 
@@ -103,4 +110,46 @@ impl Workspace {
     pub fn uncondensed(machine: &Machine) -> Self {
         Self { condenses: false, ..Self::new(machine) }
     }
+
+    /// Fills the systems of all chains of `machine` at `state`, the drives at `drives`, under its weight.
+    pub(super) fn linearise(&mut self, machine: &Machine, drives: &[f64], state: &State) {
+        let inputs = chain_inputs(machine, state, drives);
+        for ((system, chain), (chain_state, own)) in self.chains.iter_mut().zip(&machine.chains).zip(inputs) {
+            system.linearise(chain, own, chain_state, state.platform(), &machine.gravity);
+        }
+    }
+
+    /// Condenses the chains; the tangent of the platform at `platform`, with what its weight by `gravity` and, if a `load` is given, a
+    /// bent tool take of it. `None` if a chain cannot be condensed.
+    pub(super) fn condense(
+        &mut self,
+        machine: &Machine,
+        platform: &Pose,
+        gravity: &nalgebra::Vector3<f64>,
+        load: Option<&Wrench>,
+    ) -> Option<Square<f64>> {
+        if !self.condenses || self.chains.iter_mut().any(|system| system.eliminate() == 0) {
+            return None;
+        }
+        let mut tangent = platform::tangent(&self.chains);
+        weight::add_stiffness(machine, &Frame::splat(platform), Vec3::splat(gravity), &mut tangent);
+        if let Some(load) = load {
+            tool::add_stiffness(machine, platform, load, &mut tangent);
+        }
+        Some(tangent)
+    }
+}
+
+/// State and drives of each chain.
+pub(super) fn chain_inputs<'s>(
+    machine: &'s Machine,
+    state: &'s State,
+    drives: &'s [f64],
+) -> impl Iterator<Item = (&'s ChainState, &'s [f64])> {
+    let mut rest = drives;
+    machine.chains.iter().zip(&state.chains).map(move |(chain, chain_state): (&Chain, _)| {
+        let (own, others) = rest.split_at(chain.drives.len());
+        rest = others;
+        (chain_state, own)
+    })
 }

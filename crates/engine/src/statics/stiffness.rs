@@ -3,8 +3,10 @@
 use nalgebra::{Matrix3, Matrix3x6, Matrix6, Vector6};
 
 use super::{
-    equilibrium::{Outcome, Settings, chain_inputs, equilibrium, subtract_half_moment},
-    state::{State, Workspace},
+    equilibrium::equilibrium,
+    outcome::{Outcome, Settings},
+    platform::subtract_half_moment,
+    state::{State, Workspace, chain_inputs},
 };
 use crate::{
     machine::{Configuration, Machine},
@@ -136,36 +138,4 @@ fn scaled_eigenvalues(matrix: &Matrix6<f64>, scale: impl Fn(f64) -> f64) -> Opti
     }
     // The eigenvalue iteration does not end on entries that are not finite.
     scaled.iter().all(|entry| entry.is_finite()).then(|| scaled.symmetric_eigenvalues())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn wrenches_that_move_nothing_are_told_one_by_one() {
-        // Held at a point 50 mm from P: it cannot move along x there, and not turn about z.
-        let motions = [
-            [0.0, 1.0, 0.0, 0.0, 0.0, 0.0],
-            [0.0, 0.0, 2.0, 0.0, 0.0, 0.0],
-            [0.0, 0.0, 0.0, 1e-4, 0.0, 0.0],
-            [-50e-4, 0.0, 0.0, 0.0, 1e-4, 0.0],
-        ];
-        let compliance: Matrix6<f64> = motions.map(|m| Vector6::from(m) * Vector6::from(m).transpose()).iter().sum();
-        let mut wrenches = rigid_wrenches(&compliance, 100.0);
-        wrenches.sort_by(|a, b| a[5].total_cmp(&b[5]));
-        let expected = [[1.0, 0.0, 0.0, 0.0, 50.0, 0.0], [0.0, 0.0, 0.0, 0.0, 0.0, 1.0]].map(Vector6::from);
-        assert_eq!(wrenches.len(), 2, "{wrenches:?}");
-        for (wrench, expected) in wrenches.iter().zip(expected) {
-            assert!((wrench - expected).amax() < 1e-9, "{wrench} {expected}");
-        }
-    }
-
-    #[test]
-    fn a_stiffness_that_is_not_finite_has_no_eigenvalue_instead_of_no_end() {
-        for bad in [f64::NAN, f64::INFINITY] {
-            assert!(smallest_eigenvalue(&(Matrix6::identity() * bad), 100.0).is_nan());
-        }
-        assert!((smallest_eigenvalue(&Matrix6::identity(), 1.0) - 1.0).abs() < 1e-15);
-    }
 }

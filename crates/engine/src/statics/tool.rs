@@ -11,8 +11,8 @@ use std::ops::AddAssign;
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 
 use super::{
-    equilibrium::{Outcome, subtract_half_moment},
-    platform::Square,
+    outcome::Outcome,
+    platform::{Square, subtract_half_moment},
     state::State,
 };
 use crate::{

@@ -48,10 +48,7 @@ pub(super) struct Scale {
 impl Scale {
     pub fn of(machine: &Machine) -> Self {
         let reach = machine.reach;
-        let compliances = machine.drives().map(|(_, drive)| match drive.motion {
-            Motion::Prismatic => 1.0 / drive.stiffness,
-            Motion::Revolute => reach * reach / drive.stiffness,
-        });
+        let compliances = machine.drives().map(|(_, drive)| drive.motion.of(1.0, reach * reach) / drive.stiffness);
         let softest = compliances.fold(0.0, f64::max);
         Self { reach, slack: if softest > 0.0 { 0.1 * softest } else { 1e-6 } }
     }

@@ -248,10 +248,7 @@ impl<R: Real> Equations<R> {
 
 /// What a joint's coordinate is multiplied by to make it a length.
 pub(super) fn unit(machine: &Machine, motion: Motion) -> f64 {
-    match motion {
-        Motion::Prismatic => 1.0,
-        Motion::Revolute => machine.reach,
-    }
+    motion.of(1.0, machine.reach)
 }
 
 /// What a task coordinate gains by the unknown `i` where the platform `asked` is commanded.

@@ -118,41 +118,31 @@ impl Machine {
         Ok(())
     }
 
-    /// How far the drive or joint farthest beyond its limits is beyond them, mm or degrees; 0 within.
-    pub fn limit_excess(&self, at: &Configuration) -> f64 {
+    /// Ends, motion and coordinate of each drive and then of each joint that has limits, mm or rad.
+    fn limited(&self, at: &Configuration) -> impl Iterator<Item = ((f64, f64), Motion, f64)> {
         let drives = self.drives().zip(&at.drives).map(|((_, drive), &rho)| (drive.travel, drive.motion, rho));
         let joints = self.chains.iter().zip(&at.passive).flat_map(|(chain, values)| {
             chain.passive.iter().zip(values).map(|(joint, &q)| (joint.limits, joint.motion, q))
         });
-        let excess = |(limits, motion, value): (Option<(f64, f64)>, Motion, f64)| {
-            limits.map_or(0.0, |(low, high)| motion.shown(beyond(value, low, high)))
-        };
-        drives.chain(joints).map(excess).fold(0.0, f64::max)
+        drives.chain(joints).filter_map(|(limits, motion, value)| Some((limits?, motion, value)))
+    }
+
+    /// How far the drive or joint farthest beyond its limits is beyond them, mm or degrees; 0 within.
+    pub fn limit_excess(&self, at: &Configuration) -> f64 {
+        let excess = self.limited(at).map(|((low, high), motion, value)| motion.shown(beyond(value, low, high)));
+        excess.fold(0.0, f64::max)
     }
 
     /// How far the drive or joint nearest to an end of its limits is from it, mm or degrees; less than 0 beyond, infinite without limits.
     pub fn limit_room(&self, at: &Configuration) -> f64 {
-        let drives = self.drives().zip(&at.drives).map(|((_, drive), &rho)| (drive.travel, drive.motion, rho));
-        let joints = self.chains.iter().zip(&at.passive).flat_map(|(chain, values)| {
-            chain.passive.iter().zip(values).map(|(joint, &q)| (joint.limits, joint.motion, q))
-        });
-        let room = |(limits, motion, value): (Option<(f64, f64)>, Motion, f64)| {
-            limits.map_or(f64::INFINITY, |(low, high)| motion.shown(f64::min(value - low, high - value)))
-        };
-        drives.chain(joints).map(room).fold(f64::INFINITY, f64::min)
+        let room = self.limited(at).map(|((low, high), motion, q)| motion.shown(f64::min(q - low, high - q)));
+        room.fold(f64::INFINITY, f64::min)
     }
 
     /// Adds to `shares` where each limited drive and joint stands in its range: −1 at the lower end and 1 at the upper one,
     /// as `Machine::check_limits` takes them.
     pub fn limit_shares(&self, at: &Configuration, shares: &mut Vec<f64>) {
-        let drives = self.drives().zip(&at.drives).map(|((_, drive), &rho)| (drive.travel, rho));
-        let joints = self
-            .chains
-            .iter()
-            .zip(&at.passive)
-            .flat_map(|(chain, values)| chain.passive.iter().zip(values).map(|(joint, &q)| (joint.limits, q)));
-        let limited = drives.chain(joints).filter_map(|(limits, value)| limits.map(|limits| (limits, value)));
-        shares.extend(limited.map(|((low, high), value)| {
+        shares.extend(self.limited(at).map(|((low, high), _, value)| {
             let half = 0.5 * (high - low) + rounding(low, high);
             (value - 0.5 * (low + high)) / half
         }));

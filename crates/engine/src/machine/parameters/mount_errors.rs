@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use super::Unit;
 use crate::{
-    machine::{Chain, ChainError, Drive, Motion},
+    machine::{Chain, ChainError, Drive},
     spatial::Twist,
 };
 
@@ -59,11 +59,7 @@ impl MountErrors {
             }
         }
         for (Drive { name, motion, .. }, offset) in chain.drives.iter().zip(offsets) {
-            let unit = match motion {
-                Motion::Prismatic => Unit::MM,
-                Motion::Revolute => Unit::DEG,
-            };
-            each(format!("{}.{name}.offset", chain.name), unit, offset);
+            each(format!("{}.{name}.offset", chain.name), motion.of(Unit::MM, Unit::DEG), offset);
         }
     }
 

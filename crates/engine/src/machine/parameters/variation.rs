@@ -1,9 +1,9 @@
 //! Machines beside a machine, from which derivatives by its parameters are taken.
 
-use super::{Unit, refused};
+use super::Unit;
 use crate::{
     input::error::{Error, Result},
-    machine::Machine,
+    machine::{Machine, refused},
 };
 
 /// Steps of lengths, as a share of the value and of the machine's reach; of angles, degrees; of all else and of backlash, as a share of

@@ -6,13 +6,12 @@ use std::collections::HashSet;
 
 use super::Unit;
 use crate::machine::{
-    element_names,
     spec::{
-        AnchorSpec, AxisSpec, BeamSpec, BoxSectionSpec, BoxSpec, CarrierSpec, ChainSpec, CutterSpec, ElementSpec,
-        FixedSpec, FrameSpec, HomeSpec, IBeamSpec, LinkSpec, MachineSpec, MassSpec, MaterialSpec, ModuleSpec,
-        MountSpec, NamedMassSpec, ParallelogramSpec, PlatformSpec, PointSpringSpec, PrismaticDriveSpec,
-        PrismaticJointSpec, RectangleSpec, RevoluteDriveSpec, RevoluteJointSpec, RoundSpec, SectionSpec, ShownSpec,
-        SphericalJointSpec, TaperedTubeSpec, ToolSpec, TubeSpec, UniversalJointSpec,
+        AnchorSpec, BeamSpec, BoxSectionSpec, BoxSpec, CarrierSpec, ChainSpec, CutterSpec, ElementSpec, FixedSpec,
+        FrameSpec, HomeSpec, IBeamSpec, LinkSpec, MachineSpec, MassSpec, MaterialSpec, ModuleSpec, MountSpec,
+        NamedMassSpec, ParallelogramSpec, PlatformSpec, PointSpringSpec, PrismaticDriveSpec, PrismaticJointSpec,
+        RectangleSpec, RevoluteDriveSpec, RevoluteJointSpec, RoundSpec, SectionSpec, ShownSpec, SphericalJointSpec,
+        TaperedTubeSpec, ToolSpec, TubeSpec, UniversalJointSpec,
     },
     unknown::StiffnessSpec,
 };
@@ -181,10 +180,10 @@ impl Walk<'_> {
             });
         }
         for (i, ChainSpec { name, elements }) in chain.iter_mut().enumerate() {
-            let names = element_names::names(elements);
+            let names = ElementSpec::names(elements);
             self.inside(name, &format!("chain[{i}]"), |walk| {
                 for (e, (element, name)) in elements.iter_mut().zip(names).enumerate() {
-                    let key = format!("elements[{e}].{}", element_names::kind_and_name(element).0);
+                    let key = format!("elements[{e}].{}", element.kind_and_name().0);
                     walk.inside(&name, &key, |walk| walk.element(element));
                 }
             });
@@ -284,7 +283,7 @@ impl Walk<'_> {
             ElementSpec::Link(link) => self.link(link),
             ElementSpec::Parallelogram(spec) => self.parallelogram(spec),
             ElementSpec::UniversalJoint(UniversalJointSpec { name: _, axes, home_deg, limits_deg }) => {
-                self.hinges(axes.map(word), home_deg, limits_deg);
+                self.hinges(axes.map(|axis| AXES[axis as usize]), home_deg, limits_deg);
             }
             ElementSpec::SphericalJoint(SphericalJointSpec { name: _, home_deg, limits_deg }) => {
                 self.hinges(AXES, home_deg, limits_deg);
@@ -440,13 +439,5 @@ impl Walk<'_> {
         self.number("stiffness", Unit::N_PER_MM, stiffness);
         self.number("free_length", Unit::MM, free_length_mm);
         self.number("preload", Unit::N, preload);
-    }
-}
-
-fn word(axis: AxisSpec) -> &'static str {
-    match axis {
-        AxisSpec::X => "x",
-        AxisSpec::Y => "y",
-        AxisSpec::Z => "z",
     }
 }

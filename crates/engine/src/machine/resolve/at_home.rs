@@ -6,7 +6,7 @@ use crate::{
     input::{check::Check, error::Result},
     lanes::{Frame, Screw},
     machine::{
-        Anchor, Loop, Machine, Route, element_names,
+        Anchor, Loop, Machine, Route,
         spec::{ElementSpec, MachineSpec, ModuleSpec},
     },
     spatial::Pose,
@@ -147,7 +147,7 @@ impl AtHome<'_> {
     /// Key of the spring called so in tables.
     fn spring(&self, name: &str) -> String {
         let named = self.spec.chain.iter().enumerate().flat_map(|(c, design)| {
-            let names = element_names::names(&design.elements).into_iter().enumerate();
+            let names = ElementSpec::names(&design.elements).into_iter().enumerate();
             names.map(move |(e, own)| (own, format!("chain[{c}].elements[{e}].spring"), &design.elements[e]))
         });
         let fitting =

@@ -1,6 +1,6 @@
 //! What carries the workpiece, from a machine file as written.
 
-use super::{MAX_COORDINATES, at_home, chain::mounted_chain};
+use super::{MAX_COORDINATES, at_home, chain::mounted_chain, design};
 use crate::{
     input::{check::Check, error::Result},
     machine::{
@@ -15,10 +15,7 @@ use crate::{
 pub(super) fn carrier(written: &CarrierSpec, spec: &MachineSpec, machine: &Machine, check: &Check) -> Result<Machine> {
     check.key("name").identifier(&written.name)?;
     check.key("name").unique(&written.name, spec.mount.iter().map(|mount| mount.name.as_str()))?;
-    let Some(design) = spec.chain.iter().position(|chain| chain.name == written.chain) else {
-        let known = spec.chain.iter().map(|chain| chain.name.as_str()).collect::<Vec<_>>().join(", ");
-        return check.key("chain").fail(format!("no chain is called \"{}\"; there are: {known}", written.chain));
-    };
+    let design = design(spec, &written.chain, &check.key("chain"))?;
     let mount = MountSpec {
         name: written.name.clone(),
         chain: written.chain.clone(),

@@ -5,14 +5,14 @@ use nalgebra::{Matrix6, Vector3};
 use super::{
     TO_RAD,
     coupling::{self, Shown},
-    elastic_constants, frame,
+    frame, material,
     section::section,
 };
 use crate::{
     input::{check::Check, error::Result},
     machine::{
         Chain, Drive, Motion, PassiveJoint, Route, Spring, SpringLaw, Step,
-        section::{Material, beam_stiffness, parallelogram_terms},
+        section::{beam_stiffness, parallelogram_terms},
         spec::{
             AxisSpec, BeamSpec, ElementSpec, LinkSpec, MachineSpec, MountSpec, ParallelogramSpec, PointSpringSpec,
             ShownSpec,
@@ -292,7 +292,7 @@ impl ChainBuilder<'_> {
     fn beam(&mut self, name: String, beam: &BeamSpec, check: &Check) -> Result<()> {
         let length = check.key("length_mm").positive(beam.length_mm)?;
         let advance = check.key("advance_mm").finite_scalar(beam.advance_mm.unwrap_or(length))?;
-        let material = self.material(&beam.material, &check.key("material"))?;
+        let material = material(self.spec, &beam.material, &check.key("material"))?;
         let stiffness = beam_stiffness(&section(&beam.section, &check.key("section"))?, &material, length);
         self.elastic_link(name, advance, stiffness, check)
     }
@@ -330,7 +330,7 @@ impl ChainBuilder<'_> {
         use {Axis::*, Motion::*};
         let length = check.key("length_mm").positive(spec.length_mm)?;
         let width = check.key("width_mm").positive(spec.width_mm)?;
-        let material = self.material(&spec.material, &check.key("material"))?;
+        let material = material(self.spec, &spec.material, &check.key("material"))?;
         let bar = beam_stiffness(&section(&spec.bar_section, &check.key("bar_section"))?, &material, length);
         let joint = PassiveJoint {
             name: spec.name.clone(),
@@ -355,15 +355,6 @@ impl ChainBuilder<'_> {
         );
         self.passive_move(Revolute, Z, passive, -1.0);
         Ok(())
-    }
-
-    fn material(&self, name: &str, check: &Check) -> Result<Material> {
-        let Some(spec) = self.spec.material.get(name) else {
-            let known = self.spec.material.keys().map(String::as_str).collect::<Vec<_>>().join(", ");
-            let known = if known.is_empty() { "none".into() } else { known };
-            return check.fail(format!("no material is called \"{name}\"; there are: {known}"));
-        };
-        elastic_constants(name, spec, &check.root())
     }
 
     /// Numbers the passive coordinates behind the virtual ones.

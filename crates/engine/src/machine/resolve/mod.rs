@@ -7,20 +7,18 @@ mod coupling;
 mod hung;
 mod module;
 mod section;
-mod tool;
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, Matrix6, Vector3};
 
 use super::{
     Chain, Coordinate, Machine, Model, NamedPoint, PlatformMass, Provenance, ToolAxisSource, WorkspaceBox, Zeroed,
     branch::Arm,
-    element_names,
     kinematics::{self, Configuration},
     parameters::{self, GRAVITY, Written},
-    section::Material,
+    section::{Material, Section, beam_stiffness},
     spec::{
-        BeamSpec, ChainSpec, CoordinateSpec, ElementSpec, FixedSpec, FrameSpec, LinkSpec, MachineSpec, MassSpec,
-        MaterialSpec, ModuleSpec, NamedMassSpec, ZeroedSpec,
+        BeamSpec, ChainSpec, CoordinateSpec, CutterSpec, ElementSpec, FixedSpec, FrameSpec, LinkSpec, MachineSpec,
+        MassSpec, MaterialSpec, ModuleSpec, NamedMassSpec, ZeroedSpec,
     },
 };
 use crate::{
@@ -71,7 +69,7 @@ pub(super) fn machine(written: MachineSpec, origin: &str) -> Result<Machine> {
         workspace: workspace(spec, &check)?,
         points: points(spec, &check)?,
         gravity: gravity(spec.gravity, &check)?,
-        tool_compliance: tool::compliance(spec, &check.key("platform.tool"))?,
+        tool_compliance: tool_compliance(spec, &check.key("platform.tool"))?,
         platform_mass: platform_mass(spec.platform.mass.as_ref(), &check.key("platform.mass"))?,
         zeroed: match spec.zeroed {
             ZeroedSpec::AtRest => Zeroed::AtRest,
@@ -136,7 +134,7 @@ const ENDS: [&str; 2] = ["base", "end"];
 
 /// Names that elements are given where they need none.
 fn element_names(design: &ChainSpec, check: &Check) -> Result<()> {
-    let names = element_names::names(&design.elements);
+    let names = ElementSpec::names(&design.elements);
     for (i, element) in design.elements.iter().enumerate() {
         let given = match element {
             ElementSpec::Fixed(FixedSpec { name, .. })
@@ -147,7 +145,7 @@ fn element_names(design: &ChainSpec, check: &Check) -> Result<()> {
             _ => continue,
         };
         let Some(name) = given else { continue };
-        let kind = element_names::kind_and_name(element).0;
+        let kind = element.kind_and_name().0;
         let check = check.key(&format!("elements[{i}].{kind}.name"));
         check.identifier(name)?;
         if ENDS.contains(&name.as_str()) {
@@ -166,6 +164,27 @@ fn elastic_constants(name: &str, spec: &MaterialSpec, check: &Check) -> Result<M
         youngs_modulus: check.key("youngs_modulus_N_per_mm2").positive(spec.youngs_modulus)?,
         shear_modulus: check.key("shear_modulus_N_per_mm2").positive(spec.shear_modulus)?,
     })
+}
+
+/// The material of this name.
+fn material(spec: &MachineSpec, name: &str, check: &Check) -> Result<Material> {
+    let Some(material) = spec.material.get(name) else {
+        let known = spec.material.keys().map(String::as_str).collect::<Vec<_>>().join(", ");
+        let known = if known.is_empty() { "none".into() } else { known };
+        return check.fail(format!("no material is called \"{name}\"; there are: {known}"));
+    };
+    elastic_constants(name, material, &check.root())
+}
+
+/// Index of the chain design of this name.
+fn design(spec: &MachineSpec, name: &str, check: &Check) -> Result<usize> {
+    match spec.chain.iter().position(|chain| chain.name == name) {
+        Some(index) => Ok(index),
+        None => {
+            let known = spec.chain.iter().map(|chain| chain.name.as_str()).collect::<Vec<_>>().join(", ");
+            check.fail(format!("no chain is called \"{name}\"; there are: {known}"))
+        }
+    }
 }
 
 /// The strongest gravity that is not a mistake of the unit, m/s².
@@ -276,11 +295,7 @@ fn mounted_chains(spec: &MachineSpec, check: &Check) -> Result<Vec<Chain>> {
         let check_mount = check.key(&format!("mount[{i}]"));
         check_mount.key("name").identifier(&mount.name)?;
         check_mount.key("name").unique(&mount.name, chains.iter().map(|c| c.name.as_str()))?;
-        let Some(index) = spec.chain.iter().position(|chain| chain.name == mount.chain) else {
-            let known = spec.chain.iter().map(|c| c.name.as_str()).collect::<Vec<_>>().join(", ");
-            let problem = format!("no chain is called \"{}\"; there are: {known}", mount.chain);
-            return check_mount.key("chain").fail(problem);
-        };
+        let index = design(spec, &mount.chain, &check_mount.key("chain"))?;
         let check_chain = check.key(&format!("chain[{index}]"));
         let chain = chain::mounted_chain(spec, index, mount, &check_chain, &check_mount)?;
         coordinates += chain.coordinate_count();
@@ -316,4 +331,33 @@ fn frame(spec: &FrameSpec, check: &Check) -> Result<Pose> {
         _ => return check.fail("give x_axis and y_axis, or rotation_deg, or none of them".into()),
     };
     Ok(Pose { rotation, translation })
+}
+
+/// Compliance at T, in its axes; `None` without a tool that bends.
+fn tool_compliance(spec: &MachineSpec, check: &Check) -> Result<Option<Box<Matrix6<f64>>>> {
+    let Some(tool) = &spec.platform.tool else { return Ok(None) };
+    let given = tool.compliance.as_ref().map(|rows| check.key("compliance_mm_rad_N").positive_definite(rows));
+    let cutter = tool.cutter.as_ref().map(|cutter| cantilever(cutter, spec, &check.key("cutter")));
+    match (given.transpose()?, cutter.transpose()?) {
+        (Some(given), Some(cutter)) => Ok(Some(Box::new(given + cutter))),
+        (Some(one), None) | (None, Some(one)) => Ok(Some(Box::new(one))),
+        (None, None) => check.fail("give compliance_mm_rad_N, cutter or both".into()),
+    }
+}
+
+/// Compliance of the end of a round cantilever along z.
+fn cantilever(cutter: &CutterSpec, spec: &MachineSpec, check: &Check) -> Result<Matrix6<f64>> {
+    let diameter = check.key("diameter_mm").positive(cutter.diameter_mm)?;
+    let length = check.key("stick_out_mm").positive(cutter.stick_out_mm)?;
+    let material = material(spec, &cutter.material, &check.key("material"))?;
+    let stiffness = beam_stiffness(&Section::Round { diameter }, &material, length);
+    let Some(along_x) = stiffness.cholesky().map(|factor| factor.inverse()) else {
+        return check.fail("has no stiffness in some direction, by these dimensions".into());
+    };
+    // From x along the beam to z along the tool.
+    let axes = Matrix3::new(0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0);
+    let mut turn = Matrix6::zeros();
+    turn.fixed_view_mut::<3, 3>(0, 0).copy_from(&axes);
+    turn.fixed_view_mut::<3, 3>(3, 3).copy_from(&axes);
+    Ok(turn * along_x * turn.transpose())
 }

@@ -4,7 +4,7 @@
 //! frames where the module starts and ends. The route takes the chain that leaves its end the least freedom: a rigid one
 //! is then no loop, which could not be condensed.
 
-use super::{MAX_COORDINATES, chain::ChainBuilder};
+use super::{MAX_COORDINATES, chain::ChainBuilder, design};
 use crate::{
     input::{check::Check, error::Result},
     machine::{
@@ -52,11 +52,7 @@ impl ChainBuilder<'_> {
 
     /// The route of a chain of a module.
     fn way(&mut self, mount: &MountSpec, check: &Check) -> Result<Route> {
-        let Some(design) = self.spec.chain.iter().position(|chain| chain.name == mount.chain) else {
-            let known = self.spec.chain.iter().map(|c| c.name.as_str()).collect::<Vec<_>>().join(", ");
-            let problem = format!("no chain is called \"{}\"; there are: {known}", mount.chain);
-            return check.key("chain").fail(problem);
-        };
+        let design = design(self.spec, &mount.chain, &check.key("chain"))?;
         if self.designs.contains(&design) {
             return check.key("chain").fail(format!("chain \"{}\" would be a part of itself", mount.chain));
         }

@@ -1,0 +1,181 @@
+//! What a solve is asked for and how it ended.
+
+use nalgebra::{Matrix6, Matrix6xX, Vector6};
+use serde::{Deserialize, Serialize};
+
+use super::{
+    platform,
+    stiffness::{largest_compliance, smallest_eigenvalue},
+    transmission::Scale,
+};
+use crate::machine::Machine;
+
+/// A platform with a softer direction than this share of the stiffest may stand where it is held by its errors alone.
+const SOFT: f64 = 1e-4;
+
+/// When an equilibrium counts as solved.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Settings {
+    /// Largest accepted residual: closure gaps over the machine's reach, and forces out of balance over the largest chain
+    /// wrench (dimensionless).
+    pub tolerance: f64,
+    /// Newton iterations of one load step.
+    pub max_iterations: usize,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self { tolerance: 1e-10, max_iterations: 12 }
+    }
+}
+
+/// How a solve ended.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub enum Status {
+    /// In stable equilibrium.
+    Solved,
+    /// In equilibrium, but the platform's loaded stiffness is not positive definite. Judged by its symmetric part: under
+    /// a dead moment, which is not conservative, this is on the safe side.
+    Unstable,
+    /// In equilibrium, but this chain would buckle between base and platform.
+    Buckled {
+        /// Index of the chain.
+        chain: usize,
+    },
+    /// In equilibrium, but the platform can move without resistance.
+    Singular,
+    /// No equilibrium was found beyond this fraction of the load and of the chain errors.
+    NotConverged {
+        /// Last fraction that was in equilibrium.
+        load_fraction: f64,
+    },
+    /// No equilibrium that the start leads to: on the way, the stiffness of the platform falls to zero. What equilibria
+    /// there may be beyond are reached by snapping through.
+    Snapped {
+        /// Fraction of the load and of the chain errors at which stability is lost.
+        load_fraction: f64,
+    },
+    /// No equilibrium: where the solve starts, the platform or a chain can move without resistance.
+    SingularPlace,
+}
+
+impl Status {
+    /// Word used in tables.
+    pub fn label(&self) -> &'static str {
+        match self {
+            Status::Solved => "solved",
+            Status::Unstable => "unstable",
+            Status::Buckled { .. } => "buckled",
+            Status::Singular => "singular",
+            Status::NotConverged { .. } => "not_converged",
+            Status::Snapped { .. } => "snapped",
+            Status::SingularPlace => "singular",
+        }
+    }
+
+    /// Whether it is one of an equilibrium, stable or not.
+    pub fn is_equilibrium(&self) -> bool {
+        !matches!(self, Status::NotConverged { .. } | Status::Snapped { .. } | Status::SingularPlace)
+    }
+
+    /// Reason in words; empty when solved.
+    pub fn reason(&self, machine: &Machine) -> String {
+        match self {
+            Status::Solved => String::new(),
+            Status::Unstable => "the loaded stiffness of the platform is not positive definite".into(),
+            Status::Buckled { chain } => {
+                format!("chain {} is unstable between base and platform", machine.chains[*chain].name)
+            }
+            Status::Singular => "the platform can move without resistance".into(),
+            Status::NotConverged { load_fraction } => {
+                format!("no equilibrium beyond {:.1} % of the load and the chain errors", 100.0 * load_fraction)
+            }
+            Status::Snapped { load_fraction } => format!(
+                "the machine snaps through: it loses its stability at {:.1} % of the load and the chain errors",
+                100.0 * load_fraction
+            ),
+            Status::SingularPlace => {
+                "the place is singular: the platform or a chain can move there without resistance".into()
+            }
+        }
+    }
+}
+
+/// What a solve found besides the state.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Outcome {
+    /// How it ended.
+    pub status: Status,
+    /// Newton iterations, over all load steps.
+    pub iterations: usize,
+    /// Residual at the end, see [`Settings::tolerance`].
+    pub residual: f64,
+    /// Load steps; 1 if the full load was taken at once.
+    pub load_steps: usize,
+    /// Loaded Cartesian stiffness K_C of eq. (6): the change of the applied wrench per twist of P (N, N·mm; mm, rad).
+    /// `None` where the machine is rigid in some direction or was not solved.
+    pub stiffness: Option<Matrix6<f64>>,
+    /// Loaded compliance, its inverse: twist of P per applied wrench. `None` where the platform is free or not solved.
+    pub compliance: Option<Matrix6<f64>>,
+    /// Twist of P per unit motion of each drive under constant load, one column per drive (mm, rad per mm or rad).
+    pub drive_sensitivity: Matrix6xX<f64>,
+}
+
+impl Outcome {
+    /// Whether a direction of the platform is so soft that the nominal machine could be singular there.
+    pub(crate) fn is_soft(&self, machine: &Machine) -> bool {
+        match (&self.stiffness, &self.compliance) {
+            (Some(stiffness), _) => platform::definite_beyond(&platform::rows(stiffness), machine.reach, SOFT) == 0,
+            // Rigid in some directions: against what a drive yields.
+            (None, Some(compliance)) => {
+                let lever = |i: usize| if i < 3 { 1.0 } else { machine.reach };
+                let yields: f64 = (0..6).map(|i| compliance[(i, i)] * lever(i) * lever(i)).sum();
+                yields.is_nan() || yields * SOFT > Scale::of(machine).slack
+            }
+            (None, None) => true,
+        }
+    }
+
+    /// Smallest eigenvalue in N/mm of the loaded stiffness, rotations at `reach` mm; of a machine that is rigid in some
+    /// directions, that of the others. Negative where it is unstable; `None` where the platform is free or not solved.
+    pub fn softest(&self, reach: f64) -> Option<f64> {
+        match (&self.stiffness, &self.compliance) {
+            (Some(stiffness), _) => Some(smallest_eigenvalue(stiffness, reach)),
+            (None, Some(compliance)) if self.status == Status::Solved => {
+                let largest = largest_compliance(compliance, reach);
+                (largest > 0.0).then(|| 1.0 / largest)
+            }
+            _ => None,
+        }
+    }
+
+    /// Whether the state is an equilibrium, stable or not.
+    pub fn is_equilibrium(&self) -> bool {
+        self.status.is_equilibrium()
+    }
+}
+
+/// Error of the task coordinates that are put right, at a pose. Rows beyond `count` are zero.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct TaskError {
+    /// Number of coordinates put right.
+    pub count: usize,
+    /// Actual less wanted: mm, and rad for rotations.
+    pub error: Vector6<f64>,
+    /// Derivative of the error by the twist of P in O axes.
+    pub slope: Matrix6<f64>,
+    /// What makes each error a length: 1, or the machine's reach in mm for rotations.
+    pub lever: Vector6<f64>,
+}
+
+impl TaskError {
+    /// Length of the error in mm, rotations taken at the machine's reach.
+    pub fn size(&self) -> f64 {
+        let mut square = 0.0;
+        for i in 0..6 {
+            let length = self.error[i] * self.lever[i];
+            square += length * length;
+        }
+        square.sqrt()
+    }
+}
