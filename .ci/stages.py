@@ -65,7 +65,7 @@ RUN = [
     """),
     Stage("clippy", "The compiler's and clippy's warnings, in all code.", "cargo clippy --all-targets --all-features -- -D warnings",
           ("format",), LINT),
-    Stage("features", "The engine builds alone; each feature holds the one below it, and Python and the pages build the others.",
+    Stage("features", "The engine and the questions build alone; Python and the pages build the rest.",
           "cargo clippy --package kinetostat-engine --package kinetostat --no-default-features -- -D warnings", ("clippy",), LINT),
     Stage("docs", "Every public item is documented, and links in it lead somewhere.",
           'RUSTDOCFLAGS="-D warnings" cargo doc --no-deps --all-features --document-private-items', ("features",), LINT),

@@ -1,6 +1,6 @@
 //! Questions to the engine of the pages as JSON, a line each, answered a line each: `{"ask": {"call": "open", …}}`.
 //!
-//! `node web/calls.mjs | cargo run --example explore --features study`
+//! `node web/calls.mjs | cargo run --example explore`
 
 use std::io::{BufRead, Write, stdin, stdout};
 

@@ -39,9 +39,9 @@
 //!
 //! # Features
 //!
-//! `cli` (the program, default) holds `report` (tables, figures, pages, studies run into folders), which holds `study` (the
-//! questions, files, threads). Without any of them the engine is left, which also builds for `wasm32-unknown-unknown`; it
-//! reads TOML from text and files from memory ([`Folder::in_memory`]). `parquet` and `vtk` add formats of tables and maps.
+//! `cli` (the program, default) holds `report` (tables, figures, pages, studies run into folders). Without either, questions are computed and
+//! nothing is drawn or written; that also builds for `wasm32-unknown-unknown`, where files are read from memory ([`Folder::in_memory`]).
+//! `parquet` and `vtk` add formats of tables and maps. The engine alone is the package `kinetostat-engine`.
 //!
 //! ```
 //! use kinetostat::{
@@ -62,37 +62,28 @@
 
 #![warn(missing_docs)]
 
-#[cfg(feature = "study")]
 pub mod answer;
 #[cfg(test)]
 #[path = "../crates/engine/src/cases.rs"]
 mod cases;
-#[cfg(feature = "study")]
 pub mod explore;
 #[cfg(feature = "report")]
 pub mod figures;
 #[cfg(feature = "report")]
 pub mod files;
 pub mod input;
-#[cfg(feature = "study")]
 pub mod inspect;
 #[cfg(feature = "report")]
 pub mod page;
 pub mod process;
-#[cfg(feature = "study")]
 pub mod products;
-#[cfg(feature = "study")]
 pub mod questions;
-#[cfg(feature = "study")]
 pub mod redundancy;
 #[cfg(feature = "report")]
 pub mod run;
-#[cfg(feature = "study")]
 pub mod simulation;
 pub mod toolpath;
-#[cfg(feature = "study")]
 pub mod urdf;
-#[cfg(feature = "study")]
 pub mod work;
 
 /// The engine: how a loaded machine settles, and what to tell its drives instead.
@@ -110,15 +101,12 @@ pub use input::{
 };
 pub use machine::{ChainError, Machine};
 pub use process::{MillingForce, Process};
-#[cfg(feature = "study")]
 pub use questions::{
     Overrides, Study, StudyKind,
     placement::{Evaluator, Metric, Site},
 };
 #[cfg(feature = "report")]
 pub use run::{Begin, Finished, RunOptions};
-#[cfg(feature = "study")]
 pub use simulation::{Failure, Source};
 pub use spatial::{Grid, Pose, Wrench};
-#[cfg(feature = "study")]
 pub use work::{Event, Work};

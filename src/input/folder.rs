@@ -47,7 +47,7 @@ impl Folder {
     }
 
     /// Whether files are noted.
-    #[cfg(all(feature = "study", not(target_family = "wasm")))]
+    #[cfg(not(target_family = "wasm"))]
     pub(crate) fn is_noting(&self) -> bool {
         self.noted.is_some()
     }
@@ -130,7 +130,6 @@ fn missing(file: &Path) -> Error {
     Error::Read { file: file.to_path_buf(), source: IoError::from(ErrorKind::NotFound) }
 }
 
-#[cfg(feature = "study")]
 mod disk {
     use super::{Folder, Path, PathBuf, Result};
     use crate::input::{file, toml_file};
@@ -163,23 +162,6 @@ mod disk {
 
     pub(super) fn read_text(path: &Path) -> Result<Vec<u8>> {
         file::read_at_most(path, toml_file::MAX_LENGTH)
-    }
-}
-
-#[cfg(not(feature = "study"))]
-mod disk {
-    use super::{Path, Result, missing};
-
-    pub(super) fn is_file(_: &Path) -> bool {
-        false
-    }
-
-    pub(super) fn read_program(path: &Path) -> Result<Vec<u8>> {
-        Err(missing(path))
-    }
-
-    pub(super) fn read_text(path: &Path) -> Result<Vec<u8>> {
-        Err(missing(path))
     }
 }
 

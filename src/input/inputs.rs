@@ -48,7 +48,6 @@ impl Inputs {
     }
 
     /// Names, and the SHA-256 of each text, hexadecimal.
-    #[cfg(feature = "study")]
     pub(crate) fn digests(&self) -> Vec<(String, String)> {
         self.0.iter().map(|(name, text)| (name.clone(), hexadecimal(&Sha256::digest(text)))).collect()
     }

@@ -243,7 +243,6 @@ impl Process {
     ///
     /// # Errors
     /// A file that cannot be read, is not of the expected form, or holds values that make no sense.
-    #[cfg(feature = "study")]
     pub fn open(file: &std::path::Path, machine: &Machine) -> Result<Process> {
         let text = crate::input::toml_file::read(file)?;
         let folder = file.parent().map(std::path::Path::to_path_buf).unwrap_or_default();
@@ -271,7 +270,6 @@ impl Process {
     }
 
     /// Checks tables that stand at `check` of another file, whose text is not among the process's inputs.
-    #[cfg(feature = "study")]
     pub(crate) fn from_tables(
         spec: &ProcessSpec,
         check: &Check,

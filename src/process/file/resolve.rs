@@ -38,7 +38,6 @@ pub(super) fn file(spec: &ProcessSpec, check: &Check, folder: &Folder, machine: 
 }
 
 /// The same tables as part of another file, at `check`.
-#[cfg(feature = "study")]
 pub(super) fn tables(spec: &ProcessSpec, check: &Check, folder: &Folder, machine: &Machine) -> Result<Process> {
     if spec.schema.is_some() {
         return check.key("schema").fail("belongs at the top of the file".into());

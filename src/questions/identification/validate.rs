@@ -88,6 +88,7 @@ pub fn rms_mm(residuals: &[f64], measurements: &[Measurement]) -> Option<f64> {
 }
 
 /// RMS of `residuals` over that of what was measured, of lengths that the load changes and that are not among `far_off`; `None` without any.
+#[cfg_attr(not(feature = "report"), allow(dead_code, reason = "only reports say it"))]
 pub fn left_share(residuals: &DVector<f64>, measurements: &[Measurement], far_off: &[FarOff]) -> Option<f64> {
     let readings = measurements.iter().enumerate().flat_map(|(m, own)| own.readings.iter().map(move |r| (m, r)));
     let is_far =

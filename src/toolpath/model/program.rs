@@ -67,7 +67,6 @@ impl<P: Program> Rewritten<P> {
     ///
     /// # Errors
     /// When it cannot be followed.
-    #[cfg(feature = "study")]
     pub(crate) fn take_and_read(&mut self) -> Result<P, P::Error> {
         P::read_written(std::mem::take(&mut self.bytes), &self.reading)
     }

@@ -34,7 +34,7 @@ impl Sampling {
 
     /// The same with pieces that may be longer by `share`, and the tool turned as far as it will along them: for a path whose rows are
     /// points of one that was sampled before.
-    #[cfg(all(feature = "study", not(target_family = "wasm")))]
+    #[cfg(not(target_family = "wasm"))]
     pub(crate) fn of_points(self, share: f64) -> Self {
         Self { max_segment_mm: self.max_segment_mm * (1.0 + share), max_turn_rad: PI, ..self }
     }

@@ -112,7 +112,6 @@ impl Program {
     }
 
     /// The bytes of its file: other ones than [`Program::source`] if it was written out.
-    #[cfg(feature = "study")]
     pub(crate) fn file_bytes(&self) -> &[u8] {
         self.written_out.as_ref().map_or(&self.source, WrittenOut::file_bytes)
     }
@@ -194,7 +193,7 @@ impl Program {
     }
 
     /// Whether its path says how the tool stands.
-    #[cfg(all(feature = "study", not(target_family = "wasm")))]
+    #[cfg(not(target_family = "wasm"))]
     pub(crate) fn is_turned(&self) -> bool {
         !self.told().is_empty() || !self.turns_by_drives()
     }

@@ -33,7 +33,6 @@ impl Polyline {
     }
 
     /// The file's bytes.
-    #[cfg(feature = "study")]
     pub(crate) fn source(&self) -> &[u8] {
         &self.source
     }
