@@ -104,10 +104,19 @@ fn rgb(colour: &Color) -> Rgb {
     [r, g, b]
 }
 
+/// Relative luminance of an sRGB colour.
+#[cfg(test)]
+pub(super) fn luminance(colour: Rgb) -> f64 {
+    let [r, g, b] = colour.map(|v| {
+        let v = f64::from(v) / 255.0;
+        if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
+    });
+    0.2126 * r + 0.7152 * g + 0.0722 * b
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::figures::luminance::luminance;
 
     /// CIE lightness, 0..100.
     fn lightness(colour: Rgb) -> f64 {

@@ -19,8 +19,6 @@ mod hatch;
 mod labels;
 mod legend;
 mod lines;
-#[cfg(test)]
-mod luminance;
 mod marks;
 mod panels;
 mod plan;

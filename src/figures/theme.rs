@@ -30,7 +30,7 @@ pub(super) const DARK: [(Rgb, Rgb); 18] = [
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::figures::luminance::luminance;
+    use crate::figures::colours::luminance;
 
     fn contrast(a: Rgb, b: Rgb) -> f64 {
         let (a, b) = (luminance(a), luminance(b));
