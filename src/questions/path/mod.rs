@@ -15,6 +15,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::{
+    answer::overlapped,
     compensation::{Demand, Method},
     input::error::Result,
     machine::{ChainError, Configuration, Machine},
@@ -188,26 +189,22 @@ pub fn run(study: &PathStudy, work: &Work) -> Result<PathResults> {
 pub fn run_in_parts(
     study: &PathStudy,
     work: &Work,
-    mut take: impl FnMut(PathPart) -> Result<()> + Send,
+    take: impl FnMut(PathPart) -> Result<()> + Send,
 ) -> Result<Vec<MethodAlongPath>> {
     let machines = Machines::new(&study.machine, &study.errors)?;
     let mut methods = vec![PathSums::default(); study.methods.len()];
-    let mut done: Option<PathPart> = None;
     let mut before: Option<Configuration> = None;
-    for points in along_path::parts(study.demands.len()) {
+    let compute = |points: Range<usize>| {
         let led = LedBlocks::new(&machines.nominal, before.as_ref(), &study.demands[points.clone()]);
-        before = led.last().or(before);
-        let (next, taken) =
-            rayon::join(|| part(study, &machines, &led, points, work), || done.take().map_or(Ok(()), &mut take));
-        taken?;
-        let (next, left) = next?;
+        before = led.last().or(before.take());
+        let (next, left) = part(study, &machines, &led, points, work)?;
         let counted_before = usize::from(study.begins_twice && next.first == 0);
         for (sums, left) in methods.iter_mut().zip(left) {
             left.iter().skip(counted_before).for_each(|left| sums.add(left));
         }
-        done = Some(next);
-    }
-    done.map_or(Ok(()), take)?;
+        Ok(Some(next))
+    };
+    overlapped(along_path::parts(study.demands.len()), compute, take)?;
     work.gathered()?;
     let along = |(&method, sums): (&Method, PathSums)| MethodAlongPath { method, summary: sums.summary() };
     Ok(study.methods.iter().zip(methods).map(along).collect())

@@ -5,31 +5,13 @@ use nalgebra::Vector3;
 
 use super::{WorstLine, lines::WorstLines};
 use crate::{
+    answer::ShareWithin,
     compensation::Demand,
     input::error::Result,
     products::program::{ProgramJob, ProvedPart},
     questions::path::report::{Curve, cutting_force::ForceCurves, drawn},
     simulation::{BySource, Source, along_path::PathAnswer},
 };
-
-/// How many points keep the tolerance, and how many there are.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Within {
-    kept: usize,
-    all: usize,
-}
-
-impl Within {
-    fn add(&mut self, error: f64, tolerance_mm: f64) {
-        self.kept += usize::from(error <= tolerance_mm);
-        self.all += 1;
-    }
-
-    /// Share of the points; `None` where there are none.
-    pub fn share(self) -> Option<f64> {
-        (self.all > 0).then(|| self.kept as f64 / self.all as f64)
-    }
-}
 
 /// The point farthest from the path without compensation, of those that count.
 #[derive(Debug, Clone)]
@@ -60,8 +42,8 @@ pub struct Findings {
     pub(super) worst: Option<Worst>,
     /// How far the cutting force alone moves the tool at most, where it counts, mm.
     pub(super) most_by_cutting_mm: f64,
-    pub(super) before: Within,
-    pub(super) after: Within,
+    pub(super) before: ShareWithin,
+    pub(super) after: ShareWithin,
     pub(super) lines: WorstLines,
     /// Indices of the points at which the path is drawn, ascending, and those seen.
     shown: Vec<usize>,
@@ -90,8 +72,8 @@ impl Findings {
         Ok(Self {
             worst: None,
             most_by_cutting_mm: 0.0,
-            before: Within::default(),
-            after: Within::default(),
+            before: ShareWithin::default(),
+            after: ShareWithin::default(),
             lines: WorstLines::default(),
             corners: [corner(f64::MAX, f64::min), corner(f64::MIN, f64::max)],
             shown: drawn(&wanted),
@@ -120,12 +102,12 @@ impl Findings {
                 continue;
             }
             let tolerance_mm = job.process.tolerance_mm.unwrap_or(f64::INFINITY);
-            after.iter().for_each(|error| self.after.add(error.norm(), tolerance_mm));
+            after.iter().for_each(|error| self.after.add(1.0, error.norm() <= tolerance_mm));
             let by_cutting = proved.before[Source::Cutting][i].map_or(0.0, |error| error.norm());
             self.most_by_cutting_mm = self.most_by_cutting_mm.max(by_cutting);
             let Some(error) = before else { continue };
             let size_mm = error.norm();
-            self.before.add(size_mm, tolerance_mm);
+            self.before.add(1.0, size_mm <= tolerance_mm);
             self.lines.add(job, point.source.segment, size_mm, after.map(|error| error.norm()));
             if self.worst.as_ref().is_none_or(|worst| worst.size_mm < size_mm) {
                 let by_source = BySource::of(&job.machine, |source| Some(proved.before[source][i]?.norm()));

@@ -1,8 +1,11 @@
 //! The first screen of a compensated program: how far the tool was off, and what the written program leaves.
 
-use super::{Proved, findings::Within, notes::notes_text, tables::before_column};
+use super::{Proved, notes::notes_text, tables::before_column};
 use crate::{
-    answer::cautions::{self, Outside},
+    answer::{
+        ShareWithin, Tolerance,
+        cautions::{self, Outside},
+    },
     files::{
         table::kind_word,
         words::{counted, millimetres, percent},
@@ -82,10 +85,10 @@ fn in_points(column: String, value: f64) -> InTable {
     InTable::new("points", [column], &[], Extreme::Largest, value)
 }
 
-fn against(job: &ProgramJob, within: Within) -> String {
-    let verdict = job.process.tolerance_mm.and_then(|tolerance| Some((tolerance, within.share()?)));
+fn against(job: &ProgramJob, within: ShareWithin) -> String {
+    let verdict = job.process.tolerance_mm.and_then(|tolerance| Some((tolerance, within.get()?)));
     verdict.map_or_else(String::new, |(tolerance, share)| {
-        format!("tolerance {tolerance} mm: kept at {} of the points", percent(share))
+        Tolerance(tolerance).kept(&format!("at {} of the points", percent(share)))
     })
 }
 

@@ -6,8 +6,8 @@ use super::{
     Pictures, Summary, headline::headline, methods_table, methods_text, page, points_columns, points_table, text,
 };
 use crate::{
-    answer::{Output, Run, deflected_pose::deflected_pose},
-    files::exchange::{StreamedTable, Table},
+    answer::{Output, Run, Streams, deflected_pose::deflected_pose},
+    files::exchange::Table,
     input::error::Result,
     page::{DeflectedPose, Description},
     questions::{
@@ -21,14 +21,14 @@ impl Answered for PathStudy {
     fn answer(&self, shown: &Shown, run: &Run<'_>) -> Result<Output> {
         let turned = self.turned(run.work)?;
         let study = turned.as_ref();
-        let columns = points_columns(&study.machine);
-        let mut table = StreamedTable::new(run.out, "points", &columns, run.formats)?;
+        let columns = Table::new(points_columns(&study.machine), []);
+        let mut table = Streams::new(run, None).with("points", columns, |part| points_table(study, part))?;
         let mut summary = Summary::default();
         let mut pictures = run.figures.then(|| Pictures::new(study, *shown));
         let methods = run_in_parts(study, run.work, |part| {
             summary.add(study, &part);
             pictures.iter_mut().for_each(|pictures| pictures.add(study, &part));
-            table.add(&points_table(study, &part))
+            table.add(&part)
         })?;
         let (text, statuses) = (text(&summary, study, shown), summary.statuses());
         let bent = summary.farthest().filter(|_| run.figures);
@@ -43,7 +43,7 @@ impl Answered for PathStudy {
         }
         Ok(Output {
             tables,
-            streamed: (table.finish()?, vec![("points".into(), Table::new(columns, []))]),
+            streamed: table.finish()?,
             figures: pictures.map_or_else(Vec::new, |pictures| pictures.figures(study)),
             bent: bent.and_then(|point| bent_at(study, point)),
             details: format!("{}\n{}{turns}", text.details(), methods_text(&methods)),

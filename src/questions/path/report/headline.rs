@@ -5,7 +5,7 @@ use super::{
     text::place,
 };
 use crate::{
-    answer::{Said, acting, cautions::Outside},
+    answer::{Said, Tolerance, acting, cautions::Outside},
     files::{
         table::{columns_of, correction_columns, kind_word},
         words::{counted, millimetres, percent},
@@ -40,7 +40,7 @@ pub(super) fn headline(summary: &Summary, study: &PathStudy, shown: &Shown, text
     let place = place(study, shown, k);
     let sentence = format!("{verdict}{under}, the tool of the {name} is off this path by up to {off}, {place}{then}.");
     let against = match (study.tolerance_mm, summary.share_within()) {
-        (Some(tolerance), Some(share)) => format!("tolerance {tolerance} mm: kept at {} of the points", percent(share)),
+        (Some(tolerance), Some(share)) => Tolerance(tolerance).kept(&format!("at {} of the points", percent(share))),
         _ => String::new(),
     };
     let number = KeyNumber::new(&off, "largest distance from the path without compensation", against);

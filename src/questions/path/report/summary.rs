@@ -3,6 +3,7 @@
 use serde_json::{Value, json};
 
 use crate::{
+    answer::ShareWithin,
     files::{
         StatusCount,
         table::{largest_force, largest_position},
@@ -55,8 +56,8 @@ pub(super) struct OfSource {
 #[derive(Debug, Clone, Default)]
 pub struct Summary {
     sources: Gathered<OfSource>,
-    /// Points at which all sources together keep the tolerance, and at which that is known.
-    within: Option<[usize; 2]>,
+    /// Of the points, where all sources together keep the tolerance.
+    within: ShareWithin,
     blame: Vec<(Source, f64)>,
 }
 
@@ -91,9 +92,7 @@ impl Summary {
     fn see_all(&mut self, study: &PathStudy, part: &PathPart, k: usize) {
         let Some(size) = part.displacement(Source::All, k).map(|d| d.norm()) else { return };
         if let Some(tolerance) = study.tolerance_mm {
-            let [within, known] = self.within.get_or_insert_default();
-            *known += 1;
-            *within += usize::from(size <= tolerance);
+            self.within.add(1.0, size <= tolerance);
         }
         if self.of(Source::All).and_then(|all| all.displacement.get()).is_none_or(|(most, _)| size > most) {
             let alone = |source: &Source| Some((*source, part.displacement(*source, k)?.norm()));
@@ -104,7 +103,7 @@ impl Summary {
 
     /// Share of the points, of those whose displacement is known, at which the tolerance is kept; `None` without one.
     pub(super) fn share_within(&self) -> Option<f64> {
-        self.within.map(|[within, known]| within as f64 / known as f64)
+        self.within.get()
     }
 
     /// Rows per status.

@@ -2,7 +2,7 @@
 
 use super::{summary::Summary, summary::facts_text};
 use crate::{
-    answer::{Said, cautions},
+    answer::{Said, Tolerance, cautions},
     files::{
         table::kind_word,
         words::{counted, listed, millimetres, percent},
@@ -69,7 +69,7 @@ fn displacement(summary: &Summary, study: &PathStudy, shown: &Shown, source: Sou
 
 fn tolerance(summary: &Summary, study: &PathStudy) -> String {
     let (Some(tolerance), Some(share)) = (study.tolerance_mm, summary.share_within()) else { return String::new() };
-    format!("The tolerance of {tolerance} mm is kept, without compensation, at {} of the points.\n", percent(share))
+    Tolerance(tolerance).kept_without_compensation(&format!("at {} of the points", percent(share)))
 }
 
 /// The single sources: their largest displacements, and what each does where all together are worst.
