@@ -225,7 +225,7 @@ fn two_maps_are_compared_node_by_node() {
     let body = body(&html);
     for expected in [
         "printed, rotated compared",
-        "What differs: study process.force.path_frame.law: printed against rotated.",
+        "What differs: process force.path_frame.law: printed against rotated.",
         "side by side over 27 grid points",
         "Who is better where",
         "B against A",
