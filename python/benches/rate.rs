@@ -7,7 +7,12 @@
 
 use std::time::Instant;
 
-use kinetostat::{Machine, Wrench, nalgebra::Vector3, statics::{Batch, Case, State, Status}, simulation::settings};
+use kinetostat::{
+    Machine, Wrench,
+    nalgebra::Vector3,
+    simulation::settings,
+    statics::{Batch, Case, State, Status},
+};
 use rayon::prelude::*;
 
 const GROUP: usize = Batch::WIDTH;

@@ -2,7 +2,13 @@
 
 use std::path::PathBuf;
 
-use kinetostat::{Method, Target, machine::{Motion, Parameter, catalogue}, nalgebra::Vector3, simulation::Machines, urdf};
+use kinetostat::{
+    Method, Target,
+    machine::{Motion, Parameter, catalogue},
+    nalgebra::Vector3,
+    simulation::Machines,
+    urdf,
+};
 use numpy::{PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::{prelude::*, types::PyDict};
 

@@ -8,7 +8,12 @@ use std::{
     },
 };
 
-use kinetostat::{Error, Method, Result, nalgebra::Vector3, simulation::{ProgramFile, along_path::PathAnswer}, products::program::{Corrected, Part, Pass, ProgramCommands, ProgramJob}};
+use kinetostat::{
+    Error, Method, Result,
+    nalgebra::Vector3,
+    products::program::{Corrected, Part, Pass, ProgramCommands, ProgramJob},
+    simulation::{ProgramFile, along_path::PathAnswer},
+};
 use pyo3::{
     prelude::*,
     types::{PyBytes, PyDict},

@@ -6,7 +6,13 @@ use std::sync::{
     atomic::{AtomicBool, Ordering},
 };
 
-use kinetostat::{Compensation, Demand, Error, Machine, Method, Result, Session, Source, Target, compensation::{CompensationStatus, compensate_batch}, machine::{Configuration, Unreachable}, statics::{Batch, State}, simulation::Machines};
+use kinetostat::{
+    Compensation, Demand, Error, Machine, Method, Result, Session, Source, Target,
+    compensation::{CompensationStatus, compensate_batch},
+    machine::{Configuration, Unreachable},
+    simulation::Machines,
+    statics::{Batch, State},
+};
 use rayon::prelude::*;
 
 use crate::poses::{Asked, write_pose};

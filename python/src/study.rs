@@ -5,7 +5,7 @@ use std::{
     sync::{Arc, Mutex, MutexGuard, PoisonError},
 };
 
-use kinetostat::{Begin, Event, Overrides, RunOptions, Study, files::exchange::Format, figures::Colours};
+use kinetostat::{Begin, Event, Overrides, RunOptions, Study, figures::Colours, files::exchange::Format};
 use pyo3::{prelude::*, types::PyDict};
 
 use crate::{
