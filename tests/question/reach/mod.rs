@@ -9,7 +9,7 @@ use serde::Deserialize;
 use crate::{
     input::{Inputs, error::Result},
     machine::{Machine, Unreachable},
-    study::{Given, Question, Resolved, Template},
+    questions::{Given, Question, Resolved, Template},
     work::{Event, Work},
 };
 

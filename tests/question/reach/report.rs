@@ -4,15 +4,14 @@ use serde_json::json;
 
 use super::{ReachStudy, Way, run};
 use crate::{
-    input::error::Result,
-    report::{
-        Manifest, Output, Run,
-        counted,
+    answer::{Output, Run},
+    files::{
+        Manifest, counted,
         exchange::{Cell, Table, numbers, texts},
-        headline::Headline,
-        page::{Description, MachineDescription, TableNote},
     },
-    study::Answered,
+    input::error::Result,
+    page::{Description, MachineDescription, TableNote, headline::Headline},
+    questions::Answered,
 };
 
 impl Answered for ReachStudy {
