@@ -18,7 +18,7 @@ const GOAL_PER_SECOND: f64 = 200_000.0;
 /// Gain of a second thread that this bench is held against.
 const GOAL_TWO_THREADS: f64 = 1.9;
 
-/// Floating-point operations of a warm equilibrium at Q1; counted by a test in `crates/engine/src/statics/lane_solver.rs`.
+/// Floating-point operations of a warm equilibrium at Q1; counted by a test in `crates/engine/tests/it/operations.rs`.
 const OPERATIONS: f64 = 50_650.0;
 
 /// Points of the real machine under the loads of one turn.

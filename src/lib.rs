@@ -64,7 +64,7 @@
 
 pub mod answer;
 #[cfg(test)]
-#[path = "../crates/engine/src/cases.rs"]
+#[path = "../crates/engine/tests/it/cases.rs"]
 mod cases;
 pub mod explore;
 #[cfg(feature = "report")]

@@ -41,8 +41,6 @@
 
 #![warn(missing_docs)]
 
-#[cfg(test)]
-mod cases;
 pub mod compensation;
 pub mod lanes;
 pub mod machine;

@@ -22,6 +22,7 @@
 pub mod check;
 pub mod error;
 pub mod file;
+pub mod names;
 pub mod toml_file;
 
 #[cfg(doctest)]

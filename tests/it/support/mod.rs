@@ -2,7 +2,7 @@
 
 pub mod arm;
 pub mod balance;
-#[path = "../../../crates/engine/src/cases.rs"]
+#[path = "../../../crates/engine/tests/it/cases.rs"]
 pub mod cases;
 pub mod command;
 pub mod engine;

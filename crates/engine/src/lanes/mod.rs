@@ -7,8 +7,6 @@
 //! Only operations that IEEE 754 rounds one way are used (no fused multiply-add, no approximations, sine and cosine of
 //! our own), so a lane computes the same bits as `f64` does, on any processor.
 
-#[cfg(test)]
-mod counted;
 mod linear;
 mod operators;
 mod tape;
@@ -23,13 +21,13 @@ use std::{
     ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign},
 };
 
-#[cfg(test)]
-pub(crate) use counted::{Counted, take_counts};
-pub(crate) use linear::{clear, copy, dot, pairs, solve, subtract};
+pub use linear::solve;
+pub(crate) use linear::{clear, copy, dot, pairs, subtract};
 pub use tape::{Operation, Place, Program};
 pub use traced::{Traced, TracedMask, record};
-pub(crate) use trigonometry::sin_cos;
-pub(crate) use vector::{Frame, Screw, Vec3, rotation_exp, rotation_log};
+pub use trigonometry::sin_cos;
+pub(crate) use vector::{Frame, Screw};
+pub use vector::{Vec3, rotation_exp, rotation_log};
 #[cfg(target_arch = "x86_64")]
 pub(crate) use x86::{F64x4, F64x8};
 
@@ -167,6 +165,15 @@ impl Real for f64 {
     }
 }
 
+/// What is written over [`Real`], to be run with the numbers of a [`Level`].
+pub trait Lanewise {
+    /// What comes of it.
+    type Output;
+
+    /// Runs it with numbers of this type.
+    fn with<R: Real>(self) -> Self::Output;
+}
+
 /// How many points are computed at a time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Level {
@@ -189,6 +196,17 @@ impl Level {
         [Level::Eight, Level::Four].into_iter().find(|level| level.is_available()).unwrap_or(Level::One)
     }
 
+    /// Runs `work` with numbers of so many lanes, or of one where this processor does not have them.
+    pub fn run<W: Lanewise>(self, work: W) -> W::Output {
+        match self {
+            #[cfg(target_arch = "x86_64")]
+            Level::Eight if self.is_available() => work.with::<F64x8>(),
+            #[cfg(target_arch = "x86_64")]
+            Level::Four if self.is_available() => work.with::<F64x4>(),
+            _ => work.with::<f64>(),
+        }
+    }
+
     /// Whether this processor has it.
     pub fn is_available(self) -> bool {
         match self {
@@ -199,82 +217,6 @@ impl Level {
             Level::Eight => is_x86_feature_detected!("avx512f"),
             #[cfg(not(target_arch = "x86_64"))]
             Level::Four | Level::Eight => false,
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use proptest::prelude::*;
-
-    /// Angles from tiny to beyond what a joint can have.
-    fn angles() -> impl Strategy<Value = [f64; MAX_LANES]> {
-        prop::array::uniform8(prop_oneof![-1e-9..1e-9f64, -0.7..0.7f64, -4.0..4.0f64, -1e6..1e6f64])
-    }
-
-    fn packed<R: Real>(values: &[f64]) -> R {
-        let mut number = R::zero();
-        for (lane, &value) in values.iter().enumerate().take(R::LANES) {
-            number.set_lane(lane, value);
-        }
-        number
-    }
-
-    /// A turn of size `angle` about an oblique axis.
-    fn turn<R: Real>(angle: R) -> Vec3<R> {
-        Vec3([angle * R::splat(0.6), angle * R::splat(-0.48), angle * R::splat(0.64)])
-    }
-
-    /// Whatever the neighbouring lanes hold, a lane gets the bits of `f64`.
-    fn check<R: Real>(values: &[f64; MAX_LANES]) {
-        R::vectorized(|| {
-            let x: R = packed(values);
-            let (sin, cos) = sin_cos(x);
-            let rotation = rotation_exp(turn(x));
-            let log = rotation_log(rotation);
-            for (lane, &value) in values.iter().enumerate().take(R::LANES) {
-                assert_eq!((sin.lane(lane), cos.lane(lane)), sin_cos(value));
-                let alone = rotation_exp(turn(value));
-                for (column, alone) in rotation.iter().zip(&alone) {
-                    assert_eq!(column.0.map(|entry| entry.lane(lane)), alone.0);
-                }
-                assert_eq!(log.0.map(|entry| entry.lane(lane)), rotation_log(alone).0);
-                assert_eq!(R::bits(x.sqrt().is_nan()) >> lane & 1 == 1, value < 0.0);
-            }
-        });
-    }
-
-    proptest! {
-        #![proptest_config(crate::cases::cases(128))]
-
-        #[test]
-        fn lanes_have_the_bits_of_a_single_number(values in angles()) {
-            for level in Level::available() {
-                match level {
-                    Level::One => check::<f64>(&values),
-                    #[cfg(target_arch = "x86_64")]
-                    Level::Four => check::<F64x4>(&values),
-                    #[cfg(target_arch = "x86_64")]
-                    Level::Eight => check::<F64x8>(&values),
-                    #[cfg(not(target_arch = "x86_64"))]
-                    _ => {}
-                }
-            }
-        }
-
-        #[test]
-        fn rotations_are_those_of_poses(angle in -3.0..3.0f64, small in -0.1..0.1f64) {
-            for angle in [angle, small, 0.0] {
-                let vector = nalgebra::Vector3::from(turn(angle).0);
-                let expected = crate::spatial::rotation_exp(vector);
-                let columns = rotation_exp(turn(angle));
-                for (column, expected) in columns.iter().zip(expected.column_iter()) {
-                    prop_assert!((nalgebra::Vector3::from(column.0) - expected).norm() < 1e-15);
-                }
-                let log = nalgebra::Vector3::from(rotation_log(columns).0);
-                prop_assert!((log - vector).norm() < 1e-14);
-            }
         }
     }
 }

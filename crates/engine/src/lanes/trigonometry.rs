@@ -43,7 +43,7 @@ fn polynomial<R: Real>(coefficients: &[f64], x: R) -> R {
 
 /// Sine and cosine of `x` in rad, each within 2e-16.
 #[inline(always)]
-pub(crate) fn sin_cos<R: Real>(x: R) -> (R, R) {
+pub fn sin_cos<R: Real>(x: R) -> (R, R) {
     let size = x.abs();
     if size.lanes_greater(std::f64::consts::FRAC_PI_4) == 0 {
         return (sine(x), cosine(x));
@@ -124,40 +124,4 @@ pub(super) const SMALL_SINE_SQUARED: f64 = 0.01;
 #[inline(always)]
 pub(super) fn arc_sine_weight<R: Real>(square: R) -> R {
     polynomial(&ARC_SINE, square)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use proptest::prelude::*;
-
-    fn assert_near_library(x: f64) {
-        let (sin, cos) = sin_cos(x);
-        assert!((sin - x.sin()).abs() <= 2e-16, "sin {x}: {sin} is not {}", x.sin());
-        assert!((cos - x.cos()).abs() <= 2e-16, "cos {x}: {cos} is not {}", x.cos());
-    }
-
-    proptest! {
-        #![proptest_config(crate::cases::cases(256))]
-
-        #[test]
-        fn sine_and_cosine_are_the_librarys(x in -7.0..7.0f64, far in -2e5..2e5f64) {
-            assert_near_library(x);
-            assert_near_library(far);
-        }
-    }
-
-    #[test]
-    fn quarters_meet() {
-        for quarter in -9..=9 {
-            let middle = f64::from(quarter) * std::f64::consts::FRAC_PI_2;
-            for x in [-1.0, -1e-9, 0.0, 1e-9, 1.0].map(|d| middle + d * std::f64::consts::FRAC_PI_4) {
-                assert_near_library(x);
-                assert_near_library(x.next_up());
-                assert_near_library(x.next_down());
-            }
-        }
-        assert_eq!(sin_cos(0.0), (0.0, 1.0));
-        assert!(sin_cos(f64::NAN).0.is_nan() && sin_cos(f64::INFINITY).1.is_nan());
-    }
 }

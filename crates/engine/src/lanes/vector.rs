@@ -10,36 +10,42 @@ use crate::spatial::{self, Axis, Pose, Twist, Wrench};
 
 /// A vector in space.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Vec3<R>(pub [R; 3]);
+pub struct Vec3<R>(pub [R; 3]);
 
 impl<R: Real> Vec3<R> {
+    /// Nothing along any axis.
     #[inline(always)]
     pub fn zero() -> Self {
         Self([R::zero(); 3])
     }
 
+    /// The same vector in all lanes.
     #[inline(always)]
     pub fn splat(v: &nalgebra::Vector3<f64>) -> Self {
         Self([R::splat(v.x), R::splat(v.y), R::splat(v.z)])
     }
 
+    /// Scalar product.
     #[inline(always)]
     pub fn dot(self, other: Self) -> R {
         self.0[0] * other.0[0] + self.0[1] * other.0[1] + self.0[2] * other.0[2]
     }
 
+    /// Vector product.
     #[inline(always)]
     pub fn cross(self, other: Self) -> Self {
         let ([a, b, c], [x, y, z]) = (self.0, other.0);
         Self([b * z - c * y, c * x - a * z, a * y - b * x])
     }
 
+    /// So many times the vector.
     #[inline(always)]
     pub fn scale(self, factor: R) -> Self {
         let [x, y, z] = self.0;
         Self([x * factor, y * factor, z * factor])
     }
 
+    /// Length.
     #[inline(always)]
     pub fn norm(self) -> R {
         self.dot(self).sqrt()
@@ -270,7 +276,7 @@ impl From<Frame<f64>> for Pose {
 
 /// Columns of the rotation of a rotation vector in rad; [`spatial::rotation_exp`].
 #[inline(always)]
-pub(crate) fn rotation_exp<R: Real>(vector: Vec3<R>) -> [Vec3<R>; 3] {
+pub fn rotation_exp<R: Real>(vector: Vec3<R>) -> [Vec3<R>; 3] {
     const LARGEST: f64 = std::f64::consts::FRAC_PI_4 * std::f64::consts::FRAC_PI_4;
     let square = vector.dot(vector);
     if square.lanes_greater(LARGEST) != 0 {
@@ -307,7 +313,7 @@ fn library_rotation_exp(vector: Vec3<f64>) -> [Vec3<f64>; 3] {
 
 /// Rotation vector in rad of a rotation given by its columns; [`spatial::rotation_log`].
 #[inline(always)]
-pub(crate) fn rotation_log<R: Real>(columns: [Vec3<R>; 3]) -> Vec3<R> {
+pub fn rotation_log<R: Real>(columns: [Vec3<R>; 3]) -> Vec3<R> {
     let [x, y, z] = [columns[0].0, columns[1].0, columns[2].0];
     let half = R::splat(0.5);
     let axial = Vec3([(y[2] - z[1]) * half, (z[0] - x[2]) * half, (x[1] - y[0]) * half]);

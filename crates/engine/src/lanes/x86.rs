@@ -2,7 +2,7 @@
 //!
 //! # Safety
 //! The types of this file may only be used on a processor that has their instructions. `statics::Batch`, `machine::SideBySide` and
-//! tests, all that name them, ask [`Level::is_available`](super::Level::is_available) first; the `unsafe` blocks rely on it.
+//! `Level::run`, all that name them, ask [`Level::is_available`](super::Level::is_available) first; the `unsafe` blocks rely on it.
 
 use std::arch::x86_64::*;
 

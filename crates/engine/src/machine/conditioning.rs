@@ -67,28 +67,3 @@ fn inverse_condition(matrix: &Matrix6<f64>) -> f64 {
     let (least, most) = (values.min(), values.max());
     if most > 0.0 { least / most } else { 0.0 }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_axes_of_an_arm_tell_what_its_closure_does() {
-        for name in ["fanuc_r2000ic", "kr270"] {
-            let machine = Machine::named(name).unwrap();
-            for seed in 0..20 {
-                let beside = |(k, home): (usize, &f64)| home + 0.4 * ((seed * 7 + k * 3) as f64).sin();
-                let drives: Vec<f64> = machine.home.drives.iter().enumerate().map(beside).collect();
-                let at = machine.forward_kinematics(&drives).unwrap();
-                let own = inverse_condition(&machine.arm_jacobian(&at).unwrap());
-                let of_closure = machine.conditioning(&at);
-                assert!((own - of_closure).abs() < 1e-9 * of_closure.max(1e-3), "{name}: {own} and {of_closure}");
-                assert!(machine.is_conditioned(&at, 0.999 * own) && !machine.is_conditioned(&at, 1.001 * own));
-            }
-        }
-        let orthoglide = Machine::named("orthoglide").unwrap();
-        assert!(
-            orthoglide.arm_jacobian(&orthoglide.home).is_none() && orthoglide.is_conditioned(&orthoglide.home, 0.1)
-        );
-    }
-}

@@ -6,127 +6,125 @@ use serde::Deserialize;
 
 use super::{provenance::Grade, unknown::StiffnessSpec};
 
-/// The whole file.
-#[derive(Debug, Clone, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
-pub struct MachineSpec {
-    /// Version of the file format; 1.
-    #[cfg_attr(feature = "schema", schemars(range(min = 1, max = 1)))]
-    pub schema: u32,
-    /// Short name, as used in commands and tables.
-    pub name: String,
-    /// One line: what machine it is.
-    pub title: String,
-    /// Where the numbers come from; nothing if not given.
-    #[serde(default)]
-    pub source: String,
-    /// What is known of each group of numbers; nothing if not given.
-    #[serde(default)]
-    pub provenance: Vec<ProvenanceSpec>,
-    /// The platform and what it is used for.
-    pub platform: PlatformSpec,
-    /// Acceleration of gravity in O; (0, 0, −9.81) if not given.
-    #[serde(rename = "gravity_m_per_s2")]
-    pub gravity: Option<[f64; 3]>,
-    /// Where the machine was when its drives were set to zero error; "at_rest" if not given.
-    #[serde(default)]
-    pub zeroed: ZeroedSpec,
-    /// The configuration in which the machine is assembled; P in O, unturned, if not given.
-    #[serde(default)]
-    pub home: HomeSpec,
-    /// The nominal workspace box of P, in O: what is asked about where nothing else is said.
-    pub workspace: BoxSpec,
-    /// Named locations of P, for `--at` and studies; none if not given.
-    #[serde(default)]
-    pub point: Vec<PointSpec>,
-    /// Materials by name; none if not given.
-    #[serde(default)]
-    pub material: BTreeMap<String, MaterialSpec>,
-    /// Chain designs.
-    pub chain: Vec<ChainSpec>,
-    /// Where chains are mounted; each mount is one chain of the machine.
-    pub mount: Vec<MountSpec>,
-    /// What carries the workpiece (turntable, slide) and bends as well; the workpiece stands fast in O if not given.
-    pub workpiece_carrier: Option<CarrierSpec>,
+/// The tables of a machine file: keys that they do not have are refused, and editors are told of those that they have.
+macro_rules! tables {
+    ($($(#[$about:meta])* pub struct $table:ident { $($fields:tt)* })+) => {$(
+        $(#[$about])*
+        #[derive(Debug, Clone, Deserialize)]
+        #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+        #[serde(deny_unknown_fields)]
+        pub struct $table {
+            $($fields)*
+        }
+    )+};
 }
 
-/// Where some of the numbers come from.
-#[derive(Debug, Clone, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
-pub struct ProvenanceSpec {
-    /// Which numbers.
-    pub what: String,
-    /// How far they may be trusted.
-    pub grade: Grade,
-    /// Who says so.
-    pub source: String,
-    /// Names of parameters that it is about, or what several of them begin with (`leg.foot` for all of the foot); none if not given.
-    #[serde(default)]
-    pub parameters: Vec<String>,
-    /// 95 % interval of the number, of which `parameters` then has the full name and nothing else, in its unit; not known if not given.
-    pub interval: Option<[f64; 2]>,
-}
+tables! {
+    /// The whole file.
+    pub struct MachineSpec {
+        /// Version of the file format; 1.
+        #[cfg_attr(feature = "schema", schemars(range(min = 1, max = 1)))]
+        pub schema: u32,
+        /// Short name, as used in commands and tables.
+        pub name: String,
+        /// One line: what machine it is.
+        pub title: String,
+        /// Where the numbers come from; nothing if not given.
+        #[serde(default)]
+        pub source: String,
+        /// What is known of each group of numbers; nothing if not given.
+        #[serde(default)]
+        pub provenance: Vec<ProvenanceSpec>,
+        /// The platform and what it is used for.
+        pub platform: PlatformSpec,
+        /// Acceleration of gravity in O; (0, 0, −9.81) if not given.
+        #[serde(rename = "gravity_m_per_s2")]
+        pub gravity: Option<[f64; 3]>,
+        /// Where the machine was when its drives were set to zero error; "at_rest" if not given.
+        #[serde(default)]
+        pub zeroed: ZeroedSpec,
+        /// The configuration in which the machine is assembled; P in O, unturned, if not given.
+        #[serde(default)]
+        pub home: HomeSpec,
+        /// The nominal workspace box of P, in O: what is asked about where nothing else is said.
+        pub workspace: BoxSpec,
+        /// Named locations of P, for `--at` and studies; none if not given.
+        #[serde(default)]
+        pub point: Vec<PointSpec>,
+        /// Materials by name; none if not given.
+        #[serde(default)]
+        pub material: BTreeMap<String, MaterialSpec>,
+        /// Chain designs.
+        pub chain: Vec<ChainSpec>,
+        /// Where chains are mounted; each mount is one chain of the machine.
+        pub mount: Vec<MountSpec>,
+        /// What carries the workpiece (turntable, slide) and bends as well; the workpiece stands fast in O if not given.
+        pub workpiece_carrier: Option<CarrierSpec>,
+    }
 
-/// The moving platform.
-#[derive(Debug, Clone, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
-pub struct PlatformSpec {
-    /// Tool tip, from P in platform axes.
-    pub tool_tip_mm: [f64; 3],
-    /// Direction from the spindle to the tool tip in platform axes, of any length; from P to the tool tip if not given.
-    pub tool_axis: Option<[f64; 3]>,
-    /// What bends between P and the tool tip (spindle, holder, cutter); rigid if not given.
-    pub tool: Option<ToolSpec>,
-    /// What moves with P (spindle, holder, tool), its centre in platform axes; without weight if not given.
-    pub mass: Option<MassSpec>,
-    /// Task coordinates the drives control.
-    pub controls: Vec<CoordinateSpec>,
-}
+    /// Where some of the numbers come from.
+    pub struct ProvenanceSpec {
+        /// Which numbers.
+        pub what: String,
+        /// How far they may be trusted.
+        pub grade: Grade,
+        /// Who says so.
+        pub source: String,
+        /// Names of parameters that it is about, or what several of them begin with (`leg.foot` for all of the foot); none if not given.
+        #[serde(default)]
+        pub parameters: Vec<String>,
+        /// 95 % interval of the number, of which `parameters` then has the full name and nothing else, in its unit; not known if not given.
+        pub interval: Option<[f64; 2]>,
+    }
 
-/// What lies between P and the tool tip; its parts bend one after the other.
-#[derive(Debug, Clone, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
-pub struct ToolSpec {
-    /// 6×6 compliance at the tool tip in axes of the tool frame T (z along the tool), translations before rotations; rigid but for the cutter if not given.
-    #[serde(rename = "compliance_mm_rad_N")]
-    pub compliance: Option<Box<[[f64; 6]; 6]>>,
-    /// Cutter as a round cantilever that ends at the tool tip; rigid if not given.
-    pub cutter: Option<CutterSpec>,
-}
+    /// The moving platform.
+    pub struct PlatformSpec {
+        /// Tool tip, from P in platform axes.
+        pub tool_tip_mm: [f64; 3],
+        /// Direction from the spindle to the tool tip in platform axes, of any length; from P to the tool tip if not given.
+        pub tool_axis: Option<[f64; 3]>,
+        /// What bends between P and the tool tip (spindle, holder, cutter); rigid if not given.
+        pub tool: Option<ToolSpec>,
+        /// What moves with P (spindle, holder, tool), its centre in platform axes; without weight if not given.
+        pub mass: Option<MassSpec>,
+        /// Task coordinates the drives control.
+        pub controls: Vec<CoordinateSpec>,
+    }
 
-/// Another tool than that of the machine file, in a process.
-#[derive(Debug, Clone, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct OtherToolSpec {
-    /// Its tip, from P in platform axes; where the machine file has it if not given.
-    pub tip_mm: Option<[f64; 3]>,
-    /// Direction from the spindle to its tip in platform axes; that of the machine file if not given.
-    pub axis: Option<[f64; 3]>,
-    /// As in `[platform.tool]`.
-    #[serde(rename = "compliance_mm_rad_N")]
-    pub compliance: Option<Box<[[f64; 6]; 6]>>,
-    /// As in `[platform.tool]`.
-    pub cutter: Option<CutterSpec>,
-    /// Materials of the cutter besides those of the machine file.
-    #[serde(default)]
-    pub material: BTreeMap<String, MaterialSpec>,
-}
+    /// What lies between P and the tool tip; its parts bend one after the other.
+    pub struct ToolSpec {
+        /// 6×6 compliance at the tool tip in axes of the tool frame T (z along the tool), translations before rotations; rigid but for the cutter if not given.
+        #[serde(rename = "compliance_mm_rad_N")]
+        pub compliance: Option<Box<[[f64; 6]; 6]>>,
+        /// Cutter as a round cantilever that ends at the tool tip; rigid if not given.
+        pub cutter: Option<CutterSpec>,
+    }
 
-/// A cutter: a round cantilever along the tool axis.
-#[derive(Debug, Clone, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
-pub struct CutterSpec {
-    /// Diameter that bends as the cutter does: of its core, less than that of its edges.
-    pub diameter_mm: f64,
-    /// Length from the holder to the tool tip.
-    pub stick_out_mm: f64,
-    /// Name of a material.
-    pub material: String,
+    /// Another tool than that of the machine file, in a process.
+    pub struct OtherToolSpec {
+        /// Its tip, from P in platform axes; where the machine file has it if not given.
+        pub tip_mm: Option<[f64; 3]>,
+        /// Direction from the spindle to its tip in platform axes; that of the machine file if not given.
+        pub axis: Option<[f64; 3]>,
+        /// As in `[platform.tool]`.
+        #[serde(rename = "compliance_mm_rad_N")]
+        pub compliance: Option<Box<[[f64; 6]; 6]>>,
+        /// As in `[platform.tool]`.
+        pub cutter: Option<CutterSpec>,
+        /// Materials of the cutter besides those of the machine file.
+        #[serde(default)]
+        pub material: BTreeMap<String, MaterialSpec>,
+    }
+
+    /// A cutter: a round cantilever along the tool axis.
+    pub struct CutterSpec {
+        /// Diameter that bends as the cutter does: of its core, less than that of its edges.
+        pub diameter_mm: f64,
+        /// Length from the holder to the tool tip.
+        pub stick_out_mm: f64,
+        /// Name of a material.
+        pub material: String,
+    }
 }
 
 /// From where deflections are measured.
@@ -143,30 +141,26 @@ pub enum ZeroedSpec {
     AtHome,
 }
 
-/// A mass: kg, and its centre in the frame reached.
-#[derive(Debug, Clone, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
-pub struct MassSpec {
-    /// How heavy.
-    pub kg: f64,
-    /// Its centre in the frame; the origin if not given.
-    #[serde(default)]
-    pub at_mm: [f64; 3],
-}
+tables! {
+    /// A mass: kg, and its centre in the frame reached.
+    pub struct MassSpec {
+        /// How heavy.
+        pub kg: f64,
+        /// Its centre in the frame; the origin if not given.
+        #[serde(default)]
+        pub at_mm: [f64; 3],
+    }
 
-/// A mass that moves with a frame of a chain: kg, and its centre in that frame.
-#[derive(Debug, Clone, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
-pub struct NamedMassSpec {
-    /// Name among parameters; `mass_1` for the first of a chain if not given.
-    pub name: Option<String>,
-    /// How heavy.
-    pub kg: f64,
-    /// Its centre in the frame reached; the origin if not given.
-    #[serde(default)]
-    pub at_mm: [f64; 3],
+    /// A mass that moves with a frame of a chain: kg, and its centre in that frame.
+    pub struct NamedMassSpec {
+        /// Name among parameters; `mass_1` for the first of a chain if not given.
+        pub name: Option<String>,
+        /// How heavy.
+        pub kg: f64,
+        /// Its centre in the frame reached; the origin if not given.
+        #[serde(default)]
+        pub at_mm: [f64; 3],
+    }
 }
 
 /// A task coordinate: a translation of P in O axes or a rotation about the platform's own axes.
@@ -188,63 +182,51 @@ pub enum CoordinateSpec {
     RotationZ,
 }
 
-/// Pose of P in O at home.
-#[derive(Debug, Clone, Default, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
-pub struct HomeSpec {
-    /// Position of P in O; 0 if not given.
-    #[serde(default)]
-    pub position_mm: [f64; 3],
-    /// Roll, pitch, yaw of the platform about the fixed x, y, z axes of O; 0 if not given.
-    #[serde(default)]
-    pub rotation_deg: [f64; 3],
-}
+tables! {
+    /// Pose of P in O at home.
+    #[derive(Default)]
+    pub struct HomeSpec {
+        /// Position of P in O; 0 if not given.
+        #[serde(default)]
+        pub position_mm: [f64; 3],
+        /// Roll, pitch, yaw of the platform about the fixed x, y, z axes of O; 0 if not given.
+        #[serde(default)]
+        pub rotation_deg: [f64; 3],
+    }
 
-/// An axis-aligned box.
-#[derive(Debug, Clone, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
-pub struct BoxSpec {
-    /// Lower corner, in O.
-    pub min_mm: [f64; 3],
-    /// Upper corner, in O.
-    pub max_mm: [f64; 3],
-}
+    /// An axis-aligned box.
+    pub struct BoxSpec {
+        /// Lower corner, in O.
+        pub min_mm: [f64; 3],
+        /// Upper corner, in O.
+        pub max_mm: [f64; 3],
+    }
 
-/// A named location.
-#[derive(Debug, Clone, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
-pub struct PointSpec {
-    /// Name, such as Q0.
-    pub name: String,
-    /// Position of P in O.
-    pub position_mm: [f64; 3],
-}
+    /// A named location.
+    pub struct PointSpec {
+        /// Name, such as Q0.
+        pub name: String,
+        /// Position of P in O.
+        pub position_mm: [f64; 3],
+    }
 
-/// Elastic constants.
-#[derive(Debug, Clone, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
-pub struct MaterialSpec {
-    /// Young's modulus E.
-    #[serde(rename = "youngs_modulus_N_per_mm2")]
-    pub youngs_modulus: f64,
-    /// Shear modulus G.
-    #[serde(rename = "shear_modulus_N_per_mm2")]
-    pub shear_modulus: f64,
-}
+    /// Elastic constants.
+    pub struct MaterialSpec {
+        /// Young's modulus E.
+        #[serde(rename = "youngs_modulus_N_per_mm2")]
+        pub youngs_modulus: f64,
+        /// Shear modulus G.
+        #[serde(rename = "shear_modulus_N_per_mm2")]
+        pub shear_modulus: f64,
+    }
 
-/// A chain design, mounted once or several times.
-#[derive(Debug, Clone, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
-pub struct ChainSpec {
-    /// Name used by `mount.chain`.
-    pub name: String,
-    /// Elements in order from base to platform.
-    pub elements: Vec<ElementSpec>,
+    /// A chain design, mounted once or several times.
+    pub struct ChainSpec {
+        /// Name used by `mount.chain`.
+        pub name: String,
+        /// Elements in order from base to platform.
+        pub elements: Vec<ElementSpec>,
+    }
 }
 
 /// One element of a chain: a table with exactly one of these keys.
@@ -318,106 +300,87 @@ impl ElementSpec {
     }
 }
 
-/// Two crossed passive hinges.
-#[derive(Debug, Clone, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
-pub struct UniversalJointSpec {
-    /// Name; its hinges are called after it and their axes, such as `u_x`.
-    pub name: String,
-    /// Local axes of the two hinges, in order; two different ones.
-    pub axes: [AxisSpec; 2],
-    /// Where each hinge stands at home, or from where home is sought; 0 if not given.
-    #[serde(default)]
-    pub home_deg: [f64; 2],
-    /// Smallest and largest angle of each hinge; none if not given.
-    pub limits_deg: Option<[[f64; 2]; 2]>,
-}
+tables! {
+    /// Two crossed passive hinges.
+    pub struct UniversalJointSpec {
+        /// Name; its hinges are called after it and their axes, such as `u_x`.
+        pub name: String,
+        /// Local axes of the two hinges, in order; two different ones.
+        pub axes: [AxisSpec; 2],
+        /// Where each hinge stands at home, or from where home is sought; 0 if not given.
+        #[serde(default)]
+        pub home_deg: [f64; 2],
+        /// Smallest and largest angle of each hinge; none if not given.
+        pub limits_deg: Option<[[f64; 2]; 2]>,
+    }
 
-/// Three crossed passive hinges, about x, y, z.
-#[derive(Debug, Clone, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
-pub struct SphericalJointSpec {
-    /// Name; its hinges are called after it and their axes, such as `s_z`.
-    pub name: String,
-    /// Where the hinges about x, y, z stand at home, or from where home is sought; 0 if not given.
-    #[serde(default)]
-    pub home_deg: [f64; 3],
-    /// Smallest and largest angle of the hinges about x, y, z; none if not given.
-    pub limits_deg: Option<[[f64; 2]; 3]>,
-}
+    /// Three crossed passive hinges, about x, y, z.
+    pub struct SphericalJointSpec {
+        /// Name; its hinges are called after it and their axes, such as `s_z`.
+        pub name: String,
+        /// Where the hinges about x, y, z stand at home, or from where home is sought; 0 if not given.
+        #[serde(default)]
+        pub home_deg: [f64; 3],
+        /// Smallest and largest angle of the hinges about x, y, z; none if not given.
+        pub limits_deg: Option<[[f64; 2]; 3]>,
+    }
 
-/// A spring between two points; its force is `preload + stiffness · (length − free length)`.
-#[derive(Debug, Clone, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
-pub struct PointSpringSpec {
-    /// Name in tables and among parameters; `spring_1` for the first of a chain if not given.
-    pub name: Option<String>,
-    /// One end.
-    pub from: AnchorSpec,
-    /// The other end, on another frame.
-    pub to: AnchorSpec,
-    /// Stiffness along the line between its ends.
-    #[serde(rename = "stiffness_N_per_mm")]
-    pub stiffness: f64,
-    /// Length at which the force is the preload; 0 or more.
-    pub free_length_mm: f64,
-    /// Tension at the free length; 0 if not given.
-    #[serde(default, rename = "preload_N")]
-    pub preload: f64,
-}
+    /// A spring between two points; its force is `preload + stiffness · (length − free length)`.
+    pub struct PointSpringSpec {
+        /// Name in tables and among parameters; `spring_1` for the first of a chain if not given.
+        pub name: Option<String>,
+        /// One end.
+        pub from: AnchorSpec,
+        /// The other end, on another frame.
+        pub to: AnchorSpec,
+        /// Stiffness along the line between its ends.
+        #[serde(rename = "stiffness_N_per_mm")]
+        pub stiffness: f64,
+        /// Length at which the force is the preload; 0 or more.
+        pub free_length_mm: f64,
+        /// Tension at the free length; 0 if not given.
+        #[serde(default, rename = "preload_N")]
+        pub preload: f64,
+    }
 
-/// A point of a named frame of the chain, or of the machine's base, `O`.
-#[derive(Debug, Clone, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
-pub struct AnchorSpec {
-    /// Name of a frame of the same chain, or `O` for the machine's base (not within a module).
-    pub frame: String,
-    /// The point in this frame; its origin if not given.
-    #[serde(default)]
-    pub at_mm: [f64; 3],
-}
+    /// A point of a named frame of the chain, or of the machine's base, `O`.
+    pub struct AnchorSpec {
+        /// Name of a frame of the same chain, or `O` for the machine's base (not within a module).
+        pub frame: String,
+        /// The point in this frame; its origin if not given.
+        #[serde(default)]
+        pub at_mm: [f64; 3],
+    }
 
-/// A parallel module: chains from the frame reached to an inner frame.
-#[derive(Debug, Clone, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
-pub struct ModuleSpec {
-    /// Name among parameters; `module_1` for the first of a chain if not given.
-    pub name: Option<String>,
-    /// Its chains: `base` is the pose of the first frame in the frame reached, `platform` that of the last in the inner frame.
-    pub mounts: Vec<MountSpec>,
-}
+    /// A parallel module: chains from the frame reached to an inner frame.
+    pub struct ModuleSpec {
+        /// Name among parameters; `module_1` for the first of a chain if not given.
+        pub name: Option<String>,
+        /// Its chains: `base` is the pose of the first frame in the frame reached, `platform` that of the last in the inner frame.
+        pub mounts: Vec<MountSpec>,
+    }
 
-/// Shown coordinate of a drive, as a pendant has it: the sum of joints times factors, and an offset.
-#[derive(Debug, Clone, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
-pub struct ShownSpec {
-    /// Factor of each joint, by the name of its drive.
-    pub of: BTreeMap<String, f64>,
-    /// What it shows where these joints are at zero, of a hinge; 0 if not given.
-    pub offset_deg: Option<f64>,
-    /// What it shows where these joints are at zero, of a slide; 0 if not given.
-    pub offset_mm: Option<f64>,
-}
+    /// Shown coordinate of a drive, as a pendant has it: the sum of joints times factors, and an offset.
+    pub struct ShownSpec {
+        /// Factor of each joint, by the name of its drive.
+        pub of: BTreeMap<String, f64>,
+        /// What it shows where these joints are at zero, of a hinge; 0 if not given.
+        pub offset_deg: Option<f64>,
+        /// What it shows where these joints are at zero, of a slide; 0 if not given.
+        pub offset_mm: Option<f64>,
+    }
 
-/// A rigid transform: the translation, then the rotation.
-#[derive(Debug, Clone, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
-pub struct FixedSpec {
-    /// Name among parameters; `fixed_1` for the first of a chain if not given.
-    pub name: Option<String>,
-    /// Translation in the axes before it; 0 if not given.
-    #[serde(default)]
-    pub translation_mm: [f64; 3],
-    /// Roll, pitch, yaw about the fixed x, y, z axes before it; 0 if not given.
-    #[serde(default)]
-    pub rotation_deg: [f64; 3],
+    /// A rigid transform: the translation, then the rotation.
+    pub struct FixedSpec {
+        /// Name among parameters; `fixed_1` for the first of a chain if not given.
+        pub name: Option<String>,
+        /// Translation in the axes before it; 0 if not given.
+        #[serde(default)]
+        pub translation_mm: [f64; 3],
+        /// Roll, pitch, yaw about the fixed x, y, z axes before it; 0 if not given.
+        #[serde(default)]
+        pub rotation_deg: [f64; 3],
+    }
 }
 
 /// A local axis.
@@ -433,168 +396,149 @@ pub enum AxisSpec {
     Z,
 }
 
-/// An actuated slide.
-#[derive(Debug, Clone, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
-pub struct PrismaticDriveSpec {
-    /// Name, which no other joint or drive of the chain has.
-    pub name: String,
-    /// Local axis along which it moves.
-    pub axis: AxisSpec,
-    /// Stiffness about the commanded position: a number, or "unknown", with which only geometry can be asked for.
-    #[serde(rename = "stiffness_N_per_mm")]
-    pub stiffness: StiffnessSpec,
-    /// Stiffness of what follows, such as a screw: in series with `stiffness`; rigid if not given.
-    #[serde(rename = "shaft_stiffness_N_per_mm")]
-    pub shaft_stiffness: Option<f64>,
-    /// Position from which home is sought, as shown; 0 if not given.
-    #[serde(default)]
-    pub home_mm: f64,
-    /// Smallest and largest position, as shown; none if not given.
-    pub travel_mm: Option<[f64; 2]>,
-    /// Largest force either way; none if not given.
-    #[serde(rename = "force_limit_N")]
-    pub force_limit: Option<f64>,
-    /// The slide may stand this far to either side; 0 if not given.
-    pub backlash_mm: Option<f64>,
-    /// Largest force that static friction holds, either way; 0 if not given.
-    #[serde(rename = "friction_N")]
-    pub friction: Option<f64>,
-    /// How the position that a pendant shows follows from the joints; the joint itself if not given.
-    pub shown: Option<ShownSpec>,
-}
+tables! {
+    /// An actuated slide.
+    pub struct PrismaticDriveSpec {
+        /// Name, which no other joint or drive of the chain has.
+        pub name: String,
+        /// Local axis along which it moves.
+        pub axis: AxisSpec,
+        /// Stiffness about the commanded position: a number, or "unknown", with which only geometry can be asked for.
+        #[serde(rename = "stiffness_N_per_mm")]
+        pub stiffness: StiffnessSpec,
+        /// Stiffness of what follows, such as a screw: in series with `stiffness`; rigid if not given.
+        #[serde(rename = "shaft_stiffness_N_per_mm")]
+        pub shaft_stiffness: Option<f64>,
+        /// Position from which home is sought, as shown; 0 if not given.
+        #[serde(default)]
+        pub home_mm: f64,
+        /// Smallest and largest position, as shown; none if not given.
+        pub travel_mm: Option<[f64; 2]>,
+        /// Largest force either way; none if not given.
+        #[serde(rename = "force_limit_N")]
+        pub force_limit: Option<f64>,
+        /// The slide may stand this far to either side; 0 if not given.
+        pub backlash_mm: Option<f64>,
+        /// Largest force that static friction holds, either way; 0 if not given.
+        #[serde(rename = "friction_N")]
+        pub friction: Option<f64>,
+        /// How the position that a pendant shows follows from the joints; the joint itself if not given.
+        pub shown: Option<ShownSpec>,
+    }
 
-/// An actuated hinge.
-#[derive(Debug, Clone, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
-pub struct RevoluteDriveSpec {
-    /// Name, which no other joint or drive of the chain has.
-    pub name: String,
-    /// Local axis about which it turns.
-    pub axis: AxisSpec,
-    /// Stiffness about the commanded angle: a number, or "unknown", with which only geometry can be asked for.
-    #[serde(rename = "stiffness_Nmm_per_rad")]
-    pub stiffness: StiffnessSpec,
-    /// Stiffness of what follows the gear, such as a shaft: in series with `stiffness`; rigid if not given.
-    #[serde(rename = "shaft_stiffness_Nmm_per_rad")]
-    pub shaft_stiffness: Option<f64>,
-    /// Angle from which home is sought, as shown; 0 if not given.
-    #[serde(default)]
-    pub home_deg: f64,
-    /// Smallest and largest angle, as shown; none if not given.
-    pub travel_deg: Option<[f64; 2]>,
-    /// Largest torque either way; none if not given.
-    #[serde(rename = "torque_limit_Nmm")]
-    pub torque_limit: Option<f64>,
-    /// The hinge may stand this far to either side; 0 if not given.
-    pub backlash_deg: Option<f64>,
-    /// Largest torque that static friction holds, either way; 0 if not given.
-    #[serde(rename = "friction_Nmm")]
-    pub friction: Option<f64>,
-    /// How the angle that a pendant shows follows from the joints; the joint itself if not given.
-    pub shown: Option<ShownSpec>,
-}
+    /// An actuated hinge.
+    pub struct RevoluteDriveSpec {
+        /// Name, which no other joint or drive of the chain has.
+        pub name: String,
+        /// Local axis about which it turns.
+        pub axis: AxisSpec,
+        /// Stiffness about the commanded angle: a number, or "unknown", with which only geometry can be asked for.
+        #[serde(rename = "stiffness_Nmm_per_rad")]
+        pub stiffness: StiffnessSpec,
+        /// Stiffness of what follows the gear, such as a shaft: in series with `stiffness`; rigid if not given.
+        #[serde(rename = "shaft_stiffness_Nmm_per_rad")]
+        pub shaft_stiffness: Option<f64>,
+        /// Angle from which home is sought, as shown; 0 if not given.
+        #[serde(default)]
+        pub home_deg: f64,
+        /// Smallest and largest angle, as shown; none if not given.
+        pub travel_deg: Option<[f64; 2]>,
+        /// Largest torque either way; none if not given.
+        #[serde(rename = "torque_limit_Nmm")]
+        pub torque_limit: Option<f64>,
+        /// The hinge may stand this far to either side; 0 if not given.
+        pub backlash_deg: Option<f64>,
+        /// Largest torque that static friction holds, either way; 0 if not given.
+        #[serde(rename = "friction_Nmm")]
+        pub friction: Option<f64>,
+        /// How the angle that a pendant shows follows from the joints; the joint itself if not given.
+        pub shown: Option<ShownSpec>,
+    }
 
-/// A passive slide; without a stiffness it is free.
-#[derive(Debug, Clone, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
-pub struct PrismaticJointSpec {
-    /// Name, which no other joint or drive of the chain has.
-    pub name: String,
-    /// Local axis along which it moves.
-    pub axis: AxisSpec,
-    /// Position from which home is sought; 0 if not given.
-    #[serde(default)]
-    pub home_mm: f64,
-    /// Smallest and largest position; none if not given.
-    pub limits_mm: Option<[f64; 2]>,
-    /// Stiffness of a spring in it; free if not given.
-    #[serde(rename = "stiffness_N_per_mm")]
-    pub stiffness: Option<f64>,
-    /// Position in which this spring has no force; 0 if not given.
-    #[serde(default)]
-    pub neutral_mm: f64,
-}
+    /// A passive slide; without a stiffness it is free.
+    pub struct PrismaticJointSpec {
+        /// Name, which no other joint or drive of the chain has.
+        pub name: String,
+        /// Local axis along which it moves.
+        pub axis: AxisSpec,
+        /// Position from which home is sought; 0 if not given.
+        #[serde(default)]
+        pub home_mm: f64,
+        /// Smallest and largest position; none if not given.
+        pub limits_mm: Option<[f64; 2]>,
+        /// Stiffness of a spring in it; free if not given.
+        #[serde(rename = "stiffness_N_per_mm")]
+        pub stiffness: Option<f64>,
+        /// Position in which this spring has no force; 0 if not given.
+        #[serde(default)]
+        pub neutral_mm: f64,
+    }
 
-/// A passive hinge; without a stiffness it is free.
-#[derive(Debug, Clone, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
-pub struct RevoluteJointSpec {
-    /// Name, which no other joint or drive of the chain has.
-    pub name: String,
-    /// Local axis about which it turns.
-    pub axis: AxisSpec,
-    /// Angle from which home is sought; 0 if not given.
-    #[serde(default)]
-    pub home_deg: f64,
-    /// Smallest and largest angle; none if not given.
-    pub limits_deg: Option<[f64; 2]>,
-    /// Stiffness of a spring in it; free if not given.
-    #[serde(rename = "stiffness_Nmm_per_rad")]
-    pub stiffness: Option<f64>,
-    /// Angle in which this spring has no moment; 0 if not given.
-    #[serde(default)]
-    pub neutral_deg: f64,
-}
+    /// A passive hinge; without a stiffness it is free.
+    pub struct RevoluteJointSpec {
+        /// Name, which no other joint or drive of the chain has.
+        pub name: String,
+        /// Local axis about which it turns.
+        pub axis: AxisSpec,
+        /// Angle from which home is sought; 0 if not given.
+        #[serde(default)]
+        pub home_deg: f64,
+        /// Smallest and largest angle; none if not given.
+        pub limits_deg: Option<[f64; 2]>,
+        /// Stiffness of a spring in it; free if not given.
+        #[serde(rename = "stiffness_Nmm_per_rad")]
+        pub stiffness: Option<f64>,
+        /// Angle in which this spring has no moment; 0 if not given.
+        #[serde(default)]
+        pub neutral_deg: f64,
+    }
 
-/// A uniform beam along local x; its end carries a 6-dof spring.
-#[derive(Debug, Clone, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
-pub struct BeamSpec {
-    /// Name among parameters and in tables; `beam_1` for the first of a chain if not given.
-    pub name: Option<String>,
-    /// Elastic length, along local x.
-    pub length_mm: f64,
-    /// How far the frame moves along local x before the spring; the elastic length if not given.
-    pub advance_mm: Option<f64>,
-    /// Cross-section.
-    pub section: SectionSpec,
-    /// Name of a material.
-    pub material: String,
-}
+    /// A uniform beam along local x; its end carries a 6-dof spring.
+    pub struct BeamSpec {
+        /// Name among parameters and in tables; `beam_1` for the first of a chain if not given.
+        pub name: Option<String>,
+        /// Elastic length, along local x.
+        pub length_mm: f64,
+        /// How far the frame moves along local x before the spring; the elastic length if not given.
+        pub advance_mm: Option<f64>,
+        /// Cross-section.
+        pub section: SectionSpec,
+        /// Name of a material.
+        pub material: String,
+    }
 
-/// A link whose stiffness comes from FEA or measurement; exactly one of the two matrices.
-#[derive(Debug, Clone, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
-pub struct LinkSpec {
-    /// Name among parameters and in tables; `link_1` for the first of a chain if not given.
-    pub name: Option<String>,
-    /// How far the frame moves along local x before the spring.
-    pub advance_mm: f64,
-    /// 6×6 stiffness of the link's end in link axes, translations before rotations; the inverse of the compliance if not given.
-    #[serde(rename = "stiffness_N_mm_rad")]
-    pub stiffness: Option<Box<[[f64; 6]; 6]>>,
-    /// 6×6 compliance of the link's end in link axes, translations before rotations; the inverse of the stiffness if not given.
-    #[serde(rename = "compliance_mm_rad_N")]
-    pub compliance: Option<Box<[[f64; 6]; 6]>>,
-}
+    /// A link whose stiffness comes from FEA or measurement; exactly one of the two matrices.
+    pub struct LinkSpec {
+        /// Name among parameters and in tables; `link_1` for the first of a chain if not given.
+        pub name: Option<String>,
+        /// How far the frame moves along local x before the spring.
+        pub advance_mm: f64,
+        /// 6×6 stiffness of the link's end in link axes, translations before rotations; the inverse of the compliance if not given.
+        #[serde(rename = "stiffness_N_mm_rad")]
+        pub stiffness: Option<Box<[[f64; 6]; 6]>>,
+        /// 6×6 compliance of the link's end in link axes, translations before rotations; the inverse of the stiffness if not given.
+        #[serde(rename = "compliance_mm_rad_N")]
+        pub compliance: Option<Box<[[f64; 6]; 6]>>,
+    }
 
-/// A parallelogram in its local x–y plane; x along the bars at q = 0, y along the short link.
-#[derive(Debug, Clone, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
-pub struct ParallelogramSpec {
-    /// Name, which no other joint or drive of the chain has.
-    pub name: String,
-    /// Length of its bars.
-    pub length_mm: f64,
-    /// Distance between its bars.
-    pub width_mm: f64,
-    /// Cross-section of a bar.
-    pub bar_section: SectionSpec,
-    /// Name of the bars' material.
-    pub material: String,
-    /// Angle from which home is sought; 0 if not given.
-    #[serde(default)]
-    pub home_deg: f64,
-    /// Smallest and largest angle; none if not given.
-    pub limits_deg: Option<[f64; 2]>,
+    /// A parallelogram in its local x–y plane; x along the bars at q = 0, y along the short link.
+    pub struct ParallelogramSpec {
+        /// Name, which no other joint or drive of the chain has.
+        pub name: String,
+        /// Length of its bars.
+        pub length_mm: f64,
+        /// Distance between its bars.
+        pub width_mm: f64,
+        /// Cross-section of a bar.
+        pub bar_section: SectionSpec,
+        /// Name of the bars' material.
+        pub material: String,
+        /// Angle from which home is sought; 0 if not given.
+        #[serde(default)]
+        pub home_deg: f64,
+        /// Smallest and largest angle; none if not given.
+        pub limits_deg: Option<[f64; 2]>,
+    }
 }
 
 /// A cross-section: a table with exactly one of these keys.
@@ -616,121 +560,97 @@ pub enum SectionSpec {
     TaperedTube(TaperedTubeSpec),
 }
 
-/// Flanges along local y, height over both of them along local z.
-#[derive(Debug, Clone, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
-pub struct IBeamSpec {
-    /// Width of the flanges, along local y.
-    pub width_mm: f64,
-    /// Height over both flanges, along local z.
-    pub height_mm: f64,
-    /// Thickness of a flange, less than half the height.
-    pub flange_mm: f64,
-    /// Thickness of the web, not more than the width.
-    pub web_mm: f64,
-}
+tables! {
+    /// Flanges along local y, height over both of them along local z.
+    pub struct IBeamSpec {
+        /// Width of the flanges, along local y.
+        pub width_mm: f64,
+        /// Height over both flanges, along local z.
+        pub height_mm: f64,
+        /// Thickness of a flange, less than half the height.
+        pub flange_mm: f64,
+        /// Thickness of the web, not more than the width.
+        pub web_mm: f64,
+    }
 
-/// Outer width along local y, outer height along local z.
-#[derive(Debug, Clone, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
-pub struct BoxSectionSpec {
-    /// Outer width, along local y.
-    pub width_mm: f64,
-    /// Outer height, along local z.
-    pub height_mm: f64,
-    /// Thickness of the wall, less than half the smaller side.
-    pub wall_mm: f64,
-}
+    /// Outer width along local y, outer height along local z.
+    pub struct BoxSectionSpec {
+        /// Outer width, along local y.
+        pub width_mm: f64,
+        /// Outer height, along local z.
+        pub height_mm: f64,
+        /// Thickness of the wall, less than half the smaller side.
+        pub wall_mm: f64,
+    }
 
-/// Outer diameters at the clamped and at the free end.
-#[derive(Debug, Clone, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
-pub struct TaperedTubeSpec {
-    /// Outer diameter at the clamped end.
-    pub start_diameter_mm: f64,
-    /// Outer diameter at the free end.
-    pub end_diameter_mm: f64,
-    /// Thickness of the wall, less than half the smaller diameter.
-    pub wall_mm: f64,
-}
+    /// Outer diameters at the clamped and at the free end.
+    pub struct TaperedTubeSpec {
+        /// Outer diameter at the clamped end.
+        pub start_diameter_mm: f64,
+        /// Outer diameter at the free end.
+        pub end_diameter_mm: f64,
+        /// Thickness of the wall, less than half the smaller diameter.
+        pub wall_mm: f64,
+    }
 
-/// Width along local y, height along local z.
-#[derive(Debug, Clone, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
-pub struct RectangleSpec {
-    /// Along local y.
-    pub width_mm: f64,
-    /// Along local z.
-    pub height_mm: f64,
-}
+    /// Width along local y, height along local z.
+    pub struct RectangleSpec {
+        /// Along local y.
+        pub width_mm: f64,
+        /// Along local z.
+        pub height_mm: f64,
+    }
 
-/// Solid circle.
-#[derive(Debug, Clone, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
-pub struct RoundSpec {
-    /// Diameter.
-    pub diameter_mm: f64,
-}
+    /// Solid circle.
+    pub struct RoundSpec {
+        /// Diameter.
+        pub diameter_mm: f64,
+    }
 
-/// Circular tube.
-#[derive(Debug, Clone, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
-pub struct TubeSpec {
-    /// Outer diameter.
-    pub outer_diameter_mm: f64,
-    /// Inner diameter, smaller than the outer one.
-    pub inner_diameter_mm: f64,
-}
+    /// Circular tube.
+    pub struct TubeSpec {
+        /// Outer diameter.
+        pub outer_diameter_mm: f64,
+        /// Inner diameter, smaller than the outer one.
+        pub inner_diameter_mm: f64,
+    }
 
-/// One chain of the machine: a design, where it starts and where it holds the platform.
-#[derive(Debug, Clone, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
-pub struct MountSpec {
-    /// Name of this chain in tables.
-    pub name: String,
-    /// Name of the design.
-    pub chain: String,
-    /// Pose of the chain's first frame in O (in a module: in the frame reached); in place if not given.
-    #[serde(default)]
-    pub base: FrameSpec,
-    /// Pose of the chain's last frame in P (in a module: in the inner frame); in place if not given.
-    #[serde(default)]
-    pub platform: FrameSpec,
-}
+    /// One chain of the machine: a design, where it starts and where it holds the platform.
+    pub struct MountSpec {
+        /// Name of this chain in tables.
+        pub name: String,
+        /// Name of the design.
+        pub chain: String,
+        /// Pose of the chain's first frame in O (in a module: in the frame reached); in place if not given.
+        #[serde(default)]
+        pub base: FrameSpec,
+        /// Pose of the chain's last frame in P (in a module: in the inner frame); in place if not given.
+        #[serde(default)]
+        pub platform: FrameSpec,
+    }
 
-/// The chain from O to the frame on which the workpiece lies: a design without passive joints and modules.
-#[derive(Debug, Clone, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
-pub struct CarrierSpec {
-    /// Name of this chain in tables.
-    pub name: String,
-    /// Name of the design.
-    pub chain: String,
-    /// Pose of the chain's first frame in O; in place if not given.
-    #[serde(default)]
-    pub base: FrameSpec,
-}
+    /// The chain from O to the frame on which the workpiece lies: a design without passive joints and modules.
+    pub struct CarrierSpec {
+        /// Name of this chain in tables.
+        pub name: String,
+        /// Name of the design.
+        pub chain: String,
+        /// Pose of the chain's first frame in O; in place if not given.
+        #[serde(default)]
+        pub base: FrameSpec,
+    }
 
-/// A frame: position, and either two axes or roll, pitch, yaw.
-#[derive(Debug, Clone, Default, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
-pub struct FrameSpec {
-    /// Origin; 0 if not given.
-    #[serde(default)]
-    pub position_mm: [f64; 3],
-    /// Direction of the frame's x axis, of any length, with `y_axis`; as `rotation_deg` has it if not given.
-    pub x_axis: Option<[f64; 3]>,
-    /// Direction of the frame's y axis, of any length and perpendicular to x, with `x_axis`; as `rotation_deg` has it if not given.
-    pub y_axis: Option<[f64; 3]>,
-    /// Roll, pitch, yaw about the fixed x, y, z axes, instead of two axes; 0 if not given.
-    pub rotation_deg: Option<[f64; 3]>,
+    /// A frame: position, and either two axes or roll, pitch, yaw.
+    #[derive(Default)]
+    pub struct FrameSpec {
+        /// Origin; 0 if not given.
+        #[serde(default)]
+        pub position_mm: [f64; 3],
+        /// Direction of the frame's x axis, of any length, with `y_axis`; as `rotation_deg` has it if not given.
+        pub x_axis: Option<[f64; 3]>,
+        /// Direction of the frame's y axis, of any length and perpendicular to x, with `x_axis`; as `rotation_deg` has it if not given.
+        pub y_axis: Option<[f64; 3]>,
+        /// Roll, pitch, yaw about the fixed x, y, z axes, instead of two axes; 0 if not given.
+        pub rotation_deg: Option<[f64; 3]>,
+    }
 }

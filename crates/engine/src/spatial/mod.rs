@@ -13,5 +13,5 @@ mod screw;
 pub use grid::Grid;
 pub use pose::{Axis, Pose, frame_about, rotation_exp, rotation_log};
 pub(crate) use pose::{image, product};
-pub(crate) use rank_revealing::{RankRevealing, rank};
+pub use rank_revealing::{RankRevealing, rank};
 pub use screw::{Twist, Wrench, larger, skew};

@@ -30,7 +30,7 @@ use crate::{
 /// States and linearisation are kept from solve to solve, so that a case which starts where the last one in its lane
 /// ended does not linearise the machine again.
 #[derive(Debug, Clone)]
-pub(super) struct LaneSolver<R> {
+pub struct LaneSolver<R> {
     drives: Vec<R>,
     platform: Frame<R>,
     chains: Vec<LaneChain<R>>,
@@ -77,6 +77,7 @@ struct Progress {
 }
 
 impl<R: Real> LaneSolver<R> {
+    /// For `machine`, with nothing solved yet.
     pub fn new(machine: &Machine) -> Self {
         let mut drive_count = 0;
         let chains = machine.chains.iter().map(|chain| {
@@ -490,55 +491,4 @@ impl<R: Real> LaneSolver<R> {
 /// Indices of the lanes whose bits are set.
 fn lanes(bits: u8) -> impl Iterator<Item = usize> {
     (0..MAX_LANES).filter(move |lane| bits >> lane & 1 == 1)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::{
-        lanes::{Counted, take_counts},
-        spatial::Wrench,
-        statics::State,
-    };
-    use nalgebra::Vector3;
-
-    /// The milling force of the paper, eq. (17), at the angle `phi` rad.
-    fn milling_wrench(machine: &Machine, phi: f64) -> Wrench {
-        let (sin, cos) = phi.sin_cos();
-        let tool = machine.tool();
-        let force = tool.rotation * Vector3::new(215.0 * cos - 10.0 * sin, 215.0 * sin - 10.0 * cos, -25.0);
-        Wrench { force, moment: tool.translation.cross(&force) }
-    }
-
-    /// Operations of a warm equilibrium as `benches/README.md` and `benches/equilibrium.rs` have them.
-    const DOCUMENTED: u64 = 50_650;
-
-    #[test]
-    fn an_equilibrium_costs_the_operations_documented() {
-        let nominal = Machine::named_or_file("orthoglide").unwrap();
-        let real = nominal.with_errors(&nominal.assembly_errors(&[1.0, -1.0, 1.0]));
-        let at = nominal.inverse_kinematics(&nominal.pose_at(nominal.point("Q1").unwrap().position)).unwrap();
-        let (mut drives, mut state) = (at.drives.clone(), State::rigid(&nominal, &at));
-        let mut solver: LaneSolver<Counted> = LaneSolver::new(&real);
-        let mut turn = || {
-            let mut iterations = 0;
-            for i in 0..36 {
-                let load = milling_wrench(&nominal, (10.0 * f64::from(i)).to_radians());
-                let case = Case { drives: &mut drives, load, state: &mut state, task: None };
-                let mut outcomes = Vec::new();
-                solver.solve(&real, &mut [case], &Settings::default(), &mut outcomes);
-                iterations += outcomes[0].as_ref().expect("solved").iterations;
-            }
-            iterations
-        };
-        turn();
-        take_counts();
-        let iterations = turn();
-        let counts = take_counts();
-        let total = counts.iter().sum::<u64>() / 36;
-        assert!(
-            total.abs_diff(DOCUMENTED) < DOCUMENTED / 100,
-            "{total} operations per equilibrium with {iterations} iterations for 36: {counts:?}"
-        );
-    }
 }

@@ -48,7 +48,7 @@ pub use energy::{deformation_energies, elastic_energy, spring_energies, weight_e
 pub(crate) use equilibrium::is_singular_place;
 pub use equilibrium::{equilibrium, equilibrium_at_task};
 pub use force_deflection::{PlatformForce, wrench_at_pose};
-pub use lane_solver::one_step;
+pub use lane_solver::{LaneSolver, one_step};
 pub use outcome::{Outcome, Settings, Status, TaskError};
 pub use play::{lost_motions, tool_play};
 pub use sensitivity::{Sensitivities, Sensitivity};

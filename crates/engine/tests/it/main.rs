@@ -1,10 +1,15 @@
 //! The tests of the engine that need nothing private, in one binary; those over whole machines are the root package's.
 
-#[path = "../../src/cases.rs"]
 mod cases;
+mod conditioning;
+mod counted;
 mod lanes;
+mod linear_algebra;
 mod machines;
+mod one_step;
+mod operations;
 mod sections;
 mod side_by_side;
+mod singularities;
 mod spatial;
 mod stiffness;

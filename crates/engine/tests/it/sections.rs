@@ -1,6 +1,10 @@
 //! Areas, moments and stiffnesses of cross-sections, against textbooks.
 
-use kinetostat_engine::machine::{Material, Section, beam_stiffness};
+use kinetostat_engine::{
+    machine::{Material, Section, beam_stiffness, parallelogram_terms},
+    nalgebra::{Matrix6, Matrix6x2, SMatrix, Vector3},
+    spatial::skew,
+};
 
 const ALUMINIUM: Material = Material { youngs_modulus: 70_000.0, shear_modulus: 27_000.0 };
 
@@ -40,4 +44,46 @@ fn thin_tube_tends_to_thin_wall_torsion() {
     let tube = Section::Tube { outer: 100.0, inner: 98.0 };
     let thin = 2.0 * std::f64::consts::PI * 49.5f64.powi(3) * 1.0;
     assert!((tube.torsion_constant() / thin - 1.0).abs() < 1e-3);
+}
+
+#[test]
+fn a_tapered_tube_is_a_tube_where_it_does_not_taper_and_bends_by_its_parts() {
+    let tube = beam_stiffness(&Section::Tube { outer: 80.0, inner: 70.0 }, &ALUMINIUM, 400.0);
+    let even = beam_stiffness(&Section::TaperedTube { start: 80.0, end: 80.0, wall: 5.0 }, &ALUMINIUM, 400.0);
+    assert!((even - tube).amax() < 1e-9 * tube.amax());
+    let cone = Section::TaperedTube { start: 40.0, end: 20.0, wall: 10.0 };
+    let full = beam_stiffness(&cone, &ALUMINIUM, 200.0).try_inverse().unwrap();
+    let by_integral = |f: &dyn Fn(f64) -> f64| {
+        let n = 20_000;
+        (0..n).map(|i| f((f64::from(i) + 0.5) / f64::from(n)) / f64::from(n)).sum::<f64>()
+    };
+    let expected = by_integral(&|x| {
+        let (s, outer) = ((1.0 - x) * 200.0, 40.0 - 20.0 * x);
+        let tube = Section::Tube { outer, inner: outer - 20.0 };
+        s * s * 200.0 / (70_000.0 * tube.second_moments().0)
+    });
+    assert!((full[(1, 1)] / expected - 1.0).abs() < 1e-7, "{} {expected}", full[(1, 1)]);
+}
+
+#[test]
+fn parallelogram_law_is_the_sum_over_its_bars() {
+    let bar = beam_stiffness(&Section::Rectangle { width: 12.0, height: 12.0 }, &ALUMINIUM, 310.0);
+    let [mean, cosine, sine] = parallelogram_terms(&bar, 310.0, 80.0);
+    // Turned freely about z at the platform's end, and at the other.
+    let mut free = Matrix6x2::zeros();
+    (free[(1, 0)], free[(5, 0)], free[(5, 1)]) = (310.0, 1.0, 1.0);
+    let carried = bar * free;
+    let released = bar - carried * (free.transpose() * carried).try_inverse().unwrap() * carried.transpose();
+    for q in [-1.0f64, 0.0, 0.4, 1.3] {
+        let mut sum = Matrix6::zeros();
+        for side in [-40.0, 40.0] {
+            let mut s = Matrix6::identity();
+            let r = Vector3::new(q.sin(), q.cos(), 0.0) * side;
+            s.fixed_view_mut::<3, 3>(0, 3).copy_from(&-skew(r));
+            sum += s.transpose() * released * s;
+        }
+        let expected: SMatrix<f64, 5, 5> = sum.remove_row(1).remove_column(1);
+        let law = mean + cosine * (2.0 * q).cos() + sine * (2.0 * q).sin();
+        assert!((law - expected).norm() < 1e-12 * expected.norm(), "q = {q}");
+    }
 }

@@ -198,7 +198,7 @@ pub(super) fn motions(machine: &Machine) -> impl Iterator<Item = Motion> {
 
 impl Machine {
     /// Closure Jacobian at `at`: `6m` rows (mm, rad × reach), columns twist of P, drives, passive joints.
-    pub(in crate::machine) fn closure_jacobian(&self, at: &Configuration) -> DMatrix<f64> {
+    pub fn closure_jacobian(&self, at: &Configuration) -> DMatrix<f64> {
         let mut closure = Closure::new(self);
         closure.linearise(at, &Command::Drives(&at.drives));
         closure.jacobian.rows(0, 6 * self.closure_count()).into_owned()

@@ -27,6 +27,17 @@ pub(in crate::machine) enum Barriers {
     OfDrives,
 }
 
+impl Machine {
+    /// Whether a singularity lies between two near configurations, whichever drives or task coordinates are commanded.
+    pub fn passes_singularity(&self, from: &Configuration, to: &Configuration) -> bool {
+        let mut closure = Closure::new(self);
+        closure.linearise(from, &Command::Task(&from.pose));
+        closure.begun.clone_from(&closure.jacobian);
+        closure.linearise(to, &Command::Task(&to.pose));
+        closure.has_passed_singularity(from, to, Barriers::All)
+    }
+}
+
 impl Closure<'_> {
     /// Whether a singularity lies between two near configurations: the determinant of the linearised problem changes sign,
     /// with the drives commanded (parallel singularity) or with the task commanded (the end of a chain's reach).
@@ -248,69 +259,4 @@ fn is_singular<'p>(pivots: impl Iterator<Item = &'p f64>) -> bool {
     let (least, largest) = pivots
         .fold((f64::INFINITY, 0.0f64), |(least, largest), pivot| (least.min(pivot.abs()), largest.max(pivot.abs())));
     least < RANK_TOLERANCE * largest
-}
-
-#[cfg(test)]
-mod tests {
-    use nalgebra::Vector3;
-    use proptest::prelude::*;
-
-    use super::*;
-    use crate::{
-        machine::{
-            catalogue,
-            kinematics::{closure::motions, equations::unit},
-        },
-        spatial::{Pose, product, rotation_exp},
-    };
-
-    /// Home with every coordinate moved: up to `size` of the reach or rad.
-    fn moved(machine: &Machine, size: f64, shares: &mut impl Iterator<Item = f64>) -> Configuration {
-        let mut next = || size * shares.next().unwrap_or(0.0);
-        let mut at = machine.home.clone();
-        let turn = Vector3::from_fn(|_, _| next());
-        at.pose = Pose {
-            rotation: product(&rotation_exp(turn), &at.pose.rotation),
-            translation: at.pose.translation + Vector3::from_fn(|_, _| next() * machine.reach),
-        };
-        let units: Vec<f64> = motions(machine).map(|motion| machine.reach / unit(machine, motion)).collect();
-        for (value, unit) in at.drives.iter_mut().chain(at.passive.iter_mut().flatten()).zip(units) {
-            *value += next() * unit;
-        }
-        at
-    }
-
-    fn closure_rows(machine: &Machine) -> usize {
-        machine.closure_jacobian(&machine.home).nrows()
-    }
-
-    fn passive(machine: &Machine) -> usize {
-        machine.chains.iter().map(|chain| chain.passive.len()).sum()
-    }
-
-    proptest! {
-        #![proptest_config(crate::cases::cases(24))]
-
-        #[test]
-        fn chains_one_by_one_say_what_the_whole_problem_says(
-            which in 0..catalogue::names().count(),
-            sizes in [0.0..0.3f64, 0.0..0.3f64],
-            shares in proptest::collection::vec(-1.0..1.0f64, 200),
-        ) {
-            let machine = Machine::named(catalogue::names().nth(which).unwrap()).unwrap();
-            let mut shares = shares.into_iter();
-            let from = moved(&machine, sizes[0], &mut shares);
-            let to = moved(&machine, sizes[1], &mut shares);
-            let mut closure = Closure::new(&machine);
-            let is_judged = |commanded: usize| {
-                closure_rows(&machine) + commanded >= 6 + machine.drive_count() + passive(&machine)
-            };
-            let asked = [is_judged(machine.drive_count()), is_judged(machine.controls.len())];
-            let expected = closure.passes_by_whole_problem(&from, &to, asked[0], asked[1]);
-            closure.linearise(&from, &Command::Task(&from.pose));
-            closure.begun.clone_from(&closure.jacobian);
-            closure.linearise(&to, &Command::Task(&to.pose));
-            prop_assert_eq!(closure.has_passed_singularity(&from, &to, Barriers::All), expected, "{}", machine.name);
-        }
-    }
 }

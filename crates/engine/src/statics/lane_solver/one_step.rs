@@ -80,8 +80,8 @@ pub fn step_program(machine: &Machine, given: Given, postures: &[Vec<f64>]) -> O
     record(postures, |inputs| step(machine, given, inputs))
 }
 
-/// The step itself.
-fn step<R: Real>(machine: &Machine, given: Given, inputs: &[R]) -> Option<Vec<R>> {
+/// The step itself; `None` where it takes more than a full step over condensed chains.
+pub fn step<R: Real>(machine: &Machine, given: Given, inputs: &[R]) -> Option<Vec<R>> {
     let (state, asked) = inputs.split_at(inputs.len() - given.count());
     let (position, wrench) = asked.split_at(asked.len() - 6);
     let mut solver: LaneSolver<R> = LaneSolver::new(machine);
@@ -160,59 +160,5 @@ impl<R: Real> LaneSolver<R> {
             }
         }
         Tasks { square: SquareTask { count: 3, error, slope }, sizes: [0.0; MAX_LANES], fitting: R::ALL }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// States near equilibria of a machine all over its workspace, and what is asked there.
-    fn inputs(machine: &Machine, given: Given, seed: usize) -> Vec<f64> {
-        let share = |k: usize| (0.618_033_988_749_894_9 * (seed * 16 + k + 1) as f64).fract();
-        let (low, high) = (machine.workspace.min, machine.workspace.max);
-        // Not to its corners, of which some are nearly singular.
-        let at = nalgebra::Vector3::from_fn(|i, _| low[i] + (0.1 + 0.8 * share(i)) * (high[i] - low[i]));
-        let configuration = machine.command(at).unwrap();
-        let mut state = State::rigid(machine, &configuration);
-        for (c, chain) in state.chains.iter_mut().enumerate() {
-            for (i, coordinate) in chain.coordinates.iter_mut().enumerate() {
-                *coordinate += 1e-4 * (share(7 * c + i) - 0.5);
-            }
-            chain.wrench = Wrench::new(std::array::from_fn(|i| 50.0 * (share(5 * c + i) - 0.5)));
-        }
-        let mut all = numbers(&configuration.drives, &state);
-        let asked = at + machine.home.pose.rotation * machine.tool_tip;
-        if given == Given::Tip {
-            all.extend(asked.iter());
-        }
-        all.extend((0..6).map(|i| 50.0 * (share(3 + i) - 0.5)));
-        all
-    }
-
-    #[test]
-    fn what_is_written_down_has_the_bits_of_the_engine() {
-        for name in ["orthoglide", "tripteron", "delta_3puu", "rotary_delta"] {
-            let machine = Machine::named(name).unwrap();
-            for given in [Given::Tip, Given::Drives] {
-                let postures: Vec<Vec<f64>> = (0..MAX_LANES).map(|seed| inputs(&machine, given, 1000 + seed)).collect();
-                let program = step_program(&machine, given, &postures).unwrap();
-                let mut values = Vec::new();
-                for seed in 0..100 {
-                    let inputs = inputs(&machine, given, seed);
-                    let expected: Vec<f64> = step(&machine, given, &inputs).unwrap();
-                    assert_eq!(program.evaluate(&inputs, &mut values), expected, "{name}, {given:?}, state {seed}");
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn a_state_is_what_its_numbers_say() {
-        let machine = Machine::named("rotary_delta").unwrap();
-        let numbers = inputs(&machine, Given::Drives, 3);
-        let (drives, state) = state_of(&machine, &numbers);
-        assert_eq!(super::numbers(&drives, &state), numbers[..numbers.len() - 6]);
-        assert_eq!(state.pose.translation.as_slice(), &numbers[origin(3)..origin(3) + 3]);
     }
 }

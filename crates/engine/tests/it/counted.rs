@@ -2,7 +2,7 @@
 
 use std::cell::Cell;
 
-use super::{Real, operators::operators};
+use kinetostat_engine::lanes::Real;
 
 /// Kinds of operations. Comparisons, selections and signs are not counted.
 #[derive(Clone, Copy)]
@@ -27,18 +27,46 @@ fn counted(kind: Kind, result: f64) -> Counted {
 }
 
 /// Sums, products, quotients and roots made on this thread since the last call.
-pub(crate) fn take_counts() -> [u64; 4] {
+pub fn take_counts() -> [u64; 4] {
     COUNTS.replace([0; 4])
 }
 
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Counted(f64);
+pub struct Counted(f64);
 
-operators! { Counted, - |a| Self(-a.0),
-    Add add |a, b| counted(Kind::Sum, a.0 + b.0),
-    Sub sub |a, b| counted(Kind::Sum, a.0 - b.0),
-    Mul mul |a, b| counted(Kind::Product, a.0 * b.0),
-    Div div |a, b| counted(Kind::Quotient, a.0 / b.0),
+/// An operator between two numbers, which is counted.
+macro_rules! operator {
+    ($operator:ident, $method:ident, $kind:ident) => {
+        impl std::ops::$operator for Counted {
+            type Output = Self;
+            fn $method(self, other: Self) -> Self {
+                counted(Kind::$kind, self.0.$method(other.0))
+            }
+        }
+    };
+}
+operator!(Add, add, Sum);
+operator!(Sub, sub, Sum);
+operator!(Mul, mul, Product);
+operator!(Div, div, Quotient);
+
+impl std::ops::Neg for Counted {
+    type Output = Self;
+    fn neg(self) -> Self {
+        Self(-self.0)
+    }
+}
+
+impl std::ops::AddAssign for Counted {
+    fn add_assign(&mut self, other: Self) {
+        *self = *self + other;
+    }
+}
+
+impl std::ops::SubAssign for Counted {
+    fn sub_assign(&mut self, other: Self) {
+        *self = *self - other;
+    }
 }
 
 impl Real for Counted {
