@@ -51,6 +51,16 @@ pub fn is_angle(coordinate: usize) -> bool {
     UNITS[coordinate] == "deg"
 }
 
+/// The unit of a coordinate as readers see it, with the blank between a number and it.
+pub(super) fn unit_suffix(coordinate: usize) -> &'static str {
+    if is_angle(coordinate) { "°" } else { " mm" }
+}
+
+/// A distance along a coordinate, mm or rad, in its unit.
+pub(super) fn in_unit(coordinate: usize, distance: f64) -> f64 {
+    if is_angle(coordinate) { distance.to_degrees() } else { distance }
+}
+
 /// What of a coordinate's range, or of 1 mm or rad, is rounding.
 const ROUNDING: f64 = 1e-9;
 

@@ -13,8 +13,8 @@ use serde::{Deserialize, Serialize};
 use super::{
     PlacementStudy,
     evaluate::{Evaluator, Partial},
+    front::dominates,
     metric::Metrics,
-    pareto::dominates,
     site::Site,
 };
 use crate::{

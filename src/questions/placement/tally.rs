@@ -175,3 +175,57 @@ impl Tally {
         metrics
     }
 }
+
+/// Sums and extremes of the errors that the correction within limits leaves.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Corrected {
+    worst: f64,
+    /// Σ share · error².
+    squares: f64,
+    /// Share of the path within tolerance.
+    within: f64,
+}
+
+impl Corrected {
+    /// Nothing is left: the best there can be.
+    pub fn perfect() -> Self {
+        Self { within: 1.0, ..Self::default() }
+    }
+
+    /// Adds a point that makes up `share` of the length of all paths.
+    pub fn add(&mut self, error: f64, share: f64, tolerance_mm: f64) {
+        self.worst = self.worst.max(error);
+        self.squares += share * error * error;
+        if error <= tolerance_mm {
+            self.within += share;
+        }
+    }
+
+    /// Both together.
+    pub fn merged(&self, other: &Self) -> Self {
+        Self {
+            worst: self.worst.max(other.worst),
+            squares: self.squares + other.squares,
+            within: self.within + other.within,
+        }
+    }
+
+    /// Of paths that make up `share` of the length of all.
+    pub fn normalised(&self, share: f64) -> Self {
+        Self { worst: self.worst, squares: self.squares / share, within: self.within / share }
+    }
+
+    /// Writes the metrics.
+    pub fn enter(&self, metrics: &mut Metrics) {
+        metrics.set(Metric::WorstResidual, self.worst);
+        metrics.set(Metric::RmsResidual, self.squares.sqrt());
+        metrics.set(Metric::ShareWithinCorrected, self.within);
+    }
+
+    /// Removes the metrics.
+    pub fn forget(metrics: &mut Metrics) {
+        for metric in Metric::ALL.into_iter().filter(|metric| metric.is_bounded()) {
+            metrics.clear(metric);
+        }
+    }
+}

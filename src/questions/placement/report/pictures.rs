@@ -8,7 +8,7 @@ use crate::{
         amplification::amplification,
     },
     files::{file_stem, words::typographic},
-    questions::placement::{COORDINATES, Metric, Metrics, PlacementResults, Site, Trace, report::recommended},
+    questions::placement::{COORDINATES, Found, Metric, Metrics, PlacementResults, Site, Trace, report::recommended},
 };
 
 /// Most panels of a map.
@@ -199,14 +199,10 @@ fn pareto(results: &PlacementResults) -> LineFigure {
             }
         }
     }
-    let named = results
-        .entries
-        .iter()
-        .filter(|entry| !crate::questions::placement::report::tables::is_found(entry))
-        .filter_map(|entry| {
-            let values = &entry.outcome.as_ref().ok()?.metrics;
-            Some((entry.name.clone(), vec![point(values)]))
-        });
+    let named = results.entries.iter().filter(|entry| entry.found == Found::Named).filter_map(|entry| {
+        let values = &entry.outcome.as_ref().ok()?.metrics;
+        Some((entry.name.clone(), vec![point(values)]))
+    });
     series.extend(named);
     LineFigure {
         title: "What one objective costs in the other".into(),
