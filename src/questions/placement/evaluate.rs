@@ -41,7 +41,8 @@ pub struct Evaluator {
     pub(super) features: Vec<Prepared>,
     /// Sum of the shares of all features: 1, but for the grain.
     share: f64,
-    levels: usize,
+    /// Number of levels.
+    pub(super) levels: usize,
     #[cfg(not(target_family = "wasm"))]
     pub(super) turns: super::turned::TurnsFound,
 }
@@ -130,11 +131,6 @@ impl Evaluator {
         }
     }
 
-    /// Number of levels.
-    pub(super) fn levels(&self) -> usize {
-        self.levels
-    }
-
     /// The start of an evaluation at `site`: no point is looked at.
     ///
     /// # Errors
@@ -193,18 +189,13 @@ impl Evaluator {
         asked: impl Fn(usize, usize) -> bool,
         mut note: impl FnMut(&Configuration),
     ) -> Result<(), Failure> {
-        for (f, job) in self.study.features.iter().enumerate() {
-            led(
-                job,
-                &self.demands(&partial.site, f),
-                |k| asked(f, k),
-                |_, at| {
-                    note(at);
-                    Ok(())
-                },
-            )?;
-        }
-        Ok(())
+        self.study.features.iter().enumerate().try_for_each(|(f, job)| {
+            let asked = |k| asked(f, k);
+            led(job, &self.demands(&partial.site, f), asked, |_, at| {
+                note(at);
+                Ok(())
+            })
+        })
     }
 
     /// How far the workpiece at `site` is from what can be cut, for a search that makes it small: 0 where it can be cut;
@@ -398,15 +389,12 @@ impl Evaluator {
     fn evaluate_noting(&self, site: &Site, shares: &mut Option<Vec<f64>>) -> Result<Evaluation, Failure> {
         let mut partial = self.open(site)?;
         // Where the tool cuts, the loaded machine shows what it reaches.
-        self.reach(
-            &partial,
-            |f, k| !self.features[f].is_counted[k],
-            |at| {
-                if let Some(shares) = shares {
-                    self.study.machine.limit_shares(at, shares);
-                }
-            },
-        )?;
+        let is_not_cut = |f: usize, k: usize| !self.features[f].is_counted[k];
+        self.reach(&partial, is_not_cut, |at| {
+            if let Some(shares) = shares {
+                self.study.machine.limit_shares(at, shares);
+            }
+        })?;
         self.visit(&mut partial, |prepared| &prepared.counted, shares)?;
         self.conclude(&partial)
     }
