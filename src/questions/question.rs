@@ -43,8 +43,11 @@ pub trait Question: Sized {
         None
     }
 
-    /// How many pieces are computed that do not need one another: those of its first round, where they go in rounds.
-    fn pieces(&self) -> usize;
+    /// How many pieces are computed that do not need one another: those of its first round, where they go in rounds. None where it is over
+    /// before it would be divided.
+    fn pieces(&self) -> usize {
+        0
+    }
 
     /// Whether what is computed next depends on what all pieces before have found.
     fn goes_in_rounds(&self) -> bool {
@@ -55,7 +58,9 @@ pub trait Question: Sized {
     ///
     /// # Errors
     /// Of the work.
-    fn compute(&self, work: &Work) -> Result<()>;
+    fn compute(&self, _work: &Work) -> Result<()> {
+        Ok(())
+    }
 }
 
 /// A question that leaves an answer in a folder.
@@ -126,6 +131,19 @@ impl Overrides {
             Some(_) => Self::place("grid").fail(format!("{name} has no grid, but points along a path")),
             None => Ok(()),
         }
+    }
+
+    /// Refuses both for a study of the kind `name`, which has measurements instead.
+    ///
+    /// # Errors
+    /// One is given.
+    pub fn refuse_beside_measurements(&self, name: &str) -> Result<()> {
+        for (own, is_given) in [("points", self.points.is_some()), ("grid", self.grid.is_some())] {
+            if is_given {
+                return Self::place(own).fail(format!("{name} has measurements, and no {own}"));
+            }
+        }
+        Ok(())
     }
 
     /// What names overrides in errors, before their own name.

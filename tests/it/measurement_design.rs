@@ -11,11 +11,11 @@ use kinetostat::{
     questions::{
         Overrides, Study, StudyKind,
         identification::{self, IdentificationStudy, LossSpec, Measurement, Noise, Search},
-        measurement_design::{MeasurementDesignStudy, Plan, run},
+        measurement_design::{Choice, Criterion, MeasurementDesignStudy, Plan, run},
     },
     work::Work,
 };
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 use rand::{RngExt as _, SeedableRng as _};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
@@ -249,4 +249,24 @@ fn twelve_chosen_poses_of_the_robot_beat_twelve_random_ones() {
         "RMS error of the poses not used: {chosen:.3} mm by the chosen, {median:.3} mm by random ones (median of {draws})"
     );
     assert!(chosen < median, "{chosen} {median}");
+}
+
+/// All sets of four of nine, by trying each.
+#[test]
+fn what_is_chosen_is_the_best_of_all_sets_or_nearly() {
+    let mut random = Xoshiro256PlusPlus::seed_from_u64(3);
+    let mut rows = || DMatrix::from_fn(2, 3, |_, _| random.random_range(-1.0..1.0));
+    let candidates: Vec<DMatrix<f64>> = (0..9).map(|_| rows()).collect();
+    let tested = DMatrix::from_diagonal(&nalgebra::dvector![1.0, 4.0, 0.5]);
+    for criterion in [Criterion::AllNumbers, Criterion::Tested(tested)] {
+        let choice = Choice { candidates: &candidates, known: DMatrix::identity(3, 3) * 1e-6, criterion };
+        let measure = |set: &[usize]| choice.measure(&choice.information(set)).unwrap();
+        let found = measure(&choice.chosen(4, &Work::default()).unwrap());
+        let sets = (0u32..1 << 9).filter(|bits| bits.count_ones() == 4);
+        let best = sets
+            .map(|bits| measure(&(0..9).filter(|i| bits >> i & 1 == 1).collect::<Vec<_>>()))
+            .fold(f64::NEG_INFINITY, f64::max);
+        // Exchanges of one end where no single one helps, which may be below the best of all sets.
+        assert!(found <= best + 1e-9 && found > best - 0.05, "{found} {best}");
+    }
 }

@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use super::{
     measurements::{Measurement, Reading},
     model::{Predicted, predict, values_at},
-    quantile,
+    scatter,
     spec::LossSpec,
     unknown::Unknown,
 };
@@ -265,7 +265,7 @@ impl Search<'_> {
         Fit {
             stds: given * if self.noise.is_estimated { scale } else { 1.0 },
             scale: if is_given { mean_square.sqrt() } else { scale },
-            is_beyond_noise: is_given && mean_square > quantile::most_by_chance(free),
+            is_beyond_noise: is_given && mean_square > scatter::most_by_chance(free),
             x,
             predicted,
             residuals,

@@ -1,31 +1,26 @@
 //! Identification: which numbers of a machine make it yield as it was measured to, how far they are known, and what was not told.
 
 mod advice;
-#[cfg(feature = "report")]
-mod errors_file;
-mod far_off;
 mod fit;
-mod loss;
-#[cfg(feature = "report")]
-mod machine_file;
 mod measurements;
 mod model;
 mod patterns;
 mod prediction;
 mod profile;
-mod quantile;
 #[cfg(feature = "report")]
 pub mod report;
 mod resolve;
+mod scatter;
 pub(crate) mod spec;
 mod unit_factor;
 mod unknown;
 mod validate;
+#[cfg(feature = "report")]
+mod written_files;
 
 use nalgebra::DVector;
 
 pub use advice::{Advice, Open};
-pub use far_off::FarOff;
 use fit::measured;
 pub use fit::{Fit, Noise, Search};
 pub use measurements::{Applied, Measurement, Quantity, Reading, WhatFor, read};
@@ -33,13 +28,13 @@ use model::values_at;
 pub use model::{LoadedModel, Predicted};
 pub use patterns::Pattern;
 pub use prediction::{Answer, predict};
-pub use quantile::half_width;
-pub(crate) use resolve::priors;
+pub(crate) use resolve::{priors, rows};
+pub use scatter::half_width;
 pub use spec::LossSpec;
 pub use unit_factor::UnitFactor;
 pub(crate) use unknown::unknowns;
 pub use unknown::{Coordinate, Unknown};
-pub use validate::Errors;
+pub use validate::{Errors, FarOff};
 
 use self::profile::{End, Profile};
 use crate::{
@@ -194,7 +189,7 @@ pub fn run(study: &IdentificationStudy, work: &Work) -> Result<std::result::Resu
     let unit_factor = unit_factor::unit_factor(study, &fit);
     let left_out = validate::left_one_out(&fit, &study.measurements);
     let patterns = patterns::patterns(&study.machine, &fit, &study.measurements);
-    let far_off = far_off::far_off(&fit, &study.measurements);
+    let far_off = validate::far_off(&fit, &study.measurements);
     Ok(Ok(Identified { found, open, advice, left_out, patterns, far_off, models, mixed, unit_factor, fit }))
 }
 
@@ -226,7 +221,7 @@ fn profiles(
     found: &mut [Found],
     work: &Work,
 ) -> Result<()> {
-    let quantile = quantile::half_width(free(study, fit));
+    let quantile = scatter::half_width(free(study, fit));
     let profile = if study.profile { Profile::new(*search, fit, all, quantile) } else { None };
     let Some(profile) = profile else { return Ok(()) };
     let known: Vec<usize> = (0..found.len()).filter(|&k| found[k].open.is_none()).collect();
@@ -298,7 +293,7 @@ fn model(
 
 fn found(study: &IdentificationStudy, fit: &Fit, k: usize) -> Found {
     let (unknown, x) = (&study.unknowns[k], fit.x[k]);
-    let half_width = quantile::half_width(free(study, fit)) * fit.std(k);
+    let half_width = scatter::half_width(free(study, fit)) * fit.std(k);
     let ends = [x - half_width, x + half_width].map(|x| unknown.value(x));
     let others = (0..fit.x.len()).filter(|&other| other != k);
     let correlated = others.filter_map(|other| Some((other, fit.correlation(k, other)?)));
@@ -340,7 +335,7 @@ fn why_open(study: &IdentificationStudy, fit: &Fit, k: usize, half_width: f64) -
         ));
     }
     // One that is told, and would go farther, holds the others where they do not fit best.
-    let quantile = quantile::half_width(free(study, fit));
+    let quantile = scatter::half_width(free(study, fit));
     let is_stuck = |own: &usize| study.unknowns[*own].is_at_end(fit.x[*own]) && quantile * fit.std(*own) <= WIDE;
     if let Some(stuck) = (0..fit.x.len()).find(is_stuck) {
         return Some(format!("{} would fit better where it is not sought", study.unknowns[stuck].name));

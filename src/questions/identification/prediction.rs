@@ -8,7 +8,7 @@ use super::{
     free,
     measurements::{Measurement, Reading},
     model::{LoadedModel, Predicted},
-    quantile,
+    scatter,
 };
 use crate::{input::error::Result, simulation::Failure};
 
@@ -43,7 +43,7 @@ pub fn predict(
     let asked: Vec<&Measurement> = asked.iter().collect();
     let model = LoadedModel::new(&study.machine, &study.unknowns, &fit.x, &study.unknowns)?;
     let untold = DMatrix::from_fn(fit.x.len(), fit.untold.len(), |i, j| fit.untold[j][i]);
-    let quantile = quantile::half_width(free(study, fit));
+    let quantile = scatter::half_width(free(study, fit));
     let left = [false, true].map(|is_rotation| Left::of(study, fit, is_rotation));
     let of = |(predicted, (own, pose)): (Predicted, (&&Measurement, &Measurement))| {
         let each = own.readings.iter().enumerate().map(|(i, reading)| {

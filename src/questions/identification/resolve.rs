@@ -10,8 +10,7 @@ use super::{
 use crate::{
     input::{Inputs, check::Check, error::Result},
     machine::catalogue,
-    questions::{Given, Overrides, Question, Resolved, Template},
-    work::Work,
+    questions::{Given, Question, Resolved, Template},
 };
 
 /// Parts of the measurements if the study does not say how many.
@@ -34,12 +33,7 @@ impl Question for IdentificationStudy {
     const TABLES: &[&str] = &["parameters", "residuals", "models", "open"];
 
     fn resolve(spec: &IdentificationSpec, given: &Given<'_>) -> Result<Resolved<Self>> {
-        for (name, is_given) in [("points", given.overrides.points.is_some()), ("grid", given.overrides.grid.is_some())]
-        {
-            if is_given {
-                return Overrides::place(name).fail(format!("{} has measurements, and no {name}", given.name));
-            }
-        }
+        given.overrides.refuse_beside_measurements(given.name)?;
         let (check, machine) = (&given.check, &given.machine);
         if let Some(carrier) = &machine.carrier {
             let problem = format!(
@@ -49,18 +43,13 @@ impl Question for IdentificationStudy {
             );
             return check.root().key("machine").fail(problem);
         }
-        let file = given.folder.path(&spec.data).display().to_string();
-        if !given.folder.has(&spec.data) {
-            return check
-                .key("data")
-                .fail(format!("\"{}\" is not a file in the study's folder: there is no {file}", spec.data));
-        }
-        let bytes = given.folder.bytes(&spec.data)?;
-        let measured = measurements::read(&bytes, &file, machine, WhatFor::Readings)?;
+        let (measured, inputs) = rows(given, &spec.data, "data", WhatFor::Readings)?;
         let found = unknowns(machine, &spec.unknowns, &check.key("unknowns"))?;
         if measured.iter().all(|own| own.load == own.reference && own.readings.iter().all(Reading::is_change)) {
-            let problem =
-                format!("{file}: no measurement has a load other than its reference load, so that nothing moved");
+            let problem = format!(
+                "{}: no measurement has a load other than its reference load, so that nothing moved",
+                given.folder.path(&spec.data).display()
+            );
             return check.key("data").fail(problem);
         }
         let noise = noise(spec, &measured, check)?;
@@ -97,22 +86,27 @@ impl Question for IdentificationStudy {
             loss: spec.loss,
             folds,
         };
-        let text = String::from_utf8_lossy(&bytes).into_owned();
-        Ok(Resolved { study, shown: (), inputs: Inputs::of(&spec.data, text) })
+        Ok(Resolved { study, shown: (), inputs })
     }
 
     fn items(&self) -> (usize, &'static str) {
         (self.measurements.len(), "measurements")
     }
+}
 
-    /// It is over before it would be divided.
-    fn pieces(&self) -> usize {
-        0
+/// The rows of `file` in the study's folder, which its `key` names.
+///
+/// # Errors
+/// There is no such file, or it cannot be read.
+pub fn rows(given: &Given<'_>, file: &str, key: &str, what_for: WhatFor) -> Result<(Vec<Measurement>, Inputs)> {
+    let path = given.folder.path(file).display().to_string();
+    if !given.folder.has(file) {
+        let problem = format!("\"{file}\" is not a file in the study's folder: there is no {path}");
+        return given.check.key(key).fail(problem);
     }
-
-    fn compute(&self, _: &Work) -> Result<()> {
-        Ok(())
-    }
+    let bytes = given.folder.bytes(file)?;
+    let rows = measurements::read(&bytes, &path, &given.machine, what_for)?;
+    Ok((rows, Inputs::of(file, String::from_utf8_lossy(&bytes).into_owned())))
 }
 
 /// Either all noise is known or none, and of rotations beside lengths it is known.

@@ -1,6 +1,6 @@
 //! Stiffnesses that are all off by one factor, which looks like forces or lengths read in another unit.
 
-use super::{IdentificationStudy, fit::Fit, free, quantile, unknown::Coordinate};
+use super::{IdentificationStudy, fit::Fit, free, scatter, unknown::Coordinate};
 use crate::machine::Unit;
 
 /// A factor between all stiffnesses and those of the machine file.
@@ -54,7 +54,7 @@ pub fn unit_factor(study: &IdentificationStudy, fit: &Fit) -> Option<UnitFactor>
     let more = off - (told.len() as f64 - 1.0);
     let scatter = if more > 0.0 && told.len() > 1 { more / (sum - squares / sum) } else { 0.0 };
     let (log, sum) = mean(scatter);
-    let width = quantile::half_width(free(study, fit)) / sum.sqrt();
+    let width = scatter::half_width(free(study, fit)) / sum.sqrt();
     if !(fit.is_found && told.len() > 1 && width <= WIDEST && scatter.sqrt() <= MOST_SCATTER) {
         return None;
     }

@@ -11,10 +11,9 @@ use crate::{
     input::{Inputs, check::Check, error::Result},
     machine::{Branch, Machine},
     questions::{
-        Given, Overrides, Question, Resolved, Template,
-        identification::{Measurement, Noise, Reading, WhatFor, priors, read, unknowns},
+        Given, Question, Resolved, Template,
+        identification::{Measurement, Noise, Reading, WhatFor, priors, rows, unknowns},
     },
-    work::Work,
 };
 
 /// Random choices if the study does not say how many.
@@ -36,12 +35,7 @@ impl Question for MeasurementDesignStudy {
     const TABLES: &[&str] = &["chosen", "widths", "candidates"];
 
     fn resolve(spec: &MeasurementDesignSpec, given: &Given<'_>) -> Result<Resolved<Self>> {
-        for (name, is_given) in [("points", given.overrides.points.is_some()), ("grid", given.overrides.grid.is_some())]
-        {
-            if is_given {
-                return Overrides::place(name).fail(format!("{} has measurements, and no {name}", given.name));
-            }
-        }
+        given.overrides.refuse_beside_measurements(given.name)?;
         let (check, machine) = (&given.check, &given.machine);
         let unknowns = unknowns(machine, &spec.unknowns, &check.key("unknowns"))?;
         let noise = Noise {
@@ -108,15 +102,6 @@ impl Question for MeasurementDesignStudy {
     fn items(&self) -> (usize, &'static str) {
         (self.candidates.len(), "candidates")
     }
-
-    /// It is over before it would be divided.
-    fn pieces(&self) -> usize {
-        0
-    }
-
-    fn compute(&self, _: &Work) -> Result<()> {
-        Ok(())
-    }
 }
 
 /// Files of rows that a study names.
@@ -128,16 +113,8 @@ struct Files<'a> {
 impl Files<'_> {
     fn rows(&mut self, file: Option<&String>, key: &str, what_for: WhatFor) -> Result<Option<Vec<Measurement>>> {
         let Some(file) = file else { return Ok(None) };
-        let folder = self.given.folder;
-        if !folder.has(file) {
-            let path = folder.path(file);
-            let problem = format!("\"{file}\" is not a file in the study's folder: there is no {}", path.display());
-            return self.given.check.key(key).fail(problem);
-        }
-        let bytes = folder.bytes(file)?;
-        let rows = read(&bytes, &folder.path(file).display().to_string(), &self.given.machine, what_for)?;
-        let text = String::from_utf8_lossy(&bytes).into_owned();
-        self.inputs = std::mem::take(&mut self.inputs).and(Inputs::of(file, text));
+        let (rows, inputs) = rows(self.given, file, key, what_for)?;
+        self.inputs = std::mem::take(&mut self.inputs).and(inputs);
         Ok(Some(rows))
     }
 }

@@ -3,14 +3,14 @@
 //! A sweep evaluates paths in levels, from few points to all; `Evaluator::outlook` says after each level the best the
 //! metrics can still be.
 
+use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use super::{
     PlacementStudy,
-    bounded::{Corrected, correct},
     metric::{Metric, Metrics},
     site::Site,
-    tally::{Needs, Seen, Tally},
+    tally::{Corrected, Needs, Seen, Tally},
     walk::{Exact, Refusal, UNMEASURED, Walk, excess},
 };
 use crate::{
@@ -22,6 +22,7 @@ use crate::{
     simulation::{
         Failure, Machines,
         demands::{demands_under, placed},
+        within_limits,
     },
     work::Work,
 };
@@ -40,7 +41,8 @@ pub struct Evaluator {
     pub(super) features: Vec<Prepared>,
     /// Sum of the shares of all features: 1, but for the grain.
     share: f64,
-    levels: usize,
+    /// Number of levels.
+    pub(super) levels: usize,
     #[cfg(not(target_family = "wasm"))]
     pub(super) turns: super::turned::TurnsFound,
 }
@@ -111,7 +113,7 @@ impl Evaluator {
             (false, true) => Exact::IfPossible,
             (false, false) => Exact::NotAsked,
         };
-        needs.bounded &= study.features.iter().any(|job| job.limits.is_limited());
+        needs.bounded &= study.has_limits();
         needs.across &= study.objective.has(Metric::WorstAcrossPath);
         let levels = features.iter().map(|feature| feature.levels.len()).max().unwrap_or(0);
         let share = features.iter().map(|feature| feature.share).sum();
@@ -127,11 +129,6 @@ impl Evaluator {
             share,
             levels,
         }
-    }
-
-    /// Number of levels.
-    pub(super) fn levels(&self) -> usize {
-        self.levels
     }
 
     /// The start of an evaluation at `site`: no point is looked at.
@@ -192,18 +189,13 @@ impl Evaluator {
         asked: impl Fn(usize, usize) -> bool,
         mut note: impl FnMut(&Configuration),
     ) -> Result<(), Failure> {
-        for (f, job) in self.study.features.iter().enumerate() {
-            led(
-                job,
-                &self.demands(&partial.site, f),
-                |k| asked(f, k),
-                |_, at| {
-                    note(at);
-                    Ok(())
-                },
-            )?;
-        }
-        Ok(())
+        self.study.features.iter().enumerate().try_for_each(|(f, job)| {
+            let asked = |k| asked(f, k);
+            led(job, &self.demands(&partial.site, f), asked, |_, at| {
+                note(at);
+                Ok(())
+            })
+        })
     }
 
     /// How far the workpiece at `site` is from what can be cut, for a search that makes it small: 0 where it can be cut;
@@ -397,15 +389,12 @@ impl Evaluator {
     fn evaluate_noting(&self, site: &Site, shares: &mut Option<Vec<f64>>) -> Result<Evaluation, Failure> {
         let mut partial = self.open(site)?;
         // Where the tool cuts, the loaded machine shows what it reaches.
-        self.reach(
-            &partial,
-            |f, k| !self.features[f].is_counted[k],
-            |at| {
-                if let Some(shares) = shares {
-                    self.study.machine.limit_shares(at, shares);
-                }
-            },
-        )?;
+        let is_not_cut = |f: usize, k: usize| !self.features[f].is_counted[k];
+        self.reach(&partial, is_not_cut, |at| {
+            if let Some(shares) = shares {
+                self.study.machine.limit_shares(at, shares);
+            }
+        })?;
         self.visit(&mut partial, |prepared| &prepared.counted, shares)?;
         self.conclude(&partial)
     }
@@ -491,10 +480,33 @@ impl Evaluator {
 }
 
 impl Prepared {
-    /// The correction within limits, or why there is none.
+    /// What the correction of the feature's path within its limits leaves.
+    ///
+    /// # Errors
+    /// Why there is no such correction.
     pub(super) fn corrected(&self, job: &FeatureJob, demands: &[Demand]) -> Result<Corrected, String> {
-        let corrected = correct(job.machine(), &self.machines.real, demands, job, &self.shares);
-        corrected.map_err(|reason| format!("feature {}: {reason}", job.feature.name))
+        let located = |reason: String| format!("feature {}: {reason}", job.feature.name);
+        let errors = self.errors_left(job, demands).map_err(located)?;
+        let mut left = Corrected::default();
+        for (k, (error, share)) in errors.iter().zip(&self.shares).enumerate().filter(|(_, (_, share))| **share > 0.0) {
+            let none = || located(format!("point {k} has no correction within the limits"));
+            left.add(error.ok_or_else(none)?.norm(), *share, job.feature.tolerance_mm);
+        }
+        Ok(left)
+    }
+
+    /// Position error that the correction within limits leaves at each point, O axes, mm; `None` at points left out.
+    ///
+    /// # Errors
+    /// Why there is no such correction.
+    pub(super) fn errors_left(
+        &self,
+        job: &FeatureJob,
+        demands: &[Demand],
+    ) -> Result<Vec<Option<Vector3<f64>>>, String> {
+        let path = within_limits::correct(job.machine(), &self.machines.real, demands, &job.limits);
+        let points = path.map_err(|error| error.to_string())?.points;
+        Ok(points.iter().map(|point| point.corrected().map(|point| point.position_error)).collect())
     }
 }
 

@@ -1,8 +1,11 @@
 //! How far a workpiece may be moved from its best place before that matters.
 //!
-//! Objective and limits are looked at in steps, and limits of drives, joints and forces between them too, see [`way`].
-//! Where forbidden boxes and the workspace box end a way is known without:
+//! Objective and limits are looked at in steps. Where forbidden boxes and the workspace box end a way is known without:
 //! places that keep them are apart by a known gap, and moving by less cannot close it, so a thin box is not stepped over.
+//! No limit of a drive, a joint or a force is stepped over either:
+//! between two looks a quantity leaves the straight line between its two values by at most an eighth of its curvature
+//! times the square of the step. The curvature is that of the parabolas through the looks around, times [`SAFETY`]. Where
+//! a limit might be exceeded by that, the step is halved, down to the resolution, at which it counts as exceeded.
 
 use std::f64::consts::PI;
 
@@ -14,10 +17,9 @@ use super::{
     Best, PlacementStudy,
     evaluate::Evaluator,
     site::{Site, is_angle},
-    way::{Look, way},
 };
 use crate::{
-    input::error::Result,
+    input::error,
     simulation::Failure,
     work::{Event, Work, here},
 };
@@ -54,7 +56,12 @@ pub struct Room {
 }
 
 /// The way from `best` along each free coordinate in both directions.
-pub(super) fn flatness(evaluator: &Evaluator, study: &PlacementStudy, work: &Work, best: &Best) -> Result<Vec<Room>> {
+pub(super) fn flatness(
+    evaluator: &Evaluator,
+    study: &PlacementStudy,
+    work: &Work,
+    best: &Best,
+) -> error::Result<Vec<Room>> {
     let Best { site: best, value, .. } = best;
     let limit = value + WORSE * value.abs();
     let ways: Vec<(usize, f64)> = study.bounds.free().into_iter().flat_map(|i| [(i, -1.0), (i, 1.0)]).collect();
@@ -95,7 +102,7 @@ pub(super) fn flatness(evaluator: &Evaluator, study: &PlacementStudy, work: &Wor
     let kept = |(number, way): (usize, &(usize, f64))| {
         here(work.part("room").dealt(number).piece(&(best.0, way), |_| 1, || room(way))).transpose()
     };
-    let rooms = ways.par_iter().enumerate().filter_map(kept).collect::<Result<_>>()?;
+    let rooms = ways.par_iter().enumerate().filter_map(kept).collect::<error::Result<_>>()?;
     work.gathered()?;
     Ok(rooms)
 }
@@ -127,4 +134,188 @@ fn halved(mut good: f64, mut bad: f64, holds: impl Fn(f64) -> bool) -> f64 {
         if holds(middle) { good = middle } else { bad = middle }
     }
     good
+}
+
+/// Halvings of a step down to the resolution.
+const HALVINGS: i32 = 12;
+/// How many times the curvature seen at the looks around it may have between them.
+const SAFETY: f64 = 4.0;
+/// Rounding of a share.
+const ROUNDING: f64 = 1e-12;
+/// What ends a way that ends at no look.
+const TOO_NEAR: &str = "a drive or joint comes nearer to its limit than the steps of the search for the way can tell";
+
+/// What is seen at a distance on the way where the workpiece can be cut.
+#[derive(Debug)]
+struct Look {
+    /// The distance, mm or rad.
+    at: f64,
+    /// Where each limited quantity stands between its limits, −1 and 1.
+    shares: Vec<f64>,
+}
+
+struct Way<F> {
+    reach: f64,
+    step: f64,
+    look: F,
+}
+
+/// The first distance at which `look` finds an end or a limit is exceeded between looks, at most `reach`.
+fn way(reach: f64, step: f64, look: impl Fn(f64) -> Result<Look, End>) -> (f64, End) {
+    match look(0.0) {
+        Ok(start) => Way { reach, step, look }.onward(None, start, None),
+        Err(end) => (0.0, end),
+    }
+}
+
+impl<F: Fn(f64) -> Result<Look, End>> Way<F> {
+    fn resolution(&self) -> f64 {
+        self.step * 0.5f64.powi(HALVINGS)
+    }
+
+    /// The end of the way from `from`, which follows on `before`; before `bad`, where there is an end.
+    fn onward(&self, mut before: Option<Look>, mut from: Look, mut bad: Option<(f64, End)>) -> (f64, End) {
+        // The look after `from`; the way to it is checked once the one after it is there.
+        let mut to: Option<Look> = None;
+        loop {
+            let last = to.as_ref().unwrap_or(&from).at;
+            let next = match &bad {
+                Some((bad, _)) if bad - last > self.resolution() => 0.5 * (last + bad),
+                None if last < self.reach => (last + self.step).min(self.reach),
+                _ => {
+                    let left = to.map_or(Ok(()), |to| self.between(before.as_ref(), &from, &to, None));
+                    return left.err().unwrap_or_else(|| bad.map_or((last, End::Bound), |(_, end)| (last, end)));
+                }
+            };
+            match (self.look)(next) {
+                Err(end) => bad = Some((next, end)),
+                Ok(after) => {
+                    if let Some(to) = to.take() {
+                        if let Err(end) = self.between(before.as_ref(), &from, &to, Some(&after)) {
+                            return end;
+                        }
+                        before = Some(std::mem::replace(&mut from, to));
+                    }
+                    to = Some(after);
+                }
+            }
+        }
+    }
+
+    /// No limit is exceeded between `a` and `b`, which lie between `before` and `after`; or where the way ends.
+    fn between(&self, before: Option<&Look>, a: &Look, b: &Look, after: Option<&Look>) -> Result<(), (f64, End)> {
+        if is_kept(before, a, b, after) {
+            return Ok(());
+        }
+        if b.at - a.at <= self.resolution() {
+            let is_seen = before.is_some() || after.is_some();
+            return if is_seen { Err((a.at, End::Infeasible(TOO_NEAR.into()))) } else { Ok(()) };
+        }
+        let middle = 0.5 * (a.at + b.at);
+        match (self.look)(middle) {
+            Ok(middle) => {
+                self.between(before, a, &middle, Some(b))?;
+                self.between(Some(a), &middle, b, after)
+            }
+            Err(end) => {
+                let copy = |look: &Look| Look { at: look.at, shares: look.shares.clone() };
+                Err(self.onward(before.map(copy), copy(a), Some((middle, end))))
+            }
+        }
+    }
+}
+
+/// Whether no limit can be exceeded between `a` and `b` with the curvature seen around them.
+fn is_kept(before: Option<&Look>, a: &Look, b: &Look, after: Option<&Look>) -> bool {
+    if before.is_none() && after.is_none() {
+        return a.shares.is_empty();
+    }
+    let step = b.at - a.at;
+    (0..a.shares.len()).all(|i| {
+        let value = |look: &Look| (look.at, look.shares[i]);
+        let bends = [
+            before.map(|before| bend(value(before), value(a), value(b))),
+            after.map(|after| bend(value(a), value(b), value(after))),
+        ];
+        // A bend downwards carries it over the upper limit, one upwards over the lower.
+        let most = |sign: f64| {
+            let bend = bends.iter().flatten().map(|bend| -sign * bend).fold(0.0, f64::max);
+            highest(sign * a.shares[i], sign * b.shares[i], 0.5 * SAFETY * bend * step * step)
+        };
+        most(1.0).max(most(-1.0)) <= 1.0 + ROUNDING
+    })
+}
+
+/// Second derivative of the parabola through three points.
+fn bend((x0, y0): (f64, f64), (x1, y1): (f64, f64), (x2, y2): (f64, f64)) -> f64 {
+    2.0 * ((y2 - y1) / (x2 - x1) - (y1 - y0) / (x1 - x0)) / (x2 - x0)
+}
+
+/// Largest value for t from 0 to 1 of `a + (b − a) t + bow t (1 − t)`.
+fn highest(a: f64, b: f64, bow: f64) -> f64 {
+    if (b - a).abs() >= bow {
+        return a.max(b);
+    }
+    let t = 0.5 * (1.0 + (b - a) / bow);
+    a + bow * t * t
+}
+
+#[cfg(test)]
+mod tests {
+    use std::cell::Cell;
+
+    use super::*;
+
+    /// The way of a quantity, and how often it was looked at.
+    fn followed(reach: f64, step: f64, share: impl Fn(f64) -> f64) -> (f64, End, usize) {
+        let looks = Cell::new(0);
+        let look = |at: f64| {
+            looks.set(looks.get() + 1);
+            let share = share(at);
+            if share.abs() > 1.0 { Err(End::Worse) } else { Ok(Look { at, shares: vec![0.1, share] }) }
+        };
+        let (distance, end) = way(reach, step, look);
+        (distance, end, looks.get())
+    }
+
+    #[test]
+    fn a_way_ends_where_it_gets_worse_or_at_the_bound() {
+        let look = |at: f64| if at > 3.3 { Err(End::Worse) } else { Ok(Look { at, shares: Vec::new() }) };
+        let (distance, end) = way(10.0, 1.0, look);
+        assert!((distance - 3.3).abs() < 5e-4 && distance <= 3.3 && end == End::Worse);
+        let free = |at: f64| Ok(Look { at, shares: vec![at] });
+        assert_eq!(way(0.9, 1.0, free), (0.9, End::Bound));
+        assert_eq!(way(0.0, 1.0, free), (0.0, End::Bound));
+        assert_eq!(way(0.0, 1.0, |_| Err(End::Worse)), (0.0, End::Worse));
+    }
+
+    #[test]
+    fn no_limit_is_exceeded_between_looks_however_narrowly() {
+        // The rise of a circle of radius 200 about `middle`, beyond the limit by half a `width` to either side.
+        for (middle, width) in [(33.3, 2.0), (33.3, 0.05), (33.3, 0.004), (0.7, 0.05), (99.6, 0.05), (50.0, 0.05)] {
+            for sign in [1.0, -1.0] {
+                let rise = |at: f64| (200.0f64.powi(2) - (at - middle).powi(2)).sqrt();
+                let share = |at: f64| sign * (1.0 + (rise(at) - rise(middle + 0.5 * width)) / 60.0);
+                let (distance, _, looks) = followed(100.0, 100.0 / 32.0, share);
+                let expected = middle - 0.5 * width;
+                assert!(distance <= expected && distance > expected - 0.002, "{middle} {width}: {distance}");
+                assert!(looks < 120, "{looks}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_limit_that_is_just_kept_ends_no_way() {
+        for below in [1e-6, 1e-9] {
+            // Nearest to the limit at the start, within and at the end; along it; away from it.
+            for middle in [0.0, 33.3, 100.0] {
+                let (distance, end, looks) =
+                    followed(100.0, 3.125, |at| 1.0 - below - (at - middle).powi(2) / 24_000.0);
+                assert_eq!((distance, end), (100.0, End::Bound));
+                assert!(looks < 150, "{looks}");
+            }
+            assert_eq!(followed(100.0, 3.125, |_| 1.0 - below).2, 33);
+            assert!(followed(100.0, 3.125, |at| 1.0 - below - 0.01 * at - 1e-5 * at * at).2 < 40);
+        }
+    }
 }

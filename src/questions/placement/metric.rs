@@ -4,89 +4,82 @@ use serde::{Deserialize, Serialize};
 
 use crate::machine::{Machine, Motion};
 
-/// A number that a placement has. All but the margins and shares are better the smaller they are.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-pub enum Metric {
+/// What a metric measures, which says its unit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Measure {
+    Length,
+    Correction,
+    Force,
+    Stiffness,
+    Share,
+}
+
+/// All metrics in table order: what each is, the word for it in study files, words for it, the same for the head of a narrow column, and what
+/// it measures.
+macro_rules! metrics {
+    ($($(#[$meaning:meta])* $metric:ident: $label:literal, $words:literal, $short:literal, $measure:ident;)*) => {
+        /// A number that a placement has. All but the margins and shares are better the smaller they are.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+        pub enum Metric {
+            $($(#[$meaning])* $metric,)*
+        }
+
+        impl Metric {
+            /// All metrics, in table order.
+            pub const ALL: [Metric; [$($label),*].len()] = [$(Metric::$metric),*];
+
+            fn named_words(self) -> ([&'static str; 3], Measure) {
+                match self {
+                    $(Metric::$metric => ([$label, $words, $short], Measure::$measure),)*
+                }
+            }
+        }
+    };
+}
+
+metrics! {
     /// Largest distance of the point put right from its path at the nominal command, both sources.
-    WorstDeflection,
+    WorstDeflection: "worst_deflection", "worst deflection", "worst", Length;
     /// Root mean square of that distance over the length of the path.
-    RmsDeflection,
+    RmsDeflection: "rms_deflection", "rms deflection", "rms", Length;
     /// Largest |Δρ| of any drive that puts the path right exactly. Where a machine has slides and hinges, whose values have
     /// no common unit: of any slide.
-    WorstCorrection,
+    WorstCorrection: "worst_correction", "largest drive correction", "correction", Correction;
     /// Largest force of any drive when the path is put right exactly. Where a machine has slides and hinges: of any slide.
-    WorstDriveForce,
+    WorstDriveForce: "worst_drive_force", "largest drive force", "drive force", Force;
     /// Largest |Δρ| of any hinge that puts the path right exactly, where a machine has slides, too.
-    WorstHingeCorrection,
+    WorstHingeCorrection: "worst_hinge_correction", "largest correction of hinges", "of hinges", Correction;
     /// Largest torque of any hinge when the path is put right exactly, where a machine has slides, too.
-    WorstHingeTorque,
+    WorstHingeTorque: "worst_hinge_torque", "largest torque of hinges", "hinge torque", Force;
     /// Smallest share of its force limit that a drive has left then. Larger is better.
-    ForceMargin,
+    ForceMargin: "force_margin", "margin to the force limits", "force margin", Share;
     /// Largest distance left by the correction within limits.
-    WorstResidual,
+    WorstResidual: "worst_residual", "worst error left within limits", "worst left", Length;
     /// Root mean square of that distance over the length of the path.
-    RmsResidual,
+    RmsResidual: "rms_residual", "rms error left within limits", "rms left", Length;
     /// Largest difference between the sum of both sources' displacements and the displacement by both at once.
-    Departure,
+    Departure: "departure", "departure of superposition", "departure", Length;
     /// Smallest eigenvalue of the loaded stiffness, rotations at the machine's reach. Larger is better.
-    StabilityMargin,
+    StabilityMargin: "stability_margin", "stability margin", "stability", Stiffness;
     /// Share of the path's length within tolerance at the nominal command. Larger is better.
-    ShareWithin,
+    ShareWithin: "share_within_tolerance", "share of the path within tolerance", "within", Share;
     /// Share of the path's length within tolerance after the correction within limits. Larger is better.
-    ShareWithinCorrected,
+    ShareWithinCorrected:
+        "share_within_tolerance_corrected", "share within tolerance after correction", "within, corrected", Share;
     /// Largest part across the direction of motion of the distance from the path at the nominal command: what walls and floor are off by.
-    WorstAcrossPath,
+    WorstAcrossPath: "worst_across_path", "worst deflection across the motion", "worst across", Length;
     /// Root mean square of that part over the length of the path.
-    RmsAcrossPath,
+    RmsAcrossPath: "rms_across_path", "rms deflection across the motion", "rms across", Length;
     /// Largest part across the direction of motion and the tool's axis: normal to the wall that the side of the tool leaves.
-    WorstAcrossSurface,
+    WorstAcrossSurface: "worst_across_surface", "worst deflection normal to the wall", "worst, wall", Length;
     /// Root mean square of that part over the length of the path.
-    RmsAcrossSurface,
+    RmsAcrossSurface: "rms_across_surface", "rms deflection normal to the wall", "rms, wall", Length;
 }
 
 impl Metric {
-    /// All metrics, in table order.
-    pub const ALL: [Metric; 17] = [
-        Metric::WorstDeflection,
-        Metric::RmsDeflection,
-        Metric::WorstCorrection,
-        Metric::WorstDriveForce,
-        Metric::WorstHingeCorrection,
-        Metric::WorstHingeTorque,
-        Metric::ForceMargin,
-        Metric::WorstResidual,
-        Metric::RmsResidual,
-        Metric::Departure,
-        Metric::StabilityMargin,
-        Metric::ShareWithin,
-        Metric::ShareWithinCorrected,
-        Metric::WorstAcrossPath,
-        Metric::RmsAcrossPath,
-        Metric::WorstAcrossSurface,
-        Metric::RmsAcrossSurface,
-    ];
-
     /// Word used in study files.
     pub fn label(self) -> &'static str {
-        match self {
-            Metric::WorstDeflection => "worst_deflection",
-            Metric::RmsDeflection => "rms_deflection",
-            Metric::WorstCorrection => "worst_correction",
-            Metric::WorstDriveForce => "worst_drive_force",
-            Metric::WorstHingeCorrection => "worst_hinge_correction",
-            Metric::WorstHingeTorque => "worst_hinge_torque",
-            Metric::ForceMargin => "force_margin",
-            Metric::WorstResidual => "worst_residual",
-            Metric::RmsResidual => "rms_residual",
-            Metric::Departure => "departure",
-            Metric::StabilityMargin => "stability_margin",
-            Metric::ShareWithin => "share_within_tolerance",
-            Metric::ShareWithinCorrected => "share_within_tolerance_corrected",
-            Metric::WorstAcrossPath => "worst_across_path",
-            Metric::RmsAcrossPath => "rms_across_path",
-            Metric::WorstAcrossSurface => "worst_across_surface",
-            Metric::RmsAcrossSurface => "rms_across_surface",
-        }
+        self.named_words().0[0]
     }
 
     /// The metric called `name` in a study file.
@@ -94,52 +87,23 @@ impl Metric {
         Self::ALL.into_iter().find(|metric| metric.label() == name)
     }
 
+    /// Whether it is what drives carry, and all of them are hinges: a torque.
+    fn is_torque(self, machine: &Machine) -> bool {
+        self == Self::WorstDriveForce && self.drives(machine) == Motion::Revolute
+    }
+
     /// What it is, in words. What drives carry is a torque where all of them are hinges.
     pub fn words(self, machine: &Machine) -> &'static str {
-        match self {
-            Metric::WorstDriveForce if self.drives(machine) == Motion::Revolute => "largest drive torque",
-            Metric::WorstDeflection => "worst deflection",
-            Metric::RmsDeflection => "rms deflection",
-            Metric::WorstCorrection => "largest drive correction",
-            Metric::WorstDriveForce => "largest drive force",
-            Metric::WorstHingeCorrection => "largest correction of hinges",
-            Metric::WorstHingeTorque => "largest torque of hinges",
-            Metric::ForceMargin => "margin to the force limits",
-            Metric::WorstResidual => "worst error left within limits",
-            Metric::RmsResidual => "rms error left within limits",
-            Metric::Departure => "departure of superposition",
-            Metric::StabilityMargin => "stability margin",
-            Metric::ShareWithin => "share of the path within tolerance",
-            Metric::ShareWithinCorrected => "share within tolerance after correction",
-            Metric::WorstAcrossPath => "worst deflection across the motion",
-            Metric::RmsAcrossPath => "rms deflection across the motion",
-            Metric::WorstAcrossSurface => "worst deflection normal to the wall",
-            Metric::RmsAcrossSurface => "rms deflection normal to the wall",
-        }
+        if self.is_torque(machine) { "largest drive torque" } else { self.named_words().0[1] }
     }
 
     /// The same for the head of a narrow column.
     pub fn short_words(self, machine: &Machine) -> &'static str {
-        match self {
-            Metric::WorstDriveForce if self.drives(machine) == Motion::Revolute => "drive torque",
-            Metric::WorstDeflection => "worst",
-            Metric::RmsDeflection => "rms",
-            Metric::WorstCorrection => "correction",
-            Metric::WorstDriveForce => "drive force",
-            Metric::WorstHingeCorrection => "of hinges",
-            Metric::WorstHingeTorque => "hinge torque",
-            Metric::ForceMargin => "force margin",
-            Metric::WorstResidual => "worst left",
-            Metric::RmsResidual => "rms left",
-            Metric::Departure => "departure",
-            Metric::StabilityMargin => "stability",
-            Metric::ShareWithin => "within",
-            Metric::ShareWithinCorrected => "within, corrected",
-            Metric::WorstAcrossPath => "worst across",
-            Metric::RmsAcrossPath => "rms across",
-            Metric::WorstAcrossSurface => "worst, wall",
-            Metric::RmsAcrossSurface => "rms, wall",
-        }
+        if self.is_torque(machine) { "drive torque" } else { self.named_words().0[2] }
+    }
+
+    fn measure(self) -> Measure {
+        self.named_words().1
     }
 
     /// The drives whose corrections or forces it is about: the only kind, or slides beside hinges.
@@ -152,20 +116,12 @@ impl Metric {
 
     /// Its unit on `machine`; empty for shares.
     pub fn unit(self, machine: &Machine) -> &'static str {
-        match self {
-            Metric::WorstDeflection
-            | Metric::RmsDeflection
-            | Metric::WorstResidual
-            | Metric::RmsResidual
-            | Metric::Departure
-            | Metric::WorstAcrossPath
-            | Metric::RmsAcrossPath
-            | Metric::WorstAcrossSurface
-            | Metric::RmsAcrossSurface => "mm",
-            Metric::WorstCorrection | Metric::WorstHingeCorrection => self.drives(machine).position_unit(),
-            Metric::WorstDriveForce | Metric::WorstHingeTorque => self.drives(machine).force_unit(),
-            Metric::StabilityMargin => "N_per_mm",
-            Metric::ForceMargin | Metric::ShareWithin | Metric::ShareWithinCorrected => "",
+        match self.measure() {
+            Measure::Length => "mm",
+            Measure::Correction => self.drives(machine).position_unit(),
+            Measure::Force => self.drives(machine).force_unit(),
+            Measure::Stiffness => "N_per_mm",
+            Measure::Share => "",
         }
     }
 
@@ -182,21 +138,21 @@ impl Metric {
 
     /// Its unit as shown on axes and pages; empty for shares.
     pub fn shown_unit(self, machine: &Machine) -> &'static str {
-        match self {
-            Metric::WorstCorrection | Metric::WorstHingeCorrection => self.drives(machine).shown_position_unit(),
-            Metric::WorstDriveForce | Metric::WorstHingeTorque => self.drives(machine).shown_force_unit(),
-            Metric::StabilityMargin => "N/mm",
+        match self.measure() {
+            Measure::Correction => self.drives(machine).shown_position_unit(),
+            Measure::Force => self.drives(machine).shown_force_unit(),
+            Measure::Stiffness => "N/mm",
             _ => self.unit(machine),
         }
     }
 
     /// Its value with unit, for sentences.
     pub fn shown(self, machine: &Machine, value: f64) -> String {
-        match (self, self.shown_unit(machine)) {
-            (Metric::WorstCorrection | Metric::WorstHingeCorrection, _) => self.drives(machine).position_words(value),
-            (_, "") => format!("{:.1} %", 100.0 * value),
-            (_, unit @ "mm") => format!("{value:.3} {unit}"),
-            (_, unit) => format!("{value:.0} {unit}"),
+        match self.measure() {
+            Measure::Correction => self.drives(machine).position_words(value),
+            Measure::Share => format!("{:.1} %", 100.0 * value),
+            Measure::Length => format!("{value:.3} mm"),
+            Measure::Force | Measure::Stiffness => format!("{value:.0} {}", self.shown_unit(machine)),
         }
     }
 
@@ -207,10 +163,7 @@ impl Metric {
 
     /// Whether a larger value is better.
     pub fn larger_is_better(self) -> bool {
-        matches!(
-            self,
-            Metric::ForceMargin | Metric::StabilityMargin | Metric::ShareWithin | Metric::ShareWithinCorrected
-        )
+        matches!(self.measure(), Measure::Stiffness | Measure::Share)
     }
 
     /// The value as something to be made small.

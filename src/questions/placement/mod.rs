@@ -12,7 +12,6 @@
 //! that asks for the correction within limits asks for that instead, which keeps travel and forces itself.
 
 mod along;
-mod bounded;
 mod boxes;
 mod evaluate;
 mod flatness;
@@ -20,7 +19,6 @@ mod front;
 mod gaps;
 mod metric;
 mod outcome;
-mod pareto;
 mod polish;
 mod refine;
 #[cfg(feature = "report")]
@@ -29,16 +27,14 @@ mod resolve;
 mod site;
 pub(crate) mod spec;
 mod sweep;
-mod table;
 mod tally;
-mod trace;
 #[cfg(not(target_family = "wasm"))]
 mod turned;
 mod walk;
-mod way;
 
 pub(crate) use along::stride;
-pub use along::{Along, AlongPoint};
+pub use along::{Along, AlongPoint, Trace};
+pub use boxes::Table;
 pub use evaluate::{Evaluation, Evaluator};
 pub use flatness::{End, Room, WORSE};
 pub use gaps::Gaps;
@@ -49,8 +45,6 @@ pub(crate) use resolve::at_point;
 pub use resolve::{CLEARANCE_MM, place};
 pub use site::{Bounds, COORDINATES, Site, SiteGrid, UNITS, is_angle};
 pub use sweep::{Cell, Verdict};
-pub use table::Table;
-pub use trace::Trace;
 
 use crate::{
     compensation::Target,
@@ -167,7 +161,7 @@ pub fn run(study: &PlacementStudy, work: &Work) -> Result<PlacementResults> {
     let best = outcome::best(study, &entries, &refinements);
     work.tell(Event::Stage(Stage { of: "ways from the best place", items: 2 * study.bounds.free().len() }));
     let flatness = best.as_ref().map(|best| flatness::flatness(&evaluator, study, work, best)).transpose()?;
-    let traces = trace::traces(&everything, study, &entries, best.as_ref());
+    let traces = along::traces(&everything, study, &entries, best.as_ref());
     Ok(PlacementResults {
         front,
         gaps,
@@ -205,6 +199,11 @@ impl PlacementStudy {
     fn is_same_place(&self, a: &Site, b: &Site) -> bool {
         let is_same = |i: usize| self.bounds.distance(i, a.0[i], b.0[i]) <= SAME_PLACE * self.bounds.range(i);
         self.bounds.free().into_iter().all(is_same)
+    }
+
+    /// Whether a feature has limits of corrections or forces.
+    pub(crate) fn has_limits(&self) -> bool {
+        self.features.iter().any(|job| job.limits.is_limited())
     }
 
     /// `X_OW` at `site`.

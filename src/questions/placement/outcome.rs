@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use super::{
     PlacementStudy,
+    along::Trace,
     evaluate::{Evaluation, Evaluator},
     flatness::Room,
     gaps::Gaps,
@@ -13,7 +14,6 @@ use super::{
     refine::Refinement,
     site::Site,
     sweep::Cell,
-    trace::Trace,
 };
 use crate::{simulation::Failure, work::Work};
 

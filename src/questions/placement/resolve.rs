@@ -4,10 +4,10 @@ use nalgebra::{Vector2, Vector3};
 
 use super::{
     Candidate, FeatureJob, PlacementStudy, Search,
+    boxes::Table,
     metric::{Metric, Objective},
     outcome::is_name_of_found,
     site::{Bounds, COORDINATES, Site, SiteGrid, is_angle},
-    table::Table,
 };
 use crate::{
     input::{
@@ -22,8 +22,8 @@ use crate::{
         over_workspace::grid_input,
         path::resolve::{check_total, named_point, on_carrier, points_of, program_input, toolpath},
         placement::spec::{
-            BoundsSpec, CandidateSpec, FeatureSpec, FixedSpec, ForbiddenSpec, ObjectiveSpec, PlacementStudySpec,
-            SearchSpec, TableSpec,
+            CandidateSpec, FeatureSpec, ForbiddenSpec, ObjectiveSpec, OfCoordinates, PlacementStudySpec, SearchSpec,
+            TableSpec,
         },
     },
     simulation::{Machines, within_limits},
@@ -322,9 +322,13 @@ fn forbidden(specs: &[ForbiddenSpec], check: &Check) -> Result<Vec<ForbiddenBox>
 /// Names of the keys of a site's coordinates.
 const KEYS: [&str; 6] = ["x_mm", "y_mm", "z_mm", "yaw_deg", "pitch_deg", "roll_deg"];
 
-fn bounds(bounds: &BoundsSpec, fixed: &FixedSpec, machine: &Machine, check: &Check) -> Result<Bounds> {
-    let ranges = [bounds.x_mm, bounds.y_mm, bounds.z_mm, bounds.yaw_deg, bounds.pitch_deg, bounds.roll_deg];
-    let values = [fixed.x_mm, fixed.y_mm, fixed.z_mm, fixed.yaw_deg, fixed.pitch_deg, fixed.roll_deg];
+fn bounds(
+    bounds: &OfCoordinates<[f64; 2]>,
+    fixed: &OfCoordinates<f64>,
+    machine: &Machine,
+    check: &Check,
+) -> Result<Bounds> {
+    let (ranges, values) = (bounds.in_order(), fixed.in_order());
     let (mut low, mut high) = ([0.0; 6], [0.0; 6]);
     for i in 0..KEYS.len() {
         let unit = if is_angle(i) { 1f64.to_radians() } else { 1.0 };

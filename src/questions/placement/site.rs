@@ -51,6 +51,16 @@ pub fn is_angle(coordinate: usize) -> bool {
     UNITS[coordinate] == "deg"
 }
 
+/// The unit of a coordinate as readers see it, with the blank between a number and it.
+pub(super) fn unit_suffix(coordinate: usize) -> &'static str {
+    if is_angle(coordinate) { "°" } else { " mm" }
+}
+
+/// A distance along a coordinate, mm or rad, in its unit.
+pub(super) fn in_unit(coordinate: usize, distance: f64) -> f64 {
+    if is_angle(coordinate) { distance.to_degrees() } else { distance }
+}
+
 /// What of a coordinate's range, or of 1 mm or rad, is rounding.
 const ROUNDING: f64 = 1e-9;
 
@@ -104,7 +114,7 @@ impl Bounds {
     }
 
     /// `site` moved along one coordinate, as far as the bounds allow; round and round where it may make a full turn.
-    pub(super) fn moved(&self, site: &Site, coordinate: usize, by: f64) -> Site {
+    pub fn moved(&self, site: &Site, coordinate: usize, by: f64) -> Site {
         let (low, high) = (self.low[coordinate], self.high[coordinate]);
         let mut moved = *site;
         let value = moved.0[coordinate] + by;
@@ -179,49 +189,5 @@ impl SiteGrid {
             [first, second, ..] => second - first,
             _ => bounds.range(coordinate),
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use std::f64::consts::PI;
-
-    use super::*;
-
-    fn turned(yaw: f64) -> Site {
-        Site::new(Vector3::zeros(), yaw)
-    }
-
-    fn yaw_from(low: f64, high: f64) -> Bounds {
-        let (mut bounds_low, mut bounds_high) = ([0.0; N], [0.0; N]);
-        (bounds_low[3], bounds_high[3]) = (low, high);
-        Bounds { low: bounds_low, high: bounds_high }
-    }
-
-    #[test]
-    fn the_ends_of_a_full_turn_are_one_place() {
-        let bounds = yaw_from(-PI, PI);
-        let degrees: Vec<f64> = bounds.values(3, 4).iter().map(|v| v.to_degrees().round()).collect();
-        assert_eq!(degrees, [-180.0, -90.0, 0.0, 90.0]);
-        assert!(bounds.distance(3, -PI, PI) < 1e-12);
-        assert!((bounds.distance(3, -3.0, 3.0) - (TAU - 6.0)).abs() < 1e-12);
-        let past = bounds.moved(&turned(3.0), 3, 0.5).0[3];
-        assert!((past - (3.5 - TAU)).abs() < 1e-12, "{past}");
-        // Half a turn ends at its bounds.
-        let half = yaw_from(0.0, PI);
-        assert_eq!(half.moved(&turned(3.0), 3, 0.5).0[3], PI);
-        assert_eq!(half.values(3, 3).len(), 3);
-        assert_eq!(half.distance(3, 0.0, PI), PI);
-    }
-
-    #[test]
-    fn an_angle_is_within_bounds_whatever_its_turns() {
-        let bounds = yaw_from(0.5 * PI, PI);
-        for yaw in [0.75 * PI, -1.25 * PI, 2.75 * PI] {
-            assert!((bounds.inside(&turned(yaw)).unwrap().0[3] - 0.75 * PI).abs() < 1e-12);
-        }
-        assert!(bounds.inside(&turned(0.0)).is_none());
-        assert!(bounds.inside(&Site::new(Vector3::new(1.0, 0.0, 0.0), 2.0)).is_none());
-        assert!(yaw_from(0.0, 0.0).inside(&turned(0.0)).is_some());
     }
 }

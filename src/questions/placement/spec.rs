@@ -23,10 +23,10 @@ pub struct PlacementStudySpec {
     pub clearance_mm: Option<f64>,
     /// Smallest and largest value of each coordinate that is sought.
     #[serde(default)]
-    pub bounds: BoundsSpec,
+    pub bounds: OfCoordinates<[f64; 2]>,
     /// Value of each coordinate that is not.
     #[serde(default)]
-    pub fixed: FixedSpec,
+    pub fixed: OfCoordinates<f64>,
     /// What is made small.
     pub objective: ObjectiveSpec,
     /// How it is sought.
@@ -84,30 +84,24 @@ pub struct ForbiddenSpec {
     pub max_mm: [f64; 3],
 }
 
-/// Intervals of the coordinates that are sought.
+/// What is said of each coordinate of a place, if anything.
 #[derive(Debug, Clone, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[allow(missing_docs)]
-pub struct BoundsSpec {
-    pub x_mm: Option<[f64; 2]>,
-    pub y_mm: Option<[f64; 2]>,
-    pub z_mm: Option<[f64; 2]>,
-    pub yaw_deg: Option<[f64; 2]>,
-    pub roll_deg: Option<[f64; 2]>,
-    pub pitch_deg: Option<[f64; 2]>,
+pub struct OfCoordinates<T> {
+    pub x_mm: Option<T>,
+    pub y_mm: Option<T>,
+    pub z_mm: Option<T>,
+    pub yaw_deg: Option<T>,
+    pub roll_deg: Option<T>,
+    pub pitch_deg: Option<T>,
 }
 
-/// Values of the coordinates that are not sought.
-#[derive(Debug, Clone, Default, Deserialize)]
-#[serde(deny_unknown_fields)]
-#[allow(missing_docs)]
-pub struct FixedSpec {
-    pub x_mm: Option<f64>,
-    pub y_mm: Option<f64>,
-    pub z_mm: Option<f64>,
-    pub yaw_deg: Option<f64>,
-    pub roll_deg: Option<f64>,
-    pub pitch_deg: Option<f64>,
+impl<T: Copy> OfCoordinates<T> {
+    /// In the order of a [`crate::questions::placement::Site`].
+    pub(super) fn in_order(&self) -> [Option<T>; 6] {
+        [self.x_mm, self.y_mm, self.z_mm, self.yaw_deg, self.pitch_deg, self.roll_deg]
+    }
 }
 
 /// What is made small.

@@ -13,8 +13,8 @@ use serde::{Deserialize, Serialize};
 use super::{
     PlacementStudy,
     evaluate::{Evaluator, Partial},
+    front::dominates,
     metric::Metrics,
-    pareto::dominates,
     site::Site,
 };
 use crate::{
@@ -92,7 +92,7 @@ pub(super) fn sweep(evaluator: &Evaluator, study: &PlacementStudy, work: &Work) 
         Err(failure) => closed(Verdict::Infeasible(failure), work),
     };
     let mut states: Vec<State> = sites.par_iter().map(open).collect();
-    for level in 0..evaluator.levels() {
+    for level in 0..evaluator.levels {
         each(&mut states, &work.part(&format!("level {level}")), |state| advance(evaluator, state, work))?;
         if study.search.coarse_to_fine {
             work.gathered()?;

@@ -105,22 +105,20 @@ fn most(a: Option<[f64; 2]>, b: Option<[f64; 2]>) -> Option<[f64; 2]> {
 impl Tally {
     /// Adds a point that makes up `share` of the length of all paths.
     pub fn add(&mut self, seen: &Seen, share: f64, tolerance_mm: f64) {
-        self.worst_deflection = self.worst_deflection.max(seen.deflection);
-        self.squares += share * seen.deflection * seen.deflection;
-        if seen.deflection > tolerance_mm {
-            self.outside += share;
-        }
-        self.correction = self.correction.max(seen.correction);
-        self.force = self.force.max(seen.force);
-        self.hinges = most(self.hinges, seen.hinges);
-        self.margin = least(self.margin, seen.margin);
-        self.departure = self.departure.max(seen.departure);
-        for (k, part) in seen.across.into_iter().enumerate() {
-            self.across[k] = self.across[k].max(part);
-            self.across_squares[k] += share * part * part;
-        }
-        self.stability = least(self.stability, seen.stability);
-        self.is_uncorrected |= seen.is_uncorrected;
+        *self = self.merged(&Self {
+            worst_deflection: seen.deflection,
+            squares: share * seen.deflection * seen.deflection,
+            outside: if seen.deflection > tolerance_mm { share } else { 0.0 },
+            correction: seen.correction,
+            force: seen.force,
+            hinges: seen.hinges,
+            margin: seen.margin,
+            departure: seen.departure,
+            across: seen.across,
+            across_squares: seen.across.map(|part| share * part * part),
+            stability: seen.stability,
+            is_uncorrected: seen.is_uncorrected,
+        });
     }
 
     /// Both together.
@@ -173,5 +171,56 @@ impl Tally {
             metrics.set(Metric::StabilityMargin, stability);
         }
         metrics
+    }
+}
+
+/// Sums and extremes of the errors that the correction within limits leaves.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Corrected {
+    worst: f64,
+    /// Σ share · error².
+    squares: f64,
+    /// Share of the path within tolerance.
+    within: f64,
+}
+
+impl Corrected {
+    /// Nothing is left: the best there can be.
+    pub fn perfect() -> Self {
+        Self { within: 1.0, ..Self::default() }
+    }
+
+    /// Adds a point that makes up `share` of the length of all paths.
+    pub fn add(&mut self, error: f64, share: f64, tolerance_mm: f64) {
+        let within = if error <= tolerance_mm { share } else { 0.0 };
+        *self = self.merged(&Self { worst: error, squares: share * error * error, within });
+    }
+
+    /// Both together.
+    pub fn merged(&self, other: &Self) -> Self {
+        Self {
+            worst: self.worst.max(other.worst),
+            squares: self.squares + other.squares,
+            within: self.within + other.within,
+        }
+    }
+
+    /// Of paths that make up `share` of the length of all.
+    pub fn normalised(&self, share: f64) -> Self {
+        Self { worst: self.worst, squares: self.squares / share, within: self.within / share }
+    }
+
+    /// Writes the metrics.
+    pub fn enter(&self, metrics: &mut Metrics) {
+        metrics.set(Metric::WorstResidual, self.worst);
+        metrics.set(Metric::RmsResidual, self.squares.sqrt());
+        metrics.set(Metric::ShareWithinCorrected, self.within);
+    }
+
+    /// Removes the metrics.
+    pub fn forget(metrics: &mut Metrics) {
+        for metric in Metric::ALL.into_iter().filter(|metric| metric.is_bounded()) {
+            metrics.clear(metric);
+        }
     }
 }

@@ -13,9 +13,8 @@ use std::{
 
 use super::{
     Evaluator, FeatureJob, Site,
-    bounded::Corrected,
     evaluate::{led, located},
-    tally::Tally,
+    tally::{Corrected, Tally},
 };
 use crate::{
     compensation::Demand,

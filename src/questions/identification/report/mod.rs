@@ -1,12 +1,174 @@
 //! Reports of an identification.
 
-mod answer;
 mod headline;
-mod page;
 mod pictures;
 pub mod predicted;
 mod summary;
 mod tables;
 mod text;
 
+pub(super) use summary::left_share;
 pub(crate) use text::{ANYTHING, half_width};
+
+use serde_json::json;
+
+use self::summary::Report;
+use crate::{
+    answer::{Output, Run},
+    files::{Manifest, OutputFile},
+    input::error::Result,
+    page::{
+        Better, Column, Description, Explorer, Fact, Group, GroupValue, MachineDescription, Quantity, Section, Shape,
+        TableNote,
+    },
+    questions::{
+        Answered,
+        identification::{
+            IdentificationStudy, run,
+            written_files::{write_errors, write_machine},
+        },
+    },
+    simulation::SOLVED,
+};
+
+/// Name of the machine file that is left.
+pub(super) const MACHINE: &str = "machine.toml";
+/// Name of the process file with errors of chains.
+pub(super) const ERRORS: &str = "chain_errors.toml";
+
+impl Answered for IdentificationStudy {
+    fn answer(&self, (): &(), asked: &Run<'_>) -> Result<Output> {
+        let settings =
+            json!({ "measurements": self.measurements.len(), "unknowns": self.unknowns.len(), "folds": self.folds });
+        let found = match run(self, asked.work)? {
+            Ok(found) => found,
+            Err(failure) => {
+                let headline = headline::failed(self, &failure);
+                let page = Description { headline, ..without_answer(self) };
+                return Ok(Output { tables: tables::tables(None), ..Output::failed(settings, failure, page) });
+            }
+        };
+        let file = write_machine(self, &found);
+        let errors = write_errors(self, &found)?;
+        let mut files: Vec<OutputFile> = file.text.iter().map(|text| OutputFile::new(MACHINE, text.clone())).collect();
+        files.extend(errors.iter().map(|(text, _)| OutputFile::new(ERRORS, text.clone())));
+        let errors: Vec<String> = errors.map_or_else(Vec::new, |(_, names)| names);
+        let report = Report { study: self, found: &found, file: &file, errors: &errors };
+        Ok(Output {
+            is_answered: Some(found.fit.is_found),
+            tables: tables::tables(Some(&report)),
+            streamed: (files, Vec::new()),
+            figures: asked.drawn(|| pictures::figures(&report)),
+            details: text::details(&report),
+            ..Output::of(
+                settings,
+                Manifest::count(found.models.iter().map(|model| match &model.predicted_mm {
+                    Ok(_) => SOLVED,
+                    Err(failure) => &*failure.status,
+                })),
+                summary::json(&report),
+                Description { headline: headline::headline(&report), ..page(&report) },
+            )
+        })
+    }
+}
+
+/// The page without an answer.
+fn without_answer(study: &IdentificationStudy) -> Description {
+    Description {
+        setting: setting(study),
+        ..Description::new("identification", MachineDescription::new(&study.machine))
+    }
+}
+
+/// Sections, setting and tables; first screen, figures and question are added by the run.
+fn page(report: &Report<'_>) -> Description {
+    let lines = text::parameters(report);
+    let found = Section::new("Which numbers?", "each with its 95 % interval");
+    let has_lengths =
+        report.study.measurements.iter().flat_map(|own| &own.readings).any(|reading| !reading.quantity.is_rotation());
+    let found = lines.iter().fold(found, |section, line| section.text(line));
+    Description {
+        terms: vec![
+            Fact::new("95 % interval", "linear, from the scatter of the readings or the noise that was given"),
+            Fact::new(
+                "Not identified",
+                "the interval is wider than a factor of e, a millimetre or a degree either way: other values fit as well",
+            ),
+            Fact::new(
+                "Profile",
+                "the interval within which the others can be fitted anew with what is left growing no more than chance explains",
+            ),
+            Fact::new("Left out", "predicted without its own measurement, by the linear equations of the fit"),
+        ],
+        sections: vec![
+            found.figures(&["answer"]).tables(["parameters.csv", "correlations.csv"]),
+            Section::new("What is open?", "and what to measure next").text(&text::open(report)).tables(["open.csv"]),
+            Section::new("Does the model hold?", "what is left, and what other unknowns would do")
+                .text(&text::models(report))
+                .text(&text::patterns(report))
+                .explorers(has_lengths.then_some(RESIDUALS))
+                .figures(&["predicted", "residuals"])
+                .tables(["models.csv", "residuals.csv", "patterns.csv"]),
+        ],
+        explorers: has_lengths.then(|| residuals(report.study)).into_iter().collect(),
+        tables: vec![
+            TableNote::new("parameters.csv", "The unknowns: value, interval, and what hinders."),
+            TableNote::new("correlations.csv", "Correlations of the unknowns."),
+            TableNote::new("open.csv", "Combinations of unknowns that the measurements leave open."),
+            TableNote::new("patterns.csv", "Rank correlations of what is left with order, load, direction and pose."),
+            TableNote::new("models.csv", "Sets of unknowns by how well they predict."),
+            TableNote::ranked("residuals.csv", "Readings: mm, of rotations degrees.", "residual"),
+        ],
+        ..without_answer(report.study)
+    }
+}
+
+/// Title of the view of what is left.
+const RESIDUALS: &str = "What is left of lengths, in the order of measuring";
+
+/// What is left of each length that was read.
+fn residuals(study: &IdentificationStudy) -> Explorer {
+    let mut columns: Vec<&str> = Vec::new();
+    let readings = study.measurements.iter().flat_map(|own| &own.readings);
+    for reading in readings.filter(|reading| !reading.quantity.is_rotation()) {
+        if !columns.contains(&reading.column) {
+            columns.push(reading.column);
+        }
+    }
+    let value = |column: &str| GroupValue { cells: vec![column.into()], label: column.into() };
+    let quantity = |column: &str, label: &str, better| Quantity::new([column], label, "mm", better);
+    Explorer {
+        title: RESIDUALS.into(),
+        table: "residuals.csv".into(),
+        shape: Shape::Curve,
+        coordinates: vec![Column::new("order", "measurement", "")],
+        group: Some(Group {
+            columns: vec!["reading".into()],
+            label: "what was read".into(),
+            values: columns.into_iter().map(value).collect(),
+        }),
+        quantities: vec![
+            quantity("residual", "measured less predicted", Better::Neither),
+            quantity("left_out_residual", "the same, predicted without its own measurement", Better::Neither),
+            quantity("measured", "measured", Better::Neither),
+            quantity("predicted", "predicted", Better::Neither),
+        ],
+        marks: Vec::new(),
+    }
+}
+
+fn setting(study: &IdentificationStudy) -> Vec<Fact> {
+    let noise = match study.noise.length {
+        Some(std) => format!("{std} mm"),
+        None if study.noise.is_estimated => "told by the scatter".into(),
+        None => "as the file of measurements says".into(),
+    };
+    vec![
+        Fact::new("machine", study.machine.title.clone()),
+        Fact::new("measurements", study.data.clone()),
+        Fact::new("noise", noise),
+        Fact::new("loss", study.loss.label()),
+        Fact::new("parts for prediction", study.folds.to_string()),
+    ]
+}

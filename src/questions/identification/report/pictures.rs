@@ -90,10 +90,7 @@ fn figure(report: &Report<'_>, title: &str, labels: [&str; 2], series: Vec<LineS
         x_label: labels[0].into(),
         y_label: labels[1].into(),
         series,
-        equal_axes: false,
-        log_x: false,
-        log_y: false,
-        closed_note: None,
+        ..LineFigure::default()
     }
 }
 

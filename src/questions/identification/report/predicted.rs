@@ -7,7 +7,7 @@ use crate::{
         exchange::{Cell, Row, Table, numbers, texts},
         millimetres,
     },
-    questions::identification::{Answer, IdentificationStudy, Identified, Measurement, machine_file::MachineFile},
+    questions::identification::{Answer, IdentificationStudy, Identified, Measurement, written_files::MachineFile},
     simulation::{Failure, SOLVED},
 };
 

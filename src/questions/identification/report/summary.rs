@@ -1,11 +1,12 @@
 //! What an identification says, for programs, and numbers that several reports take.
 
+use nalgebra::DVector;
 use serde_json::{Value, json};
 
 use crate::questions::identification::{
-    Found, IdentificationStudy, Identified, Model,
-    machine_file::{self, MachineFile},
-    validate::{left_share, rms_mm},
+    FarOff, Found, IdentificationStudy, Identified, Measurement, Model, Reading,
+    validate::rms_mm,
+    written_files::{self, MachineFile},
 };
 
 /// What was asked and found.
@@ -36,7 +37,7 @@ impl Report<'_> {
     /// What a machine file with some of the numbers costs, in a sentence.
     pub fn mixed_words(&self) -> Option<String> {
         self.file.text.as_ref()?;
-        machine_file::mixed_words(self.study, self.found)
+        written_files::mixed_words(self.study, self.found)
     }
 
     /// Root of the mean square of the lengths read, mm.
@@ -73,6 +74,23 @@ impl Report<'_> {
         let words: Vec<String> = parts.iter().map(part).collect();
         words.join(" ")
     }
+}
+
+/// RMS of `residuals` over that of what was measured, of lengths that the load changes and that are not among `far_off`; `None` without any.
+pub(in super::super) fn left_share(
+    residuals: &DVector<f64>,
+    measurements: &[Measurement],
+    far_off: &[FarOff],
+) -> Option<f64> {
+    let readings = measurements.iter().enumerate().flat_map(|(m, own)| own.readings.iter().map(move |r| (m, r)));
+    let is_far =
+        |m: usize, reading: &Reading| far_off.iter().any(|far| (far.measurement, far.column) == (m, reading.column));
+    let lengths = readings
+        .zip(residuals)
+        .filter(|((m, reading), _)| reading.is_change() && !reading.quantity.is_rotation() && !is_far(*m, reading));
+    let (left, all) =
+        lengths.fold((0.0, 0.0), |(left, all), ((_, reading), r)| (left + r * r, all + reading.value * reading.value));
+    (all > 0.0).then(|| (left / all).sqrt())
 }
 
 fn finite(value: f64) -> Option<f64> {

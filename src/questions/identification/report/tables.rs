@@ -2,153 +2,121 @@
 
 use super::summary::Report;
 use crate::{
-    files::exchange::{Cell, Column, Row, Table, cells, counts, numbers, texts},
-    simulation::SOLVED,
+    answer::status_cells,
+    files::exchange::{Cell, Row, Table, cells, counts, numbers, texts},
 };
 
 fn finite(value: f64) -> Cell {
     value.is_finite().then_some(value).into()
 }
 
-/// All tables without rows, where there is no answer.
-pub(super) fn none() -> Vec<(String, Table)> {
-    let all = [
-        ("parameters", parameter_columns()),
-        ("residuals", residual_columns()),
-        ("models", model_columns()),
-        ("open", open_columns()),
+/// All tables by name; those that there are without an answer, without rows, where there is none.
+pub(super) fn tables(report: Option<&Report<'_>>) -> Vec<(String, Table)> {
+    let always = [
+        ("parameters", parameters(report)),
+        ("residuals", residuals(report)),
+        ("models", models(report)),
+        ("open", open(report)),
     ];
-    all.into_iter().map(|(name, columns)| (name.into(), Table::new(columns, Vec::new()))).collect()
+    let answered = report.map(|report| [("patterns", patterns(report)), ("correlations", correlations(report))]);
+    always.into_iter().chain(answered.into_iter().flatten()).map(|(name, table)| (name.into(), table)).collect()
 }
 
-/// All tables by name.
-pub(super) fn tables(report: &Report<'_>) -> Vec<(String, Table)> {
-    vec![
-        ("parameters".into(), parameters(report)),
-        ("residuals".into(), residuals(report)),
-        ("models".into(), models(report)),
-        ("open".into(), open(report)),
-        ("patterns".into(), patterns(report)),
-        ("correlations".into(), correlations(report)),
-    ]
-}
-
-fn parameter_columns() -> Vec<Column> {
-    let mut columns = texts(["parameter", "unit", "status", "reason"]);
-    columns.extend(numbers(["start", "value", "low_95", "high_95", "profile_low_95", "profile_high_95", "half_width"]));
-    columns.extend(texts(["most_correlated_with"]));
-    columns.extend(numbers(["correlation"]));
-    columns
-}
-
-fn parameters(report: &Report<'_>) -> Table {
-    let rows = report.found.found.iter().map(|own| {
+fn parameters(report: Option<&Report<'_>>) -> Table {
+    let columns = [
+        texts(["parameter", "unit", "status", "reason"]),
+        numbers(["start", "value", "low_95", "high_95", "profile_low_95", "profile_high_95", "half_width"]),
+        texts(["most_correlated_with"]),
+        numbers(["correlation"]),
+    ];
+    let rows = report.into_iter().flat_map(|report| &report.found.found).map(|own| {
         let status = if own.open.is_none() { "identified" } else { "not_identified" };
-        let reason = own.open.as_deref().map_or(Cell::Missing, Cell::from);
-        let mut row: Row =
-            vec![own.unknown.name.as_str().into(), own.unknown.unit.in_files().into(), status.into(), reason];
-        row.extend([own.unknown.start.into(), own.value.into()]);
+        let mut row: Row = vec![own.unknown.name.as_str().into(), own.unknown.unit.in_files().into(), status.into()];
+        row.extend([own.open.as_deref().into(), own.unknown.start.into(), own.value.into()]);
         row.extend(own.interval.map(finite));
         row.extend(own.profile.map_or([Cell::Missing, Cell::Missing], |ends| ends.map(finite)));
         row.push(finite(own.half_width));
-        match own.correlated {
-            Some((other, correlation)) => {
-                row.extend([report.study.unknowns[other].name.as_str().into(), Cell::from(correlation)]);
-            }
-            None => row.extend([Cell::Missing, Cell::Missing]),
-        }
+        let other = own.correlated.zip(report);
+        row.push(other.map(|((other, _), report)| report.study.unknowns[other].name.as_str()).into());
+        row.push(own.correlated.map(|(_, correlation)| correlation).into());
         row
     });
-    Table::new(parameter_columns(), rows.collect::<Vec<Row>>())
-}
-
-fn residual_columns() -> Vec<Column> {
-    let mut columns = counts(["order"]);
-    columns.extend(texts(["pose", "reading"]));
-    columns.extend(numbers(["x_mm", "y_mm", "z_mm", "force_x_N", "force_y_N", "force_z_N"]));
-    columns.extend(numbers(["measured", "predicted", "residual", "left_out_residual", "std", "weight"]));
-    columns
+    Table::new(columns.concat(), rows)
 }
 
 /// One row per reading; mm, of rotations degrees.
-fn residuals(report: &Report<'_>) -> Table {
-    let fit = &report.found.fit;
-    let mut rows: Vec<Row> = Vec::new();
-    for (order, own) in report.study.measurements.iter().enumerate() {
-        for reading in &own.readings {
-            let i = rows.len();
-            let shown = |value: f64| if reading.quantity.is_rotation() { value.to_degrees() } else { value };
-            let mut row: Row = vec![(order + 1).into(), own.name.as_str().into(), reading.column.into()];
-            row.extend(cells(own.at.pose.translation.iter().copied()));
-            row.extend(cells(own.load.force.iter().copied()));
-            let values = [
-                reading.value,
-                fit.predicted.values[i],
-                fit.residuals[i],
-                report.found.left_out.residuals[i],
-                fit.stds[i],
-            ];
-            row.extend(values.map(|value| finite(shown(value))));
-            row.push(fit.weights[i].into());
-            rows.push(row);
-        }
-    }
-    Table::new(residual_columns(), rows)
-}
-
-fn model_columns() -> Vec<Column> {
-    let mut columns = texts(["unknowns_of"]);
-    columns.extend(counts(["unknowns"]));
-    columns.extend(texts(["status", "reason"]));
-    columns.extend(numbers(["fitted_rms_mm", "predicted_rms_mm"]));
-    columns
-}
-
-fn models(report: &Report<'_>) -> Table {
-    let rows = report.found.models.iter().map(|model| {
-        let mut row: Row = vec![model.name.as_str().into(), model.unknowns.into()];
-        match &model.predicted_mm {
-            Ok(predicted) => row.extend([SOLVED.into(), Cell::Missing, model.fitted_mm.into(), (*predicted).into()]),
-            Err(failure) => {
-                row.extend([
-                    Cell::from(&*failure.status),
-                    failure.reason.as_str().into(),
-                    model.fitted_mm.into(),
-                    Cell::Missing,
-                ]);
-            }
-        }
+fn residuals(report: Option<&Report<'_>>) -> Table {
+    let columns = [
+        counts(["order"]),
+        texts(["pose", "reading"]),
+        numbers(["x_mm", "y_mm", "z_mm", "force_x_N", "force_y_N", "force_z_N"]),
+        numbers(["measured", "predicted", "residual", "left_out_residual", "std", "weight"]),
+    ];
+    let readings = report.into_iter().flat_map(|report| {
+        let measurements = report.study.measurements.iter().enumerate();
+        measurements
+            .flat_map(|(order, own)| own.readings.iter().map(move |reading| (order, own, reading)))
+            .enumerate()
+            .map(move |found| (report.found, found))
+    });
+    let rows = readings.map(|(found, (i, (order, own, reading)))| {
+        let (fit, left_out) = (&found.fit, &found.left_out.residuals);
+        let shown = |value: f64| if reading.quantity.is_rotation() { value.to_degrees() } else { value };
+        let mut row: Row = vec![(order + 1).into(), own.name.as_str().into(), reading.column.into()];
+        row.extend(cells(own.at.pose.translation.iter().chain(&own.load.force).copied()));
+        let values = [reading.value, fit.predicted.values[i], fit.residuals[i], left_out[i], fit.stds[i]];
+        row.extend(values.map(|value| finite(shown(value))));
+        row.push(fit.weights[i].into());
         row
     });
-    Table::new(model_columns(), rows.collect::<Vec<Row>>())
+    Table::new(columns.concat(), rows)
+}
+
+fn models(report: Option<&Report<'_>>) -> Table {
+    let columns = [
+        texts(["unknowns_of"]),
+        counts(["unknowns"]),
+        texts(["status", "reason"]),
+        numbers(["fitted_rms_mm", "predicted_rms_mm"]),
+    ];
+    let rows = report.into_iter().flat_map(|report| &report.found.models).map(|model| {
+        let mut row: Row = vec![model.name.as_str().into(), model.unknowns.into()];
+        row.extend(status_cells(model.predicted_mm.as_ref()));
+        row.extend([model.fitted_mm.into(), model.predicted_mm.as_ref().ok().copied().flatten().into()]);
+        row
+    });
+    Table::new(columns.concat(), rows)
 }
 
 /// One row per rank correlation of residuals.
 fn patterns(report: &Report<'_>) -> Table {
     let columns = [texts(["of", "with", "seen", "hint"]), numbers(["rank_correlation", "limit"])].concat();
     let rows = report.found.patterns.iter().map(|own| -> Row {
-        let (seen, hint) = if own.is_seen() { ("yes", own.hint.into()) } else { ("no", Cell::Missing) };
-        vec![own.of.into(), own.with.as_str().into(), seen.into(), hint, own.correlation.into(), own.limit.into()]
+        let (seen, hint) = if own.is_seen() { ("yes", own.hint) } else { ("no", "") };
+        vec![
+            own.of.into(),
+            own.with.as_str().into(),
+            seen.into(),
+            hint.into(),
+            own.correlation.into(),
+            own.limit.into(),
+        ]
     });
-    Table::new(columns, rows.collect::<Vec<Row>>())
-}
-
-fn open_columns() -> Vec<Column> {
-    let mut columns = counts(["combination"]);
-    columns.extend(texts(["parameter"]));
-    columns.extend(numbers(["part", "std"]));
-    columns
+    Table::new(columns, rows)
 }
 
 /// One row per combination that is open and parameter in it.
-fn open(report: &Report<'_>) -> Table {
-    let rows = report.found.open.iter().enumerate().flat_map(|(number, open)| {
+fn open(report: Option<&Report<'_>>) -> Table {
+    let columns = [counts(["combination"]), texts(["parameter"]), numbers(["part", "std"])].concat();
+    let combinations =
+        report.into_iter().flat_map(|report| report.found.open.iter().enumerate().map(move |own| (report, own)));
+    let rows = combinations.flat_map(|(report, (number, open))| {
         open.parts.iter().map(move |(k, part)| -> Row {
             let name = report.study.unknowns[*k].name.as_str();
             vec![(number + 1).into(), name.into(), (*part).into(), finite(open.std)]
         })
     });
-    Table::new(open_columns(), rows.collect::<Vec<Row>>())
+    Table::new(columns, rows)
 }
 
 /// One row per pair of unknowns.
@@ -159,6 +127,5 @@ fn correlations(report: &Report<'_>) -> Table {
         let correlation = report.found.fit.correlation(a, b);
         vec![unknowns[a].name.as_str().into(), unknowns[b].name.as_str().into(), correlation.into()]
     });
-    let columns = [texts(["parameter", "other"]), numbers(["correlation"])].concat();
-    Table::new(columns, rows.collect::<Vec<Row>>())
+    Table::new([texts(["parameter", "other"]), numbers(["correlation"])].concat(), rows)
 }

@@ -1,9 +1,6 @@
 //! An identification in sentences.
 
-use super::{
-    answer::{ERRORS, MACHINE},
-    summary::Report,
-};
+use super::{ERRORS, MACHINE, summary::Report};
 use crate::{
     files::words::{counted, listed, millimetres, percent},
     machine::Machine,
@@ -18,16 +15,17 @@ fn number(value: f64) -> String {
     }
 }
 
+/// A value with its unit, where it has one.
+fn with_unit(own: &Found) -> String {
+    format!("{} {}", number(own.value), own.unknown.unit).trim_end().into()
+}
+
 /// A value with its interval.
-pub(super) fn value(own: &Found) -> String {
-    let unit = match own.unknown.unit.to_string() {
-        unit if unit.is_empty() => unit,
-        unit => format!(" {unit}"),
-    };
+fn value(own: &Found) -> String {
     let [low, high] = own.interval;
     match low.is_finite() && high.is_finite() {
-        true => format!("{}{unit} ({} to {})", number(own.value), number(low), number(high)),
-        false => format!("{}{unit} (no limit)", number(own.value)),
+        true => format!("{} ({} to {})", with_unit(own), number(low), number(high)),
+        false => format!("{} (no limit)", with_unit(own)),
     }
 }
 
@@ -50,11 +48,7 @@ pub(crate) const ANYTHING: f64 = 100.0;
 
 /// A number that was identified, with half its interval.
 pub(super) fn about(own: &Found) -> String {
-    let unit = match own.unknown.unit.to_string() {
-        unit if unit.is_empty() => unit,
-        unit => format!(" {unit}"),
-    };
-    format!("{} {}{unit} {}", own.unknown.name, number(own.value), half_width(&own.unknown, own.half_width))
+    format!("{} {} {}", own.unknown.name, with_unit(own), half_width(&own.unknown, own.half_width))
 }
 
 /// What was identified, in part of a sentence: the first of many.

@@ -1,10 +1,196 @@
 //! Reports of a plan of measurements.
 
-mod answer;
 mod headline;
-mod page;
 mod pictures;
-mod sheet;
 mod summary;
 mod tables;
 mod text;
+
+use std::{io::ErrorKind, path::Path};
+
+use serde_json::json;
+
+use self::{
+    summary::Report,
+    tables::{sheet, tables},
+};
+use crate::{
+    answer::{Output, Run},
+    files::{Manifest, exchange::Cell},
+    input::{
+        csv_rows,
+        error::{Error, Result},
+    },
+    page::{
+        Better, Column, Description, Explorer, Fact, Group, GroupValue, MachineDescription, Quantity, Section, Shape,
+        SmallTable, TableNote,
+    },
+    questions::{
+        Answered,
+        identification::{Reading, Unknown},
+        measurement_design::{CriterionSpec, MeasurementDesignStudy, run},
+    },
+    simulation::SOLVED,
+};
+
+/// What the person at the machine fills in.
+const SHEET: &str = "sheet.csv";
+
+/// Refuses to write over a sheet in which somebody has filled in what was read, or that cannot be understood.
+fn refuse_to_lose_readings(sheet: &Path) -> Result<()> {
+    let bytes = match std::fs::read(sheet) {
+        Err(fault) if fault.kind() == ErrorKind::NotFound => return Ok(()),
+        read => read.map_err(|source| Error::Read { file: sheet.to_path_buf(), source })?,
+    };
+    let refuse = |what: String| {
+        let problem = format!(
+            "{what}, and a new plan would write over it: move it to where the identification reads it, or choose another folder"
+        );
+        Err(Error::Argument { argument: sheet.display().to_string(), problem })
+    };
+    let rows = csv_rows::read(&bytes).unwrap_or_default();
+    let Some((header, rows)) =
+        rows.split_first().filter(|(header, _)| header.fields.iter().any(|name| name == b"pose"))
+    else {
+        return refuse("is no sheet as it was written".into());
+    };
+    let columns: Vec<Reading> = Reading::all_to_come();
+    let is_reading = |i: usize| {
+        let is = |name: &[u8]| name.starts_with(b"gauge") || columns.iter().any(|own| own.column.as_bytes() == name);
+        header.fields.get(i).is_some_and(is)
+    };
+    let is_filled =
+        |row: &csv_rows::Row| row.fields.iter().enumerate().any(|(i, cell)| is_reading(i) && !cell.is_empty());
+    match rows.iter().find(|row| is_filled(row)) {
+        None => Ok(()),
+        Some(row) => refuse(format!("has readings from line {} on", csv_rows::line_number(&bytes, row.span.start))),
+    }
+}
+
+impl Answered for MeasurementDesignStudy {
+    fn answer(&self, (): &(), asked: &Run<'_>) -> Result<Output> {
+        refuse_to_lose_readings(&asked.out.join(SHEET))?;
+        let settings = json!({
+            "candidates": self.candidates.len(), "unknowns": self.unknowns.len(), "count": self.count, "draws": self.draws
+        });
+        let plan = match run(self, asked.work)? {
+            Ok(plan) => plan,
+            Err(failure) => {
+                let headline = headline::failed(self, &failure);
+                let page = Description { headline, ..without_answer(self) };
+                return Ok(Output { tables: tables(self, None), ..Output::failed(settings, failure, page) });
+            }
+        };
+        let report = Report { study: self, plan: &plan };
+        let failed = plan.failures.iter().map(|(_, failure)| &*failure.status);
+        let solved = std::iter::repeat_n(SOLVED, self.candidates.len() - plan.failures.len());
+        Ok(Output {
+            is_answered: Some(!plan.chosen.is_empty()),
+            tables: tables(self, Some(&plan)),
+            figures: asked.drawn(|| pictures::figures(&report)),
+            details: text::details(&report),
+            ..Output::of(
+                settings,
+                Manifest::count(solved.chain(failed)),
+                summary::json(&report),
+                Description { headline: headline::headline(&report), ..page(&report) },
+            )
+        })
+    }
+}
+
+/// The page without an answer.
+fn without_answer(study: &MeasurementDesignStudy) -> Description {
+    Description {
+        setting: setting(study),
+        ..Description::new("measurement_design", MachineDescription::new(&study.machine))
+    }
+}
+
+/// Sections, setting and tables; first screen, figures and question are added by the run.
+fn page(report: &Report<'_>) -> Description {
+    let lines = text::parameters(report).into_iter().chain(text::tested(report)).chain(text::target(report));
+    let known = Section::new("How far will the numbers be known?", "half 95 % intervals, if the model holds");
+    let known = lines.fold(known, |section, line| section.text(&line));
+    Description {
+        terms: vec![
+            Fact::new(
+                "Half interval",
+                "half the 95 % interval that the noise of the readings leaves, linear, at the numbers of the machine file",
+            ),
+            Fact::new("Random", "as many candidates drawn by chance: the median over all draws"),
+        ],
+        sections: vec![
+            Section::new("What to measure", "that which tells most first; print this, and fill in what is read")
+                .small_tables([printed(report)])
+                .tables(["sheet.csv", "chosen.csv"]),
+            known.explorers([WIDTHS]).figures(&["answer"]).tables(["widths.csv"]),
+            Section::new("What was there to choose from?", "every candidate, with its order where it was chosen")
+                .tables(["candidates.csv"]),
+        ],
+        explorers: vec![widths(report.study)],
+        tables: vec![
+            TableNote::new("chosen.csv", "The measurements, that which tells most first."),
+            TableNote::new("sheet.csv", "The same to be filled in, in the columns of an identification."),
+            TableNote::new("widths.csv", "Half intervals with more and more measurements."),
+            TableNote::new("candidates.csv", "Everything there was to choose from."),
+        ],
+        ..without_answer(report.study)
+    }
+}
+
+/// Title of the view of the intervals.
+const WIDTHS: &str = "Half intervals by the number of measurements";
+
+fn widths(study: &MeasurementDesignStudy) -> Explorer {
+    let value = |unknown: &Unknown| GroupValue { cells: vec![unknown.name.clone()], label: unknown.name.clone() };
+    let quantity = |column: &str, label: &str| Quantity::new([column], label, "", Better::Smaller);
+    Explorer {
+        title: WIDTHS.into(),
+        table: "widths.csv".into(),
+        shape: Shape::Curve,
+        coordinates: vec![Column::new("measurements", "measurements", "")],
+        group: Some(Group {
+            columns: vec!["parameter".into()],
+            label: "number".into(),
+            values: study.unknowns.iter().map(value).collect(),
+        }),
+        quantities: vec![
+            quantity("half_width", "half interval, chosen"),
+            quantity("random_half_width", "half interval, random (median)"),
+        ],
+        marks: Vec::new(),
+    }
+}
+
+/// The sheet, for printing.
+fn printed(report: &Report<'_>) -> SmallTable {
+    let sheet = sheet(report.study, report.plan);
+    let shown = |cell: &Cell| match cell {
+        Cell::Missing => String::new(),
+        Cell::Number(number) if number.fract() != 0.0 => format!("{number:.3}"),
+        Cell::Number(number) => number.to_string(),
+        Cell::Count(count) => count.to_string(),
+        Cell::Text(text) => text.clone(),
+    };
+    SmallTable {
+        caption: "Measurements (sheet.csv has all digits)".into(),
+        header: sheet.columns().iter().map(|column| column.name.clone()).collect(),
+        rows: sheet.rows().iter().map(|row| row.iter().map(shown).collect()).collect(),
+    }
+}
+
+fn setting(study: &MeasurementDesignStudy) -> Vec<Fact> {
+    let criterion = match study.criterion {
+        CriterionSpec::AllNumbers => "the region in which all numbers may be (D-optimal)".to_string(),
+        CriterionSpec::Tested => format!("the error of the tool at {} tested rows", study.tested.len()),
+    };
+    let noise = study.noise.length.map_or_else(String::new, |std| format!("{std} mm"));
+    vec![
+        Fact::new("machine", study.machine.title.clone()),
+        Fact::new("candidates", study.candidates.len().to_string()),
+        Fact::new("made before", study.measured.len().to_string()),
+        Fact::new("noise", noise),
+        Fact::new("made small", criterion),
+    ]
+}

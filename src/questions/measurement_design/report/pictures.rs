@@ -51,9 +51,8 @@ fn figure(report: &Report<'_>, series: Vec<LineSeries>) -> LineFigure {
         x_label: "number of measurements".into(),
         y_label: "half 95 % interval [ln, mm, °]".into(),
         series,
-        equal_axes: false,
-        log_x: false,
         log_y: true,
         closed_note: Some(note),
+        ..LineFigure::default()
     }
 }

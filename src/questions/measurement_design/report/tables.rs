@@ -1,30 +1,23 @@
-//! The tables of a plan.
+//! The tables of a plan, and the sheet that the person at the machine fills in: the measurements chosen, in the columns that an
+//! identification reads.
 
-use super::{
-    sheet::{drive_columns, drive_positions, sheet},
-    summary::Report,
-};
+use nalgebra::Vector3;
+
 use crate::{
+    answer::status_cells,
     files::exchange::{Cell, Column, Row, Table, cells, counts, numbers, texts},
-    questions::{identification::report::ANYTHING, measurement_design::MeasurementDesignStudy},
-    simulation::SOLVED,
+    machine::Machine,
+    questions::{
+        identification::{Measurement, report::ANYTHING},
+        measurement_design::{MeasurementDesignStudy, Plan},
+    },
 };
 
-/// All tables without rows, where there is no answer.
-pub(super) fn none(study: &MeasurementDesignStudy) -> Vec<(String, Table)> {
-    let all =
-        [("chosen", chosen_columns(study)), ("widths", width_columns()), ("candidates", candidate_columns(study))];
-    all.into_iter().map(|(name, columns)| (name.into(), Table::new(columns, Vec::new()))).collect()
-}
-
-/// All tables by name.
-pub(super) fn tables(report: &Report<'_>) -> Vec<(String, Table)> {
-    vec![
-        ("chosen".into(), chosen(report)),
-        ("sheet".into(), sheet(report)),
-        ("widths".into(), widths(report)),
-        ("candidates".into(), candidates(report)),
-    ]
+/// All tables by name; those that there are without a plan, without rows, where there is none.
+pub(super) fn tables(study: &MeasurementDesignStudy, plan: Option<&Plan>) -> Vec<(String, Table)> {
+    let sheet = plan.map(|plan| ("sheet".into(), sheet(study, plan)));
+    let others = [("widths".into(), widths(study, plan)), ("candidates".into(), candidates(study, plan))];
+    std::iter::once(("chosen".into(), chosen(study, plan))).chain(sheet).chain(others).collect()
 }
 
 fn place_columns(study: &MeasurementDesignStudy) -> Vec<Column> {
@@ -40,26 +33,24 @@ fn place(study: &MeasurementDesignStudy, candidate: usize) -> Row {
     cells(drives.chain(tip.iter().copied()).chain(own.load.force.iter().copied())).collect()
 }
 
-fn chosen_columns(study: &MeasurementDesignStudy) -> Vec<Column> {
-    let mut columns = counts(["order", "candidate"]);
-    columns.extend(place_columns(study));
-    columns.extend(numbers(["widest_half_width"]));
-    columns.extend(texts(["widest_parameter"]));
-    columns
-}
-
 /// One row per measurement, that which tells most first, with what is known when it is made.
-fn chosen(report: &Report<'_>) -> Table {
-    let row = |(k, &candidate): (usize, &usize)| {
+fn chosen(study: &MeasurementDesignStudy, plan: Option<&Plan>) -> Table {
+    let columns = [
+        counts(["order", "candidate"]),
+        place_columns(study),
+        numbers(["widest_half_width"]),
+        texts(["widest_parameter"]),
+    ];
+    let chosen = plan.into_iter().flat_map(|plan| plan.chosen.iter().enumerate().map(move |own| (plan, own)));
+    let rows = chosen.map(|(plan, (k, &candidate))| {
         let mut row: Row = vec![(k + 1).into(), (candidate + 1).into()];
-        row.extend(place(report.study, candidate));
-        match report.plan.widths.get(k + 1).and_then(|own| own.widest()) {
-            Some((unknown, width)) => row.extend([wide(width), report.name(unknown).into()]),
-            None => row.extend([Cell::Missing, Cell::Missing]),
-        }
+        row.extend(place(study, candidate));
+        let widest = plan.widths.get(k + 1).and_then(|own| own.widest());
+        row.push(widest.map(|(_, width)| wide(width)).into());
+        row.push(widest.map(|(unknown, _)| study.unknowns[unknown].name.as_str()).into());
         row
-    };
-    Table::new(chosen_columns(report.study), report.plan.chosen.iter().enumerate().map(row).collect::<Vec<Row>>())
+    });
+    Table::new(columns.concat(), rows)
 }
 
 /// No number where it may be anything.
@@ -67,57 +58,88 @@ fn wide(width: f64) -> Cell {
     (width <= ANYTHING).then_some(width).into()
 }
 
-fn width_columns() -> Vec<Column> {
-    let mut columns = counts(["measurements"]);
-    columns.extend(texts(["parameter", "in"]));
-    columns.extend(numbers(["half_width", "random_half_width"]));
-    columns
-}
-
 /// One row per number of measurements and unknown; mean errors of the tool for tested rows at the end of each.
-fn widths(report: &Report<'_>) -> Table {
+fn widths(study: &MeasurementDesignStudy, plan: Option<&Plan>) -> Table {
+    let columns =
+        [counts(["measurements"]), texts(["parameter", "in"]), numbers(["half_width", "random_half_width"])].concat();
     let mut rows: Vec<Row> = Vec::new();
-    for (count, own) in report.plan.widths.iter().enumerate() {
-        let random = report.plan.random.get(count);
-        for (k, width) in own.each.iter().enumerate() {
-            let unknown = &report.study.unknowns[k];
-            let other = random.map(|random| random.each[k]);
-            rows.push(vec![
-                count.into(),
-                unknown.name.as_str().into(),
-                unknown.coordinate_unit().into(),
-                wide(*width),
-                other.map_or(Cell::Missing, wide),
-            ]);
+    for (count, own) in plan.map_or(&[][..], |plan| &plan.widths).iter().enumerate() {
+        let random = plan.and_then(|plan| plan.random.get(count));
+        for ((unknown, width), k) in study.unknowns.iter().zip(&own.each).zip(0..) {
+            let (name, unit) = (unknown.name.as_str(), unknown.coordinate_unit());
+            let other = random.map(|random| wide(random.each[k]));
+            rows.push(vec![count.into(), name.into(), unit.into(), wide(*width), other.into()]);
         }
         if let Some(error) = own.tested_mm {
             let other = random.and_then(|random| random.tested_mm);
             rows.push(vec![count.into(), "tool_at_tested_rows_rms".into(), "mm".into(), error.into(), other.into()]);
         }
     }
-    Table::new(width_columns(), rows)
-}
-
-fn candidate_columns(study: &MeasurementDesignStudy) -> Vec<Column> {
-    let mut columns = counts(["candidate"]);
-    columns.extend(texts(["pose", "status", "reason"]));
-    columns.extend(counts(["order"]));
-    columns.extend(place_columns(study));
-    columns
+    Table::new(columns, rows)
 }
 
 /// One row per candidate; `order` where it was chosen.
-fn candidates(report: &Report<'_>) -> Table {
-    let (study, plan) = (report.study, report.plan);
-    let mut failures = plan.failures.iter().peekable();
-    let row = |i: usize| {
-        let failure = failures.next_if(|(at, _)| *at == i).map(|(_, failure)| failure);
-        let (status, reason) = failure.map_or((SOLVED, ""), |failure| (&*failure.status, failure.reason.as_str()));
-        let order = plan.chosen.iter().position(|&own| own == i).map(|k| k + 1);
-        let mut row: Row = vec![(i + 1).into(), study.candidates[i].name.as_str().into(), status.into(), reason.into()];
-        row.push(order.into());
-        row.extend(place(study, i));
+fn candidates(study: &MeasurementDesignStudy, plan: Option<&Plan>) -> Table {
+    let columns =
+        [counts(["candidate"]), texts(["pose", "status", "reason"]), counts(["order"]), place_columns(study)].concat();
+    let rows = plan.into_iter().flat_map(|plan| {
+        let mut failures = plan.failures.iter().peekable();
+        (0..study.candidates.len()).map(move |i| {
+            let failure = failures.next_if(|(at, _)| *at == i).map(|(_, failure)| failure);
+            let order = plan.chosen.iter().position(|&own| own == i).map(|k| k + 1);
+            let mut row: Row = vec![(i + 1).into(), study.candidates[i].name.as_str().into()];
+            row.extend(status_cells(failure.map_or(Ok(()), Err)));
+            row.push(order.into());
+            row.extend(place(study, i));
+            row
+        })
+    });
+    Table::new(columns, rows)
+}
+
+/// Columns that say where the drives stand, degrees and mm.
+fn drive_columns(machine: &Machine) -> Vec<String> {
+    let units = machine.drives().map(|(_, drive)| drive.motion.position_unit());
+    machine.drive_labels().iter().zip(units).map(|(label, unit)| format!("{label}_{unit}")).collect()
+}
+
+/// Where the drives stand, degrees and mm.
+fn drive_positions<'a>(machine: &'a Machine, own: &'a Measurement) -> impl Iterator<Item = f64> + 'a {
+    // What a person types, without the rounding of its way through radians.
+    let tidy = |shown: f64| (shown * 1e9).round() / 1e9 + 0.0;
+    own.at.drives.iter().zip(machine.drives()).map(move |(position, (_, drive))| tidy(drive.motion.shown(*position)))
+}
+
+/// A vector of a measurement, if it has one.
+type VectorOf = fn(&Measurement) -> Option<Vector3<f64>>;
+
+/// The sheet: poses, loads, and empty cells for what is read.
+pub(super) fn sheet(study: &MeasurementDesignStudy, plan: &Plan) -> Table {
+    let machine = &study.machine;
+    let chosen: Vec<&Measurement> = plan.chosen.iter().map(|&i| &study.candidates[i]).collect();
+    let is_used = |of: &VectorOf| chosen.iter().any(|own| of(own).is_some_and(|vector| vector.norm() > 0.0));
+    let vectors: [(&str, &str, VectorOf); 5] = [
+        ("force", "N", |own| Some(own.load.force)),
+        ("moment", "Nmm", |own| Some(own.load.moment)),
+        ("reference_force", "N", |own| Some(own.reference.force)),
+        ("reference_moment", "Nmm", |own| Some(own.reference.moment)),
+        ("marker", "mm", |own| own.marker),
+    ];
+    let used: Vec<_> = vectors.into_iter().filter(|(name, _, of)| *name == "force" || is_used(of)).collect();
+    let readings = chosen.first().map_or(&[][..], |own| &own.readings);
+    let mut columns = [texts(["pose"]), numbers(drive_columns(machine))].concat();
+    for (name, unit, _) in &used {
+        columns.extend(numbers(["x", "y", "z"].map(|axis| format!("{name}_{axis}_{unit}"))));
+    }
+    columns.extend(numbers(readings.iter().map(|reading| reading.column)));
+    let row = |(number, own): (usize, &&Measurement)| {
+        let mut row: Row = vec![Cell::from((number + 1).to_string())];
+        row.extend(cells(drive_positions(machine, own)));
+        for (_, _, of) in &used {
+            row.extend((0..3).map(|axis| Cell::from(of(own).map(|vector| vector[axis]))));
+        }
+        row.extend(readings.iter().map(|_| Cell::Missing));
         row
     };
-    Table::new(candidate_columns(study), (0..study.candidates.len()).map(row).collect::<Vec<Row>>())
+    Table::new(columns, chosen.iter().enumerate().map(row))
 }

@@ -1,5 +1,10 @@
 //! The first screen of a placement study: where to put the workpiece, what that brings, and how much room there is.
 
+use super::{
+    quantities::of_entry,
+    summary::counts,
+    text::{NO_DEFLECTION, at, best_entry, nowhere, towards},
+};
 use crate::{
     answer::cautions,
     files::words::{counted, percent, signed, typographic},
@@ -8,12 +13,7 @@ use crate::{
     questions::{
         path::report::facts_text,
         placement::{
-            COORDINATES, End, Entry, Evaluation, FeatureJob, Metric, PlacementResults, PlacementStudy, Room, is_angle,
-            report::{
-                advice::{NO_DEFLECTION, best_entry, nowhere},
-                summary::{at, counts},
-                tables::is_found,
-            },
+            End, Entry, Evaluation, FeatureJob, Found, Metric, PlacementResults, PlacementStudy, Room, is_angle,
         },
     },
 };
@@ -98,7 +98,7 @@ fn gained(results: &PlacementResults, entry: &Entry, evaluation: &Evaluation) ->
     let study = &results.study;
     let worst = |evaluation: &Evaluation| evaluation.metrics.get(Metric::WorstDeflection);
     let named = study.candidates.iter().filter_map(|candidate| {
-        let found = results.entries.iter().find(|other| other.name == candidate.name && !is_found(other))?;
+        let found = results.entries.iter().find(|other| other.name == candidate.name && other.found == Found::Named)?;
         Some((&found.name, worst(found.feasible()?)?)).filter(|_| found.name != entry.name)
     });
     let (Some((name, there)), Some(here)) = (named.into_iter().next(), worst(evaluation)) else { return String::new() };
@@ -128,7 +128,7 @@ fn kept(study: &PlacementStudy, share: Option<f64>) -> String {
 
 fn in_candidates(study: &PlacementStudy, entry: &Entry, metric: Metric, value: f64) -> InTable {
     let rows = [["name", entry.name.as_str()]];
-    InTable::new("candidates.csv", [metric.column(&study.machine)], &rows, Extreme::Largest, value)
+    of_entry(study, metric).found_in("candidates.csv", &rows, Extreme::Largest, value)
 }
 
 fn before(study: &PlacementStudy, entry: &Entry, evaluation: &Evaluation) -> Option<KeyNumber> {
@@ -175,9 +175,8 @@ fn room(results: &PlacementResults) -> Option<KeyNumber> {
         false => room.distance < NO_ROOM_MM,
     };
     let (blocked, free): (Vec<&Room>, Vec<&Room>) = results.flatness.iter().partition(is_none);
-    let sign = |room: &Room| if room.direction > 0.0 { "+" } else { "\u{2212}" };
-    let name = |room: &Room| format!("{}{}", sign(room), COORDINATES[room.coordinate]);
-    let none: Vec<String> = blocked.iter().map(|room| format!("none towards {}: {}", name(room), end(room))).collect();
+    let none: Vec<String> =
+        blocked.iter().map(|room| format!("none towards {}: {}", towards(room), end(room))).collect();
     let free = free.into_iter().filter(|room| !is_angle(room.coordinate));
     let Some(least) = free.min_by(|a, b| a.distance.total_cmp(&b.distance)) else {
         let is_blocked = blocked.iter().any(|room| !is_angle(room.coordinate));
@@ -187,8 +186,8 @@ fn room(results: &PlacementResults) -> Option<KeyNumber> {
     // What is said can be done.
     let distance = (10.0 * least.distance).floor() / 10.0;
     let what = match &least.end {
-        End::Worse => format!("room where it is least ({}), before the objective is 5 % worse", name(least)),
-        _ => format!("room where it is least ({}), then {}", name(least), end(least)),
+        End::Worse => format!("room where it is least ({}), before the objective is 5 % worse", towards(least)),
+        _ => format!("room where it is least ({}), then {}", towards(least), end(least)),
     };
     Some(KeyNumber::new(&format!("{distance:.1} mm"), what, none.join("; ")))
 }

@@ -1,19 +1,275 @@
 //! Reports of a placement study.
 
-mod advice;
-mod answer;
-mod compromises;
 mod headline;
-mod page;
 mod pictures;
+mod quantities;
 mod recommended;
 mod summary;
-mod tables;
-
-pub use page::page;
-pub use pictures::figures;
-pub use summary::{entries_table, summary_json, summary_text};
+mod text;
 
 pub use headline::known;
-pub use tables::{candidates_table, sweep_table};
-pub(crate) use tables::{cell_status, front_table, refinements_table};
+pub use quantities::{candidates_table, sweep_table};
+pub use summary::summary_json;
+pub use text::{entries_table, summary_text};
+
+use nalgebra::Vector3;
+use serde_json::{Value, json};
+
+use self::quantities::{available, cell_status, front_table, of_cells, of_entries, refinements_table};
+use crate::{
+    answer::{Output, Run, layers},
+    files::{
+        Manifest,
+        words::{counted, typographic},
+    },
+    input::error::Result,
+    machine::Machine,
+    page::{Column, Description, Explorer, Fact, MachineDescription, Mark, Section, Shape, TableNote, error_facts},
+    process::{Placement, file::NOT_CONTROLLED},
+    questions::{
+        Answered,
+        placement::{
+            Best, CLEARANCE_MM, COORDINATES, Entry, FeatureJob, Found, Metric, PlacementResults, PlacementStudy, Site,
+            UNITS, site::unit_suffix,
+        },
+    },
+    simulation::{demands::Led, external_axes::along},
+};
+
+impl Answered for PlacementStudy {
+    fn answer(&self, (): &(), run: &Run<'_>) -> Result<Output> {
+        let results = super::run(self, run.work)?;
+        let (search, entries) = (&self.search, &results.entries);
+        let mut tables = vec![
+            ("candidates".to_string(), candidates_table(self, entries)),
+            ("sweep".into(), sweep_table(&results)),
+            ("refinements".into(), refinements_table(&results)),
+        ];
+        if !self.objective.pareto.is_empty() {
+            tables.push(("pareto".into(), front_table(&results)));
+        }
+        Ok(Output {
+            // Places where the workpiece cannot be cut are an answer; that there is no other is a failure.
+            is_answered: Some(results.best.is_some()),
+            tables,
+            figures: run.drawn(|| pictures::figures(&results)),
+            details: format!("{}\n{}", entries_table(self, entries), summary_text(&results)),
+            best_place: results.best.as_ref().map(|best| best_place(&results, best)),
+            ..Output::of(
+                json!({
+                    "grid": self.grid.counts(),
+                    "starts": search.starts,
+                    "max_iterations": search.max_iterations,
+                    "tolerance": search.tolerance,
+                    "coarse_to_fine": search.coarse_to_fine,
+                }),
+                Manifest::count(results.cells.iter().map(cell_status)),
+                summary_json(&results),
+                Description { headline: headline::headline(&results), ..page(&results) },
+            )
+        })
+    }
+}
+
+fn best_place(results: &PlacementResults, best: &Best) -> Value {
+    json!({ "name": results.entries[best.entry].name, "place": best.site.shown(), "objective": best.value })
+}
+
+/// Sections, setting, views and tables; first screen, figures and question are added by the run.
+fn page(results: &PlacementResults) -> Description {
+    let study = &results.study;
+    let mut tables = vec![
+        TableNote::new(
+            "candidates.csv",
+            "Named and found places with all numbers, best first; those that cannot be cut at last, with the reason.",
+        ),
+        TableNote::new("sweep.csv", "Places of the sweep; where one was stopped early, its numbers are bounds."),
+        TableNote::new("refinements.csv", "Refinements: where each started and ended."),
+    ];
+    if !study.objective.pareto.is_empty() {
+        tables.push(TableNote::new(
+            "pareto.csv",
+            "All compromises: places that no other beats in all these numbers, each refined.",
+        ));
+    }
+    Description {
+        setting: setting(study),
+        terms: vec![Fact::new("Positions", positions(&study.machine))],
+        sections: sections(results),
+        explorers: vec![sweep(results), places(study)],
+        tables,
+        ..Description::new("placement", MachineDescription::new(&study.machine))
+    }
+}
+
+fn sections(results: &PlacementResults) -> Vec<Section> {
+    let mut sections = vec![
+        Section::new("Why here?", "every place that was tried, and the named ones beside it")
+            .text(&text::place(results))
+            .small_tables(text::compromises(results))
+            .explorers([SWEEP, PLACES])
+            .figures(&["answer", "map_", "pareto"])
+            .tables(["candidates.csv"]),
+        Section::new("Where on the path is it worst?", "the error along the path here and at a poor place")
+            .figures(&["path_errors", "paths"]),
+        Section::new("How sure is it?", "how it was found, and how far the workpiece may be moved")
+            .text(&(text::search(results) + &text::certainty(results))),
+    ];
+    if let Some(best) = &results.best {
+        let heading = "What to do next?";
+        let section = Section::new(heading, "set this place in the process file, compensate the program, check it")
+            .text("This place, for the process file of `kinetostat compensate` and of path studies:");
+        sections.push(section.to_copy(table_of(&best.site)));
+    }
+    sections
+}
+
+/// A place as the table of a process file.
+fn table_of(site: &Site) -> String {
+    let [x, y, z, angles @ ..] = site.shown();
+    let turned = COORDINATES[3..].iter().zip(angles).filter(|(_, angle)| *angle != 0.0);
+    let turned: String = turned.map(|(name, angle)| format!("{name}_deg = {angle:?}\n")).collect();
+    format!("[placement]\norigin_mm = [{x:?}, {y:?}, {z:?}]\n{turned}")
+}
+
+/// Titles of the views.
+const SWEEP: &str = "Places of the sweep";
+const PLACES: &str = "Named and found places";
+
+fn corner(p: Vector3<f64>) -> String {
+    typographic(&format!("({}, {}, {})", p.x, p.y, p.z))
+}
+
+/// What positions of the first screen are of.
+fn positions(machine: &Machine) -> String {
+    let carrier = machine.carrier.as_ref().map_or("the machine's base", |carrier| carrier.name.as_str());
+    format!("of the part's origin, from the origin of {carrier}")
+}
+
+fn setting(study: &PlacementStudy) -> Vec<Fact> {
+    let mut facts = vec![
+        Fact::new("machine", study.machine.title.clone()),
+        Fact::new("objective (minimised)", study.objective.words(&study.machine)),
+        Fact::new("best and worst", "over the points of the paths at one place; each place has its own"),
+    ];
+    for (i, name) in COORDINATES.iter().enumerate() {
+        let [low, high] = [study.bounds.low, study.bounds.high].map(|end| Site(end).shown()[i]);
+        let unit = unit_suffix(i);
+        let value = if low == high { format!("fixed at {low}{unit}") } else { format!("{low} to {high}{unit}") };
+        facts.push(Fact::new(*name, typographic(&value)));
+    }
+    let is_alike = study.features.windows(2).all(|pair| pair[0].errors == pair[1].errors);
+    for (index, job) in study.features.iter().enumerate() {
+        let name = &job.feature.name;
+        facts.push(Fact::new(format!("feature {name}"), feature(job)));
+        let errors = error_facts(&study.machine, &job.errors);
+        match is_alike {
+            true if index + 1 == study.features.len() => facts.extend(errors),
+            true => {}
+            false => facts.extend(errors.into_iter().map(|e| Fact::new(format!("{}, {name}", e.label), e.value))),
+        }
+    }
+    facts.extend(study.machine.uncontrolled_words().map(|words| Fact::new(NOT_CONTROLLED, words)));
+    facts.extend(study.machine.held_words().map(|words| Fact::new("held", words)));
+    facts.push(Fact::new("P on all paths within", {
+        let (low, high) = (corner(study.machine.workspace.min), corner(study.machine.workspace.max));
+        format!("{low} to {high} mm, the machine's workspace box")
+    }));
+    if let Some(table) = &study.table {
+        let (centre, size) = (table.centre_mm, table.size_mm);
+        let mut words = format!("{} mm × {} mm around ({}, {}) mm", size.x, size.y, centre.x, centre.y);
+        if table.yaw != 0.0 {
+            words += &format!(", turned by {}°", table.yaw.to_degrees());
+        }
+        let hangs = if table.is_overhead { ", the part under it: the tool points up" } else { "" };
+        words += &table.height_mm.map_or_else(String::new, |height| format!(", surface at z = {height} mm{hangs}"));
+        facts.push(Fact::new("table", format!("{words}, margin {} mm", table.margin_mm)));
+    }
+    if !study.forbidden.is_empty() {
+        let clearance =
+            format!("{} mm on every side (clearance_mm; {CLEARANCE_MM} mm if not given)", study.clearance_mm);
+        facts.push(Fact::new("clearance around forbidden boxes", clearance));
+    }
+    for forbidden in &study.forbidden {
+        let (low, high) = (corner(forbidden.extent.min), corner(forbidden.extent.max));
+        facts.push(Fact::new(format!("forbidden box {}", forbidden.name), format!("{low} to {high} mm")));
+    }
+    facts
+}
+
+fn feature(job: &FeatureJob) -> String {
+    let (machine, feature) = (job.machine(), &job.feature);
+    let (unplaced, external) = (Placement::default(), along(machine, &feature.path));
+    let mut led = Led::new(machine, &unplaced);
+    let forces = feature.path.points().iter().zip(&feature.loads).map(|(point, load)| {
+        let placed = led.placed(external(point));
+        let there = point.orientation.map_or(*placed, |orientation| placed.oriented(&orientation));
+        load.on_tool(point.tangent, there.tool_axes()).force_N.norm()
+    });
+    let most = forces.fold(0.0, f64::max);
+    let limits = &job.limits;
+    let mut words = format!(
+        "{}, force on the tool up to {most:.1} N, tolerance {} mm, compensation holds: {}, cutting: {}",
+        counted(feature.path.len(), "point"),
+        feature.tolerance_mm,
+        job.target.words(),
+        job.cuts.words()
+    );
+    for (limit, what, unit) in [
+        (limits.correction_mm, "corrections", "mm"),
+        (limits.correction_change_mm, "change of a correction from point to point", "mm"),
+        (limits.force_N, "drive forces", "N"),
+    ] {
+        if let Some(limit) = limit {
+            words += &format!(", {what} at most {limit} {unit}");
+        }
+    }
+    words
+}
+
+fn sweep(results: &PlacementResults) -> Explorer {
+    let study = &results.study;
+    let column =
+        |i: usize| Column::new(format!("{}_{}", COORDINATES[i], UNITS[i]), COORDINATES[i], unit_suffix(i).trim_start());
+    Explorer {
+        title: SWEEP.into(),
+        table: "sweep.csv".into(),
+        shape: Shape::Grid,
+        coordinates: shown(study).into_iter().map(column).collect(),
+        group: None,
+        quantities: layers(&of_cells(study)),
+        marks: marks(results),
+    }
+}
+
+/// The coordinates of the view: x, y, z and the first angle that the sweep varies, or else yaw.
+fn shown(study: &PlacementStudy) -> [usize; 4] {
+    let angle = (3..COORDINATES.len()).find(|&i| study.grid.axes[i].len() > 1);
+    [0, 1, 2, angle.unwrap_or(3)]
+}
+
+/// The named places and the best one, as far as they lie within the bounds.
+fn marks(results: &PlacementResults) -> Vec<Mark> {
+    let bounds = &results.study.bounds;
+    let best = results.best.as_ref().map(|best| best.entry);
+    let is_shown = |(index, entry): &(usize, &Entry)| {
+        (Some(*index) == best || entry.found == Found::Named) && bounds.inside(&entry.site).is_some()
+    };
+    let shown = results.entries.iter().enumerate().filter(is_shown);
+    let position = |entry: &Entry| self::shown(&results.study).into_iter().map(|i| entry.site.shown()[i]).collect();
+    shown.map(|(_, entry)| Mark { label: entry.name.clone(), position: position(entry) }).collect()
+}
+
+/// Named and found places side by side.
+fn places(study: &PlacementStudy) -> Explorer {
+    let metrics = available(study).filter(|metric| *metric != Metric::ForceMargin);
+    Explorer {
+        title: PLACES.into(),
+        table: "candidates.csv".into(),
+        shape: Shape::Names,
+        coordinates: vec![Column::new("name", "place", "")],
+        group: None,
+        quantities: layers(&of_entries(study, metrics)),
+        marks: Vec::new(),
+    }
+}

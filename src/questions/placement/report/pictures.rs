@@ -8,7 +8,7 @@ use crate::{
         amplification::amplification,
     },
     files::{file_stem, words::typographic},
-    questions::placement::{COORDINATES, Metric, Metrics, PlacementResults, Site, Trace, report::recommended},
+    questions::placement::{COORDINATES, Found, Metric, Metrics, PlacementResults, Site, Trace, report::recommended},
 };
 
 /// Most panels of a map.
@@ -199,14 +199,10 @@ fn pareto(results: &PlacementResults) -> LineFigure {
             }
         }
     }
-    let named = results
-        .entries
-        .iter()
-        .filter(|entry| !crate::questions::placement::report::tables::is_found(entry))
-        .filter_map(|entry| {
-            let values = &entry.outcome.as_ref().ok()?.metrics;
-            Some((entry.name.clone(), vec![point(values)]))
-        });
+    let named = results.entries.iter().filter(|entry| entry.found == Found::Named).filter_map(|entry| {
+        let values = &entry.outcome.as_ref().ok()?.metrics;
+        Some((entry.name.clone(), vec![point(values)]))
+    });
     series.extend(named);
     LineFigure {
         title: "What one objective costs in the other".into(),
@@ -220,10 +216,7 @@ fn pareto(results: &PlacementResults) -> LineFigure {
             .into_iter()
             .map(|(label, points)| LineSeries { label, points, dashed: false, band: Vec::new() })
             .collect(),
-        equal_axes: false,
-        log_x: false,
-        log_y: false,
-        closed_note: None,
+        ..LineFigure::default()
     }
 }
 
@@ -232,9 +225,30 @@ fn traces_of(results: &PlacementResults, feature: usize) -> impl Iterator<Item =
     results.traces.iter().filter(move |trace| trace.feature == feature)
 }
 
-/// A curve over the points where the tool cuts; it is broken where it does not, or where there is no value.
-fn cut(trace: &Trace, value: &dyn Fn(usize) -> Option<(f64, f64)>) -> PanelCurve {
-    let mut pieces: Vec<Vec<(f64, f64)>> = Vec::new();
+/// Where the tool goes.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Way {
+    Wanted,
+    Before,
+    After,
+}
+
+impl Way {
+    pub(super) const ALL: [Way; 3] = [Way::Wanted, Way::Before, Way::After];
+
+    /// How far it is from where it should be at a point, mm; `None` where that is not known.
+    pub(super) fn error(self, trace: &Trace, k: usize) -> Option<Vector3<f64>> {
+        match self {
+            Way::Wanted => Some(Vector3::zeros()),
+            Way::Before => trace.before[k],
+            Way::After => trace.after[k],
+        }
+    }
+}
+
+/// What there is at the points where the tool cuts, in pieces: they end where it does not cut, or where there is nothing.
+pub(super) fn cut<T: Copy>(trace: &Trace, value: impl Fn(usize) -> Option<T>) -> Vec<Vec<T>> {
+    let mut pieces: Vec<Vec<T>> = Vec::new();
     let mut last = None;
     for (k, at) in (0..trace.cutting.len()).filter_map(|k| Some((k, value(k)?))) {
         // Without cutting on the way here, the point starts a piece if the tool cuts from it on.
@@ -247,15 +261,16 @@ fn cut(trace: &Trace, value: &dyn Fn(usize) -> Option<(f64, f64)>) -> PanelCurve
             last = Some(k);
         }
     }
-    PanelCurve { pieces }
+    pieces
 }
 
 /// How far the tool is from its path, before and after, at the best and at a poor place.
 fn errors(results: &PlacementResults, feature: usize) -> PanelFigure {
     let study = &results.study;
     let panel = |trace: &Trace| {
-        let curve =
-            |errors: &[Option<Vector3<f64>>]| cut(trace, &|k| Some((trace.arc_length_mm[k], errors[k]?.norm())));
+        let curve = |errors: &[Option<Vector3<f64>>]| PanelCurve {
+            pieces: cut(trace, |k| Some((trace.arc_length_mm[k], errors[k]?.norm()))),
+        };
         CurvePanel { title: trace.place.clone(), curves: vec![curve(&trace.before), curve(&trace.after)] }
     };
     PanelFigure {
@@ -277,16 +292,11 @@ fn path(results: &PlacementResults, feature: usize) -> PanelFigure {
     let wanted = traces_of(results, feature).next().map_or(&[][..], |trace| &trace.wanted);
     let amplification = amplification(wanted, shared_error(results));
     let panel = |trace: &Trace| {
-        let drawn = |error: &dyn Fn(usize) -> Option<Vector3<f64>>| {
-            cut(trace, &|k| {
-                let at = trace.wanted[k] + error(k)? * amplification;
-                Some((at.x, at.y))
-            })
+        let at = |k: usize, error: Vector3<f64>| trace.wanted[k] + error * amplification;
+        let drawn = |way: Way| PanelCurve {
+            pieces: cut(trace, |k| way.error(trace, k).map(|error| at(k, error)).map(|at| (at.x, at.y))),
         };
-        CurvePanel {
-            title: trace.place.clone(),
-            curves: vec![drawn(&|_| Some(Vector3::zeros())), drawn(&|k| trace.before[k]), drawn(&|k| trace.after[k])],
-        }
+        CurvePanel { title: trace.place.clone(), curves: Way::ALL.map(drawn).into() }
     };
     PanelFigure {
         title: format!("Predicted path: {}", study.features[feature].feature.name),

@@ -12,7 +12,8 @@ use crate::{
     page::MachineDescription,
     process::Extent,
     questions::placement::{
-        COORDINATES, Entry, Found, Metric, PlacementResults, Site, Trace, is_angle, report::pictures,
+        COORDINATES, Entry, Found, Metric, PlacementResults, Site, Trace, is_angle,
+        report::pictures::{self, Way, cut},
     },
     spatial::Pose,
 };
@@ -48,7 +49,7 @@ pub(super) fn plan(results: &PlacementResults) -> Option<Figure> {
     if let Some(best) = best {
         shapes.push(outline(results, &best.site, Look::Part, String::new()));
         shapes.extend(room(results, &best.site));
-        for (look, way) in [(Look::Path, Way::Wanted), (Look::Before, Way::Before), (Look::After, Way::After)] {
+        for (look, way) in [Look::Path, Look::Before, Look::After].into_iter().zip(Way::ALL) {
             shapes.extend(path(results, way).into_iter().map(|points| PlanShape {
                 look,
                 points: points.iter().map(|p| (p.x, p.y)).collect(),
@@ -158,38 +159,11 @@ fn factor(results: &PlacementResults) -> f64 {
     amplification(&wanted, errors.map(Vector3::norm).fold(0.0, f64::max))
 }
 
-/// Where the tool goes.
-#[derive(Debug, Clone, Copy)]
-enum Way {
-    Wanted,
-    Before,
-    After,
-}
-
 /// The paths of all features at the best place, or where the tool goes along them, in pieces where it cuts.
 fn path(results: &PlacementResults, way: Way) -> Vec<Vec<Vector3<f64>>> {
     let factor = factor(results);
-    let mut pieces: Vec<Vec<Vector3<f64>>> = Vec::new();
-    for trace in at_best(results) {
-        let mut piece: Vec<Vector3<f64>> = Vec::new();
-        for (k, at) in trace.wanted.iter().enumerate() {
-            let error = match way {
-                Way::Wanted => Some(Vector3::zeros()),
-                Way::Before => trace.before[k],
-                Way::After => trace.after[k],
-            };
-            let leads_on = trace.cutting.get(k + 1) == Some(&true);
-            if !trace.cutting[k] || error.is_none() {
-                pieces.push(std::mem::take(&mut piece));
-            }
-            if trace.cutting[k] || leads_on {
-                piece.extend(error.map(|error| at + factor * error));
-            }
-        }
-        pieces.push(piece);
-    }
-    pieces.retain(|piece| piece.len() > 1);
-    pieces
+    let along = |trace: &Trace| cut(trace, |k| Some(trace.wanted[k] + factor * way.error(trace, k)?));
+    at_best(results).flat_map(along).filter(|piece| piece.len() > 1).collect()
 }
 
 /// Whatever is not farther along x and y from the best place than this is rounding, mm.

@@ -1,13 +1,116 @@
-//! The recommendation in plain sentences.
+//! A placement study in sentences and small tables: what was sought, how it was found, and what is recommended.
 
+use super::{quantities::available, summary::counts};
 use crate::{
-    files::words::{counted, typographic},
+    files::{
+        text_table::text_table,
+        words::{counted, position, signed, typographic},
+    },
+    page::SmallTable,
     questions::placement::{
-        Agreement, Best, COORDINATES, End, Entry, Evaluation, Found, Metric, PlacementResults, Refinement, Room, Start,
-        is_angle,
-        report::{summary::at, tables::is_found},
+        Agreement, Best, COORDINATES, End, Entry, Evaluation, Found, Metric, Metrics, PlacementResults, PlacementStudy,
+        Refinement, Room, Site, Start, Verdict, is_angle,
+        site::{in_unit, unit_suffix},
     },
 };
+
+/// A place in words.
+pub(super) fn at(site: &Site) -> String {
+    let [x, y, z, angles @ ..] = site.shown();
+    let turned = COORDINATES[3..].iter().zip(angles).filter(|(_, angle)| *angle != 0.0);
+    let turned: Vec<String> = turned.map(|(name, angle)| typographic(&format!("{name} {angle:.1}°"))).collect();
+    match turned.as_slice() {
+        [] => position(x, y, z),
+        turned => format!("{} at {}", position(x, y, z), turned.join(", ")),
+    }
+}
+
+/// Metrics shown side by side on the screen.
+const SHOWN: [Metric; 8] = [
+    Metric::WorstDeflection,
+    Metric::RmsDeflection,
+    Metric::WorstCorrection,
+    Metric::WorstDriveForce,
+    Metric::WorstHingeCorrection,
+    Metric::WorstHingeTorque,
+    Metric::WorstResidual,
+    Metric::ShareWithin,
+];
+
+/// The entries side by side, ranked.
+pub fn entries_table(study: &PlacementStudy, entries: &[Entry]) -> String {
+    let machine = &study.machine;
+    let shown: Vec<Metric> = available(study).filter(|metric| SHOWN.contains(metric)).collect();
+    let is_tilted = entries.iter().any(|entry| entry.site.0[4..] != [0.0; 2]);
+    let angles = if is_tilted { 3..6 } else { 3..4 };
+    let mut header = vec!["place".to_string(), "x, y, z [mm]".into()];
+    header.extend(COORDINATES[angles.clone()].iter().map(|name| format!("{name} [°]")));
+    header.extend(shown.iter().map(|metric| metric.short_words(machine).into()));
+    let mut table = text_table(header, 1);
+    for entry in entries {
+        let shown_site = entry.site.shown();
+        let [x, y, z, ..] = shown_site;
+        let mut row = vec![entry.name.clone(), format!("{x:.2}, {y:.2}, {z:.2}")];
+        row.extend(shown_site[angles.clone()].iter().map(|angle| format!("{angle:.1}")));
+        match &entry.outcome {
+            Ok(evaluation) => row.extend(shown.iter().map(|metric| {
+                evaluation.metrics.get(*metric).map_or_else(|| "–".into(), |value| metric.shown(machine, value))
+            })),
+            Err(failure) => row.push(failure.status.replace('_', " ")),
+        }
+        if entry.outcome.is_ok() && entry.feasible().is_none() {
+            row[0] += " (outside)";
+        }
+        table.add_row(row);
+    }
+    let reasons =
+        entries.iter().filter_map(|entry| Some(format!("{}: {}.\n", entry.name, signed(&entry.refusal()?.reason))));
+    format!("{table}\n{}", reasons.collect::<String>())
+}
+
+/// What was sought, and how many places were looked at.
+pub(super) fn search(results: &PlacementResults) -> String {
+    let study = &results.study;
+    let [complete, stopped, infeasible] = counts(results);
+    let points: usize = study.features.iter().map(|job| job.feature.path.len()).sum();
+    format!(
+        "{}: {}, {}; objective (minimised): {}.\nSweep of {}: {complete} evaluated on the whole path, {stopped} stopped \
+         early because they could not beat the best any more, {infeasible} where the workpiece cannot be cut.\n{}",
+        study.machine.title,
+        counted(study.features.len(), "feature"),
+        counted(points, "path point"),
+        study.objective.words(&study.machine),
+        counted(results.cells.len(), "place"),
+        coarseness(results)
+    )
+}
+
+/// Everything that is said: what was sought, how it was found, and the recommendation.
+pub fn summary_text(results: &PlacementResults) -> String {
+    search(results) + &place(results) + &certainty(results)
+}
+
+/// What the sweep is too coarse for.
+fn coarseness(results: &PlacementResults) -> String {
+    let gaps = &results.gaps;
+    let mut text = String::new();
+    if !gaps.sites.is_empty() {
+        text += &format!("Between its places the workpiece fits at {} more that were looked for.\n", gaps.sites.len());
+    }
+    if !gaps.coarse.is_empty() {
+        let study = &results.study;
+        let step = |&i: &usize| {
+            format!("{} ({:.1}{})", COORDINATES[i], in_unit(i, study.grid.step(i, &study.bounds)), unit_suffix(i))
+        };
+        let steps: Vec<String> = gaps.coarse.iter().map(step).collect();
+        text += &format!(
+            "The sweep is coarser than the room that it found: its steps along {} are wider than some of it. More such \
+             room may lie between; a finer [placement.search] grid would show it.\n",
+            steps.join(", ")
+        );
+    }
+    text
+}
 
 /// What happens at the recommended place, and at the others.
 pub(super) fn place(results: &PlacementResults) -> String {
@@ -26,7 +129,7 @@ pub(super) fn certainty(results: &PlacementResults) -> String {
 /// Why the workpiece cannot be cut.
 pub(super) fn nowhere(results: &PlacementResults) -> String {
     let cell = results.cells.iter().find_map(|cell| match &cell.verdict {
-        crate::questions::placement::Verdict::Infeasible(failure) => Some((at(&cell.site), &failure.reason)),
+        Verdict::Infeasible(failure) => Some((at(&cell.site), &failure.reason)),
         _ => None,
     });
     let elsewhere: Vec<&str> =
@@ -90,7 +193,7 @@ fn comparison(results: &PlacementResults) -> String {
     let Some((recommended, best)) = best_entry(results) else { return String::new() };
     let worst = |evaluation: &Evaluation| evaluation.metrics.get(Metric::WorstDeflection);
     let Some(at_best) = worst(best) else { return String::new() };
-    let named = results.entries.iter().filter(|entry| !is_found(entry) && entry.name != recommended.name);
+    let named = results.entries.iter().filter(|entry| entry.found == Found::Named && entry.name != recommended.name);
     let compared: Vec<String> = named
         .map(|entry| match &entry.outcome {
             Ok(evaluation) => {
@@ -198,21 +301,25 @@ fn ended(refinement: &Refinement) -> String {
     }
 }
 
+/// Where a way leads: "+x".
+pub(super) fn towards(room: &Room) -> String {
+    let sign = if room.direction > 0.0 { "+" } else { "\u{2212}" };
+    format!("{sign}{}", COORDINATES[room.coordinate])
+}
+
 /// How far the workpiece may be moved.
 fn room(results: &PlacementResults) -> String {
     let way = |room: &Room| {
         let i = room.coordinate;
-        let sign = if room.direction > 0.0 { "+" } else { "\u{2212}" };
-        let (distance, unit) = if is_angle(i) { (room.distance.to_degrees(), "°") } else { (room.distance, " mm") };
         // What is said can be done.
-        let distance = (10.0 * distance + 1e-6).floor() / 10.0;
+        let distance = (10.0 * in_unit(i, room.distance) + 1e-6).floor() / 10.0;
         let end = match &room.end {
             End::Worse => "",
             End::Bound => " (its bound)",
             End::Nowhere => " (any angle)",
             End::Infeasible(_) => " (then it cannot be cut)",
         };
-        format!("{sign}{} {distance:.1}{unit}{end}", COORDINATES[i])
+        format!("{} {distance:.1}{}{end}", towards(room), unit_suffix(i))
     };
     match results.flatness.as_slice() {
         [] => String::new(),
@@ -221,4 +328,50 @@ fn room(results: &PlacementResults) -> String {
             format!("Moved from there, the objective is 5 % worse after {}.\n", ways.join(", "))
         }
     }
+}
+
+/// A compromise is shown if one of its numbers differs by this share of its size from that of the one shown before.
+const DIFFERENT: f64 = 0.02;
+
+/// The compromises that differ, with the coordinates that do; `None` where there are not two.
+pub(super) fn compromises(results: &PlacementResults) -> Option<SmallTable> {
+    let study = &results.study;
+    let metrics = &study.objective.pareto;
+    let differs = |a: &Metrics, b: &Metrics| {
+        metrics.iter().any(|metric| match (a.get(*metric), b.get(*metric)) {
+            (Some(a), Some(b)) => (a - b).abs() > DIFFERENT * a.abs().max(b.abs()),
+            _ => true,
+        })
+    };
+    let mut shown: Vec<&(Site, Metrics)> = Vec::new();
+    for place in &results.front {
+        if shown.last().is_none_or(|last| differs(&last.1, &place.1)) {
+            shown.push(place);
+        }
+    }
+    if shown.len() < 2 {
+        return None;
+    }
+    let text = |site: &Site, i: usize| {
+        let value = site.shown()[i];
+        typographic(&if is_angle(i) { format!("{value:.0}°") } else { format!("{value:.1} mm") })
+    };
+    let varies = |i: &usize| shown.iter().any(|(site, _)| text(site, *i) != text(&shown[0].0, *i));
+    let free: Vec<usize> = (0..COORDINATES.len()).filter(varies).collect();
+    let header = free.iter().map(|&i| COORDINATES[i].to_string());
+    let header = header.chain(metrics.iter().map(|metric| metric.words(&study.machine).to_string())).collect();
+    let row = |(site, values): &&(Site, Metrics)| {
+        let places = free.iter().map(|&i| text(site, i));
+        let numbers = metrics.iter().map(|metric| {
+            values.get(*metric).map_or_else(|| "–".to_string(), |value| metric.shown(&study.machine, value))
+        });
+        places.chain(numbers).collect()
+    };
+    let caption = format!(
+        "Compromises: no place is better in all of these; {} of {} shown, those that differ by {:.0} % in one of them",
+        shown.len(),
+        results.front.len(),
+        100.0 * DIFFERENT
+    );
+    Some(SmallTable { caption, header, rows: shown.iter().map(row).collect() })
 }
