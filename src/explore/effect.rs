@@ -2,12 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::Explorer;
+use super::{Explorer, check, refused};
 use crate::{
-    input::{
-        check::LARGEST,
-        error::{Error, Result},
-    },
+    input::error::Result,
     machine::{Skeleton, Zeroed},
     questions::map::WorkspaceMapStudy,
     simulation::{Failure, Machines, SOLVED, Source, settled::settled},
@@ -33,7 +30,7 @@ pub struct EffectAsked {
 }
 
 /// What happens there, mm.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Default, Serialize)]
 pub struct EffectAnswer {
     /// `solved`, or why there is no answer.
     pub status: String,
@@ -81,31 +78,16 @@ impl Explorer {
     /// # Errors
     /// There is no map, or this is no place of one. Where there is no equilibrium is an answer.
     pub fn effect(&self, asked: &EffectAsked) -> Result<EffectAnswer> {
-        let refused = |argument: &str, problem: String| Error::Argument { argument: argument.into(), problem };
-        let map = self.map.as_ref().ok_or_else(|| refused("effect", "there is no map in this scene".into()))?;
-        if let Some(value) = asked.position.iter().find(|value| value.is_nan() || value.abs() > LARGEST) {
-            return Err(refused("position", format!("expected numbers up to {LARGEST:e}, got {value}")));
-        }
+        let map = self.map.as_ref().ok_or_else(|| refused("effect", "there is no map in this scene"))?;
+        check("position", "numbers", &asked.position)?;
         let phi = match (asked.source.has_cutting_force(), asked.phi_deg) {
             (false, _) => None,
             (true, Some(degrees)) if degrees.is_finite() => Some(map.study.nearest_phi(degrees.to_radians())),
             (true, _) => {
-                return Err(refused("phi_deg", "expected the tool angle in degrees, where cutting force acts".into()));
+                return Err(refused("phi_deg", "expected the tool angle in degrees, where cutting force acts"));
             }
         };
-        Ok(map.effect(asked, phi).unwrap_or_else(EffectAnswer::refused))
-    }
-}
-
-impl EffectAnswer {
-    fn refused(failure: Failure) -> Self {
-        Self {
-            status: failure.status.to_string(),
-            reason: failure.reason,
-            phi_deg: None,
-            displacement: None,
-            before: None,
-            loaded: None,
-        }
+        let failed = |Failure { status, reason }| EffectAnswer { status: status.into(), reason, ..Default::default() };
+        Ok(map.effect(asked, phi).unwrap_or_else(failed))
     }
 }

@@ -2,12 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Explorer, Workpiece};
+use super::{Explorer, Workpiece, check, refused};
 use crate::{
-    input::{
-        check::LARGEST,
-        error::{Error, Result},
-    },
+    input::error::Result,
     machine::Machine,
     questions::placement::{Along, AlongPoint, Metric, Metrics, Site, is_angle, stride},
     simulation::Failure,
@@ -103,18 +100,13 @@ impl Explorer {
     }
 
     pub(super) fn workpiece(&self) -> Result<&Workpiece> {
-        let none =
-            || Error::Argument { argument: "place".into(), problem: "there is no workpiece in this scene".into() };
-        self.workpiece.as_ref().ok_or_else(none)
+        self.workpiece.as_ref().ok_or_else(|| refused("place", "there is no workpiece in this scene"))
     }
 }
 
 /// A place from numbers as they are shown.
 pub(super) fn site(shown: [f64; 6]) -> Result<Site> {
-    if let Some(value) = shown.iter().find(|value| value.is_nan() || value.abs() > LARGEST) {
-        let problem = format!("expected six numbers up to {LARGEST:e}, got {value}");
-        return Err(Error::Argument { argument: "place".into(), problem });
-    }
+    check("place", "six numbers", &shown)?;
     Ok(Site(std::array::from_fn(|i| if is_angle(i) { shown[i].to_radians() } else { shown[i] })))
 }
 
@@ -125,9 +117,7 @@ pub(super) fn columns(pose: &Pose) -> [[f64; 3]; 4] {
 }
 
 fn shown(point: AlongPoint, machine: &Machine) -> PointShown {
-    let positions = |values: Vec<f64>| {
-        values.iter().zip(machine.drives()).map(|(value, (_, drive))| drive.motion.shown(*value)).collect::<Vec<_>>()
-    };
+    let positions = |values: Vec<f64>| super::tool::shown(machine, &values);
     PointShown {
         index: point.index,
         wanted: point.wanted_mm.into(),

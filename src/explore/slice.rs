@@ -1,15 +1,14 @@
 //! A plane of the workspace under a load: how far the tool moves at each node, and what must be commanded instead.
 
-use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-use super::{Explorer, LoadAsked, tool::shown};
+use super::{
+    Explorer, refused,
+    tool::{LoadAsked, shown},
+};
 use crate::{
     compensation::{Compensation, Demand, Method, Session, Target, compensate},
-    input::{
-        check::LARGEST,
-        error::{Error, Result},
-    },
+    input::{check::LARGEST, error::Result},
     inspect::point::PointLoad,
     machine::Configuration,
     simulation::{Failure, Source},
@@ -83,7 +82,7 @@ impl Explorer {
     }
 
     fn grid(&self, asked: &SliceAsked) -> Result<Grid> {
-        let refused = |problem: String| Err(Error::Argument { argument: "slice".into(), problem });
+        let refused = |problem: String| Err(refused("slice", problem));
         if asked.axis > 2 || asked.level.is_nan() || asked.level.abs() > LARGEST {
             return refused(format!("expected an axis of 0 to 2 and a level, got {} and {}", asked.axis, asked.level));
         }
@@ -143,12 +142,6 @@ impl Explorer {
         let own = values.iter().zip(self.machine.drives()).filter(|(_, (_, drive))| Some(drive.motion) == kind);
         own.map(|(value, _)| value.abs()).fold(0.0, f64::max)
     }
-}
-
-/// Where P may be asked for.
-pub(super) fn corners(explorer: &Explorer) -> [[f64; 3]; 2] {
-    let (low, high): (Vector3<f64>, Vector3<f64>) = (explorer.machine.workspace.min, explorer.machine.workspace.max);
-    [low.into(), high.into()]
 }
 
 /// A node with an answer.

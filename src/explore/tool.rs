@@ -3,19 +3,74 @@
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-use super::{Explorer, LoadAsked};
+use super::{Explorer, check, refused};
 use crate::{
     compensation::{Demand, Target},
-    input::{
-        check::LARGEST,
-        error::{Error, Result},
-    },
-    inspect::point::{Place, PointQuestion, solve},
+    input::error::Result,
+    inspect::point::{Place, PointLoad, PointQuestion, solve},
     machine::{ChainError, Clearance, Machine, Skeleton},
+    process::{ForceLaw, MillingForce},
     simulation::{Failure, SOLVED, Source, settled::settled},
-    spatial::Pose,
+    spatial::{Pose, Wrench},
     statics::Status,
 };
+
+/// Step of the tool angle over a turn, degrees.
+const TURN_STEP_DEG: u16 = 10;
+
+/// A load on the tool.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum LoadAsked {
+    /// At P in axes of O: N and N·mm.
+    Wrench([f64; 6]),
+    /// The milling force on the tool tip.
+    Milling {
+        /// N.
+        radial: f64,
+        /// N.
+        tangential: f64,
+        /// N.
+        axial: f64,
+        /// How it turns with φ.
+        law: ForceLaw,
+        /// φ; of a map, none means a whole turn.
+        phi_deg: Option<f64>,
+    },
+}
+
+impl LoadAsked {
+    /// The load at one tool angle.
+    ///
+    /// # Errors
+    /// A value that is no number of a load, or no tool angle.
+    pub(super) fn one(&self) -> Result<PointLoad> {
+        match self.all()?.as_slice() {
+            [one] => Ok(*one),
+            _ => Err(refused("load", "phi_deg: missing: expected the tool angle in degrees")),
+        }
+    }
+
+    /// The load at each tool angle that is asked for.
+    ///
+    /// # Errors
+    /// A value that is no number of a load.
+    pub(super) fn all(&self) -> Result<Vec<PointLoad>> {
+        match *self {
+            Self::Wrench(values) => {
+                check("load", "numbers", &values)?;
+                Ok(vec![PointLoad::Wrench(Wrench::new(values))])
+            }
+            Self::Milling { radial, tangential, axial, law, phi_deg } => {
+                check("load", "numbers", &[radial, tangential, axial, phi_deg.unwrap_or(0.0)])?;
+                let force = MillingForce { radial, tangential, axial, law };
+                let at = |degrees: f64| PointLoad::Milling(force, degrees.to_radians());
+                let turn = (0..360).step_by(TURN_STEP_DEG.into()).map(|degrees: u16| at(degrees.into()));
+                Ok(phi_deg.map_or_else(|| turn.collect(), |phi| vec![at(phi)]))
+            }
+        }
+    }
+}
 
 /// Where the tool is asked for.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
@@ -41,7 +96,7 @@ pub struct ToolAsked {
 }
 
 /// What happens there: mm, degrees, N and N·mm.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Default, Serialize)]
 pub struct ToolAnswer {
     /// `solved`, or why there is no equilibrium.
     pub status: String,
@@ -132,9 +187,7 @@ impl Explorer {
             loaded: bent,
         })
     }
-}
 
-impl Explorer {
     fn assembly(&self, degrees: &[f64]) -> Result<Vec<ChainError>> {
         let chains = self.machine.chains.len();
         let problem = match degrees.iter().find_map(|angle| ChainError::too_large(angle.to_radians())) {
@@ -142,7 +195,7 @@ impl Explorer {
             None if degrees.is_empty() || degrees.len() == chains => return Ok(self.machine.assembly_errors(degrees)),
             None => format!("expected {chains} angles, one for each chain, got {}", degrees.len()),
         };
-        Err(Error::Argument { argument: "assembly_deg".into(), problem })
+        Err(refused("assembly_deg", problem))
     }
 }
 
@@ -151,19 +204,8 @@ impl ToolAnswer {
         Self {
             status: failure.status.to_string(),
             reason: failure.reason.clone(),
-            displacement: None,
-            wrench: None,
-            drives: Vec::new(),
-            forces: Vec::new(),
-            corrections: None,
-            forces_after: None,
             not_compensated: Some(failure.clone()),
-            stiffness: None,
-            conditioning: None,
-            branch: None,
-            clearance: None,
-            commanded: None,
-            loaded: None,
+            ..Self::default()
         }
     }
 }
@@ -173,10 +215,7 @@ fn place(asked: PlaceOfTool) -> Result<Place> {
         PlaceOfTool::Position(numbers) => numbers,
         PlaceOfTool::Pose(numbers) => numbers,
     };
-    if let Some(value) = numbers.iter().find(|value| value.is_nan() || value.abs() > LARGEST) {
-        let problem = format!("expected numbers up to {LARGEST:e}, got {value}");
-        return Err(Error::Argument { argument: "at".into(), problem });
-    }
+    check("at", "numbers", numbers)?;
     Ok(match asked {
         PlaceOfTool::Position(position) => Place::Position(position.into()),
         PlaceOfTool::Pose([x, y, z, roll, pitch, yaw]) => {

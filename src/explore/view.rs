@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::{Explorer, Workpiece, place::columns, slice::corners};
+use super::{Explorer, Workpiece, place::columns};
 use crate::{
     input::check::Check,
     machine::{Machine, Skeleton},
@@ -150,7 +150,7 @@ impl Explorer {
             carrier: machine.carrier.as_ref().map(|carrier| carrier.rigid_skeleton(&carrier.home)),
             home_pose: [at.translation.x, at.translation.y, at.translation.z, tidy(roll), tidy(pitch), tidy(yaw)],
             tool: columns(&machine.tool_at(&at.rotation)),
-            workspace: corners(self),
+            workspace: [machine.workspace.min.into(), machine.workspace.max.into()],
             points: machine.points.iter().map(|point| (point.name.clone(), point.position.into())).collect(),
             drives: drives.collect(),
             uncontrolled: machine.uncontrolled_words(),

@@ -4,7 +4,7 @@ use super::{AgreementFigure, Figure, LineFigure, PanelFigure, PlanFigure, PoseFi
 
 impl Figure {
     /// Title and setting.
-    pub(crate) fn caption(&self) -> String {
+    pub fn caption(&self) -> String {
         let (title, subtitle) = match self {
             Self::Slices(figure) => (&figure.title, &figure.subtitle),
             Self::Volume(figure) => (&figure.title, &figure.subtitle),
@@ -136,35 +136,4 @@ fn pose(figure: &PoseFigure) -> String {
         "Line drawing of the machine with chains {}{drawn}, its joints{springs}{masses}, tool and workspace box.{note}",
         chains.join(", ")
     )
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::figures::LineSeries;
-
-    #[test]
-    fn the_alternative_names_axes_curves_and_ranges() {
-        let series = |label: &str, points: Vec<(f64, f64)>| LineSeries {
-            label: label.into(),
-            points,
-            dashed: false,
-            band: Vec::new(),
-        };
-        let figure = LineFigure {
-            title: "Errors".into(),
-            subtitle: "orthoglide".into(),
-            x_label: "path length [mm]".into(),
-            y_label: "|Δt| [mm]".into(),
-            series: vec![series("both", vec![(0.0, 0.123456), (1.0, -2.0)]), series("none", vec![])],
-            equal_axes: false,
-            log_x: false,
-            log_y: false,
-            closed_note: Some("amplified".into()),
-        };
-        let figure = Figure::Lines(figure);
-        assert_eq!(figure.caption(), "Errors. orthoglide");
-        let expected = "Curves of |Δt| [mm] over path length [mm]: both (from \u{2212}2.000 to 0.1235). amplified.";
-        assert_eq!(figure.alternative(), expected);
-    }
 }

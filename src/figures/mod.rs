@@ -98,6 +98,3 @@ impl Figure {
         }
     }
 }
-
-#[cfg(test)]
-mod tests;

@@ -103,7 +103,7 @@ impl Manifest {
     ///
     /// # Errors
     /// Names the file that would be lost.
-    pub(crate) fn may_write<'a>(folder: &Path, names: impl Iterator<Item = &'a str>) -> Result<()> {
+    pub fn may_write<'a>(folder: &Path, names: impl Iterator<Item = &'a str>) -> Result<()> {
         let found = Self::found_in(folder);
         may_replace(&folder.join(Self::FILE), Foreign::Kept, || found.is_some())?;
         let former = found.unwrap_or_default();
@@ -130,54 +130,5 @@ impl Manifest {
     pub(crate) fn to_json(&self) -> String {
         // A struct of strings and numbers always serialises.
         serde_json::to_string_pretty(self).unwrap_or_default() + "\n"
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn what_is_not_solved_is_counted_by_its_status_most_frequent_first() {
-        let statuses = ["solved", "unreachable", "slow", "converged", "slow", "no_equilibrium"];
-        let counts = Manifest::count(statuses.into_iter());
-        let expected = "4 of 6 not solved: 2 slow, 1 unreachable, 1 no equilibrium.";
-        assert_eq!(StatusCount::unsolved(&counts).as_deref(), Some(expected));
-        assert_eq!(StatusCount::unsolved(&counts[..1]), None);
-    }
-
-    #[test]
-    fn only_what_a_run_wrote_is_replaced() {
-        let folder = tempfile::tempdir().unwrap();
-        let at = |name: &str| folder.path().join(name);
-        let refused = |names: &[&str], expected: &str| {
-            let error = Manifest::may_write(folder.path(), names.iter().copied()).unwrap_err().to_string();
-            assert!(error.contains(expected), "{error}");
-        };
-        std::fs::write(at("map.csv"), "mine").unwrap();
-        Manifest::may_write(folder.path(), ["points.csv"].into_iter()).unwrap();
-        refused(&["points.csv", "map.csv"], "map.csv: cannot be written: was not written by kinetostat");
-        std::fs::write(at(Manifest::FILE), r#"{ "program": "another", "files": ["map.csv"] }"#).unwrap();
-        refused(&[], "manifest.json: cannot be written: was not written by kinetostat");
-        std::fs::write(at(Manifest::FILE), r#"{ "program": "kinetostat", "files": ["map.csv", "../other"] }"#).unwrap();
-        Manifest::may_write(folder.path(), ["map.csv"].into_iter()).unwrap();
-        file::read(&at("map.csv")).unwrap();
-        refused(&[], "map.csv: cannot be written: is an input of this command");
-        std::fs::create_dir(at("points.csv")).unwrap();
-        std::fs::remove_file(at("map.csv")).unwrap();
-        refused(&["points.csv"], "points.csv: cannot be written: is a folder");
-        refused(&[&"x".repeat(300)], "cannot be written: File name too long");
-    }
-
-    #[cfg(unix)]
-    #[test]
-    fn links_and_devices_are_left_alone() {
-        let folder = tempfile::tempdir().unwrap();
-        let link = folder.path().join("map.csv");
-        std::os::unix::fs::symlink("/etc/hostname", &link).unwrap();
-        let error = may_replace(&link, Foreign::Replaced, || true).unwrap_err().to_string();
-        assert!(error.contains("map.csv: cannot be written: is a link"), "{error}");
-        let error = may_replace(Path::new("/dev/null"), Foreign::Replaced, || true).unwrap_err().to_string();
-        assert!(error.contains("/dev/null: cannot be written: is a device"), "{error}");
     }
 }

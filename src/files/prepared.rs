@@ -31,23 +31,3 @@ impl Drop for PreparedFolder {
         let _ = self.made.iter().try_for_each(std::fs::remove_dir);
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::PreparedFolder;
-
-    #[test]
-    fn what_was_made_and_stays_empty_is_removed() {
-        let folder = tempfile::tempdir().unwrap();
-        let (outer, inner) = (folder.path().join("new"), folder.path().join("new/inner"));
-        drop(PreparedFolder::new(&inner).unwrap());
-        assert!(!outer.exists() && folder.path().exists());
-        let prepared = PreparedFolder::new(&inner).unwrap();
-        std::fs::write(outer.join("result"), "").unwrap();
-        drop(prepared);
-        assert!(outer.exists() && !inner.exists());
-        std::fs::create_dir(&inner).unwrap();
-        drop(PreparedFolder::new(&inner).unwrap());
-        assert!(inner.exists(), "it was there before");
-    }
-}

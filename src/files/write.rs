@@ -291,18 +291,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_folder_that_cannot_be_made_is_an_error_naming_it() {
-        let folder = tempfile::tempdir().unwrap();
-        let file = folder.path().join("taken");
-        std::fs::write(&file, b"x").unwrap();
-        let below = file.join("below");
-        let written = write_all(&below, vec![OutputFile::new("a.csv", "1")]).map(drop);
-        for error in [written.unwrap_err(), prepare(&below).unwrap_err()] {
-            assert!(error.to_string().contains("taken/below: cannot be written"), "{error}");
-        }
-    }
-
-    #[test]
     fn writing_replaces_and_leaves_nothing_else() {
         let folder = tempfile::tempdir().unwrap();
         prepare(folder.path()).unwrap();

@@ -3,23 +3,26 @@
 use std::collections::HashSet;
 
 use super::{
-    common::Common,
     dataset::{Dataset, MOST_NUMBERS},
     description::{Explorer, Quantity, Shape},
     folder::ResultFolder,
     single::group_labels,
-    wins::Extremes,
+    winners::{Extremes, Winners},
 };
-use crate::input::error::Result;
+use crate::{files::words::counted, input::error::Result};
 
 /// A view that all results have.
 pub(super) struct Aligned {
     /// What all have of it; table and marks are those of the first.
     pub shared: Explorer,
+    /// A letter for each result.
+    pub letters: Vec<char>,
     /// The numbers of each result.
     pub data: Vec<Dataset>,
     /// The same at the nodes that all have.
-    pub common: Common,
+    pub parts: Vec<Dataset>,
+    /// Below which size a number is rounding, by quantity; see [`Floors`](super::winners::Floors).
+    pub floors: Vec<f64>,
     /// What is left out.
     pub remarks: Vec<String>,
 }
@@ -49,8 +52,8 @@ impl Aligned {
             let table = folder.table(&own.table)?;
             data.push(Dataset::read(&reordered(own, &shared), &table, MOST_NUMBERS / 2 / folders.len())?);
         }
-        let common = Common::new(&data);
-        Ok(Some(Self { shared, data, common, remarks }))
+        let parts = data.iter().map(|own| data.iter().fold(own.clone(), |part, other| part.at_nodes_of(other)));
+        Ok(Some(Self { parts: parts.collect(), letters: letters.to_vec(), floors: Vec::new(), shared, data, remarks }))
     }
 
     /// What one node is to a reader: a grid point, a method, a place.
@@ -63,15 +66,68 @@ impl Aligned {
         }
     }
 
-    /// What extremes are taken of, and its name.
+    /// Number of nodes that all have.
+    pub fn count(&self) -> usize {
+        self.parts.first().map_or(0, Dataset::node_count)
+    }
+
+    /// Nodes whose value is a plain answer in both results.
+    pub fn counts(&self, group: usize, other: usize) -> impl Fn(usize) -> bool {
+        let bad: HashSet<usize> =
+            [0, other].iter().flat_map(|i| self.parts[*i].flags[group].iter().map(|flag| flag.0)).collect();
+        move |node| !bad.contains(&node)
+    }
+
+    /// What smallest, mean and largest values are taken of, and its name: the nodes in common, so that they are of the
+    /// same places; of a curve all own ones, since curves of other lengths are other paths and share nodes by chance.
     pub fn extremes_of(&self) -> (&[Dataset], String) {
-        self.common.extremes_of(&self.data, self.shared.shape, self.noun())
+        let all = counted(self.count(), self.noun());
+        match (self.is_whole(), self.shared.shape) {
+            (true, _) => (&self.parts, format!("over {all}")),
+            (false, Shape::Curve) => (&self.data, format!("over all own {}s", self.noun())),
+            (false, _) => (&self.parts, format!("over {all} in common")),
+        }
+    }
+
+    /// Whether no result has nodes of its own.
+    pub fn is_whole(&self) -> bool {
+        self.data.iter().all(|own| own.node_count() == self.count())
+    }
+
+    /// What a reader must know if results have nodes of their own.
+    pub fn remark(&self) -> Option<String> {
+        if self.is_whole() {
+            return None;
+        }
+        let noun = self.noun();
+        let all = self.data.iter().map(|own| own.node_count().to_string()).collect::<Vec<_>>().join(" and ");
+        let own = format!("The results have {all} {noun}s");
+        let of_curves = format!("smallest, mean and largest values are each over all own {noun}s");
+        Some(match (self.count(), self.shared.shape) {
+            (0, Shape::Curve) => {
+                format!("{own} and none in common: {of_curves}; nothing is compared point by point.")
+            }
+            (0, _) => format!("{own} and none in common: their numbers are not compared."),
+            (common, Shape::Curve) => format!(
+                "{own}, {common} of them in common: differences and who is better where are taken at these; {of_curves}."
+            ),
+            (common, _) => format!(
+                "{own}, {common} of them in common: smallest, mean and largest values, differences and who is better \
+                 where are taken at these."
+            ),
+        })
     }
 
     /// Smallest, mean and largest value of each result; `None` if one has no number.
     pub fn extremes(&self, quantity: usize, group: usize) -> Option<Vec<Extremes>> {
         let (data, _) = self.extremes_of();
         data.iter().map(|own| extremes(own, quantity, group)).collect()
+    }
+
+    /// Which result is best where, of a quantity in the first group; `None` if neither value is the better one by its nature.
+    pub fn winners(&self, quantity: usize) -> Option<Winners> {
+        let parts: Vec<&Dataset> = self.parts.iter().collect();
+        Winners::new(&parts, quantity, 0, self.shared.quantities[quantity].better, self.floors[quantity])
     }
 
     /// Number of groups, at least 1.

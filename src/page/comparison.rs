@@ -10,14 +10,13 @@ use super::{
     changes::{Changes, changes, tolerance_mm},
     compared::{Compared, compared},
     description::Shape,
-    floors::Floors,
     folder::ResultFolder,
     picture::{Picture, picture},
     record::facts,
     single::{FigureView, drawn},
     template::render,
     verdict::{Compares, Verdict},
-    winners::Winners,
+    winners::Floors,
 };
 use crate::input::error::{Error, Result};
 
@@ -77,8 +76,7 @@ pub fn comparison(folders: &[ResultFolder], out: &Path, tolerance: Option<f64>) 
     for explorer in &first.description.explorers {
         views.extend(Aligned::read(explorer, folders, &letters, &mut notes)?);
     }
-    let mut floors = Floors::default();
-    views.iter().for_each(|aligned| floors.see(&aligned.shared, &aligned.data));
+    let floors = Floors::of(&mut views);
     let tolerance = match tolerance {
         Some(given) => Some((given, "--tolerance".to_string())),
         None => given_tolerance(folders, &letters)?,
@@ -87,8 +85,6 @@ pub fn comparison(folders: &[ResultFolder], out: &Path, tolerance: Option<f64>) 
     let names = short_names(folders);
     let compares = |aligned| Compares {
         aligned,
-        floors: &floors,
-        letters: &letters,
         names: &names,
         tolerance_mm: tolerance.as_ref().map(|(mm, _)| *mm),
         folders: &addresses,
@@ -99,10 +95,8 @@ pub fn comparison(folders: &[ResultFolder], out: &Path, tolerance: Option<f64>) 
     let verdict = best_places.or_else(|| compares(headline?).verdict());
     let by_place = views.iter().filter(|aligned| aligned.shared.shape != Shape::Names).find_map(|aligned| {
         let quantity = compares(aligned).quantity()?;
-        let q = &aligned.shared.quantities[quantity];
-        let winners = Winners::new(&aligned.common, quantity, 0, q.better, floors.of(&q.unit))?;
-        picture(aligned, quantity, &winners, &letters)
-            .filter(|_| winners.counted() > 0 || aligned.shared.shape == Shape::Curve)
+        let winners = aligned.winners(quantity)?;
+        picture(aligned, quantity, &winners).filter(|_| winners.counted() > 0 || aligned.shared.shape == Shape::Curve)
     });
     let picture = by_place.or_else(|| {
         let named = views.iter().filter(|aligned| aligned.shared.shape == Shape::Names);
@@ -131,10 +125,7 @@ pub fn comparison(folders: &[ResultFolder], out: &Path, tolerance: Option<f64>) 
         changes: changes(folders, &letters)?,
         machines: machines(folders)?,
         setting: side_by_side(setting.map(Iterator::collect).collect()),
-        explorers: views
-            .iter()
-            .map(|aligned| compared(aligned, &floors, folders, &letters, first.description.colours()))
-            .collect(),
+        explorers: views.iter().map(|aligned| compared(aligned, folders, first.description.colours())).collect(),
         notes,
         rules: rules(&floors, tolerance.as_ref()),
         manifest: side_by_side(manifest.map(Iterator::collect).collect()),

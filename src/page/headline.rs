@@ -135,17 +135,3 @@ impl InTable {
         }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn numbers_come_apart_from_their_units() {
-        for shown in ["1.712 mm", "8.5e\u{2212}4 mm", "11", "90.0°", "100 %", "12 N·mm"] {
-            assert_eq!(KeyNumber::new(shown, "", "").shown(), shown);
-        }
-        assert_eq!(KeyNumber::new("1.712 mm", "", "").unit, "mm");
-        assert_eq!(KeyNumber::new("90.0°", "", "").unit, "°");
-    }
-}

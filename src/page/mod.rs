@@ -5,19 +5,14 @@
 
 mod address;
 mod aligned;
-mod best_places;
 mod changes;
-mod check;
 mod columns;
-mod common;
 mod compared;
 mod comparison;
 mod dataset;
 mod description;
 mod explore;
-mod floors;
 mod folder;
-mod frame;
 pub mod headline;
 mod machine;
 mod nodes;
@@ -27,14 +22,12 @@ mod point_command;
 mod ranking;
 mod record;
 mod sentences;
-mod side_by_side;
 mod single;
 mod table;
 mod template;
 mod terms;
 mod verdict;
 mod winners;
-mod wins;
 
 pub use comparison::comparison;
 pub use description::{

@@ -2,17 +2,17 @@
 
 use std::fmt::Write;
 
+use minijinja::HtmlEscape;
 use serde::Serialize;
 
 use super::{
-    aligned::Aligned,
+    aligned::{Aligned, in_unit},
     description::{Column, Shape},
-    frame::{EDGE, Frame, LEFT, WIDE, escaped},
     sentences::three,
     table::number,
     winners::{At, Winners},
 };
-use crate::files::words::with_unit;
+use crate::files::{visible::visible, words::with_unit};
 
 /// Leads at which colours become stronger.
 const LEADS: [f64; 2] = [0.05, 0.25];
@@ -36,16 +36,16 @@ struct Panel {
 }
 
 /// Who is best where; `None` if there is nothing to draw.
-pub(super) fn picture(aligned: &Aligned, quantity: usize, winners: &Winners, letters: &[char]) -> Option<Picture> {
+pub(super) fn picture(aligned: &Aligned, quantity: usize, winners: &Winners) -> Option<Picture> {
     let shared = &aligned.shared;
     let label = &shared.quantities[quantity].label;
     let group = aligned.group_name(0);
     let of = if group.is_empty() { String::new() } else { format!(", {group}") };
-    let is_by_place = shared.shape != Shape::Curve || aligned.common.is_whole(&aligned.data);
+    let is_by_place = shared.shape != Shape::Curve || aligned.is_whole();
     let title = if is_by_place { format!("Who is best where: {label}{of}") } else { format!("{label}{of}") };
     let panels = match shared.shape {
         Shape::Grid => slices(aligned, winners)?,
-        Shape::Curve => vec![curves(aligned, quantity, winners, letters)?],
+        Shape::Curve => vec![curves(aligned, quantity, winners)?],
         Shape::Names => return None,
     };
     Some(Picture { title, has_key: is_by_place, panels })
@@ -90,7 +90,7 @@ fn class(at: At) -> Option<String> {
 
 /// The lowest, the middle and the highest slice of a grid.
 fn slices(aligned: &Aligned, winners: &Winners) -> Option<Vec<Panel>> {
-    let data = aligned.common.parts.first()?;
+    let data = aligned.parts.first()?;
     let coordinates = &aligned.shared.coordinates;
     let long: Vec<usize> = (0..data.axes.len()).filter(|axis| data.axes[*axis].len() > 1).collect();
     let [columns, rows] = *long.get(..2)? else { return None };
@@ -141,24 +141,24 @@ fn slices(aligned: &Aligned, winners: &Winners) -> Option<Vec<Panel>> {
 }
 
 /// The curves of all results, and below them whose is best.
-fn curves(aligned: &Aligned, quantity: usize, winners: &Winners, letters: &[char]) -> Option<Panel> {
+fn curves(aligned: &Aligned, quantity: usize, winners: &Winners) -> Option<Panel> {
     let shared = &aligned.shared;
     let q = &shared.quantities[quantity];
     let own = |who: usize| (&aligned.data[who].axes[0], &aligned.data[who].values[quantity][0]);
-    let all = (0..letters.len()).flat_map(|who| own(who).1).copied().filter(|value| value.is_finite());
+    let all = (0..aligned.letters.len()).flat_map(|who| own(who).1).copied().filter(|value| value.is_finite());
     let high = all.clone().reduce(f64::max)?;
     let low = all.reduce(f64::min)?.min(0.0);
-    let long = (0..letters.len()).filter_map(|who| own(who).0.last()).copied().fold(0.0, f64::max);
+    let long = (0..aligned.letters.len()).filter_map(|who| own(who).0.last()).copied().fold(0.0, f64::max);
     let frame = Frame::new([[0.0, long.max(1e-9)], [low, if high > low { high } else { low + 1.0 }]], false);
     let mut svg = frame.begin();
-    let common = aligned.common.parts.first().filter(|_| aligned.common.is_whole(&aligned.data));
+    let common = aligned.parts.first().filter(|_| aligned.is_whole());
     let axis = common.and_then(|part| part.axes.first());
     for (node, [begin, end]) in axis.map(|axis| cells(axis)).unwrap_or_default().into_iter().enumerate() {
         if let Some(class) = class(winners.at[node]) {
             frame.band(&mut svg, &class, [begin.max(0.0), end.min(long)]);
         }
     }
-    for who in 0..letters.len() {
+    for who in 0..aligned.letters.len() {
         let (x, y) = own(who);
         let step = x.len().div_ceil(MOST_POINTS).max(1);
         let points = (0..x.len()).filter(|i| i % step == 0 || i + 1 == x.len()).filter(|i| y[*i].is_finite());
@@ -167,7 +167,7 @@ fn curves(aligned: &Aligned, quantity: usize, winners: &Winners, letters: &[char
         let _ = write!(svg, "<polyline class=\"line w{who}\" points=\"{}\"/>", points.join(" "));
     }
     frame.end(&mut svg, [&shared.coordinates[0], &Column::new("", "", "")]);
-    Some(Panel { title: super::aligned::in_unit(&q.label, &q.unit), svg })
+    Some(Panel { title: in_unit(&q.label, &q.unit), svg })
 }
 
 fn ends(axis: &[f64]) -> [f64; 2] {
@@ -185,4 +185,97 @@ fn cells(axis: &[f64]) -> Vec<[f64; 2]> {
             [begin, end]
         })
         .collect()
+}
+
+/// Width of a drawing, its own units.
+const WIDTH: f64 = 260.0;
+/// Width of one that is not to scale.
+const WIDE: f64 = 460.0;
+const HEIGHT: f64 = 220.0;
+/// Room for the axes.
+const LEFT: f64 = 46.0;
+const BOTTOM: f64 = 34.0;
+const EDGE: f64 = 6.0;
+/// From numbers to a drawing.
+struct Frame {
+    ends: [[f64; 2]; 2],
+    size: [f64; 2],
+    width: f64,
+}
+
+impl Frame {
+    fn new(ends: [[f64; 2]; 2], is_to_scale: bool) -> Self {
+        let all = if is_to_scale { WIDTH } else { WIDE };
+        let (width, height) = (all - LEFT - EDGE, HEIGHT - BOTTOM - EDGE);
+        let [x, y] = ends.map(|[low, high]| high - low);
+        let scale = (width / x).min(height / y);
+        let size = if is_to_scale { [x * scale, y * scale] } else { [width, height] };
+        Self { ends, size, width: all }
+    }
+
+    fn x(&self, value: f64) -> f64 {
+        let [low, high] = self.ends[0];
+        LEFT + (value - low) / (high - low) * self.size[0]
+    }
+
+    fn y(&self, value: f64) -> f64 {
+        let [low, high] = self.ends[1];
+        EDGE + (high - value) / (high - low) * self.size[1]
+    }
+
+    fn point(&self, x: f64, y: f64) -> String {
+        format!("{:.1},{:.1}", self.x(x), self.y(y))
+    }
+
+    fn begin(&self) -> String {
+        let height = self.size[1] + BOTTOM + EDGE;
+        format!("<svg viewBox=\"0 0 {:.0} {height:.0}\" role=\"img\" aria-labelledby=\"hero-title\">", self.width)
+    }
+
+    fn cell(&self, svg: &mut String, class: &str, x: [f64; 2], y: [f64; 2]) {
+        let (left, top) = (self.x(x[0]), self.y(y[1]));
+        let (width, height) = (self.x(x[1]) - left, self.y(y[0]) - top);
+        let _ = write!(
+            svg,
+            "<rect class=\"{class}\" x=\"{left:.1}\" y=\"{top:.1}\" width=\"{width:.1}\" height=\"{height:.1}\"/>"
+        );
+    }
+
+    /// A piece of the strip along the lower edge.
+    fn band(&self, svg: &mut String, class: &str, [begin, end]: [f64; 2]) {
+        let (left, top) = (self.x(begin), EDGE + self.size[1] - 8.0);
+        let width = (self.x(end) - left).max(0.0);
+        let _ =
+            write!(svg, "<rect class=\"{class}\" x=\"{left:.1}\" y=\"{top:.1}\" width=\"{width:.1}\" height=\"8\"/>");
+    }
+
+    fn end(&self, svg: &mut String, [across, up]: [&Column; 2]) {
+        let [width, height] = self.size;
+        let (right, low) = (LEFT + width, EDGE + height);
+        let _ = write!(
+            svg,
+            "<rect class=\"frame\" x=\"{LEFT}\" y=\"{EDGE}\" width=\"{width:.1}\" height=\"{height:.1}\"/>"
+        );
+        let mut text = |x: f64, y: f64, anchor: &str, words: String| {
+            let words = escaped(&words);
+            let _ = write!(svg, "<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"{anchor}\">{words}</text>");
+        };
+        let [[x0, x1], [y0, y1]] = self.ends;
+        text(LEFT, low + 12.0, "start", three(x0));
+        text(right, low + 12.0, "end", three(x1));
+        text(LEFT + 0.5 * width, low + 26.0, "middle", in_unit(&across.label, &across.unit));
+        text(LEFT - 4.0, low, "end", three(y0));
+        text(LEFT - 4.0, EDGE + 8.0, "end", three(y1));
+        let words = escaped(&in_unit(&up.label, &up.unit));
+        let middle = EDGE + 0.5 * height;
+        let _ = write!(
+            svg,
+            "<text transform=\"translate(12 {middle:.1}) rotate(-90)\" text-anchor=\"middle\">{words}</text></svg>"
+        );
+    }
+}
+
+/// Words in a drawing.
+fn escaped(text: &str) -> String {
+    HtmlEscape(&visible(text)).to_string()
 }

@@ -3,11 +3,9 @@
 use super::{
     dataset::Dataset,
     description::{Better, Shape},
-    floors::{against, percent, rounding},
     table::number,
     verdict::Compares,
-    winners::Winners,
-    wins::Extremes,
+    winners::{Extremes, Winners, against, percent, rounding},
 };
 use crate::files::words::{position, typographic, with_unit};
 
@@ -17,14 +15,14 @@ impl Compares<'_> {
     }
 
     pub(super) fn floor(&self, quantity: usize) -> f64 {
-        self.floors.of(self.unit(quantity))
+        self.aligned.floors[quantity]
     }
 
     /// "B (delta_3puu)".
     pub(super) fn named(&self, who: usize) -> String {
         match self.names.get(who) {
-            Some(name) if !name.is_empty() => format!("{} ({name})", self.letters[who]),
-            _ => self.letters[who].to_string(),
+            Some(name) if !name.is_empty() => format!("{} ({name})", self.aligned.letters[who]),
+            _ => self.aligned.letters[who].to_string(),
         }
     }
 
@@ -81,7 +79,7 @@ impl Compares<'_> {
                 percent(winners.share(first)),
                 self.of_other(quantity, second),
                 percent(winners.share(second)),
-                self.at(self.place(&self.aligned.common.parts[0], node))
+                self.at(self.place(&self.aligned.parts[0], node))
             );
         }
         match winners.share_same() {
@@ -137,7 +135,7 @@ impl Compares<'_> {
 
     /// "24 % less than in A (1.71 mm)".
     pub(super) fn than(&self, quantity: usize, value: f64, other: usize, reference: f64) -> String {
-        let letter = self.letters[other];
+        let letter = self.aligned.letters[other];
         let shown = with_unit(&three(reference), self.unit(quantity));
         match against(value, reference, self.floor(quantity)) {
             words if words == "the same" => format!("the same as in {letter}"),

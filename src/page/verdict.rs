@@ -6,13 +6,14 @@ use serde::Serialize;
 
 use super::{
     aligned::Aligned,
-    check::{Check, Checked},
-    description::{Better, Shape},
-    floors::{Floors, percent},
+    description::{Better, Quantity, Shape},
+    picture::{Picture, bars},
     sentences::{bare, three},
-    winners::Winners,
-    wins::Extremes,
+    winners::{Extremes, percent},
 };
+
+/// What places are judged by.
+const OBJECTIVE: &str = "objective";
 
 /// What a comparison says first.
 #[derive(Debug, Default, Serialize)]
@@ -42,11 +43,7 @@ pub(super) struct Large {
 pub(super) struct Compares<'a> {
     /// The view that the verdict rests on.
     pub aligned: &'a Aligned,
-    /// What is rounding in it.
-    pub floors: &'a Floors,
-    /// A letter for each result.
-    pub letters: &'a [char],
-    /// Its name, where the results have names of their own.
+    /// The name of each result, where they have names of their own.
     pub names: &'a [String],
     /// How much may be, mm.
     pub tolerance_mm: Option<f64>,
@@ -63,15 +60,13 @@ impl Compares<'_> {
     /// The verdict; `None` if there is no number to be compared.
     pub fn verdict(&self) -> Option<Verdict> {
         let quantity = self.quantity()?;
-        let better = self.aligned.shared.quantities[quantity].better;
         let extremes = self.aligned.extremes(quantity, 0)?;
-        let winners = Winners::new(&self.aligned.common, quantity, 0, better, self.floor(quantity))?;
-        let (is_curve, is_whole) =
-            (self.aligned.shared.shape == Shape::Curve, self.aligned.common.is_whole(&self.aligned.data));
+        let winners = self.aligned.winners(quantity)?;
+        let (is_curve, is_whole) = (self.aligned.shared.shape == Shape::Curve, self.aligned.is_whole());
         let by_place = winners.counted() > 0 && (is_whole || !is_curve);
         let best = if by_place { winners.order()[0] } else { self.least_bad(quantity, &extremes) };
         let sentence = match by_place {
-            true if self.letters.len() == 2 => self.who_of_two(quantity, &winners),
+            true if self.aligned.letters.len() == 2 => self.who_of_two(quantity, &winners),
             true => self.who_of_several(quantity, &winners),
             false => self.by_worst(quantity, best, &extremes),
         };
@@ -123,7 +118,7 @@ impl Compares<'_> {
                 what: format!(
                     "{which} {} in {}, {}",
                     bare(&q.label),
-                    self.letters[best],
+                    self.aligned.letters[best],
                     self.at(self.place(&data[best], node))
                 ),
                 against: others
@@ -149,9 +144,9 @@ impl Compares<'_> {
         verdict.numbers.push(Large {
             value: percent(share(best)).trim_end_matches(" %").to_string(),
             unit: "%".into(),
-            what: format!("of {} within {tolerance} mm in {}", self.extent(), self.letters[best]),
+            what: format!("of {} within {tolerance} mm in {}", self.extent(), self.aligned.letters[best]),
             against: others
-                .map(|who| format!("in {} {}", self.letters[who], percent(share(who))))
+                .map(|who| format!("in {} {}", self.aligned.letters[who], percent(share(who))))
                 .collect::<Vec<_>>()
                 .join("; "),
         });
@@ -185,7 +180,7 @@ impl Compares<'_> {
             what: match is_nothing {
                 true => "largest difference, but for rounding".into(),
                 false => {
-                    format!("largest difference, {}", self.at(self.place(&self.aligned.common.parts[0], node)))
+                    format!("largest difference, {}", self.at(self.place(&self.aligned.parts[0], node)))
                 }
             },
             against: match is_length {
@@ -197,15 +192,164 @@ impl Compares<'_> {
 
     /// The largest difference of `best` from another result at each node at which all have an answer.
     fn differences(&self, quantity: usize, best: usize) -> Vec<(usize, f64)> {
-        let parts = &self.aligned.common.parts;
+        let parts = &self.aligned.parts;
         let value = |who: usize, node: usize| parts[who].values[quantity][0][node];
         let flagged: HashSet<usize> = parts.iter().flat_map(|part| &part.flags[0]).map(|flag| flag.0).collect();
-        (0..self.aligned.common.count())
+        (0..self.aligned.count())
             .filter_map(|node| {
                 let by = (0..parts.len()).map(|who| (value(who, node) - value(best, node)).abs());
                 let by = by.fold(0.0, |most: f64, by| if by.is_nan() { f64::NAN } else { most.max(by) });
                 (by.is_finite() && !flagged.contains(&node)).then_some((node, by))
             })
             .collect()
+    }
+}
+
+/// The first screen of compared placements: what the place found best costs in each.
+impl Compares<'_> {
+    /// The verdict on the best places of several placements; `None` if the view is not one of judged places.
+    pub fn on_best_places(&self) -> Option<Verdict> {
+        let shared = &self.aligned.shared;
+        let objective = shared.quantities.iter().position(|q| q.label == OBJECTIVE)?;
+        let is_cost = |(_, q): &(usize, &Quantity)| q.unit == "mm" && q.better == Better::Smaller;
+        let costs: Vec<usize> = shared.quantities.iter().enumerate().filter(is_cost).map(|(index, _)| index).collect();
+        let main = *costs.first().filter(|_| shared.shape == Shape::Names)?;
+        let chosen: Vec<usize> =
+            (0..self.aligned.letters.len()).map(|who| self.best_row(who, objective)).collect::<Option<_>>()?;
+        let value = |who: usize, quantity: usize| self.aligned.data[who].values[quantity][0][chosen[who]];
+        let mut order: Vec<usize> = (0..self.aligned.letters.len()).collect();
+        order.sort_by(|a, b| value(*a, main).total_cmp(&value(*b, main)));
+        let best = order[0];
+        let against = |quantity: usize| {
+            let others = order[1..].iter().filter(|who| value(**who, quantity).is_finite());
+            let words = others.map(|who| self.than(quantity, value(best, quantity), *who, value(*who, quantity)));
+            words.collect::<Vec<_>>().join("; ")
+        };
+        let q = &shared.quantities[main];
+        let mut verdict = Verdict {
+            sentence: format!(
+                "At its best place {} has a {} of {} {}, {}.",
+                self.named(best),
+                q.label,
+                three(value(best, main)),
+                q.unit,
+                against(main)
+            ),
+            ..Verdict::default()
+        };
+        for quantity in
+            [Some(main), costs.iter().copied().find(|index| shared.quantities[*index].label.contains("correction"))]
+        {
+            let Some(quantity) = quantity.filter(|q| value(best, *q).is_finite()) else { continue };
+            let at = self.place(&self.aligned.data[best], chosen[best]);
+            verdict.numbers.push(Large {
+                value: three(value(best, quantity)),
+                unit: shared.quantities[quantity].unit.clone(),
+                what: format!(
+                    "{} at the best place of {} ({at})",
+                    shared.quantities[quantity].label, self.aligned.letters[best]
+                ),
+                against: against(quantity),
+            });
+        }
+        let within = shared.quantities.iter().position(|q| q.label == "share of the path within tolerance");
+        if let Some(within) = within.filter(|within| value(best, *within).is_finite()) {
+            let others = order[1..]
+                .iter()
+                .map(|who| format!("in {} {}", self.aligned.letters[*who], percent(value(*who, within))));
+            verdict.numbers.push(Large {
+                value: percent(value(best, within)).trim_end_matches(" %").to_string(),
+                unit: "%".into(),
+                what: format!("of the path within the tolerance of its study in {}", self.aligned.letters[best]),
+                against: others.collect::<Vec<_>>().join("; "),
+            });
+        }
+        for who in order {
+            let objective_value = value(who, objective);
+            verdict.checks.extend(Check::of(self, objective, who, Checked::Min, objective_value).map(Check::alone));
+        }
+        Some(verdict)
+    }
+
+    /// What the best places cost, as a picture; `None` as for [`Compares::on_best_places`].
+    pub fn best_places_drawn(&self) -> Option<Picture> {
+        let shared = &self.aligned.shared;
+        let objective = shared.quantities.iter().position(|q| q.label == OBJECTIVE)?;
+        let main = shared.quantities.iter().position(|q| q.unit == "mm" && q.better == Better::Smaller)?;
+        let value = |who: usize| Some(self.aligned.data[who].values[main][0][self.best_row(who, objective)?]);
+        let values: Vec<f64> = (0..self.aligned.letters.len()).map(value).collect::<Option<_>>()?;
+        let q = &shared.quantities[main];
+        bars(format!("{} at the best place of each", q.label), &q.unit, &values, &self.aligned.letters)
+    }
+
+    /// The row with the smallest objective that is an answer.
+    fn best_row(&self, who: usize, objective: usize) -> Option<usize> {
+        let data = &self.aligned.data[who];
+        let is_answer = |node: &usize| !data.flags[0].iter().any(|flag| flag.0 == *node);
+        let values = &data.values[objective][0];
+        let known = (0..values.len()).filter(|node| values[*node].is_finite()).filter(is_answer);
+        known.min_by(|a, b| values[*a].total_cmp(&values[*b]))
+    }
+}
+
+/// A number on the first screen, and how it follows from a table.
+#[derive(Debug, Serialize)]
+pub(super) struct Check {
+    /// Address of the table on the page.
+    file: String,
+    /// Columns; of several, the largest size counts.
+    columns: Vec<String>,
+    /// Cells that a row must have, by column.
+    r#where: Vec<(String, String)>,
+    /// Columns that say where a row belongs.
+    coordinates: Vec<String>,
+    /// Tables that must have the same place.
+    common: Vec<String>,
+    /// What is taken of the rows.
+    rule: Checked,
+    /// The number.
+    value: f64,
+}
+
+/// What is taken of a column.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum Checked {
+    /// The largest number.
+    Max,
+    /// The smallest.
+    Min,
+}
+
+impl Check {
+    /// That `value` is the extreme of a quantity of the result `who`, in the first group; `None` if the page leaves nodes out.
+    pub fn of(compares: &Compares<'_>, quantity: usize, who: usize, rule: Checked, value: f64) -> Option<Self> {
+        let aligned = compares.aligned;
+        if aligned.data.iter().any(|data| data.thinned_from.is_some()) {
+            return None;
+        }
+        let shared = &aligned.shared;
+        let table = |folder: &String| format!("{folder}/{}", shared.table);
+        let group = shared.group.as_ref().and_then(|group| Some((&group.columns, &group.values.first()?.cells)));
+        let (_, over) = aligned.extremes_of();
+        let is_own = over.contains("own");
+        let others = compares.folders.iter().enumerate().filter(|(other, _)| *other != who && !is_own);
+        Some(Self {
+            file: table(&compares.folders[who]),
+            columns: shared.quantities[quantity].columns.clone(),
+            r#where: group
+                .map(|(columns, cells)| columns.iter().cloned().zip(cells.iter().cloned()).collect())
+                .unwrap_or_default(),
+            coordinates: shared.keys().iter().map(|column| column.column.clone()).collect(),
+            common: others.map(|(_, folder)| table(folder)).collect(),
+            rule,
+            value,
+        })
+    }
+
+    /// The same over all rows of its own table.
+    #[must_use]
+    pub fn alone(self) -> Self {
+        Self { common: Vec::new(), ..self }
     }
 }

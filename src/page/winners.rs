@@ -1,6 +1,135 @@
-//! Which of several results is best at each place, and by how much.
+//! Which of several results is best at each place, and by how much; and below which size a number is rounding: such numbers
+//! have no winner and set no axis.
 
-use super::{common::Common, description::Better, floors::same};
+use std::cmp::Ordering;
+
+use super::{
+    aligned::Aligned,
+    dataset::Dataset,
+    description::{Better, Explorer},
+    table::number,
+};
+use crate::files::words::{typographic, with_unit};
+
+/// Share of the largest size in a unit below which a number of that unit counts as nothing.
+const RESOLVED: f64 = 1e-7;
+
+/// The largest size of all compared numbers, by unit.
+#[derive(Debug, Default)]
+pub(super) struct Floors(Vec<(String, f64)>);
+
+impl Floors {
+    /// Of the numbers of all results in `views`, which are told what is rounding in them.
+    pub fn of(views: &mut [Aligned]) -> Self {
+        let mut floors = Self::default();
+        views.iter().for_each(|view| floors.see(&view.shared, &view.data));
+        for view in views {
+            view.floors = view.shared.quantities.iter().map(|quantity| floors.floor(&quantity.unit)).collect();
+        }
+        floors
+    }
+
+    fn see(&mut self, explorer: &Explorer, data: &[Dataset]) {
+        for (q, quantity) in explorer.quantities.iter().enumerate() {
+            let sizes = data.iter().flat_map(|own| own.values[q].iter().flatten()).map(|value| value.abs());
+            let most = sizes.filter(|size| size.is_finite()).fold(0.0, f64::max);
+            match self.0.iter_mut().find(|(unit, _)| *unit == quantity.unit) {
+                Some((_, known)) => *known = known.max(most),
+                None => self.0.push((quantity.unit.clone(), most)),
+            }
+        }
+    }
+
+    /// What is nothing in `unit`.
+    fn floor(&self, unit: &str) -> f64 {
+        self.0.iter().find(|(own, _)| own == unit).map_or(0.0, |(_, most)| RESOLVED * most)
+    }
+
+    /// The rule, for readers.
+    pub fn words(&self) -> String {
+        let named = self.0.iter().filter(|(unit, most)| !unit.is_empty() && *most > 0.0);
+        let floors: Vec<String> = named.map(|(unit, most)| with_unit(&rounding(RESOLVED * most), unit)).collect();
+        let rule = "What is smaller than a ten-millionth of the largest number compared in the same unit counts as \
+                    rounding: it has no winner and sets no axis";
+        if floors.is_empty() { format!("{rule}.") } else { format!("{rule} (here {}).", floors.join(", ")) }
+    }
+}
+
+/// Whether two numbers are the same, but for rounding.
+pub(super) fn same(a: f64, b: f64, floor: f64) -> bool {
+    (a - b).abs() <= floor.max(1e-9 * a.abs().max(b.abs()))
+}
+
+/// "24 % less", "3.2 times as much" or "the same": `value` against `reference`.
+pub(super) fn against(value: f64, reference: f64, floor: f64) -> String {
+    let (size, other) = (value.abs(), reference.abs());
+    match size / other {
+        _ if same(value, reference, floor) => "the same".into(),
+        _ if other <= floor || value * reference < 0.0 => "–".into(),
+        _ if size <= floor => "nothing left".into(),
+        ratio if ratio < 0.1 => format!("1/{} of it", short(1.0 / ratio)),
+        ratio if ratio < 1.0 => format!("{} less", percent(1.0 - ratio)),
+        ratio if ratio < 2.0 => format!("{} more", percent(ratio - 1.0)),
+        ratio => format!("{} times as much", short(ratio)),
+    }
+}
+
+/// A size below which all is rounding, as readers see it.
+pub(super) fn rounding(floor: f64) -> String {
+    typographic(&format!("{floor:.0e}"))
+}
+
+fn short(ratio: f64) -> String {
+    if ratio < 10.0 {
+        format!("{ratio:.1}")
+    } else if ratio < 1e4 {
+        format!("{ratio:.0}")
+    } else {
+        number(ratio.round())
+    }
+}
+
+/// A share as readers say it: "24 %", "0.3 %", never "100 %" of what is not all.
+pub(super) fn percent(share: f64) -> String {
+    let percent = 100.0 * share;
+    match percent {
+        p if p == 0.0 || p == 100.0 => format!("{p:.0} %"),
+        p if p < 0.1 => "less than 0.1 %".into(),
+        p if p < 1.0 => format!("{p:.1} %"),
+        p if (99.5..100.0).contains(&p) => format!("{:.1} %", p.min(99.9)),
+        p => format!("{p:.0} %"),
+    }
+}
+
+/// Smallest, mean and largest value of one result.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Extremes {
+    pub smallest: (f64, usize),
+    pub mean: f64,
+    pub largest: (f64, usize),
+}
+
+impl Extremes {
+    /// Over the nodes that `counts`; `None` if there is no number.
+    pub fn new(values: &[f64], counts: impl Fn(usize) -> bool) -> Option<Self> {
+        let mut known = values.iter().copied().enumerate().filter(|(node, v)| v.is_finite() && counts(*node));
+        let (node, value) = known.next()?;
+        let mut all = Self { smallest: (value, node), mean: 0.0, largest: (value, node) };
+        let (mut sum, mut number) = (value, 1.0);
+        for (node, value) in known {
+            sum += value;
+            number += 1.0;
+            if value < all.smallest.0 {
+                all.smallest = (value, node);
+            }
+            if value > all.largest.0 {
+                all.largest = (value, node);
+            }
+        }
+        all.mean = sum / number;
+        Some(all)
+    }
+}
 
 /// What a place says.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -27,31 +156,34 @@ pub(super) struct Winners {
 }
 
 impl Winners {
-    /// Of a quantity and group; `None` if neither value is the better one by its nature.
-    pub fn new(common: &Common, quantity: usize, group: usize, better: Better, floor: f64) -> Option<Self> {
-        let cost = |value: f64| match better {
-            Better::Smaller => Some(value),
-            Better::Larger => Some(-value),
-            Better::Neither => None,
+    /// Of a quantity and group of `parts`, which have the same nodes; `None` if neither value is the better one by its nature.
+    pub fn new(parts: &[&Dataset], quantity: usize, group: usize, better: Better, floor: f64) -> Option<Self> {
+        let sign = match better {
+            Better::Smaller => 1.0,
+            Better::Larger => -1.0,
+            Better::Neither => return None,
         };
-        cost(0.0)?;
-        let parts: Vec<&[f64]> = common.parts.iter().map(|part| part.values[quantity][group].as_slice()).collect();
-        let mut is_answer = vec![true; common.count()];
-        common.parts.iter().flat_map(|part| &part.flags[group]).for_each(|(node, _)| is_answer[*node] = false);
+        let count = parts.first()?.node_count();
+        let mut is_answer = vec![true; count];
+        parts.iter().flat_map(|part| &part.flags[group]).for_each(|(node, _)| is_answer[*node] = false);
         let at = |node: usize| {
-            let values: Vec<f64> = parts.iter().map(|own| own[node]).collect();
-            if !is_answer[node] || values.iter().any(|value| !value.is_finite()) {
+            let value = |who: usize| parts[who].values[quantity][group][node];
+            if !is_answer[node] || (0..parts.len()).any(|who| !value(who).is_finite()) {
                 return At::Nothing;
             }
-            let mut order: Vec<usize> = (0..values.len()).collect();
-            order.sort_by(|a, b| cost(values[*a]).partial_cmp(&cost(values[*b])).unwrap_or(std::cmp::Ordering::Equal));
-            let [best, next] = [values[order[0]], values[order[1]]];
-            if same(best, next, floor) {
-                return At::Same;
+            let best_of = |all: &mut dyn Iterator<Item = usize>| {
+                all.min_by(|a, b| (sign * value(*a)).partial_cmp(&(sign * value(*b))).unwrap_or(Ordering::Equal))
+            };
+            let who = best_of(&mut (0..parts.len()));
+            match who.zip(best_of(&mut (0..parts.len()).filter(|other| Some(*other) != who))) {
+                None => At::Nothing,
+                Some((who, next)) if same(value(who), value(next), floor) => At::Same,
+                Some((who, next)) => {
+                    At::Best { who, lead: (value(next) - value(who)).abs() / value(next).abs().max(floor) }
+                }
             }
-            At::Best { who: order[0], lead: (next - best).abs() / next.abs().max(floor) }
         };
-        Some(Self { at: (0..common.count()).map(at).collect(), results: parts.len() })
+        Some(Self { at: (0..count).map(at).collect(), results: parts.len() })
     }
 
     /// Places at which all have an answer.
@@ -88,7 +220,8 @@ impl Winners {
         self.leads(who).max_by(|a, b| a.1.total_cmp(&b.1)).map(|(node, _)| node)
     }
 
-    fn leads(&self, who: usize) -> impl Iterator<Item = (usize, f64)> {
+    /// The places at which `who` is best, and by which lead.
+    pub fn leads(&self, who: usize) -> impl Iterator<Item = (usize, f64)> {
         self.at.iter().enumerate().filter_map(move |(node, at)| match at {
             At::Best { who: own, lead } if *own == who => Some((node, *lead)),
             _ => None,
@@ -98,7 +231,7 @@ impl Winners {
 
 #[cfg(test)]
 mod tests {
-    use super::{super::dataset::Dataset, *};
+    use super::*;
 
     fn part(values: Vec<f64>, flagged: &[usize]) -> Dataset {
         Dataset {
@@ -115,14 +248,34 @@ mod tests {
     fn rounding_and_what_is_not_solved_have_no_winner() {
         let a = part(vec![1.0, 2.0, 2.8e-17, 1.0, 1.0, f64::NAN], &[]);
         let b = part(vec![2.0, 1.5, 5.7e-14, 1.0, 9.0, 1.0], &[4]);
-        let common = Common::new(&[a, b]);
-        let winners = Winners::new(&common, 0, 0, Better::Smaller, 1e-7).unwrap();
+        let parts = [&a, &b];
+        let winners = Winners::new(&parts, 0, 0, Better::Smaller, 1e-7).unwrap();
         let best = |who, lead| At::Best { who, lead };
         assert_eq!(winners.at, [best(0, 0.5), best(1, 0.25), At::Same, At::Same, At::Nothing, At::Nothing]);
         assert_eq!((winners.counted(), winners.share(0), winners.share_same()), (4, 0.25, 0.5));
         assert_eq!((winners.most(1), winners.typical(0)), (Some(1), Some(0.5)));
-        let larger = Winners::new(&common, 0, 0, Better::Larger, 1e-7).unwrap();
+        let larger = Winners::new(&parts, 0, 0, Better::Larger, 1e-7).unwrap();
         assert_eq!(larger.at[..2], [best(1, 1.0), best(0, 0.5 / 1.5)]);
-        assert_eq!(Winners::new(&common, 0, 0, Better::Neither, 0.0), None);
+        assert_eq!(Winners::new(&parts, 0, 0, Better::Neither, 0.0), None);
+    }
+
+    #[test]
+    fn rounding_is_the_same_and_differences_are_said_in_percent() {
+        let floor = 1.7e-7;
+        for (value, reference, expected) in [
+            (2.8e-17, 5.7e-14, "the same"),
+            (0.76, 1.0, "24 % less"),
+            (1.03, 1.0, "3 % more"),
+            (3.2, 1.0, "3.2 times as much"),
+            (0.0, 1.0, "nothing left"),
+            (0.001, 1.0, "1/1000 of it"),
+            (1.0, 0.0, "–"),
+            (1.0, -2.0, "–"),
+            (0.997, 1.0, "0.3 % less"),
+        ] {
+            assert_eq!(against(value, reference, floor), expected);
+        }
+        let shown = [0.0, 0.0004, 0.93, 0.9999, 1.0].map(percent);
+        assert_eq!(shown, ["0 %", "less than 0.1 %", "93 %", "99.9 %", "100 %"]);
     }
 }

@@ -29,6 +29,10 @@ mod exchange;
 mod explore;
 mod export_correction;
 mod external_axes;
+#[cfg(feature = "report")]
+mod figures;
+#[cfg(all(feature = "parquet", feature = "vtk"))]
+mod files;
 mod five_axis;
 mod forces_of_tools;
 mod foreign_machines;

@@ -178,32 +178,3 @@ impl Table {
         self.columns.iter().position(|column| column.name == name)
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_unit_is_what_the_name_ends_with() {
-        let units = [
-            ("deflection_mm", Some("mm")),
-            ("stiffness_min_N_per_mm", Some("N/mm")),
-            ("drive_torque_a1_Nmm", Some("N·mm")),
-            ("drive_force_x_N", Some("N")),
-            ("delta_rho_x_Fx_mm_per_N", Some("mm/N")),
-            ("delta_rho_a1_Fx_Fy_deg_per_N2", Some("deg/N²")),
-            ("tool angle φ [°]", Some("°")),
-            ("ratio", None),
-        ];
-        for (name, unit) in units {
-            assert_eq!(numbers([name])[0].unit(), unit, "{name}");
-            assert_eq!(texts([name])[0].unit(), None, "{name}");
-        }
-    }
-
-    #[test]
-    #[should_panic(expected = "in column")]
-    fn a_word_is_no_number() {
-        Table::new(numbers(["x_mm"]), [vec![Cell::from("word")]]);
-    }
-}

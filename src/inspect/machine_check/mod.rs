@@ -1,8 +1,5 @@
 //! What a designer wants to know of a machine before trusting it.
 
-mod compliance;
-mod payload;
-mod reach;
 #[cfg(feature = "report")]
 pub mod report;
 mod survey;
@@ -11,12 +8,8 @@ mod units;
 use nalgebra::{Matrix6, Vector3, Vector6};
 use serde::Serialize;
 
-use self::{compliance::compliance, reach::spans, survey::survey};
-pub use self::{
-    payload::Payload,
-    reach::Span,
-    survey::{Droop, Softest, Survey},
-};
+pub use self::survey::{Droop, Payload, Softest, Span, Survey};
+use self::survey::{compliance, spans, survey};
 
 use crate::{
     machine::{

@@ -1,17 +1,18 @@
-//! The machine over its workspace: where its tool is softest, how far its weight moves it, and what it can carry.
+//! The machine at its places: how its tool tip gives way and which elements make it do so, and over the workspace where that
+//! is softest, how far its weight moves it, what it can carry and how far it goes from home.
 
 use nalgebra::Vector3;
 use serde::Serialize;
 
-use super::{
-    compliance::compliance,
-    payload::{Payload, payload},
-};
+use super::size;
 use crate::{
-    machine::{Configuration, Machine},
+    machine::{Configuration, Machine, Motion},
     simulation::sources::TO_ROUNDING,
     spatial::{Grid, Wrench},
-    statics::{State, Status, Workspace, equilibrium, principal_stiffnesses, tool_compliance, unloaded_compliance},
+    statics::{
+        Outcome, State, Status, Workspace, deformation_energies, drive_forces, equilibrium, principal_stiffnesses,
+        tool_compliance, unloaded_compliance,
+    },
 };
 
 /// Points along each side of the workspace.
@@ -129,4 +130,201 @@ fn droop(machine: &Machine, places: &[Configuration], workspace: &mut Workspace)
         }
     }
     Some(droop)
+}
+
+/// The force by which elements' shares in the compliance of the tool are told, N.
+const FORCE_N: f64 = 1.0;
+
+/// The tool tip's compliance at a place.
+pub(super) struct Compliance {
+    /// Principal stiffnesses, N/mm, ascending; `None` where the platform is free.
+    pub stiffness: Option<[f64; 3]>,
+    /// Share of each elastic element, all directions together; sums to 1. None where the tip is rigid.
+    pub shares: Vec<(String, f64)>,
+}
+
+/// The tool tip's compliance where `machine` without its weight stands at `at`, from a force along x, y and z; the status of
+/// a force without equilibrium.
+pub(super) fn compliance(
+    machine: &Machine,
+    at: &Configuration,
+    workspace: &mut Workspace,
+) -> Result<Compliance, Status> {
+    let lever = at.pose.rotation * machine.tool_tip;
+    let mut carrier = machine.carrier.clone();
+    let mut shares: Vec<(String, f64)> = Vec::new();
+    let mut stiffness = None;
+    for axis in 0..3 {
+        let mut force = Vector3::zeros();
+        force[axis] = FORCE_N;
+        let load = Wrench { force, moment: lever.cross(&force) };
+        let (outcome, mut energies) = taken_up(machine, at, &load, workspace)?;
+        let mut of_tip = outcome.compliance.map(|compliance| tool_compliance(&compliance, lever));
+        if let Some(carrier) = &mut carrier {
+            let (at, load) =
+                (carrier.touched_at(at.pose.translation + lever), Wrench { force: -force, moment: Vector3::zeros() });
+            let (outcome, of_carrier) = taken_up(carrier, &at, &load, &mut Workspace::new(carrier))?;
+            energies.extend(of_carrier);
+            let carried = outcome.compliance.map(|compliance| tool_compliance(&compliance, Vector3::zeros()));
+            of_tip = of_tip.zip(carried).map(|(tip, carried)| tip + carried);
+        }
+        stiffness = of_tip.map(|compliance| principal_stiffnesses(&compliance));
+        for (index, (name, energy)) in energies.into_iter().enumerate() {
+            match shares.get_mut(index) {
+                Some((_, sum)) => *sum += energy,
+                None => shares.push((name, energy)),
+            }
+        }
+    }
+    let total: f64 = shares.iter().map(|(_, energy)| energy).sum();
+    if stiffness.is_some_and(|[least, ..]: [f64; 3]| least.is_infinite()) || total == 0.0 {
+        shares.clear();
+    }
+    for (_, share) in &mut shares {
+        *share /= total;
+    }
+    Ok(Compliance { stiffness, shares })
+}
+
+/// The equilibrium under `load`, and the energy that each elastic element takes up by it.
+fn taken_up(
+    machine: &Machine,
+    at: &Configuration,
+    load: &Wrench,
+    workspace: &mut Workspace,
+) -> Result<(Outcome, Vec<(String, f64)>), Status> {
+    let mut rest = State::rigid(machine, at);
+    equilibrium(machine, &at.drives, &Wrench::zero(), &mut rest, workspace, &TO_ROUNDING);
+    let mut state = rest.clone();
+    let outcome = equilibrium(machine, &at.drives, load, &mut state, workspace, &TO_ROUNDING);
+    match outcome.status {
+        Status::Solved => {
+            let energies = deformation_energies(machine, &at.drives, &rest, &state);
+            Ok((outcome, energies))
+        }
+        failed => Err(failed),
+    }
+}
+
+/// The mass by which it is first told how drives' forces grow, kg.
+const TRIAL_KG: f64 = 1.0;
+/// The mass is corrected this often for how far it bends the machine.
+const CORRECTIONS: usize = 4;
+/// A drive whose force grows less by a kilogram does not carry it, as a share of that kilogram's weight, of a hinge at the machine's reach.
+const NOT_CARRIED: f64 = 1e-6;
+
+/// What the tool tip can carry where it can carry least.
+#[derive(Debug, Clone, Serialize)]
+pub struct Payload {
+    /// The largest mass, kg; 0 where the machine's own weight is too much for a drive.
+    pub kilograms: f64,
+    /// The drive at its limit.
+    pub drive: String,
+    /// The place, of P, mm.
+    pub position_mm: Vector3<f64>,
+}
+
+/// A mass, and the index of the drive that it takes to its limit.
+type Held = (f64, usize);
+
+/// The mass at the tool tip that at all `places` no drive with a limit needs more force for than that, the machine's own weight
+/// included; `None` without gravity or limits, or where the mass has an effect on no drive.
+pub(super) fn payload(machine: &Machine, places: &[Configuration], workspace: &mut Workspace) -> Option<Payload> {
+    if machine.gravity == Vector3::zeros() || machine.drives().all(|(_, drive)| drive.force_limit.is_none()) {
+        return None;
+    }
+    let mut least: Option<(Held, &Configuration)> = None;
+    for at in places {
+        let held = held_beyond(machine, at, 0.0, workspace);
+        if let Some(held) = held.filter(|held| least.is_none_or(|(other, _)| held.0 < other.0)) {
+            least = Some((held, at));
+        }
+    }
+    let ((mut kilograms, mut drive), at) = least?;
+    for _ in 0..CORRECTIONS {
+        match held_beyond(machine, at, kilograms, workspace) {
+            Some(held) if kilograms > 0.0 => (kilograms, drive) = held,
+            _ => break,
+        }
+    }
+    let drive = machine.drive_labels().swap_remove(drive);
+    Some(Payload { kilograms, drive, position_mm: at.pose.translation })
+}
+
+/// The mass that takes the first drive to its limit, by how drives' forces grow from `kilograms` on.
+fn held_beyond(machine: &Machine, at: &Configuration, kilograms: f64, workspace: &mut Workspace) -> Option<Held> {
+    let start = forces(machine, at, kilograms, workspace)?;
+    let more = forces(machine, at, kilograms + TRIAL_KG, workspace)?;
+    let limits = machine.drives().map(|(_, drive)| (drive.force_limit, drive.motion));
+    let mut least: Option<Held> = None;
+    for (drive, (limit, motion)) in limits.enumerate() {
+        let Some(limit) = limit else { continue };
+        let lever = if motion == Motion::Revolute { machine.reach } else { 1.0 };
+        if kilograms == 0.0 && start[drive].abs() > limit {
+            return Some((0.0, drive));
+        }
+        let per_kilogram = (more[drive] - start[drive]) / TRIAL_KG;
+        if per_kilogram.abs() <= NOT_CARRIED * machine.gravity.norm() * lever {
+            continue;
+        }
+        let mass = (kilograms + (limit - start[drive] * per_kilogram.signum()) / per_kilogram.abs()).max(0.0);
+        if least.is_none_or(|(other, _)| mass < other) {
+            least = Some((mass, drive));
+        }
+    }
+    least
+}
+
+/// Forces of all drives with a mass at the tool tip, N or N·mm.
+fn forces(machine: &Machine, at: &Configuration, kilograms: f64, workspace: &mut Workspace) -> Option<Vec<f64>> {
+    let force = machine.gravity * kilograms;
+    let load = Wrench { force, moment: (at.pose.rotation * machine.tool_tip).cross(&force) };
+    let mut state = State::rigid(machine, at);
+    let outcome = equilibrium(machine, &at.drives, &load, &mut state, workspace, &TO_ROUNDING);
+    outcome.is_equilibrium().then(|| drive_forces(machine, &state))
+}
+
+/// Length of the steps from home in which a direction is tried, as a share of the machine's size.
+const STEP: f64 = 0.04;
+/// Nothing is tried farther from home than this many sizes and what slides travel.
+const FARTHEST: f64 = 4.0;
+/// Where reach ends is found to this, mm.
+const RESOLUTION_MM: f64 = 0.1;
+
+/// How far P can go from home along an axis of O, mm: towards negative and towards positive coordinates.
+pub type Span = [f64; 2];
+
+/// Spans along x, y and z with the tool oriented as at home; `None` along an axis that the drives do not control. Infinite where
+/// nothing ends it.
+pub(super) fn spans(machine: &Machine) -> [Option<Span>; 3] {
+    let along = |axis: usize| {
+        let mut direction = Vector3::zeros();
+        direction[axis] = 1.0;
+        machine.controls_translation(axis).then(|| [-farthest(machine, -direction), farthest(machine, direction)])
+    };
+    [along(0), along(1), along(2)]
+}
+
+fn farthest(machine: &Machine, direction: Vector3<f64>) -> f64 {
+    let home = machine.home.pose.translation;
+    let is_reached = |distance: f64| machine.command(home + direction * distance).is_ok();
+    let (step, farthest) = (STEP * size(machine), FARTHEST * size(machine) + travel(machine));
+    let (mut near, mut far) = (0.0, step);
+    while is_reached(far) {
+        (near, far) = (far, far + step);
+        if far > farthest {
+            return f64::INFINITY;
+        }
+    }
+    while far - near > RESOLUTION_MM {
+        let middle = 0.5 * (near + far);
+        if is_reached(middle) { near = middle } else { far = middle }
+    }
+    near
+}
+
+/// How far all slides travel together, mm.
+fn travel(machine: &Machine) -> f64 {
+    let slides = machine.drives().filter(|(_, drive)| drive.motion == Motion::Prismatic);
+    slides.filter_map(|(_, drive)| drive.travel).map(|(least, largest)| largest - least).sum()
 }

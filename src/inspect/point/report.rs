@@ -88,69 +88,9 @@ fn forces(machine: &Machine, prefix: &str, values: Option<Vec<f64>>) -> Map<Stri
     by_kind(machine, |kind| format!("{prefix}actuator_{}_{}", kind.force_word(), kind.force_unit()), values)
 }
 
-/// What is known of a location before anything is solved there; every other quantity of [`point_json`] is null.
-fn blank(question: &PointQuestion, chain_errors_deg: &[f64]) -> Map<String, Value> {
-    let machine = &question.machine;
-    let phi_deg = match question.load {
-        PointLoad::Milling(_, phi) => Some(tidy_degrees(phi.to_degrees())),
-        PointLoad::Wrench(_) => None,
-    };
-    let mut object = Map::new();
-    object.insert("schema".into(), json!(SCHEMA));
-    object.insert("drives".into(), json!(drives(machine)));
-    object.insert("position_mm".into(), json!(question.place.position().map(array)));
-    object.insert("zeroed".into(), json!(machine.own_forces().map(|_| machine.zeroed.label())));
-    let held: Map<String, Value> =
-        machine.held_drives().into_iter().map(|(label, value, _)| (label, json!(value))).collect();
-    if !held.is_empty() {
-        object.insert("held".into(), held.into());
-    }
-    object.insert("phi_deg".into(), json!(phi_deg));
-    object.insert("chain_errors_deg".into(), json!(chain_errors_deg));
-    for key in [
-        "branch",
-        "clearance",
-        "conditioning",
-        "tool_axis",
-        "force_tool_frame_N",
-        "wrench_N_Nmm",
-        "platform_mm",
-        "platform_rotvec_rad",
-        "platform_turn_rad",
-        "tool_displacement_mm",
-        "tool_displacement_by_weight_mm",
-        "tool_play_mm",
-        "chain_wrench_N_Nmm",
-        "stiffness_unloaded",
-        "stiffness_loaded",
-        "compensated_rotvec_rad",
-        "tip_error_after_compensation_mm",
-        "tip_error_after_compensation_norm_mm",
-        "residual",
-    ] {
-        object.insert(key.into(), Value::Null);
-    }
-    for key in ["rho_nominal", "rho_compensated", "delta_rho"] {
-        object.append(&mut positions(machine, key, None));
-    }
-    for prefix in ["", "compensated_"] {
-        object.append(&mut forces(machine, prefix, None));
-    }
-    object
-}
-
 /// The object of [`point_json`] for a location that the machine cannot reach: every quantity is null.
 pub fn unreachable_json(question: &PointQuestion, chain_errors_deg: &[f64], unreachable: &Unreachable) -> Value {
-    let mut object = blank(question, chain_errors_deg);
-    let unreachable = Failure::from(unreachable.clone());
-    for key in ["status", "compensation_status"] {
-        object.insert(key.into(), json!(unreachable.status));
-    }
-    for key in ["reason", "compensation_reason"] {
-        object.insert(key.into(), json!(unreachable.reason));
-    }
-    object.insert("iterations".into(), json!(0));
-    object.into()
+    object(question, chain_errors_deg, Err(&Failure::from(unreachable.clone())))
 }
 
 /// One object with the keys of `tests/reference/orthoglide.json`, where drives are slides, and `schema`, `drives`,
@@ -162,52 +102,80 @@ pub fn unreachable_json(question: &PointQuestion, chain_errors_deg: &[f64], unre
 /// A machine with both has both, each with null where a drive is of the other kind. `chain_errors_deg` is passed through. Keys
 /// whose quantity does not exist in this outcome are null.
 pub fn point_json(answer: &PointAnswer, chain_errors_deg: &[f64]) -> Value {
-    let (machine, loaded) = (&answer.question.machine, &answer.loaded);
-    let mut object = blank(&answer.question, chain_errors_deg);
-    let is_solved = loaded.status == Status::Solved;
-    for (key, value) in [
-        ("tool_axis", json!(array(answer.tool.rotation.column(2).into()))),
-        ("branch", json!(answer.branch.map(|(branch, _)| branch.label()))),
-        ("clearance", json!(answer.branch.map(|(_, clearance)| clearance))),
-        ("conditioning", json!(answer.conditioning)),
-        ("force_tool_frame_N", json!(array(force_on_tool(answer)))),
-        ("wrench_N_Nmm", json!(answer.wrench.to_array())),
-        ("stiffness_unloaded", json!(answer.stiffness_unloaded.as_ref().map(rows))),
-        ("stiffness_loaded", json!(loaded.stiffness.as_ref().map(rows))),
-        ("status", json!(loaded.status.label())),
-        ("reason", json!((!is_solved).then(|| loaded.status.reason(machine)))),
-        ("compensation_status", json!(status_of(&answer.compensated))),
-        ("compensation_reason", json!(answer.compensated.as_ref().err().map(|failure| &failure.reason))),
-        ("iterations", json!(loaded.iterations)),
-        ("residual", json!(loaded.residual)),
-    ] {
-        object.insert(key.into(), value);
+    object(&answer.question, chain_errors_deg, Ok(answer))
+}
+
+fn object(question: &PointQuestion, chain_errors_deg: &[f64], answer: Result<&PointAnswer, &Failure>) -> Value {
+    let machine = &question.machine;
+    let known = answer.ok();
+    let settled = known.filter(|answer| answer.loaded.status.is_equilibrium());
+    let turned = |answer: &PointAnswer| answer.loaded.pose.rotation * answer.nominal.pose.rotation.transpose();
+    let wrenches = |answer: &PointAnswer| answer.loaded.chains.iter().map(|c| c.wrench.to_array()).collect::<Vec<_>>();
+    let done = known.and_then(|answer| answer.compensated.as_ref().ok());
+    let left = known.zip(done).map(|(answer, done)| {
+        machine.tool_displacement(answer.zero.as_ref().unwrap_or(&answer.nominal.pose), &done.solution.pose)
+    });
+    let phi_deg = match question.load {
+        PointLoad::Milling(_, phi) => Some(tidy_degrees(phi.to_degrees())),
+        PointLoad::Wrench(_) => None,
+    };
+    let [status, reason, compensation_status, compensation_reason] = match answer {
+        Ok(PointAnswer { loaded, compensated, .. }) => [
+            json!(loaded.status.label()),
+            json!((loaded.status != Status::Solved).then(|| loaded.status.reason(machine))),
+            json!(status_of(compensated)),
+            json!(compensated.as_ref().err().map(|failure| &failure.reason)),
+        ],
+        Err(Failure { status, reason }) => [json!(status), json!(reason), json!(status), json!(reason)],
+    };
+    let mut object: Map<String, Value> = [
+        ("schema", json!(SCHEMA)),
+        ("drives", json!(drives(machine))),
+        ("zeroed", json!(machine.own_forces().map(|_| machine.zeroed.label()))),
+        ("phi_deg", json!(phi_deg)),
+        ("chain_errors_deg", json!(chain_errors_deg)),
+        ("position_mm", json!(known.map(|a| a.nominal.pose.translation).or(question.place.position()).map(array))),
+        ("tool_axis", json!(known.map(|a| array(a.tool.rotation.column(2).into())))),
+        ("branch", json!(known.and_then(|a| a.branch).map(|(branch, _)| branch.label()))),
+        ("clearance", json!(known.and_then(|a| a.branch).map(|(_, clearance)| clearance))),
+        ("conditioning", json!(known.map(|a| a.conditioning))),
+        ("force_tool_frame_N", json!(known.map(|a| array(force_on_tool(a))))),
+        ("wrench_N_Nmm", json!(known.map(|a| a.wrench.to_array()))),
+        ("stiffness_unloaded", json!(known.and_then(|a| a.stiffness_unloaded.as_ref()).map(rows))),
+        ("stiffness_loaded", json!(known.and_then(|a| a.loaded.stiffness.as_ref()).map(rows))),
+        ("status", status),
+        ("reason", reason),
+        ("compensation_status", compensation_status),
+        ("compensation_reason", compensation_reason),
+        ("iterations", json!(known.map_or(0, |a| a.loaded.iterations))),
+        ("residual", json!(known.map(|a| a.loaded.residual))),
+        ("platform_mm", json!(settled.map(|a| array(a.loaded.pose.translation)))),
+        ("platform_rotvec_rad", json!(settled.map(|a| array(rotation_log(&a.loaded.pose.rotation))))),
+        ("platform_turn_rad", json!(settled.map(|a| array(rotation_log(&turned(a)))))),
+        ("tool_displacement_mm", json!(settled.and_then(tool_displacement).map(array))),
+        (
+            "tool_displacement_by_weight_mm",
+            json!(known.and_then(|a| Some(array(*a.by_weight.as_ref()?.as_ref().ok()?)))),
+        ),
+        ("tool_play_mm", json!(settled.and_then(|a| a.loaded.tool_play).map(array))),
+        ("chain_wrench_N_Nmm", json!(settled.map(wrenches))),
+        ("compensated_rotvec_rad", json!(done.map(|c| array(rotation_log(&c.solution.pose.rotation))))),
+        ("tip_error_after_compensation_mm", json!(left.map(array))),
+        ("tip_error_after_compensation_norm_mm", json!(left.map(|left| left.norm()))),
+    ]
+    .into_iter()
+    .map(|(key, value)| (key.to_string(), value))
+    .collect();
+    let held: Map<String, Value> =
+        machine.held_drives().into_iter().map(|(label, value, _)| (label, json!(value))).collect();
+    if !held.is_empty() {
+        object.insert("held".into(), held.into());
     }
-    object.append(&mut positions(machine, "rho_nominal", Some(&answer.nominal.drives)));
-    object["position_mm"] = json!(array(answer.nominal.pose.translation));
-    object["tool_displacement_by_weight_mm"] =
-        json!(answer.by_weight.as_ref().and_then(|d| Some(array(*d.as_ref().ok()?))));
-    if loaded.status.is_equilibrium() {
-        object["platform_mm"] = json!(array(loaded.pose.translation));
-        object["platform_rotvec_rad"] = json!(array(rotation_log(&loaded.pose.rotation)));
-        let turn = rotation_log(&(loaded.pose.rotation * answer.nominal.pose.rotation.transpose()));
-        object["platform_turn_rad"] = json!(array(turn));
-        object["tool_displacement_mm"] = json!(tool_displacement(answer).map(array));
-        object["tool_play_mm"] = json!(loaded.tool_play.map(array));
-        object.append(&mut forces(machine, "", Some(loaded.drive_forces())));
-        let wrenches: Vec<[f64; 6]> = loaded.chains.iter().map(|chain| chain.wrench.to_array()).collect();
-        object["chain_wrench_N_Nmm"] = json!(wrenches);
-    }
-    if let (Ok(compensated), Some(change)) = (&answer.compensated, change(answer)) {
-        let zero = answer.zero.as_ref().unwrap_or(&answer.nominal.pose);
-        let left = machine.tool_displacement(zero, &compensated.solution.pose);
-        object.append(&mut positions(machine, "rho_compensated", Some(&compensated.drives)));
-        object.append(&mut positions(machine, "delta_rho", Some(&change)));
-        object.append(&mut forces(machine, "compensated_", Some(compensated.solution.drive_forces())));
-        object["compensated_rotvec_rad"] = json!(array(rotation_log(&compensated.solution.pose.rotation)));
-        object["tip_error_after_compensation_mm"] = json!(array(left));
-        object["tip_error_after_compensation_norm_mm"] = json!(left.norm());
-    }
+    object.append(&mut positions(machine, "rho_nominal", known.map(|a| a.nominal.drives.as_slice())));
+    object.append(&mut positions(machine, "rho_compensated", done.map(|c| c.drives.as_slice())));
+    object.append(&mut positions(machine, "delta_rho", known.and_then(change).as_deref()));
+    object.append(&mut forces(machine, "", settled.map(|a| a.loaded.drive_forces())));
+    object.append(&mut forces(machine, "compensated_", done.map(|c| c.solution.drive_forces())));
     object.into()
 }
 

@@ -1,26 +1,114 @@
-//! Study files of a workpiece's place: written for a path that has none, and with one place more.
+//! Study files of a workpiece's place or a map: read for a page, with the same keys and checks as [`crate::questions::Study`] has
+//! but without those of other questions; written for a path that has none, and with one place more.
 
-use std::path::Path;
+use std::{cell::Cell, collections::BTreeMap, path::Path};
 
 use nalgebra::Vector3;
+use serde::Deserialize;
 use toml::{Table, Value};
 
-use super::{Explorer, STUDY, Scene, place::site, study_file::read_placement};
+use super::{Explorer, STUDY, Scene, place::site, refused};
 use crate::{
-    input::{
-        Folder,
-        check::Check,
-        error::{Error, Result},
-        toml_file,
-    },
+    input::{Folder, check::Check, error::Result, toml_file},
     machine::Machine,
     process::{PathReference, file::TOLERANCE_MM},
     questions::{
-        Overrides, StudyFiles,
-        placement::{PlacementStudy, at_point},
-        spec::SCHEMA,
+        Given, Overrides, Question, StudyFiles,
+        map::{WorkspaceMapStudy, spec::WorkspaceMapSpec},
+        placement::{PlacementStudy, at_point, spec::PlacementStudySpec},
+        resolve,
+        spec::{self, Header, ProcessRef, SCHEMA},
     },
 };
+
+/// A study as written.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Written {
+    schema: u32,
+    question: String,
+    machine: String,
+    branch: Option<String>,
+    #[serde(default)]
+    held: BTreeMap<String, f64>,
+    process: Option<ProcessRef>,
+    placement: Option<PlacementStudySpec>,
+    workspace_map: Option<WorkspaceMapSpec>,
+}
+
+/// What a page can ask.
+pub(super) enum Asked {
+    /// Where the workpiece should stand.
+    Placement(Box<PlacementStudy>),
+    /// How far the tool moves.
+    Map(Box<WorkspaceMapStudy>),
+}
+
+/// The study `text`, whose files are in `folder`, and its machine without the tool of a process.
+///
+/// # Errors
+/// As [`crate::questions::Study::from_toml`].
+pub(super) fn read(text: &str, folder: &Folder, overrides: &Overrides) -> Result<(Machine, Asked)> {
+    let written: Written = spec::parse(text, STUDY)?;
+    let Written { schema, question, machine, branch, held, process, placement, workspace_map } = written;
+    let header = Header { schema, question, machine, branch, held, process };
+    let check = Check::new(STUDY);
+    let (machine, _) = resolve::header(&header, folder, overrides, &check)?;
+    let given = |check: Check, name: &'static str| Given {
+        machine: machine.clone(),
+        folder,
+        overrides,
+        check,
+        name,
+        header: &header,
+        asked_process: Cell::new(false),
+    };
+    let asked = match (placement, workspace_map) {
+        (Some(spec), None) => {
+            let study = resolved::<PlacementStudy>(&spec, given(check.key("placement"), PlacementStudy::NAME))?;
+            Asked::Placement(Box::new(study))
+        }
+        (None, Some(spec)) => {
+            let study = resolved(&spec, given(check.key("workspace_map"), WorkspaceMapStudy::NAME))?;
+            Asked::Map(Box::new(study))
+        }
+        _ => return check.fail("expected one table, placement or workspace_map".into()),
+    };
+    Ok((machine, asked))
+}
+
+/// The placement study `text`, as [`read`].
+///
+/// # Errors
+/// As [`read`], and of a map.
+pub(super) fn read_placement(text: &str, folder: &Folder, overrides: &Overrides) -> Result<PlacementStudy> {
+    match read(text, folder, overrides)?.1 {
+        Asked::Placement(study) => Ok(*study),
+        Asked::Map(_) => Check::new(STUDY).key("placement").fail("missing".into()),
+    }
+}
+
+fn resolved<Q: Question>(spec: &Q::Spec, given: Given<'_>) -> Result<Q> {
+    let resolved = Q::resolve(spec, &given)?;
+    given.refuse_unused()?;
+    Ok(resolved.study)
+}
+
+/// The machine of a scene without a study.
+///
+/// # Errors
+/// There is no such machine, or its file is not of the expected form.
+pub(super) fn machine(scene: &Scene, folder: &Folder, overrides: &Overrides) -> Result<Machine> {
+    let header = Header {
+        schema: SCHEMA,
+        question: "explored".into(),
+        machine: scene.machine.clone(),
+        branch: None,
+        held: BTreeMap::new(),
+        process: None,
+    };
+    Ok(resolve::header(&header, folder, overrides, &Check::new(STUDY))?.0)
+}
 
 /// A program and the process by which it is cut, as files.
 #[derive(Debug, Clone, Copy)]
@@ -136,8 +224,7 @@ fn table<V: Into<Value>, const N: usize>(entries: [(&str, V); N]) -> Table {
 }
 
 pub(super) fn written(table: &Table) -> Result<String> {
-    let fault = |fault: toml::ser::Error| Error::Argument { argument: STUDY.into(), problem: fault.to_string() };
-    toml::to_string(table).map_err(fault)
+    toml::to_string(table).map_err(|fault| refused(STUDY, fault.to_string()))
 }
 
 /// Where the workpiece stands first, mm.

@@ -1,6 +1,8 @@
 //! Figures are drawn, or refused, as they should be.
 
-use super::*;
+use kinetostat::figures::{
+    Colours, Figure, FigureError, LineFigure, LineSeries, Mark2, Mark3, Shading, SliceFigure, SlicePanel, VolumeFigure,
+};
 
 fn panel(nodes: usize, value: impl Fn(usize) -> Option<f64>) -> SlicePanel {
     let axis: Vec<f64> = (0..nodes).map(|i| -73.5 + 10.0 * i as f64).collect();
@@ -171,4 +173,29 @@ fn wrong_data_are_named() {
     assert_eq!(message(Figure::Lines(log)), "series \"measured\": 0 has no place on a logarithmic axis");
     let both = LineFigure { log_x: true, equal_axes: true, ..lines(vec![(1.0, 1.0)]) };
     assert_eq!(Figure::Lines(both).png(Colours::Viridis), Err(FigureError::EqualAxesWithLog));
+}
+
+#[test]
+fn the_alternative_names_axes_curves_and_ranges() {
+    let series = |label: &str, points: Vec<(f64, f64)>| LineSeries {
+        label: label.into(),
+        points,
+        dashed: false,
+        band: Vec::new(),
+    };
+    let figure = LineFigure {
+        title: "Errors".into(),
+        subtitle: "orthoglide".into(),
+        x_label: "path length [mm]".into(),
+        y_label: "|Δt| [mm]".into(),
+        series: vec![series("both", vec![(0.0, 0.123456), (1.0, -2.0)]), series("none", vec![])],
+        equal_axes: false,
+        log_x: false,
+        log_y: false,
+        closed_note: Some("amplified".into()),
+    };
+    let figure = Figure::Lines(figure);
+    assert_eq!(figure.caption(), "Errors. orthoglide");
+    let expected = "Curves of |Δt| [mm] over path length [mm]: both (from \u{2212}2.000 to 0.1235). amplified.";
+    assert_eq!(figure.alternative(), expected);
 }
