@@ -35,7 +35,7 @@ pub struct LineSeries {
 }
 
 /// Curves over two axes. Curves differ in colour, and in dash pattern or marker, so that a grey print keeps them apart.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct LineFigure {
     /// The question.
     pub title: String,

@@ -6,7 +6,7 @@ use serde::Deserialize;
 use super::circle_shape::{Shape, angle_deg, crossings};
 use crate::{
     machine::{Machine, Motion},
-    questions::path::{PathResults, SourceAlongPath},
+    questions::path::{AtPoint, PathResults},
     simulation::{ROUNDING_MM, Source, along_path::PathAnswer},
 };
 
@@ -169,7 +169,7 @@ impl Quantity {
                 largest_of(&path.study.machine, kind, both, |answer| answer.drive_forces.clone())
             }
             Quantity::ErrorLeft => {
-                let left = both.compensated.iter().map(|answer| answer.position_error);
+                let left = both.iter().map(|at| at.answer.position_error);
                 largest(&left.collect::<Vec<_>>())
             }
             Quantity::SuperpositionRatio => {
@@ -218,13 +218,12 @@ impl Quantity {
 
 /// The first point that one of the sources leaves without an answer.
 fn solved(path: &PathResults) -> Result<(), String> {
-    for (_, along) in path.whole.sources.iter() {
-        let answers = along.plain.iter().zip(&along.compensated).enumerate();
-        for (k, (plain, compensated)) in answers {
-            for status in [&plain.status, &compensated.status] {
+    for (source, along) in path.whole.sources.iter() {
+        for (k, at) in along.iter().enumerate() {
+            for status in [&at.plain.status, &at.answer.status] {
                 if !status.is_success() {
                     let reason = status.reason(&path.study.machine);
-                    return Err(format!("{}, point {k}: {reason}", along.source.label()));
+                    return Err(format!("{}, point {k}: {reason}", source.label()));
                 }
             }
         }
@@ -246,7 +245,7 @@ fn largest(vectors: &[Vector3<f64>]) -> f64 {
 }
 
 fn moved(path: &PathResults, source: Source) -> Vec<Vector3<f64>> {
-    path.whole.sources[source].plain.iter().map(|answer| answer.position_error).collect()
+    path.whole.sources[source].iter().map(|at| at.plain.position_error).collect()
 }
 
 fn superposed(path: &PathResults) -> Vec<Vector3<f64>> {
@@ -258,14 +257,9 @@ fn superposed(path: &PathResults) -> Vec<Vector3<f64>> {
 }
 
 /// Largest size of a value that each drive has, over the path and the drives of one kind.
-fn largest_of(
-    machine: &Machine,
-    kind: Motion,
-    along: &SourceAlongPath,
-    values: impl Fn(&PathAnswer) -> Vec<f64>,
-) -> f64 {
-    along.compensated.iter().fold(0.0, |most: f64, answer| {
-        let own = machine.drives().zip(values(answer)).filter(|((_, drive), _)| drive.motion == kind);
+fn largest_of(machine: &Machine, kind: Motion, along: &[AtPoint], values: impl Fn(&PathAnswer) -> Vec<f64>) -> f64 {
+    along.iter().fold(0.0, |most: f64, at| {
+        let own = machine.drives().zip(values(&at.answer)).filter(|((_, drive), _)| drive.motion == kind);
         own.fold(most, |most, (_, value)| most.max(value.abs()))
     })
 }

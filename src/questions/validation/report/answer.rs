@@ -21,7 +21,7 @@ impl Answered for ValidationStudy {
     fn answer(&self, shown: &Shown, run: &Run<'_>) -> Result<Output> {
         let results = validation::run(self, run.work)?;
         let sources = results.paths.iter().flat_map(|path| path.whole.sources.iter());
-        let answers = sources.flat_map(|(_, source)| &source.compensated);
+        let answers = sources.flat_map(|(_, along)| along).map(|at| &at.answer);
         let compared = results.compared.iter().flat_map(|compared| &compared.ours);
         let compared = compared.map(|ours| if ours.is_ok() { "solved" } else { "not_solved" });
         let statuses = Manifest::count(answers.map(|answer| answer.status.label()).chain(compared));

@@ -2,8 +2,11 @@
 
 use crate::{
     files::file_stem,
-    page::{Better, Description, Explorer, Fact, MachineDescription, Quantity, Section, TableNote, error_facts},
-    questions::{path::report::points_view, validation::ValidationResults},
+    page::{Description, Explorer, Fact, MachineDescription, Section, TableNote, error_facts},
+    questions::{
+        path::report::{DISPLACEMENT, points_view},
+        validation::ValidationResults,
+    },
 };
 
 /// Sections, setting, views and tables; first screen, figures and question are added by the run.
@@ -15,7 +18,7 @@ pub fn page(results: &ValidationResults, differences: &str) -> Description {
     ];
     for case in &study.cases {
         let caption = format!("{case}: one row per point and source of error.");
-        tables.push(TableNote::ranked(&points_file(case), &caption, "displacement_mm"));
+        tables.push(TableNote::ranked(&points_file(case), &caption, &DISPLACEMENT.name));
     }
     Description {
         setting: setting(results),
@@ -66,6 +69,7 @@ fn setting(results: &ValidationResults) -> Vec<Fact> {
 }
 
 fn curves(results: &ValidationResults, case: &str) -> Explorer {
-    let first = vec![Quantity::new(["displacement_mm"], "displacement |Δt|", "mm", Better::Smaller)];
-    points_view(&results.study.machine, along(case), points_file(case), first)
+    let mut displacement = DISPLACEMENT;
+    displacement.label = "displacement |Δt|".into();
+    points_view(&results.study.machine, along(case), points_file(case), vec![displacement])
 }

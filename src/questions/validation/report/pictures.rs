@@ -121,7 +121,7 @@ fn panels(
 }
 
 fn drive_correction(path: &PathResults, source: Source, k: usize, drive: usize) -> Option<f64> {
-    let deltas = path.whole.compensated(source, k)?.delta_rho();
+    let deltas = path.whole.at(source, k).compensated()?.delta_rho();
     shown_positions(&path.study.machine, &deltas).get(drive).copied()
 }
 
@@ -151,7 +151,7 @@ fn curves(results: &ValidationResults, picture: &Picture) -> Vec<Figure> {
     });
     let forces = |kind| {
         let frames = frames(&|path| {
-            let force = |k, drive: usize| path.whole.compensated(Source::All, k)?.drive_forces.get(drive).copied();
+            let force = |k, drive: usize| path.whole.at(Source::All, k).compensated()?.drive_forces.get(drive).copied();
             drives(kind).into_iter().map(|(drive, _)| over_angle(path, &|k| force(k, drive))).collect()
         });
         let what = format!("drive {}s", kind.force_word());
