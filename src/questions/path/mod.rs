@@ -246,7 +246,7 @@ fn part(
     work: &Work,
 ) -> Result<(PathPart, LeftByMethods)> {
     let first = points.start;
-    let case = case(machines, Source::All, &study.demands[points.clone()]);
+    let case = PathCase::new(machines, Source::All, &study.demands[points.clone()]);
     let left = |(index, &method): (usize, &Method)| {
         let work = work.part(&format!("method {index}")).after(passes_of_sources(study) + index);
         kept(&case, led, (first, passes(study)), method, &work, |answer| Left::of(&answer, &study.machine))
@@ -256,16 +256,6 @@ fn part(
         || study.methods.par_iter().enumerate().map(left).collect::<Result<LeftByMethods>>(),
     );
     Ok((part?, left?))
-}
-
-fn case<'a>(machines: &'a Machines, source: Source, demands: &'a [Demand]) -> PathCase<'a> {
-    PathCase {
-        nominal: machines.commanding(source),
-        real: machines.answering(source),
-        resting: machines.resting(),
-        before: None,
-        demands,
-    }
 }
 
 fn sources(
@@ -278,7 +268,7 @@ fn sources(
     let first = points.start;
     let along = |(number, &source): (usize, &Source)| -> Result<Vec<AtPoint>> {
         let demands: Vec<Demand> = study.demands[points.clone()].iter().map(|demand| source.demand(demand)).collect();
-        let case = case(machines, source, &demands);
+        let case = PathCase::new(machines, source, &demands);
         let pass = |method, number: usize, command: &str| -> Result<Vec<PathAnswer>> {
             let work = work.part(source.label()).part(command).after(number);
             kept(&case, led, (first, passes(study)), method, &work, |answer| answer)

@@ -1,7 +1,7 @@
 //! Numbers that a path has, as papers and measurement reports quote them.
 
 use nalgebra::{Vector2, Vector3};
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use super::circle_shape::{Shape, angle_deg, crossings};
 use crate::{
@@ -11,7 +11,7 @@ use crate::{
 };
 
 /// What is quoted.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Quantity {
     /// Size of the cutting force at the first point.
@@ -55,29 +55,9 @@ pub enum Quantity {
 }
 
 impl Quantity {
-    /// Word used in files.
-    pub fn label(self) -> &'static str {
-        match self {
-            Quantity::ForceAtStart => "force_at_start",
-            Quantity::MomentXAtStart => "moment_x_at_start",
-            Quantity::MomentYAtStart => "moment_y_at_start",
-            Quantity::DeflectionByCutting => "deflection_by_cutting",
-            Quantity::DeflectionByChainErrors => "deflection_by_chain_errors",
-            Quantity::DeflectionByBoth => "deflection_by_both",
-            Quantity::Correction => "correction",
-            Quantity::CorrectionOfSlides => "correction_of_slides",
-            Quantity::CorrectionOfHinges => "correction_of_hinges",
-            Quantity::DriveForce => "drive_force",
-            Quantity::ForceOfSlides => "force_of_slides",
-            Quantity::TorqueOfHinges => "torque_of_hinges",
-            Quantity::ErrorLeft => "error_left",
-            Quantity::SuperpositionRatio => "superposition_ratio",
-            Quantity::Departure => "departure",
-            Quantity::ShareBelowSuperposition => "share_below_superposition",
-            Quantity::CosineOfCentreShifts => "cosine_of_centre_shifts",
-            Quantity::AxesAngle => "axes_angle",
-            Quantity::Crossings => "crossings",
-        }
+    /// Word used in files: that of a study file.
+    pub fn label(self) -> String {
+        serde_json::to_value(self).ok().and_then(|word| Some(word.as_str()?.to_string())).unwrap_or_default()
     }
 
     /// Its unit on `machine`; "1" for pure numbers.
@@ -96,11 +76,7 @@ impl Quantity {
                 self.drives(machine).map_or("1", Motion::force_unit)
             }
             Quantity::AxesAngle => "deg",
-            Quantity::SuperpositionRatio
-            | Quantity::Departure
-            | Quantity::ShareBelowSuperposition
-            | Quantity::CosineOfCentreShifts
-            | Quantity::Crossings => "1",
+            _ => "1",
         }
     }
 

@@ -9,7 +9,7 @@ mod summary;
 mod text;
 mod thinned;
 
-pub(crate) use quantities::{ANGLE, DISPLACEMENT, points_table};
+pub(crate) use quantities::{ANGLE, DISPLACEMENT, displacement_along, drives, points_table};
 pub use summary::Summary;
 pub(crate) use text::cautions_of;
 pub use text::{facts_text, failures_text, text};

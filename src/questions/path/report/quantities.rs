@@ -21,12 +21,12 @@ pub(crate) const DISPLACEMENT: Of =
 pub(super) const LEFT: Of =
     Of::new("error_left_mm", "error left by compensation", Smaller, |at| Some(at.compensated()?.position_error.norm()));
 
-pub(super) fn displacement_along() -> [Of; 3] {
+pub(crate) fn displacement_along() -> [Of; 3] {
     Of::vector_mm("displacement", "displacement", |at| Some(at.displacement()?.into()))
 }
 
 /// Corrections and forces of the drives on the compensated path.
-pub(super) fn drives(machine: &Machine) -> OfDrives<AtPoint> {
+pub(crate) fn drives(machine: &Machine) -> OfDrives<AtPoint> {
     let correction = |at: &AtPoint, drive: usize| {
         let answer = at.compensated()?;
         Some(answer.drives.get(drive)? - answer.nominal_drives.get(drive)?)
