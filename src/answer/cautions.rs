@@ -11,6 +11,16 @@ use crate::{
 /// Rotations of a chain above this are said, rad.
 const LARGE_ROTATION: f64 = 5.0 * std::f64::consts::PI / 180.0;
 
+/// What must be known with any answer about `machine` with `errors` at `positions` of P (O, mm), each of which is a `noun`.
+pub fn of_machine(
+    machine: &Machine,
+    errors: &[ChainError],
+    noun: &str,
+    positions: impl Iterator<Item = Vector3<f64>>,
+) -> String {
+    zeroed(machine) + &carried(machine) + &large_errors(machine, errors) + &outside_workspace(machine, noun, positions)
+}
+
 /// A sentence if `positions` of P (O, mm), each of which is a `noun`, are not all inside the machine's workspace box.
 pub fn outside_workspace(machine: &Machine, noun: &str, positions: impl Iterator<Item = Vector3<f64>>) -> String {
     Outside::of(machine, positions).words(noun)

@@ -53,7 +53,7 @@ pub(crate) use quantity::{FoundOr, Quantity, layers};
 pub use said::Said;
 pub use scene::{Scene, Shown};
 #[cfg(feature = "report")]
-pub(crate) use setting::{direction, size_words, tool_axis_words};
+pub(crate) use setting::{direction, facts_of, size_words, tool_axis_words};
 #[cfg(feature = "report")]
 pub(crate) use table_of::{Streams, TableOf, status_cells};
 #[cfg(feature = "report")]

@@ -34,6 +34,7 @@ pub type Getter<E> = dyn Fn(&E) -> Option<f64> + Send + Sync;
 enum Get<E> {
     Number(fn(&E) -> Option<f64>),
     Part(fn(&E) -> Option<[f64; 3]>, usize),
+    Count(fn(&E) -> Option<usize>),
     Cell(Kind, fn(FoundOr<'_, E>) -> Cell),
     Made(Arc<Getter<E>>),
 }
@@ -43,6 +44,7 @@ impl<E> Clone for Get<E> {
         match self {
             Get::Number(get) => Get::Number(*get),
             Get::Part(get, axis) => Get::Part(*get, *axis),
+            Get::Count(get) => Get::Count(*get),
             Get::Cell(kind, get) => Get::Cell(*kind, *get),
             Get::Made(get) => Get::Made(Arc::clone(get)),
         }
@@ -67,6 +69,11 @@ impl<E: 'static> Quantity<E> {
         Self::new(name, "", Better::Neither, get)
     }
 
+    /// A whole number that stands in tables alone.
+    pub const fn count(name: &'static str, get: fn(&E) -> Option<usize>) -> Self {
+        Self::with(name, "", Better::Neither, Get::Count(get))
+    }
+
     /// A cell of any kind, which there may be as well where nothing was found.
     pub const fn cell(
         name: &'static str,
@@ -89,10 +96,15 @@ impl<E: 'static> Quantity<E> {
 
     /// The components of a vector: columns `WHAT_x_mm` and so on, each the `label` along its axis.
     pub fn vector_mm(what: &str, label: &str, get: fn(&E) -> Option<[f64; 3]>) -> [Self; 3] {
+        Self::vector(what, "mm", label, get)
+    }
+
+    /// The same of a vector with another unit.
+    pub fn vector(what: &str, unit: &str, label: &str, get: fn(&E) -> Option<[f64; 3]>) -> [Self; 3] {
         std::array::from_fn(|axis| {
             let letter = ["x", "y", "z"][axis];
             Self {
-                name: format!("{what}_{letter}_mm").into(),
+                name: format!("{what}_{letter}_{unit}").into(),
                 label: format!("{label} along {letter}").into(),
                 better: Better::Neither,
                 of: Vec::new(),
@@ -124,6 +136,7 @@ impl<E: 'static> Quantity<E> {
         match &self.get {
             Get::Number(get) => get(found),
             Get::Part(get, axis) => get(found).map(|vector| vector[*axis]),
+            Get::Count(get) => get(found).map(|count| count as f64),
             Get::Cell(_, get) => match get(Ok(found)) {
                 Cell::Number(number) => Some(number),
                 Cell::Count(count) => Some(count as f64),
@@ -137,13 +150,18 @@ impl<E: 'static> Quantity<E> {
     pub fn cell_of(&self, found: FoundOr<'_, E>) -> Cell {
         match &self.get {
             Get::Cell(_, get) => get(found),
+            Get::Count(get) => found.ok().and_then(get).into(),
             _ => found.ok().and_then(|found| self.value(found)).into(),
         }
     }
 
     /// Its column in a table.
     pub fn column(&self) -> Column {
-        let kind = if let Get::Cell(kind, _) = &self.get { *kind } else { Kind::Number };
+        let kind = match &self.get {
+            Get::Cell(kind, _) => *kind,
+            Get::Count(_) => Kind::Count,
+            _ => Kind::Number,
+        };
         Column { name: self.name.to_string(), kind }
     }
 

@@ -6,7 +6,7 @@ use super::Scene;
 use crate::{
     answer::cautions,
     files::words::{counted, signed, typographic},
-    machine::{Machine, NamedPoint, ToolAxisSource},
+    machine::{ChainError, Machine, NamedPoint, ToolAxisSource},
     page::{Column, Description, Explorer, Fact, Group, MachineDescription, Mark, Quantity, Shape, error_facts},
     process::MillingForce,
     spatial::Grid,
@@ -15,27 +15,16 @@ use crate::{
 impl Scene {
     /// What must be known with an answer over `positions` of P (O, mm), each of which is a `noun`.
     pub(crate) fn cautions(&self, noun: &str, positions: impl Iterator<Item = Vector3<f64>>) -> String {
-        cautions::not_used(&self.not_used)
-            + &cautions::zeroed(&self.machine)
-            + &cautions::carried(&self.machine)
-            + &cautions::large_errors(&self.machine, &self.errors)
-            + &cautions::outside_workspace(&self.machine, noun, positions)
+        cautions::not_used(&self.not_used) + &cautions::of_machine(&self.machine, &self.errors, noun, positions)
     }
 
     /// The setting: machine and force, what is the question's `own`, and errors.
     pub(crate) fn facts(&self, own: impl IntoIterator<Item = Fact>) -> Vec<Fact> {
         let MillingForce { radial, tangential, axial, .. } = self.force;
         let forces = format!("{radial} N radial, {tangential} N tangential, {axial} N axial");
-        let machine = &self.machine;
-        let mut facts = vec![
-            Fact::new("machine", machine.title.clone()),
-            Fact::new("cutting force", typographic(&forces)),
-            Fact::new("tool axis", tool_axis_fact(machine)),
-        ];
-        facts.extend(own);
-        facts.extend(machine.held_words().map(|words| Fact::new("held", words)));
-        facts.extend(error_facts(machine, &self.errors));
-        facts
+        let acting =
+            [Fact::new("cutting force", typographic(&forces)), Fact::new("tool axis", tool_axis_fact(&self.machine))];
+        facts_of(&self.machine, &self.errors, acting.into_iter().chain(own))
     }
 
     /// The fact that the worst of all tool angles counts; `label` is what it calls them.
@@ -76,6 +65,15 @@ impl Scene {
     pub(crate) fn worst_words(&self) -> String {
         format!("worst of {}, {}", counted(self.phis.len(), "tool angle"), self.force_words())
     }
+}
+
+/// The setting of any answer: `machine`, what is the question's `own`, drives held, and `errors`.
+pub(crate) fn facts_of(machine: &Machine, errors: &[ChainError], own: impl IntoIterator<Item = Fact>) -> Vec<Fact> {
+    let mut facts = vec![Fact::new("machine", machine.title.clone())];
+    facts.extend(own);
+    facts.extend(machine.held_words().map(|words| Fact::new("held", words)));
+    facts.extend(error_facts(machine, errors));
+    facts
 }
 
 /// The size of a grid: "3 × 4 × 5".

@@ -53,17 +53,8 @@ pub(crate) fn shown_positions(machine: &Machine, values: &[f64]) -> Vec<f64> {
 
 /// Largest size among positions or corrections, given in mm or rad, of the drives of one kind, mm or degrees.
 pub(crate) fn largest_position(machine: &Machine, motion: Motion, values: &[f64]) -> f64 {
-    motion.shown(largest(machine, motion, values))
-}
-
-/// Largest size among forces of the drives of one kind, N or N·mm.
-pub fn largest_force(machine: &Machine, motion: Motion, values: &[f64]) -> f64 {
-    largest(machine, motion, values)
-}
-
-fn largest(machine: &Machine, motion: Motion, values: &[f64]) -> f64 {
     let own = values.iter().zip(machine.drives()).filter(|(_, (_, drive))| drive.motion == motion);
-    own.fold(0.0, |most, (value, _)| most.max(value.abs()))
+    motion.shown(own.fold(0.0, |most, (value, _)| most.max(value.abs())))
 }
 
 /// Angles are given in degrees; the way through radians must not show.

@@ -34,14 +34,7 @@ pub struct TurnedAlong {
 
 /// Leads `machines` along `demands`, which `path` asks for at the turns that are looked at, uncompensated.
 pub(super) fn along(path: &Turnable<'_>, machines: &Machines, demands: &[Demand]) -> TurnedAlong {
-    let case = PathCase {
-        nominal: machines.commanding(Source::All),
-        real: machines.answering(Source::All),
-        resting: machines.resting(),
-        before: None,
-        demands,
-    };
-    let answers = run(&case, &Commands::Method(Method::None), &|| ());
+    let answers = run(&PathCase::new(machines, Source::All, demands), &Commands::Method(Method::None), &|| ());
     let cost = |(k, error): (usize, Option<Vector3<f64>>)| error.map(|error| path.cost(k, &error));
     let failure = answers.iter().position(|answer| !answer.is_settled);
     let first_failure = failure.map(|k| (k, answers[k].status.reason(&machines.nominal)));

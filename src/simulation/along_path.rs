@@ -13,6 +13,7 @@ use crate::{
     input::error::Result,
     machine::{Configuration, Machine},
     simulation::{
+        Machines, Source,
         led_along::{LedPoint, join, last_of, led_along},
         path_blocks::blocks,
     },
@@ -38,6 +39,14 @@ pub struct PathCase<'a> {
     pub before: Option<&'a Configuration>,
     /// What is wanted at each point, in path order.
     pub demands: &'a [Demand],
+}
+
+impl<'a> PathCase<'a> {
+    /// A whole path on `machines`, answered for `source`.
+    pub(crate) fn new(machines: &'a Machines, source: Source, demands: &'a [Demand]) -> Self {
+        let (nominal, real) = (machines.commanding(source), machines.answering(source));
+        Self { nominal, real, resting: machines.resting(), before: None, demands }
+    }
 }
 
 /// One point of a path, as commanded by a method or a program.

@@ -139,40 +139,6 @@ impl<T> IndexMut<Source> for BySource<T> {
     }
 }
 
-/// What is gathered of each source, of which it need not be known beforehand which there are.
-#[cfg(feature = "report")]
-#[derive(Debug, Clone)]
-pub(crate) struct Gathered<T>(Vec<(Source, T)>);
-
-#[cfg(feature = "report")]
-impl<T> Default for Gathered<T> {
-    fn default() -> Self {
-        Self(Vec::new())
-    }
-}
-
-#[cfg(feature = "report")]
-impl<T: Default> Gathered<T> {
-    /// What there is of `source`, nothing at first.
-    pub fn at(&mut self, source: Source) -> &mut T {
-        let place = self.0.iter().position(|(own, _)| *own == source).unwrap_or_else(|| {
-            self.0.push((source, T::default()));
-            self.0.len() - 1
-        });
-        &mut self.0[place].1
-    }
-
-    /// What there is of `source`, if it was seen.
-    pub fn get(&self, source: Source) -> Option<&T> {
-        self.iter().find_map(|(own, sums)| (own == source).then_some(sums))
-    }
-
-    /// Each source seen with what there is of it.
-    pub fn iter(&self) -> impl Iterator<Item = (Source, &T)> {
-        self.0.iter().map(|(source, sums)| (*source, sums))
-    }
-}
-
 /// The nominal machine, by which commands are computed, and those that answer for the sources.
 #[derive(Debug, Clone)]
 pub struct Machines {

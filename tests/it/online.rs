@@ -1,14 +1,17 @@
 //! Online studies: measured forces against predicted ones.
 
-use std::path::Path;
+use std::{f64::consts::TAU, path::Path};
 
 use kinetostat::{
     questions::{
         Overrides, Study, StudyKind,
-        online::{OnlineResults, run},
+        online::{Band, BreakEven, LoopGain, OnlineResults, Sensor, run},
     },
     work::Work,
 };
+use nalgebra::Vector3;
+use rand::SeedableRng;
+use rand_xoshiro::Xoshiro256PlusPlus;
 
 use crate::support::command::told;
 
@@ -158,4 +161,103 @@ fn an_unsafe_loop_is_said_first() {
     for file in ["report.html", "trials.csv", "bands.csv", "answer.svg"] {
         assert!(folder.path().join("out").join(file).exists(), "{file}");
     }
+}
+
+/// Whether the force settles, cycle after cycle, by the difference equation itself.
+fn settles(compliance: f64, too_soft: f64, k: f64) -> bool {
+    let mut size = [0.0f64; 2];
+    for (size, sign) in size.iter_mut().zip([1.0, -1.0]) {
+        let (mut force, mut measured) = (1.0, 0.0);
+        for _ in 0..4000 {
+            // F = F₀ − s k (C F − C_m F_before)
+            force = (1.0 + sign * k * (1.0 + too_soft) * compliance * measured) / (1.0 + sign * k * compliance);
+            measured = force;
+        }
+        *size = force;
+    }
+    size.iter().all(|size| size.abs() < 1e3)
+}
+
+#[test]
+fn the_gain_says_whether_the_loop_settles() {
+    for too_soft in [-0.5, -0.1, 0.0, 0.2, 1.0] {
+        let compliance = 2e-3;
+        let limit = LoopGain::new(compliance, too_soft, None).largest_stiffness_N_per_mm;
+        for (share, safe) in [(0.1, true), (0.97, true), (1.03, false), (1.5, false)] {
+            let gain = LoopGain::new(compliance, too_soft, Some(share * limit));
+            assert_eq!(gain.is_safe(), Some(safe), "{gain:?}");
+            assert_eq!(settles(compliance, too_soft, share * limit), safe, "{too_soft} {share}");
+        }
+        assert_eq!(LoopGain::new(compliance, too_soft, Some(1.0 / compliance)).gain, Some(f64::INFINITY));
+    }
+}
+
+const PERFECT: Sensor = Sensor { cycle_s: 1e-3, delay_s: 0.0, low_pass_Hz: None, noise_N: 0.0, bias_N: 0.0 };
+
+fn read(sensor: Sensor, duration_s: f64, force: impl Fn(f64) -> f64) -> Vec<[f64; 2]> {
+    let times: Vec<f64> = (0..=1000).map(|k| duration_s * f64::from(k) / 1000.0).collect();
+    let forces: Vec<_> = times.iter().map(|t| Vector3::new(force(*t), 0.0, 0.0)).collect();
+    let measured = sensor.measured(&times, &forces, &mut Xoshiro256PlusPlus::seed_from_u64(1));
+    times.iter().zip(measured).map(|(t, value)| [*t, value.x]).collect()
+}
+
+#[test]
+fn a_ramp_is_late_by_delay_and_cycles() {
+    // Between one and two cycles: a command holds for a whole one.
+    for [t, value] in read(Sensor { delay_s: 4e-3, ..PERFECT }, 1.0, |t| 100.0 * t) {
+        if t > 0.1 {
+            let late = t - value / 100.0 - 4e-3;
+            assert!((0.999e-3..=2.001e-3).contains(&late), "{t}: {late}");
+        }
+    }
+}
+
+#[test]
+fn a_low_pass_is_late_by_its_time_constant() {
+    let sensor = Sensor { low_pass_Hz: Some(5.0), ..PERFECT };
+    // Of a ramp, after a while, in discrete time: T a / (1 − a).
+    let a = (-TAU * 5.0 * 1e-3_f64).exp();
+    let lag = 1e-3 * a / (1.0 - a);
+    for [t, value] in read(sensor, 1.0, |t| 100.0 * t) {
+        if t > 0.5 {
+            let late = t - value / 100.0 - lag;
+            assert!((0.999e-3..=2.001e-3).contains(&late), "{t}: {late}");
+        }
+    }
+    // And of a step what is missing falls by a each cycle.
+    let step = read(sensor, 0.2, |t| if t > 0.0 { 1.0 } else { 0.0 });
+    let [t, value] = step[500];
+    let expected = 1.0 - (-TAU * 5.0 * t).exp();
+    assert!((value - expected).abs() < 0.05, "{value} {expected}");
+}
+
+#[test]
+fn noise_is_made_smaller_by_the_low_pass() {
+    let spread = |sensor| {
+        let values: Vec<f64> = read(sensor, 100.0, |_| 0.0).iter().skip(10).map(|[_, value]| *value).collect();
+        (values.iter().map(|v| v * v).sum::<f64>() / values.len() as f64).sqrt()
+    };
+    let plain = spread(Sensor { noise_N: 2.0, ..PERFECT });
+    assert!((plain / 2.0 - 1.0).abs() < 0.1, "{plain}");
+    // White noise of σ through the filter has σ √((1 − a) / (1 + a)).
+    let a = (-TAU * 20.0 * 1e-3_f64).exp();
+    let filtered = spread(Sensor { noise_N: 2.0, low_pass_Hz: Some(20.0), ..PERFECT });
+    let expected = 2.0 * ((1.0 - a) / (1.0 + a)).sqrt();
+    assert!((filtered / expected - 1.0).abs() < 0.1, "{filtered} {expected}");
+}
+
+fn bands(medians: [f64; 3]) -> Vec<Option<Band>> {
+    let band =
+        |(k, median_mm): (usize, f64)| Some(Band { force_error: 0.1 * k as f64, low_mm: 0.0, median_mm, high_mm: 9.0 });
+    medians.into_iter().enumerate().map(band).collect()
+}
+
+#[test]
+fn the_break_even_lies_between_the_errors_around_it() {
+    let online = bands([0.2, 0.2, 0.2]);
+    assert_eq!(BreakEven::of(&bands([0.3, 0.4, 0.5]), &online), Some(BreakEven::Always));
+    assert_eq!(BreakEven::of(&bands([0.0, 0.1, 0.15]), &online), Some(BreakEven::Never(0.2)));
+    let Some(BreakEven::From(found)) = BreakEven::of(&bands([0.0, 0.1, 0.3]), &online) else { panic!() };
+    assert!((found - 0.15).abs() < 1e-12, "{found}");
+    assert_eq!(BreakEven::of(&[None; 3], &online), None);
 }

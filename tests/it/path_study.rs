@@ -7,17 +7,19 @@ use std::{
 };
 
 use kinetostat::{
+    answer::Said,
     questions::{
         Overrides, Study, StudyKind,
         path::{
-            PathResults, Shown,
-            report::{Summary, text},
+            self, PathResults, Shown,
+            report::{Curve, MOST_POINTS, Summary, drawn, text},
             run,
         },
     },
     simulation::Source,
     work::Work,
 };
+use nalgebra::Vector3;
 
 fn studies() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("studies/02_groove_50mm")
@@ -41,8 +43,8 @@ fn groove_of_study_02_has_the_numbers_its_readme_quotes() {
         let found = largest_displacement(&results, source);
         assert!((found - expected).abs() < 0.01, "{source:?}: {found}");
     }
-    let both = &results.whole.sources[Source::All].compensated;
-    let correction = both.iter().flat_map(|answer| answer.delta_rho()).fold(0.0f64, |most, d| most.max(d.abs()));
+    let both = &results.whole.sources[Source::All];
+    let correction = both.iter().flat_map(|at| at.answer.delta_rho()).fold(0.0f64, |most, d| most.max(d.abs()));
     assert!((correction - 1.71).abs() < 0.01, "{correction}");
     assert!(
         results.study.stations.iter().all(|station| station.phi_deg.is_some_and(|phi| (0.0..360.0).contains(&phi)))
@@ -75,6 +77,13 @@ methods = ["mirror_2", "direct"]
     let labels: Vec<String> = results.methods.iter().map(|method| method.method.label()).collect();
     assert_eq!(labels, ["mirror_2", "direct"]);
     assert!(results.methods[1].summary.max_mm.unwrap() < 1e-9);
+}
+
+/// What is said of all points.
+fn said(found: &PathResults) -> Said {
+    let mut summary = Summary::new(&found.study, Shown { is_circle: false });
+    summary.add(&found.whole);
+    text(&summary)
 }
 
 /// A path study of the polyline `rows` on `machine`, cut as in study 02.
@@ -120,9 +129,7 @@ fn a_program_that_calls_others_is_written_out_if_the_process_says_so() {
     assert_eq!(lines.into_iter().collect::<Vec<_>>(), [2, 3, 5]);
     let found = results(study().unwrap());
     assert_eq!(largest_displacement(&found, Source::All), largest_displacement(&asked, Source::All));
-    let mut summary = Summary::default();
-    summary.add(&found.study, &found.whole);
-    let said = text(&summary, &found.study, &Shown { is_circle: false }).place;
+    let said = said(&found).place;
     assert!(said.contains("mm, O0070.nc line 2, "), "{said}");
     // What is called decides the results.
     write("O0070.nc", "O70\nG1 Y20\nX41\nM99\n");
@@ -137,9 +144,7 @@ fn heights_that_a_planar_machine_does_not_control_are_taken_where_it_stands_and_
         assert_eq!((deep.summary.failed, deep.summary.solved), (0, 31));
         assert_eq!(deep.summary, level.summary);
     }
-    let mut summary = Summary::default();
-    summary.add(&deep.study, &deep.whole);
-    let said = text(&summary, &deep.study, &Shown { is_circle: false }).cautions;
+    let said = said(&deep).cautions;
     let expected = "Not controlled by this machine: z of the base, taken where the machine stands; words of a program for it \
                     stay.\n";
     assert!(said.contains(expected), "{said}");
@@ -211,4 +216,46 @@ fn a_long_path_is_written_whole_and_drawn_thinned_with_its_peaks() {
     let found = summary["sources"]["all"]["displacement_max_mm"]["value"].as_f64().unwrap();
     assert_eq!(found, largest(&numbers(&table, column, of("all"))));
     assert_eq!(summary["methods"][0]["failed"], 0);
+}
+
+#[test]
+fn a_short_curve_keeps_every_point_and_a_long_one_its_peaks() {
+    let mut short = Curve::new(3);
+    (0..3).for_each(|k| short.add(k, k as f64, -(k as f64)));
+    assert_eq!(short.points(), [(0.0, 0.0), (1.0, -1.0), (2.0, -2.0)]);
+
+    let count = 100 * MOST_POINTS;
+    let mut long = Curve::new(count);
+    let value = |k: usize| {
+        if k == 123_457 {
+            7.0
+        } else if k == 123_460 {
+            -7.0
+        } else {
+            (k % 5) as f64
+        }
+    };
+    (0..count).filter(|k| k % 3 > 0).for_each(|k| long.add(k, k as f64, value(k)));
+    let points = long.points();
+    assert!(points.len() <= MOST_POINTS && points.windows(2).all(|pair| pair[0].0 < pair[1].0), "{}", points.len());
+    assert!(points.contains(&(123_457.0, 7.0)) && points.contains(&(123_460.0, -7.0)));
+}
+
+#[test]
+fn a_long_path_keeps_its_corners_and_its_ends() {
+    // Back and forth, in lines of 1000 points.
+    let position = |k: usize| {
+        let (line, along) = (k / 1000, (k % 1000) as f64);
+        Vector3::new(if line.is_multiple_of(2) { along } else { 999.0 - along }, 2.0 * line as f64, 0.0)
+    };
+    for lines in [300, 900] {
+        let positions: Vec<Vector3<f64>> = (0..1000 * lines).map(position).collect();
+        let drawn = drawn(&positions);
+        assert!(drawn.len() <= MOST_POINTS && drawn.windows(2).all(|pair| pair[0] < pair[1]));
+        for corner in (0..lines).flat_map(|line| [1000 * line, 1000 * line + 999]) {
+            assert!(drawn.binary_search(&corner).is_ok(), "corner {corner} of {lines}");
+        }
+        assert!(drawn.windows(2).all(|pair| pair[1] - pair[0] <= lines / 2 + 1));
+        assert_eq!(path::report::drawn(&positions[..MOST_POINTS]).len(), MOST_POINTS);
+    }
 }

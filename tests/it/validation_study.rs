@@ -8,7 +8,7 @@ use kinetostat::{
     questions::{
         Overrides, Study, StudyKind,
         validation::{
-            Quantity, ValidationResults,
+            Quantity, Quoted, Relation, ValidationResults,
             report::{differences, figures, page, quoted_table, variants_table},
             run,
         },
@@ -165,4 +165,22 @@ fn a_path_that_nothing_moves_has_no_ratios() {
     }
     let table = String::from_utf8(csv(&variants_table(&results)).unwrap()).unwrap();
     assert!(table.contains("not_solved,both sources move nothing,") && !table.contains("NaN"), "{table}");
+}
+
+#[test]
+fn numbers_agree_as_they_are_meant() {
+    let quoted = |value, relation| Quoted {
+        source: String::new(),
+        case: 0,
+        quantity: Quantity::Correction,
+        value,
+        relation,
+        agreement: 0.1,
+        reason: String::new(),
+    };
+    let about = quoted(2.0, Relation::About);
+    assert!(about.agrees(2.19) && about.agrees(1.81) && !about.agrees(2.21));
+    assert!(quoted(0.0, Relation::About).agrees(0.09) && !quoted(0.0, Relation::About).agrees(0.11));
+    assert!(quoted(2.0, Relation::AtLeast).agrees(5.0) && !quoted(2.0, Relation::AtLeast).agrees(1.99));
+    assert!(quoted(2.0, Relation::AtMost).agrees(-5.0) && !quoted(2.0, Relation::AtMost).agrees(2.01));
 }

@@ -194,14 +194,7 @@ impl Cut<'_> {
     }
 
     fn answers(&self, machines: &Machines, demands: &[Demand], commands: &Commands<'_>) -> Vec<PathAnswer> {
-        let case = PathCase {
-            nominal: machines.commanding(Source::All),
-            real: machines.answering(Source::All),
-            resting: machines.resting(),
-            before: None,
-            demands,
-        };
-        along_path(&case, commands, &|| ())
+        along_path(&PathCase::new(machines, Source::All, demands), commands, &|| ())
     }
 
     fn residual(&self, answers: &[PathAnswer]) -> Residual {

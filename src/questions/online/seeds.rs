@@ -75,23 +75,6 @@ impl BreakEven {
 mod tests {
     use super::*;
 
-    fn bands(medians: [f64; 3]) -> Vec<Option<Band>> {
-        let band = |(k, median_mm): (usize, f64)| {
-            Some(Band { force_error: 0.1 * k as f64, low_mm: 0.0, median_mm, high_mm: 9.0 })
-        };
-        medians.into_iter().enumerate().map(band).collect()
-    }
-
-    #[test]
-    fn the_break_even_lies_between_the_errors_around_it() {
-        let online = bands([0.2, 0.2, 0.2]);
-        assert_eq!(BreakEven::of(&bands([0.3, 0.4, 0.5]), &online), Some(BreakEven::Always));
-        assert_eq!(BreakEven::of(&bands([0.0, 0.1, 0.15]), &online), Some(BreakEven::Never(0.2)));
-        let Some(BreakEven::From(found)) = BreakEven::of(&bands([0.0, 0.1, 0.3]), &online) else { panic!() };
-        assert!((found - 0.15).abs() < 1e-12, "{found}");
-        assert_eq!(BreakEven::of(&[None; 3], &online), None);
-    }
-
     #[test]
     fn quantiles_lie_between_values() {
         assert_eq!(quantile(&[1.0, 2.0, 4.0], 0.5), Some(2.0));

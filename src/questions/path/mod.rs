@@ -81,21 +81,41 @@ pub struct Shown {
 }
 
 impl PathStudy {
+    /// Length of the path, mm.
+    pub fn length_mm(&self) -> f64 {
+        self.stations.last().map_or(0.0, |station| station.arc_length_mm)
+    }
+
+    /// Positions of P at each point of the path, O axes, mm.
+    pub fn positions(&self) -> impl Iterator<Item = Vector3<f64>> {
+        self.demands.iter().map(|demand| demand.pose.translation)
+    }
+
     /// Where the point put right should be at each point of the path, O axes, mm.
     pub fn wanted(&self) -> Vec<Vector3<f64>> {
         self.demands.iter().map(|demand| demand.pose.transform(demand.offset(&self.machine))).collect()
     }
 }
 
-/// One source of error along a part of the path.
-#[derive(Debug, Clone, Serialize)]
-pub struct SourceAlongPath {
-    /// Which.
-    pub source: Source,
+/// What a source does at a point of the path.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct AtPoint {
     /// At the nominal command.
-    pub plain: Vec<PathAnswer>,
-    /// At the compensated command.
-    pub compensated: Vec<PathAnswer>,
+    pub plain: PathAnswer,
+    /// At the compensated command, whether it succeeds or not.
+    pub answer: PathAnswer,
+}
+
+impl AtPoint {
+    /// Displacement of the point put right at the nominal command, O axes, mm; `None` where there is no equilibrium.
+    pub fn displacement(&self) -> Option<Vector3<f64>> {
+        self.plain.settled_error()
+    }
+
+    /// The compensated command, if it succeeds.
+    pub fn compensated(&self) -> Option<&PathAnswer> {
+        Some(&self.answer).filter(|answer| answer.status.is_success())
+    }
 }
 
 /// Points of a path that follow one another, and what the sources do there. Points have the indices of the whole path.
@@ -103,39 +123,34 @@ pub struct SourceAlongPath {
 pub struct PathPart {
     /// The first of them.
     pub first: usize,
-    /// What each source does.
-    pub sources: BySource<SourceAlongPath>,
+    /// What each source does at each.
+    pub sources: BySource<Vec<AtPoint>>,
 }
 
 impl PathPart {
+    /// No points yet, the first of a path of `machine`.
+    pub(crate) fn empty(machine: &Machine) -> Self {
+        Self { first: 0, sources: BySource::of(machine, |_| Vec::new()) }
+    }
+
     /// Indices of the points.
     pub fn points(&self) -> Range<usize> {
-        self.first..self.first + self.sources[Source::All].plain.len()
+        self.first..self.first + self.sources[Source::All].len()
     }
 
-    /// The nominal command of a point.
-    pub fn plain(&self, source: Source, point: usize) -> &PathAnswer {
-        &self.sources[source].plain[point - self.first]
+    /// What a source does at a point.
+    pub fn at(&self, source: Source, point: usize) -> &AtPoint {
+        &self.sources[source][point - self.first]
     }
 
-    /// The compensated command of a point, whether it succeeds or not.
-    pub fn answer(&self, source: Source, point: usize) -> &PathAnswer {
-        &self.sources[source].compensated[point - self.first]
-    }
-
-    /// Displacement of the point put right at the nominal command, O axes, mm; `None` where there is no equilibrium.
+    /// As [`AtPoint::displacement`], of a source at a point.
     pub fn displacement(&self, source: Source, point: usize) -> Option<Vector3<f64>> {
-        self.plain(source, point).settled_error()
-    }
-
-    /// The compensated command of a point, if it succeeds.
-    pub fn compensated(&self, source: Source, point: usize) -> Option<&PathAnswer> {
-        Some(self.answer(source, point)).filter(|answer| answer.status.is_success())
+        self.at(source, point).displacement()
     }
 
     /// How far P is commanded from where it should be to put both sources right, O axes, mm.
     pub fn command_shift(&self, study: &PathStudy, point: usize) -> Option<Vector3<f64>> {
-        let target = self.compensated(Source::All, point)?.target?;
+        let target = self.at(Source::All, point).compensated()?.target?;
         Some(target.translation - study.demands[point].pose.translation)
     }
 }
@@ -168,14 +183,9 @@ pub struct PathResults {
 pub fn run(study: &PathStudy, work: &Work) -> Result<PathResults> {
     let turned = study.turned(work)?;
     let study = turned.as_ref();
-    let nothing = |source| SourceAlongPath { source, plain: Vec::new(), compensated: Vec::new() };
-    let mut whole = PathPart { first: 0, sources: BySource::of(&study.machine, nothing) };
+    let mut whole = PathPart::empty(&study.machine);
     let methods = run_in_parts(study, work, |part| {
-        part.sources.map(|source, next| {
-            let all = &mut whole.sources[source];
-            all.plain.extend(next.plain);
-            all.compensated.extend(next.compensated);
-        });
+        part.sources.map(|source, next| whole.sources[source].extend(next));
         Ok(())
     })?;
     Ok(PathResults { whole, methods, study: study.clone() })
@@ -236,7 +246,7 @@ fn part(
     work: &Work,
 ) -> Result<(PathPart, LeftByMethods)> {
     let first = points.start;
-    let case = case(machines, Source::All, &study.demands[points.clone()]);
+    let case = PathCase::new(machines, Source::All, &study.demands[points.clone()]);
     let left = |(index, &method): (usize, &Method)| {
         let work = work.part(&format!("method {index}")).after(passes_of_sources(study) + index);
         kept(&case, led, (first, passes(study)), method, &work, |answer| Left::of(&answer, &study.machine))
@@ -248,16 +258,6 @@ fn part(
     Ok((part?, left?))
 }
 
-fn case<'a>(machines: &'a Machines, source: Source, demands: &'a [Demand]) -> PathCase<'a> {
-    PathCase {
-        nominal: machines.commanding(source),
-        real: machines.answering(source),
-        resting: machines.resting(),
-        before: None,
-        demands,
-    }
-}
-
 fn sources(
     study: &PathStudy,
     machines: &Machines,
@@ -266,9 +266,9 @@ fn sources(
     work: &Work,
 ) -> Result<PathPart> {
     let first = points.start;
-    let along = |(number, &source): (usize, &Source)| -> Result<SourceAlongPath> {
+    let along = |(number, &source): (usize, &Source)| -> Result<Vec<AtPoint>> {
         let demands: Vec<Demand> = study.demands[points.clone()].iter().map(|demand| source.demand(demand)).collect();
-        let case = case(machines, source, &demands);
+        let case = PathCase::new(machines, source, &demands);
         let pass = |method, number: usize, command: &str| -> Result<Vec<PathAnswer>> {
             let work = work.part(source.label()).part(command).after(number);
             kept(&case, led, (first, passes(study)), method, &work, |answer| answer)
@@ -277,9 +277,9 @@ fn sources(
             || pass(Method::None, 2 * number, "plain"),
             || pass(Method::Direct, 2 * number + 1, "compensated"),
         );
-        Ok(SourceAlongPath { source, plain: plain?, compensated: compensated? })
+        Ok(plain?.into_iter().zip(compensated?).map(|(plain, answer)| AtPoint { plain, answer }).collect())
     };
-    let answers: Vec<Result<SourceAlongPath>> = Source::of(&study.machine).par_iter().enumerate().map(along).collect();
+    let answers: Vec<Result<Vec<AtPoint>>> = Source::of(&study.machine).par_iter().enumerate().map(along).collect();
     Ok(PathPart { first, sources: BySource::answered(answers)? })
 }
 

@@ -5,19 +5,15 @@ mod quantity;
 #[cfg(feature = "report")]
 pub mod report;
 mod resolve;
-mod shown;
 pub(crate) mod spec;
 
-use serde::Deserialize;
-
 pub use quantity::Quantity;
-pub use shown::{FigureKind, Picture, Shown};
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::{
     input::error,
-    machine::Machine,
+    machine::{Machine, Motion},
     questions::path::{self, PathResults, PathStudy},
     work::{Work, here},
 };
@@ -92,6 +88,61 @@ impl ValidationStudy {
     }
 }
 
+/// What pictures of a validation study show.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Shown {
+    /// In the order in which they are asked for.
+    pub pictures: Vec<Picture>,
+}
+
+/// What a picture shows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum FigureKind {
+    /// Paths in the xy-plane: wanted, moved by each source and by both, and commanded instead.
+    Paths,
+    /// Paths in the xy-plane: moved by both sources, by their sum, and by chain errors alone.
+    Superposition,
+    /// Δρ, Δt and τ over the tool angle, one frame per case.
+    Curves,
+    /// Δρ and Δt by source, one frame per drive and per coordinate.
+    Sources,
+}
+
+/// A picture.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Picture {
+    /// Begin of its file names.
+    pub name: String,
+    /// Its heading.
+    pub title: String,
+    /// What it shows.
+    pub kind: FigureKind,
+    /// Indices of the cases shown.
+    pub cases: Vec<usize>,
+}
+
+impl Picture {
+    /// Stems of the files it is drawn to. Slides and hinges of one machine are drawn apart.
+    pub fn file_stems(&self, machine: &Machine) -> Vec<String> {
+        let corrections = machine.drive_kinds().map(|kind| match (machine.has_mixed_drives(), kind) {
+            (false, _) => "delta_rho",
+            (true, Motion::Prismatic) => "delta_rho_slides",
+            (true, Motion::Revolute) => "delta_rho_hinges",
+        });
+        let forces = machine.drive_kinds().map(|kind| match kind {
+            Motion::Prismatic => "drive_force",
+            Motion::Revolute => "drive_torque",
+        });
+        let parts: Vec<&str> = match self.kind {
+            FigureKind::Paths | FigureKind::Superposition => return vec![self.name.clone()],
+            FigureKind::Curves => corrections.chain(["displacement"]).chain(forces).collect(),
+            FigureKind::Sources => corrections.chain(["displacement"]).collect(),
+        };
+        parts.iter().map(|part| format!("{}_{part}", self.name)).collect()
+    }
+}
+
 /// A quoted number and ours.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Compared {
@@ -114,10 +165,15 @@ pub struct ValidationResults {
 }
 
 impl Quoted {
-    fn agrees(&self, ours: f64) -> bool {
-        let allowed = self.agreement * if self.value == 0.0 { 1.0 } else { self.value.abs() };
+    /// Difference that counts as none, in the unit of the quantity.
+    pub fn allowed(&self) -> f64 {
+        self.agreement * if self.value == 0.0 { 1.0 } else { self.value.abs() }
+    }
+
+    /// Whether `ours` is the number as it is meant.
+    pub fn agrees(&self, ours: f64) -> bool {
         match self.relation {
-            Relation::About => (ours - self.value).abs() <= allowed,
+            Relation::About => (ours - self.value).abs() <= self.allowed(),
             Relation::AtLeast => ours >= self.value,
             Relation::AtMost => ours <= self.value,
         }
@@ -164,27 +220,4 @@ pub fn run(study: &ValidationStudy, work: &Work) -> error::Result<ValidationResu
         Compared { ours, agrees }
     });
     Ok(ValidationResults { compared: compared.collect(), paths: shown, study: study.clone() })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn numbers_agree_as_they_are_meant() {
-        let quoted = |value, relation| Quoted {
-            source: String::new(),
-            case: 0,
-            quantity: Quantity::Correction,
-            value,
-            relation,
-            agreement: 0.1,
-            reason: String::new(),
-        };
-        let about = quoted(2.0, Relation::About);
-        assert!(about.agrees(2.19) && about.agrees(1.81) && !about.agrees(2.21));
-        assert!(quoted(0.0, Relation::About).agrees(0.09) && !quoted(0.0, Relation::About).agrees(0.11));
-        assert!(quoted(2.0, Relation::AtLeast).agrees(5.0) && !quoted(2.0, Relation::AtLeast).agrees(1.99));
-        assert!(quoted(2.0, Relation::AtMost).agrees(-5.0) && !quoted(2.0, Relation::AtMost).agrees(2.01));
-    }
 }

@@ -1,17 +1,17 @@
 //! Numbers that a path has, as papers and measurement reports quote them.
 
 use nalgebra::{Vector2, Vector3};
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use super::circle_shape::{Shape, angle_deg, crossings};
 use crate::{
     machine::{Machine, Motion},
-    questions::path::{PathResults, SourceAlongPath},
+    questions::path::{AtPoint, PathResults},
     simulation::{ROUNDING_MM, Source, along_path::PathAnswer},
 };
 
 /// What is quoted.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Quantity {
     /// Size of the cutting force at the first point.
@@ -55,29 +55,9 @@ pub enum Quantity {
 }
 
 impl Quantity {
-    /// Word used in files.
-    pub fn label(self) -> &'static str {
-        match self {
-            Quantity::ForceAtStart => "force_at_start",
-            Quantity::MomentXAtStart => "moment_x_at_start",
-            Quantity::MomentYAtStart => "moment_y_at_start",
-            Quantity::DeflectionByCutting => "deflection_by_cutting",
-            Quantity::DeflectionByChainErrors => "deflection_by_chain_errors",
-            Quantity::DeflectionByBoth => "deflection_by_both",
-            Quantity::Correction => "correction",
-            Quantity::CorrectionOfSlides => "correction_of_slides",
-            Quantity::CorrectionOfHinges => "correction_of_hinges",
-            Quantity::DriveForce => "drive_force",
-            Quantity::ForceOfSlides => "force_of_slides",
-            Quantity::TorqueOfHinges => "torque_of_hinges",
-            Quantity::ErrorLeft => "error_left",
-            Quantity::SuperpositionRatio => "superposition_ratio",
-            Quantity::Departure => "departure",
-            Quantity::ShareBelowSuperposition => "share_below_superposition",
-            Quantity::CosineOfCentreShifts => "cosine_of_centre_shifts",
-            Quantity::AxesAngle => "axes_angle",
-            Quantity::Crossings => "crossings",
-        }
+    /// Word used in files: that of a study file.
+    pub fn label(self) -> String {
+        serde_json::to_value(self).ok().and_then(|word| Some(word.as_str()?.to_string())).unwrap_or_default()
     }
 
     /// Its unit on `machine`; "1" for pure numbers.
@@ -96,11 +76,7 @@ impl Quantity {
                 self.drives(machine).map_or("1", Motion::force_unit)
             }
             Quantity::AxesAngle => "deg",
-            Quantity::SuperpositionRatio
-            | Quantity::Departure
-            | Quantity::ShareBelowSuperposition
-            | Quantity::CosineOfCentreShifts
-            | Quantity::Crossings => "1",
+            _ => "1",
         }
     }
 
@@ -169,7 +145,7 @@ impl Quantity {
                 largest_of(&path.study.machine, kind, both, |answer| answer.drive_forces.clone())
             }
             Quantity::ErrorLeft => {
-                let left = both.compensated.iter().map(|answer| answer.position_error);
+                let left = both.iter().map(|at| at.answer.position_error);
                 largest(&left.collect::<Vec<_>>())
             }
             Quantity::SuperpositionRatio => {
@@ -218,13 +194,12 @@ impl Quantity {
 
 /// The first point that one of the sources leaves without an answer.
 fn solved(path: &PathResults) -> Result<(), String> {
-    for (_, along) in path.whole.sources.iter() {
-        let answers = along.plain.iter().zip(&along.compensated).enumerate();
-        for (k, (plain, compensated)) in answers {
-            for status in [&plain.status, &compensated.status] {
+    for (source, along) in path.whole.sources.iter() {
+        for (k, at) in along.iter().enumerate() {
+            for status in [&at.plain.status, &at.answer.status] {
                 if !status.is_success() {
                     let reason = status.reason(&path.study.machine);
-                    return Err(format!("{}, point {k}: {reason}", along.source.label()));
+                    return Err(format!("{}, point {k}: {reason}", source.label()));
                 }
             }
         }
@@ -246,7 +221,7 @@ fn largest(vectors: &[Vector3<f64>]) -> f64 {
 }
 
 fn moved(path: &PathResults, source: Source) -> Vec<Vector3<f64>> {
-    path.whole.sources[source].plain.iter().map(|answer| answer.position_error).collect()
+    path.whole.sources[source].iter().map(|at| at.plain.position_error).collect()
 }
 
 fn superposed(path: &PathResults) -> Vec<Vector3<f64>> {
@@ -258,14 +233,9 @@ fn superposed(path: &PathResults) -> Vec<Vector3<f64>> {
 }
 
 /// Largest size of a value that each drive has, over the path and the drives of one kind.
-fn largest_of(
-    machine: &Machine,
-    kind: Motion,
-    along: &SourceAlongPath,
-    values: impl Fn(&PathAnswer) -> Vec<f64>,
-) -> f64 {
-    along.compensated.iter().fold(0.0, |most: f64, answer| {
-        let own = machine.drives().zip(values(answer)).filter(|((_, drive), _)| drive.motion == kind);
+fn largest_of(machine: &Machine, kind: Motion, along: &[AtPoint], values: impl Fn(&PathAnswer) -> Vec<f64>) -> f64 {
+    along.iter().fold(0.0, |most: f64, at| {
+        let own = machine.drives().zip(values(&at.answer)).filter(|((_, drive), _)| drive.motion == kind);
         own.fold(most, |most, (_, value)| most.max(value.abs()))
     })
 }

@@ -1,8 +1,7 @@
 //! From a validation study as written to a checked one.
 
 use super::{
-    Quoted, ValidationStudy, Variant,
-    shown::{FigureKind, Picture, Shown},
+    FigureKind, Picture, Quoted, Shown, ValidationStudy, Variant,
     spec::{FigureSpec, QuotedSpec, ValidationSpec},
 };
 use crate::{
@@ -24,7 +23,7 @@ const MOST_FRAMES: usize = 6;
 
 impl Question for ValidationStudy {
     type Spec = ValidationSpec;
-    type Shown = super::Shown;
+    type Shown = Shown;
     const NAME: &str = "a validation study";
     const TEMPLATE: Template = Template {
         name: "validation",

@@ -4,7 +4,7 @@ use serde::Deserialize;
 
 use crate::questions::{
     spec::CircleSpec,
-    validation::{Quantity, Relation, shown::FigureKind},
+    validation::{FigureKind, Quantity, Relation},
 };
 
 /// Circles cut under one or more processes, and numbers somebody quotes for them.

@@ -1,13 +1,23 @@
 //! Reports of an online study.
 
-mod answer;
 mod headline;
-mod page;
-mod picture;
-mod tables;
+mod quantities;
 mod text;
 
-use super::{Band, BreakEven, OnlineResults, OnlineStudy};
+use serde_json::json;
+
+use super::{Band, BreakEven, OnlineResults, OnlineStudy, run};
+use crate::{
+    answer::{Output, Run, facts_of, layers},
+    files::{
+        Manifest,
+        words::{counted, millimetres},
+    },
+    input::error::Result,
+    page::{Column, Description, Explorer, Fact, Group, GroupValue, MachineDescription, Section, Shape, TableNote},
+    questions::Answered,
+};
+use quantities::{FORCE_ERROR, HIGH, LOW, MEDIAN, WAYS};
 
 /// What is said of the results, computed once.
 struct Compared<'a> {
@@ -36,4 +46,110 @@ impl<'a> Compared<'a> {
 fn percent_of(share: f64) -> String {
     let percent = 100.0 * share;
     if percent >= 10.0 || percent.fract() == 0.0 { format!("{percent:.0} %") } else { format!("{percent:.1} %") }
+}
+
+impl Answered for OnlineStudy {
+    fn answer(&self, (): &(), asked: &Run<'_>) -> Result<Output> {
+        let results = run(self, asked.work)?;
+        let compared = Compared::new(self, &results);
+        let picture = || quantities::picture(&compared).map(|figure| ("answer".to_string(), figure));
+        Ok(Output {
+            is_answered: Some(compared.break_even.is_some()),
+            tables: vec![
+                ("trials".into(), quantities::trials(&results.trials)),
+                ("bands".into(), quantities::bands(&compared)),
+            ],
+            figures: asked.drawn(|| picture().into_iter().collect()),
+            details: text::details(&compared),
+            ..Output::of(
+                json!({ "points": self.path.stations.len(), "trials": results.trials.len() }),
+                Manifest::count(results.trials.iter().map(quantities::status)),
+                json!({
+                    "schema": 1,
+                    "without_correction": results.plain,
+                    "break_even": compared.break_even,
+                    "loop_gain": results.loop_gain,
+                }),
+                Description { headline: headline::headline(&compared), ..page(&compared) },
+            )
+        })
+    }
+}
+
+/// Sections, setting, views and tables; first screen, figures and question are added by the run.
+fn page(compared: &Compared<'_>) -> Description {
+    let study = compared.study;
+    let of_cut = "by how much the cutting force changes as the tool leaves its depth, N per mm; a loop whose gain is below 1 settles";
+    Description {
+        setting: setting(study),
+        terms: vec![
+            Fact::new(
+                "force error",
+                "standard deviation of the force in the cut about the predicted one, as a share of it",
+            ),
+            Fact::new("cutting stiffness", of_cut),
+        ],
+        explorers: vec![over_error()],
+        tables: vec![
+            TableNote::new("bands.csv", "One row per force error and way to correct: rms distances over seeds."),
+            TableNote::new("trials.csv", "One row per force error and seed: what both ways to correct leave."),
+        ],
+        sections: vec![
+            Section::new("What does each correction leave?", "over the error of the predicted force")
+                .text(&text::details(compared))
+                .explorers([OVER_ERROR])
+                .tables(["bands.csv", "trials.csv"]),
+        ],
+        ..Description::new("online", MachineDescription::new(&study.path.machine))
+    }
+}
+
+const OVER_ERROR: &str = "What corrections leave over the force error";
+
+fn setting(study: &OnlineStudy) -> Vec<Fact> {
+    let (path, sensor) = (&study.path, &study.sensor);
+    // Without the rounding of its unit.
+    let ms = |time_s: f64| (1000.0 * time_s * 1e9).round() / 1e9;
+    let filter = sensor.low_pass_Hz.map_or_else(|| "no low-pass".into(), |corner| format!("low-pass at {corner} Hz"));
+    let (length, feed) = (path.length_mm(), study.feed_mm_per_min);
+    let sensor_words = format!(
+        "{} ms late, {filter}, noise of {} N, bias of {} N (standard deviations)",
+        ms(sensor.delay_s),
+        sensor.noise_N,
+        sensor.bias_N
+    );
+    let model = format!(
+        "bends {} too {}, knows {} of the chain errors",
+        percent_of(study.too_soft.abs()),
+        if study.too_soft < 0.0 { "little" } else { "much" },
+        percent_of(study.known_share)
+    );
+    let mut own = vec![
+        Fact::new("path", format!("{length:.1} mm at {feed} mm/min, {}", counted(path.stations.len(), "point"))),
+        Fact::new("controller", format!("a command every {} ms", ms(sensor.cycle_s))),
+        Fact::new("sensor", sensor_words),
+        Fact::new("model", model),
+    ];
+    let limit = |label: &str, limit: Option<f64>| limit.map(|limit| Fact::new(label, millimetres(limit, 4)));
+    own.extend(limit("largest correction", study.limits.correction_mm));
+    own.extend(limit("largest change of the correction", study.limits.correction_change_mm));
+    own.extend(path.facts.iter().map(|(label, words)| Fact::new(*label, words.clone())));
+    facts_of(&path.machine, &path.errors, own)
+}
+
+fn over_error() -> Explorer {
+    let by_force = |way: &str| GroupValue { cells: vec![way.into()], label: format!("by the {way} force") };
+    Explorer {
+        title: OVER_ERROR.into(),
+        table: "bands.csv".into(),
+        shape: Shape::Curve,
+        coordinates: vec![Column::new(FORCE_ERROR, "force error", "%")],
+        group: Some(Group {
+            columns: vec!["correction".into()],
+            label: "correction".into(),
+            values: WAYS.map(by_force).into(),
+        }),
+        quantities: layers(&[MEDIAN, LOW, HIGH]),
+        marks: Vec::new(),
+    }
 }

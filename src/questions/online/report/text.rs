@@ -1,27 +1,21 @@
 //! What an online study says, in sentences and a small table.
 
-use super::{Compared, percent_of, tables};
+use super::{Compared, percent_of, quantities};
 use crate::{
-    answer::cautions,
     files::{
         text_table::text_table,
         words::{if_any, millimetres_in_table},
     },
-    questions::{online::Band, path::report::facts_text},
+    questions::{
+        online::Band,
+        path::report::{cautions_of, facts_text},
+    },
     simulation::SOLVED,
 };
 
 /// What must be known with the answer.
 pub(super) fn cautions(compared: &Compared<'_>) -> String {
-    let (study, path) = (compared.study, &compared.study.path);
-    let positions = path.demands.iter().map(|demand| demand.pose.translation);
-    unsafe_loop(compared)
-        + &unsolved(compared)
-        + &cautions::zeroed(&path.machine)
-        + &cautions::carried(&path.machine)
-        + &cautions::large_errors(&path.machine, &study.path.errors)
-        + &cautions::outside_workspace(&path.machine, "path point", positions)
-        + &facts_text(&path.assumed)
+    unsafe_loop(compared) + &unsolved(compared) + &cautions_of(&compared.study.path)
 }
 
 fn unsafe_loop(compared: &Compared<'_>) -> String {
@@ -42,7 +36,7 @@ fn unsafe_loop(compared: &Compared<'_>) -> String {
 
 fn unsolved(compared: &Compared<'_>) -> String {
     let trials = &compared.results.trials;
-    let partly = trials.iter().filter(|trial| tables::status(trial) != SOLVED);
+    let partly = trials.iter().filter(|trial| quantities::status(trial) != SOLVED);
     match partly.count() {
         0 => String::new(),
         count => format!("In {count} of {} trials the machine does not settle at every point.\n", trials.len()),

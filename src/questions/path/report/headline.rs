@@ -1,27 +1,27 @@
 //! The first screen of a path study: how far the tool is off, and what compensation leaves.
 
 use super::{
-    summary::{OfSource, Summary},
-    text::place,
+    quantities::{DISPLACEMENT, LEFT},
+    summary::Summary,
+    text::{kept, place},
 };
 use crate::{
-    answer::{Said, Tolerance, acting, cautions::Outside},
+    answer::{Quantity, Said, Tolerance, acting, cautions::Outside},
     files::{
-        table::{columns_of, correction_columns, kind_word},
-        words::{counted, millimetres, percent},
+        table::kind_word,
+        words::{counted, millimetres},
     },
     page::headline::{Extreme, Headline, InTable, KeyNumber},
-    questions::path::{PathStudy, Shown},
+    questions::path::AtPoint,
     simulation::{ROUNDING_MM, Source},
 };
 
 /// The answer at a glance.
-pub(super) fn headline(summary: &Summary, study: &PathStudy, shown: &Shown, text: &Said) -> Headline {
-    let length = study.stations.last().map_or(0.0, |station| station.arc_length_mm);
-    let basis = format!("a path of {length:.1} mm, {}", counted(study.stations.len(), "point"));
+pub(super) fn headline(summary: &Summary<'_>, text: &Said) -> Headline {
+    let study = summary.study;
+    let basis = format!("a path of {:.1} mm, {}", study.length_mm(), counted(study.stations.len(), "point"));
     let name = study.machine.short_title();
-    let found = summary.of(Source::All).and_then(|all| Some((all, all.displacement.get()?)));
-    let Some((all, (worst, k))) = found else {
+    let Some((worst, k)) = summary.farthest() else {
         let sentence =
             format!("How far the tool of the {name} leaves the path could be computed at none of its points.");
         return Headline::new(sentence, basis).with_cautions(&text.cautions);
@@ -29,62 +29,53 @@ pub(super) fn headline(summary: &Summary, study: &PathStudy, shown: &Shown, text
     let has_force = study.demands.iter().any(|demand| demand.load != crate::spatial::Wrench::default());
     let under = acting(&study.machine, &study.errors, has_force);
     let off = millimetres(worst, 3);
-    let left = all.left.get().map(|(left, _)| left);
+    let left = summary.largest(Source::All, &LEFT).map(|(left, _)| left);
     let then = match left {
         Some(left) if left <= ROUNDING_MM => "; compensated, it stays on the path".into(),
         Some(left) => format!("; compensated, by {}", millimetres(left, 4)),
         None => "; no compensation was found at any point".into(),
     };
-    let positions = study.demands.iter().map(|demand| demand.pose.translation);
-    let verdict = Outside::of(&study.machine, positions).verdict(&study.machine, "this path");
-    let place = place(study, shown, k);
+    let verdict = Outside::of(&study.machine, study.positions()).verdict(&study.machine, "this path");
+    let place = place(summary, k);
     let sentence = format!("{verdict}{under}, the tool of the {name} is off this path by up to {off}, {place}{then}.");
-    let against = match (study.tolerance_mm, summary.share_within()) {
-        (Some(tolerance), Some(share)) => Tolerance(tolerance).kept(&format!("at {} of the points", percent(share))),
-        _ => String::new(),
-    };
+    let against = kept(summary).map(|(tolerance, part)| tolerance.kept(&part)).unwrap_or_default();
     let number = KeyNumber::new(&off, "largest distance from the path without compensation", against);
     Headline::new(sentence, basis)
         .with_cautions(&text.cautions)
-        .with(number.found(in_points(["displacement_mm".into()], worst)))
-        .with_all(left.map(|left| remaining(all, study, left)))
-        .with_all(correction(all, study))
+        .with(number.found(in_points(&DISPLACEMENT, worst)))
+        .with_all(left.map(|left| remaining(summary, left)))
+        .with_all(correction(summary))
 }
 
-fn in_points(columns: impl IntoIterator<Item = String>, value: f64) -> InTable {
-    InTable::new("points.csv", columns, &[["source", Source::All.label()]], Extreme::Largest, value)
+fn in_points(quantity: &Quantity<AtPoint>, value: f64) -> InTable {
+    quantity.found_in("points.csv", &[["source", Source::All.label()]], Extreme::Largest, value)
 }
 
 /// What compensation leaves.
-fn remaining(all: &OfSource, study: &PathStudy, left: f64) -> KeyNumber {
-    let against = study.tolerance_mm.map_or_else(String::new, |tolerance| match left <= tolerance {
-        true => format!("within the tolerance of {tolerance} mm"),
-        false => format!("more than the tolerance of {tolerance} mm"),
-    });
-    let points = study.stations.len();
-    let what = match all.failed {
+fn remaining(summary: &Summary<'_>, left: f64) -> KeyNumber {
+    let against = summary.study.tolerance_mm.map(|tolerance| Tolerance(tolerance).against(left)).unwrap_or_default();
+    let points = summary.study.stations.len();
+    let what = match summary.failed() {
         0 => "largest distance left by compensation".to_string(),
         failed => {
             format!("largest distance left at the {} of {points} points that could be compensated", points - failed)
         }
     };
-    KeyNumber::new(&millimetres(left, 4), what, against).found(in_points(["error_left_mm".into()], left))
+    KeyNumber::new(&millimetres(left, 4), what, against).found(in_points(&LEFT, left))
 }
 
 /// The largest correction, of slides where there are both kinds of drives, and the force it is made under.
-fn correction(all: &OfSource, study: &PathStudy) -> Option<KeyNumber> {
-    let machine = &study.machine;
-    let mut kinds = machine.drive_kinds().filter_map(|kind| {
-        let (correction, force) = (all.correction[kind as usize].get()?.0, all.force[kind as usize].get()?.0);
-        Some((kind, correction, force))
-    });
-    let (kind, correction, force) = kinds.next()?;
+fn correction(summary: &Summary<'_>) -> Option<KeyNumber> {
+    let machine = &summary.study.machine;
+    let largest = |quantity: &Quantity<AtPoint>| Some(summary.largest(Source::All, quantity)?.0);
+    let kinds = summary.drives.corrections.iter().zip(&summary.drives.forces);
+    let mut kinds = kinds.filter_map(|((kind, own), (_, force))| Some((*kind, own, largest(own)?, largest(force)?)));
+    let (kind, quantity, correction, force) = kinds.next()?;
     let drives = if machine.has_mixed_drives() { kind_word(machine, kind) } else { "drive" };
     let others: String = kinds
-        .map(|(kind, correction, _)| format!("; {} {}", kind_word(machine, kind), kind.position_words(correction)))
+        .map(|(kind, _, correction, _)| format!("; {} {}", kind_word(machine, kind), kind.position_words(correction)))
         .collect();
     let against = format!("drive {}s up to {force:.0} {}{others}", kind.force_word(), kind.shown_force_unit());
-    let columns = columns_of(machine, kind, correction_columns(machine));
     let number = KeyNumber::new(&kind.position_words(correction), format!("largest {drives} correction"), against);
-    Some(number.found(in_points(columns, correction)))
+    Some(number.found(in_points(quantity, correction)))
 }

@@ -1,21 +1,188 @@
-//! Reports of a path study, gathered part by part: memory does not grow with the path.
+//! Reports of a path study, gathered point by point: memory does not grow with the path.
 
-mod answer;
 pub(crate) mod cutting_force;
 mod headline;
-mod magnified;
-mod page;
+mod on_part;
 mod pictures;
+mod quantities;
 mod summary;
-mod tables;
 mod text;
 mod thinned;
 
-pub use page::page;
-pub(crate) use page::{ANGLE, along_columns, points_view};
-pub use pictures::Pictures;
-pub(crate) use summary::methods_text;
-pub use summary::{Summary, facts_text, failures_text};
-pub(crate) use tables::{methods_table, points_columns, points_table};
-pub use text::text;
-pub(crate) use thinned::{Curve, drawn};
+pub(crate) use quantities::{ANGLE, DISPLACEMENT, displacement_along, drives, points_table};
+pub use summary::Summary;
+pub(crate) use text::cautions_of;
+pub use text::{facts_text, failures_text, text};
+pub use thinned::{Curve, MOST_POINTS, drawn};
+
+use serde_json::json;
+
+use crate::{
+    answer::{Output, Quantity, Run, Said, Streams, deflected_pose::deflected_pose, facts_of, layers, source_group},
+    files::words::counted,
+    input::error::Result,
+    machine::Machine,
+    page::{Better, Column, Description, Explorer, Fact, MachineDescription, Section, Shape, TableNote},
+    process::ToolTurn,
+    questions::{
+        Answered,
+        path::{AtPoint, PathPart, PathStudy, Shown, run_in_parts},
+    },
+    redundancy::{self, FreeTurn},
+};
+use pictures::Pictures;
+
+impl Answered for PathStudy {
+    fn answer(&self, shown: &Shown, run: &Run<'_>) -> Result<Output> {
+        let turned = self.turned(run.work)?;
+        let (study, machine) = (turned.as_ref(), &turned.machine);
+        let empty = points_table(study, &PathPart::empty(machine));
+        let mut table = Streams::new(run, None).with("points", empty, |part| points_table(study, part))?;
+        let mut summary = Summary::new(study, *shown);
+        let mut pictures = run.figures.then(|| Pictures::new(study, *shown));
+        let methods = run_in_parts(study, run.work, |part| {
+            summary.add(&part);
+            pictures.iter_mut().for_each(|pictures| pictures.add(&part));
+            table.add(&part)
+        })?;
+        let text = text(&summary);
+        let bent = summary.farthest().filter(|_| run.figures).and_then(|(_, point)| {
+            let place = format!("{:.1} mm along the path", study.stations[point].arc_length_mm);
+            deflected_pose(machine, &study.errors, &study.demands[point], place)
+        });
+        let mut output = Output {
+            tables: vec![("methods".into(), quantities::methods_table(&methods))],
+            streamed: table.finish()?,
+            figures: pictures.map_or_else(Vec::new, |pictures| pictures.figures()),
+            bent,
+            details: format!("{}\n{}", text.details(), text::methods_text(&methods)),
+            ..Output::of(
+                json!({ "points": study.stations.len() }),
+                summary.statuses(),
+                summary.json(&methods),
+                Description { headline: headline::headline(&summary, &text), ..page(study, shown, &text) },
+            )
+        };
+        if let Some((found, how)) = turn_found(study) {
+            let arc_lengths_mm = study.stations.iter().map(|station| station.arc_length_mm);
+            output.tables.push(("tool_turn".into(), redundancy::report::table(found, arc_lengths_mm)));
+            output.summary["tool_turn"] = redundancy::report::json(found, how);
+            output.details += &redundancy::report::text(found, how);
+        }
+        Ok(output)
+    }
+}
+
+/// What was found of the turn about the tool's axis, if it was sought, and how.
+fn turn_found(study: &PathStudy) -> Option<(&FreeTurn, &ToolTurn)> {
+    let turn = study.turn.as_ref()?;
+    Some((turn.found.as_deref()?, turn.how()))
+}
+
+/// Sections, setting, views and tables; first screen, figures and question are added by the run.
+fn page(study: &PathStudy, shown: &Shown, text: &Said) -> Description {
+    let points =
+        "One row per point and source of error: displacement without compensation, command and forces with it.";
+    let mut tables = vec![
+        TableNote::new("methods.csv", "One row per method: corrections it needs and errors it leaves."),
+        TableNote::ranked("points.csv", points, &DISPLACEMENT.name),
+    ];
+    if study.turn.is_some() {
+        let turns = "One row per point: the turn about the tool's axis, and what it leaves, beside the programmed and the best constant one.";
+        tables.push(TableNote::ranked("tool_turn.csv", turns, "cost_mm"));
+    }
+    Description {
+        setting: setting(study, shown),
+        explorers: vec![along(&study.machine), methods()],
+        tables,
+        sections: sections(study, text),
+        ..Description::new("path", MachineDescription::new(&study.machine))
+    }
+}
+
+fn sections(study: &PathStudy, text: &Said) -> Vec<Section> {
+    let mut sections = vec![
+        Section::new("Where is the tool off how far?", "along the path, and on the part")
+            .text(&text.place)
+            .explorers([ALONG])
+            .figures(&["paths", "displacement"]),
+        Section::new("Why?", "cutting force, chain errors and weight one by one; the machine bent")
+            .text(&text.cause)
+            .figures(&["cutting_force", "delta_rho_sources", "machine_bent"]),
+        Section::new("What to tell the drives?", "corrections and drive forces along the path; how each method does")
+            .text(&text.remedy)
+            .explorers([METHODS])
+            .figures(&["delta_rho", "drive_"])
+            .tables(["methods.csv"]),
+    ];
+    sections.extend(turn_found(study).map(|(found, how)| {
+        Section::new("How is the tool turned?", "the turn about its axis, which is free")
+            .text(&redundancy::report::sentence(found, how))
+            .tables(["tool_turn.csv"])
+    }));
+    sections
+}
+
+/// Titles of the views.
+const ALONG: &str = "Along the path";
+const METHODS: &str = "Methods of compensation";
+
+fn setting(study: &PathStudy, shown: &Shown) -> Vec<Fact> {
+    let kind = if shown.is_circle { "circle" } else { "path" };
+    let points = counted(study.stations.len(), "point");
+    let over = "over these points of this path alone, each at the angle of the force that it has there";
+    let mut own = vec![
+        Fact::new("path", format!("{kind} of {:.1} mm, {points}", study.length_mm())),
+        Fact::new("best and worst", over),
+    ];
+    own.extend(study.facts.iter().map(|(label, words)| Fact::new(*label, words.clone())));
+    let forces = study.demands.iter().map(|demand| demand.load.force.norm());
+    let (low, high) = forces.fold((f64::INFINITY, 0.0f64), |(low, high), force| (low.min(force), high.max(force)));
+    let force = if high > 0.0 { format!("{low:.1} N to {high:.1} N along the path") } else { "none".into() };
+    own.push(Fact::new("force on the tool", force));
+    own.extend(study.demands.first().map(|demand| Fact::new("compensation holds", demand.target.words())));
+    own.extend(study.turn.as_ref().map(|turn| Fact::new("turn about the tool's axis", turn.redundancy().words())));
+    facts_of(&study.machine, &study.errors, own)
+}
+
+fn along(machine: &Machine) -> Explorer {
+    let mut first = vec![DISPLACEMENT];
+    first.extend(quantities::drives(machine).largest().cloned());
+    first.push(quantities::LEFT);
+    let mut view = points_view(machine, ALONG.into(), "points.csv".into(), first);
+    view.quantities.extend(cutting_force::quantities());
+    view
+}
+
+/// A view of a table of path points: the quantities `first`, then each component of displacement, correction and force.
+pub(crate) fn points_view(machine: &Machine, title: String, table: String, first: Vec<Quantity<AtPoint>>) -> Explorer {
+    let (moved, drives) = (quantities::displacement_along(), quantities::drives(machine).each);
+    let mut quantities = layers(first.iter().chain(&moved).chain(&drives));
+    quantities.push(crate::page::Quantity::new([ANGLE[0]], ANGLE[1], "°", Better::Neither));
+    Explorer {
+        title,
+        table,
+        shape: Shape::Curve,
+        coordinates: along_columns(),
+        group: Some(source_group(machine)),
+        quantities,
+        marks: Vec::new(),
+    }
+}
+
+/// What curves along a path can be seen over.
+pub(crate) fn along_columns() -> Vec<Column> {
+    vec![Column::new("arc_length_mm", "length along the path", "mm"), Column::new(ANGLE[0], ANGLE[1], "°")]
+}
+
+fn methods() -> Explorer {
+    Explorer {
+        title: METHODS.into(),
+        table: "methods.csv".into(),
+        shape: Shape::Names,
+        coordinates: vec![Column::new("method", "method", "")],
+        group: None,
+        quantities: layers(&quantities::OF_METHODS),
+        marks: Vec::new(),
+    }
+}

@@ -1,122 +1,159 @@
 //! What a path study says, in sentences: where the tool leaves the path how far, why, and what to command instead.
 
-use super::{summary::Summary, summary::facts_text};
+use super::{
+    quantities::{DISPLACEMENT, LEFT},
+    summary::Summary,
+    turn_found,
+};
 use crate::{
-    answer::{Said, Tolerance, cautions},
+    answer::{Quantity, Said, Tolerance, cautions},
     files::{
         table::kind_word,
-        words::{counted, listed, millimetres, percent},
+        text_table::text_table,
+        words::{counted, if_any, listed, millimetres, millimetres_in_table, percent},
     },
     machine::Motion,
-    questions::path::{PathStudy, Shown},
+    questions::path::{AtPoint, MethodAlongPath, PathStudy},
     redundancy,
-    simulation::{ROUNDING_MM, Source, program_file::place_in_words},
+    simulation::{ROUNDING_MM, Source, along_path::PathSummary, program_file::place_in_words},
 };
 
-/// What `summary` of all points of `study` says.
-pub fn text(summary: &Summary, study: &PathStudy, shown: &Shown) -> Said {
+/// What `summary` of all points says.
+pub fn text(summary: &Summary<'_>) -> Said {
     Said {
-        cautions: cautions(summary, study),
-        place: displacement(summary, study, shown, Source::All) + &tolerance(summary, study),
-        cause: cause(summary, study, shown),
-        remedy: remedy(summary, study, shown),
+        cautions: cautions(summary),
+        place: displacement(summary, Source::All) + &tolerance(summary),
+        cause: cause(summary),
+        remedy: remedy(summary),
     }
 }
 
 /// A point of the path in words.
-pub(super) fn place(study: &PathStudy, shown: &Shown, k: usize) -> String {
-    let station = &study.stations[k];
-    let angle = station.phi_deg.filter(|_| shown.is_circle);
-    let angle = angle.map_or_else(String::new, |phi| format!(" (tool angle φ = {phi:.0}°)"));
-    let line = station
-        .line
-        .map_or_else(String::new, |line| format!("{}, ", place_in_words(&study.called_files, station.file, line)));
+pub(super) fn place(summary: &Summary<'_>, k: usize) -> String {
+    let station = &summary.study.stations[k];
+    let angle = station.phi_deg.filter(|_| summary.shown.is_circle);
+    let angle = angle.map(|phi| format!(" (tool angle φ = {phi:.0}°)")).unwrap_or_default();
+    let of_file = |line| format!("{}, ", place_in_words(&summary.study.called_files, station.file, line));
+    let line = station.line.map(of_file).unwrap_or_default();
     format!("{line}{:.1} mm along the path{angle}", station.arc_length_mm)
 }
 
-fn cautions(summary: &Summary, study: &PathStudy) -> String {
-    let positions = study.demands.iter().map(|demand| demand.pose.translation);
-    let failed = match summary.of(Source::All).map_or(0, |all| all.failed) {
+fn cautions(summary: &Summary<'_>) -> String {
+    let study = summary.study;
+    let failed = match summary.failed() {
         0 => String::new(),
         failed => {
             let points = counted(study.stations.len(), "point");
             format!("{failed} of {points} could not be compensated; the table of points says why.\n")
         }
     };
-    failed
-        + &turned(study)
-        + &cautions::zeroed(&study.machine)
-        + &cautions::carried(&study.machine)
-        + &cautions::large_errors(&study.machine, &study.errors)
-        + &cautions::outside_workspace(&study.machine, "path point", positions)
-        + &facts_text(&study.assumed)
+    let turned = turn_found(study).map_or_else(String::new, |(found, how)| redundancy::report::sentence(found, how));
+    failed + &turned + &cautions_of(study)
 }
 
-/// What was found of the turn about the tool's axis, if it was sought.
-fn turned(study: &PathStudy) -> String {
-    let found = study.turn.as_ref().and_then(|turn| Some((turn, turn.found.as_deref()?)));
-    found.map_or_else(String::new, |(turn, found)| redundancy::report::sentence(found, turn.how()))
+/// What must be known with any answer along the path of `study`.
+pub(crate) fn cautions_of(study: &PathStudy) -> String {
+    cautions::of_machine(&study.machine, &study.errors, "path point", study.positions()) + &facts_text(&study.assumed)
 }
 
-fn displacement(summary: &Summary, study: &PathStudy, shown: &Shown, source: Source) -> String {
-    let Some((size, k)) = summary.of(source).and_then(|sums| sums.displacement.get()) else { return String::new() };
-    if size <= ROUNDING_MM {
-        return String::new();
+fn displacement(summary: &Summary<'_>, source: Source) -> String {
+    match summary.largest(source, &DISPLACEMENT).filter(|(size, _)| *size > ROUNDING_MM) {
+        None => String::new(),
+        Some((size, k)) => {
+            let cause = source.moves(&summary.study.machine);
+            format!("{cause} by up to {}, {}.\n", millimetres(size, 3), place(summary, k))
+        }
     }
-    let cause = source.moves(&study.machine);
-    format!("{cause} by up to {}, {}.\n", millimetres(size, 3), place(study, shown, k))
 }
 
-fn tolerance(summary: &Summary, study: &PathStudy) -> String {
-    let (Some(tolerance), Some(share)) = (study.tolerance_mm, summary.share_within()) else { return String::new() };
-    Tolerance(tolerance).kept_without_compensation(&format!("at {} of the points", percent(share)))
+/// Where the tolerance is kept, if there is one: "at 12 % of the points".
+pub(super) fn kept(summary: &Summary<'_>) -> Option<(Tolerance, String)> {
+    let share = summary.within.get()?;
+    Some((Tolerance(summary.study.tolerance_mm?), format!("at {} of the points", percent(share))))
+}
+
+fn tolerance(summary: &Summary<'_>) -> String {
+    kept(summary).map_or_else(String::new, |(tolerance, part)| tolerance.kept_without_compensation(&part))
 }
 
 /// The single sources: their largest displacements, and what each does where all together are worst.
-fn cause(summary: &Summary, study: &PathStudy, shown: &Shown) -> String {
-    let parts = Source::parts(&study.machine);
-    let mut text: String = parts.iter().map(|source| displacement(summary, study, shown, *source)).collect();
+fn cause(summary: &Summary<'_>) -> String {
+    let parts = Source::parts(&summary.study.machine).iter();
+    let mut text: String = parts.clone().map(|source| displacement(summary, *source)).collect();
     let peaks: Vec<usize> =
-        parts.iter().filter_map(|source| Some(summary.of(*source)?.displacement.get()?.1)).collect();
+        parts.filter_map(|source| summary.largest(*source, &DISPLACEMENT)).map(|(_, k)| k).collect();
     if peaks.windows(2).any(|pair| pair[0] != pair[1]) {
         text += "These largest values lie at different points: they do not add up to that of all.\n";
     }
-    let blame = summary.blame().iter();
+    let blame = summary.blame.iter();
     let blame: Vec<String> =
         blame.map(|(source, size)| format!("{} {}", source.words(), millimetres(*size, 3))).collect();
-    if let Some((_, k)) = summary.of(Source::All).and_then(|all| all.displacement.get()).filter(|_| blame.len() > 1) {
+    if let Some((_, k)) = summary.farthest().filter(|_| blame.len() > 1) {
         let words: Vec<&str> = blame.iter().map(String::as_str).collect();
-        text += &format!(
-            "At the worst point, {}, each alone moves the tool by: {}.\n",
-            place(study, shown, k),
-            listed(&words)
-        );
+        text +=
+            &format!("At the worst point, {}, each alone moves the tool by: {}.\n", place(summary, k), listed(&words));
     }
     text
 }
 
-fn remedy(summary: &Summary, study: &PathStudy, shown: &Shown) -> String {
-    let machine = &study.machine;
-    let Some(both) = summary.of(Source::All) else { return String::new() };
-    let place = |k| place(study, shown, k);
-    let of = |kind: Motion| {
-        let (correction, k) = both.correction[kind as usize].get()?;
-        let (force, kf) = both.force[kind as usize].get()?;
-        let drives = kind_word(machine, kind);
+fn remedy(summary: &Summary<'_>) -> String {
+    let machine = &summary.study.machine;
+    let largest = |quantity: &Quantity<AtPoint>| summary.largest(Source::All, quantity);
+    let of = |((kind, correction), (_, force)): (&(Motion, _), &(Motion, _))| {
+        let ((correction, k), (force, kf)) = (largest(correction)?, largest(force)?);
+        let drives = kind_word(machine, *kind);
         let own = if machine.has_mixed_drives() { format!(" of {drives}") } else { String::new() };
         Some(format!(
             "To keep the tool on its path, correct the {drives} by up to {}, {}. Drive {}s{own} then reach {force:.0} {}, {}.\n",
             kind.position_words(correction),
-            place(k),
+            place(summary, k),
             kind.force_word(),
             kind.shown_force_unit(),
-            place(kf)
+            place(summary, kf)
         ))
     };
-    let mut text: String = machine.drive_kinds().filter_map(of).collect();
-    if let (Some(axes), Some((left, k))) = (machine.uncontrolled_names(), both.left.get()) {
-        let left = millimetres(left, 3);
-        text += &format!("Compensation leaves up to {left}, {}: the drives do not control {axes}.\n", place(k));
+    let mut text: String = summary.drives.corrections.iter().zip(&summary.drives.forces).filter_map(of).collect();
+    if let (Some(axes), Some((left, k))) = (machine.uncontrolled_names(), largest(&LEFT)) {
+        let (left, place) = (millimetres(left, 3), place(summary, k));
+        text += &format!("Compensation leaves up to {left}, {place}: the drives do not control {axes}.\n");
     }
     text
+}
+
+/// Where the workpiece stands and what is cut, in sentences.
+pub fn facts_text(facts: &[(impl AsRef<str>, String)]) -> String {
+    let sentence = |(label, words): &(_, String)| {
+        let (first, rest) = AsRef::<str>::as_ref(label).split_at(1);
+        format!("{}{rest}: {words}.\n", first.to_uppercase())
+    };
+    facts.iter().map(sentence).collect()
+}
+
+/// The methods side by side.
+pub(super) fn methods_text(methods: &[MethodAlongPath]) -> String {
+    let mut table = text_table(["method", "steps per point", "largest error", "rms error", "failed"], 1);
+    for method in methods {
+        let s = &method.summary;
+        table.add_row([
+            method.method.label(),
+            if_any(s.mean_corrections, |mean| format!("{mean:.2}")),
+            if_any(s.max_mm, |max| millimetres_in_table(max, 4)),
+            if_any(s.rms_mm, |rms| millimetres_in_table(rms, 4)),
+            format!("{} of {}", s.failed, s.points),
+        ]);
+    }
+    format!(
+        "Methods of compensation: steps each takes per point, and how far the tool then is from the path.\n{table}\n{}",
+        failures_text(methods.iter().map(|method| (method.method.label(), &method.summary)))
+    )
+}
+
+/// Where commands failed: at how many points, and why at the first; nothing for those that did not.
+pub fn failures_text<'a>(passes: impl Iterator<Item = (String, &'a PathSummary)>) -> String {
+    let sentence = |(name, summary): (String, &PathSummary)| {
+        let reason = summary.first_failure.as_ref()?;
+        let points = counted(summary.points, "point");
+        Some(format!("{name} fails at {} of {points}; the first: {reason}.\n", summary.failed))
+    };
+    passes.filter_map(sentence).collect()
 }

@@ -5,7 +5,7 @@ use std::{cmp::Ordering, collections::BinaryHeap};
 use nalgebra::Vector3;
 
 /// Most points of a curve.
-pub(crate) const MOST_POINTS: usize = 4000;
+pub const MOST_POINTS: usize = 4000;
 
 /// How many points of a path of `points` are one step of its curves: each gives its smallest and its largest value.
 pub fn step(points: usize) -> usize {
@@ -159,51 +159,4 @@ fn corners(positions: &[Vector3<f64>], most: usize) -> Vec<(usize, f64)> {
         stretches.push(Stretch::new(positions, farthest, last));
     }
     corners
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_short_curve_keeps_every_point_and_a_long_one_its_peaks() {
-        let mut short = Curve::new(3);
-        (0..3).for_each(|k| short.add(k, k as f64, -(k as f64)));
-        assert_eq!(short.points(), [(0.0, 0.0), (1.0, -1.0), (2.0, -2.0)]);
-
-        let count = 100 * MOST_POINTS;
-        let mut long = Curve::new(count);
-        let value = |k: usize| {
-            if k == 123_457 {
-                7.0
-            } else if k == 123_460 {
-                -7.0
-            } else {
-                (k % 5) as f64
-            }
-        };
-        (0..count).filter(|k| k % 3 > 0).for_each(|k| long.add(k, k as f64, value(k)));
-        let points = long.points();
-        assert!(points.len() <= MOST_POINTS && points.windows(2).all(|pair| pair[0].0 < pair[1].0), "{}", points.len());
-        assert!(points.contains(&(123_457.0, 7.0)) && points.contains(&(123_460.0, -7.0)));
-    }
-
-    #[test]
-    fn a_long_path_keeps_its_corners_and_its_ends() {
-        // Back and forth, in lines of 1000 points.
-        let position = |k: usize| {
-            let (line, along) = (k / 1000, (k % 1000) as f64);
-            Vector3::new(if line.is_multiple_of(2) { along } else { 999.0 - along }, 2.0 * line as f64, 0.0)
-        };
-        for lines in [300, 900] {
-            let positions: Vec<Vector3<f64>> = (0..1000 * lines).map(position).collect();
-            let drawn = drawn(&positions);
-            assert!(drawn.len() <= MOST_POINTS && drawn.windows(2).all(|pair| pair[0] < pair[1]));
-            for corner in (0..lines).flat_map(|line| [1000 * line, 1000 * line + 999]) {
-                assert!(drawn.binary_search(&corner).is_ok(), "corner {corner} of {lines}");
-            }
-            assert!(drawn.windows(2).all(|pair| pair[1] - pair[0] <= lines / 2 + 1));
-            assert_eq!(super::drawn(&positions[..MOST_POINTS]).len(), MOST_POINTS);
-        }
-    }
 }

@@ -129,10 +129,9 @@ fn growth(study: &SuperpositionStudy, location: &LocationResult) -> Option<LineF
         x_label: "factor on the scaled sources [1]".into(),
         y_label: "departure of the tool tip [mm]".into(),
         series,
-        equal_axes: false,
         log_x: true,
         log_y: true,
-        closed_note: None,
+        ..LineFigure::default()
     })
 }
 
@@ -171,9 +170,6 @@ fn ablation(study: &SuperpositionStudy, location: &LocationResult) -> Option<Lin
         x_label: "tool angle φ [°]".into(),
         y_label: "part of the departure [mm]".into(),
         series,
-        equal_axes: false,
-        log_x: false,
-        log_y: false,
-        closed_note: None,
+        ..LineFigure::default()
     })
 }

@@ -6,7 +6,7 @@ use super::contributions;
 use crate::{
     answer::{FoundOr, Quantity, TableOf},
     files::{
-        exchange::{Cell, Column, Kind, Row, Table, cells, numbers, texts},
+        exchange::{Cell, Column, Row, Table, cells, numbers, texts},
         table::tidy_degrees,
     },
     page::Better::{Larger, Neither, Smaller},
@@ -170,7 +170,7 @@ pub fn slopes_table(locations: &[LocationResult]) -> Table {
         }),
         Quantity::in_table("slope", |fit| Some(fit.slope)),
         Quantity::in_table("fitted_departure_at_factor_1_mm", |fit| Some(fit.coefficient_mm)),
-        Quantity::cell("departures_fitted", "", Neither, Kind::Count, |fit| fit.ok().map(|fit| fit.points).into()),
+        Quantity::count("departures_fitted", |fit| Some(fit.points)),
         Quantity::in_table("largest_ratio_to_fit", |fit| Some(fit.worst_ratio)),
     ];
     let rows = fits.iter().map(|(lead, fit)| (lead.clone(), fit.as_ref().ok_or(&no_fit)));

@@ -1,52 +1,46 @@
 //! All quoted numbers in one figure: each against ours, in tolerances.
 
+use super::compared::{Line, lines};
 use crate::{
     figures::{AgreementFigure, AgreementRow, Figure, Meant},
-    files::words::typographic,
-    questions::validation::{Compared, Quoted, Relation, ValidationResults},
+    files::words::{if_any, typographic},
+    questions::validation::{Quoted, Relation, ValidationResults},
 };
 
 /// The figure; `None` where nothing is quoted.
 pub(super) fn figure(results: &ValidationResults) -> Option<Figure> {
     let study = &results.study;
-    if study.quoted.is_empty() {
-        return None;
-    }
-    let rows: Vec<AgreementRow> =
-        study.quoted.iter().zip(&results.compared).map(|(quoted, compared)| row(results, quoted, compared)).collect();
+    let rows: Vec<AgreementRow> = lines(results).map(|line| row(&line)).collect();
     let agreeing = rows.iter().filter(|row| row.agrees).count();
-    Some(Figure::Agreement(AgreementFigure {
-        title: format!("{agreeing} of {} quoted numbers agree", rows.len()),
-        subtitle: format!("{}; {}", study.machine.short_title(), study.variants[0].name),
-        numbers: "quoted, ours".into(),
-        rows,
-    }))
+    (!rows.is_empty()).then(|| {
+        Figure::Agreement(AgreementFigure {
+            title: format!("{agreeing} of {} quoted numbers agree", rows.len()),
+            subtitle: format!("{}; {}", study.machine.short_title(), study.variants[0].name),
+            numbers: "quoted, ours".into(),
+            rows,
+        })
+    })
 }
 
-fn row(results: &ValidationResults, quoted: &Quoted, compared: &Compared) -> AgreementRow {
-    let study = &results.study;
-    let ours = compared.ours[0].as_ref().ok().copied();
-    let unit = match quoted.quantity.unit(&study.machine) {
+fn row(line: &Line<'_>) -> AgreementRow {
+    let (quoted, ours) = (line.quoted, line.ours());
+    let unit = match line.file_unit() {
         "1" => String::new(),
         "deg" => "°".into(),
         unit => format!(" {unit}"),
     };
-    let sign = match quoted.relation {
-        Relation::About => "",
-        Relation::AtLeast => "≥ ",
-        Relation::AtMost => "≤ ",
+    let (sign, meant) = match quoted.relation {
+        Relation::About => ("", Meant::About),
+        Relation::AtLeast => ("≥ ", Meant::AtLeast),
+        Relation::AtMost => ("≤ ", Meant::AtMost),
     };
-    let shown = ours.map_or_else(|| "–".into(), |ours| short(ours, quoted.value));
+    let shown = if_any(ours, |ours| short(ours, quoted.value));
     AgreementRow {
-        label: format!("{}: {}", study.cases[quoted.case], quoted.quantity.label().replace('_', " ")),
+        label: format!("{}: {}", line.case(), line.what()),
         numbers: typographic(&format!("{sign}{}, {shown}{unit}", quoted.value)),
-        meant: match quoted.relation {
-            Relation::About => Meant::About,
-            Relation::AtLeast => Meant::AtLeast,
-            Relation::AtMost => Meant::AtMost,
-        },
+        meant,
         difference: ours.map(|ours| in_tolerances(quoted, ours)),
-        agrees: compared.agrees,
+        agrees: line.compared.agrees,
     }
 }
 
@@ -55,9 +49,8 @@ const FAR: f64 = 1e3;
 
 /// Ours less the quoted number over what counts as none; where nothing does, the sign of it, far out.
 fn in_tolerances(quoted: &Quoted, ours: f64) -> f64 {
-    let allowed = quoted.agreement * if quoted.value == 0.0 { 1.0 } else { quoted.value.abs() };
     let difference = ours - quoted.value;
-    let share = difference / allowed;
+    let share = difference / quoted.allowed();
     match share.is_finite() {
         true => share.clamp(-FAR, FAR),
         false if difference == 0.0 => 0.0,

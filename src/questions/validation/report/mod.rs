@@ -1,15 +1,106 @@
 //! Reports of a validation study.
 
 mod agreement;
-mod answer;
+mod compared;
 mod headline;
-mod page;
 mod pictures;
-mod summary;
-mod tables;
 
-pub use page::page;
+pub use compared::{differences, quoted_table, variants_table};
 pub use pictures::figures;
-pub(crate) use summary::summary_table;
-pub use summary::{differences, summary_json};
-pub use tables::{quoted_table, variants_table};
+
+use serde_json::json;
+
+use crate::{
+    answer::{Output, Run, facts_of},
+    files::Manifest,
+    input::{check::file_stem, error::Result},
+    page::{Description, Explorer, Fact, MachineDescription, Section, TableNote},
+    questions::{
+        Answered,
+        path::report::{DISPLACEMENT, facts_text, points_table, points_view},
+        validation::{self, Shown, ValidationResults, ValidationStudy},
+    },
+};
+
+impl Answered for ValidationStudy {
+    fn answer(&self, shown: &Shown, run: &Run<'_>) -> Result<Output> {
+        let results = validation::run(self, run.work)?;
+        let sources = results.paths.iter().flat_map(|path| path.whole.sources.iter());
+        let answers = sources.flat_map(|(_, along)| along).map(|at| at.answer.status.label());
+        let compared = results.compared.iter().flat_map(|compared| &compared.ours).map(compared::status);
+        let points: Vec<usize> = results.paths.iter().map(|path| path.study.stations.len()).collect();
+        let mut tables =
+            vec![("summary".to_string(), quoted_table(&results)), ("variants".to_string(), variants_table(&results))];
+        for (case, path) in self.cases.iter().zip(&results.paths) {
+            tables.push((points_of(case), points_table(&path.study, &path.whole)));
+        }
+        let assumed = facts_text(&self.variants[0].paths[0].assumed);
+        let text = differences(&results);
+        Ok(Output {
+            tables,
+            figures: run.drawn(|| figures(&results, shown)),
+            details: format!("{}\n{text}", compared::summary_table(&results)),
+            ..Output::of(
+                json!({ "points": points }),
+                Manifest::count(answers.chain(compared)),
+                compared::summary_json(&results),
+                Description { headline: headline::headline(&results, &assumed), ..page(&results, &text) },
+            )
+        })
+    }
+}
+
+/// Name of the table of the points of a case.
+fn points_of(case: &str) -> String {
+    format!("points_{}", file_stem(case))
+}
+
+/// Sections, setting, views and tables; first screen, figures and question are added by the run.
+pub fn page(results: &ValidationResults, differences: &str) -> Description {
+    let study = &results.study;
+    let mut tables = vec![
+        TableNote::new("summary.csv", "Numbers quoted and ours, and why they differ."),
+        TableNote::new("variants.csv", "The same numbers under each process."),
+    ];
+    for case in &study.cases {
+        let caption = format!("{case}: one row per point and source of error.");
+        tables.push(TableNote::ranked(&format!("{}.csv", points_of(case)), &caption, &DISPLACEMENT.name));
+    }
+    let explorers: Vec<Explorer> = study.cases.iter().map(|case| along(study, case)).collect();
+    let sections = vec![
+        Section::new("Which numbers agree?", "each number quoted, ours, and why they differ")
+            .text(differences)
+            .tables(["summary.csv"]),
+        Section::new("Figures of the paper", "drawn with our numbers").figures(&["figure_"]),
+        Section::new("Along the paths", "each point, each source of error")
+            .explorers(explorers.iter().map(|view| view.title.clone())),
+    ];
+    Description {
+        setting: setting(study),
+        sections,
+        explorers,
+        tables,
+        ..Description::new("validation", MachineDescription::new(&study.machine))
+    }
+}
+
+fn setting(study: &ValidationStudy) -> Vec<Fact> {
+    let names: Vec<&str> = study.variants.iter().map(|variant| variant.name.as_str()).collect();
+    let mut own = vec![
+        Fact::new("process of the figures", names[0]),
+        Fact::new("other processes", names[1..].join(", ")),
+        Fact::new("cases", study.cases.join(", ")),
+    ];
+    own.extend(study.facts().into_iter().map(|(label, words)| Fact::new(label, words)));
+    // There is at least one case.
+    let path = &study.variants[0].paths[0];
+    own.extend(path.demands.first().map(|demand| Fact::new("compensation holds", demand.target.words())));
+    facts_of(&study.machine, &path.errors, own)
+}
+
+fn along(study: &ValidationStudy, case: &str) -> Explorer {
+    let mut displacement = DISPLACEMENT;
+    displacement.label = "displacement |Δt|".into();
+    let (title, table) = (format!("Along the circle: {case}"), format!("{}.csv", points_of(case)));
+    points_view(&study.machine, title, table, vec![displacement])
+}

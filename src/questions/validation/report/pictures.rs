@@ -3,11 +3,15 @@
 use nalgebra::Vector3;
 
 use crate::{
+    answer::Quantity,
     figures::{CurvePanel, Figure, LineFigure, LineSeries, PanelCurve, PanelFigure},
-    files::table::{drives_of, kind_word, shown_positions},
+    files::table::{drives_of, kind_word},
     machine::{Machine, Motion},
     questions::{
-        path::PathResults,
+        path::{
+            AtPoint, PathResults,
+            report::{displacement_along, drives},
+        },
         validation::{FigureKind, Picture, Shown, ValidationResults, report::agreement},
     },
     simulation::Source,
@@ -31,7 +35,6 @@ pub fn figures(results: &ValidationResults, shown: &Shown) -> Vec<(String, Figur
 
 /// Most frames of a picture.
 const MOST_FRAMES: usize = 6;
-const AXES: [&str; 3] = ["x", "y", "z"];
 
 fn subtitle(results: &ValidationResults, cases: &[usize]) -> String {
     let cases: Vec<&str> = cases.iter().map(|&case| results.study.cases[case].as_str()).collect();
@@ -57,43 +60,87 @@ fn plane(results: &ValidationResults, picture: &Picture, series: Vec<LineSeries>
         y_label: "y [mm]".into(),
         series,
         equal_axes: true,
-        log_x: false,
-        log_y: false,
         closed_note: Some("drawn to scale, errors not amplified".into()),
+        ..LineFigure::default()
     })
 }
 
 fn paths(results: &ValidationResults, picture: &Picture, path: &PathResults) -> Figure {
+    let by = |source| move |k| path.whole.displacement(source, k);
     let series = vec![
         moved(path, "1 target trajectory", false, &|_| Some(Vector3::zeros())),
-        moved(path, "2 shifted by errors in serial chains", true, &|k| path.whole.displacement(Source::Errors, k)),
-        moved(path, "3 shifted by the cutting force", true, &|k| path.whole.displacement(Source::Cutting, k)),
-        moved(path, "4 shifted by both", false, &|k| path.whole.displacement(Source::All, k)),
+        moved(path, "2 shifted by errors in serial chains", true, &by(Source::Errors)),
+        moved(path, "3 shifted by the cutting force", true, &by(Source::Cutting)),
+        moved(path, "4 shifted by both", false, &by(Source::All)),
         moved(path, "5 adjusted trajectory", false, &|k| path.whole.command_shift(&path.study, k)),
     ];
     plane(results, picture, series)
 }
 
 fn superposition(results: &ValidationResults, picture: &Picture, path: &PathResults) -> Figure {
-    let sum = |k| Some(path.whole.displacement(Source::Cutting, k)? + path.whole.displacement(Source::Errors, k)?);
+    let by = |source| move |k| path.whole.displacement(source, k);
+    let sum = |k| Some(by(Source::Cutting)(k)? + by(Source::Errors)(k)?);
     let series = vec![
         moved(path, "1 target trajectory", false, &|_| Some(Vector3::zeros())),
-        moved(path, "2 shifted by errors in serial chains", true, &|k| path.whole.displacement(Source::Errors, k)),
+        moved(path, "2 shifted by errors in serial chains", true, &by(Source::Errors)),
         moved(path, "3 shifted by both: superposition", true, &sum),
-        moved(path, "4 shifted by both: simultaneously", false, &|k| path.whole.displacement(Source::All, k)),
+        moved(path, "4 shifted by both: simultaneously", false, &by(Source::All)),
     ];
     plane(results, picture, series)
 }
 
+/// What curves over the tool angle show, its axis, and a name for each of them.
+struct Drawn {
+    what: String,
+    y_label: String,
+    curves: Vec<(String, Quantity<AtPoint>)>,
+}
+
+fn of_drives(machine: &Machine, kind: Motion, all: &[Quantity<AtPoint>]) -> Vec<(String, Quantity<AtPoint>)> {
+    drives_of(machine, kind).map(|(drive, label)| (format!("drive {label}"), all[drive].clone())).collect()
+}
+
+/// Corrections of the drives, those of slides and of hinges apart.
+fn corrections(machine: &Machine) -> impl Iterator<Item = Drawn> {
+    let each = drives(machine).each;
+    machine.drive_kinds().map(move |kind| Drawn {
+        what: match machine.has_mixed_drives() {
+            false => "drive corrections".into(),
+            true => format!("corrections of {}", kind_word(machine, kind)),
+        },
+        y_label: format!("Δρ [{}]", kind.shown_position_unit()),
+        curves: of_drives(machine, kind, &each),
+    })
+}
+
+/// Their forces.
+fn forces(machine: &Machine) -> impl Iterator<Item = Drawn> {
+    let each = drives(machine).each;
+    machine.drive_kinds().map(move |kind| Drawn {
+        what: format!("drive {}s", kind.force_word()),
+        y_label: format!("τ [{}]", kind.shown_force_unit()),
+        curves: of_drives(machine, kind, &each[machine.drive_count()..]),
+    })
+}
+
+fn displacement(what: &str) -> Drawn {
+    let names = ["Δx", "Δy", "Δz"].map(String::from);
+    Drawn {
+        what: what.into(),
+        y_label: "Δt [mm]".into(),
+        curves: names.into_iter().zip(displacement_along()).collect(),
+    }
+}
+
 /// A curve over the tool angle, broken where there is no value; it ends at the angle at which it begins.
-fn over_angle(path: &PathResults, value: &dyn Fn(usize) -> Option<f64>) -> PanelCurve {
+fn over_angle(path: &PathResults, source: Source, quantity: &Quantity<AtPoint>) -> PanelCurve {
     let mut order: Vec<(f64, usize)> =
         path.study.stations.iter().enumerate().filter_map(|(k, station)| Some((station.phi_deg?, k))).collect();
     order.sort_by(|a, b| a.0.total_cmp(&b.0));
     let first = order.first().map(|&(phi, k)| (phi + 360.0, k));
     let mut pieces = vec![Vec::new()];
     for (phi, k) in order.into_iter().chain(first) {
-        match value(k) {
+        match quantity.value(path.whole.at(source, k)) {
             Some(value) => pieces.last_mut().into_iter().for_each(|piece: &mut Vec<_>| piece.push((phi, value))),
             None => pieces.push(Vec::new()),
         }
@@ -105,7 +152,7 @@ fn panels(
     results: &ValidationResults,
     picture: &Picture,
     (what, y_label): (&str, String),
-    names: Vec<(String, bool)>,
+    curves: Vec<(String, bool)>,
     panels: Vec<CurvePanel>,
 ) -> Figure {
     Figure::Panels(PanelFigure {
@@ -113,89 +160,45 @@ fn panels(
         subtitle: subtitle(results, &picture.cases),
         x_label: "tool angle φ [°]".into(),
         y_label,
-        curves: names,
+        curves,
         panels,
         equal_axes: false,
         note: String::new(),
     })
 }
 
-fn drive_correction(path: &PathResults, source: Source, k: usize, drive: usize) -> Option<f64> {
-    let deltas = path.whole.compensated(source, k)?.delta_rho();
-    shown_positions(&path.study.machine, &deltas).get(drive).copied()
-}
-
+/// Under all sources, a frame for each case.
 fn curves(results: &ValidationResults, picture: &Picture) -> Vec<Figure> {
     let machine = &results.study.machine;
-    let drives = |kind| -> Vec<(usize, String)> { drives_of(machine, kind).collect() };
-    let names = |kind| drives(kind).into_iter().map(|(_, label)| (format!("drive {label}"), false)).collect();
-    let axes: Vec<(String, bool)> = AXES.map(|axis| (format!("Δ{axis}"), false)).into();
-    let frames = |curves: &dyn Fn(&PathResults) -> Vec<PanelCurve>| {
-        let frame = |&case: &usize| CurvePanel {
-            title: results.study.cases[case].clone(),
-            curves: curves(&results.paths[case]),
+    let moved = displacement("displacement that is compensated");
+    let figure = |Drawn { what, y_label, curves }: Drawn| {
+        let frame = |&case: &usize| {
+            let of_case = |(_, quantity): &(_, _)| over_angle(&results.paths[case], Source::All, quantity);
+            CurvePanel { title: results.study.cases[case].clone(), curves: curves.iter().map(of_case).collect() }
         };
-        picture.cases.iter().map(frame).collect()
+        let frames = picture.cases.iter().map(frame).collect();
+        let names = curves.iter().map(|(name, _)| (name.clone(), false)).collect();
+        panels(results, picture, (&what, y_label), names, frames)
     };
-    let corrections = |kind| {
-        let frames = frames(&|path| {
-            let curve = |(drive, _)| over_angle(path, &|k| drive_correction(path, Source::All, k, drive));
-            drives(kind).into_iter().map(curve).collect()
-        });
-        let y_label = format!("Δρ [{}]", kind.shown_position_unit());
-        panels(results, picture, (&correction_words(machine, kind), y_label), names(kind), frames)
-    };
-    let displacements = frames(&|path| {
-        let curve = |axis: usize| over_angle(path, &|k| path.whole.displacement(Source::All, k).map(|d| d[axis]));
-        (0..3).map(curve).collect()
-    });
-    let forces = |kind| {
-        let frames = frames(&|path| {
-            let force = |k, drive: usize| path.whole.compensated(Source::All, k)?.drive_forces.get(drive).copied();
-            drives(kind).into_iter().map(|(drive, _)| over_angle(path, &|k| force(k, drive))).collect()
-        });
-        let what = format!("drive {}s", kind.force_word());
-        panels(results, picture, (&what, format!("τ [{}]", kind.shown_force_unit())), names(kind), frames)
-    };
-    let moved = panels(results, picture, ("displacement that is compensated", "Δt [mm]".into()), axes, displacements);
-    machine.drive_kinds().map(corrections).chain([moved]).chain(machine.drive_kinds().map(forces)).collect()
+    corrections(machine).chain([moved]).chain(forces(machine)).map(figure).collect()
 }
 
-/// Heading of corrections of the drives of one kind.
-fn correction_words(machine: &Machine, kind: Motion) -> String {
-    match machine.has_mixed_drives() {
-        false => "drive corrections".into(),
-        true => format!("corrections of {}", kind_word(machine, kind)),
-    }
-}
-
-fn source_words(source: Source) -> &'static str {
-    match source {
-        Source::Errors => "errors in serial chains",
-        other => other.words(),
-    }
-}
-
+/// Of each source, a frame for each quantity.
 fn sources(results: &ValidationResults, picture: &Picture, path: &PathResults) -> Vec<Figure> {
     let machine = &results.study.machine;
-    let names: Vec<(String, bool)> =
-        Source::of(machine).iter().map(|source| (source_words(*source).to_string(), *source != Source::All)).collect();
-    let by_source = |title: String, value: &dyn Fn(Source, usize) -> Option<f64>| CurvePanel {
-        title,
-        curves: Source::of(machine).iter().map(|source| over_angle(path, &|k| value(*source, k))).collect(),
+    let sources = Source::of(machine);
+    let name = |source: &Source| match source {
+        Source::Errors => "errors in serial chains",
+        other => other.words(),
     };
-    let corrections = |kind| {
-        let frames = drives_of(machine, kind).take(MOST_FRAMES).map(|(drive, label)| {
-            by_source(format!("drive {label}"), &|source, k| drive_correction(path, source, k, drive))
-        });
-        let what = format!("{} by source", correction_words(machine, kind));
-        let y_label = format!("Δρ [{}]", kind.shown_position_unit());
-        panels(results, picture, (&what, y_label), names.clone(), frames.collect())
+    let figure = |Drawn { what, y_label, curves }: Drawn| {
+        let frame = |(title, quantity): (String, Quantity<AtPoint>)| CurvePanel {
+            title,
+            curves: sources.iter().map(|source| over_angle(path, *source, &quantity)).collect(),
+        };
+        let frames = curves.into_iter().take(MOST_FRAMES).map(frame).collect();
+        let names = sources.iter().map(|source| (name(source).to_string(), *source != Source::All)).collect();
+        panels(results, picture, (&format!("{what} by source"), y_label), names, frames)
     };
-    let displacements = AXES.iter().enumerate().map(|(axis, name)| {
-        by_source(format!("Δ{name}"), &|source, k| path.whole.displacement(source, k).map(|d| d[axis]))
-    });
-    let (what, frames) = ("displacement by source", displacements.collect());
-    let moved = panels(results, picture, (what, "Δt [mm]".into()), names.clone(), frames);
-    machine.drive_kinds().map(corrections).chain([moved]).collect()
+    corrections(machine).chain([displacement("displacement")]).map(figure).collect()
 }

@@ -1,0 +1,91 @@
+//! The numbers of an online study, its tables and its picture.
+
+use super::Compared;
+use crate::{
+    answer::{Quantity, TableOf},
+    figures::{Figure, LineFigure, LineSeries},
+    files::{
+        exchange::{Cell, Row, Table, counts, numbers, texts},
+        words::counted,
+    },
+    page::Better::Smaller,
+    questions::online::{Band, Trial},
+    simulation::SOLVED,
+};
+
+/// Whether every point of a trial is solved.
+pub(super) fn status(trial: &Trial) -> &'static str {
+    match [trial.offline, trial.online].iter().all(|left| left.solved == left.points) {
+        true => SOLVED,
+        false => "solved_in_part",
+    }
+}
+
+/// One row per force error and seed.
+pub(super) fn trials(trials: &[Trial]) -> Table {
+    let lead = [numbers([FORCE_ERROR]), counts(["seed"]), texts(["status"])].concat();
+    let row = |trial: &Trial| -> Row { vec![percent(trial.force_error), trial.seed.into(), status(trial).into()] };
+    let quantities = vec![
+        Quantity::in_table("force_factor", |trial: &Trial| Some(trial.force_factor)),
+        Quantity::in_table("predicted_rms_mm", |trial| trial.offline.rms_mm),
+        Quantity::in_table("predicted_max_mm", |trial| trial.offline.max_mm),
+        Quantity::count("predicted_solved", |trial| Some(trial.offline.solved)),
+        Quantity::in_table("measured_rms_mm", |trial| trial.online.rms_mm),
+        Quantity::in_table("measured_max_mm", |trial| trial.online.max_mm),
+        Quantity::count("measured_solved", |trial| Some(trial.online.solved)),
+        Quantity::count("points", |trial| Some(trial.online.points)),
+    ];
+    TableOf::without_status(lead, quantities).table(trials.iter().map(|trial| (row(trial), Ok(trial))))
+}
+
+pub(super) const FORCE_ERROR: &str = "force_error_percent";
+
+fn percent(share: f64) -> Cell {
+    (100.0 * share).into()
+}
+
+/// Ways to correct, by the force that is used.
+pub(super) const WAYS: [&str; 2] = ["predicted", "measured"];
+
+type Of = Quantity<Band>;
+
+pub(super) const LOW: Of =
+    Of::new("rms_low_mm", "rms distance that 5 % of the seeds stay below", Smaller, |band| Some(band.low_mm));
+pub(super) const MEDIAN: Of =
+    Of::new("rms_median_mm", "median of the rms distance", Smaller, |band| Some(band.median_mm));
+pub(super) const HIGH: Of =
+    Of::new("rms_high_mm", "rms distance that 5 % of the seeds exceed", Smaller, |band| Some(band.high_mm));
+
+/// One row per force error and way to correct.
+pub(super) fn bands(compared: &Compared<'_>) -> Table {
+    let lead = [numbers([FORCE_ERROR]), texts(["correction"])].concat();
+    let rows = WAYS.into_iter().zip([&compared.offline, &compared.online]).flat_map(|(way, bands)| {
+        bands.iter().flatten().map(move |band| (vec![percent(band.force_error), way.into()], Ok(band)))
+    });
+    TableOf::without_status(lead, vec![LOW, MEDIAN, HIGH]).table(rows)
+}
+
+/// What both leave over the force error, median and band; nothing where neither left anything to compare.
+pub(super) fn picture(compared: &Compared<'_>) -> Option<Figure> {
+    let series = |label: &str, bands: &[Option<Band>]| LineSeries {
+        label: label.into(),
+        points: bands.iter().flatten().map(|band| (100.0 * band.force_error, band.median_mm)).collect(),
+        dashed: false,
+        band: bands.iter().flatten().map(|band| [100.0 * band.force_error, band.low_mm, band.high_mm]).collect(),
+    };
+    let series = vec![
+        series("corrected beforehand, by the predicted force", &compared.offline),
+        series("corrected in the controller, by the measured force", &compared.online),
+    ];
+    let (name, seeds) = (compared.study.path.machine.short_title(), counted(compared.study.seeds, "seed"));
+    series.iter().any(|series| !series.points.is_empty()).then(|| {
+        Figure::Lines(LineFigure {
+            title: "What corrections leave, by how wrong the predicted force is".into(),
+            subtitle: format!("{name}, {seeds}: median and 5 % to 95 %"),
+            x_label: "standard deviation of the force error [%]".into(),
+            y_label: "rms distance from the path [mm]".into(),
+            series,
+            ..LineFigure::default()
+        })
+    })
+}

@@ -1,0 +1,181 @@
+//! The path as wanted, and as it is moved by what acts on the machine, in two drawings: deviations are magnified.
+
+use nalgebra::Vector3;
+
+use super::thinned::drawn;
+use crate::{
+    figures::{Figure, LineFigure, LineSeries, Look, PlanFigure, PlanShape, amplification::amplification},
+    files::words::{counted, millimetres},
+    questions::path::{PathPart, PathStudy, Shown},
+    simulation::{BySource, Source},
+};
+
+const AXES: [&str; 3] = ["x", "y", "z"];
+
+/// What is added to a point of the path to draw it, O axes, mm.
+#[derive(Debug, Clone)]
+struct Shifts {
+    /// Displacements by the sources; `None` where nothing settles.
+    displacement: BySource<Option<Vector3<f64>>>,
+    commanded: Option<Vector3<f64>>,
+    /// What compensation leaves.
+    left: Option<Vector3<f64>>,
+}
+
+/// What the drawings show, gathered point by point: of a long path not every point is drawn.
+#[derive(Debug, Clone)]
+pub(super) struct OnPart<'a> {
+    study: &'a PathStudy,
+    wanted: Vec<Vector3<f64>>,
+    /// Points at which the path is drawn, ascending.
+    drawn: Vec<usize>,
+    /// What is added to the path there.
+    shifts: Vec<Shifts>,
+    /// The point with the largest displacement by all sources, and that, mm.
+    worst: Option<(usize, Vector3<f64>)>,
+}
+
+impl<'a> OnPart<'a> {
+    /// For `study`, none of its points seen.
+    pub fn new(study: &'a PathStudy) -> Self {
+        let wanted = study.wanted();
+        Self { study, drawn: drawn(&wanted), wanted, shifts: Vec::new(), worst: None }
+    }
+
+    /// Takes the next point, with the index `k`.
+    pub fn add(&mut self, part: &PathPart, k: usize) {
+        let displacement = BySource::of(&self.study.machine, |source| part.displacement(source, k));
+        if let Some(moved) = displacement[Source::All]
+            && self.worst.is_none_or(|(_, most)| moved.norm() > most.norm())
+        {
+            self.worst = Some((k, moved));
+        }
+        if self.drawn.get(self.shifts.len()) == Some(&k) {
+            let left = part.at(Source::All, k).compensated().map(|answer| answer.position_error);
+            self.shifts.push(Shifts { displacement, commanded: part.command_shift(self.study, k), left });
+        }
+    }
+
+    /// Each point drawn: where it is wanted, and what is added to it.
+    fn points(&self) -> impl Iterator<Item = (Vector3<f64>, &Shifts)> {
+        self.drawn.iter().map(|&k| self.wanted[k]).zip(&self.shifts)
+    }
+
+    /// How many times as large deviations are drawn where two axes are seen.
+    fn factor(&self, [across, up]: [usize; 2]) -> f64 {
+        let turned: Vec<Vector3<f64>> = self.wanted.iter().map(|p| Vector3::new(p[across], p[up], 0.0)).collect();
+        amplification(&turned, self.worst.map_or(0.0, |(_, largest)| largest.norm()))
+    }
+
+    /// The wanted and the real path, seen as it spreads most; deviations are coloured by their size.
+    pub fn magnified(&self, shown: Shown) -> Figure {
+        let [across, up, along] = view(&self.wanted);
+        let factor = self.factor([across, up]);
+        let flat = |p: Vector3<f64>| (p[across], p[up]);
+        let mut coloured: Vec<Vec<(f64, f64, f64)>> = vec![Vec::new()];
+        for (wanted, shifts) in self.points() {
+            match shifts.displacement[Source::All] {
+                Some(displacement) => {
+                    let (x, y) = flat(wanted + displacement * factor);
+                    coloured.last_mut().into_iter().for_each(|piece| piece.push((x, y, displacement.norm())));
+                }
+                None => coloured.push(Vec::new()),
+            }
+        }
+        coloured.retain(|piece| !piece.is_empty());
+        let thinned = match self.shifts.len() {
+            all if all == self.wanted.len() => String::new(),
+            some => format!(", {some} of them drawn"),
+        };
+        let mark = |(farthest, largest): (usize, Vector3<f64>)| {
+            let (x, y) = flat(self.wanted[farthest] + largest * factor);
+            let station = &self.study.stations[farthest];
+            let angle = station.phi_deg.filter(|_| shown.is_circle);
+            let angle = angle.map(|phi| format!("\ntool angle {phi:.0}°")).unwrap_or_default();
+            (x, y, format!("worst {}\n{:.1} mm along{angle}", millimetres(largest.norm(), 3), station.arc_length_mm))
+        };
+        let (name, points) = (self.study.machine.short_title(), counted(self.wanted.len(), "point"));
+        let along = AXES[along];
+        Figure::Plan(Box::new(PlanFigure {
+            title: "Where the tool goes without compensation".into(),
+            subtitle: format!("{name}, {points}{thinned}, seen along {along}; thin: wanted"),
+            x_label: format!("{} [mm]", AXES[across]),
+            y_label: format!("{} [mm]", AXES[up]),
+            quantity: "distance from the wanted path [mm]".into(),
+            field: None,
+            shapes: vec![PlanShape {
+                look: Look::Wanted,
+                points: self.points().map(|(wanted, _)| flat(wanted)).collect(),
+                label: String::new(),
+            }],
+            coloured,
+            marks: self.worst.map(mark).into_iter().collect(),
+            note: match self.worst {
+                Some(_) => {
+                    format!("deviations drawn {factor} times as large; those along {along} show in the colour only")
+                }
+                None => "nothing of the path is solved".into(),
+            },
+        }))
+    }
+
+    /// The path in the xy-plane: wanted, as the tool goes without compensation, as it is commanded and as it goes then.
+    pub fn along_z(&self) -> Figure {
+        let factor = self.factor([0, 1]);
+        let drawn = |label: &str, dashed: bool, shift: &dyn Fn(&Shifts) -> Option<Vector3<f64>>| {
+            let at = |(wanted, shifts): (Vector3<f64>, &Shifts)| Some(wanted + shift(shifts)? * factor);
+            let points = self.points().filter_map(at).map(|at| (at.x, at.y)).collect();
+            LineSeries { label: label.into(), points, dashed, band: Vec::new() }
+        };
+        let thinned = match self.drawn.len() {
+            all if all == self.wanted.len() => String::new(),
+            some => format!(", {some} of {} drawn", counted(self.wanted.len(), "point")),
+        };
+        Figure::Lines(LineFigure {
+            title: "Path wanted, real, commanded and compensated".into(),
+            subtitle: format!("{}, seen along −z{thinned}", self.study.machine.short_title()),
+            x_label: "x [mm]".into(),
+            y_label: "y [mm]".into(),
+            series: vec![
+                drawn("wanted", false, &|_| Some(Vector3::zeros())),
+                drawn("moved by chain errors", true, &|shifts| shifts.displacement[Source::Errors]),
+                drawn("moved by the cutting force", true, &|shifts| shifts.displacement[Source::Cutting]),
+                drawn("moved by all", false, &|shifts| shifts.displacement[Source::All]),
+                drawn("commanded instead", false, &|shifts| shifts.commanded),
+                drawn("after compensation", true, &|shifts| shifts.left),
+            ],
+            equal_axes: true,
+            closed_note: Some(format!("deviations from the wanted path drawn {factor} times as large")),
+            ..LineFigure::default()
+        })
+    }
+}
+
+/// The axes to the right, upward and along the view in which the path spreads most; along z where that hides no more than
+/// another.
+fn view(wanted: &[Vector3<f64>]) -> [usize; 3] {
+    let extent = |axis: usize| {
+        let (low, high) = wanted.iter().fold((f64::MAX, f64::MIN), |(l, h), p| (l.min(p[axis]), h.max(p[axis])));
+        high - low
+    };
+    let hidden = [2, 1, 0].into_iter().reduce(|a, b| if extent(b) < 0.999 * extent(a) { b } else { a }).unwrap_or(2);
+    match hidden {
+        0 => [1, 2, 0],
+        1 => [0, 2, 1],
+        _ => [0, 1, 2],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_path_is_seen_along_the_axis_in_which_it_spreads_least() {
+        let path = |x: f64, y: f64, z: f64| [Vector3::zeros(), Vector3::new(x, y, z)];
+        assert_eq!(view(&path(10.0, 10.0, 0.0)), [0, 1, 2]);
+        assert_eq!(view(&path(10.0, 0.0, 10.0)), [0, 2, 1]);
+        assert_eq!(view(&path(0.0, 10.0, 10.0)), [1, 2, 0]);
+        assert_eq!(view(&path(10.0, 0.0, 0.0)), [0, 1, 2]);
+    }
+}

@@ -1,0 +1,114 @@
+//! The numbers of a path study: what a source does at a point of the path, and what a method leaves. `status` and `reason` say why
+//! numbers are missing.
+
+use super::cutting_force;
+use crate::{
+    answer::{
+        OfDrives, Quantity, TableOf,
+        command_columns::{drive_cells, drive_columns, pose_cells, pose_columns},
+    },
+    files::exchange::{Row, Table, cells, counts, numbers, texts},
+    machine::Machine,
+    page::Better::{Neither, Smaller},
+    questions::path::{AtPoint, MethodAlongPath, PathPart, PathStudy},
+    simulation::Source,
+};
+
+type Of = Quantity<AtPoint>;
+
+pub(crate) const DISPLACEMENT: Of =
+    Of::new("displacement_mm", "displacement without compensation", Smaller, |at| Some(at.displacement()?.norm()));
+pub(super) const LEFT: Of =
+    Of::new("error_left_mm", "error left by compensation", Smaller, |at| Some(at.compensated()?.position_error.norm()));
+
+pub(crate) fn displacement_along() -> [Of; 3] {
+    Of::vector_mm("displacement", "displacement", |at| Some(at.displacement()?.into()))
+}
+
+/// Corrections and forces of the drives on the compensated path.
+pub(crate) fn drives(machine: &Machine) -> OfDrives<AtPoint> {
+    let correction = |at: &AtPoint, drive: usize| {
+        let answer = at.compensated()?;
+        Some(answer.drives.get(drive)? - answer.nominal_drives.get(drive)?)
+    };
+    OfDrives::new(machine, Neither, correction, |at, drive| at.compensated()?.drive_forces.get(drive).copied())
+}
+
+/// Column and label of the tool angle.
+pub(crate) const ANGLE: [&str; 2] = ["phi_deg", "tool angle φ"];
+
+/// One row per point and source: where the point put right should be, how far it is moved at the nominal command, the cutting force
+/// that the source has, the poses of P in O and the drive positions that are commanded without and with compensation, corrections and
+/// drive forces then, and the rotation left over.
+pub(crate) fn points_table(study: &PathStudy, part: &PathPart) -> Table {
+    let machine = &study.machine;
+    let moved: Vec<Of> = [DISPLACEMENT].into_iter().chain(displacement_along()).collect();
+    let leftover = Of::vector("leftover_rotation", "deg", "", |at| {
+        Some(at.compensated()?.leftover_rotation.map(f64::to_degrees).into())
+    });
+    let left: Vec<Of> = leftover.into_iter().chain([LEFT]).collect();
+    let drives = drives(machine).each;
+    let columns = |all: &[Of]| all.iter().map(Of::column).collect();
+    let columns = [
+        counts(["point"]),
+        numbers(["arc_length_mm", ANGLE[0], "wanted_x_mm", "wanted_y_mm", "wanted_z_mm"]),
+        texts(["source", "status", "reason"]),
+        columns(&moved),
+        numbers(cutting_force::columns()),
+        numbers(["nominal", "commanded"].into_iter().flat_map(pose_columns)),
+        columns(&left),
+        numbers(drive_columns(machine)),
+        columns(&drives),
+    ];
+    let row = |k: usize, source: Source| {
+        let (station, demand, at) = (&study.stations[k], &study.demands[k], part.at(source, k));
+        let (answer, compensated) = (&at.answer, at.compensated());
+        let mut row: Row = vec![k.into(), station.arc_length_mm.into(), station.phi_deg.into()];
+        row.extend(cells(demand.pose.transform(demand.offset(machine)).iter().copied()));
+        row.extend([source.label().into(), answer.status.label().into(), answer.status.reason(machine).into()]);
+        row.extend(moved.iter().map(|own| own.cell_of(Ok(at))));
+        row.extend(cutting_force::force_cells(&source.demand(demand)));
+        row.extend(pose_cells(Some(&demand.pose)));
+        row.extend(pose_cells(compensated.and_then(|answer| answer.target.as_ref())));
+        row.extend(left.iter().map(|own| own.cell_of(Ok(at))));
+        row.extend(drive_cells(machine, demand, answer, compensated.is_some()));
+        row.extend(drives.iter().map(|own| own.cell_of(Ok(at))));
+        row
+    };
+    let sources = part.sources.sources();
+    let rows = part.points().flat_map(|k| sources.iter().map(move |source| (k, *source)));
+    Table::new(columns.concat(), rows.map(|(k, source)| row(k, source)))
+}
+
+type OfMethod = Quantity<MethodAlongPath>;
+
+const CORRECTIONS: OfMethod =
+    OfMethod::new("corrections_mean", "steps per point", Smaller, |method| method.summary.mean_corrections);
+const ERROR_MAX: OfMethod =
+    OfMethod::new("error_max_mm", "largest error left", Smaller, |method| method.summary.max_mm);
+const ERROR_RMS: OfMethod = OfMethod::new("error_rms_mm", "rms error left", Smaller, |method| method.summary.rms_mm);
+const ROTATION: OfMethod = OfMethod::new("leftover_rotation_max_deg", "leftover rotation", Neither, |method| {
+    method.summary.max_leftover_rotation.map(f64::to_degrees)
+});
+
+/// Those of a page, in its order.
+pub(super) const OF_METHODS: [OfMethod; 4] = [ERROR_MAX, ERROR_RMS, CORRECTIONS, ROTATION];
+
+/// One row per method: what it leaves and how many corrections it needs; nothing where it solves no point. Time is not here, as it
+/// differs between runs.
+pub(super) fn methods_table(methods: &[MethodAlongPath]) -> Table {
+    let quantities = vec![
+        OfMethod::count("points", |method| Some(method.summary.points)),
+        OfMethod::count("solved", |method| Some(method.summary.solved)),
+        OfMethod::count("failed", |method| Some(method.summary.failed)),
+        OfMethod::text("first_failure", |method| {
+            method.ok().and_then(|own| own.summary.first_failure.as_deref()).into()
+        }),
+        CORRECTIONS,
+        ERROR_MAX,
+        ERROR_RMS,
+        ROTATION,
+    ];
+    let rows = methods.iter().map(|method| (vec![method.method.label().into()], Ok(method)));
+    TableOf::without_status(texts(["method"]), quantities).table(rows)
+}
