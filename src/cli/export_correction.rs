@@ -1,6 +1,6 @@
 //! `kinetostat export-correction`: the correction as a table that a controller reads.
 
-use std::{path::PathBuf, sync::Arc, time::Instant};
+use std::{path::PathBuf, time::Instant};
 
 use clap::Args;
 use kinetostat::{
@@ -17,7 +17,6 @@ use kinetostat::{
         report::{CorrectionExport, CorrectionFormat, export},
     },
     questions::Overrides,
-    work::Work,
 };
 
 use super::{Ending, choice, headline, number, numbers, on_machine::OnMachine, reporting::Reporting};
@@ -74,9 +73,7 @@ pub fn export_correction(arguments: &ExportCorrectionArguments) -> Result<Ending
     let inputs = inputs(arguments, &question, process.inputs)?;
     let options = CorrectionExport { formats: arguments.format.clone(), figures: !arguments.no_figures, inputs };
     let progress = reporting.progress("correction", 0, "nodes");
-    let watcher = Arc::clone(&progress);
-    let work = Work::new(None, Arc::default(), Box::new(move |event| watcher.tell(event)));
-    let exported = export(&question, &options, &arguments.out, &work);
+    let exported = export(&question, &options, &arguments.out, &progress.work());
     progress.end();
     let exported = exported.map_err(in_options)?;
     let took = format!("{:.1} s", started.elapsed().as_secs_f64());

@@ -12,7 +12,7 @@ use serde_json::Value;
 use crate::{
     answer::{Output, Run},
     figures::Colours,
-    files::{Manifest, Recorded, StatusCount, clean, exchange::Format, prepare, remove},
+    files::{Manifest, StatusCount, clean, exchange::Format, prepare, remove},
     input::error::{Error, Result, Way},
     page::{PAGE, ToTry, headline::Headline},
     work::{
@@ -262,19 +262,7 @@ impl FolderRun<'_> {
         let mut output = study.kind.answer(&run)?;
         (output.page.name, output.page.question) = (study.name.clone(), study.question.clone());
         output.page.to_try = to_try(study, output.best_place.take())?;
-        let manifest = Manifest {
-            program: env!("CARGO_PKG_NAME"),
-            version: env!("CARGO_PKG_VERSION"),
-            study: study.name.clone(),
-            input_sha256: study.inputs.sha256(),
-            inputs: Recorded::of(&study.inputs),
-            seed: None,
-            settings: output.settings.clone(),
-            statuses: output.statuses.clone(),
-            files: Vec::new(),
-            publishing: false,
-        };
-        let files = output.write(&run, options.colours, manifest)?;
+        let files = output.write(&run, options.colours, &study.inputs)?;
         let is_complete = output.is_complete();
         let Output { page, details, statuses, .. } = output;
         Ok(Finished { headline: page.headline, details, is_complete, statuses, files })

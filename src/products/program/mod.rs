@@ -2,6 +2,7 @@
 
 pub mod bounded;
 mod calls;
+mod compensate;
 mod corners;
 mod corrected;
 #[cfg(feature = "report")]
@@ -20,6 +21,7 @@ use serde::Serialize;
 
 use self::part::LedPart;
 pub use calls::WrittenCalls;
+pub use compensate::{Asked, Compensated, InMemory, Proved, Receiver, Refused, Way};
 pub use corrected::{Corrected, Written};
 pub use part::Part;
 pub use prove::{Proof, ProvedPart};

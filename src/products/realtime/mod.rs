@@ -20,7 +20,7 @@ use crate::{
 pub use domain::Domain;
 use domain::{Place, corners, spread, towards_faces};
 use exact::{Exact, Solved};
-pub use folder::{MANIFEST, MARK, files};
+pub use folder::{MANIFEST, files, write};
 use function::{Function, range};
 use nominal::Nominal;
 use search::{Found, Search};

@@ -8,7 +8,7 @@ use super::{Report, comp_file, headline::headline, json, page::page, pictures::f
 use crate::{
     answer::{Output, Run},
     figures::Colours,
-    files::{Manifest, OutputFile, PreparedFolder, Recorded, exchange::Format, write::clean},
+    files::{Manifest, OutputFile, PreparedFolder, clean, exchange::Format},
     input::{Inputs, error::Result},
     page::{Description, PAGE, headline::Headline},
     products::correction::{CorrectionAnswer, CorrectionQuestion, answer, residual_grid, residuals},
@@ -81,19 +81,7 @@ pub fn export(question: &CorrectionQuestion, export: &CorrectionExport, out: &Pa
     let report = Report { question, answer: &answer, grid: &grid, residuals: &residuals, formats: &formats };
     let run = Run { out, formats: &[Format::Csv], figures: export.figures, work };
     let mut output = output(&report, export, &run);
-    let manifest = Manifest {
-        program: env!("CARGO_PKG_NAME"),
-        version: env!("CARGO_PKG_VERSION"),
-        study: output.page.name.clone(),
-        input_sha256: export.inputs.sha256(),
-        inputs: Recorded::of(&export.inputs),
-        seed: None,
-        settings: output.settings.clone(),
-        statuses: output.statuses.clone(),
-        files: Vec::new(),
-        publishing: false,
-    };
-    let files = output.write(&run, Colours::default(), manifest)?;
+    let files = output.write(&run, Colours::default(), &export.inputs)?;
     Ok(Exported { headline: output.page.headline, details: output.details, is_kept: report.is_kept(), files })
 }
 
