@@ -4,11 +4,7 @@ use std::{path::PathBuf, time::Instant};
 
 use clap::Args;
 use kinetostat::{
-    input::{
-        Inputs,
-        error::{Error, Result},
-        toml_file,
-    },
+    input::{Inputs, error::Result, toml_file},
     machine::catalogue,
     page::PAGE,
     process::Process,
@@ -16,10 +12,11 @@ use kinetostat::{
         CorrectionQuestion,
         report::{CorrectionExport, CorrectionFormat, export},
     },
-    questions::Overrides,
 };
 
-use super::{Ending, choice, headline, number, numbers, on_machine::OnMachine, reporting::Reporting};
+use super::{
+    Ending, choice, headline, number, numbers, on_machine::OnMachine, reporting::Reporting, results::in_options,
+};
 
 /// Write corrections as a table that a controller reads, as small as keeps a tolerance, with the worst that it leaves.
 #[derive(Debug, Args)]
@@ -118,14 +115,4 @@ fn inputs(arguments: &ExportCorrectionArguments, question: &CorrectionQuestion, 
         None => toml_file::read(std::path::Path::new(&arguments.on.machine))?,
     };
     Ok(Inputs::of("command line", text).and(Inputs::of(&arguments.on.machine, machine)).and(process))
-}
-
-/// An error of the library in words of the command line.
-fn in_options(error: Error) -> Error {
-    match error {
-        Error::Value { file, key, problem } if file == Overrides::ORIGIN => {
-            Error::Argument { argument: format!("--{key}"), problem }
-        }
-        other => other,
-    }
 }

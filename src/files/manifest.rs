@@ -161,15 +161,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_not_solved_is_counted_by_its_status_most_frequent_first() {
-        let statuses = ["solved", "unreachable", "slow", "converged", "slow", "no_equilibrium"];
-        let counts = Manifest::count(statuses.into_iter());
-        let expected = "4 of 6 not solved: 2 slow, 1 unreachable, 1 no equilibrium.";
-        assert_eq!(StatusCount::unsolved(&counts).as_deref(), Some(expected));
-        assert_eq!(StatusCount::unsolved(&counts[..1]), None);
-    }
-
-    #[test]
     fn only_what_a_run_wrote_is_replaced() {
         let folder = tempfile::tempdir().unwrap();
         let at = |name: &str| folder.path().join(name);
@@ -190,17 +181,5 @@ mod tests {
         std::fs::remove_file(at("map.csv")).unwrap();
         refused(&["points.csv"], "points.csv: cannot be written: is a folder");
         refused(&[&"x".repeat(300)], "cannot be written: File name too long");
-    }
-
-    #[cfg(unix)]
-    #[test]
-    fn links_and_devices_are_left_alone() {
-        let folder = tempfile::tempdir().unwrap();
-        let link = folder.path().join("map.csv");
-        std::os::unix::fs::symlink("/etc/hostname", &link).unwrap();
-        let error = may_replace(&link, Foreign::Replaced, || true).unwrap_err().to_string();
-        assert!(error.contains("map.csv: cannot be written: is a link"), "{error}");
-        let error = may_replace(Path::new("/dev/null"), Foreign::Replaced, || true).unwrap_err().to_string();
-        assert!(error.contains("/dev/null: cannot be written: is a device"), "{error}");
     }
 }

@@ -9,10 +9,7 @@ use std::{
 
 use serde::{Deserialize, Serialize};
 
-use super::{
-    Begin, Finished, RunOptions,
-    into_folder::{begun, refuse_to_lose},
-};
+use super::{Begin, Finished, RunOptions, begun, refuse_to_lose};
 use crate::questions::{Overrides, Study};
 use crate::{
     files::{OutputFile, prepare, prepare_beside, remove, temporary_beside, write_beside},
