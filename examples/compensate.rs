@@ -6,8 +6,9 @@
 
 use kinetostat::{
     Folder, Machine, Method, Process,
-    products::program::{Corrected, ProgramCommands, ProgramJob},
+    products::program::{Asked, Compensated, InMemory, ProgramJob},
     simulation::ProgramFile,
+    work::Work,
 };
 
 const PROCESS: &str = r#"
@@ -33,26 +34,17 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let program = ProgramFile::parse(PROGRAM.into(), "quarter.nc".as_ref(), &process)?;
     let job = ProgramJob::new(process, program, "quarter.nc")?;
 
-    let nothing_to_tell = || ();
-    let without = job.pass_by(Method::None, &nothing_to_tell, |_, _| Ok(()))?;
-
-    // Commands that put every point right.
-    let mut corrected = Corrected::new(&job);
-    let commanded = job.pass_by(Method::Direct, &nothing_to_tell, |part, answers| {
-        corrected.add(&job, part, answers);
-        Ok(())
-    })?;
-    if let Some((point, reason)) = corrected.failures.first() {
-        return Err(format!("no command for point {point}: {reason}").into());
-    }
-
-    // The program with these commands, and what it does as it is written, rounding included.
-    let written = job.write(&corrected)?;
-    let proof = job.pass("as written", &ProgramCommands::Sent(&written.sent), &nothing_to_tell, |_, _| Ok(()))?;
-
-    println!("{}", String::from_utf8_lossy(&written.bytes));
-    for pass in [&without, &commanded, &proof] {
-        println!("{:12} leaves up to {:.6} mm", pass.name, pass.summary.max_mm.unwrap_or(f64::NAN));
+    // Commands that put every point right, the program with these commands, and what it does as it is written, rounding included.
+    let proved = match job.compensate(&Asked::by(Method::Direct), &mut InMemory, &Work::default())? {
+        Compensated::Proved(proved) => proved,
+        Compensated::Refused(refused) => {
+            let (point, reason) = &refused.failures[0];
+            return Err(format!("no command for point {point}: {reason}").into());
+        }
+    };
+    println!("{}", String::from_utf8_lossy(&proved.written.bytes));
+    for pass in &proved.passes {
+        println!("{:18} leaves up to {:.6} mm", pass.name, pass.summary.max_mm.unwrap_or(f64::NAN));
     }
     Ok(())
 }

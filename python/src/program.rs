@@ -9,10 +9,11 @@ use std::{
 };
 
 use kinetostat::{
-    Error, Method, Result,
+    Method, Result,
     nalgebra::Vector3,
-    products::program::{Corrected, Part, Pass, ProgramCommands, ProgramJob},
+    products::program::{Asked, Compensated, InMemory, Pass, ProgramJob},
     simulation::{ProgramFile, along_path::PathAnswer},
+    work::{Event, Work},
 };
 use pyo3::{
     prelude::*,
@@ -128,11 +129,11 @@ impl Program {
     /// What the commands of a method lead to at each point, as arrays by name.
     fn follow<'py>(&self, py: Python<'py>, method: &str, told: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyDict>> {
         let method = method_named(method)?;
-        let (answers, pass) = self.wait(py, told, 1, |job, done, go_on| {
+        let (answers, pass) = self.wait(py, told, 1, |job, work| {
             let mut answers = Vec::with_capacity(job.path.len());
-            let pass = job.pass_by(method, done, |_, found| {
+            let pass = job.pass_by(method, &|| work.tell(Event::Computed(1)), |_, found| {
                 answers.extend_from_slice(found);
-                go_on()
+                work.check()
             })?;
             Ok((answers, pass))
         })?;
@@ -149,30 +150,21 @@ impl Program {
         method: &str,
         told: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyDict>> {
-        let method = method_named(method)?;
-        let (passes, found) = self.wait(py, told, 3, |job, done, go_on| {
-            let none = job.pass_by(Method::None, done, |_, _| go_on())?;
-            let mut corrected = Corrected::new(job);
-            let own = job.pass_by(method, done, |part: &Part<'_>, answers| {
-                corrected.add(job, part, answers);
-                go_on()
-            })?;
-            if !corrected.failures.is_empty() {
-                return Ok((vec![none, own], Err(corrected.failures)));
-            }
-            let mut written = job.write(&corrected)?;
-            // The bytes are all there is: nothing stands beside them that they could call.
-            written.call_beside_only_if(|file| {
-                let problem = "no files are written beside a program that is kept in memory".into();
-                Err(Error::Argument { argument: file.name.clone(), problem })
-            });
-            let as_written = job.pass("as_written", &ProgramCommands::Sent(&written.sent), done, |_, _| go_on())?;
-            Ok((vec![none, own, as_written], Ok(written)))
+        let asked = Asked::by(method_named(method)?);
+        let (passes, found) = self.wait(py, told, asked.passes(&self.job), |job, work| {
+            Ok(match job.compensate(&asked, &mut InMemory, work)? {
+                Compensated::Proved(proved) => (proved.passes, Ok(proved.written)),
+                Compensated::Refused(refused) => {
+                    let none = job.pass_by(Method::None, &|| work.tell(Event::Computed(1)), |_, _| work.check())?;
+                    ([none].into_iter().chain(refused.pass).collect(), Err(refused.failures))
+                }
+            })
         })?;
         let dict = PyDict::new(py);
         let summaries = PyDict::new(py);
-        for pass in &passes {
-            summaries.set_item(&pass.name, summary(py, pass)?)?;
+        for (index, pass) in passes.iter().enumerate() {
+            let name = if index == 2 { "as_written" } else { &pass.name };
+            summaries.set_item(name, summary(py, pass)?)?;
         }
         dict.set_item("summaries", summaries)?;
         match found {
@@ -190,13 +182,13 @@ impl Program {
 }
 
 impl Program {
-    /// Lets `work` compute while `told` is told how many of so many `passes` over the points are done.
+    /// Lets `compute` work while `told` is told how many of so many `passes` over the points are done.
     fn wait<T: Send>(
         &self,
         py: Python<'_>,
         told: &Bound<'_, PyAny>,
         passes: usize,
-        work: impl FnOnce(&ProgramJob, &(dyn Fn() + Sync), &(dyn Fn() -> Result<()> + Sync)) -> Result<T> + Send,
+        compute: impl FnOnce(&ProgramJob, &Work) -> Result<T> + Send,
     ) -> PyResult<T> {
         let (count, total) = (Arc::new(AtomicUsize::new(0)), passes * self.job.path.len());
         let counted = Arc::clone(&count);
@@ -205,11 +197,12 @@ impl Program {
             py,
             |_| tell(count.load(Ordering::Relaxed)),
             |stop| {
-                let done = || {
-                    counted.fetch_add(1, Ordering::Relaxed);
+                let watch = move |event| {
+                    if let Event::Computed(points) = event {
+                        counted.fetch_add(points, Ordering::Relaxed);
+                    }
                 };
-                let go_on = || if stop.load(Ordering::Relaxed) { Err(Error::Stopped) } else { Ok(()) };
-                work(&self.job, &done, &go_on)
+                compute(&self.job, &Work::new(None, Arc::clone(stop), Box::new(watch)))
             },
         )?;
         tell(count.load(Ordering::Relaxed))?;

@@ -9,10 +9,11 @@ use serde_json::{Value, json};
 use crate::{
     figures::{Colours, Figure, FigureError},
     files::{
-        Manifest, OutputFile, StatusCount,
+        Manifest, OutputFile, StatusCount, Transaction,
         exchange::{self, Format, Table},
-        publish, remove, staging, write_all,
+        staging, write_all,
     },
+    input::Inputs,
     page::{self, DeflectedPose, Description, MACHINE_AT_HOME, PAGE, ResultFolder},
 };
 use crate::{
@@ -116,12 +117,11 @@ impl Output {
         self.summary["rows_unsolved"] = unsolved.into();
     }
 
-    /// Writes everything into the folder of `run`: from the first file that takes the place of another, `manifest` names
-    /// all that is there and will be. The files written.
+    /// Writes everything into the folder of `run`, with a manifest that says what it was made from. The files written, manifest last.
     ///
     /// # Errors
     /// A figure, a page or a file that cannot be made; then nothing has taken the place of another.
-    pub(crate) fn write(&mut self, run: &Run<'_>, colours: Colours, mut manifest: Manifest) -> Result<Vec<PathBuf>> {
+    pub(crate) fn write(&mut self, run: &Run<'_>, colours: Colours, inputs: &Inputs) -> Result<Vec<PathBuf>> {
         if self.is_answered.is_none() {
             self.say_unsolved();
         }
@@ -139,8 +139,9 @@ impl Output {
         }
         files.push(OutputFile::new("summary.json", format!("{:#}\n", self.summary)));
         files.extend(drawn(std::mem::take(&mut self.figures), colours)?);
-        manifest.files = files.iter().map(|file| file.name.clone()).collect();
-        manifest.files.extend(has_page.then(|| PAGE.to_string()));
+        let names = files.iter().map(|file| file.name.clone()).chain(has_page.then(|| PAGE.into()));
+        let (settings, statuses) = (self.settings.clone(), self.statuses.clone());
+        let manifest = Manifest::new(&self.page.name, inputs, (settings, statuses), names.collect());
         Manifest::may_write(out, manifest.files.iter().map(String::as_str))?;
         // Everything is made before the first file takes the place of another.
         let made = staging(out)?;
@@ -167,18 +168,20 @@ impl Output {
 }
 
 /// Moves all files of `manifest` from the folder `made` into the result folder, and removes what the run before left there,
-/// which would be taken for results of this one.
+/// which would be taken for results of this one. From the first change on, a manifest names all that is there and will be.
 fn take_their_places(manifest: &Manifest, made: &Path, out: &Path) -> Result<Vec<PathBuf>> {
     let files = &manifest.files;
     let former: Vec<String> = Manifest::files_in(out).into_iter().filter(|name| !files.contains(name)).collect();
     // If this is cut short, a later run finds here what there is to remove, and no page is made of two runs.
     let files_of_both = [files.as_slice(), &former].concat();
     let both = Manifest { files: files_of_both, publishing: true, ..manifest.clone() };
-    write_all(out, vec![OutputFile::new(Manifest::FILE, both.to_json())])?;
-    let mut written = files.iter().map(|name| publish(made, out, name)).collect::<Result<Vec<_>>>()?;
-    former.iter().try_for_each(|name| remove(&out.join(name)))?;
-    written.push(publish(made, out, Manifest::FILE)?);
-    Ok(written)
+    let mut changes = Transaction::within(out)?;
+    changes.place(OutputFile::new(Manifest::FILE, both.to_json()))?;
+    files.iter().for_each(|name| changes.place_made(made, name));
+    former.iter().for_each(|name| changes.remove(name));
+    changes.place_made(made, Manifest::FILE);
+    changes.commit()?;
+    Ok(files.iter().map(String::as_str).chain([Manifest::FILE]).map(|name| out.join(name)).collect())
 }
 
 /// Each figure as SVG and PNG.

@@ -11,8 +11,9 @@ use kinetostat::{
 };
 
 use super::{
-    Ending, choice, print,
-    set::{self, Setting},
+    Ending, choice,
+    on_machine::{self, Setting},
+    print,
 };
 
 /// Validate a machine file and show mobility, reach, branches, round-trip error, stiffness and warnings.
@@ -29,7 +30,7 @@ pub struct CheckArguments {
     /// Machine file, or name of a built-in machine
     machine: String,
     /// Another number than the file has, by its name (kinetostat machines NAME --parameters); repeatable
-    #[arg(long, value_parser = set::setting, value_name = "NAME=VALUE")]
+    #[arg(long, value_parser = on_machine::setting, value_name = "NAME=VALUE")]
     set: Vec<Setting>,
     /// Branch on which an arm with a spherical wrist is to stand [default: the one of home, and others where it does not reach]
     #[arg(long, value_parser = choice::branch())]
@@ -37,7 +38,7 @@ pub struct CheckArguments {
 }
 
 pub fn check(arguments: &CheckArguments) -> Result<Ending> {
-    let geometry = set::machine(&arguments.machine, &arguments.set, arguments.branch)?;
+    let geometry = on_machine::machine(&arguments.machine, &arguments.set, arguments.branch)?;
     if !geometry.kinematics().parameter_errors().is_empty() {
         let problem = "check looks at the machine without errors of its chains: set numbers of its file";
         return Err(Error::Argument { argument: "--set".into(), problem: problem.into() });

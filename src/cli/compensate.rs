@@ -2,7 +2,6 @@
 
 use std::{
     path::{Path, PathBuf},
-    sync::Arc,
     time::Instant,
 };
 
@@ -14,20 +13,15 @@ use kinetostat::{
     input::error::{Error, Result},
     process::{Redundancy, file::Process},
     products::program::{
-        Corrected, Part, Pass, ProgramCommands, ProgramJob, TurnedProgram, Written,
-        bounded::Exceedances,
-        files::ProgramFiles,
-        report::{
-            self, Findings, Proved, blocks_text, bounded_text, exceeded_text, holes_text, left_text, program_columns,
-            program_json, program_table, use_text, worse_as_written,
-        },
+        Asked, Pass, ProgramJob, Refused, TurnedProgram, Way,
+        files::{Left, ProgramFiles, Told, compensate_into},
+        report::{bounded_text, holes_text, left_text, outside_workspace},
         turned,
     },
     questions::path::report::{facts_text, failures_text},
     redundancy::{self, FreeTurn},
-    simulation::{ProgramFile, Sent, along_path::PathAnswer},
+    simulation::{ProgramFile, Sent},
     toolpath::{gcode::Expand, polyline::Polyline},
-    work::{Event, Work},
 };
 
 use super::{Ending, choice, headline, on_machine::OnMachine, reporting::Reporting};
@@ -104,98 +98,27 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
     }
     let tool_turn = process.tool_turn.clone();
     let (job, turns) = opened(process, &arguments.path, reporting)?;
-    let measured = arguments.measured.as_deref().map(|file| measured(file, &job)).transpose()?;
+    let way = match &arguments.measured {
+        Some(file) => Way::Mirror(measured(file, &job)?),
+        None => chosen,
+    };
     // When all inputs are read: none of them is written over.
     let files = ProgramFiles::prepare(&arguments.out, Foreign::forced(arguments.force))?;
     let is_long = job.path.len() > COMPARED;
-    let compared = compared(arguments, &chosen, is_long);
-    // The way there, what is asked for, and all that proves it.
-    let passes = 2 + compared.len() + job.proof_passes();
-    let name = arguments.path.display().to_string();
+    let asked = Asked { compared: compared(arguments, is_long), way, sources_apart: true, ends_early: true };
+    let (name, passes) = (arguments.path.display().to_string(), asked.passes(&job));
     let progress = reporting.progress(&name, passes * job.path.len(), &format!("points in {passes} passes"));
-    let out_of_reach = job.out_of_reach(SHOWN, |points| progress.tell(Event::Computed(points)))?;
-    if !out_of_reach.is_empty() {
-        progress.end();
-        let problem =
-            "The machine cannot be led along the program; nothing was computed or written. The first points:\n";
-        reporting.print(&refusal(&job, problem, &out_of_reach)?)?;
-        return Ok(Ending::SomeUnsolved);
-    }
-    let done = || progress.tell(Event::Computed(1));
-    // First what is asked for: where there is no command, the others are of no use.
-    let mut corrected = Corrected::new(&job);
-    let take = |part: &Part<'_>, answers: &[PathAnswer]| {
-        corrected.add(&job, part, answers);
-        if corrected.failures.is_empty() { Ok(()) } else { Err(Error::Stopped) }
-    };
-    let mut bounded = None;
-    let own = match (&measured, chosen) {
-        (Some(went), _) => job.pass("mirror of the measured pass", &ProgramCommands::Sent(went), &done, take),
-        (None, Chosen::Method(method)) => job.pass_by(method, &done, take),
-        (None, Chosen::Bounded) => job.bounded_pass(&done, take).map(|found| {
-            bounded = Some(found.path);
-            found.pass
-        }),
-    };
-    if !corrected.failures.is_empty() {
-        progress.end();
-        let count = counted(corrected.failures.len(), "cutting point");
-        let among = match corrected.seen() < job.path.len() {
-            true => format!(" among the first {}", counted(corrected.seen(), "point")),
-            false => String::new(),
-        };
-        let problem = format!("No command for {count}{among}; nothing was written. The first:\n");
-        reporting.print(&refusal(&job, &problem, &corrected.failures)?)?;
-        return Ok(Ending::SomeUnsolved);
-    }
-    let own = own?;
-    let mut written = job.write(&corrected)?;
-    written.call_beside_only_if(|file| files.may_call(file));
-    let left_alone = corrected.left_alone;
-    drop(corrected);
-    let made = files.staging()?;
-    let mut points = files.points(made.path(), &program_columns(&job))?;
-    let mut exceedances = bounded.as_ref().map(|bounded| Exceedances::new(&job, bounded));
-    let (mut findings, mut corrections) = (Findings::new(&job)?, [None; 2]);
-    let as_written = format!("{}, as written", own.name);
-    let proof = job.prove((as_written, &written), &compared, &done, |proved| {
-        let settled = proved.written.iter().filter(|answer| answer.is_settled);
-        settled.for_each(|answer| see(&job, answer, &mut corrections));
-        exceedances.iter_mut().for_each(|exceedances| exceedances.add(proved.part.first, proved.written));
-        findings.add(&job, proved);
-        points.add(&program_table(&job, proved, bounded.as_ref()))
-    })?;
-    let passes: Vec<Pass> = [proof.none].into_iter().chain(proof.others).chain([own, proof.as_written]).collect();
+    let found = turns.as_ref().map(|found| redundancy::report::json(found, &tool_turn));
+    let left = compensate_into(job, &asked, &files, (&file_name(&arguments.path), found), &progress.work());
     progress.end();
-    let exceeded = exceedances.map(Exceedances::worst);
-    let outside = report::outside_workspace(&job)?;
-    let proved = Proved {
-        name: &file_name(&arguments.path),
-        outside: &outside,
-        findings: &findings,
-        passes: &passes,
-        bounded: bounded.as_ref(),
-        corrections,
-        blocks: written.blocks.as_ref(),
-        calls: &written.calls,
+    let told = match left? {
+        Left::Written(told) => told,
+        Left::Refused(job, refused) => {
+            reporting.print(&refusal(&job, &refused)?)?;
+            return Ok(Ending::SomeUnsolved);
+        }
     };
-    let too_much = exceeded.as_deref().map_or_else(String::new, |exceeded| exceeded_text(&job, exceeded));
-    let headline = report::headline(&job, &proved, written.rounded_mm, &too_much)?;
-    let used = use_text(&job, &proved);
-    let blocks = blocks_text(&job, written.blocks.as_ref());
-    let mut json = program_json(&job, &proved, exceeded.as_deref());
-    if let Some(found) = &turns {
-        json["tool_turn"] = redundancy::report::json(found, &tool_turn);
-    }
-    let figures = report::figures(&job, &proved);
-    let page = report::page(&job, &proved, headline.clone(), &files.points_name());
-    let called = written.called().to_vec();
-    let Written { bytes, sent, rounded_mm, in_holes_mm, .. } = written;
-    let (machine, process) = (job.machine.clone(), job.process.clone());
-    // A page takes memory; nothing more is asked of the points.
-    drop((job, findings, sent));
-    let page = files.write((bytes, &called, points.finish()?, json), made.path(), (page, &figures))?;
-    let is_wrong = headline.unsolved.is_some() || worse_as_written(&passes, rounded_mm).is_some();
+    let Told { headline, proved, machine, process, blocks, used, page } = *told;
     reporting.print_styled(&headline::words(&headline, &format!("{:.1} s", started.elapsed().as_secs_f64())))?;
     if let Some(found) = &turns {
         reporting.print(&format!("\n{}", redundancy::report::text(found, &tool_turn)))?;
@@ -203,27 +126,27 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
     if reporting.is_verbose() {
         reporting.print(&format!("\n{}", facts_text(&process.facts())))?;
     }
-    reporting.print(&format!("\n{}\n{}", TABLE, table(&passes)))?;
+    reporting.print(&format!("\n{}\n{}", TABLE, table(&proved.passes)))?;
     if is_long && !arguments.all_methods {
         reporting.print("Of so many points, other methods are simulated with --all-methods only.\n")?;
     }
-    if let Some(bounded) = &bounded {
+    if let Some(bounded) = &proved.bounded {
         reporting.print(&bounded_text(&machine, bounded))?;
     } else if process.limits.is_limited() {
         reporting.print("The limits of the process were not looked at: --method bounded keeps them.\n")?;
     }
-    let own = passes.iter().rev().nth(1).and_then(|own| own.summary.max_mm);
-    reporting.print(&left_text(&machine, own))?;
-    reporting.print(&holes_text(in_holes_mm))?;
+    reporting.print(&left_text(&machine, proved.commanded_max_mm()))?;
+    reporting.print(&holes_text(proved.written.in_holes_mm))?;
     reporting.print_styled(&headline::sentences(&blocks))?;
-    if left_alone > 0 {
+    if proved.left_alone > 0 {
         reporting.print(&format!(
             "Left as written, as there is no correction: {} where nothing is cut.\n",
-            counted(left_alone, "position")
+            counted(proved.left_alone, "position")
         ))?;
     }
     reporting.print(&format!("Written to {}; read {}\n\n", arguments.out.display(), page.display()))?;
     reporting.print_styled(&headline::sentences(&used))?;
+    let is_wrong = headline.unsolved.is_some() || proved.worse_as_written().is_some();
     Ok(if is_wrong { Ending::SomeUnsolved } else { Ending::Complete })
 }
 
@@ -235,35 +158,17 @@ fn opened(process: Process, path: &Path, reporting: &Reporting) -> Result<(Progr
     let name = path.display().to_string();
     let program = ProgramFile::read(path, &process)?;
     let progress = reporting.progress(&name, 0, "turns");
-    let watch = Arc::clone(&progress);
-    let work = Work::new(None, Arc::default(), Box::new(move |event| watch.tell(event)));
-    let sought = turned(&process, &program, &name, &work);
+    let sought = turned(&process, &program, &name, &progress.work());
     progress.end();
     let TurnedProgram { process, file, found } = sought?;
     Ok((ProgramJob::new(process, file, &name)?, Some(found)))
-}
-
-/// The largest correction of each kind of drive, in the units of tables.
-fn see(job: &ProgramJob, answer: &PathAnswer, most: &mut [Option<f64>; 2]) {
-    for kind in job.machine.drive_kinds() {
-        let here = report::largest_correction(&job.machine, kind, answer);
-        let most = &mut most[kind as usize];
-        *most = Some(most.map_or(here, |most| most.max(here)));
-    }
 }
 
 fn file_name(path: &Path) -> String {
     path.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
 
-/// How commands are to be found.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Chosen {
-    Method(Method),
-    Bounded,
-}
-
-fn chosen(arguments: &CompensateArguments) -> Result<Chosen> {
+fn chosen(arguments: &CompensateArguments) -> Result<Way> {
     let fault = |argument: &str, problem: String| Err(Error::Argument { argument: argument.into(), problem });
     let alpha = arguments.alpha.unwrap_or(1.0);
     if !(alpha > 0.0 && alpha <= 1.0) {
@@ -274,8 +179,8 @@ fn chosen(arguments: &CompensateArguments) -> Result<Chosen> {
         return fault("--alpha", format!("method {} has no step length", arguments.method));
     }
     match (arguments.method.as_str(), method) {
-        ("bounded", _) => Ok(Chosen::Bounded),
-        (_, Some(method)) => Ok(Chosen::Method(method)),
+        ("bounded", _) => Ok(Way::Bounded),
+        (_, Some(method)) => Ok(Way::Method(method)),
         (name, None) => {
             let names = Method::ALL.map(Method::label).join(", ");
             fault("--method", format!("no method \"{name}\"; there are: {names}, bounded"))
@@ -287,8 +192,9 @@ fn chosen(arguments: &CompensateArguments) -> Result<Chosen> {
 const COMPARED: usize = 20_000;
 
 /// Methods simulated for comparison beside none: what a shop would otherwise use, none where the program is long, or all.
-fn compared(arguments: &CompensateArguments, chosen: &Chosen, is_long: bool) -> Vec<Method> {
-    let is_chosen = |method: &Method| matches!(chosen, Chosen::Method(own) if own.label() == method.label());
+fn compared(arguments: &CompensateArguments, is_long: bool) -> Vec<Method> {
+    let own = Method::named(&arguments.method, 1.0).map(Method::label);
+    let is_chosen = |method: &Method| own == Some(method.label());
     let usual = |method: &Method| !is_long && matches!(method, Method::Linear | Method::Mirror { passes: 1 });
     let others = Method::ALL.into_iter().filter(|method| *method != Method::None && !is_chosen(method));
     others.filter(|method| arguments.all_methods || usual(method)).collect()
@@ -306,7 +212,7 @@ fn header(job: &ProgramJob) -> Result<String> {
     let cutting = job.path.points().iter().filter(|point| point.cutting).count();
     let machine = &job.machine;
     let facts = facts_text(&job.process.facts());
-    let outside = report::outside_workspace(job)?.words("point");
+    let outside = outside_workspace(job)?.words("point");
     let cautions = cautions::carried(machine) + &cautions::large_errors(machine, &job.process.errors) + &outside;
     Ok(format!(
         "{}: {}, {cutting} of them cutting, path length {:.1} mm\n{facts}{cautions}",
@@ -351,9 +257,19 @@ fn shown(length_mm: f64) -> String {
 /// Points shown of those that cannot be compensated.
 const SHOWN: usize = 5;
 
-fn refusal(job: &ProgramJob, problem: &str, failures: &[(usize, String)]) -> Result<String> {
-    let mut text = problem.to_string();
-    for (point, reason) in failures.iter().take(SHOWN) {
+fn refusal(job: &ProgramJob, refused: &Refused) -> Result<String> {
+    let (count, seen) = (counted(refused.failures.len(), "cutting point"), refused.seen);
+    let mut text = match seen < job.path.len() {
+        _ if refused.is_out_of_reach => {
+            "The machine cannot be led along the program; nothing was computed or written. The first points:\n".into()
+        }
+        true => {
+            let among = counted(seen, "point");
+            format!("No command for {count} among the first {among}; nothing was written. The first:\n")
+        }
+        false => format!("No command for {count}; nothing was written. The first:\n"),
+    };
+    for (point, reason) in refused.failures.iter().take(SHOWN) {
         let at = &job.path.points()[*point];
         let line = job.file.place_of(at.source.segment).map_or_else(String::new, |line| format!("{line}, "));
         let [x, y, z]: [f64; 3] = at.position_mm.into();

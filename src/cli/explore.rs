@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use kinetostat::{
     explore::{Explorer, ProgramAtProcess, Scene},
-    files::{Foreign, OutputFile, may_replace, prepare_beside, write_beside},
     input::error::{Error, Result},
     machine::{Machine, catalogue},
     page::explore_page,
@@ -13,7 +12,7 @@ use kinetostat::{
     simulation::ProgramFile,
 };
 
-use super::{Ending, compare::can_be_put_elsewhere, print};
+use super::{Ending, compare::can_be_put_elsewhere, report::write_page};
 
 /// Make a page on which the machine bends under your hand, and a workpiece can be dragged to where it is cut best.
 #[derive(Debug, Args)]
@@ -53,18 +52,15 @@ pub fn explore(arguments: &ExploreArguments) -> Result<Ending> {
     let stem = |name: &PathBuf| name.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let name = std::iter::once(&PathBuf::from(&arguments.machine)).chain(&arguments.path).map(stem).collect::<Vec<_>>();
     let out = arguments.out.clone().unwrap_or_else(|| format!("{}_explore.html", name.join("_")).into());
-    let file = prepare_beside(&out)?;
-    may_replace(&out, Foreign::forced(arguments.force), || super::report::is_page(&out))?;
     let question = match arguments.path {
         Some(_) => "Where should this workpiece stand, and what bends when it is cut there?",
         None => "How does this machine bend?",
     };
-    let value = serde_json::to_value(&scene)
-        .map_err(|fault| Error::Page { template: "explore.html".into(), problem: fault.to_string() })?;
-    let page = explore_page(&name.join(" · "), question, value)?;
-    write_beside(&out, vec![OutputFile::new(file, page)])?;
-    print(&format!("Written to {}\n", out.display()))?;
-    Ok(Ending::Complete)
+    write_page(&out, arguments.force, || {
+        let value = serde_json::to_value(&scene)
+            .map_err(|fault| Error::Page { template: "explore.html".into(), problem: fault.to_string() })?;
+        explore_page(&name.join(" · "), question, value)
+    })
 }
 
 /// Reads what the scene is made of, so that a fault is told of the file that has it and not of the study that is made of them.

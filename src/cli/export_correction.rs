@@ -1,14 +1,10 @@
 //! `kinetostat export-correction`: the correction as a table that a controller reads.
 
-use std::{path::PathBuf, sync::Arc, time::Instant};
+use std::{path::PathBuf, time::Instant};
 
 use clap::Args;
 use kinetostat::{
-    input::{
-        Inputs,
-        error::{Error, Result},
-        toml_file,
-    },
+    input::{Inputs, error::Result, toml_file},
     machine::catalogue,
     page::PAGE,
     process::Process,
@@ -16,11 +12,11 @@ use kinetostat::{
         CorrectionQuestion,
         report::{CorrectionExport, CorrectionFormat, export},
     },
-    questions::Overrides,
-    work::Work,
 };
 
-use super::{Ending, choice, headline, number, numbers, on_machine::OnMachine, reporting::Reporting};
+use super::{
+    Ending, choice, headline, number, numbers, on_machine::OnMachine, reporting::Reporting, results::in_options,
+};
 
 /// Write corrections as a table that a controller reads, as small as keeps a tolerance, with the worst that it leaves.
 #[derive(Debug, Args)]
@@ -74,9 +70,7 @@ pub fn export_correction(arguments: &ExportCorrectionArguments) -> Result<Ending
     let inputs = inputs(arguments, &question, process.inputs)?;
     let options = CorrectionExport { formats: arguments.format.clone(), figures: !arguments.no_figures, inputs };
     let progress = reporting.progress("correction", 0, "nodes");
-    let watcher = Arc::clone(&progress);
-    let work = Work::new(None, Arc::default(), Box::new(move |event| watcher.tell(event)));
-    let exported = export(&question, &options, &arguments.out, &work);
+    let exported = export(&question, &options, &arguments.out, &progress.work());
     progress.end();
     let exported = exported.map_err(in_options)?;
     let took = format!("{:.1} s", started.elapsed().as_secs_f64());
@@ -121,14 +115,4 @@ fn inputs(arguments: &ExportCorrectionArguments, question: &CorrectionQuestion, 
         None => toml_file::read(std::path::Path::new(&arguments.on.machine))?,
     };
     Ok(Inputs::of("command line", text).and(Inputs::of(&arguments.on.machine, machine)).and(process))
-}
-
-/// An error of the library in words of the command line.
-fn in_options(error: Error) -> Error {
-    match error {
-        Error::Value { file, key, problem } if file == Overrides::ORIGIN => {
-            Error::Argument { argument: format!("--{key}"), problem }
-        }
-        other => other,
-    }
 }

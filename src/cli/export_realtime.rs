@@ -5,11 +5,11 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use kinetostat::{
     compensation::Target,
-    files::{Foreign, OutputFile, PreparedFolder, may_replace, prepare, remove, write_all},
+    files::{Foreign, PreparedFolder},
     input::error::{Error, Result},
     machine::Machine,
     process::file::Process,
-    products::realtime::{AIM_MM, Domain, Errors, MANIFEST, MARK, PLACES, Question, Realtime, files, generate},
+    products::realtime::{AIM_MM, Domain, Errors, PLACES, Question, Realtime, generate, write},
     simulation::Machines,
 };
 
@@ -78,24 +78,9 @@ pub fn export_realtime(arguments: &ExportRealtimeArguments) -> Result<Ending> {
     let _prepared = PreparedFolder::new(folder)?;
     let machines = Machines::new(&nominal, &errors)?;
     let realtime = generate(Question { machines, errors, domain, steps: arguments.steps, places: PLACES })?;
-    write(folder, files(&realtime), Foreign::forced(arguments.replace))?;
+    write(&realtime, folder, Foreign::forced(arguments.replace))?;
     print(&summary(&realtime, folder))?;
     Ok(Ending::Complete)
-}
-
-/// Writes the files, each into its folder, where nothing else stands.
-fn write(folder: &Path, files: Vec<OutputFile>, foreign: Foreign) -> Result<()> {
-    for file in &files {
-        let path = folder.join(&file.name);
-        let is_ours = || std::fs::read_to_string(&path).is_ok_and(|text| text.contains(MARK));
-        may_replace(&path, foreign, is_ours)?;
-    }
-    for name in ["src", "include", "example"] {
-        prepare(&folder.join(name))?;
-    }
-    // Cut short, what is there belongs to two exports: it must not build.
-    remove(&folder.join(MANIFEST))?;
-    write_all(folder, files).map(drop)
 }
 
 fn summary(realtime: &Realtime, folder: &Path) -> String {

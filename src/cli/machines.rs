@@ -1,18 +1,19 @@
 //! `kinetostat machines`: the built-in machines, the numbers of a machine, machine files to begin with, and their schema.
 
-mod parameters;
-mod template;
-
 use std::path::{Path, PathBuf};
 
-use clap::{ArgGroup, Args};
-use comfy_table::ContentArrangement;
+use clap::{
+    ArgGroup, Args,
+    builder::{PossibleValuesParser, TypedValueParser},
+};
+use comfy_table::{CellAlignment, ContentArrangement};
 use kinetostat::{
     files::{OutputFile, prepare_beside, text_table::text_table, write_beside},
     input::error::{Error, Result},
-    machine::{Machine, catalogue, file_schema},
+    machine::{Geometry, Grade, Machine, Parameter, catalogue, file_schema},
     urdf::{DriveStiffness, ImportOptions, import_file},
 };
+use serde_json::json;
 
 use super::{Ending, any_numbers, numbers, print, print_json, say};
 
@@ -48,7 +49,7 @@ pub struct MachinesArguments {
     #[arg(long, value_name = "NAME")]
     show: Option<String>,
     /// Write a commented machine file to begin with, of this kind
-    #[arg(long, value_name = "KIND", value_parser = template::kinds())]
+    #[arg(long, value_name = "KIND", value_parser = kinds())]
     new: Option<&'static str>,
     /// Print the JSON Schema of machine files, for editors
     #[arg(long)]
@@ -87,9 +88,9 @@ fn tool(text: &str) -> std::result::Result<Tool, String> {
 
 pub fn machines(arguments: &MachinesArguments) -> Result<Ending> {
     match arguments {
-        MachinesArguments { name: Some(name), json, .. } => parameters::list(name, *json)?,
+        MachinesArguments { name: Some(name), json, .. } => list_parameters(name, *json)?,
         MachinesArguments { show: Some(name), .. } => show(name)?,
-        MachinesArguments { new: Some(kind), .. } => written(&template::text(kind), arguments.out.as_deref())?,
+        MachinesArguments { new: Some(kind), .. } => written(&template_text(kind), arguments.out.as_deref())?,
         MachinesArguments { schema: true, .. } => print_json(file_schema().as_value())?,
         MachinesArguments { import: Some(urdf), .. } => import(urdf, arguments)?,
         _ => list()?,
@@ -103,7 +104,7 @@ fn show(name: &str) -> Result<()> {
         let problem = format!("no built-in machine \"{name}\"; there are: {names}");
         return Err(Error::Argument { argument: "--show".into(), problem });
     };
-    print(&entry.toml.replacen(SCHEMA_HERE, template::SCHEMA, 1))
+    print(&entry.toml.replacen(SCHEMA_HERE, SCHEMA, 1))
 }
 
 /// Where built-in machine files, in their folder, say that their schema is.
@@ -152,4 +153,48 @@ pub(super) fn new_file(file: &Path) -> Result<&str> {
         return Err(Error::Argument { argument: "--out".into(), problem });
     }
     prepare_beside(file)
+}
+
+/// Lists the numbers of the machine called so, or of this file.
+fn list_parameters(name: &str, as_json: bool) -> Result<()> {
+    let geometry = Geometry::named_or_file(name)?;
+    let parameters = geometry.parameters();
+    if as_json {
+        return print_json(&json!({ "machine": geometry.kinematics().name, "parameters": parameters }));
+    }
+    let has_intervals = parameters.iter().any(|own| own.interval.is_some());
+    let columns = if has_intervals { 5 } else { 4 };
+    let mut table = text_table(["name", "value", "unit", "grade", "95 % interval"].into_iter().take(columns), columns);
+    if let Some(column) = table.column_mut(1) {
+        column.set_cell_alignment(CellAlignment::Right);
+    }
+    for Parameter { name, value, unit, grade, interval, .. } in parameters {
+        let value = value.map_or_else(|| "unknown".into(), |value| format!("{value:?}"));
+        let grade = grade.map_or("", Grade::label);
+        let interval = interval.map_or(String::new(), |[low, high]| format!("{low:?} to {high:?}"));
+        table.add_row([name, value, unit.to_string(), grade.into(), interval].into_iter().take(columns));
+    }
+    print(&format!("{table}\n"))
+}
+
+/// The line that tells editors where the schema of a machine file is.
+const SCHEMA: &str = "#:schema machine.schema.json";
+
+/// Kinds of machines, and the file of each.
+const TEMPLATES: [(&str, &str); 2] =
+    [("serial", include_str!("templates/serial.toml")), ("parallel", include_str!("templates/parallel.toml"))];
+
+/// What `--new` may be given.
+fn kinds() -> impl TypedValueParser<Value = &'static str> {
+    let kinds = TEMPLATES.map(|(kind, _)| kind);
+    PossibleValuesParser::new(kinds).map(|given| template(&given).0)
+}
+
+/// The file of a kind.
+fn template_text(kind: &str) -> String {
+    template(kind).1.into()
+}
+
+fn template(kind: &str) -> (&'static str, &'static str) {
+    TEMPLATES.into_iter().find(|(name, _)| *name == kind).unwrap_or(TEMPLATES[0])
 }

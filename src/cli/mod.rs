@@ -14,14 +14,12 @@ mod measuring;
 mod merge;
 mod new;
 mod on_machine;
-mod part;
 mod point;
 mod progress;
 mod report;
 mod reporting;
 mod results;
 mod run;
-mod set;
 
 use std::io::{ErrorKind, Write};
 

@@ -50,10 +50,9 @@ pub fn new(arguments: &NewArguments) -> Result<Ending> {
     let readme = README.replace("{name}", name).replace("{folder}", &shown);
     let mut files = vec![OutputFile::new("README.md", readme)];
     files.extend(arguments.kind.files.iter().map(|(name, content)| OutputFile::new(*name, *content)));
-    let mut said = format!("Written to {shown}:\n");
-    for path in write_all(folder, files)? {
-        said += &format!("  {}\n", path.file_name().unwrap_or_default().to_string_lossy());
-    }
+    let names: String = files.iter().map(|file| format!("  {}\n", file.name)).collect();
+    let said = format!("Written to {shown}:\n{names}");
+    write_all(folder, files)?;
     print(&format!("{said}Next: edit {}, then\n  kinetostat run {shown}\n", folder.join("study.toml").display()))?;
     Ok(Ending::Complete)
 }

@@ -4,12 +4,12 @@ use std::path::PathBuf;
 
 use clap::Args;
 use kinetostat::{
-    input::error::Result,
-    machine::{Branch, Machine},
+    input::error::{Error, Result},
+    machine::{Branch, Geometry, Machine},
     process::Process,
 };
 
-use super::{choice, set};
+use super::{choice, number};
 
 /// A machine and what it is to do.
 #[derive(Debug, Args)]
@@ -19,8 +19,8 @@ pub struct OnMachine {
     pub machine: String,
     /// Hold a drive at a position, mm or degrees as a pendant shows it: one that the task does not need (a rail), or one under the
     /// workpiece; repeatable
-    #[arg(long, value_parser = set::setting, value_name = "DRIVE=VALUE")]
-    pub hold: Vec<set::Setting>,
+    #[arg(long, value_parser = setting, value_name = "DRIVE=VALUE")]
+    pub hold: Vec<Setting>,
     /// Branch on which an arm with a spherical wrist is to stand [default: the one of home, and others where it does not reach]
     #[arg(long, value_parser = choice::branch())]
     pub branch: Option<Branch>,
@@ -32,11 +32,59 @@ pub struct OnMachine {
 impl OnMachine {
     /// The machine, its drives held.
     pub fn machine(&self) -> Result<Machine> {
-        set::held(&set::machine(&self.machine, &[], self.branch)?.machine()?, &self.hold)
+        held(&machine(&self.machine, &[], self.branch)?.machine()?, &self.hold)
     }
 
     /// The process on this machine.
     pub fn process(&self) -> Result<Process> {
         Process::open(&self.process, &self.machine()?)
+    }
+}
+
+/// Name and value.
+pub type Setting = (String, f64);
+
+/// One setting, as the command line gives it.
+pub fn setting(text: &str) -> std::result::Result<Setting, String> {
+    let Some((name, value)) = text.rsplit_once('=') else {
+        return Err(format!("\"{text}\" is not of the form NAME=VALUE"));
+    };
+    let value = number(value)?;
+    Ok((name.trim().into(), value))
+}
+
+/// The machine called so, or of this file, with these numbers and on this branch.
+pub fn machine(name: &str, settings: &[Setting], branch: Option<Branch>) -> Result<Geometry> {
+    let geometry = Geometry::named_or_file(name)?;
+    let geometry = if settings.is_empty() {
+        geometry
+    } else {
+        geometry.with_parameters(settings).map_err(|error| named(error, "--set"))?
+    };
+    match branch {
+        Some(branch) => geometry.on_branch(branch).map_err(in_branch),
+        None => Ok(geometry),
+    }
+}
+
+/// The machine with these drives held, mm or degrees.
+pub fn held(machine: &Machine, settings: &[Setting]) -> Result<Machine> {
+    machine.with_drives_held(settings).map_err(|error| named(error, "--hold"))
+}
+
+/// What is wrong with a name given to `option`.
+fn named(error: Error, option: &str) -> Error {
+    match error {
+        Error::Argument { argument, problem } => {
+            Error::Argument { argument: option.into(), problem: format!("{argument}: {problem}") }
+        }
+        other => other,
+    }
+}
+
+fn in_branch(error: Error) -> Error {
+    match error {
+        Error::Argument { problem, .. } => Error::Argument { argument: "--branch".into(), problem },
+        other => other,
     }
 }

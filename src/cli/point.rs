@@ -19,8 +19,9 @@ use nalgebra::Vector3;
 use serde_json::Value;
 
 use super::{
-    Ending, any_numbers, choice, number, numbers, print, print_json, say,
-    set::{self, Setting},
+    Ending, any_numbers, choice, number, numbers,
+    on_machine::{self, Setting},
+    print, print_json, say,
 };
 
 /// Solve one location: how far the tool moves there and what to command instead.
@@ -74,11 +75,11 @@ pub struct PointArguments {
     #[arg(long, alias = "assembly", value_parser = any_numbers, allow_hyphen_values = true, value_name = "DEG,DEG,…")]
     chain_errors: Option<std::vec::Vec<f64>>,
     /// Another number of the machine, by its name (kinetostat machines NAME --parameters), or an error of a chain; repeatable
-    #[arg(long, value_parser = set::setting, value_name = "NAME=VALUE")]
+    #[arg(long, value_parser = on_machine::setting, value_name = "NAME=VALUE")]
     set: Vec<Setting>,
     /// Hold a drive at a position, mm or degrees as a pendant shows it: one that the task does not need (a rail), or one under the
     /// workpiece; repeatable
-    #[arg(long, value_parser = set::setting, value_name = "DRIVE=VALUE")]
+    #[arg(long, value_parser = on_machine::setting, value_name = "DRIVE=VALUE")]
     hold: Vec<Setting>,
     /// Compensate the platform point P instead of the tool tip
     #[arg(long)]
@@ -92,14 +93,14 @@ pub struct PointArguments {
 }
 
 pub fn point(arguments: &PointArguments) -> Result<Ending> {
-    let changed = set::machine(&arguments.machine, &arguments.set, arguments.branch)?.machine()?;
+    let changed = on_machine::machine(&arguments.machine, &arguments.set, arguments.branch)?.machine()?;
     let set_errors = changed.parameter_errors();
     if arguments.chain_errors.is_some() && !set_errors.is_empty() {
         let problem = "errors of chains are given by --chain-errors or by --set, not by both".into();
         return Err(Error::Argument { argument: "--set".into(), problem });
     }
     let machine = if set_errors.is_empty() { changed } else { changed.nominal()? };
-    let machine = set::held(&machine, &arguments.hold)?;
+    let machine = on_machine::held(&machine, &arguments.hold)?;
     let place = place(arguments, &machine)?;
     let chain_errors_deg = chain_errors(arguments, &machine)?;
     let errors = if set_errors.is_empty() { machine.assembly_errors(&chain_errors_deg) } else { set_errors };

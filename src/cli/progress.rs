@@ -3,7 +3,7 @@
 
 use std::{
     io::{IsTerminal, Write},
-    sync::{Mutex, MutexGuard, PoisonError},
+    sync::{Arc, Mutex, MutexGuard, PoisonError},
     time::{Duration, Instant},
 };
 
@@ -11,7 +11,7 @@ use clap::ValueEnum;
 use indicatif::{HumanCount, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use kinetostat::{
     files::{counted, visible, visible_json},
-    work::{Event, Stage},
+    work::{Event, Stage, Work},
 };
 use serde_json::{Value, json};
 
@@ -225,6 +225,12 @@ impl Progress {
             report["best"] = json!(best);
         }
         report
+    }
+
+    /// Work that tells of itself here, and that nothing stops.
+    pub fn work(self: &Arc<Self>) -> Work {
+        let watcher = Arc::clone(self);
+        Work::new(None, Arc::default(), Box::new(move |event| watcher.tell(event)))
     }
 
     /// The computation is over, or was stopped; how many items are done of how many, in words.

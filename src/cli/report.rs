@@ -64,19 +64,23 @@ pub fn report(arguments: &ReportArguments) -> Result<Ending> {
         (None, [folder]) => folder.path.join(PAGE),
         (None, _) => PathBuf::from("comparison.html"),
     };
-    let name = prepare_beside(&out)?;
-    may_replace(&out, Foreign::forced(arguments.force), || is_page(&out))?;
-    let html = match folders.as_slice() {
-        [folder] => page(folder, &out)?,
-        several => comparison(several, &out, arguments.tolerance)?,
-    };
-    write_beside(&out, vec![OutputFile::new(name, html)])?;
+    write_page(&out, arguments.force, || match folders.as_slice() {
+        [folder] => page(folder, &out),
+        several => comparison(several, &out, arguments.tolerance),
+    })
+}
+
+/// Writes the page that is `made` as `out`, in place of one that this program wrote, or of anything with `--force`.
+pub(super) fn write_page(out: &Path, force: bool, made: impl FnOnce() -> Result<String>) -> Result<Ending> {
+    let name = prepare_beside(out)?;
+    may_replace(out, Foreign::forced(force), || is_page(out))?;
+    write_beside(out, vec![OutputFile::new(name, made()?)])?;
     print(&format!("Written to {}\n", out.display()))?;
     Ok(Ending::Complete)
 }
 
 /// Whether `file` is a page that this program wrote: it says so.
-pub(super) fn is_page(file: &Path) -> bool {
+fn is_page(file: &Path) -> bool {
     let mut begin = Vec::new();
     let read = File::open(file).and_then(|file| file.take(1024).read_to_end(&mut begin));
     read.is_ok() && String::from_utf8_lossy(&begin).contains(GENERATOR)

@@ -2,7 +2,7 @@
 
 use std::{
     ffi::OsStr,
-    io::{Error as IoError, ErrorKind, Read, Write},
+    io::{Error as IoError, ErrorKind, Write},
     path::{Path, PathBuf},
 };
 
@@ -44,17 +44,6 @@ impl OutputFile {
             Content::Bytes(bytes) => String::from_utf8(bytes.clone()).ok(),
             Content::File(_) => None,
         }
-    }
-
-    /// Its bytes.
-    ///
-    /// # Errors
-    /// The temporary file cannot be read.
-    pub(crate) fn reader(&self) -> std::io::Result<Box<dyn Read + '_>> {
-        Ok(match &self.content {
-            Content::Bytes(bytes) => Box::new(bytes.as_slice()),
-            Content::File(file) => Box::new(file.reopen()?),
-        })
     }
 }
 
@@ -128,18 +117,6 @@ pub fn staging(folder: &Path) -> Result<TempDir> {
     made.map_err(|source| Error::Write { file: folder.to_path_buf(), source })
 }
 
-/// Moves the file called `name` from one folder to the other, in place of any other.
-///
-/// # Errors
-/// It cannot be moved.
-pub(crate) fn publish(from: &Path, to: &Path, name: &str) -> Result<PathBuf> {
-    let path = to.join(name);
-    match std::fs::rename(from.join(name), &path) {
-        Ok(()) => Ok(path),
-        Err(source) => Err(Error::Write { file: path, source }),
-    }
-}
-
 /// Removes temporary files that a run left in `folder` when it was killed. No other run must be using the folder.
 ///
 /// # Errors
@@ -165,48 +142,116 @@ fn clean_of(folder: &Path, prefix: &str) -> Result<()> {
     Ok(())
 }
 
-/// Writes `files` into `folder`, each first to a temporary file beside its place and then renamed.
+/// Writes `files` into `folder`: all of them are made before the first takes its place.
 ///
 /// # Errors
 /// The folder or a file cannot be written; no half-written file remains.
-pub fn write_all(folder: &Path, files: Vec<OutputFile>) -> Result<Vec<PathBuf>> {
-    write_by(folder, files, TEMPORARY)
+pub fn write_all(folder: &Path, files: Vec<OutputFile>) -> Result<()> {
+    Transaction::within(folder)?.place_all(files)?.commit()
 }
 
-/// Writes `files` into the folder of `file`, one after another; see [`write_all`] and [`prepare_beside`].
+/// Writes `files` into the folder of `file`; see [`write_all`] and [`prepare_beside`].
 ///
 /// # Errors
 /// As [`write_all`].
-pub fn write_beside(file: &Path, files: Vec<OutputFile>) -> Result<Vec<PathBuf>> {
-    write_by(folder_of(file), files, &beside_file(file))
+pub fn write_beside(file: &Path, files: Vec<OutputFile>) -> Result<()> {
+    Transaction::beside(file)?.place_all(files)?.commit()
+}
+
+/// Changes of files in a folder, made one after another once all of them are ready. Whatever leaves files goes through one; where they belong
+/// together, a record of them is its first and its last change.
+#[derive(Debug)]
+pub(crate) struct Transaction {
+    folder: PathBuf,
+    /// Begin of the names of files that are not in their places yet.
+    prefix: String,
+    pub(crate) steps: Vec<Step>,
 }
 
 /// A change of one file that comes whole or not at all.
 #[derive(Debug)]
 pub(crate) enum Step {
-    /// A file made beside its place takes it.
-    Place(TempPath, PathBuf),
+    /// A temporary file gets its name.
+    Name(TempPath, PathBuf),
+    /// A file made elsewhere takes its place.
+    Move(PathBuf, PathBuf),
     /// A file is removed, if it is there.
     Remove(PathBuf),
 }
 
-impl Step {
-    /// That `content` takes its place beside `file`, for which all is made now.
-    ///
-    /// # Errors
-    /// It cannot be written.
-    pub fn place_beside(file: &Path, content: OutputFile) -> Result<Self> {
-        let (made, path) = stage(folder_of(file), content, &beside_file(file))?;
-        Ok(Self::Place(made.into_temp_path(), path))
-    }
-
-    /// Makes the change.
+impl Transaction {
+    /// In `folder`, which is made if need be.
     ///
     /// # Errors
     /// It cannot be made.
-    pub fn take(self) -> Result<()> {
+    pub fn within(folder: &Path) -> Result<Self> {
+        Self::new(folder, TEMPORARY.into())
+    }
+
+    /// In the folder of `file`, which is made if need be.
+    ///
+    /// # Errors
+    /// It cannot be made.
+    pub fn beside(file: &Path) -> Result<Self> {
+        Self::new(folder_of(file), beside_file(file))
+    }
+
+    fn new(folder: &Path, prefix: String) -> Result<Self> {
+        std::fs::create_dir_all(folder).map_err(|source| Error::Write { file: folder.to_path_buf(), source })?;
+        Ok(Self { folder: folder.to_path_buf(), prefix, steps: Vec::new() })
+    }
+
+    /// `file` takes its place; it is made now.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub fn place(&mut self, file: OutputFile) -> Result<()> {
+        let path = self.folder.join(&file.name);
+        let made = match file.content {
+            Content::File(made) => Ok(made),
+            Content::Bytes(bytes) => {
+                temporary(&self.folder, &self.prefix).and_then(|mut made| made.write_all(&bytes).map(|()| made))
+            }
+        };
+        let made = made.map_err(|source| Error::Write { file: path.clone(), source })?;
+        self.steps.push(Step::Name(made.into_temp_path(), path));
+        Ok(())
+    }
+
+    /// As [`Transaction::place`], of all `files`.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn place_all(mut self, files: Vec<OutputFile>) -> Result<Self> {
+        files.into_iter().try_for_each(|file| self.place(file)).map(|()| self)
+    }
+
+    /// The file called `name` that is in the folder `made` takes its place.
+    pub fn place_made(&mut self, made: &Path, name: &str) {
+        self.steps.push(Step::Move(made.join(name), self.folder.join(name)));
+    }
+
+    /// The file called `name` is removed.
+    pub fn remove(&mut self, name: &str) {
+        self.steps.push(Step::Remove(self.folder.join(name)));
+    }
+
+    /// Makes all changes.
+    ///
+    /// # Errors
+    /// One cannot be made; those before are.
+    pub fn commit(self) -> Result<()> {
+        self.steps.into_iter().try_for_each(Step::take)
+    }
+}
+
+impl Step {
+    pub(crate) fn take(self) -> Result<()> {
         match self {
-            Self::Place(made, path) => made.persist(&path).map_err(|e| Error::Write { file: path, source: e.error }),
+            Self::Name(made, path) => made.persist(&path).map_err(|e| Error::Write { file: path, source: e.error }),
+            Self::Move(made, path) => {
+                std::fs::rename(made, &path).map_err(|source| Error::Write { file: path, source })
+            }
             Self::Remove(path) => remove(&path),
         }
     }
@@ -231,32 +276,6 @@ fn beside_file(file: &Path) -> String {
     beside(&file.file_name().unwrap_or_default().to_string_lossy())
 }
 
-fn write_by(folder: &Path, files: Vec<OutputFile>, prefix: &str) -> Result<Vec<PathBuf>> {
-    std::fs::create_dir_all(folder).map_err(|source| Error::Write { file: folder.to_path_buf(), source })?;
-    let mut written = Vec::new();
-    for file in files {
-        let (made, path) = stage(folder, file, prefix)?;
-        made.persist(&path).map_err(|e| Error::Write { file: path.clone(), source: e.error })?;
-        written.push(path);
-    }
-    Ok(written)
-}
-
-/// `file` under another name in `folder`, and its place.
-fn stage(folder: &Path, file: OutputFile, prefix: &str) -> Result<(NamedTempFile, PathBuf)> {
-    let path = folder.join(&file.name);
-    let fault = |source| Error::Write { file: folder.join(&file.name), source };
-    let made = match file.content {
-        Content::File(made) => made,
-        Content::Bytes(bytes) => {
-            let mut made = temporary(folder, prefix).map_err(fault)?;
-            made.write_all(&bytes).map_err(fault)?;
-            made
-        }
-    };
-    Ok((made, path))
-}
-
 /// Removes a file; one that is not there is no fault.
 ///
 /// # Errors
@@ -278,12 +297,47 @@ pub(crate) fn temporary_file(folder: &Path) -> std::io::Result<NamedTempFile> {
     temporary(folder, TEMPORARY)
 }
 
+/// As [`temporary_file`], beside `file`.
+///
+/// # Errors
+/// It cannot be made.
+pub(crate) fn temporary_beside(file: &Path) -> std::io::Result<NamedTempFile> {
+    temporary(folder_of(file), &beside_file(file))
+}
+
 fn temporary(folder: &Path, prefix: &str) -> std::io::Result<NamedTempFile> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(prefix);
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o644));
     builder.tempfile_in(folder)
+}
+
+/// The folders that had to be made for results. Those that are still empty when this goes out of scope are removed.
+#[derive(Debug)]
+pub struct PreparedFolder {
+    /// The innermost first.
+    made: Vec<PathBuf>,
+}
+
+impl PreparedFolder {
+    /// Makes `folder`, as [`prepare`] does.
+    ///
+    /// # Errors
+    /// As [`prepare`].
+    pub fn new(folder: &Path) -> Result<Self> {
+        let missing = folder.ancestors().take_while(|part| !part.as_os_str().is_empty() && !part.exists());
+        let prepared = Self { made: missing.map(Path::to_path_buf).collect() };
+        prepare(folder)?;
+        Ok(prepared)
+    }
+}
+
+impl Drop for PreparedFolder {
+    fn drop(&mut self) {
+        // One that holds something cannot be removed, and neither can those around it.
+        let _ = self.made.iter().try_for_each(std::fs::remove_dir);
+    }
 }
 
 #[cfg(test)]

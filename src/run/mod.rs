@@ -1,6 +1,303 @@
-//! Studies run into folders, and shared out in parts.
+//! A study run into a folder: what is refused before it begins (an unfinished run that would be lost, files that are
+//! not ours), kept piece by piece, gone on with after a stop, written whole.
 
-mod into_folder;
 pub mod parts;
 
-pub use into_folder::{Begin, BegunRun, Finished, FolderRun, RunOptions};
+use std::{
+    path::{Path, PathBuf},
+    sync::{Arc, atomic::AtomicBool},
+};
+
+use serde::Serialize;
+use serde_json::Value;
+
+use crate::{
+    answer::{Output, Run},
+    figures::Colours,
+    files::{Manifest, StatusCount, clean, exchange::Format, prepare, remove},
+    input::error::{Error, Result, Way},
+    page::{PAGE, ToTry, headline::Headline},
+    work::{
+        Event, Work,
+        checkpoint::{Checkpoint, Found, Origin},
+        part_file::{Part, Parts},
+    },
+};
+use crate::{
+    explore::Scene,
+    questions::{Overrides, Study, StudyKind},
+};
+
+/// How a study is run into a folder.
+#[derive(Debug, Clone)]
+pub struct RunOptions {
+    /// Formats of tables and maps; without CSV there is no page.
+    pub formats: Vec<Format>,
+    /// Whether figures are drawn.
+    pub figures: bool,
+    /// Colours of maps in figures.
+    pub colours: Colours,
+    /// What becomes of an unfinished run in the folder.
+    pub begin: Begin,
+    /// The build of the program, whose pieces another one does not take over; the running executable if not given, which
+    /// a program that loads this library otherwise (an extension of Python) must not rely on.
+    pub program: Option<String>,
+}
+
+impl Default for RunOptions {
+    /// CSV tables, a page, and figures in viridis; refuses to lose an unfinished run.
+    fn default() -> Self {
+        let (colours, begin) = (Colours::Viridis, Begin::default());
+        Self { formats: vec![Format::Csv], figures: true, colours, begin, program: None }
+    }
+}
+
+/// What becomes of an unfinished run in the folder.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Begin {
+    /// It is refused to begin.
+    #[default]
+    New,
+    /// It is gone on with; without one, the run begins.
+    Resume,
+    /// Its pieces are lost.
+    Restart,
+}
+
+/// What a run has left.
+#[derive(Debug, Clone, Serialize)]
+pub struct Finished {
+    /// The answer at a glance.
+    pub headline: Headline,
+    /// Everything it says, in sentences and small tables.
+    pub details: String,
+    /// Whether everything that was asked is answered; if not, the tables say what is not and why.
+    pub is_complete: bool,
+    /// How many rows ended how.
+    pub statuses: Vec<StatusCount>,
+    /// The files, manifest last.
+    pub files: Vec<PathBuf>,
+}
+
+/// A run that may begin: its folder is there and can be written, and nothing in it would be lost.
+#[derive(Debug)]
+pub struct FolderRun<'a> {
+    study: &'a Study,
+    out: PathBuf,
+    options: RunOptions,
+    origin: Origin,
+    /// Whether the folder was made for it.
+    is_new: bool,
+}
+
+/// A run that keeps its pieces from here on.
+#[derive(Debug)]
+pub struct BegunRun<'a> {
+    run: &'a FolderRun<'a>,
+    checkpoint: Checkpoint,
+    parts: Option<Parts>,
+}
+
+impl BegunRun<'_> {
+    /// Computes and writes, see [`Study::run_into`]. First `watch` is told what is taken over ([`Event::Resumed`]).
+    ///
+    /// # Errors
+    /// [`Error::Stopped`], and whatever cannot be read, drawn or written; what was computed is then kept in the folder, see
+    /// [`FolderRun::is_unfinished`].
+    pub fn run(self, stop: Arc<AtomicBool>, watch: impl Fn(Event) + Send + Sync + 'static) -> Result<Finished> {
+        let Self { run, checkpoint, parts } = self;
+        let found = Event::Resumed { pieces: checkpoint.len(), lost: checkpoint.damaged() };
+        let work = match parts {
+            Some(parts) => Work::from_parts(checkpoint, parts, stop, Box::new(watch)),
+            None => Work::new(Some(checkpoint), stop, Box::new(watch)),
+        };
+        work.tell(found);
+        match run.answer(&work) {
+            // Nothing is left to go on with once the results are written.
+            Ok(finished) => remove(&run.out.join(STATE)).map(|()| finished),
+            Err(Error::Stopped) => Err(Error::Stopped),
+            Err(_) if !run.out.is_dir() => {
+                let problem = "the folder was removed during the run, and with it what was computed";
+                Err(Error::Write { file: run.out.clone(), source: std::io::Error::other(problem) })
+            }
+            Err(error) => {
+                if work.pieces() == 0 {
+                    remove(&run.out.join(STATE))?;
+                }
+                Err(error)
+            }
+        }
+    }
+}
+
+/// What a run has computed so far, in its result folder.
+const STATE: &str = "unfinished_run.state";
+/// Most points of a VTK image, which is made in one piece.
+const MOST_IMAGE_POINTS: usize = 2_000_000;
+
+impl Study {
+    /// Runs the study on the current rayon pool and writes tables, figures, summary, page and manifest into the folder
+    /// `out`. Whoever sets `stop` stops it; `watch` is told how far it is, by any thread. The same study gives the same
+    /// bytes on any number of threads, stopped and resumed or not.
+    ///
+    /// # Errors
+    /// As [`Study::may_run_into`], [`FolderRun::begin`] and [`BegunRun::run`].
+    pub fn run_into(
+        &self,
+        out: &Path,
+        options: &RunOptions,
+        stop: Arc<AtomicBool>,
+        watch: impl Fn(Event) + Send + Sync + 'static,
+    ) -> Result<Finished> {
+        self.may_run_into(out, options)?.begin()?.run(stop, watch)
+    }
+
+    /// Whether the study has the formats of `options`, and this program can write them.
+    ///
+    /// # Errors
+    /// Only maps can be images, and not of any size.
+    pub fn check_formats(&self, options: &RunOptions) -> Result<()> {
+        let (name, map_points, formats) = (&self.name, self.kind.image_points(), &options.formats);
+        let refuse = |problem| Overrides::place("format").fail(problem);
+        if let Some(not_built) = formats.iter().find_map(|format| format.check_built().err()) {
+            return refuse(not_built.to_string());
+        }
+        match map_points {
+            _ if formats.is_empty() => refuse("expected at least one".into()),
+            Some(points) if formats.contains(&Format::Vti) && points > MOST_IMAGE_POINTS => {
+                refuse(format!("an image has at most {MOST_IMAGE_POINTS} points, the grid of {name} {points}"))
+            }
+            None if formats.iter().all(|format| *format == Format::Vti) => {
+                refuse(format!("study {name} has no map over the workspace for vti; expected csv or parquet, too"))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Finds out, before anything is computed, whether the study can be run into the folder `out`, and makes the folder.
+    ///
+    /// # Errors
+    /// A format that the study does not have, a folder that cannot be written, files in it that are not ours to replace, or
+    /// an unfinished run that is not to be gone on with.
+    pub fn may_run_into(&self, out: &Path, options: &RunOptions) -> Result<FolderRun<'_>> {
+        self.check_formats(options)?;
+        let origin = Origin::of(options.program.as_deref(), self.inputs.clone())?;
+        let is_new = !out.exists();
+        let run = FolderRun { study: self, out: out.to_path_buf(), options: options.clone(), origin, is_new };
+        prepare(out)?;
+        Manifest::may_write(out, run.main_files().iter().map(String::as_str))?;
+        refuse_to_lose(&out.join(STATE), &run.origin, options.begin)?;
+        Ok(run)
+    }
+}
+
+/// What a reader of the page can try: the workpiece at other places, where a study has one.
+fn to_try(study: &Study, best: Option<Value>) -> Result<Option<ToTry>> {
+    if matches!(&study.kind, StudyKind::Path(path, _) if path.turn.is_some()) {
+        let why = "Other places cannot be tried here: the turn about the tool's axis was sought for this one.";
+        return Ok(Some(ToTry::Nothing(why.into())));
+    }
+    if matches!(&study.kind, StudyKind::Placement(placement, _) if placement.features.iter().any(|job| job.turn.is_some()))
+    {
+        let why =
+            "Other places cannot be tried here: at each the turn about the tool's axis is sought, which pages do not.";
+        return Ok(Some(ToTry::Nothing(why.into())));
+    }
+    let scene = match Scene::of_study(study) {
+        Ok(Some(scene)) => scene,
+        Ok(None) => return Ok(None),
+        // The study has an answer all the same.
+        Err(reason) => return Ok(Some(ToTry::Nothing(format!("Other places cannot be tried here: {reason}.")))),
+    };
+    let fault = |fault: serde_json::Error| Error::Page { template: PAGE.into(), problem: fault.to_string() };
+    let mut scene = serde_json::to_value(&scene).map_err(fault)?;
+    if let Some(best) = best {
+        scene["best"] = best;
+    }
+    Ok(Some(ToTry::Scene(scene)))
+}
+
+impl FolderRun<'_> {
+    /// The study.
+    pub fn study(&self) -> &Study {
+        self.study
+    }
+
+    /// The folder.
+    pub fn out(&self) -> &Path {
+        &self.out
+    }
+
+    /// Whether the folder holds what an unfinished run has computed.
+    pub fn is_unfinished(&self) -> bool {
+        self.out.join(STATE).is_file()
+    }
+
+    /// Opens what keeps the pieces: those of an unfinished run, if it is to be gone on with.
+    ///
+    /// # Errors
+    /// An unfinished run that cannot be gone on with, or a file that cannot be written.
+    pub fn begin(&self) -> Result<BegunRun<'_>> {
+        let checkpoint = begun(&self.out.join(STATE), &self.origin, self.options.begin)?;
+        clean(&self.out)?;
+        Ok(BegunRun { run: self, checkpoint, parts: None })
+    }
+
+    /// As [`FolderRun::begin`]; what `parts` have computed is taken over.
+    ///
+    /// # Errors
+    /// As [`Parts::new`] and [`FolderRun::begin`].
+    pub fn begin_from(&self, parts: Vec<Part>) -> Result<BegunRun<'_>> {
+        let parts = Parts::new(parts, &self.origin).or_else(|refused| {
+            // Nothing is in it yet.
+            if self.is_new {
+                std::fs::remove_dir(&self.out).map_err(|source| Error::Write { file: self.out.clone(), source })?;
+            }
+            Err(refused)
+        })?;
+        Ok(BegunRun { parts: Some(parts), ..self.begin()? })
+    }
+
+    fn answer(&self, work: &Work) -> Result<Finished> {
+        let Self { study, out, options, .. } = self;
+        let run = Run { out, formats: &options.formats, figures: options.figures, work };
+        let mut output = study.kind.answer(&run)?;
+        (output.page.name, output.page.question) = (study.name.clone(), study.question.clone());
+        output.page.to_try = to_try(study, output.best_place.take())?;
+        let files = output.write(&run, options.colours, &study.inputs)?;
+        let is_complete = output.is_complete();
+        let Output { page, details, statuses, .. } = output;
+        Ok(Finished { headline: page.headline, details, is_complete, statuses, files })
+    }
+
+    /// The main files of the study. The others are held against the folder before the first of all is written.
+    fn main_files(&self) -> Vec<String> {
+        let stems = self.study.kind.tables();
+        let endings = self.options.formats.iter().map(|format| format.label());
+        let tables = endings.flat_map(|ending| stems.iter().map(move |table| format!("{table}.{ending}")));
+        tables.chain(["summary.json", "report.json", PAGE].map(String::from)).collect()
+    }
+}
+
+/// Opens what keeps the pieces: `state`, if it is to be gone on with.
+pub(crate) fn begun(state: &Path, origin: &Origin, begin: Begin) -> Result<Checkpoint> {
+    match begin {
+        Begin::Resume if state.is_file() => Checkpoint::resume(state, origin),
+        _ => Checkpoint::create(state, origin),
+    }
+}
+
+/// What an unfinished run has computed is not replaced unless that is asked for.
+pub(crate) fn refuse_to_lose(state: &Path, origin: &Origin, begin: Begin) -> Result<()> {
+    if begin != Begin::New {
+        return Ok(());
+    }
+    let (problem, way) = match Checkpoint::find(state, origin)? {
+        Found::Nothing => return Ok(()),
+        Found::Same => ("holds what an unfinished run has computed".into(), Way::ResumeOrRestart),
+        Found::Other(change) => {
+            (format!("holds what an unfinished run of something else has computed ({change})"), Way::Restart)
+        }
+    };
+    Err(Error::Resume { file: state.to_path_buf(), problem, way })
+}

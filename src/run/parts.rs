@@ -2,21 +2,17 @@
 //! them together, which are those of a single run.
 
 use std::{
-    fs::File,
-    io::{BufWriter, Write},
+    io::BufWriter,
     path::{Path, PathBuf},
     sync::{Arc, atomic::AtomicBool},
 };
 
 use serde::{Deserialize, Serialize};
 
-use super::{
-    Begin, Finished, RunOptions,
-    into_folder::{begun, refuse_to_lose},
-};
+use super::{Begin, Finished, RunOptions, begun, refuse_to_lose};
 use crate::questions::{Overrides, Study};
 use crate::{
-    files::{prepare, prepare_beside, publish, remove, staging_beside},
+    files::{OutputFile, prepare, prepare_beside, remove, temporary_beside, write_beside},
     input::error::{Error, Result},
     work::{
         Event, Work,
@@ -191,7 +187,7 @@ impl Study {
             }
         }
         let is_complete = head.is_complete;
-        write(&work, head, out, &file)?;
+        write(&work, head, &file)?;
         remove(&state)?;
         Ok(PartInFolder { file, was_there: false, is_complete })
     }
@@ -252,13 +248,13 @@ fn same_division(before: &Parts, share: Share) -> Result<()> {
     Err(Error::Argument { argument: "part".into(), problem })
 }
 
-/// Writes what `work` has computed whole, in place of what was at `file` in `out`.
-fn write(work: &Work, head: PartHead, out: &Path, file: &Path) -> Result<()> {
+/// Writes what `work` has computed whole, in place of what was at `file`.
+fn write(work: &Work, head: PartHead, file: &Path) -> Result<()> {
     let fault = |source| Error::Write { file: file.to_path_buf(), source };
     let name = prepare_beside(file)?;
-    let staging = staging_beside(file)?;
-    let mut writer = BufWriter::new(File::create(staging.path().join(name)).map_err(fault)?);
+    let mut writer = BufWriter::new(temporary_beside(file).map_err(fault)?);
     work.write_part(head, &mut writer)?;
-    writer.flush().and_then(|()| writer.get_ref().sync_all()).map_err(fault)?;
-    publish(staging.path(), out, name).map(drop)
+    let made = writer.into_inner().map_err(|e| fault(e.into_error()))?;
+    made.as_file().sync_all().map_err(fault)?;
+    write_beside(file, vec![OutputFile::written(name, made)])
 }

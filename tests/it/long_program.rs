@@ -5,7 +5,7 @@ use kinetostat::{
     input::Folder,
     machine::Machine,
     process::file::Process,
-    products::program::{Corrected, ProgramCommands, ProgramJob},
+    products::program::{Asked, Corrected, ProgramCommands, ProgramJob},
     simulation::{
         ProgramFile, Source,
         along_path::{Commands, PathAnswer, PathCase, run},
@@ -80,8 +80,9 @@ fn parts_answer_as_the_whole_does() {
     // What is led once for all passes of a part is what each would have been led to.
     let written = job.write(&corrected).unwrap();
     let (mut before, mut as_written) = (Vec::new(), Vec::new());
+    let asked = Asked { compared: vec![Method::Linear], sources_apart: true, ..Asked::by(Method::Direct) };
     let proof = job
-        .prove(("as written".into(), &written), &[Method::Linear], &nothing_to_tell, |proved| {
+        .prove(("as written".into(), &written), &asked, &nothing_to_tell, |proved| {
             before.extend_from_slice(&proved.before[Source::All]);
             as_written.extend_from_slice(proved.written);
             Ok(())

@@ -55,6 +55,7 @@ mod golden_tables;
 mod hung_machines;
 mod identification;
 mod jacobians;
+mod kept_pieces;
 mod kinematics;
 mod labels;
 mod lanes;

@@ -6,19 +6,18 @@
 //! with the loaded machine itself, keeps a tolerance.
 
 mod bound;
-mod cases;
-mod climb;
 mod corrector;
-mod force;
 mod loaded;
-mod per_joint;
-mod probe;
 #[cfg(feature = "report")]
 pub mod report;
 mod residual;
 mod smallest;
 mod table;
-mod terms;
+
+pub use bound::{Worst, worst};
+pub use corrector::{Corrector, JointTable, MOST_ENTRIES};
+pub use residual::{ResidualPoint, residual_grid, residuals};
+pub use table::{CorrectionTable, ForceTerms};
 
 use nalgebra::{Matrix3, Vector3};
 use serde::Serialize;
@@ -27,18 +26,11 @@ use crate::{
     compensation::Target,
     input::error::Result,
     machine::{ChainError, Machine},
-    process::Process,
+    process::{ForceLaw, MillingForce, Process, cutting::CuttingLaw},
     questions::Overrides,
     simulation::Machines,
     work::Work,
 };
-
-pub use bound::{Worst, worst};
-pub use corrector::Corrector;
-pub use per_joint::{JointTable, MOST_ENTRIES};
-pub use residual::{ResidualPoint, residual_grid, residuals};
-pub use table::CorrectionTable;
-pub use terms::ForceTerms;
 
 /// What a table is to hold.
 #[derive(Debug, Clone)]
@@ -108,7 +100,7 @@ impl CorrectionQuestion {
         let largest_force_N = match largest_force_N {
             Some(given) if given >= 0.0 && given.is_finite() => given,
             Some(given) => return place("force-N").fail(format!("must be at least 0, got {given}")),
-            None => force::largest_force_N(process).or_else(|problem| place("force-N").fail(problem))?,
+            None => largest_force_of(process).or_else(|problem| place("force-N").fail(problem))?,
         };
         let question = Self {
             errors: process.errors.clone(),
@@ -140,7 +132,7 @@ pub fn answer(question: &CorrectionQuestion, work: &Work) -> Result<CorrectionAn
     let found = smallest::table(question, &machines, work)?;
     let cells = &found.table.grid;
     let without = worst(question, &machines, &Corrector::Nothing, cells, f64::INFINITY, work)?;
-    let per_joint = match per_joint::tables(question, &machines, &found.table)? {
+    let per_joint = match corrector::tables(question, &machines, &found.table)? {
         Ok(tables) => {
             let worst = worst(question, &machines, &Corrector::PerJoint(&tables), cells, f64::INFINITY, work)?;
             Ok((tables, worst))
@@ -154,4 +146,42 @@ pub fn answer(question: &CorrectionQuestion, work: &Work) -> Result<CorrectionAn
         without,
         per_joint,
     })
+}
+
+/// The largest force that a process has on the tool tip, N, whatever its path.
+///
+/// # Errors
+/// Its force is known only along a path.
+#[allow(non_snake_case, reason = "the unit is N, not n")]
+fn largest_force_of(process: &Process) -> std::result::Result<f64, String> {
+    let of_tools = process.own_forces.of_tools.values();
+    let all = of_tools.chain(process.own_forces.of_features.iter().map(|(_, law)| law));
+    let mut largest = largest(&process.cutting)?;
+    for law in all {
+        largest = largest.max(self::largest(law)?);
+    }
+    Ok(largest)
+}
+
+fn largest(law: &CuttingLaw) -> std::result::Result<f64, String> {
+    match law {
+        CuttingLaw::None => Ok(0.0),
+        CuttingLaw::PathFrame(frame) => Ok(of_milling(&frame.force)),
+        CuttingLaw::Table(table) => Ok(table.largest_force_N()),
+        CuttingLaw::FromPath | CuttingLaw::SlotMilling(_) | CuttingLaw::EndMilling(_) | CuttingLaw::Drilling(_) => Err(
+            "the force of this process is known only along a path: expected the largest force that the table is for"
+                .into(),
+        ),
+    }
+}
+
+/// Over all tool angles.
+fn of_milling(force: &MillingForce) -> f64 {
+    let (radial, tangential) = (force.radial.abs(), force.tangential.abs());
+    let across = match force.law {
+        // |F|² = F_r² + F_t² + 2 F_r F_t sin 2φ.
+        ForceLaw::Printed => radial + tangential,
+        ForceLaw::Rotated => radial.hypot(tangential),
+    };
+    across.hypot(force.axial)
 }

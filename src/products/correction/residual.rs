@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::{CorrectionAnswer, CorrectionQuestion, Corrector, cases::axis_forces, loaded::Loaded};
+use super::{CorrectionAnswer, CorrectionQuestion, Corrector, bound::axis_forces, loaded::Loaded};
 use crate::{
     input::error::Result,
     machine::Configuration,

@@ -11,24 +11,132 @@ use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
 use tempfile::TempDir;
 
+use super::{
+    Asked, Compensated, ProgramJob, Proved, ProvedPart, Receiver, Refused,
+    report::{self, Findings, Report, blocks_text, program_columns, program_json, program_table, use_text},
+};
 use crate::{
+    compensation::BoundedPath,
     figures::Figure,
     files::{
-        Foreign, OutputFile,
-        exchange::{Column, Format, StreamedTable},
-        may_replace,
-        write::{Step, prepare_beside, staging_beside},
+        Foreign, OutputFile, Transaction,
+        exchange::{Format, StreamedTable},
+        may_replace, prepare_beside, record_in, staging_beside, write_all,
     },
     input::{
         error::{Error, Result},
         file,
     },
-    page::{Description, ResultFolder, page_with},
+    machine::Machine,
+    page::{Description, ResultFolder, headline::Headline, page_with},
+    process::Process,
+    simulation::Sent,
     toolpath::gcode::CalledFile,
+    work::Work,
 };
 
-/// A longer file is no report, bytes.
-const LONGEST: u64 = 16 << 20;
+/// A program that is written, and what there is to say of it.
+#[derive(Debug)]
+pub struct Told {
+    /// The answer at a glance.
+    pub headline: Headline,
+    /// What was proved; the program itself stands in its file.
+    pub proved: Proved,
+    /// The machine that it commands.
+    pub machine: Machine,
+    /// The process.
+    pub process: Process,
+    /// What its blocks ask of a control, in sentences.
+    pub blocks: String,
+    /// How it is used, in sentences.
+    pub used: String,
+    /// Its page.
+    pub page: PathBuf,
+}
+
+/// What became of a program that was to be written into files.
+#[derive(Debug)]
+pub enum Left {
+    /// It is there.
+    Written(Box<Told>),
+    /// There is none, and what was there before stays.
+    Refused(Box<ProgramJob>, Refused),
+}
+
+/// Compensates `job`, the program called `name`, as `asked` and leaves it in `files`; `turns` says for programs what was found of the
+/// turn about the tool's axis, if that was sought.
+///
+/// # Errors
+/// As [`ProgramJob::compensate`]; files that cannot be written: what is there then is known as ours.
+pub fn compensate_into(
+    job: ProgramJob,
+    asked: &Asked,
+    files: &ProgramFiles,
+    (name, turns): (&str, Option<Value>),
+    work: &Work,
+) -> Result<Left> {
+    let mut kept = Kept { job: &job, files, under_way: None };
+    let found = job.compensate(asked, &mut kept, work)?;
+    let under_way = kept.under_way;
+    let mut proved = match found {
+        Compensated::Proved(proved) => *proved,
+        Compensated::Refused(refused) => return Ok(Left::Refused(Box::new(job), refused)),
+    };
+    let UnderWay { made, points, findings } = under_way.map_or_else(|| UnderWay::new(&job, files), Ok)?;
+    let report = Report { job: &job, name, proved: &proved, findings: &findings };
+    let (headline, figures) = (report::headline(&report), report::figures(&report));
+    let page = report::page(&report, headline.clone(), &files.points_name());
+    let mut json = program_json(&report);
+    if let Some(turns) = turns {
+        json["tool_turn"] = turns;
+    }
+    let (blocks, used) = (blocks_text(&job, proved.written.blocks.as_ref()), use_text(&report));
+    let (machine, process) = (job.machine.clone(), job.process.clone());
+    // A page takes memory; nothing more is asked of the points.
+    proved.written.sent = Sent { positions: Vec::new(), orientations: None };
+    drop((job, findings));
+    let bytes = std::mem::take(&mut proved.written.bytes);
+    let page = files.write((bytes, proved.written.called(), points.finish()?, json), made.path(), (page, &figures))?;
+    Ok(Left::Written(Box::new(Told { headline, proved, machine, process, blocks, used, page })))
+}
+
+/// What is proved, on its way into files.
+struct Kept<'a> {
+    job: &'a ProgramJob,
+    files: &'a ProgramFiles,
+    /// From the first part on.
+    under_way: Option<UnderWay>,
+}
+
+struct UnderWay {
+    /// A folder beside the program in which files are made.
+    made: TempDir,
+    points: StreamedTable,
+    findings: Findings,
+}
+
+impl UnderWay {
+    fn new(job: &ProgramJob, files: &ProgramFiles) -> Result<Self> {
+        let made = staging_beside(&files.out)?;
+        let points = StreamedTable::new(made.path(), &files.named(POINTS), &program_columns(job), &[Format::Csv])?;
+        Ok(Self { made, points, findings: Findings::new(job)? })
+    }
+}
+
+impl Receiver for Kept<'_> {
+    fn may_call(&self, file: &CalledFile) -> Result<()> {
+        self.files.may_call(file)
+    }
+
+    fn take(&mut self, proved: &ProvedPart<'_>, bounded: Option<&BoundedPath>) -> Result<()> {
+        let UnderWay { points, findings, .. } = match &mut self.under_way {
+            Some(under_way) => under_way,
+            none => none.insert(UnderWay::new(self.job, self.files)?),
+        };
+        findings.add(self.job, proved);
+        points.add(&program_table(self.job, proved, bounded))
+    }
+}
 
 /// Where a program is to be written.
 #[derive(Debug)]
@@ -49,13 +157,9 @@ impl ProgramFiles {
         let name = prepare_beside(out)?.to_string();
         let mut files = Self { out: out.to_path_buf(), name, former: Vec::new(), foreign };
         let report = out.with_file_name(files.named(REPORT));
-        let found = file::bounded(&report, LONGEST).ok().and_then(|text| serde_json::from_slice(&text).ok());
-        let found: Value = found.unwrap_or_default();
-        let is_ours = found["program"] == env!("CARGO_PKG_NAME");
-        may_replace(&report, foreign, || is_ours)?;
-        if is_ours {
-            files.former = found["files"].as_array().cloned().unwrap_or_default();
-        }
+        let found = record_in(&report);
+        may_replace(&report, foreign, || found.is_some())?;
+        files.former = found.and_then(|found| found["files"].as_array().cloned()).unwrap_or_default();
         for name in [files.named(""), files.points_name(), files.named(PAGE)] {
             may_replace(&out.with_file_name(&name), foreign, || files.is_former(&name))?;
         }
@@ -68,11 +172,9 @@ impl ProgramFiles {
         File::open(self.out.with_file_name(name)).and_then(hash).is_ok_and(is_ours)
     }
 
-    /// Finds out whether a `file` that the program calls may be beside it: as it is there, or written.
-    ///
-    /// # Errors
-    /// It has the name of one of the program's own files, or would replace an input, or what is no former result.
-    pub fn may_call(&self, file: &CalledFile) -> Result<()> {
+    /// Finds out whether a `file` that the program calls may be beside it, as it is there or written: it does not have the name of one of the
+    /// program's own files, nor would it replace an input, or what is no former result.
+    fn may_call(&self, file: &CalledFile) -> Result<()> {
         let path = self.out.with_file_name(&file.name);
         let own = [self.named(""), self.points_name(), self.named(REPORT), self.named(PAGE)];
         if own.contains(&file.name) {
@@ -88,59 +190,47 @@ impl ProgramFiles {
         there.is_ok_and(|there| there == file.bytes) && !self.is_former(&file.name)
     }
 
-    /// A folder beside the program in which files are made; its folder is made if need be.
-    ///
-    /// # Errors
-    /// It cannot be made.
-    pub fn staging(&self) -> Result<TempDir> {
-        staging_beside(&self.out)
-    }
-
-    /// The table of points, empty so far, in the folder `made` for it.
-    ///
-    /// # Errors
-    /// It cannot be written.
-    pub fn points(&self, made: &Path, columns: &[Column]) -> Result<StreamedTable> {
-        StreamedTable::new(made, &self.named(POINTS), columns, &[Format::Csv])
-    }
-
     /// The file name of the table of points.
-    pub fn points_name(&self) -> String {
+    fn points_name(&self) -> String {
         format!("{}.csv", self.named(POINTS))
     }
 
-    /// Writes the program, the files it calls that are not there yet, its points and its report, which also gets what a later command knows the files by, and the page
-    /// that `description` describes, with `figures`. `made` is a folder for what is under way. The page.
-    ///
-    /// # Errors
-    /// They cannot be written; what is there then is known as ours.
-    pub fn write(
+    /// Writes the program, the files it calls that are not there yet, its points and its report, which also gets what a later command knows
+    /// the files by, and the page that `description` describes, with `figures`. All are made in the folder `made`. The page.
+    fn write(
         &self,
-        (program, called, points, mut report): (Vec<u8>, &[CalledFile], Vec<OutputFile>, Value),
+        (program, called, mut files, mut report): (Vec<u8>, &[CalledFile], Vec<OutputFile>, Value),
         made: &Path,
         (description, figures): (Description, &[(String, Figure)]),
     ) -> Result<PathBuf> {
-        report["program"] = json!(env!("CARGO_PKG_NAME"));
-        report["version"] = json!(env!("CARGO_PKG_VERSION"));
-        let page = self.page(&points, &report, made, (description, figures))?;
-        let mut files: Vec<OutputFile> = points;
+        let manifest = json!({ "program": env!("CARGO_PKG_NAME"), "version": env!("CARGO_PKG_VERSION") });
+        for key in ["program", "version"] {
+            report[key] = manifest[key].clone();
+        }
         let called = called.iter().filter(|file| !self.is_there(file));
         files.extend(called.map(|file| OutputFile::new(&file.name, file.bytes.as_slice())));
         files.push(OutputFile::new(self.named(""), program));
-        files.push(OutputFile::new(self.named(PAGE), page));
-        self.replace(files, report)?.into_iter().try_for_each(Step::take)?;
+        let mut names: Vec<String> = files.iter().map(|file| file.name.clone()).collect();
+        write_all(made, files)?;
+        let folder = ResultFolder { path: made.to_path_buf(), description, manifest };
+        let page = page_with(&folder, figures, &made.join(self.named(PAGE)))?;
+        names.push(self.named(PAGE));
+        write_all(made, vec![OutputFile::new(self.named(PAGE), page)])?;
+        self.replace(made, &names, &report)?.commit()?;
         Ok(self.out.with_file_name(self.named(PAGE)))
     }
 
-    /// Makes `files`, of which the program and the page are the last, and the report of them; the changes by which they then take their places.
-    fn replace(&self, mut files: Vec<OutputFile>, report: Value) -> Result<Vec<Step>> {
-        let fault = |source| Error::Write { file: self.out.clone(), source };
-        let entry = |file: &OutputFile| Ok(json!({ "name": file.name, "sha256": hash(file.reader()?)? }));
-        let entries = files.iter().map(entry).collect::<IoResult<Vec<Value>>>().map_err(fault)?;
-        let page = files.pop();
-        let unfinished = OutputFile::new(self.named(PAGE), UNFINISHED);
+    /// The changes by which files of these `names` in the folder `made`, the program and the page the last, and their report take their places.
+    fn replace(&self, made: &Path, names: &[String], report: &Value) -> Result<Transaction> {
+        let entry = |name: &str, bytes: IoResult<String>| match bytes {
+            Ok(hash) => Ok(json!({ "name": name, "sha256": hash })),
+            Err(source) => Err(Error::Write { file: self.out.clone(), source }),
+        };
+        let made_entry = |name: &String| entry(name, File::open(made.join(name)).and_then(hash));
+        let entries = names.iter().map(made_entry).collect::<Result<Vec<Value>>>()?;
+        let unfinished = entry(&self.named(PAGE), hash(UNFINISHED.as_bytes()))?;
         // If this is cut short, the next command finds here whose the files are, the former and the new ones.
-        let both = [self.former.as_slice(), &entries, &[entry(&unfinished).map_err(fault)?]].concat();
+        let both = [self.former.as_slice(), &entries, &[unfinished]].concat();
         let report_with = |files: &[Value], is_unfinished: bool| {
             let mut report = report.clone();
             report["files"] = json!(files);
@@ -149,33 +239,14 @@ impl ProgramFiles {
             }
             OutputFile::new(self.named(REPORT), format!("{report:#}\n"))
         };
-        let place = |file| Step::place_beside(&self.out, file);
-        let mut steps = vec![place(report_with(&both, true))?, place(unfinished)?, Step::Remove(self.out.clone())];
+        let mut changes = Transaction::beside(&self.out)?;
+        changes.place(report_with(&both, true))?;
+        changes.place(OutputFile::new(self.named(PAGE), UNFINISHED))?;
+        changes.remove(&self.named(""));
         // The program behind what it calls and what tells of it.
-        for file in files {
-            steps.push(place(file)?);
-        }
-        steps.extend(page.map(place).transpose()?);
-        steps.push(place(report_with(&entries, false))?);
-        Ok(steps)
-    }
-
-    /// The page, made from a copy of the points in the folder `made`.
-    fn page(
-        &self,
-        points: &[OutputFile],
-        report: &Value,
-        made: &Path,
-        (description, figures): (Description, &[(String, Figure)]),
-    ) -> Result<String> {
-        for file in points {
-            let path = made.join(&file.name);
-            let copied = file.reader().and_then(|mut from| std::io::copy(&mut from, &mut File::create(&path)?));
-            copied.map_err(|source| Error::Write { file: path, source })?;
-        }
-        let manifest = json!({ "program": report["program"], "version": report["version"] });
-        let folder = ResultFolder { path: made.to_path_buf(), description, manifest };
-        page_with(&folder, figures, &made.join(self.named(PAGE)))
+        names.iter().for_each(|name| changes.place_made(made, name));
+        changes.place(report_with(&entries, false))?;
+        Ok(changes)
     }
 
     fn named(&self, suffix: &str) -> String {
@@ -214,9 +285,12 @@ mod tests {
 
     fn write(files: Vec<OutputFile>, out: &Path, steps: usize) -> usize {
         let prepared = ProgramFiles::prepare(out, Foreign::KeptUnlessForced).unwrap();
-        let all = prepared.replace(files, json!({ "program": env!("CARGO_PKG_NAME") })).unwrap();
-        let count = all.len();
-        all.into_iter().take(steps).for_each(|step| step.take().unwrap());
+        let made = staging_beside(out).unwrap();
+        let names: Vec<String> = files.iter().map(|file| file.name.clone()).collect();
+        write_all(made.path(), files).unwrap();
+        let changes = prepared.replace(made.path(), &names, &json!({ "program": env!("CARGO_PKG_NAME") })).unwrap();
+        let count = changes.steps.len();
+        changes.steps.into_iter().take(steps).for_each(|step| step.take().unwrap());
         count
     }
 

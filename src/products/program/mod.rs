@@ -1,14 +1,13 @@
 //! A program for the machine: read, compensated, written back, read again and simulated as written.
 
 pub mod bounded;
-mod calls;
+mod compensate;
 mod corners;
 mod corrected;
 #[cfg(feature = "report")]
 pub mod files;
 mod part;
 mod prove;
-mod reach;
 #[cfg(feature = "report")]
 pub mod report;
 #[cfg(not(target_family = "wasm"))]
@@ -19,8 +18,8 @@ use std::{path::Path, sync::OnceLock};
 use serde::Serialize;
 
 use self::part::LedPart;
-pub use calls::WrittenCalls;
-pub use corrected::{Corrected, Written};
+pub use compensate::{Asked, Compensated, InMemory, Proved, Receiver, Refused, Way};
+pub use corrected::{Corrected, Written, WrittenCalls};
 pub use part::Part;
 pub use prove::{Proof, ProvedPart};
 #[cfg(not(target_family = "wasm"))]

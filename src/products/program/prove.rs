@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::{Part, Pass, ProgramCommands, ProgramJob, Written, load_fault};
+use super::{Asked, Part, Pass, ProgramCommands, ProgramJob, Written, load_fault};
 use crate::{
     compensation::Method,
     input::error::{Error, Result},
@@ -32,31 +32,28 @@ pub struct Proof {
 pub struct ProvedPart<'a> {
     /// The points.
     pub part: &'a Part<'a>,
-    /// Displacements from the path without compensation under each source, base axes, mm; `None` where the machine does not settle.
+    /// Displacements from the path without compensation under each source, base axes, mm; `None` where the machine does not settle. Empty
+    /// for a source that is not told apart.
     pub before: &'a BySource<Vec<Option<Vector3<f64>>>>,
     /// The program as written.
     pub written: &'a [PathAnswer],
 }
 
 impl ProgramJob {
-    /// Passes over the program that [`ProgramJob::prove`] makes beside those of other methods.
-    pub fn proof_passes(&self) -> usize {
-        Source::of(&self.machine).len() + 1
-    }
-
-    /// What the program does as `written` under `name`, without compensation, and by `others`. All of this is computed part by part,
-    /// as the machine is led along a part but once; `take` gets them in order. `done` is called after each point of each pass.
+    /// What the program does as `written` under `name`, without compensation, and by the other methods `asked` for. All of this is computed
+    /// part by part, as the machine is led along a part but once; `take` gets them in order. `done` is called after each point of each pass.
     ///
     /// # Errors
     /// Of `take`, a machine that does not rest under its weight, or a cutting force that its law does not give.
     pub fn prove(
         &self,
         (name, written): (String, &Written),
-        others: &[Method],
+        asked: &Asked,
         done: &(dyn Fn() + Sync),
         mut take: impl FnMut(&ProvedPart<'_>) -> Result<()>,
     ) -> Result<Proof> {
         let machines = Machines::new(&self.machine, &self.process.errors)?;
+        let others = &asked.compared;
         let (mut none, mut other_sums, mut as_written) =
             (PathSums::default(), vec![PathSums::default(); others.len()], PathSums::default());
         let (mut written_led, mut law, mut led_before) = (self.led(), LawBehind::new(self), None);
@@ -66,8 +63,11 @@ impl ProgramJob {
             let case = part.case([&self.machine, &self.real, &self.machine]);
             let led = self.led_along(&part, &mut led_before);
             let before = BySource::of(&self.machine, |source| {
-                let asked = part.asked(|demand| source.demand(demand));
-                let case = asked.case([machines.commanding(source), machines.answering(source), machines.resting()]);
+                if source != Source::All && !asked.sources_apart {
+                    return Vec::new();
+                }
+                let alone = part.asked(|demand| source.demand(demand));
+                let case = alone.case([machines.commanding(source), machines.answering(source), machines.resting()]);
                 let answers = run_where_led(&case, &Commands::Method(Method::None), &led, done);
                 if source == Source::All {
                     self.sum_up(&mut none, part.first, &answers);

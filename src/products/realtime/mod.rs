@@ -6,10 +6,10 @@ mod emit;
 mod exact;
 mod folder;
 mod function;
-mod nominal;
-mod requirements;
 mod search;
-mod start;
+
+pub use domain::Domain;
+pub use folder::{MANIFEST, files, write};
 
 use crate::{
     input::error::{Error, Result},
@@ -17,14 +17,10 @@ use crate::{
     simulation::Machines,
     statics::one_step::Given,
 };
-pub use domain::Domain;
 use domain::{Place, corners, spread, towards_faces};
 use exact::{Exact, Solved};
-pub use folder::{MANIFEST, MARK, files};
-use function::{Function, range};
-use nominal::Nominal;
+use function::{Degrees, Function, range};
 use search::{Found, Search};
-use start::Degrees;
 
 /// What is to be generated.
 #[derive(Debug, Clone)]
@@ -121,7 +117,7 @@ pub const MOST_STEPS: usize = 8;
 /// # Errors
 /// A machine for which there is no such code, by what is missing; a place of the box where it does not stand; too many steps.
 pub fn generate(question: Question) -> Result<Realtime> {
-    requirements::check(&question.machines.nominal)?;
+    domain::check(&question.machines.nominal)?;
     let Question { domain, steps, .. } = question;
     if !(1..=MOST_STEPS).contains(&steps) {
         let problem = format!("must be from 1 to {MOST_STEPS}, got {steps}");
@@ -149,7 +145,7 @@ pub fn generate(question: Question) -> Result<Realtime> {
         Search { exact: &exact, domain: &domain, correct: &correct, whereabouts: Some(&whereabouts), steps }
             .thoroughly(question.places);
     let drives = range(Given::Drives, &domain, &solved);
-    let nominal = nominal::generate(&question)?;
+    let nominal = generate_nominal(&question)?;
     let examples = exact.solved(&domain, (0..EXAMPLES).map(|index| spread(1000 + index)))?;
     Ok(Realtime {
         correct_errors: Errors { found_mm: correct_mm },
@@ -235,5 +231,67 @@ impl Realtime {
     pub fn operations(&self) -> [(usize, usize); 3] {
         [&self.correct, &self.whereabouts, &self.nominal.function]
             .map(|own| (own.start.operation_count(), own.step.operation_count()))
+    }
+}
+
+/// What a controller without correction commands: drives of the rigid machine without errors, as a generated function like the others.
+#[derive(Debug, Clone)]
+struct Nominal {
+    function: Function,
+    errors: Errors,
+    /// What the last step of each drive may be, mm or rad.
+    largest_last_step: [f64; 3],
+    exact: Exact,
+}
+
+/// The same of the rigid machine: there is no wrench.
+const NOMINAL_DEGREES: [Degrees; 8] =
+    [(1, None), (2, None), (3, None), (4, None), (5, None), (6, None), (7, None), (8, None)];
+
+/// The machine without what moves it: unloaded, it stands where the rigid one does.
+fn unmoved(nominal: &Machine) -> Machine {
+    let mut machine = nominal.weightless();
+    for chain in &mut machine.chains {
+        chain.passive.iter_mut().for_each(|joint| joint.stiffness = 0.0);
+        chain.route.for_each(&mut |route| route.point_springs.clear());
+    }
+    machine
+}
+
+/// Generates the function where `question` asks for the others.
+///
+/// # Errors
+/// As of these.
+fn generate_nominal(question: &Question) -> Result<Nominal> {
+    let machine = unmoved(&question.machines.nominal);
+    let exact = Exact { machines: Machines::new(&machine, &[])? };
+    let domain = Domain { wrench: [0.0; 6], ..question.domain };
+    let solved = exact.solved(&domain, corners().step_by(3).chain((0..FITTED).map(towards_faces)))?;
+    let step = Function::step(&exact, Given::Tip, &exact.solved(&domain, postures())?)?;
+    let range = range(Given::Tip, &domain, &solved);
+    let of = |degrees| Function::new(&exact, Given::Tip, &range, degrees, &solved, step.clone());
+    let steps = question.steps;
+    let tried = |correct: &Function| {
+        let search = Search { exact: &exact, domain: &domain, correct, whereabouts: None, steps };
+        search.briefly(TRIED).correct.last().copied().unwrap_or(f64::INFINITY)
+    };
+    let function = shortest(NOMINAL_DEGREES.into_iter().filter_map(of), tried).ok_or_else(|| nothing(question))?;
+    let found = Search { exact: &exact, domain: &domain, correct: &function, whereabouts: None, steps }
+        .thoroughly(question.places);
+    Ok(Nominal {
+        errors: Errors { found_mm: found.correct },
+        largest_last_step: found.last_step[0].map(|step| allowed(step, &machine)),
+        function,
+        exact,
+    })
+}
+
+impl Nominal {
+    /// Drives that the program answers at positions of the tool tip.
+    ///
+    /// # Errors
+    /// The machine does not stand at one of them.
+    fn solved(&self, at: &[Solved]) -> Result<Vec<Vec<f64>>> {
+        at.iter().map(|solved| Ok(self.exact.unloaded(&solved.asked.0)?.drives)).collect()
     }
 }

@@ -1,18 +1,28 @@
 //! Reports of a correction table: the table for controllers, and what it leaves.
 
-mod answer;
-mod comp_file;
-mod headline;
-mod json;
 mod page;
-mod pictures;
 mod tables;
 mod text;
 
-pub use answer::{CorrectionExport, CorrectionFormat, Exported, export};
+use std::path::{Path, PathBuf};
 
-use super::{CorrectionAnswer, CorrectionQuestion, ResidualPoint};
-use crate::spatial::Grid;
+use serde_json::json;
+
+use self::{
+    page::{figures, page},
+    text::headline,
+};
+use super::{CorrectionAnswer, CorrectionQuestion, ResidualPoint, answer, residual_grid, residuals};
+use crate::{
+    answer::{Output, Run},
+    figures::Colours,
+    files::{Manifest, OutputFile, PreparedFolder, clean, exchange::Format},
+    input::{Inputs, error::Result},
+    page::{Description, PAGE, headline::Headline},
+    questions::Overrides,
+    spatial::Grid,
+    work::Work,
+};
 
 /// Everything that is told.
 struct Report<'a> {
@@ -43,5 +53,125 @@ impl Report<'_> {
 
     fn has(&self, format: CorrectionFormat) -> bool {
         self.formats.contains(&format)
+    }
+}
+
+/// A format of the table.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum CorrectionFormat {
+    /// `correction.csv`.
+    Csv,
+    /// `correction.json`.
+    Json,
+    /// `joint_LABEL.comp` for each drive.
+    Comp,
+}
+
+impl CorrectionFormat {
+    /// All, in the order of messages.
+    pub const ALL: [Self; 3] = [Self::Csv, Self::Json, Self::Comp];
+
+    /// Its name on the command line.
+    pub fn label(self) -> &'static str {
+        match self {
+            Self::Csv => "csv",
+            Self::Json => "json",
+            Self::Comp => "comp",
+        }
+    }
+}
+
+/// How a table is exported.
+#[derive(Debug, Clone)]
+pub struct CorrectionExport {
+    /// Formats; none: all that are of use for the machine.
+    pub formats: Vec<CorrectionFormat>,
+    /// Whether figures are drawn.
+    pub figures: bool,
+    /// What decides the table: what the command line set, the machine's text, the process.
+    pub inputs: Inputs,
+}
+
+/// What an export has left.
+#[derive(Debug, Clone)]
+pub struct Exported {
+    /// The answer at a glance.
+    pub headline: Headline,
+    /// Everything it says.
+    pub details: String,
+    /// Whether the tolerance is kept.
+    pub is_kept: bool,
+    /// The files, manifest last.
+    pub files: Vec<PathBuf>,
+}
+
+/// Finds the table of `question` and writes it with its page into the folder `out`, on the current rayon pool.
+///
+/// # Errors
+/// As [`answer`]; a format that means nothing for the machine; files that cannot be written, or would replace what is not ours.
+pub fn export(question: &CorrectionQuestion, export: &CorrectionExport, out: &Path, work: &Work) -> Result<Exported> {
+    let _prepared = PreparedFolder::new(out)?;
+    let main = ["correction.csv", "correction.json", "residual.csv", "summary.json", "report.json", PAGE];
+    Manifest::may_write(out, main.into_iter())?;
+    clean(out)?;
+    let answer = answer(question, work)?;
+    let formats = formats(export, &answer)?;
+    let grid = residual_grid(question, &answer.table.grid);
+    let residuals = residuals(question, &answer, &grid, work)?;
+    let report = Report { question, answer: &answer, grid: &grid, residuals: &residuals, formats: &formats };
+    let run = Run { out, formats: &[Format::Csv], figures: export.figures, work };
+    let mut output = output(&report, export, &run);
+    let files = output.write(&run, Colours::default(), &export.inputs)?;
+    Ok(Exported { headline: output.page.headline, details: output.details, is_kept: report.is_kept(), files })
+}
+
+/// The formats that were asked for, or all that are of use.
+fn formats(export: &CorrectionExport, answer: &CorrectionAnswer) -> Result<Vec<CorrectionFormat>> {
+    match &answer.per_joint {
+        Err(reason) if export.formats.contains(&CorrectionFormat::Comp) => {
+            Overrides::place("format").fail(format!("comp: {reason}"))
+        }
+        _ => Ok(match export.formats.is_empty() {
+            true => {
+                let is_of_use =
+                    |format: &CorrectionFormat| *format != CorrectionFormat::Comp || answer.is_per_joint_of_use();
+                CorrectionFormat::ALL.into_iter().filter(is_of_use).collect()
+            }
+            false => export.formats.clone(),
+        }),
+    }
+}
+
+fn output(report: &Report<'_>, export: &CorrectionExport, run: &Run<'_>) -> Output {
+    let Report { question, answer, .. } = *report;
+    let mut own_tables = vec![("residual".to_string(), tables::residuals(report))];
+    if report.has(CorrectionFormat::Csv) {
+        own_tables.push(("correction".into(), tables::correction(&question.machine, &answer.table)));
+    }
+    let mut files: Vec<OutputFile> = Vec::new();
+    if report.has(CorrectionFormat::Json) {
+        files.push(OutputFile::new(
+            "correction.json",
+            format!("{:#}\n", tables::correction_json(report, &export.inputs)),
+        ));
+    }
+    if let (Ok((tables, _)), true) = (&answer.per_joint, report.has(CorrectionFormat::Comp)) {
+        files.extend(tables.iter().map(tables::comp_file));
+    }
+    let mut summary = tables::bound_json(report);
+    summary["schema"] = json!(1);
+    summary["nodes"] = json!(answer.table.grid.counts());
+    Output {
+        is_answered: Some(report.is_kept()),
+        tables: own_tables,
+        streamed: (files, Vec::new()),
+        figures: run.drawn(|| figures(report)),
+        details: text::details(report),
+        ..Output::of(
+            json!({ "nodes": answer.table.grid.counts(), "tolerance_mm": question.tolerance_mm }),
+            Vec::new(),
+            summary,
+            Description { headline: headline(report), ..page(report) },
+        )
     }
 }

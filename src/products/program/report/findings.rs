@@ -3,11 +3,12 @@
 
 use nalgebra::Vector3;
 
-use super::{WorstLine, lines::WorstLines};
 use crate::{
-    answer::ShareWithin,
+    answer::{ShareWithin, cautions::Outside},
     compensation::Demand,
+    files::table::largest_position,
     input::error::Result,
+    machine::Machine,
     products::program::{ProgramJob, ProvedPart},
     questions::path::report::{Curve, cutting_force::ForceCurves, drawn},
     simulation::{BySource, Source, along_path::PathAnswer},
@@ -53,6 +54,10 @@ pub struct Findings {
     pub(super) before_curves: BySource<Curve>,
     pub(super) after_curve: Curve,
     pub(super) force: ForceCurves,
+    /// Points outside the workspace box of the machine.
+    pub(super) outside: Outside,
+    /// Largest correction of a drive of each kind, mm and degrees, as written.
+    pub(super) corrections: [Option<f64>; 2],
 }
 
 impl Findings {
@@ -81,12 +86,15 @@ impl Findings {
             before_curves: BySource::of(&job.machine, |_| Curve::new(count)),
             after_curve: Curve::new(count),
             force: ForceCurves::new(count),
+            outside: outside_workspace(job)?,
+            corrections: [None; 2],
         })
     }
 
     /// Takes the next part.
     pub fn add(&mut self, job: &ProgramJob, proved: &ProvedPart<'_>) {
         let part = proved.part;
+        proved.written.iter().filter(|answer| answer.is_settled).for_each(|answer| self.see(&job.machine, answer));
         for (i, ((k, point), demand)) in part.range().zip(part.points).zip(part.demands()).enumerate() {
             let (before, after) = (proved.before[Source::All][i], PathAnswer::settled_error(&proved.written[i]));
             let along = point.arc_length_mm;
@@ -116,6 +124,15 @@ impl Findings {
         }
     }
 
+    /// The largest correction of each kind of drive, in the units of tables.
+    fn see(&mut self, machine: &Machine, answer: &PathAnswer) {
+        for kind in machine.drive_kinds() {
+            let here = largest_position(machine, kind, &answer.delta_rho());
+            let most = &mut self.corrections[kind as usize];
+            *most = Some(most.map_or(here, |most| most.max(here)));
+        }
+    }
+
     /// The lines in which the tool is off farthest, worst first.
     pub fn worst_lines(&self, job: &ProgramJob) -> Vec<WorstLine> {
         self.lines.told(job)
@@ -125,4 +142,87 @@ impl Findings {
 /// Where the point put right should be, base axes, mm.
 fn wanted_by(job: &ProgramJob, demand: &Demand) -> Vector3<f64> {
     demand.wanted().transform(demand.offset(&job.machine))
+}
+
+/// Which points are outside the workspace box of the machine.
+///
+/// # Errors
+/// As [`ProgramJob::parts`].
+pub fn outside_workspace(job: &ProgramJob) -> Result<Outside> {
+    let mut outside = Outside::default();
+    for part in job.parts() {
+        part?.demands().iter().for_each(|demand| outside.add(&job.machine, demand.pose.translation));
+    }
+    Ok(outside)
+}
+
+/// Lines of a program that are shown.
+pub(super) const LINES: usize = 10;
+
+/// A line of a program.
+#[derive(Debug, Clone, PartialEq)]
+pub struct WorstLine {
+    /// Which: "line 7", or "O100.nc line 7" of a file that the program calls.
+    pub place: String,
+    /// What stands there.
+    pub text: String,
+    /// Largest distance from the path in its move without compensation, mm.
+    pub before_mm: f64,
+    /// The same as written; `None` where the machine settles at none of its points.
+    pub after_mm: Option<f64>,
+}
+
+/// The moves with the largest errors, gathered point by point.
+#[derive(Debug, Default)]
+pub(super) struct WorstLines {
+    /// Worst first.
+    worst: Vec<Move>,
+    under_way: Option<Move>,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Move {
+    segment: usize,
+    before_mm: f64,
+    after_mm: Option<f64>,
+}
+
+impl WorstLines {
+    /// Takes the next point of the path, of the move `segment`: its distances from the path.
+    pub fn add(&mut self, job: &ProgramJob, segment: usize, before_mm: f64, after_mm: Option<f64>) {
+        match &mut self.under_way {
+            Some(own) if own.segment == segment => {
+                own.before_mm = own.before_mm.max(before_mm);
+                own.after_mm = own.after_mm.into_iter().chain(after_mm).reduce(f64::max);
+            }
+            _ => {
+                self.worst = self.with_under_way(job);
+                self.under_way = Some(Move { segment, before_mm, after_mm });
+            }
+        }
+    }
+
+    /// The moves before and the one under way; of two alike, the earlier is the worse.
+    fn with_under_way(&self, job: &ProgramJob) -> Vec<Move> {
+        let mut worst = self.worst.clone();
+        let is_known = |own: &Move| job.file.line_of(own.segment).is_some();
+        if let Some(own) = self.under_way.filter(is_known) {
+            worst.insert(worst.partition_point(|other| other.before_mm >= own.before_mm), own);
+            worst.truncate(LINES);
+        }
+        worst
+    }
+
+    /// The lines, worst first.
+    pub fn told(&self, job: &ProgramJob) -> Vec<WorstLine> {
+        let told = |Move { segment, before_mm, after_mm }| {
+            Some(WorstLine {
+                place: job.file.place_of(segment)?,
+                text: job.file.text_of(segment)?,
+                before_mm,
+                after_mm,
+            })
+        };
+        self.with_under_way(job).into_iter().filter_map(told).collect()
+    }
 }

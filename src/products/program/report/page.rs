@@ -1,13 +1,17 @@
-//! What the page of a compensated program shows.
+//! What the page of a compensated program shows, and its pictures.
+
+use nalgebra::Vector3;
 
 use super::{
-    Proved,
-    blocks::{blocks_table, written_text},
-    bounded_text, left_text,
+    Report, bounded_text,
+    findings::{Drawn, Findings, Worst},
+    left_text,
     tables::before_column,
     use_text,
+    words::{blocks_table, written_text},
 };
 use crate::{
+    figures::{Figure, LineFigure, LineSeries, Look, PlanFigure, PlanShape, amplification::amplification},
     files::words::{counted, if_any, listed, millimetres},
     page::{
         Better, Description, Explorer, Fact, MachineDescription, Quantity, Section, Shape, SmallTable, TableNote,
@@ -15,13 +19,13 @@ use crate::{
         headline::{Headline, KeyNumber},
         largest_of_drives,
     },
-    products::program::ProgramJob,
-    questions::path::report::{ANGLE, along_columns, cutting_force},
+    products::program::{Pass, ProgramJob},
+    questions::path::report::{ANGLE, Curve, along_columns, cutting_force},
     simulation::Source,
 };
 
 /// The page of the program; `points` is the file name of its table of points, `commands` the words for each pass.
-pub fn page(job: &ProgramJob, proved: &Proved<'_>, headline: Headline, points: &str) -> Description {
+pub fn page(report: &Report<'_>, headline: Headline, points: &str) -> Description {
     let found = |number: KeyNumber| {
         let found = number.found.map(|found| crate::page::headline::InTable { file: points.into(), ..found });
         KeyNumber { found, ..number }
@@ -29,20 +33,14 @@ pub fn page(job: &ProgramJob, proved: &Proved<'_>, headline: Headline, points: &
     let numbers = headline.numbers.into_iter().map(found).collect();
     let caption = "One row per point of the path: error without compensation and as written, command, drives, forces.";
     Description {
-        name: proved.name.into(),
-        question: format!("Does the compensated {} keep the tool on its path?", proved.name),
+        name: report.name.into(),
+        question: format!("Does the compensated {} keep the tool on its path?", report.name),
         headline: Headline { numbers, ..headline },
-        setting: setting(job),
-        sections: vec![
-            worst(job, proved),
-            cause(job, proved),
-            remedy(job, proved),
-            to_use(job, proved),
-            proof(job, proved),
-        ],
-        explorers: vec![along(job, points)],
+        setting: setting(report.job),
+        sections: vec![worst(report), cause(report), remedy(report), to_use(report), proof(report)],
+        explorers: vec![along(report.job, points)],
         tables: vec![TableNote::ranked(points, caption, &before_column(Source::All))],
-        ..Description::new("compensated_program", MachineDescription::new(&job.machine))
+        ..Description::new("compensated_program", MachineDescription::new(&report.job.machine))
     }
 }
 
@@ -60,8 +58,8 @@ fn shown(length_mm: f64) -> String {
     millimetres(length_mm, 4)
 }
 
-fn worst(job: &ProgramJob, proved: &Proved<'_>) -> Section {
-    let lines = proved.findings.worst_lines(job);
+fn worst(report: &Report<'_>) -> Section {
+    let lines = report.findings.worst_lines(report.job);
     let rows = lines.iter().map(|line| {
         let place = line.place.strip_prefix("line ").unwrap_or(&line.place);
         vec![place.to_string(), line.text.clone(), shown(line.before_mm), if_any(line.after_mm, shown)]
@@ -77,16 +75,16 @@ fn worst(job: &ProgramJob, proved: &Proved<'_>) -> Section {
         .figures(&["errors", "paths"])
 }
 
-fn cause(job: &ProgramJob, proved: &Proved<'_>) -> Section {
+fn cause(report: &Report<'_>) -> Section {
     let mut text = String::new();
-    if let Some(worst) = &proved.findings.worst {
+    if let Some(worst) = &report.findings.worst {
         let alone = |source: &Source| {
             let size = (*worst.by_source.get(*source)?)?;
             Some(format!("{} {}", source.words(), shown(size)))
         };
-        let words: Vec<String> = Source::parts(&job.machine).iter().filter_map(alone).collect();
+        let words: Vec<String> = Source::parts(&report.job.machine).iter().filter_map(alone).collect();
         let words: Vec<&str> = words.iter().map(String::as_str).collect();
-        let along = job.path.points()[worst.point].arc_length_mm;
+        let along = report.job.path.points()[worst.point].arc_length_mm;
         text = format!(
             "At the worst point, {along:.1} mm along the path, each alone moves the tool by: {}.\n",
             listed(&words)
@@ -95,10 +93,10 @@ fn cause(job: &ProgramJob, proved: &Proved<'_>) -> Section {
     Section::new("Why?", "which source is to blame").text(&text).figures(&["sources", "cutting_force"])
 }
 
-fn remedy(job: &ProgramJob, proved: &Proved<'_>) -> Section {
-    let text = match proved.bounded {
-        Some(bounded) => bounded_text(&job.machine, bounded),
-        None if job.process.limits.is_limited() => {
+fn remedy(report: &Report<'_>) -> Section {
+    let text = match &report.proved.bounded {
+        Some(bounded) => bounded_text(&report.job.machine, bounded),
+        None if report.job.process.limits.is_limited() => {
             "The limits of the process were not looked at: --method bounded keeps them.\n".into()
         }
         None => String::new(),
@@ -108,15 +106,15 @@ fn remedy(job: &ProgramJob, proved: &Proved<'_>) -> Section {
         .figures(&["corrections"])
 }
 
-fn to_use(job: &ProgramJob, proved: &Proved<'_>) -> Section {
+fn to_use(report: &Report<'_>) -> Section {
     Section::new("How is it used?", "what the program is, how to load it, what to switch off, what a dry run shows")
-        .text(&use_text(job, proved))
-        .text(&written_text(job, proved.blocks))
-        .small_tables(proved.blocks.map(blocks_table))
+        .text(&use_text(report))
+        .text(&written_text(report.job, report.proved.written.blocks.as_ref()))
+        .small_tables(report.proved.written.blocks.as_ref().map(blocks_table))
 }
 
-fn proof(job: &ProgramJob, proved: &Proved<'_>) -> Section {
-    let row = |pass: &super::Pass| {
+fn proof(report: &Report<'_>) -> Section {
+    let row = |pass: &Pass| {
         let s = &pass.summary;
         vec![
             pass.name.clone(),
@@ -128,12 +126,11 @@ fn proof(job: &ProgramJob, proved: &Proved<'_>) -> Section {
     let table = SmallTable {
         caption: "Distance of the tool from its path, where it cuts, by what is commanded".into(),
         header: ["commands", "largest", "rms", "points solved"].map(String::from).into(),
-        rows: proved.passes.iter().map(row).collect(),
+        rows: report.proved.passes.iter().map(row).collect(),
     };
-    let own = proved.passes.iter().rev().nth(1).and_then(|own| own.summary.max_mm);
     Section::new("How is it proved?", "the written program, read back and simulated point by point, beside other ways")
         .text("The last row is the program as it was written, read back, rounding included, and simulated.")
-        .text(&left_text(&job.machine, own))
+        .text(&left_text(&report.job.machine, report.proved.commanded_max_mm()))
         .small_tables([table])
 }
 
@@ -164,4 +161,103 @@ fn along(job: &ProgramJob, points: &str) -> Explorer {
         quantities,
         marks: Vec::new(),
     }
+}
+
+/// All pictures by name: the path on the part, errors along it, those by each source, and the cutting force.
+pub fn figures(report: &Report<'_>) -> Vec<(String, Figure)> {
+    let findings = report.findings;
+    let all = &findings.before_curves[Source::All];
+    let mut sources = vec![("all at once".to_string(), all)];
+    let alone = findings.before_curves.iter().filter(|(source, _)| *source != Source::All);
+    sources.extend(alone.map(|(source, curve)| (format!("{} alone", source.words()), curve)));
+    let errors = [("before".into(), all), ("after".into(), &findings.after_curve)];
+    let mut figures = vec![
+        ("answer".into(), path(report)),
+        ("errors".into(), curves(report.job, "Distance from the path before and after", &errors)),
+        ("sources".into(), curves(report.job, "What each source does without compensation", &sources)),
+    ];
+    figures.extend(force(report).map(|figure| ("cutting_force".into(), figure)));
+    figures
+}
+
+/// Sizes of errors over the length of the path.
+fn curves(job: &ProgramJob, title: &str, errors: &[(String, &Curve)]) -> Figure {
+    let curve = |(label, curve): &(String, &Curve)| LineSeries {
+        label: label.clone(),
+        points: curve.points(),
+        dashed: label.ends_with("alone"),
+        band: Vec::new(),
+    };
+    line_figure(job, title, "distance [mm]", errors.iter().map(curve).collect())
+}
+
+/// Components and size of the cutting force, if there is any.
+fn force(report: &Report<'_>) -> Option<Figure> {
+    let curves = report.findings.force.labelled();
+    let series = curves.iter().map(|(label, curve)| LineSeries {
+        label: label.clone(),
+        points: curve.points(),
+        dashed: label == cutting_force::SIZE,
+        band: Vec::new(),
+    });
+    (!curves.is_empty()).then(|| line_figure(report.job, cutting_force::TITLE, "force [N]", series.collect()))
+}
+
+/// Curves over the length of the path.
+fn line_figure(job: &ProgramJob, title: &str, y_label: &str, series: Vec<LineSeries>) -> Figure {
+    Figure::Lines(LineFigure {
+        title: title.into(),
+        subtitle: format!("{}, {}", job.machine.short_title(), counted(job.path.len(), "point")),
+        x_label: "length along the path [mm]".into(),
+        y_label: y_label.into(),
+        series,
+        equal_axes: false,
+        log_x: false,
+        log_y: false,
+        closed_note: None,
+    })
+}
+
+/// The path from above: wanted, as the tool goes without compensation and with the program as written, and the line in which it
+/// is off farthest.
+fn path(report: &Report<'_>) -> Figure {
+    let Findings { worst, corners, drawn, .. } = report.findings;
+    let factor = amplification(corners, worst.as_ref().map_or(0.0, |worst| worst.size_mm));
+    let pieces = |look: Look, error: fn(&Drawn) -> Option<Vector3<f64>>| {
+        let mut pieces: Vec<Vec<(f64, f64)>> = vec![Vec::new()];
+        for point in drawn {
+            match error(point) {
+                Some(error) => {
+                    let at = point.wanted + error * factor;
+                    pieces.last_mut().into_iter().for_each(|piece| piece.push((at.x, at.y)));
+                }
+                None => pieces.push(Vec::new()),
+            }
+        }
+        let shape = move |points| PlanShape { look, points, label: String::new() };
+        pieces.into_iter().filter(|piece| !piece.is_empty()).map(shape).collect::<Vec<_>>()
+    };
+    let mark = |worst: &Worst| {
+        let at = worst.wanted + worst.error * factor;
+        let point = &report.job.path.points()[worst.point];
+        let line = report.job.file.place_of(point.source.segment).map_or_else(String::new, |line| format!("{line}, "));
+        (at.x, at.y, format!("worst {}\n{line}{:.1} mm along", millimetres(worst.size_mm, 3), point.arc_length_mm))
+    };
+    Figure::Plan(Box::new(PlanFigure {
+        title: "Where the tool goes before and after".into(),
+        subtitle: format!("{}, seen along \u{2212}z of the base", report.job.machine.short_title()),
+        x_label: "x [mm]".into(),
+        y_label: "y [mm]".into(),
+        quantity: String::new(),
+        field: None,
+        shapes: [
+            pieces(Look::Wanted, |_| Some(Vector3::zeros())),
+            pieces(Look::Before, |point| point.before),
+            pieces(Look::After, |point| point.after),
+        ]
+        .concat(),
+        coloured: Vec::new(),
+        marks: worst.iter().map(mark).collect(),
+        note: format!("deviations drawn {factor} times as large; those along z do not show here"),
+    }))
 }

@@ -1,0 +1,191 @@
+//! What limits do to a program, what its blocks ask of a control, and what is left, in sentences.
+
+use crate::{
+    compensation::{BoundedPath, LimitKind, Price},
+    files::words::{counted, millimetres},
+    machine::{Machine, Motion},
+    page::SmallTable,
+    products::program::{ProgramJob, bounded::Exceeded},
+    simulation::{
+        ProgramFile,
+        blocks::{Blocks, BlocksBeforeAfter, Spread},
+    },
+};
+
+/// Which limits bind and what they cost, in sentences.
+pub fn bounded_text(machine: &Machine, path: &BoundedPath) -> String {
+    let summary = &path.summary;
+    let labels = machine.drive_labels();
+    if summary.prices.is_empty() {
+        return "No limit binds: the corrections without limits keep all of them.\n".into();
+    }
+    let mut text =
+        format!("Limits bind ({}, {}):\n", summary.status.label(), counted(summary.iterations, "linearisation"));
+    for price in &summary.prices {
+        let error_mm = shown_price(machine, price);
+        text += &format!(
+            "  {} of drive {} at {}; the error would fall by {} per {} of relaxation\n",
+            price.kind.label(),
+            labels[price.drive],
+            counted(price.points, "point"),
+            millimetres(error_mm, 4),
+            shown_limit_unit(machine, price.kind, price.drive),
+        );
+    }
+    text + &forced_text(machine, path)
+}
+
+/// That limits force more error on the worst point than there is without correction, and which; nothing if they do not.
+fn forced_text(machine: &Machine, path: &BoundedPath) -> String {
+    let corrected = path.points.iter().enumerate().filter_map(|(k, point)| Some((k, point.corrected()?)));
+    let worst = corrected.max_by(|(_, a), (_, b)| a.error.total_cmp(&b.error));
+    let before = path.summary.before.worst;
+    let Some((k, worst)) = worst.filter(|(_, worst)| worst.error > before * (1.0 + 1e-9)) else {
+        return String::new();
+    };
+    let labels = machine.drive_labels();
+    let limits = worst.binding.iter().map(|limit| format!("{} of drive {}", limit.kind.label(), labels[limit.drive]));
+    let mut limits: Vec<String> = limits.collect();
+    limits.dedup();
+    let limits = if limits.is_empty() { "limits of points near it".into() } else { limits.join(", ") };
+    format!(
+        "At point {k} the limits force more error than there is without correction anywhere: {}, not {} ({limits}).\n",
+        millimetres(worst.error, 4),
+        millimetres(before, 4)
+    )
+}
+
+/// By how much the program as written exceeds limits that its corrections kept, in sentences; nothing if it does not.
+pub fn exceeded_text(job: &ProgramJob, exceeded: &[Exceeded]) -> String {
+    let labels = job.machine.drive_labels();
+    let mut text = String::new();
+    let nearer = match &job.file {
+        ProgramFile::Gcode(_) | ProgramFile::Robot(_) if job.process.write_tolerance_mm > 0.0 => {
+            "More decimals and a smaller write tolerance (decimals_mm, write_tolerance_mm in [gcode])"
+        }
+        _ => "More decimals (decimals_mm in [gcode])",
+    };
+    for found in exceeded {
+        let unit = shown_limit_unit(&job.machine, found.kind, found.drive);
+        text += &format!(
+            "As written, the {} of drive {} is {:.6} {unit} at point {}: {:.1e} {unit} beyond its limit of {} {unit}. \
+             {nearer} or a limit smaller by this much keep it.\n",
+            found.kind.label(),
+            labels[found.drive],
+            found.value,
+            found.point,
+            found.value - found.limit,
+            found.limit
+        );
+    }
+    text
+}
+
+/// What no drive can compensate, where there is such a thing; `left_mm` is left by the commands.
+pub fn left_text(machine: &Machine, left_mm: Option<f64>) -> String {
+    let (Some(axes), Some(left)) = (machine.uncontrolled_names(), left_mm) else { return String::new() };
+    let left = millimetres(left, 4);
+    format!("Compensation leaves up to {left}: the drives do not control {axes}.\n")
+}
+
+/// How far writing holes of cycles has moved positions on their ways, where there are any.
+pub fn holes_text(in_holes_mm: Option<f64>) -> String {
+    in_holes_mm.map_or_else(String::new, |most| {
+        let most = millimetres(most, 4);
+        format!("Holes of cycles have the correction of their bottoms: on the ways in and out, it differs by up to {most}.\n")
+    })
+}
+
+/// How near the program was written to its points, and how many blocks that takes; nothing for polylines.
+pub(super) fn written_text(job: &ProgramJob, blocks: Option<&BlocksBeforeAfter>) -> String {
+    let Some(BlocksBeforeAfter { before, after }) = blocks else { return String::new() };
+    let near = match job.process.write_tolerance_mm {
+        0.0 => "to a unit of the last decimal".into(),
+        tolerance => format!("to within {tolerance} mm"),
+    };
+    format!(
+        "Written {near}: {} for {} before, {} for {}.\n",
+        counted(after.moves, "move"),
+        before.moves,
+        counted(after.lines, "line"),
+        before.lines
+    )
+}
+
+/// The same, and what these blocks ask of a control.
+pub fn blocks_text(job: &ProgramJob, blocks: Option<&BlocksBeforeAfter>) -> String {
+    let mut text = written_text(job, blocks);
+    let Some(BlocksBeforeAfter { before, after }) = blocks else { return text };
+    let mut told = |what: &str, unit: &str, of: fn(&Blocks) -> Option<Spread>| {
+        if let (Some(before), Some(after)) = (of(before), of(after)) {
+            let words =
+                |spread: Spread| [spread.p50, spread.p95, spread.max].map(|value| format!("{}{unit}", short(value)));
+            let ([b50, b95, bmax], [a50, a95, amax]) = (words(before), words(after));
+            text +=
+                &format!("{what}: half up to {a50}, 95 % up to {a95}, at most {amax} (before {b50}, {b95}, {bmax}).\n");
+        }
+    };
+    told("Blocks per second at the programmed feed", "", |blocks| blocks.per_second);
+    told("Turns from move to move", "°", |blocks| blocks.turns_deg);
+    text
+}
+
+/// The same as a table for the page.
+pub(super) fn blocks_table(blocks: &BlocksBeforeAfter) -> SmallTable {
+    let row = |name: &str, blocks: &Blocks| {
+        let mut row = vec![name.to_string(), blocks.lines.to_string(), blocks.moves.to_string()];
+        for (spread, unit) in [(blocks.per_second, ""), (blocks.turns_deg, "°")] {
+            let values = spread.map_or([None; 3], |spread| [spread.p50, spread.p95, spread.max].map(Some));
+            row.extend(values.map(|value| value.map_or_else(|| "–".into(), |value| format!("{}{unit}", short(value)))));
+        }
+        row
+    };
+    let header = ["", "lines", "moves", "blocks/s: half", "95 %", "most", "turns: half", "95 %", "most"];
+    SmallTable {
+        caption:
+            "Blocks driven with the feed: how many a second at the programmed feed, and turns from one to the next"
+                .into(),
+        header: header.map(String::from).into(),
+        rows: vec![row("before", &blocks.before), row("as written", &blocks.after)],
+    }
+}
+
+/// Three digits.
+fn short(value: f64) -> String {
+    let decimals = if value == 0.0 { 0.0 } else { (2.0 - value.abs().log10().floor()).clamp(0.0, 3.0) };
+    let text = format!("{value:.*}", decimals as usize);
+    match text.contains('.') {
+        true => text.trim_end_matches('0').trim_end_matches('.').to_string(),
+        false => text,
+    }
+}
+
+fn motion_of(machine: &Machine, drive: usize) -> Motion {
+    machine.drives().nth(drive).map_or(Motion::Prismatic, |(_, drive)| drive.motion)
+}
+
+pub(super) fn limit_unit(machine: &Machine, kind: LimitKind, drive: usize) -> &'static str {
+    let motion = motion_of(machine, drive);
+    if kind == LimitKind::Force { motion.force_unit() } else { motion.position_unit() }
+}
+
+fn shown_limit_unit(machine: &Machine, kind: LimitKind, drive: usize) -> &'static str {
+    let motion = motion_of(machine, drive);
+    if kind == LimitKind::Force { motion.shown_force_unit() } else { motion.shown_position_unit() }
+}
+
+/// By how much the error would fall, mm, per unit of the limit: mm, degree, N or N·mm.
+pub(super) fn shown_price(machine: &Machine, price: &Price) -> f64 {
+    if price.kind == LimitKind::Force { price.price } else { motion_of(machine, price.drive).from_shown(price.price) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::short;
+
+    #[test]
+    fn numbers_have_three_digits() {
+        let shown = [0.0, 0.01234, 0.1, 2.5, 12.345, 90.0, 504.3, 2689.0].map(short);
+        assert_eq!(shown, ["0", "0.012", "0.1", "2.5", "12.3", "90", "504", "2689"]);
+    }
+}
