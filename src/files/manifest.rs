@@ -6,12 +6,18 @@ use serde::Serialize;
 
 use super::{Foreign, Recorded, may_replace};
 use crate::{
-    input::{error::Result, file},
+    input::{Inputs, error::Result, file},
     simulation::is_answer,
 };
 
-/// A longer file is no manifest, bytes.
+/// A longer file is no record, bytes.
 const LONGEST: u64 = 16 << 20;
+
+/// What stands in `file`, if it is a record that this program wrote of other files.
+pub(crate) fn record_in(file: &Path) -> Option<serde_json::Value> {
+    let record: serde_json::Value = serde_json::from_slice(&file::bounded(file, LONGEST).ok()?).ok()?;
+    (record["program"] == env!("CARGO_PKG_NAME")).then_some(record)
+}
 
 /// Number of table rows with one status.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
@@ -78,6 +84,27 @@ pub struct Manifest {
 }
 
 impl Manifest {
+    /// Of `study`, made from `inputs`: its settings, how many rows ended how, and its files.
+    pub(crate) fn new(
+        study: &str,
+        inputs: &Inputs,
+        (settings, statuses): (serde_json::Value, Vec<StatusCount>),
+        files: Vec<String>,
+    ) -> Self {
+        Self {
+            program: env!("CARGO_PKG_NAME"),
+            version: env!("CARGO_PKG_VERSION"),
+            study: study.into(),
+            input_sha256: inputs.sha256(),
+            inputs: Recorded::of(inputs),
+            seed: None,
+            settings,
+            statuses,
+            files,
+            publishing: false,
+        }
+    }
+
     /// Name of its file.
     pub const FILE: &str = "manifest.json";
 
@@ -88,11 +115,7 @@ impl Manifest {
 
     /// As [`Manifest::files_in`]; nothing if there is no manifest that this program wrote.
     fn found_in(folder: &Path) -> Option<Vec<String>> {
-        let text = file::bounded(&folder.join(Self::FILE), LONGEST).ok()?;
-        let manifest: serde_json::Value = serde_json::from_slice(&text).ok()?;
-        if manifest["program"] != env!("CARGO_PKG_NAME") {
-            return None;
-        }
+        let manifest = record_in(&folder.join(Self::FILE))?;
         let files = manifest["files"].as_array().into_iter().flatten().filter_map(serde_json::Value::as_str);
         // Only names: never a file elsewhere.
         Some(files.filter(|name| Path::new(name).file_name() == Some(OsStr::new(name))).map(String::from).collect())
