@@ -7,7 +7,6 @@ use super::field::{Picture, Rgba};
 use super::scene::{Anchor, Point, Rect, Rgb, Scene, Text};
 use super::style::outline;
 use super::text::{self, LINE_PITCH, Weight};
-use super::ticks;
 
 /// Width of the bar over the type size.
 const BAR: f64 = 1.1;
@@ -50,7 +49,7 @@ impl Scale {
         let turn = (shading == Shading::Cyclic).then_some((0.0, 360.0));
         let Some((low, high)) = range.or(turn) else {
             return Ok(found.map(|(low, high)| {
-                let (low, high) = ticks::widened(low, high);
+                let (low, high) = axis::widened(low, high);
                 Self { low, high, below: false, above: false, colours, shading }
             }));
         };
@@ -58,7 +57,7 @@ impl Scale {
         if low >= high {
             return Err(FigureError::BadRange { low, high });
         }
-        let (low, high) = ticks::widened(low, high);
+        let (low, high) = axis::widened(low, high);
         let (least, most) = found.unwrap_or((low, high));
         let wraps = shading == Shading::Cyclic;
         let (below, above) = (least < low && !wraps, most > high && !wraps);
@@ -132,7 +131,7 @@ impl ColourBar<'_> {
 
     /// The quantity in lines no longer than `length`.
     fn quantity_lines(&self, axis: &Axis, length: f64) -> Vec<String> {
-        let quantity = ticks::label_with_power(self.quantity, axis.ticks.exponent);
+        let quantity = axis::label_with_power(self.quantity, axis.ticks.exponent);
         text::balanced(&quantity, self.size, Weight::Regular, length)
     }
 

@@ -10,7 +10,7 @@ pub(super) type Rgba = [u8; 4];
 
 /// Borders of the cells around `nodes`: half-way between neighbours and at the outer nodes themselves, so that the
 /// cells end where the grid ends and the outer cells are half as wide. A lone node gets `lone` on both sides.
-pub(super) fn cell_edges(nodes: &[f64], lone: f64) -> Vec<f64> {
+fn cell_edges(nodes: &[f64], lone: f64) -> Vec<f64> {
     match nodes {
         [] => vec![],
         [node] => vec![node - lone, node + lone],
@@ -22,13 +22,19 @@ pub(super) fn cell_edges(nodes: &[f64], lone: f64) -> Vec<f64> {
 }
 
 /// Half-width of cells around lone nodes: one twentieth of the longest axis, or one half if every axis is a lone node.
-pub(super) fn lone_half_width(axes: &[&[f64]]) -> f64 {
+fn lone_half_width(axes: &[&[f64]]) -> f64 {
     let lengths = axes.iter().map(|nodes| match nodes {
         [first, .., last] => last - first,
         _ => 0.0,
     });
     let longest = lengths.fold(0.0, f64::max);
     if longest > 0.0 { 0.05 * longest } else { 0.5 }
+}
+
+/// Borders of the cells along each axis.
+pub(super) fn edges<const N: usize>(axes: [&[f64]; N]) -> [Vec<f64>; N] {
+    let lone = lone_half_width(&axes);
+    axes.map(|nodes| cell_edges(nodes, lone))
 }
 
 /// A plane of coloured cells, stretched over the parallelogram `origin`, `origin + across`, `origin + down`.

@@ -5,7 +5,6 @@ use super::curves::{CurveStyle, Legend};
 use super::error::{FigureError, check_drawable};
 use super::scene::{Point, Rect, Scene, Stroke};
 use super::style::{self, BORDER, GRID, PAGE_WIDTH, Sizes};
-use super::ticks;
 
 const SIZES: Sizes = Sizes::FIGURE;
 /// Height of the frame when the axes are free, and the most when they are equal.
@@ -96,17 +95,12 @@ impl LineFigure {
         let of_band = |s: &LineSeries| -> Vec<(f64, f64)> {
             s.band.iter().flat_map(|[x, low, high]| [(*x, *low), (*x, *high)]).collect()
         };
-        let values = || self.series.iter().flat_map(|s| s.points.iter().copied().chain(of_band(s))).map(|p| pick(&p));
-        let low = values().fold(f64::INFINITY, f64::min);
-        let high = values().fold(f64::NEG_INFINITY, f64::max);
+        let values = self.series.iter().flat_map(|s| s.points.iter().copied().chain(of_band(s))).map(|p| pick(&p));
         if log {
-            let (low, high) = ticks::widened(low.log10(), high.log10());
-            let margin = MARGIN * (high - low);
-            return (10_f64.powf(low - margin), 10_f64.powf(high + margin));
+            let (low, high) = axis::ends(values.map(f64::log10), MARGIN);
+            return (10_f64.powf(low), 10_f64.powf(high));
         }
-        let (low, high) = ticks::widened(low, high);
-        let margin = MARGIN * (high - low);
-        (low - margin, high + margin)
+        axis::ends(values, MARGIN)
     }
 }
 
@@ -156,8 +150,8 @@ fn plot(figure: &LineFigure, styles: &[CurveStyle], top: f64) -> Plot {
     if figure.equal_axes {
         let room = rect.width - if figure.legend_beside() { legend_width(figure, styles) } else { 0.0 };
         let scale = (room / (x.1 - x.0)).min(TALLEST_EQUAL / (y.1 - y.0));
-        x = at_least(x, SHORTEST / scale);
-        y = at_least(y, SHORTEST / scale);
+        x = axis::at_least(x, SHORTEST / scale);
+        y = axis::at_least(y, SHORTEST / scale);
         rect.width = scale * (x.1 - x.0);
         rect.height = scale * (y.1 - y.0);
     }
@@ -171,10 +165,4 @@ fn plot(figure: &LineFigure, styles: &[CurveStyle], top: f64) -> Plot {
 /// Width that the legend takes beside the frame.
 fn legend_width(figure: &LineFigure, styles: &[CurveStyle]) -> f64 {
     figure.legend(styles).width().min(SIDE_LEGEND) + LEGEND_GAP
-}
-
-/// The range, widened around its middle to `length` if shorter.
-fn at_least(range: (f64, f64), length: f64) -> (f64, f64) {
-    let missing = (length - (range.1 - range.0)).max(0.0) / 2.0;
-    (range.0 - missing, range.1 + missing)
 }

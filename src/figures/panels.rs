@@ -6,7 +6,6 @@ use super::error::{FigureError, check_drawable};
 use super::scene::{Anchor, Point, Rect, Scene, Stroke, Text};
 use super::style::{self, BORDER, GRID, PAGE_WIDTH, Sizes};
 use super::text::{self, LINE_PITCH, Weight};
-use super::ticks;
 
 /// Most panels in one figure.
 const MOST_PANELS: usize = 6;
@@ -80,18 +79,14 @@ impl PanelFigure {
 
     /// Ends of both axes of each panel.
     fn ranges(&self) -> Vec<[(f64, f64); 2]> {
-        let ends = |points: &mut dyn Iterator<Item = f64>| {
-            let (low, high) = points.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
-            let (low, high) = if low <= high { ticks::widened(low, high) } else { (0.0, 1.0) };
-            let margin = MARGIN * (high - low);
-            (low - margin, high + margin)
-        };
         if !self.equal_axes {
             let all = || self.panels.iter().flat_map(CurvePanel::points);
-            let shared = [ends(&mut all().map(|p| p.0)), ends(&mut all().map(|p| p.1))];
+            let shared = [axis::ends(all().map(|p| p.0), MARGIN), axis::ends(all().map(|p| p.1), MARGIN)];
             return vec![shared; self.panels.len()];
         }
-        let own = |panel: &CurvePanel| [ends(&mut panel.points().map(|p| p.0)), ends(&mut panel.points().map(|p| p.1))];
+        let own = |panel: &CurvePanel| {
+            [axis::ends(panel.points().map(|p| p.0), MARGIN), axis::ends(panel.points().map(|p| p.1), MARGIN)]
+        };
         let own: Vec<_> = self.panels.iter().map(own).collect();
         let longest = |i: usize| own.iter().map(|r: &[(f64, f64); 2]| r[i].1 - r[i].0).fold(0.0, f64::max);
         let lengths = [longest(0), longest(1)];

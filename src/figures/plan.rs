@@ -5,13 +5,12 @@ use super::colour_bar::{ColourBar, Scale};
 use super::colours::{Colours, Shading};
 use super::error::{FigureError, check_ascending, check_drawable, check_grid};
 use super::field::{self, Picture};
-use super::hatch::hatched;
 use super::labels::{Occupied, Spot, around};
 use super::legend::{self, Sample};
 use super::scene::{Anchor, Point, Rect, Rgb, Scene, Stroke, Text};
+use super::shapes::hatched;
 use super::style::{self, BORDER, GRID, HATCH, INK, MUTED, PAGE_WIDTH, Sizes, WHITE};
 use super::text::{self, Weight};
-use super::ticks;
 
 const SIZES: Sizes = Sizes::FIGURE;
 /// Highest frame, and shortest side of one.
@@ -145,22 +144,11 @@ impl PlanFigure {
         let marks = self.marks.iter().map(|mark| (mark.0, mark.1));
         let mut all: Vec<(f64, f64)> = shapes.chain(coloured).chain(marks).collect();
         if let Some(field) = &self.field {
-            let [x, y] = edges(field);
+            let [x, y] = field::edges([&field.x, &field.y]);
             all.extend([(x[0], y[0]), (x[x.len() - 1], y[y.len() - 1])]);
         }
-        let ends = |values: &mut dyn Iterator<Item = f64>| {
-            let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
-            let (low, high) = ticks::widened(low, high);
-            let margin = MARGIN * (high - low);
-            (low - margin, high + margin)
-        };
-        [ends(&mut all.iter().map(|p| p.0)), ends(&mut all.iter().map(|p| p.1))]
+        [axis::ends(all.iter().map(|p| p.0), MARGIN), axis::ends(all.iter().map(|p| p.1), MARGIN)]
     }
-}
-
-fn edges(field: &PlanField) -> [Vec<f64>; 2] {
-    let lone = field::lone_half_width(&[&field.x, &field.y]);
-    [field::cell_edges(&field.x, lone), field::cell_edges(&field.y, lone)]
 }
 
 pub(super) fn scene(figure: &PlanFigure, colours: Colours) -> Result<Scene, FigureError> {
@@ -178,12 +166,10 @@ pub(super) fn scene(figure: &PlanFigure, colours: Colours) -> Result<Scene, Figu
     let has_bar = scale.is_some();
     let plot = plot(figure, top + 0.2 * SIZES.body, if has_bar { bar.width(0.7 * TALLEST) + BAR_GAP } else { 0.0 });
     if let Some((field, scale)) = figure.field.as_ref().zip(scale) {
-        let [x, y] = edges(field);
+        let [x, y] = field::edges([&field.x, &field.y]);
         let colour =
             |column: usize, row: usize| field.values[row * field.x.len() + column].map(|value| scale.colour(value));
-        let ([left, bottom], [right, top]) = (plot.place(x[0], y[0]), plot.place(x[x.len() - 1], y[y.len() - 1]));
-        let rect = Rect { x: left, y: top, width: right - left, height: bottom - top };
-        scene.picture(Picture::new(rect.frame(), &x, &y, colour));
+        scene.picture(Picture::new(plot.rect_of(&x, &y).frame(), &x, &y, colour));
     } else {
         plot.draw_grid(&mut scene, Stroke { colour: GRID, width: 1.5, dash: &[] });
     }
@@ -208,11 +194,7 @@ pub(super) fn scene(figure: &PlanFigure, colours: Colours) -> Result<Scene, Figu
     if !samples.is_empty() {
         bottom = legend::draw(&mut scene, samples, SIZES.tick, bottom + 1.6 * SIZES.body);
     }
-    for line in text::wrap(&figure.note, SIZES.body, Weight::Bold, PAGE_WIDTH - 2.0 * BORDER) {
-        bottom += 1.3 * SIZES.body;
-        scene.text(Text::new(line, SIZES.body, [BORDER, bottom], Anchor::Start).bold());
-    }
-    scene.height = bottom + BORDER;
+    scene.height = style::note(&mut scene, &figure.note, bottom, SIZES.body) + BORDER;
     Ok(scene)
 }
 
@@ -238,11 +220,7 @@ fn plot(figure: &PlanFigure, top: f64, beside: f64) -> Plot {
     let left = BORDER + axis::label_depth(SIZES.body) + numbers;
     let room = PAGE_WIDTH - left - BORDER - beside.max(SIZES.tick);
     let scale = (room / (x.1 - x.0)).min(TALLEST / (y.1 - y.0));
-    let widened = |(low, high): (f64, f64), length: f64| {
-        let missing = (length - (high - low)).max(0.0) / 2.0;
-        (low - missing, high + missing)
-    };
-    (x, y) = (widened(x, SHORTEST / scale), widened(y, SHORTEST / scale));
+    (x, y) = (axis::at_least(x, SHORTEST / scale), axis::at_least(y, SHORTEST / scale));
     let (width, height) = (scale * (x.1 - x.0), scale * (y.1 - y.0));
     let rect = Rect { x: left + ((room - width) / 2.0).max(0.0), y: top, width, height };
     Plot {

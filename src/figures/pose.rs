@@ -183,12 +183,14 @@ pub(super) fn scene(figure: &PoseFigure) -> Result<Scene, FigureError> {
     let (mut scene, top) = style::page(&figure.title, &figure.subtitle, SIZES);
     let view = View::fitted(figure, top);
     if figure.has_workspace() {
-        draw_box(&mut scene, &view, figure.workspace);
+        box_edges(box_corners(figure.workspace)).for_each(|edge| view.line(&mut scene, &edge, BOX));
     }
     for rail in &figure.rails {
         view.line(&mut scene, rail, RAIL);
     }
-    figure.around.solids().for_each(|solid| draw_solid(&mut scene, &view, solid, figure.solid_stroke(solid)));
+    for solid in figure.around.solids() {
+        box_edges(solid.corners).for_each(|edge| view.line(&mut scene, &edge, figure.solid_stroke(solid)));
+    }
     match &figure.displaced {
         None => draw_machine(&mut scene, &view, &figure.pose, LINK, figure.largest_mass()),
         Some(displaced) => {
@@ -205,27 +207,15 @@ pub(super) fn scene(figure: &PoseFigure) -> Result<Scene, FigureError> {
     draw_labels(&mut scene, &view, figure, occupied);
     let lowest = view.bottom.max(scene.lowest());
     let mut bottom = legend::draw(&mut scene, samples(figure), SIZES.tick, lowest + 1.6 * SIZES.body);
-    if let Some(note) = &figure.note {
-        for line in text::wrap(note, SIZES.body, Weight::Bold, PAGE_WIDTH - 2.0 * BORDER) {
-            bottom += 1.3 * SIZES.body;
-            scene.text(Text::new(line, SIZES.body, [BORDER, bottom], Anchor::Start).bold());
-        }
-    }
+    bottom = style::note(&mut scene, figure.note.as_deref().unwrap_or_default(), bottom, SIZES.body);
     scene.height = bottom + BORDER;
     Ok(scene)
 }
 
-fn draw_box(scene: &mut Scene, view: &View, workspace: [[f64; 3]; 2]) {
-    let corners = box_corners(workspace);
-    for (a, b) in (0..8usize).flat_map(|a| [1, 2, 4].map(|bit| (a, a | bit))).filter(|(a, b)| a != b) {
-        view.line(scene, &[corners[a], corners[b]], BOX);
-    }
-}
-
-fn draw_solid(scene: &mut Scene, view: &View, solid: &Solid, stroke: Stroke) {
-    for (a, b) in (0..8usize).flat_map(|a| [1, 2, 4].map(|bit| (a, a | bit))).filter(|(a, b)| a != b) {
-        view.line(scene, &[solid.corners[a], solid.corners[b]], stroke);
-    }
+/// The edges of a box with these corners.
+fn box_edges(corners: [[f64; 3]; 8]) -> impl Iterator<Item = [[f64; 3]; 2]> {
+    let pairs = (0..8usize).flat_map(|a| [1, 2, 4].map(|bit| (a, a | bit))).filter(|(a, b)| a != b);
+    pairs.map(move |(a, b)| [corners[a], corners[b]])
 }
 
 fn draw_lines(scene: &mut Scene, view: &View, skeleton: &Skeleton, link: Stroke, tool: Stroke) {
@@ -350,10 +340,8 @@ fn occupied(view: &View, figure: &PoseFigure) -> Occupied {
     for rod in std::iter::once(&figure.pose).chain(&figure.displaced).flat_map(rods) {
         occupied.add_line(&rod.map(|p| view.place(p)), 8.0);
     }
-    for solid in figure.around.solids() {
-        for (a, b) in (0..8usize).flat_map(|a| [1, 2, 4].map(|bit| (a, a | bit))).filter(|(a, b)| a != b) {
-            occupied.add_line(&[view.place(solid.corners[a]), view.place(solid.corners[b])], 8.0);
-        }
+    for edge in figure.around.solids().flat_map(|solid| box_edges(solid.corners)) {
+        occupied.add_line(&edge.map(|p| view.place(p)), 8.0);
     }
     for line in &figure.rails {
         occupied.add_line(&line.map(|p| view.place(p)), 9.0);

@@ -3,11 +3,11 @@
 use super::axis::{self, Axis, Plot, Spacing};
 use super::colour_bar::{ColourBar, Scale};
 use super::colours::{Colours, Shading};
-use super::contour::contour;
 use super::error::{FigureError, check_ascending, check_drawable, check_grid};
 use super::field::{self, Picture};
-use super::marks::{self, PlacedMark};
+use super::labels::{self, PlacedMark};
 use super::scene::{Anchor, Rect, Scene, Stroke, Text};
+use super::shapes::contour;
 use super::style::{self, BORDER, INK, PAGE_WIDTH, Sizes, WHITE};
 use super::text::{self, LINE_PITCH, Weight};
 
@@ -89,8 +89,7 @@ impl SlicePanel {
 
     /// Cell borders along x and y.
     fn edges(&self) -> [Vec<f64>; 2] {
-        let lone = field::lone_half_width(&[&self.x, &self.y]);
-        [field::cell_edges(&self.x, lone), field::cell_edges(&self.y, lone)]
+        field::edges([&self.x, &self.y])
     }
 
     /// Ends of both axes: the cells and the marks.
@@ -295,7 +294,7 @@ fn draw_panel(
         let value: Option<f64> = panel.values[row * panel.x.len() + column];
         value.zip(scale).map(|(value, scale)| scale.colour(value))
     };
-    let rect = grid_rect(plot, &column_edges, &row_edges);
+    let rect = plot.rect_of(&column_edges, &row_edges);
     scene.picture(Picture::new(rect.frame(), &column_edges, &row_edges, colour));
     if let Some(level) = figure.contour {
         draw_contour(scene, panel, plot, level);
@@ -313,7 +312,7 @@ fn draw_panel(
         .iter()
         .map(|mark| PlacedMark { at: plot.place(mark.x, mark.y), label: &mark.label, hidden: false })
         .collect();
-    marks::draw(scene, &placed, plot.rect, sizes.tick);
+    labels::draw_marks(scene, &placed, plot.rect, sizes.tick);
 }
 
 /// The level line, dark with a light rim, so that it shows on every colour.
@@ -325,13 +324,6 @@ fn draw_contour(scene: &mut Scene, panel: &SlicePanel, plot: &Plot, level: f64) 
             scene.line(line.to_vec(), Stroke { colour, width, dash: &[] });
         }
     }
-}
-
-fn grid_rect(plot: &Plot, column_edges: &[f64], row_edges: &[f64]) -> Rect {
-    let ends = |edges: &[f64]| (edges[0], edges[edges.len() - 1]);
-    let ((x0, x1), (y0, y1)) = (ends(column_edges), ends(row_edges));
-    let ([left, bottom], [right, top]) = (plot.place(x0, y0), plot.place(x1, y1));
-    Rect { x: left, y: top, width: right - left, height: bottom - top }
 }
 
 fn draw_title(scene: &mut Scene, panel: &SlicePanel, place: &Place, sizes: Sizes) {

@@ -67,6 +67,15 @@ pub(super) fn paragraph(scene: &mut Scene, content: &str, mut y: f64, body: f64)
     y
 }
 
+/// A remark in bold below `y`; returns the lower end.
+pub(super) fn note(scene: &mut Scene, note: &str, mut y: f64, body: f64) -> f64 {
+    for line in text::wrap(note, body, Weight::Bold, PAGE_WIDTH - 2.0 * BORDER) {
+        y += 1.3 * body;
+        scene.text(Text::new(line, body, [BORDER, y], Anchor::Start).bold());
+    }
+    y
+}
+
 /// Lines across the page.
 fn lines(content: &str, size: f64, weight: Weight) -> Vec<String> {
     text::balanced(content, size, weight, PAGE_WIDTH - 2.0 * BORDER)

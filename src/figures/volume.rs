@@ -5,11 +5,10 @@ use super::colour_bar::{ColourBar, NO_SOLUTION, Scale};
 use super::colours::{Colours, Shading};
 use super::error::{FigureError, check_ascending, check_drawable, check_grid};
 use super::field::{self, Picture};
-use super::marks::{self, PlacedMark};
+use super::labels::{self, PlacedMark};
 use super::scene::{Anchor, Point, Rect, Scene, Stroke, Text};
 use super::style::{self, BORDER, INK, PAGE_WIDTH, Sizes, WHITE, outline};
 use super::text::{self, Weight};
-use super::ticks;
 
 const SIZES: Sizes = Sizes::FIGURE;
 /// Direction of view: the eye stands at this azimuth from +x and elevation from the xy plane, in degrees.
@@ -71,8 +70,7 @@ impl VolumeFigure {
 
     fn edges(&self) -> [Vec<f64>; 3] {
         let [x, y, z] = &self.axes;
-        let lone = field::lone_half_width(&[x, y, z]);
-        [x, y, z].map(|nodes| field::cell_edges(nodes, lone))
+        field::edges([x, y, z])
     }
 
     fn value(&self, [i, j, k]: [usize; 3]) -> Option<f64> {
@@ -267,7 +265,7 @@ fn draw_axis(scene: &mut Scene, view: &View, axis: usize, label: &str) {
         scene.line(vec![start, end], axis::tick_stroke());
         write(scene, number, SIZES.tick, beside(number, SIZES.tick, end, outward));
     }
-    let label = ticks::label_with_power(label, scale.ticks.exponent);
+    let label = axis::label_with_power(label, scale.ticks.exponent);
     let middle = [(x0 + x1) / 2.0, (y0 + y1) / 2.0];
     if axis == 2 {
         let size = SIZES.body;
@@ -327,6 +325,6 @@ fn draw_marks(scene: &mut Scene, figure: &VolumeFigure, view: &View) -> bool {
         }
         placed.push(PlacedMark { at, label: &mark.label, hidden });
     }
-    marks::draw(scene, &placed, view.bounds, SIZES.tick);
+    labels::draw_marks(scene, &placed, view.bounds, SIZES.tick);
     placed.iter().any(|mark| mark.hidden)
 }

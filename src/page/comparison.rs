@@ -5,14 +5,12 @@ use std::path::Path;
 use serde::Serialize;
 
 use super::{
-    address::{href, relative},
     aligned::Aligned,
-    changes::{Changes, changes, tolerance_mm},
     compared::{Compared, compared},
     description::Shape,
-    folder::ResultFolder,
+    folder::{ResultFolder, href, relative},
     picture::{Picture, picture},
-    record::facts,
+    record::{Changes, changes, facts, tolerance_mm},
     single::{FigureView, drawn},
     template::render,
     verdict::{Compares, Verdict},

@@ -1,14 +1,17 @@
 //! The numbers of an explorer, from its table.
 
-use std::collections::HashMap;
+use std::{
+    cmp::Ordering,
+    collections::{BTreeSet, HashMap},
+};
+
+use csv::StringRecord;
 
 use super::{
-    columns::Columns,
-    description::{Explorer, Shape},
-    nodes::{Axes, Nodes},
-    table::Table,
+    description::{Explorer, GroupValue, Shape},
+    table::{Table, number},
 };
-use crate::input::error::Result;
+use crate::{input::error::Result, simulation::is_found};
 
 /// Most numbers that a page holds; a larger grid is thinned.
 pub(super) const MOST_NUMBERS: usize = 4_000_000;
@@ -164,7 +167,7 @@ impl Dataset {
             let value = axis[rest % axis.len()];
             rest /= axis.len();
             if axis.len() > 1 {
-                parts.push(format!("{} {} {}", coordinate.label, super::table::number(value), coordinate.unit));
+                parts.push(format!("{} {} {}", coordinate.label, number(value), coordinate.unit));
             }
         }
         parts.join(", ")
@@ -187,10 +190,189 @@ fn grid_nodes(axes: &[Vec<f64>], kept: &[Vec<usize>]) -> Vec<usize> {
     nodes
 }
 
+/// How rows find their nodes.
+pub(super) enum Nodes {
+    /// By coordinates: for each axis the position of a value's bits.
+    Grid(Vec<HashMap<u64, usize>>),
+    /// By order in each group: rows seen so far, of which every so-many-th is a node.
+    InOrder { seen: Vec<usize>, stride: usize },
+}
+
+impl Nodes {
+    /// Nodes of a grid, thinned so that at most `most` remain.
+    pub fn grid(columns: &Columns, table: &Table, most: usize) -> Result<Axes> {
+        let mut axes: Vec<BTreeSet<OrderedBits>> = vec![BTreeSet::new(); columns.coordinates.len()];
+        table.each_row(|row| {
+            for (axis, column) in axes.iter_mut().zip(&columns.coordinates) {
+                if let Some(value) = row.get(*column).and_then(|cell| cell.parse::<f64>().ok()) {
+                    axis.insert(OrderedBits(value));
+                }
+            }
+        })?;
+        let all: Vec<Vec<f64>> = axes.into_iter().map(|axis| axis.into_iter().map(|v| v.0).collect()).collect();
+        let kept = thinned(&all, most);
+        let thinned_from = (kept != all).then(|| all.iter().map(Vec::len).collect());
+        let positions = |axis: &Vec<f64>| axis.iter().enumerate().map(|(i, value)| (value.to_bits(), i)).collect();
+        Ok(Axes { nodes: Self::Grid(kept.iter().map(positions).collect()), values: kept, thinned_from })
+    }
+
+    /// Rows in order, thinned so that about `most` remain in all groups together.
+    pub(crate) fn in_order(table: &Table, groups: usize, most: usize) -> Result<Axes> {
+        let mut rows = 0usize;
+        if table.most_rows()? > most as u64 {
+            table.each_row(|_| rows += 1)?;
+        }
+        let stride = rows.div_ceil(most.max(1)).max(1);
+        let thinned_from = (stride > 1).then(|| vec![rows / groups.max(1)]);
+        Ok(Axes { nodes: Self::InOrder { seen: vec![0; groups], stride }, values: Vec::new(), thinned_from })
+    }
+
+    /// Number of nodes; 0 where it shows only as rows are read.
+    pub fn count(&self) -> usize {
+        match self {
+            Self::Grid(axes) => axes.iter().map(HashMap::len).product(),
+            Self::InOrder { .. } => 0,
+        }
+    }
+
+    /// The node of a row, if it has one.
+    pub fn of(&mut self, columns: &Columns, row: &StringRecord, group: usize) -> Option<usize> {
+        match self {
+            Self::Grid(axes) => {
+                let mut node = 0;
+                for (axis, column) in axes.iter().zip(&columns.coordinates).rev() {
+                    let value: f64 = row.get(*column)?.parse().ok()?;
+                    node = node * axis.len() + axis.get(&value.to_bits())?;
+                }
+                Some(node)
+            }
+            Self::InOrder { seen, stride } => {
+                let row = seen[group];
+                seen[group] += 1;
+                row.is_multiple_of(*stride).then_some(row / *stride)
+            }
+        }
+    }
+}
+
+/// Nodes, and where they lie.
+pub(super) struct Axes {
+    pub nodes: Nodes,
+    /// Coordinates along each axis of a grid.
+    pub values: Vec<Vec<f64>>,
+    /// Nodes of the table along each axis, if some are left out.
+    pub thinned_from: Option<Vec<usize>>,
+}
+
+/// Numbers in order of size.
+#[derive(Clone, Copy, PartialEq)]
+struct OrderedBits(f64);
+
+impl Eq for OrderedBits {}
+
+impl PartialOrd for OrderedBits {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for OrderedBits {
+    fn cmp(&self, other: &Self) -> Ordering {
+        self.0.total_cmp(&other.0)
+    }
+}
+
+/// The axes with so many values left out that at most `most` nodes remain, both ends kept.
+fn thinned(axes: &[Vec<f64>], most: usize) -> Vec<Vec<f64>> {
+    let mut counts: Vec<usize> = axes.iter().map(Vec::len).collect();
+    while counts.iter().product::<usize>() > most.max(1) {
+        let Some(longest) = counts.iter_mut().max().filter(|count| **count > 2) else { break };
+        *longest -= 1;
+    }
+    let thin = |(axis, count): (&Vec<f64>, usize)| -> Vec<f64> {
+        match count {
+            0 | 1 => axis.clone(),
+            n => (0..n).map(|k| axis[(k * (axis.len() - 1) + (n - 1) / 2) / (n - 1)]).collect(),
+        }
+    };
+    axes.iter().zip(counts).map(thin).collect()
+}
+
+/// Where the cells of a row are.
+pub(super) struct Columns {
+    pub coordinates: Vec<usize>,
+    group: Vec<usize>,
+    quantities: Vec<Vec<usize>>,
+    /// Columns of a status and its reason: of the row, and of its correction.
+    notes: Vec<[usize; 2]>,
+}
+
+/// Columns that say whether a row is an answer, in full and in part, and why not.
+pub(super) const NOTES: [[&str; 2]; 2] = [["status", "reason"], ["correction_status", "correction_reason"]];
+
+impl Columns {
+    pub fn new(explorer: &Explorer, table: &Table) -> Result<Self> {
+        let column = |name: &String| table.column(name);
+        let find = |name: &str| table.header.iter().position(|column| column == name);
+        Ok(Self {
+            coordinates: explorer.coordinates.iter().map(|c| column(&c.column)).collect::<Result<_>>()?,
+            group: explorer.group.iter().flat_map(|group| &group.columns).map(column).collect::<Result<_>>()?,
+            quantities: explorer
+                .quantities
+                .iter()
+                .map(|quantity| quantity.columns.iter().map(column).collect())
+                .collect::<Result<_>>()?,
+            notes: NOTES.iter().filter_map(|[status, reason]| Some([find(status)?, find(reason)?])).collect(),
+        })
+    }
+
+    /// Index of the row's group among those of `explorer`; 0 where it has none.
+    pub fn group(&self, explorer: &Explorer, row: &StringRecord) -> Option<usize> {
+        let Some(group) = &explorer.group else { return Some(0) };
+        let is_own =
+            |value: &GroupValue| self.group.iter().zip(&value.cells).all(|(c, cell)| row.get(*c) == Some(cell));
+        group.values.iter().position(is_own)
+    }
+
+    /// The number of a quantity in a row; NaN where there is none.
+    pub fn value(&self, quantity: usize, row: &StringRecord) -> f64 {
+        let cell = |column: &usize| row.get(*column).and_then(|cell| cell.parse::<f64>().ok()).unwrap_or(f64::NAN);
+        match self.quantities[quantity].as_slice() {
+            [one] => cell(one),
+            several => several
+                .iter()
+                .map(|column| cell(column).abs())
+                .fold(0.0, |most, value| if value.is_nan() || most.is_nan() { f64::NAN } else { most.max(value) }),
+        }
+    }
+
+    /// A column of `row` that should hold a number, or nothing, and does not.
+    pub fn no_number(&self, row: &StringRecord, shape: Shape) -> Option<usize> {
+        let is_wrong = |column: usize| {
+            let cell = row.get(column).unwrap_or_default();
+            !cell.is_empty() && !cell.parse::<f64>().is_ok_and(|number| !number.is_nan())
+        };
+        let coordinates = if shape == Shape::Grid { self.coordinates.as_slice() } else { &[] };
+        self.quantities.iter().flatten().chain(coordinates).copied().find(|column| is_wrong(*column))
+    }
+
+    /// Status and reason of a row that is no plain answer, or whose correction is none.
+    pub fn note(&self, row: &StringRecord) -> Option<String> {
+        self.notes.iter().enumerate().find_map(|(index, &[status, reason])| {
+            let status = row.get(status).filter(|status| !is_found(status))?.replace('_', " ");
+            let what = if index == 0 { "" } else { "no correction, " };
+            match row.get(reason).filter(|reason| !reason.is_empty()) {
+                Some(reason) => Some(format!("{what}{status}: {reason}")),
+                None => Some(format!("{what}{status}")),
+            }
+        })
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::{
-        super::description::{Better, Column, Group, GroupValue, Quantity},
+        super::description::{Better, Column, Group, Quantity},
         *,
     };
 
@@ -249,5 +431,18 @@ mod tests {
             other.names.clear();
             assert_eq!(all.at_nodes_of(&other).node_count(), 0, "{shape:?}");
         }
+    }
+
+    #[test]
+    fn a_large_grid_is_thinned_with_its_ends_kept() {
+        let axis: Vec<f64> = (0..101).map(f64::from).collect();
+        let axes = thinned(&[axis.clone(), axis.clone(), vec![5.0]], 500);
+        assert_eq!((axes[0].len(), axes[1].len(), axes[2].len()), (22, 22, 1));
+        for axis in &axes[..2] {
+            assert_eq!((axis[0], axis[axis.len() - 1]), (0.0, 100.0));
+            assert!(axis.windows(2).all(|pair| pair[0] < pair[1]));
+        }
+        let whole = [axis];
+        assert_eq!(thinned(&whole, 101), whole);
     }
 }

@@ -3,10 +3,7 @@
 //! [`Description`] is what a run leaves beside its tables; [`ResultFolder`] reads both back; [`page()`] makes a report of one
 //! folder and [`comparison()`] of several.
 
-mod address;
 mod aligned;
-mod changes;
-mod columns;
 mod compared;
 mod comparison;
 mod dataset;
@@ -15,17 +12,14 @@ mod explore;
 mod folder;
 pub mod headline;
 mod machine;
-mod nodes;
 mod packed;
 mod picture;
 mod point_command;
-mod ranking;
 mod record;
 mod sentences;
 mod single;
 mod table;
 mod template;
-mod terms;
 mod verdict;
 mod winners;
 

@@ -5,21 +5,19 @@ use std::{collections::BTreeMap, path::Path};
 use serde::Serialize;
 
 use super::{
-    address::href,
-    changes::recorded,
     dataset::{Dataset, MOST_NUMBERS},
     description::{Column, Description, Explorer, Fact, Mark, Quantity, Section, Shape},
     explore::EngineView,
-    folder::ResultFolder,
+    folder::{ResultFolder, href},
     packed::{Packed, Precision, data_address, script_json},
     point_command::{PointCommand, point_commands},
-    record::{ReasonView, StatusView, count_reasons, facts, statuses},
+    record::{ReasonView, StatusView, count_reasons, facts, recorded, statuses},
     table::TableView,
     template::render,
-    terms::terms,
 };
 use crate::{
     figures::{Colours, Figure, FigureError},
+    files::words::typographic,
     input::error::{Error, Result},
     machine::{MassMark, Polyline},
 };
@@ -97,7 +95,7 @@ struct ExplorerData<'a> {
     names: &'a [String],
     group_label: &'a str,
     groups: Vec<&'a str>,
-    quantities: Vec<QuantityData<'a>>,
+    quantities: Vec<QuantityData>,
     notes: &'a [String],
     flags: &'a [Vec<(usize, usize)>],
     marks: &'a [Mark],
@@ -116,9 +114,9 @@ struct ExplorerData<'a> {
 }
 
 #[derive(Debug, Serialize)]
-struct QuantityData<'a> {
-    label: &'a str,
-    unit: &'a str,
+struct QuantityData {
+    label: String,
+    unit: String,
     series: Vec<Option<Packed>>,
 }
 
@@ -248,12 +246,12 @@ fn explorer_view(
     (keys, index): (&BTreeMap<(String, String), String>, usize),
 ) -> ExplorerView {
     let precision = Precision::for_numbers(data.number_count());
-    let quantity = |(quantity, groups): (&'_ Quantity, &Vec<Vec<f64>>)| QuantitySeries {
+    let quantity = |(quantity, groups): (&'_ Quantity, &Vec<Vec<f64>>)| QuantityData {
         label: quantity.label.clone(),
         unit: quantity.unit.clone(),
         series: groups.iter().map(|values| Packed::new(values, precision)).collect(),
     };
-    let quantities: Vec<QuantitySeries> = explorer
+    let quantities: Vec<QuantityData> = explorer
         .quantities
         .iter()
         .zip(&data.values)
@@ -274,10 +272,7 @@ fn explorer_view(
         names: &data.names,
         group_label: explorer.group.as_ref().map_or("", |group| &group.label),
         groups: group_labels(explorer),
-        quantities: quantities
-            .iter()
-            .map(|q| QuantityData { label: &q.label, unit: &q.unit, series: q.series.clone() })
-            .collect(),
+        quantities,
         notes: &data.notes,
         flags: &data.flags,
         marks: &explorer.marks,
@@ -297,12 +292,6 @@ fn explorer_view(
         json,
         id: format!("data-{index}"),
     }
-}
-
-struct QuantitySeries {
-    label: String,
-    unit: String,
-    series: Vec<Option<Packed>>,
 }
 
 /// Label of the quantity that is the tool's angle.
@@ -333,4 +322,48 @@ pub(super) fn note(explorer: &Explorer, data: &Dataset, precision: Precision) ->
     };
     note += &format!("{}; {} has all digits.", precision.words(), explorer.table);
     note
+}
+
+/// Words, what they begin with in a text, and their meaning.
+const TERMS: [(&str, &str, &str); 3] = [
+    (
+        "Chain errors",
+        "chain error",
+        "how the machine as built differs from its file: legs turned and displaced, drives zeroed elsewhere",
+    ),
+    (
+        "Tool angle φ",
+        "tool angle",
+        "direction of the radial cutting force about the tool, from the x axis; it turns with the direction of feed",
+    ),
+    ("Departure", "departure", "displacements by single sources added, less the displacement by all at once"),
+];
+
+/// The terms that the first screen of `description` uses, in the order of a glossary.
+fn terms(description: &Description) -> Vec<Fact> {
+    let headline = &description.headline;
+    let numbers = headline.numbers.iter().flat_map(|number| [&number.what, &number.against]);
+    let texts = [&description.question, &headline.sentence, &headline.basis].into_iter();
+    let text: Vec<&str> = texts.chain(numbers).chain(&headline.cautions).map(String::as_str).collect();
+    let text = text.join(" ");
+    let lower_case = text.to_lowercase();
+    let used = TERMS.iter().filter(|(_, begin, _)| lower_case.contains(begin));
+    let mut terms: Vec<Fact> =
+        used.map(|(term, _, meaning)| Fact { label: (*term).into(), value: (*meaning).into() }).collect();
+    terms.extend(description.terms.iter().cloned());
+    let machine = &description.machine;
+    if text.contains("workspace box") {
+        let [low, high] = machine.workspace_mm;
+        let ranges: Vec<String> =
+            (0..3).map(|axis| format!("{} {} to {}", ["x", "y", "z"][axis], low[axis], high[axis])).collect();
+        let value = format!("where the machine's file has P work: {} mm", typographic(&ranges.join(", ")));
+        terms.push(Fact { label: "Workspace box".into(), value });
+    }
+    let words: Vec<&str> = text.split(|letter: char| !(letter.is_alphanumeric() || letter == '_')).collect();
+    for point in machine.points.iter().filter(|point| words.contains(&point.label.as_str())) {
+        let place: Vec<String> = point.position.iter().map(f64::to_string).collect();
+        let value = format!("a point of the machine's file, at {} mm", typographic(&format!("({})", place.join(", "))));
+        terms.push(Fact { label: point.label.clone(), value });
+    }
+    terms
 }

@@ -1,0 +1,142 @@
+//! Lines over shapes: hatching of a polygon, level lines of a field over a grid, and lines with fewer points that look the same.
+
+use super::scene::Point;
+
+/// The pieces, rising to the right, of lines `pitch` apart that lie within the convex polygon of `corners` in turn.
+pub(super) fn hatched(corners: &[Point], pitch: f64) -> Vec<[Point; 2]> {
+    // Of a point on a line, x and y add up to the number of the line.
+    let sums = || corners.iter().map(|[x, y]| x + y);
+    let (low, high) = sums().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+    if low > high {
+        return Vec::new();
+    }
+    let first = (low / pitch).ceil() as i64;
+    let last = (high / pitch).ceil() as i64 - 1;
+    let line = |k: i64| {
+        let sum = k as f64 * pitch;
+        let sides = corners.iter().zip(corners.iter().cycle().skip(1));
+        let mut crossings: Vec<Point> = sides
+            .filter_map(|(a, b)| {
+                let (from, to) = (a[0] + a[1] - sum, b[0] + b[1] - sum);
+                let share = from / (from - to);
+                ((from < 0.0) != (to < 0.0)).then(|| [a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])])
+            })
+            .collect();
+        crossings.sort_by(|a, b| a[0].total_cmp(&b[0]));
+        Some([*crossings.first()?, *crossings.get(1)?])
+    };
+    (first..=last).filter_map(line).collect()
+}
+
+/// Pieces of the line on which the field equals `level`, in the coordinates of the nodes, by linear interpolation along the
+/// edges of the grid. `values` are row-major, y outer; cells with a missing corner carry no line.
+pub(super) fn contour(x: &[f64], y: &[f64], values: &[Option<f64>], level: f64) -> Vec<[(f64, f64); 2]> {
+    let mut pieces = Vec::new();
+    for row in 1..y.len() {
+        for column in 1..x.len() {
+            let at = |r: usize, c: usize| values[r * x.len() + c].map(|value| (x[c], y[r], value - level));
+            let corners = [at(row - 1, column - 1), at(row - 1, column), at(row, column), at(row, column - 1)];
+            if let [Some(a), Some(b), Some(c), Some(d)] = corners {
+                in_cell([a, b, c, d], &mut pieces);
+            }
+        }
+    }
+    pieces
+}
+
+/// The pieces within a cell of corners (x, y, value less level) in turn around it.
+fn in_cell(corners: [(f64, f64, f64); 4], pieces: &mut Vec<[(f64, f64); 2]>) {
+    let is_above = |k: usize| corners[k % 4].2 >= 0.0;
+    let crossing = |k: usize| {
+        let (a, b) = (corners[k], corners[(k + 1) % 4]);
+        let share = a.2 / (a.2 - b.2);
+        (a.0 + share * (b.0 - a.0), a.1 + share * (b.1 - a.1))
+    };
+    let crossed: Vec<usize> = (0..4).filter(|k| is_above(*k) != is_above(k + 1)).collect();
+    match crossed[..] {
+        [first, second] => pieces.push([crossing(first), crossing(second)]),
+        [_, _, _, _] => {
+            // A saddle: the line goes around the corners that the middle does not side with.
+            let middle = corners.iter().map(|corner| corner.2).sum::<f64>() >= 0.0;
+            let around = if middle == is_above(0) { [[0, 1], [2, 3]] } else { [[3, 0], [1, 2]] };
+            pieces.extend(around.map(|edges| edges.map(crossing)));
+        }
+        _ => {}
+    }
+}
+
+/// How far a left out point may lie from the line, in pixels.
+const UNSEEN: f64 = 0.4;
+
+/// The points of a line without those that do not show (Ramer, Douglas and Peucker).
+///
+/// Source: D. H. Douglas, T. K. Peucker, Cartographica 10(2), 1973.
+pub(super) fn simplified(points: &[Point]) -> Vec<Point> {
+    let Some(last) = points.len().checked_sub(1).filter(|last| *last > 1) else { return points.to_vec() };
+    let mut is_kept = vec![false; points.len()];
+    (is_kept[0], is_kept[last]) = (true, true);
+    let mut open = vec![(0, last)];
+    while let Some((from, to)) = open.pop() {
+        let distances = (from + 1..to).map(|k| (k, distance(points[k], points[from], points[to])));
+        let farthest = distances.fold((from, UNSEEN), |most, next| if next.1 > most.1 { next } else { most });
+        if farthest.0 != from {
+            is_kept[farthest.0] = true;
+            open.extend([(from, farthest.0), (farthest.0, to)]);
+        }
+    }
+    points.iter().zip(is_kept).filter_map(|(point, is_kept)| is_kept.then_some(*point)).collect()
+}
+
+/// From a point to the piece of line between two others.
+fn distance(point: Point, from: Point, to: Point) -> f64 {
+    let [dx, dy] = [to[0] - from[0], to[1] - from[1]];
+    let square = dx * dx + dy * dy;
+    let along = ((point[0] - from[0]) * dx + (point[1] - from[1]) * dy) / square.max(f64::MIN_POSITIVE);
+    let share = along.clamp(0.0, 1.0);
+    let off = [point[0] - from[0] - share * dx, point[1] - from[1] - share * dy];
+    (off[0] * off[0] + off[1] * off[1]).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_end_at_the_border() {
+        let square = [[0.0, 0.0], [10.0, 0.0], [10.0, 10.0], [0.0, 10.0]];
+        assert_eq!(hatched(&square, 5.0)[0], [[0.0, 5.0], [5.0, 0.0]]);
+        assert_eq!(hatched(&square, 5.0).len(), 3);
+        assert!(hatched(&[], 5.0).is_empty());
+    }
+
+    #[test]
+    fn the_line_of_a_plane_is_straight_and_stops_at_missing_nodes() {
+        let (x, y) = ([0.0, 1.0, 2.0, 4.0], [0.0, 2.0, 3.0]);
+        let mut values: Vec<Option<f64>> = y.iter().flat_map(|y| x.map(|x| Some(x + y))).collect();
+        let pieces = contour(&x, &y, &values, 2.5);
+        assert!(!pieces.is_empty());
+        assert!(pieces.iter().flatten().all(|(x, y)| (x + y - 2.5).abs() < 1e-12), "{pieces:?}");
+        let length = |pieces: &[[(f64, f64); 2]]| pieces.iter().map(|[a, b]| (a.0 - b.0).hypot(a.1 - b.1)).sum::<f64>();
+        assert!((length(&pieces) - 2.5 * 2f64.sqrt()).abs() < 1e-12);
+        // The cell of the missing node holds the line from (0.5, 2) to (1, 1.5).
+        values[0] = None;
+        assert!((length(&contour(&x, &y, &values, 2.5)) - 2.0 * 2f64.sqrt()).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_saddle_gives_two_pieces_around_the_corners_off_the_middle() {
+        let values = [1.0, -1.0, -1.0, 2.0].map(Some);
+        let pieces = contour(&[0.0, 1.0], &[0.0, 1.0], &values, 0.0);
+        assert_eq!(pieces[0], [(0.5, 0.0), (1.0, 1.0 / 3.0)]);
+        assert_eq!(pieces.len(), 2);
+        assert_eq!(contour(&[0.0, 1.0], &[0.0, 1.0], &values.map(|v| v.map(|v| -v)), 0.0).len(), 2);
+    }
+
+    #[test]
+    fn corners_stay_and_points_on_the_way_go() {
+        let line = [[0.0, 0.0], [5.0, 0.1], [10.0, 0.0], [10.0, 10.0], [10.2, 15.0], [10.0, 20.0]];
+        assert_eq!(simplified(&line), [[0.0, 0.0], [10.0, 0.0], [10.0, 20.0]]);
+        let closed = [[0.0, 0.0], [10.0, 0.0], [10.0, 10.0], [0.0, 0.0]];
+        assert_eq!(simplified(&closed), closed);
+    }
+}
