@@ -93,39 +93,3 @@ impl fmt::Display for Share {
         write!(f, "{} of {}", self.part, self.of)
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn every_piece_is_in_one_part_and_parts_know_how_many() {
-        for of in [1, 2, 3, 7, 100] {
-            let shares: Vec<Share> = (1..=of).map(|part| Share::new(part, of).unwrap()).collect();
-            for pieces in [0, 1, 2, 6, 7, 8, 50] {
-                for share in &shares {
-                    assert_eq!(share.count(pieces), (0..pieces).filter(|&piece| share.holds(piece)).count(), "{share}");
-                }
-                assert!((0..pieces).all(|piece| shares.iter().filter(|share| share.holds(piece)).count() == 1));
-            }
-        }
-    }
-
-    #[test]
-    fn parts_that_there_are_not_are_refused_with_what_was_expected() {
-        assert_eq!("3/10".parse(), Share::new(3, 10));
-        for (text, expected) in [
-            ("0/3", "of 3 expected a part from 1 to 3, got 0"),
-            ("4/3", "of 3 expected a part from 1 to 3, got 4"),
-            ("1/0", "expected 1 to 1000000 parts, got 0"),
-            ("x/y", "expected i/n such as 3/10"),
-            ("-1/3", "expected i/n"),
-            ("3", "expected i/n"),
-            ("1/2/3", "expected i/n"),
-            ("", "expected i/n"),
-        ] {
-            let refused = text.parse::<Share>().unwrap_err();
-            assert!(refused.starts_with(expected), "{text}: {refused}");
-        }
-    }
-}
