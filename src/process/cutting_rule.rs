@@ -48,31 +48,3 @@ impl CuttingRule {
         }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::toolpath::{Sampling, gcode::Program};
-
-    #[test]
-    fn height_and_feed_say_what_cuts() {
-        let source = "G0 X0 Y0 Z5\nG1 Z-1 F100\nG1 X4 F300\nG1 Z5\nG1 X8 F2000\n";
-        let program = Program::parse(source, "p.nc", &Default::default()).unwrap();
-        let path = program.toolpath(Sampling::new(0.01, 2.0).unwrap()).unwrap();
-        let cutting = |rule: CuttingRule| {
-            let path = rule.apply(path.clone());
-            path.points().iter().filter(|p| p.cutting).map(|p| p.position_mm.into()).collect::<Vec<[f64; 3]>>()
-        };
-        assert_eq!(cutting(CuttingRule::default()).len(), path.len() - 1);
-        let below = CuttingRule { below_z_mm: Some(0.0), ..CuttingRule::default() };
-        assert_eq!(cutting(below), [[0.0, 0.0, -1.0], [2.0, 0.0, -1.0], [4.0, 0.0, -1.0]]);
-        let slow = CuttingRule { max_feed_mm_per_min: Some(100.0), ..CuttingRule::default() };
-        assert!(cutting(slow).iter().all(|p| p[0] == 0.0));
-        let above = CuttingRule { above_z_mm: Some(4.0), ..CuttingRule::default() };
-        assert!(cutting(above).iter().all(|p| p[2] >= 4.0) && !cutting(above).is_empty());
-        assert_eq!(
-            CuttingRule { max_feed_mm_per_min: Some(400.0), ..below }.words(),
-            "every move but rapid ones, with z of the workpiece up to 0 mm and a feed up to 400 mm/min"
-        );
-    }
-}

@@ -81,28 +81,3 @@ impl MillingForce {
         Wrench { force, moment: tool.translation.cross(&force) }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn moment_is_the_one_of_eq_16() {
-        let wrench = MillingForce::PAPER.wrench(0.7, &Pose::from_translation(Vector3::new(0.0, 0.0, 100.0)));
-        let f = wrench.force;
-        assert!((wrench.moment - Vector3::new(-f.y * 100.0, f.x * 100.0, 0.0)).norm() < 1e-12);
-    }
-
-    #[test]
-    fn printed_law_varies_and_rotated_law_does_not() {
-        let in_plane = |law: ForceLaw, degrees: f64| {
-            let f = MillingForce { law, ..MillingForce::PAPER }.force(degrees.to_radians());
-            f.x.hypot(f.y)
-        };
-        assert!((in_plane(ForceLaw::Printed, 45.0) - 205.0).abs() < 1e-9);
-        assert!((in_plane(ForceLaw::Printed, 135.0) - 225.0).abs() < 1e-9);
-        for degrees in [0.0, 45.0, 135.0] {
-            assert!((in_plane(ForceLaw::Rotated, degrees) - 215f64.hypot(10.0)).abs() < 1e-9);
-        }
-    }
-}

@@ -118,7 +118,7 @@ impl ProgramFile {
     }
 
     /// What results along it depend on: its file, called `name`, and what it was written out as, for what it calls beside it counts.
-    pub(crate) fn inputs(&self, name: &str) -> Inputs {
+    pub fn inputs(&self, name: &str) -> Inputs {
         let bytes = match self {
             ProgramFile::Polyline(polyline) => polyline.source(),
             ProgramFile::Gcode(program) => program.file_bytes(),
@@ -373,26 +373,4 @@ fn points_of(program: &ProgramFile, process: &Process) -> Result<Vec<u8>> {
     });
     let path = Toolpath::assemble(with_feed.collect()).with_external_axes(path.external_axes());
     Ok(crate::toolpath::polyline::write(&path, &path.positions_mm(), decimals)?)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn what_a_program_calls_counts_as_an_input() {
-        let orthoglide = crate::machine::Machine::named("orthoglide").unwrap();
-        let process = Process::from_toml("schema = 1", "process.toml", Path::new("."), &orthoglide).unwrap();
-        let inputs = |sub: &str| {
-            let files = [("part.nc", "O1\nG0 X0 Y0 Z0\nM98 P100\nM30\n"), ("O100.nc", sub)];
-            let folder = Folder::in_memory(files.map(|(name, text)| (name.into(), text.into())));
-            ProgramFile::in_folder(&folder, "part.nc", &process).unwrap().inputs("part.nc")
-        };
-        let texts = |inputs: &Inputs| inputs.texts().map(|(_, text)| text.to_owned()).collect::<Vec<_>>();
-        let (five, six) = (inputs("O100\nG1 X5\nM99\n"), inputs("O100\nG1 X6\nM99\n"));
-        assert_eq!(texts(&five)[0], "O1\nG0 X0 Y0 Z0\nM98 P100\nM30\n");
-        assert!(texts(&five)[1].ends_with("G0 X0 Y0 Z0\nG1 X5\nM30\n"), "{:?}", texts(&five));
-        assert_eq!(texts(&five)[0], texts(&six)[0]);
-        assert_ne!(five, six);
-    }
 }

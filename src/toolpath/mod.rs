@@ -14,11 +14,10 @@ mod read;
 pub mod robot;
 mod write;
 
-pub(crate) use model::orientation::least_turn;
 pub use model::{
     generate::{Circle, GenerateError},
     number::{FormatError, NumberFormat},
-    orientation::Orientation,
+    orientation::{Orientation, least_turn},
     path::{Load, PathPoint, Plane, PointSource, PositionsError, Toolpath, Turn},
     program::{Program, RewriteError, Rewritten},
     sampling::{Sampling, SamplingError},

@@ -20,7 +20,7 @@ pub use super::{
     model::robot::{
         error::{RobotError, RobotFault},
         language::{Language, RobotOptions},
-        rotation::of_abc as rotation_of_abc,
+        rotation::{abc_of as abc_of_rotation, of_abc as rotation_of_abc},
     },
     read::robot::{RobotProgram, walk::RobotNotes},
     write::robot::RewrittenRobot,

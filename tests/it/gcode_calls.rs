@@ -3,9 +3,14 @@
 use std::path::Path;
 
 use crate::support::programs::programs_in;
-use kinetostat::toolpath::{
-    NumberFormat, Sampling, Toolpath,
-    gcode::{CalledFile, Calls, GcodeOptions, Program},
+use kinetostat::{
+    Folder, Machine, Process,
+    input::Inputs,
+    simulation::ProgramFile,
+    toolpath::{
+        NumberFormat, Sampling, Toolpath,
+        gcode::{CalledFile, Calls, GcodeOptions, Program},
+    },
 };
 use nalgebra::Vector3;
 
@@ -145,4 +150,21 @@ fn what_was_to_be_written_out_is() {
     let path = path(&program);
     let same = program.rewrite(&path, &path.positions_mm(), NumberFormat::default()).unwrap();
     assert_eq!(program.calls_of(&same), None);
+}
+
+#[test]
+fn what_a_program_calls_counts_as_an_input() {
+    let orthoglide = Machine::named("orthoglide").unwrap();
+    let process = Process::from_toml("schema = 1", "process.toml", Path::new("."), &orthoglide).unwrap();
+    let inputs = |sub: &str| {
+        let files = [("part.nc", "O1\nG0 X0 Y0 Z0\nM98 P100\nM30\n"), ("O100.nc", sub)];
+        let folder = Folder::in_memory(files.map(|(name, text)| (name.into(), text.into())));
+        ProgramFile::in_folder(&folder, "part.nc", &process).unwrap().inputs("part.nc")
+    };
+    let texts = |inputs: &Inputs| inputs.texts().map(|(_, text)| text.to_owned()).collect::<Vec<_>>();
+    let (five, six) = (inputs("O100\nG1 X5\nM99\n"), inputs("O100\nG1 X6\nM99\n"));
+    assert_eq!(texts(&five)[0], "O1\nG0 X0 Y0 Z0\nM98 P100\nM30\n");
+    assert!(texts(&five)[1].ends_with("G0 X0 Y0 Z0\nG1 X5\nM30\n"), "{:?}", texts(&five));
+    assert_eq!(texts(&five)[0], texts(&six)[0]);
+    assert_ne!(five, six);
 }

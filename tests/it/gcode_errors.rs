@@ -3,7 +3,7 @@
 use crate::support::programs::programs_in;
 use kinetostat::toolpath::{
     NumberFormat, Sampling,
-    gcode::{BlockDelete, Dialect, GcodeOptions, Program},
+    gcode::{BlockDelete, Dialect, Fault, GcodeError, GcodeOptions, Program},
 };
 use nalgebra::Vector3;
 
@@ -298,4 +298,42 @@ fn a_path_too_fine_or_from_elsewhere_is_refused() {
     wild[3].y = f64::INFINITY;
     let refused = program.rewrite(&own, &wild, NumberFormat::default()).unwrap_err();
     assert_eq!(refused.to_string(), "corrected position 3 is (3, inf, 0) mm: expected finite numbers up to 1000000");
+}
+
+/// What is wrong with a line of ISO code.
+fn fault(line: &str) -> GcodeError {
+    let options = GcodeOptions { dialect: Some(Dialect::Iso), ..GcodeOptions::default() };
+    Program::parse(line, "part.nc", &options).unwrap_err()
+}
+
+#[test]
+fn other_languages_are_told_apart() {
+    assert_eq!(fault("N10 TRAORI").fault, Fault::Language);
+    assert_eq!(fault("MSG").fault, Fault::Language);
+    assert_eq!(fault("O100 sub").fault, Fault::Variable);
+    assert_eq!(fault("GOTO 100").fault, Fault::Variable);
+}
+
+#[test]
+fn what_is_no_word_is_refused_where_it_stands() {
+    for (line, found) in
+        [("G1 X Y5", 3..4), ("G1 XY5", 3..6), ("G1 X+-1.0 Y1", 3..9), ("5", 0..1), ("G1 X--1", 3..7), ("X1.2.3", 0..6)]
+    {
+        let refused = fault(line);
+        assert_eq!(refused.fault, Fault::NotAWord, "{line}");
+        assert_eq!((refused.column, refused.found.as_str()), (1 + found.start, &line[found]), "{line}");
+    }
+    let long = format!("X{}.9", "7".repeat(29));
+    let refused = fault(&long);
+    assert_eq!(refused.fault, Fault::TooManyDigits { digits: 29 });
+    assert_eq!((refused.column, refused.found.as_str()), (2, &long[1..30]));
+}
+
+#[test]
+fn decimals_outside_the_range_are_refused() {
+    assert_eq!(NumberFormat::new(0, 5).unwrap_err().to_string(), "0 decimals for coordinates in mm: expected 1 to 9");
+    assert_eq!(
+        NumberFormat::new(4, 12).unwrap_err().to_string(),
+        "12 decimals for coordinates in inch: expected 1 to 9"
+    );
 }

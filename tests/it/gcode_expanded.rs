@@ -6,7 +6,7 @@ use crate::support::cases::cases;
 use crate::support::programs::programs_in;
 use kinetostat::toolpath::{
     NumberFormat, Sampling,
-    gcode::{BlockDelete, GcodeError, GcodeOptions, Program},
+    gcode::{BlockDelete, Fault, GcodeError, GcodeOptions, MacroFault, Program},
 };
 use nalgebra::Vector3;
 
@@ -254,4 +254,41 @@ fn any_text_is_written_out_or_refused() {
             Ok(())
         })
         .unwrap();
+}
+
+/// Where X stands that is given as `text`, with `#1` 3 and `#<_WIDTH>` 2.5.
+fn value(text: &str) -> Result<f64, Fault> {
+    let program = expanded(&format!("#1=3\n#<_WIDTH>=2.5\n#2={text}\nG0 X#2 Y0 Z0\n")).map_err(|error| error.fault)?;
+    let path = program.toolpath(Sampling::default()).unwrap();
+    Ok(path.points().last().unwrap().position_mm.x)
+}
+
+#[test]
+fn expressions_are_worth_what_controls_say() {
+    for (text, expected) in [
+        ("-5.", -5.0),
+        ("[1+2*3]", 7.0),
+        ("[2**3*2]", 16.0),
+        ("-[#1 - #<_WIDTH>]", -0.5),
+        ("[SIN[30]+COS[60]]", 1.0),
+        ("ATAN[1]/[-1]", 135.0),
+        ("[7 MOD 4]", 3.0),
+        ("[FIX[2.9] + FUP[2.1] + ROUND[2.5]]", 8.0),
+        ("[#1 GT 2 AND #1 LE 3]", 1.0),
+        ("[#7 EQ #0]", 1.0),
+        ("[#1 NE #0]", 1.0),
+        ("EXISTS[#<_WIDTH>]", 1.0),
+    ] {
+        assert!((value(text).unwrap() - expected).abs() < 1e-12, "{text}");
+    }
+}
+
+#[test]
+fn expressions_without_a_value_are_refused() {
+    assert_eq!(value("[#7+1]"), Err(Fault::Macro(MacroFault::NoValue)));
+    assert_eq!(value("[1/0]"), Err(Fault::Macro(MacroFault::NotFinite)));
+    assert_eq!(value("[1+2"), Err(Fault::Macro(MacroFault::Expression { expected: "]" })));
+    assert_eq!(value("#5061"), Err(Fault::Macro(MacroFault::MachineState)));
+    assert!(value(&"[".repeat(100_000)).is_err());
+    assert!(value(&"-".repeat(100_000)).is_err());
 }

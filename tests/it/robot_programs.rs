@@ -6,7 +6,7 @@ use std::{f64::consts::FRAC_PI_2, fs, path::PathBuf};
 use kinetostat::toolpath::{
     NumberFormat, Orientation, Sampling, Toolpath,
     gcode::Writing,
-    robot::{Language, RobotOptions, RobotProgram},
+    robot::{Language, RobotOptions, RobotProgram, abc_of_rotation, rotation_of_abc},
 };
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use proptest::prelude::*;
@@ -745,4 +745,30 @@ proptest! {
         let lines: Vec<String> = first.into_iter().chain(lines).collect();
         check_random(Language::Krl, &lines, if crlf { "\r\n" } else { "\n" })?;
     }
+}
+
+proptest! {
+    #![proptest_config(cases(128))]
+
+    #[test]
+    fn angles_lead_back_to_their_rotation(a in -180.0..180.0f64, b in -90.0..90.0f64, c in -180.0..180.0f64) {
+        let rotation = rotation_of_abc([a, b, c]);
+        prop_assert!(rotation_of_abc(abc_of_rotation(&rotation, 0.0)).angle_to(&rotation) < 1e-7);
+    }
+
+    #[test]
+    fn where_b_is_a_right_angle_c_stays(a in -180.0..180.0f64, c in -180.0..180.0f64, up in any::<bool>()) {
+        let rotation = rotation_of_abc([a, if up { 90.0 } else { -90.0 }, c]);
+        let found = abc_of_rotation(&rotation, c);
+        prop_assert!(rotation_of_abc(found).angle_to(&rotation) < 1e-7);
+        prop_assert!(((found[0] - a) / 360.0 - ((found[0] - a) / 360.0).round()).abs() < 1e-7, "{:?}", found);
+    }
+}
+
+#[test]
+fn angles_are_those_of_kuka() {
+    // R_z(A) R_y(B) R_x(C): the approach of a tool with A = 0, B = 90, C = 0 is along +x.
+    assert!((rotation_of_abc([0.0, 90.0, 0.0]) * Vector3::z() - Vector3::x()).norm() < 1e-15);
+    assert!((rotation_of_abc([90.0, 90.0, 0.0]) * Vector3::z() - Vector3::y()).norm() < 1e-15);
+    assert!((rotation_of_abc([0.0, 0.0, 90.0]) * Vector3::z() + Vector3::y()).norm() < 1e-15);
 }

@@ -116,18 +116,6 @@ mod tests {
     }
 
     #[test]
-    fn decimals_outside_the_range_are_refused() {
-        assert_eq!(
-            NumberFormat::new(0, 5).unwrap_err().to_string(),
-            "0 decimals for coordinates in mm: expected 1 to 9"
-        );
-        assert_eq!(
-            NumberFormat::new(4, 12).unwrap_err().to_string(),
-            "12 decimals for coordinates in inch: expected 1 to 9"
-        );
-    }
-
-    #[test]
     fn decimals_are_counted_and_kept_in_range() {
         assert_eq!(decimals_in("-12.340"), 3);
         assert_eq!(decimals_in("7."), 0);

@@ -46,7 +46,7 @@ impl Orientation {
 
 /// The rotation vector (rad) of the least turn that takes the unit vector `a` to `b`; where they are opposite, about any axis
 /// across them.
-pub(crate) fn least_turn(a: Vector3<f64>, b: Vector3<f64>) -> Vector3<f64> {
+pub fn least_turn(a: Vector3<f64>, b: Vector3<f64>) -> Vector3<f64> {
     let across = a.cross(&b);
     let angle = across.norm().atan2(a.dot(&b));
     let axis = across.try_normalize(PARALLEL).or_else(|| {
@@ -54,42 +54,4 @@ pub(crate) fn least_turn(a: Vector3<f64>, b: Vector3<f64>) -> Vector3<f64> {
         a.cross(&other).try_normalize(PARALLEL)
     });
     axis.map_or_else(Vector3::zeros, |axis| axis * angle)
-}
-
-#[cfg(test)]
-mod tests {
-    use proptest::prelude::*;
-
-    use super::*;
-
-    fn unit() -> impl Strategy<Value = Vector3<f64>> {
-        let number = || -1.0..1.0f64;
-        (number(), number(), number())
-            .prop_map(|(x, y, z)| Vector3::new(x, y, z))
-            .prop_filter("too short", |v| v.norm() > 0.1)
-            .prop_map(|v| v.normalize())
-    }
-
-    proptest! {
-        #![proptest_config(crate::cases::cases(128))]
-
-        #[test]
-        fn a_tool_turns_evenly_from_one_orientation_to_the_next(a in unit(), b in unit(), c in unit(), t in 0.0..1.0f64) {
-            prop_assume!(a.dot(&b) > -0.999);
-            let quaternion = |v: Vector3<f64>| Orientation::Platform(UnitQuaternion::from_scaled_axis(v * 1.5));
-            let pairs = [(Orientation::ToolAxis(a), Orientation::ToolAxis(b)), (quaternion(a), quaternion(c))];
-            for (from, to) in pairs {
-                let between = from.towards(&to, t);
-                prop_assert!((from.angle_to(&between) - t * from.angle_to(&to)).abs() < 1e-7);
-                prop_assert!((between.angle_to(&to) - (1.0 - t) * from.angle_to(&to)).abs() < 1e-7);
-            }
-        }
-
-        #[test]
-        fn the_least_turn_leads_there(a in unit(), b in unit()) {
-            prop_assert!((rotation_exp(least_turn(a, b)) * a - b).norm() < 1e-12);
-            prop_assert!((rotation_exp(least_turn(a, -a)) * a + a).norm() < 1e-12);
-            prop_assert_eq!(least_turn(a, a).norm() < 1e-7, true);
-        }
-    }
 }

@@ -69,7 +69,8 @@ pub struct Toolpath {
 impl Toolpath {
     /// The path through `points`. A zero tangent means "not known here" and is filled in from the next point that
     /// has one, or else from the last before it.
-    pub(crate) fn assemble(mut points: Vec<PathPoint>) -> Toolpath {
+    #[must_use]
+    pub fn assemble(mut points: Vec<PathPoint>) -> Toolpath {
         fill_tangents(points.iter_mut().rev());
         fill_tangents(points.iter_mut());
         Toolpath { points, external_axes: Vec::new() }

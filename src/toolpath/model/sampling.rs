@@ -83,7 +83,7 @@ impl Sampling {
     }
 
     /// Into how many pieces a line of `length_mm` is split; `None` when into more than [`Sampling::MAX_PIECES`].
-    pub(crate) fn line_pieces(self, length_mm: f64) -> Option<usize> {
+    pub fn line_pieces(self, length_mm: f64) -> Option<usize> {
         // The slack keeps a length that is a multiple of the piece from gaining one by rounding.
         pieces((length_mm / self.max_segment_mm) * (1.0 - 1e-12))
     }
@@ -98,7 +98,7 @@ impl Sampling {
     ///
     /// The chord over the angle Δ stands r (1 − cos(Δ/2)) = 2 r sin²(Δ/4) off the arc, so Δ = 4 asin √(tol / 2r).
     /// A piece never turns by more than a right angle, whatever the tolerance.
-    pub(crate) fn arc_pieces(self, radius_mm: f64, sweep_rad: f64, length_mm: f64) -> Option<usize> {
+    pub fn arc_pieces(self, radius_mm: f64, sweep_rad: f64, length_mm: f64) -> Option<usize> {
         let half_chord = (self.chordal_tolerance_mm / (2.0 * radius_mm)).min(1.0).sqrt();
         let step_rad = (4.0 * half_chord.asin()).min(FRAC_PI_2);
         let by_angle = pieces((sweep_rad.abs() / step_rad) * (1.0 - 1e-12))?;
@@ -117,45 +117,5 @@ impl Default for Sampling {
     /// 1 µm off the arc, pieces of at most 1 mm along which the tool turns by at most 2 degrees.
     fn default() -> Sampling {
         Sampling { chordal_tolerance_mm: 1e-3, max_segment_mm: 1.0, max_turn_rad: Sampling::MAX_TURN_RAD }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn values_that_split_nothing_are_refused() {
-        assert_eq!(
-            Sampling::new(0.0, 1.0).unwrap_err().to_string(),
-            "chordal_tolerance_mm = 0: expected a finite number above 0"
-        );
-        assert_eq!(
-            Sampling::new(0.1, f64::NAN).unwrap_err().to_string(),
-            "max_segment_mm = NaN: expected a finite number above 0"
-        );
-    }
-
-    #[test]
-    fn arc_chords_stay_within_the_tolerance_and_no_fewer_would_do() {
-        let sampling = Sampling::new(0.01, 1e6).unwrap();
-        for radius in [0.5, 5.0, 25.0, 1e4] {
-            let sweep = 5.0;
-            let n = sampling.arc_pieces(radius, sweep, radius * sweep).unwrap();
-            let sagitta = |n: usize| radius * (1.0 - (sweep / n as f64 / 2.0).cos());
-            assert!(sagitta(n) <= 0.01 * (1.0 + 1e-6), "{radius}: {}", sagitta(n));
-            assert!(sagitta(n - 1) > 0.01, "{radius}");
-        }
-    }
-
-    #[test]
-    fn a_multiple_of_the_piece_gains_no_piece_and_too_many_are_refused() {
-        let sampling = Sampling::new(0.01, 0.1).unwrap();
-        assert_eq!(sampling.line_pieces(0.3), Some(3));
-        assert_eq!(sampling.line_pieces(0.0), Some(1));
-        assert_eq!(sampling.line_pieces(1e9), None);
-        assert_eq!(sampling.line_pieces(f64::NAN), None);
-        // A tolerance above the radius still gives four pieces to a circle.
-        assert_eq!(Sampling::new(9.0, 1e6).unwrap().arc_pieces(1.0, 6.2, 6.2), Some(4));
     }
 }

@@ -259,31 +259,3 @@ fn value(point: &PathPoint, column: Column) -> Option<f64> {
         Column::Cutting => Some(f64::from(u8::from(point.cutting))),
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::toolpath::{Circle, Load, Plane, Turn};
-
-    #[test]
-    fn a_generated_path_is_read_back_as_it_was() {
-        let circle = Circle {
-            centre_mm: Vector3::new(1.0, 2.0, 3.0),
-            diameter_mm: 8.0,
-            plane: Plane::Yz,
-            turn: Turn::Clockwise,
-            start_angle_rad: 0.0,
-            points: 9,
-        };
-        let path = circle.toolpath().unwrap().with_feed(300.5).with_spindle(8000.0);
-        let load = Load { force_N: Vector3::new(1.25, -2.0, 3.0), moment_Nmm: Vector3::zeros() };
-        let loaded = path.points().iter().map(|point| PathPoint { load: Some(load), ..*point });
-        let path = Toolpath::assemble(loaded.collect());
-        let bytes = write(&path, &path.positions_mm(), NumberFormat::new(9, 9).unwrap()).unwrap();
-        let back = Polyline::read(bytes, "circle.csv").unwrap();
-        for (a, b) in path.points().iter().zip(back.toolpath().points()) {
-            assert!((a.position_mm - b.position_mm).amax() <= 0.5e-9 * 1.001);
-            assert_eq!((a.feed_mm_per_min, a.load, a.cutting), (b.feed_mm_per_min, b.load, b.cutting));
-        }
-    }
-}

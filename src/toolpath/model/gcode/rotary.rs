@@ -109,7 +109,7 @@ impl Rotary {
     }
 
     /// The tool's axis from its tip to the spindle, a unit vector in W.
-    pub(crate) fn tool_axis(&self, angles: &Angles) -> Vector3<f64> {
+    pub fn tool_axis(&self, angles: &Angles) -> Vector3<f64> {
         let (table, head) = (self.displacement(Turned::Workpiece, angles), self.displacement(Turned::Tool, angles));
         table.rotation.tr_mul(&(head.rotation * Vector3::z())).normalize()
     }
@@ -139,7 +139,7 @@ impl Rotary {
     }
 
     /// Where the tip is in W, mm, with the head at `machine`, mm.
-    pub(crate) fn tip(&self, machine: Vector3<f64>, angles: &Angles) -> Vector3<f64> {
+    pub fn tip(&self, machine: Vector3<f64>, angles: &Angles) -> Vector3<f64> {
         let (table, head) = (self.displacement(Turned::Workpiece, angles), self.displacement(Turned::Tool, angles));
         table.inverse().transform(machine + head.translation)
     }
@@ -155,7 +155,7 @@ impl Rotary {
     }
 
     /// Where the head is for a tip at `tip` of W, mm.
-    pub(crate) fn head(&self, tip: Vector3<f64>, angles: &Angles) -> Vector3<f64> {
+    pub fn head(&self, tip: Vector3<f64>, angles: &Angles) -> Vector3<f64> {
         let (table, head) = (self.displacement(Turned::Workpiece, angles), self.displacement(Turned::Tool, angles));
         table.transform(tip) - head.translation
     }
@@ -186,54 +186,5 @@ impl Turning {
     /// Whether coordinates are other than those of the tip in W.
     pub fn displaces(&self) -> bool {
         FOLLOWED && !self.of_tip && (self.from != [0.0; 3] || self.to != [0.0; 3])
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use proptest::prelude::*;
-
-    use super::*;
-
-    fn axis(letter: char, about: Vector3<f64>, turns: Turned, through: Vector3<f64>) -> RotaryAxis {
-        RotaryAxis { letter, about, turns, through_mm: Some(through) }
-    }
-
-    #[test]
-    fn a_head_swings_its_tool_about_its_pivot_and_a_table_its_part() {
-        let pivot = Vector3::new(0.0, 0.0, 150.0);
-        let head = Rotary { axes: vec![axis('B', Vector3::y(), Turned::Tool, pivot)], always_of_tip: false };
-        let angles = [0.0, 30.0, 0.0];
-        let (sin, cos) = 30f64.to_radians().sin_cos();
-        assert!((head.tool_axis(&angles) - Vector3::new(sin, 0.0, cos)).norm() < 1e-15);
-        let tip = head.tip(Vector3::new(1.0, 2.0, 3.0), &angles);
-        assert!((tip - Vector3::new(1.0 - 150.0 * sin, 2.0, 3.0 + 150.0 * (1.0 - cos))).norm() < 1e-12);
-        // A table under the part: the part leans one way, the tool the other way seen from it.
-        let centre = Vector3::new(0.0, 0.0, -50.0);
-        let table = Rotary { axes: vec![axis('A', Vector3::x(), Turned::Workpiece, centre)], always_of_tip: false };
-        let angles = [90.0, 0.0, 0.0];
-        assert!((table.tool_axis(&angles) - Vector3::y()).norm() < 1e-15);
-        assert!(
-            (table.tip(centre + Vector3::new(4.0, 0.0, 7.0), &angles) - centre - Vector3::new(4.0, 7.0, 0.0)).norm()
-                < 1e-12
-        );
-    }
-
-    proptest! {
-        #![proptest_config(crate::cases::cases(128))]
-
-        #[test]
-        fn where_the_head_is_for_a_tip_brings_the_tip_there(
-            a in -120.0..120.0f64, c in -360.0..360.0f64, x in -99.0..99.0f64, y in -99.0..99.0f64, is_table: bool,
-        ) {
-            let turns = if is_table { Turned::Workpiece } else { Turned::Tool };
-            let axes = vec![
-                axis('A', Vector3::x(), Turned::Workpiece, Vector3::new(0.0, 3.0, -20.0)),
-                axis('C', Vector3::z(), turns, Vector3::new(5.0, -2.0, 0.0)),
-            ];
-            let rotary = Rotary { axes, always_of_tip: false };
-            let (tip, angles) = (Vector3::new(x, y, 7.0), [a, 0.0, c]);
-            prop_assert!((rotary.tip(rotary.head(tip, &angles), &angles) - tip).norm() < 1e-10);
-        }
     }
 }

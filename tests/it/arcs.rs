@@ -1,0 +1,81 @@
+//! Arcs of G-code: how far they turn, which way, and which are refused.
+
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
+use kinetostat::toolpath::{
+    Sampling, Toolpath,
+    gcode::{ArcFault, Fault, GcodeOptions, Program},
+};
+
+/// The path of `words` from X10 on.
+fn arc(words: &str) -> Result<Toolpath, Fault> {
+    let source = format!("G0 X10 Y0 Z0\n{words}\n");
+    let program = Program::parse(source, "arc.nc", &GcodeOptions::default()).map_err(|error| error.fault)?;
+    Ok(program.toolpath(Sampling::new(0.01, 1.0).unwrap()).unwrap())
+}
+
+fn length(path: &Toolpath) -> f64 {
+    path.points().last().unwrap().arc_length_mm
+}
+
+/// 1 to the left and −1 to the right, as it turns.
+fn sense(path: &Toolpath) -> f64 {
+    let [.., before, last] = path.points() else { panic!("{path:?}") };
+    before.tangent.cross(&last.tangent).z.signum()
+}
+
+#[test]
+fn quarter_full_and_three_quarter_turns() {
+    let quarter = arc("G3 X0 Y10 I-10 J0").unwrap();
+    assert!((length(&quarter) - 10.0 * FRAC_PI_2).abs() < 1e-13 && sense(&quarter) == 1.0);
+    let rest = arc("G2 X0 Y10 I-10 J0").unwrap();
+    assert!((length(&rest) - 15.0 * PI).abs() < 1e-13 && sense(&rest) == -1.0);
+    for (word, sign) in [("G2", -1.0), ("G3", 1.0)] {
+        let full = arc(&format!("{word} X10 Y0 Z3 I-10 J0")).unwrap();
+        assert_eq!(sense(&full), sign);
+        assert!((length(&full) - (10.0 * TAU).hypot(3.0)).abs() < 1e-12);
+    }
+}
+
+#[test]
+fn radius_form_takes_the_short_arc_or_the_long_one() {
+    for (words, sweep) in [
+        ("G3 X0 Y10 R10", FRAC_PI_2),
+        ("G3 X0 Y10 R-10", 1.5 * PI),
+        ("G2 X0 Y10 R10", -FRAC_PI_2),
+        ("G2 X0 Y10 R-10", -1.5 * PI),
+    ] {
+        let path = arc(words).unwrap();
+        let turned = sense(&path) * length(&path) / 10.0;
+        assert!((turned - sweep).abs() < 1e-12, "{words}: {turned}");
+    }
+    // A chord a little over two radii is a semicircle.
+    let half = arc("G2 X-10 Y0 R9.998").unwrap();
+    assert!((length(&half) / 10.0 - PI).abs() < 1e-12 && sense(&half) == -1.0);
+}
+
+#[test]
+fn arcs_that_cannot_be_are_refused() {
+    let refusal = |words: &str| match arc(words).unwrap_err() {
+        Fault::Arc(fault) => fault,
+        other => panic!("{words}: {other}"),
+    };
+    assert_eq!(refusal("G2 X0 Y10 I0 J0"), ArcFault::NoRadius);
+    assert_eq!(refusal("G2 X10 Y0 R5"), ArcFault::NoChord);
+    assert!(matches!(refusal("G90.1 G2 X0 Y9 I0 J0"), ArcFault::Radii { .. }));
+    assert!(matches!(refusal("G2 X-10 Y0 R9"), ArcFault::TooShort { .. }));
+}
+
+#[test]
+fn tangent_is_the_derivative_of_position() {
+    let source = "G0 X0 Y1 Z5\nG18 G90.1 G2 X5 Y4 Z0.003 I0 K0\n";
+    let program = Program::parse(source, "helix.nc", &GcodeOptions::default()).unwrap();
+    let path = program.toolpath(Sampling::new(0.01, 1e-3).unwrap()).unwrap();
+    let of_helix = &path.points()[1..];
+    assert!(of_helix.len() > 5000);
+    for points in of_helix.windows(3) {
+        let [before, at, after] = points else { unreachable!() };
+        let numeric = (after.position_mm - before.position_mm).normalize();
+        assert!((numeric - at.tangent).norm() < 1e-8, "{at:?}");
+    }
+}
