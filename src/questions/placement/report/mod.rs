@@ -8,6 +8,7 @@ mod summary;
 mod text;
 
 pub use headline::known;
+pub use pictures::figures;
 pub use quantities::{candidates_table, sweep_table};
 pub use summary::summary_json;
 pub use text::{entries_table, summary_text};
@@ -52,7 +53,7 @@ impl Answered for PlacementStudy {
             // Places where the workpiece cannot be cut are an answer; that there is no other is a failure.
             is_answered: Some(results.best.is_some()),
             tables,
-            figures: run.drawn(|| pictures::figures(&results)),
+            figures: run.drawn(|| figures(&results)),
             details: format!("{}\n{}", entries_table(self, entries), summary_text(&results)),
             best_place: results.best.as_ref().map(|best| best_place(&results, best)),
             ..Output::of(
