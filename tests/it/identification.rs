@@ -17,7 +17,8 @@ use kinetostat::{
     questions::{
         Overrides, Study, StudyKind,
         identification::{
-            Answer, Found, IdentificationStudy, Identified, LoadedModel, Predicted, WhatFor, predict, read, run,
+            Answer, Found, IdentificationStudy, Identified, LoadedModel, Predicted, WhatFor, half_width, predict, read,
+            run,
         },
     },
     simulation::Machines,
@@ -1087,4 +1088,13 @@ fn intervals_of_predictions_hold_what_was_fitted_and_the_noise_of_the_reading() 
 fn walk(folder: &Path) -> Vec<std::path::PathBuf> {
     let entries = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
     entries.flat_map(|path| if path.is_dir() { walk(&path) } else { vec![path] }).collect()
+}
+
+#[test]
+fn half_widths_are_those_of_tables() {
+    for (free, expected) in [(1, 12.706), (2, 4.303), (3, 3.182), (4, 2.776), (5, 2.571), (10, 2.228), (30, 2.042)] {
+        assert!((half_width(Some(free)) - expected).abs() < 2e-3, "{free}: {}", half_width(Some(free)));
+    }
+    assert!((half_width(None) - 1.96).abs() < 1e-4);
+    assert_eq!(half_width(Some(0)), f64::INFINITY);
 }

@@ -5,14 +5,12 @@ mod choose;
 #[cfg(feature = "report")]
 mod report;
 mod resolve;
-mod shrink;
 pub(crate) mod spec;
 
 use nalgebra::{DMatrix, DVector};
 
 pub use candidates::Region;
-pub use choose::{Choice, Criterion};
-pub use shrink::{Widths, widths};
+pub use choose::{Choice, Criterion, Widths, widths};
 pub use spec::CriterionSpec;
 
 use crate::{
@@ -123,7 +121,7 @@ pub fn run(study: &MeasurementDesignStudy, work: &Work) -> Result<std::result::R
     let most = |k: usize| candidates.iter().map(|rows| rows.column(k).norm()).fold(0.0, f64::max);
     Ok(Ok(Plan {
         widths: widths(&choice, &chosen),
-        random: shrink::random(&choice, chosen.len(), study.draws),
+        random: choose::random(&choice, chosen.len(), study.draws),
         most_told: (0..study.unknowns.len()).map(most).collect(),
         chosen: chosen.into_iter().map(|i| of[i]).collect(),
         failures,

@@ -52,11 +52,13 @@ pub fn is_angle(coordinate: usize) -> bool {
 }
 
 /// The unit of a coordinate as readers see it, with the blank between a number and it.
+#[cfg(feature = "report")]
 pub(super) fn unit_suffix(coordinate: usize) -> &'static str {
     if is_angle(coordinate) { "°" } else { " mm" }
 }
 
 /// A distance along a coordinate, mm or rad, in its unit.
+#[cfg(feature = "report")]
 pub(super) fn in_unit(coordinate: usize, distance: f64) -> f64 {
     if is_angle(coordinate) { distance.to_degrees() } else { distance }
 }

@@ -1,6 +1,5 @@
 //! Reports of an identification.
 
-mod headline;
 mod pictures;
 pub mod predicted;
 mod summary;
@@ -43,7 +42,7 @@ impl Answered for IdentificationStudy {
         let found = match run(self, asked.work)? {
             Ok(found) => found,
             Err(failure) => {
-                let headline = headline::failed(self, &failure);
+                let headline = text::failed(self, &failure);
                 let page = Description { headline, ..without_answer(self) };
                 return Ok(Output { tables: tables::tables(None), ..Output::failed(settings, failure, page) });
             }
@@ -67,7 +66,7 @@ impl Answered for IdentificationStudy {
                     Err(failure) => &*failure.status,
                 })),
                 summary::json(&report),
-                Description { headline: headline::headline(&report), ..page(&report) },
+                Description { headline: text::headline(&report), ..page(&report) },
             )
         })
     }

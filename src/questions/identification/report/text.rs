@@ -1,11 +1,74 @@
-//! An identification in sentences.
+//! An identification in sentences, and its first screen: what was identified, and how well it predicts.
 
 use super::{ERRORS, MACHINE, summary::Report};
 use crate::{
     files::words::{counted, listed, millimetres, percent},
     machine::Machine,
-    questions::identification::{Coordinate, FarOff, Found, LossSpec, Measurement, Model, Pattern, Unknown},
+    page::headline::{Headline, KeyNumber},
+    questions::identification::{
+        Coordinate, FarOff, Found, IdentificationStudy, LossSpec, Measurement, Model, Pattern, Unknown,
+    },
+    simulation::Failure,
 };
+
+fn basis(study: &IdentificationStudy) -> String {
+    let readings = counted(study.reading_count(), "reading");
+    format!(
+        "{}, {readings}, {}",
+        counted(study.measurements.len(), "measurement"),
+        counted(study.unknowns.len(), "unknown")
+    )
+}
+
+/// The answer at a glance.
+pub(super) fn headline(report: &Report<'_>) -> Headline {
+    let (all, known) = (report.found.found.len(), report.known().count());
+    let are = |count: usize| if count == 1 { "is" } else { "are" };
+    let told = match (all - known, known) {
+        _ if !report.found.fit.is_found => {
+            "The search for the numbers did not end: nothing is identified; the values in parameters.csv are the best found".into()
+        }
+        _ if report.found.fit.is_beyond_noise => {
+            "Nothing is identified: more is left of what was measured than the noise that was given explains".into()
+        }
+        (0, 1) => format!("The number is identified: {}", few(report)),
+        (0, _) => format!("All {all} numbers are identified: {}", few(report)),
+        (1, 0) if all == 1 => "The number is not identified: the measurements leave it open".into(),
+        (_, 0) => format!("None of {all} numbers is identified: the measurements leave them open"),
+        (open, _) => format!(
+            "{known} of {all} numbers {} identified: {}; the measurements leave {open} open",
+            are(known),
+            few(report)
+        ),
+    };
+    let predicted = report.found.models[0].predicted_mm.as_ref().ok().copied().flatten();
+    let sentence = match predicted {
+        Some(predicted) => format!("{told}; what was not fitted is predicted to {} RMS.", millimetres(predicted, 3)),
+        None => format!("{told}."),
+    };
+    let share = |value: f64| {
+        report.measured_mm().map_or_else(String::new, |all| format!("{} of what was measured", percent(value / all)))
+    };
+    Headline::new(sentence, basis(report.study))
+        .with_cautions(&cautions(report))
+        .with_all(
+            report
+                .left_mm()
+                .map(|left| KeyNumber::new(&millimetres(left, 3), "left of what was measured, RMS", share(left))),
+        )
+        .with_all(predicted.map(|value| {
+            let what = format!("error of what was not fitted, RMS, {} parts", report.study.folds);
+            KeyNumber::new(&millimetres(value, 3), what, share(value))
+        }))
+        .with_all(report.left_out_mm().map(|value| {
+            KeyNumber::new(&millimetres(value, 3), "error with one measurement left out, RMS", share(value))
+        }))
+}
+
+/// The first screen where there is no answer.
+pub(super) fn failed(study: &IdentificationStudy, failure: &Failure) -> Headline {
+    Headline::new(format!("Nothing could be identified: {}.", failure.reason.trim_end_matches('.')), basis(study))
+}
 
 fn number(value: f64) -> String {
     if value.abs() >= 1e4 || (value != 0.0 && value.abs() < 1e-2) {
@@ -52,7 +115,7 @@ pub(super) fn about(own: &Found) -> String {
 }
 
 /// What was identified, in part of a sentence: the first of many.
-pub(super) fn few(report: &Report<'_>) -> String {
+fn few(report: &Report<'_>) -> String {
     first(FEW, report.known().map(about))
 }
 
@@ -295,7 +358,7 @@ fn unknown_profiles(report: &Report<'_>) -> Option<String> {
 }
 
 /// What must be known with the answer.
-pub(super) fn cautions(report: &Report<'_>) -> String {
+fn cautions(report: &Report<'_>) -> String {
     let mut said: Vec<String> = misfit(report).into_iter().collect();
     said.extend(unit_factor(report));
     if report.found.fit.is_beyond_noise {

@@ -1,6 +1,5 @@
 //! Reports of a plan of measurements.
 
-mod headline;
 mod pictures;
 mod summary;
 mod tables;
@@ -76,7 +75,7 @@ impl Answered for MeasurementDesignStudy {
         let plan = match run(self, asked.work)? {
             Ok(plan) => plan,
             Err(failure) => {
-                let headline = headline::failed(self, &failure);
+                let headline = text::failed(self, &failure);
                 let page = Description { headline, ..without_answer(self) };
                 return Ok(Output { tables: tables(self, None), ..Output::failed(settings, failure, page) });
             }
@@ -93,7 +92,7 @@ impl Answered for MeasurementDesignStudy {
                 settings,
                 Manifest::count(solved.chain(failed)),
                 summary::json(&report),
-                Description { headline: headline::headline(&report), ..page(&report) },
+                Description { headline: text::headline(&report), ..page(&report) },
             )
         })
     }

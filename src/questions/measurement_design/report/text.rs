@@ -1,13 +1,54 @@
-//! A plan in sentences.
+//! A plan in sentences, and its first screen: how far the numbers will be known.
 
 use super::summary::Report;
 use crate::{
     files::words::{counted, listed, millimetres},
-    questions::{identification::report::half_width, measurement_design::Widths},
+    page::headline::{Headline, KeyNumber},
+    questions::{
+        identification::report::half_width,
+        measurement_design::{MeasurementDesignStudy, Widths},
+    },
+    simulation::Failure,
 };
 
+fn basis(study: &MeasurementDesignStudy) -> String {
+    let made = match study.measured.len() {
+        0 => String::new(),
+        count => format!(", {} made before", counted(count, "measurement")),
+    };
+    format!("{}, {}{made}", counted(study.candidates.len(), "candidate"), counted(study.unknowns.len(), "unknown"))
+}
+
+/// The answer at a glance.
+pub(super) fn headline(report: &Report<'_>) -> Headline {
+    let chosen = counted(report.plan.chosen.len(), "measurement");
+    let reached = tested_at_a_glance(report).or_else(|| reached(report));
+    let reached = reached.map_or_else(String::new, |reached| format!(": {reached}"));
+    let all = report.study.unknowns.len();
+    let sentence = match report.open().len() {
+        0 => format!("{chosen} will tell all {}{reached}.", counted(all, "number")),
+        open => format!("{chosen} will tell {} of {}{reached}.", all - open, counted(all, "number")),
+    };
+    let tested = report.reached().and_then(|own| own.tested_mm);
+    Headline::new(sentence, basis(report.study))
+        .with_cautions(&open(report))
+        .with_all(report.enough().map(|enough| {
+            let what = "measurements are enough for the intervals wanted";
+            let against = if enough == 0 { "known so well beforehand" } else { "" };
+            KeyNumber::new(&enough.to_string(), what, against)
+        }))
+        .with_all(tested.map(|error| {
+            KeyNumber::new(&millimetres(error, 4), "RMS error of the tool where it is tested", String::new())
+        }))
+}
+
+/// The first screen where there is no answer.
+pub(super) fn failed(study: &MeasurementDesignStudy, failure: &Failure) -> Headline {
+    Headline::new(format!("Nothing could be planned: {}.", failure.reason.trim_end_matches('.')), basis(study))
+}
+
 /// What the plan was chosen for, where that is how well the tool is predicted.
-pub(super) fn tested_at_a_glance(report: &Report<'_>) -> Option<String> {
+fn tested_at_a_glance(report: &Report<'_>) -> Option<String> {
     let error = report.reached()?.tested_mm?;
     let random = report.random().and_then(|random| random.tested_mm);
     let beside = random.map_or_else(String::new, |random| format!("; with random ones, {}", millimetres(random, 4)));
@@ -20,7 +61,7 @@ fn widest(report: &Report<'_>, widths: Option<&Widths>) -> Option<(usize, String
 }
 
 /// How far the least known of the unknowns will be known.
-pub(super) fn reached(report: &Report<'_>) -> Option<String> {
+fn reached(report: &Report<'_>) -> Option<String> {
     let (unknown, width) = widest(report, report.reached())?;
     let random = widest(report, report.random());
     let beside = random.map_or_else(String::new, |(_, random)| format!("; with random ones, {random}"));
@@ -28,7 +69,7 @@ pub(super) fn reached(report: &Report<'_>) -> Option<String> {
 }
 
 /// What no candidate tells, or not enough.
-pub(super) fn open(report: &Report<'_>) -> String {
+fn open(report: &Report<'_>) -> String {
     let (mut untold, mut wide) = (Vec::new(), Vec::new());
     for k in report.open() {
         if report.plan.most_told[k] == 0.0 { untold.push(report.name(k)) } else { wide.push(report.name(k)) }
