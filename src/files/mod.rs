@@ -12,7 +12,6 @@ pub(crate) mod write;
 
 pub(crate) use manifest::record_in;
 pub use manifest::{Manifest, StatusCount};
-
 pub use recorded::Recorded;
 pub use replace::{Foreign, may_replace};
 pub use visible::{visible, visible_json};

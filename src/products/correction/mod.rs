@@ -10,13 +10,12 @@ mod corrector;
 mod loaded;
 #[cfg(feature = "report")]
 pub mod report;
-mod residual;
 mod smallest;
 mod table;
 
 pub use bound::{Worst, worst};
 pub use corrector::{Corrector, JointTable, MOST_ENTRIES};
-pub use residual::{ResidualPoint, residual_grid, residuals};
+pub use loaded::{ResidualPoint, residual_grid, residuals};
 pub use table::{CorrectionTable, ForceTerms};
 
 use nalgebra::{Matrix3, Vector3};

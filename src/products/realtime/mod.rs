@@ -124,22 +124,17 @@ pub fn generate(question: Question) -> Result<Realtime> {
         return Err(Error::Argument { argument: "--steps".into(), problem });
     }
     let exact = Exact { machines: question.machines.clone() };
-    let postures = exact.solved(&domain, postures())?;
-    let solved = exact.solved(&domain, corners().step_by(3).chain((0..FITTED).map(towards_faces)))?;
-    let error = |errors: &[f64]| errors.last().copied().unwrap_or(f64::INFINITY);
-    let made = |given: Given, tried: &dyn Fn(&Function) -> f64| -> Result<Function> {
-        let step = Function::step(&exact, given, &postures)?;
-        let range = range(given, &domain, &solved);
-        let of = |degrees| Function::new(&exact, given, &range, degrees, &solved, step.clone());
-        shortest(DEGREES.into_iter().filter_map(of), tried).ok_or_else(|| nothing(&question))
+    let (postures, solved) = (exact.solved(&domain, postures())?, exact.solved(&domain, fitted())?);
+    let made = |given: Given, tried: &dyn Fn(&Function) -> f64| {
+        shortest(&question, &exact, (given, &domain, &DEGREES), (&postures, &solved), tried)
     };
     let correct = made(Given::Tip, &|own| {
         let search = Search { exact: &exact, domain: &domain, correct: own, whereabouts: None, steps };
-        error(&search.briefly(TRIED).correct)
+        after_the_last(&search.briefly(TRIED).correct)
     })?;
     let whereabouts = made(Given::Drives, &|own| {
         let search = Search { exact: &exact, domain: &domain, correct: &correct, whereabouts: Some(own), steps };
-        error(&search.briefly(TRIED).whereabouts)
+        after_the_last(&search.briefly(TRIED).whereabouts)
     })?;
     let Found { correct: correct_mm, whereabouts: where_mm, last_step } =
         Search { exact: &exact, domain: &domain, correct: &correct, whereabouts: Some(&whereabouts), steps }
@@ -177,11 +172,29 @@ fn allowed(step: f64, machine: &Machine) -> f64 {
     STEP_MARGIN * step + ROUNDING * machine.reach
 }
 
-/// The first whose error is small enough, else the one with the smallest.
-fn shortest(functions: impl Iterator<Item = Function>, error: impl Fn(&Function) -> f64) -> Option<Function> {
+/// Places whose equilibria polynomials are fitted to.
+fn fitted() -> impl Iterator<Item = Place> {
+    corners().step_by(3).chain((0..FITTED).map(towards_faces))
+}
+
+fn after_the_last(errors_mm: &[f64]) -> f64 {
+    errors_mm.last().copied().unwrap_or(f64::INFINITY)
+}
+
+/// The function with polynomials of the first of `degrees` that leave little, as `tried` finds, else of those that leave least.
+fn shortest(
+    question: &Question,
+    exact: &Exact,
+    (given, domain, degrees): (Given, &Domain, &[Degrees]),
+    (postures, solved): (&[Solved], &[Solved]),
+    tried: &dyn Fn(&Function) -> f64,
+) -> Result<Function> {
+    let step = Function::step(exact, given, postures)?;
+    let range = range(given, domain, solved);
+    let of = |degrees: &Degrees| Function::new(exact, given, &range, *degrees, solved, step.clone());
     let mut best: Option<(f64, Function)> = None;
-    for function in functions {
-        let error = error(&function);
+    for function in degrees.iter().filter_map(of) {
+        let error = tried(&function);
         if best.as_ref().is_none_or(|(least, _)| error < *least) {
             best = Some((error, function));
         }
@@ -189,17 +202,13 @@ fn shortest(functions: impl Iterator<Item = Function>, error: impl Fn(&Function)
             break;
         }
     }
-    best.filter(|(error, _)| error.is_finite()).map(|(_, function)| function)
-}
-
-fn nothing(question: &Question) -> Error {
-    Error::Argument {
+    best.filter(|(error, _)| error.is_finite()).map(|(_, function)| function).ok_or_else(|| Error::Argument {
         argument: "--steps".into(),
         problem: format!(
             "{} steps from none of the starts lead to equilibria of {} all over the box; expected more steps, a smaller box or smaller forces",
             question.steps, question.machines.nominal.name
         ),
-    }
+    })
 }
 
 impl Realtime {
@@ -266,16 +275,13 @@ fn generate_nominal(question: &Question) -> Result<Nominal> {
     let machine = unmoved(&question.machines.nominal);
     let exact = Exact { machines: Machines::new(&machine, &[])? };
     let domain = Domain { wrench: [0.0; 6], ..question.domain };
-    let solved = exact.solved(&domain, corners().step_by(3).chain((0..FITTED).map(towards_faces)))?;
-    let step = Function::step(&exact, Given::Tip, &exact.solved(&domain, postures())?)?;
-    let range = range(Given::Tip, &domain, &solved);
-    let of = |degrees| Function::new(&exact, Given::Tip, &range, degrees, &solved, step.clone());
+    let (solved, postures) = (exact.solved(&domain, fitted())?, exact.solved(&domain, postures())?);
     let steps = question.steps;
     let tried = |correct: &Function| {
         let search = Search { exact: &exact, domain: &domain, correct, whereabouts: None, steps };
-        search.briefly(TRIED).correct.last().copied().unwrap_or(f64::INFINITY)
+        after_the_last(&search.briefly(TRIED).correct)
     };
-    let function = shortest(NOMINAL_DEGREES.into_iter().filter_map(of), tried).ok_or_else(|| nothing(question))?;
+    let function = shortest(question, &exact, (Given::Tip, &domain, &NOMINAL_DEGREES), (&postures, &solved), &tried)?;
     let found = Search { exact: &exact, domain: &domain, correct: &function, whereabouts: None, steps }
         .thoroughly(question.places);
     Ok(Nominal {

@@ -10,7 +10,7 @@ use crate::{
     },
     input::Inputs,
     machine::{Machine, Motion},
-    products::correction::{CorrectionTable, ForceTerms, JointTable, ResidualPoint, Worst},
+    products::correction::{CorrectionTable, ForceTerms, JointTable, ResidualPoint},
 };
 
 /// One row per node, a column for each drive and term: `delta_rho_LABEL_mm`, `delta_rho_LABEL_Fx_mm_per_N`,
@@ -107,21 +107,13 @@ pub(super) fn correction_json(report: &Report<'_>, inputs: &Inputs) -> Value {
 /// What is left, for programs.
 pub(super) fn bound_json(report: &Report<'_>) -> Value {
     let answer = report.answer;
-    let worst = |worst: &Worst| {
-        json!({
-            "error_mm": worst.error_mm,
-            "position_mm": worst.position_mm,
-            "force_N": worst.force_N,
-            "looked_at": worst.looked_at,
-        })
-    };
     json!({
         "tolerance_mm": report.question.tolerance_mm,
         "is_kept": report.is_kept(),
-        "worst_with_table": worst(&answer.with_table),
+        "worst_with_table": answer.with_table,
         "worst_at_nodes_mm": answer.at_nodes_mm,
-        "worst_without": worst(&answer.without),
-        "worst_per_joint": answer.per_joint.as_ref().ok().map(|(_, found)| worst(found)),
+        "worst_without": answer.without,
+        "worst_per_joint": answer.per_joint.as_ref().ok().map(|(_, worst)| worst),
     })
 }
 

@@ -1,18 +1,16 @@
 //! Reports of a compensated program: its points, what limits do, what was proved, and a page of it.
 
 mod findings;
-mod headline;
 mod notes;
 mod page;
 mod tables;
 mod words;
 
 pub use findings::{Findings, WorstLine, outside_workspace};
-pub use headline::headline;
 pub use notes::use_text;
 pub use page::{figures, page};
 pub use tables::{program_columns, program_json, program_table};
-pub use words::{blocks_text, bounded_text, exceeded_text, holes_text, left_text};
+pub use words::{blocks_text, bounded_text, exceeded_text, headline, holes_text, left_text};
 
 use super::{ProgramJob, Proved};
 

@@ -26,26 +26,14 @@ use crate::{
 /// The columns of [`program_table`].
 pub fn program_columns(job: &ProgramJob) -> Vec<Column> {
     let (machine, calls_files) = (&job.machine, !job.file.called_files().is_empty());
-    let quantities = [
-        "x_mm",
-        "y_mm",
-        "z_mm",
-        "commanded_x_mm",
-        "commanded_y_mm",
-        "commanded_z_mm",
-        "error_after_mm",
-        "error_after_x_mm",
-        "error_after_y_mm",
-        "error_after_z_mm",
-        "leftover_rotation_deg",
-    ];
     let mut columns = counts(["point", "line"]);
     columns.extend(texts(calls_files.then_some("called_file")));
     columns.extend(numbers(["arc_length_mm", ANGLE[0]]));
     columns.extend(counts(["cutting"]));
-    columns.extend(numbers(quantities[..6].iter().copied()));
+    columns.extend(numbers(["x_mm", "y_mm", "z_mm", "commanded_x_mm", "commanded_y_mm", "commanded_z_mm"]));
     columns.extend(numbers(Source::of(machine).iter().map(|source| before_column(*source))));
-    columns.extend(numbers(quantities[6..].iter().copied()));
+    columns.extend(numbers(["error_after_mm", "error_after_x_mm", "error_after_y_mm", "error_after_z_mm"]));
+    columns.extend(numbers(["leftover_rotation_deg"]));
     columns.extend(numbers(cutting_force::columns()));
     columns.extend(texts(["status", "reason", "limits"]));
     columns.extend(numbers(["nominal", "commanded"].into_iter().flat_map(pose_columns)));
