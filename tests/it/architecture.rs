@@ -1,6 +1,7 @@
 //! ARCHITECTURE.md is what the sources are: every file is named in it, and dependencies point one way.
 
 use std::{
+    collections::BTreeMap,
     fs,
     path::{Path, PathBuf},
 };
@@ -139,6 +140,43 @@ fn no_folder_outgrows_its_lines() {
         let found: usize = files.iter().filter(inside).map(lines).sum();
         assert!(found <= most, "{folders:?}: {found} lines, at most {most}; ARCHITECTURE.md says what a new one needs");
     }
+}
+
+/// What names of columns end with: their units.
+const UNITS: [&str; 12] = ["mm", "um", "deg", "mrad", "rad", "N", "Nm", "Nmm", "percent", "s", "Hz", "N_per_mm"];
+
+/// Names of columns in the reports of questions, keys of JSON left out, with how often each is there.
+fn columns_of(question: &str) -> BTreeMap<String, usize> {
+    let folder = Path::new("src/questions").join(question).join("report");
+    let mut columns = BTreeMap::new();
+    for file in all_sources().iter().filter(|file| file.starts_with(&folder)) {
+        let code = code(file);
+        // Between quotes is every second part.
+        let parts: Vec<&str> = code.split('"').collect();
+        for (text, behind) in parts.iter().zip(&parts[1..]).skip(1).step_by(2) {
+            let is_name = text.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'_');
+            let has_unit = UNITS.iter().any(|unit| text.ends_with(&format!("_{unit}")));
+            if is_name && has_unit && !behind.starts_with(':') {
+                *columns.entry((*text).to_string()).or_default() += 1;
+            }
+        }
+    }
+    columns
+}
+
+#[test]
+fn a_question_names_a_column_once() {
+    let questions = fs::read_dir(root().join("src/questions")).unwrap().map(|entry| entry.unwrap());
+    let questions = questions.filter(|entry| entry.path().join("report").is_dir());
+    let mut count = 0;
+    for question in questions {
+        let question = question.file_name().into_string().unwrap();
+        let columns = columns_of(&question);
+        count += columns.len();
+        let again: Vec<_> = columns.into_iter().filter(|(_, times)| *times > 1).collect();
+        assert!(again.is_empty(), "{question} names columns more than once: {again:?}");
+    }
+    assert!(count > 50, "{count} columns");
 }
 
 /// The code of a file without comments and tests, which may use what users of the file use.

@@ -4,6 +4,7 @@ use super::summary::Report;
 use crate::{
     answer::status_cells,
     files::exchange::{Cell, Row, Table, cells, counts, numbers, texts},
+    questions::identification::measurements::FORCE,
 };
 
 fn finite(value: f64) -> Cell {
@@ -49,7 +50,7 @@ fn residuals(report: Option<&Report<'_>>) -> Table {
     let columns = [
         counts(["order"]),
         texts(["pose", "reading"]),
-        numbers(["x_mm", "y_mm", "z_mm", "force_x_N", "force_y_N", "force_z_N"]),
+        numbers(["x_mm", "y_mm", "z_mm"].into_iter().chain(FORCE)),
         numbers(["measured", "predicted", "residual", "left_out_residual", "std", "weight"]),
     ];
     let readings = report.into_iter().flat_map(|report| {

@@ -9,7 +9,7 @@ mod summary;
 mod text;
 mod thinned;
 
-pub(crate) use quantities::{ANGLE, DISPLACEMENT, displacement_along, drives, points_table};
+pub(crate) use quantities::{ANGLE, ARC_LENGTH, DISPLACEMENT, displacement_along, drives, points_table};
 pub use summary::Summary;
 pub(crate) use text::cautions_of;
 pub use text::{facts_text, failures_text, text};
@@ -172,7 +172,7 @@ pub(crate) fn points_view(machine: &Machine, title: String, table: String, first
 
 /// What curves along a path can be seen over.
 pub(crate) fn along_columns() -> Vec<Column> {
-    vec![Column::new("arc_length_mm", "length along the path", "mm"), Column::new(ANGLE[0], ANGLE[1], "°")]
+    vec![Column::new(ARC_LENGTH[0], ARC_LENGTH[1], "mm"), Column::new(ANGLE[0], ANGLE[1], "°")]
 }
 
 fn methods() -> Explorer {

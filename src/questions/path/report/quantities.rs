@@ -34,6 +34,8 @@ pub(crate) fn drives(machine: &Machine) -> OfDrives<AtPoint> {
     OfDrives::new(machine, Neither, correction, |at, drive| at.compensated()?.drive_forces.get(drive).copied())
 }
 
+/// Column and label of the length along the path.
+pub(crate) const ARC_LENGTH: [&str; 2] = ["arc_length_mm", "length along the path"];
 /// Column and label of the tool angle.
 pub(crate) const ANGLE: [&str; 2] = ["phi_deg", "tool angle φ"];
 
@@ -51,7 +53,7 @@ pub(crate) fn points_table(study: &PathStudy, part: &PathPart) -> Table {
     let columns = |all: &[Of]| all.iter().map(Of::column).collect();
     let columns = [
         counts(["point"]),
-        numbers(["arc_length_mm", ANGLE[0], "wanted_x_mm", "wanted_y_mm", "wanted_z_mm"]),
+        numbers([ARC_LENGTH[0], ANGLE[0], "wanted_x_mm", "wanted_y_mm", "wanted_z_mm"]),
         texts(["source", "status", "reason"]),
         columns(&moved),
         numbers(cutting_force::columns()),

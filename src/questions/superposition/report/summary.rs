@@ -96,7 +96,7 @@ impl<'a> Summary<'a> {
         };
         let of_kind = |(sum, followed): (Sum, Followed)| {
             let entries = [
-                ("departure_mm", largest(sum, followed, &DEPARTURE, |worst| Some(worst.phi_deg))),
+                (&*DEPARTURE.name, largest(sum, followed, &DEPARTURE, |worst| Some(worst.phi_deg))),
                 ("relative_to_largest_displacement", largest(sum, followed, &RELATIVE, |worst| Some(worst.phi_deg))),
                 ("ratio_at_same_phi", largest(sum, followed, &RATIO, |worst| worst.ratio_phi_deg)),
             ];
@@ -122,7 +122,7 @@ impl<'a> Summary<'a> {
 }
 
 /// The entries that there are.
-fn object(entries: impl IntoIterator<Item = (&'static str, Option<Value>)>) -> Value {
+fn object<'a>(entries: impl IntoIterator<Item = (&'a str, Option<Value>)>) -> Value {
     entries.into_iter().filter_map(|(key, value)| Some((key.to_string(), value?))).collect::<Map<_, _>>().into()
 }
 
