@@ -119,16 +119,16 @@ fn dependencies_point_one_way() {
 /// Most lines of folders, inline tests counted, and of them all: no more than there were when this was written. What must have more says in
 /// ARCHITECTURE.md why; what has become shorter lowers its number.
 const MOST_LINES: [(&[&str], usize); 10] = [
-    (&["crates/engine/src"], 21_150),
-    (&["src/toolpath"], 16_200),
-    (&["src/process", "crates/input/src", "src/input", "src/urdf"], 7_400),
-    (&["src/simulation", "src/redundancy"], 3_800),
-    (&["src/answer", "src/files", "src/work", "src/run"], 5_600),
-    (&["src/figures", "src/page"], 10_150),
-    (&["src/questions"], 22_500),
-    (&["src/products", "src/inspect", "src/explore"], 9_320),
-    (&["src/cli"], 3_220),
-    (&["crates/engine/src", "crates/input/src", "src"], 99_500),
+    (&["crates/engine/src"], 20_480),
+    (&["src/toolpath"], 15_870),
+    (&["src/process", "crates/input/src", "src/input", "src/urdf"], 6_730),
+    (&["src/simulation", "src/redundancy"], 3_730),
+    (&["src/answer", "src/files", "src/work", "src/run"], 5_140),
+    (&["src/figures", "src/page"], 9_680),
+    (&["src/questions"], 21_720),
+    (&["src/products", "src/inspect", "src/explore"], 9_210),
+    (&["src/cli"], 3_080),
+    (&["crates/engine/src", "crates/input/src", "src"], 95_770),
 ];
 
 #[test]
