@@ -103,8 +103,8 @@ FULL = [
     Stage("properties", "20 times the cases of `cargo test`, from new seeds: an hour of draws finds what a fixed seed does not.", """
         export INVARIANT_CASES=20 PROPTEST_RNG_SEED=${PROPTEST_RNG_SEED:-$(date +%s)}
         echo "PROPTEST_RNG_SEED=$PROPTEST_RNG_SEED draws the same again"
-        modules=$(grep -lE 'proptest!|\\bcases\\(' tests/it/*.rs | xargs -n 1 basename -s .rs | sed 's/$/::/')
-        files=$(grep -rl 'proptest!' src crates --include='*.rs' | sed -E 's|^(crates/[a-z]+/)?src/||; s|/mod\\.rs$||; s|\\.rs$||; s|/|::|g; s|$|::tests::|')
+        modules=$(grep -lE 'proptest!|\\bcases\\(' tests/it/*.rs crates/*/tests/it/*.rs | xargs -n 1 basename -s .rs | sed 's/$/::/')
+        files=$(grep -rl 'proptest!' src --include='*.rs' | sed -E 's|^src/||; s|/mod\\.rs$||; s|\\.rs$||; s|/|::|g; s|$|::tests::|')
         cargo test --all-features --test it -- $modules
         cargo test --all-features --lib -- $files
     """, ("program",)),
