@@ -9,8 +9,8 @@ use std::sync::Arc;
 
 use kinetostat::{
     Event, Grid, Machine, MillingForce, Source, Target, Work,
-    answer::Scene,
     questions::map::{self, WorkspaceMapStudy},
+    simulation::Scene,
 };
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {

@@ -62,6 +62,7 @@
 
 #![warn(missing_docs)]
 
+#[cfg(feature = "report")]
 pub mod answer;
 #[cfg(test)]
 #[path = "../crates/engine/tests/it/cases.rs"]

@@ -1,10 +1,11 @@
 //! Pictures of quantities over a grid: slices and a view in 3-D, of values gathered point by point. A large grid is thinned.
 
-use super::{Scene, Shown, Tolerance, quantity::Getter, setting::size_words};
+use super::{Tolerance, quantity::Getter, setting::size_words};
 use crate::{
     answer::point_words,
     figures::{Figure, Mark2, Mark3, Shading, SliceFigure, SlicePanel, VolumeFigure},
     files::words::{millimetres, signed, typographic},
+    simulation::{Scene, Shown},
     spatial::Grid,
 };
 

@@ -2,13 +2,13 @@
 
 use nalgebra::Vector3;
 
-use super::Scene;
 use crate::{
     answer::cautions,
     files::words::{counted, signed, typographic},
     machine::{ChainError, Machine, NamedPoint, ToolAxisSource},
     page::{Column, Description, Explorer, Fact, Group, MachineDescription, Mark, Quantity, Shape, error_facts},
     process::MillingForce,
+    simulation::Scene,
     spatial::Grid,
 };
 

@@ -5,10 +5,10 @@ use nalgebra::Vector3;
 
 use super::{Given, Overrides, spec::ProcessRef};
 use crate::{
-    answer::{Scene, Shown},
     compensation::Target,
     input::{Inputs, check::Check, error::Result},
     process::cutting::CuttingLaw,
+    simulation::{Scene, Shown},
     spatial::Grid,
 };
 

@@ -9,12 +9,14 @@ pub(crate) mod led_along;
 mod path_blocks;
 mod path_sums;
 pub(crate) mod program_file;
+mod scene;
 pub(crate) mod settled;
 pub(crate) mod sources;
 mod status;
 pub(crate) mod within_limits;
 
 pub use program_file::{ProgramFile, Sent};
+pub use scene::{Scene, Shown};
 pub use sources::{BySource, Machines, ROUNDING_MM, Source, settings};
 pub use status::{Failure, SOLVED, status_of};
 #[cfg(feature = "report")]

@@ -7,6 +7,7 @@
 //! to the one that goes on with it.
 
 pub mod checkpoint;
+mod overlapped;
 pub mod part_file;
 mod records;
 pub mod share;
@@ -20,6 +21,7 @@ use std::{
     },
 };
 
+pub(crate) use overlapped::overlapped;
 use serde::{Serialize, de::DeserializeOwned};
 
 use crate::{

@@ -7,12 +7,12 @@ use crate::support::{
     random_machine::{RandomMachine, random_arm, random_machine},
 };
 use kinetostat::{
-    answer::Scene,
     compensation::{self, Demand, Method, Session, Target, compensate},
     inspect::machine_check,
     machine::{Chain, ChainError, Configuration, Machine, Motion, SpringLaw},
     process::MillingForce,
     questions::map::{self, WorkspaceMapStudy},
+    simulation::Scene,
     spatial::{Grid, Pose, Twist, Wrench, rotation_log},
     statics::{
         Outcome, Settings, Solution, State, Status, Workspace, aggregate_errors, equilibrium, unloaded_stiffness,

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use crate::support::engine::*;
 use kinetostat::{
-    answer::{Run, Scene, Shown},
+    answer::Run,
     figures::Colours,
     files::exchange::csv,
     machine::{ChainError, Machine},
@@ -19,6 +19,7 @@ use kinetostat::{
             safe::LargestFactor,
         },
     },
+    simulation::{Scene, Shown},
     spatial::{Grid, Pose, Wrench},
     statics::{Workspace, tool_compliance, unloaded_stiffness},
     work::Work,

@@ -17,10 +17,9 @@ use serde::Serialize;
 
 use super::{CorrectionQuestion, Corrector, loaded::Loaded};
 use crate::{
-    answer::halton::radical_inverse,
     input::error::{Error, Result},
     simulation::Machines,
-    spatial::Grid,
+    spatial::{Grid, radical_inverse},
     work::{Event, Stage, Work},
 };
 

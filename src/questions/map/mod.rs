@@ -13,14 +13,13 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    answer::{Scene, overlapped},
     compensation::{Compensation, Demand, Method, Session, compensate_batch},
     input::error,
     machine::{Configuration, Machine, Unreachable},
-    simulation::{BySource, Failure, Machines, Source, status_of},
+    simulation::{BySource, Failure, Machines, Scene, Source, status_of},
     spatial::Grid,
     statics::{self, Batch, Outcome, State, tool_compliance},
-    work::{Event, Work, here},
+    work::{Event, Work, here, overlapped},
 };
 
 /// A checked workspace-map study.

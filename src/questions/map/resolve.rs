@@ -2,12 +2,12 @@
 
 use super::{WorkspaceMapStudy, blocks, run_in_blocks, spec::WorkspaceMapSpec};
 use crate::{
-    answer::Shown,
     input::error::Result,
     questions::{
         Given, Question, Resolved, Template,
         over_workspace::{OwnKeys, Region, scene},
     },
+    simulation::Shown,
     work::Work,
 };
 

@@ -3,10 +3,9 @@
 use nalgebra::Vector3;
 
 use crate::{
-    answer::halton::radical_inverse,
     machine::{Branch, Configuration, Machine},
     questions::identification::{Applied, Measurement, Reading},
-    spatial::Pose,
+    spatial::{Pose, radical_inverse},
 };
 
 /// Where poses may be.

@@ -15,7 +15,6 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::{
-    answer::overlapped,
     compensation::{Demand, Method},
     input::error::Result,
     machine::{ChainError, Configuration, Machine},
@@ -23,7 +22,7 @@ use crate::{
         BySource, Machines, Source,
         along_path::{self, LedBlocks, Left, PathAnswer, PathCase, PathSummary, PathSums, kept},
     },
-    work::Work,
+    work::{Work, overlapped},
 };
 
 pub use turned::PathTurn;

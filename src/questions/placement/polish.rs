@@ -9,7 +9,7 @@ use super::{
     PlacementStudy,
     site::{Bounds, Site},
 };
-use crate::answer::halton::radical_inverse;
+use crate::spatial::radical_inverse;
 
 /// Steps of a pattern search, in steps of the grid.
 #[derive(Debug, Clone, Copy)]

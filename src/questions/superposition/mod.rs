@@ -37,10 +37,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::simulation::{Failure, Machines};
 use crate::{
-    answer::{Scene, overlapped},
     input::error,
+    simulation::Scene,
     spatial::Grid,
-    work::{Event, Work, here},
+    work::{Event, Work, here, overlapped},
 };
 
 /// A named location of P.

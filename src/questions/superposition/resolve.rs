@@ -5,7 +5,6 @@ use super::{
     spec::{LocationSpec, ScalesSpec, SuperpositionSpec},
 };
 use crate::{
-    answer::Shown,
     input::{check::Check, error::Result},
     machine::Machine,
     questions::{
@@ -13,7 +12,7 @@ use crate::{
         over_workspace::{OwnKeys, Region, scene},
         path::resolve::named_point,
     },
-    simulation::ROUNDING_MM,
+    simulation::{ROUNDING_MM, Shown},
     work::{Work, here},
 };
 

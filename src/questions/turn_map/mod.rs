@@ -13,7 +13,6 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    answer::Scene,
     input::error::Result,
     machine::Branch,
     process::{
@@ -21,7 +20,7 @@ use crate::{
         cutting::{PathFrame, PathLoad},
     },
     redundancy::{Hindrance, Node, TurnAsked, at_points},
-    simulation::{Failure, SOLVED, status_of},
+    simulation::{Failure, SOLVED, Scene, status_of},
     spatial::{Grid, frame_about},
     toolpath::{Orientation, PathPoint, PointSource, Toolpath},
     work::{Event, Work, here},

@@ -4,7 +4,6 @@ use nalgebra::Vector3;
 
 use super::{TurnMapStudy, axes::axes, blocks, run, spec::TurnMapSpec};
 use crate::{
-    answer::Shown,
     input::error::{Error, Result},
     machine::Machine,
     process::{Placement, ToolTurn},
@@ -13,6 +12,7 @@ use crate::{
         over_workspace::{OwnKeys, Region, scene},
     },
     redundancy,
+    simulation::Shown,
     toolpath::{Sampling, Toolpath},
     work::Work,
 };

@@ -6,11 +6,13 @@
 //! `power = wrench · twist`.
 
 mod grid;
+mod halton;
 mod pose;
 mod rank_revealing;
 mod screw;
 
 pub use grid::Grid;
+pub use halton::radical_inverse;
 pub use pose::{Axis, Pose, frame_about, rotation_exp, rotation_log};
 pub(crate) use pose::{image, product};
 pub use rank_revealing::{RankRevealing, rank};

@@ -13,7 +13,7 @@ pub use text::text;
 use serde_json::json;
 
 use crate::{
-    answer::{Output, Run, Said, Shown, Streams, layers, size_words, source_group},
+    answer::{Output, Run, Said, Streams, layers, size_words, source_group},
     files::{
         exchange::{Image, Layer},
         words::{counted, typographic},
@@ -25,6 +25,7 @@ use crate::{
         Answered,
         map::{MapPoint, WorkspaceMapStudy, run_in_blocks},
     },
+    simulation::Shown,
 };
 
 impl Answered for WorkspaceMapStudy {

@@ -7,12 +7,12 @@ use super::{
     quantities::{ANGLE, DEFLECTION, DEPARTURE, STIFFNESS, drives},
 };
 use crate::{
-    answer::{Drawn, GridMap, Quantity, Shown, Tolerance, deflected_pose::deflected_pose},
+    answer::{Drawn, GridMap, Quantity, Tolerance, deflected_pose::deflected_pose},
     figures::{Figure, Shading},
     files::table::kind_word,
     page::DeflectedPose,
     questions::map::{MapPoint, SourceEffect, WorkspaceMapStudy},
-    simulation::Source,
+    simulation::{Shown, Source},
 };
 
 /// The quantity drawn in 3-D: the deflection under both sources.

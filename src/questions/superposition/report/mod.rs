@@ -15,7 +15,7 @@ pub use text::summary_text;
 use serde_json::json;
 
 use crate::{
-    answer::{Output, Run, Shown, Streams, layers, size_words},
+    answer::{Output, Run, Streams, layers, size_words},
     files::{
         StatusCount,
         exchange::{Image, Layer},
@@ -32,7 +32,7 @@ use crate::{
             run_locations, run_map,
         },
     },
-    simulation::{ROUNDING_MM, status_of},
+    simulation::{ROUNDING_MM, Shown, status_of},
 };
 
 impl Answered for SuperpositionStudy {

@@ -6,13 +6,14 @@ use super::{
     words,
 };
 use crate::{
-    answer::{Drawn, GridMap, Shown, Tolerance},
+    answer::{Drawn, GridMap, Tolerance},
     figures::{Figure, LineFigure, LineSeries, Shading},
     questions::superposition::{
         DeparturePoint, LocationResult, Scaled, SuperpositionStudy,
         ablation::Cause,
         departure::{Followed, Sum, Worst},
     },
+    simulation::Shown,
 };
 
 /// The pictures of the map of `study`, none of its points seen.

@@ -7,7 +7,7 @@ mod summary;
 use serde_json::json;
 
 use crate::{
-    answer::{Output, Run, Shown, layers, size_words},
+    answer::{Output, Run, layers, size_words},
     files::{
         Manifest,
         words::{counted, typographic},
@@ -18,6 +18,7 @@ use crate::{
         Answered,
         turn_map::{TurnMapPoint, TurnMapStudy, run},
     },
+    simulation::Shown,
 };
 use headline::{details, headline};
 use summary::Report;

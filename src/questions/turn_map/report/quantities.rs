@@ -3,12 +3,13 @@
 
 use super::summary::Report;
 use crate::{
-    answer::{Drawn, GridMap, Quantity, Shown, TableOf},
+    answer::{Drawn, GridMap, Quantity, TableOf},
     figures::{Figure, Shading},
     files::exchange::{Cell, Kind, Row, Table, cells, numbers, texts},
     machine::Branch,
     page::Better::{Larger, Neither, Smaller},
     questions::turn_map::{TurnMapPoint, Turns},
+    simulation::Shown,
 };
 
 type Of = Quantity<Turns>;

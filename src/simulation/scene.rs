@@ -1,11 +1,11 @@
 //! What a question over the workspace asks about: a machine, what acts on it, what is put right, and how well.
 
+use super::Machines;
 use crate::{
     compensation::{Demand, Target},
     input::error::Result,
     machine::{ChainError, Machine},
     process::MillingForce,
-    simulation::Machines,
     spatial::{Pose, Wrench},
 };
 
