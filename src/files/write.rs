@@ -159,7 +159,7 @@ pub fn write_beside(file: &Path, files: Vec<OutputFile>) -> Result<()> {
 }
 
 /// Changes of files in a folder, made one after another once all of them are ready. Whatever leaves files goes through one; where they belong
-/// together, a record of them is its first and its last change.
+/// together, its first change says that they are not complete, and its last that they are.
 #[derive(Debug)]
 pub(crate) struct Transaction {
     folder: PathBuf,

@@ -3,15 +3,25 @@
 use std::{
     collections::BTreeSet,
     fs::{self, File},
+    io::Write,
     path::Path,
 };
 
 use crate::support::command::kinetostat;
+use kinetostat::{
+    Grid,
+    files::exchange::{self, Cell, Image, Layer, Row, Table, counts, numbers, texts},
+};
+use nalgebra::Vector3;
 use parquet::{
-    file::reader::{FileReader, SerializedFileReader},
+    file::{
+        metadata::KeyValue,
+        reader::{FileReader, SerializedFileReader},
+    },
     record::Field,
 };
 use serde_json::Value;
+use vtkio::model::{Attribute, DataSet, Extent, IOBuffer, Piece, Vtk};
 
 const STUDIES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/studies");
 
@@ -171,4 +181,106 @@ fn the_points_of_curves_stand_beside_their_figure() {
     assert_eq!(curve[0][3], curve[of_both.len()][3]);
     let paths = csv_cells(&folder.path().join("paths_data.csv"));
     assert!(paths[1..].iter().all(|row| row[4].contains("times as large")), "{:?}", paths[1]);
+}
+
+fn read_back(cell: &Field) -> Cell {
+    match cell {
+        Field::Null => Cell::Missing,
+        Field::Double(number) => Cell::Number(*number),
+        Field::Long(count) => Cell::Count(usize::try_from(*count).unwrap()),
+        Field::Str(text) => Cell::Text(text.clone()),
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn a_table_as_parquet_is_read_back_as_it_was() {
+    let columns = [counts(["point"]), numbers(["x_mm", "ratio"]), texts(["reason"])].concat();
+    let row = |k: usize| {
+        let x = (!k.is_multiple_of(3)).then_some(0.1 * k as f64 - 7e-300);
+        vec![k.into(), x.into(), Cell::Missing, if k == 4 { "unstable: μ < 0" } else { "" }.into()]
+    };
+    let table = Table::new(columns, (0..1000).map(row));
+    let bytes = exchange::parquet(&table).unwrap();
+    assert_eq!(bytes, exchange::parquet(&table).unwrap());
+    let mut file = tempfile::tempfile().unwrap();
+    file.write_all(&bytes).unwrap();
+    let reader = SerializedFileReader::new(file).unwrap();
+    let rows = reader.get_row_iter(None).unwrap();
+    let rows = rows.map(|row| row.unwrap().get_column_iter().map(|(_, cell)| read_back(cell)).collect::<Vec<_>>());
+    assert_eq!(table, Table::new(table.columns().to_vec(), rows));
+    let file = reader.metadata().file_metadata();
+    let names: Vec<&str> = file.schema().get_fields().iter().map(|field| field.name()).collect();
+    assert_eq!(names, ["point", "x_mm", "ratio", "reason"]);
+    let pair = |key: &str, value: &str| KeyValue::new(key.into(), value.to_string());
+    assert_eq!(file.key_value_metadata().unwrap(), &[pair("kinetostat.schema", "2"), pair("unit.x_mm", "mm")]);
+}
+
+const LAYER: Layer = Layer { table: "map", keys: &["source"], vectors: &["deflection"] };
+
+/// A map on 3 × 2 × 1 points with two sources; the second point is out of reach.
+fn map(status: &str) -> (Image, Vec<(String, Table)>) {
+    let grid = Grid::new(Vector3::new(-73.65, 0.0, 5.0), Vector3::new(26.35, 10.0, 15.0), [3, 2, 1]);
+    let quantities = ["deflection_mm", "deflection_x_mm", "deflection_y_mm", "deflection_z_mm", "departure_mm"];
+    let columns =
+        [numbers(["x_mm", "y_mm", "z_mm"]), texts(["source", "status", "reason"]), numbers(quantities)].concat();
+    let row = |index: usize, source: &str| {
+        let mut row: Row = grid.position(index).iter().map(|v| Cell::from(*v)).collect();
+        row.push(source.into());
+        if index == 1 {
+            row.extend([status.into(), "too far".into()]);
+            row.resize(11, Cell::Missing);
+            return row;
+        }
+        row.extend(["solved".into(), Cell::Missing]);
+        row.extend([1.0 / 3.0, 0.1, 0.2, 0.3].map(|v| Cell::from(v * index as f64)));
+        row.push((source == "both").then_some(0.25).into());
+        row
+    };
+    let rows: Vec<Row> = (0..6).flat_map(|index| ["cutting", "both"].map(|source| row(index, source))).collect();
+    (Image { grid, layers: vec![LAYER] }, vec![("map".into(), Table::new(columns, rows))])
+}
+
+#[test]
+fn an_image_is_read_back_as_it_was() {
+    let (image, tables) = map("unreachable");
+    let (bytes, description) = image.vti(&tables).unwrap();
+    assert_eq!(bytes, image.vti(&tables).unwrap().0);
+    let read = Vtk::parse_xml(bytes.as_slice()).unwrap();
+    let DataSet::ImageData { extent, origin, spacing, pieces, .. } = read.data else { panic!("image data") };
+    assert_eq!(extent, Extent::Ranges([0..=2, 0..=1, 0..=0]));
+    assert_eq!((origin, spacing), ([-73.65, 0.0, 10.0], [50.0, 10.0, 1.0]));
+    let [Piece::Inline(piece)] = pieces.as_slice() else { panic!("one piece") };
+    let array = |name: &str| {
+        let arrays = piece.data.point.iter().filter_map(|attribute| match attribute {
+            Attribute::DataArray(array) => Some(array),
+            Attribute::Field { .. } => None,
+        });
+        arrays.into_iter().find(|array| array.name == name).map(|array| array.data.clone())
+    };
+    assert_eq!(array("both/status"), Some(IOBuffer::I32(vec![0, 1, 0, 0, 0, 0])));
+    let Some(IOBuffer::F64(lengths)) = array("both/deflection_mm") else { panic!("an array of numbers") };
+    let is_expected = |(index, length): (usize, &f64)| match index {
+        1 => length.is_nan(),
+        _ => *length == 1.0 / 3.0 * index as f64,
+    };
+    assert!(lengths.len() == 6 && lengths.iter().enumerate().all(is_expected), "{lengths:?}");
+    let Some(IOBuffer::F64(vectors)) = array("cutting/deflection_vector_mm") else { panic!("an array of vectors") };
+    assert_eq!(vectors[15..], [0.5, 1.0, 1.5]);
+    assert_eq!(array("cutting/departure_mm"), None, "an array without any number");
+    let named: Vec<&str> =
+        description["arrays"].as_array().unwrap().iter().map(|array| array["name"].as_str().unwrap()).collect();
+    assert_eq!((named[0], named[named.len() - 1]), ("cutting/deflection_mm", "position_mm"));
+    assert_eq!(description["status"]["unreachable"], 1);
+}
+
+#[test]
+fn an_unknown_status_and_a_table_of_another_grid_are_faults() {
+    let (image, tables) = map("tired");
+    let fault = image.vti(&tables).unwrap_err().to_string();
+    assert!(fault.contains("tired"), "{fault}");
+    let (mut image, tables) = map("unreachable");
+    image.grid.axes[2] = (0..7).map(f64::from).collect();
+    let fault = image.vti(&tables).unwrap_err().to_string();
+    assert_eq!(fault, "map: 12 rows for 42 points");
 }

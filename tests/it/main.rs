@@ -35,7 +35,7 @@ mod export_correction;
 mod external_axes;
 #[cfg(feature = "report")]
 mod figures;
-#[cfg(all(feature = "parquet", feature = "vtk"))]
+#[cfg(feature = "report")]
 mod files;
 mod five_axis;
 mod forces_of_tools;
@@ -59,7 +59,6 @@ mod golden_tables;
 mod hung_machines;
 mod identification;
 mod jacobians;
-mod kept_pieces;
 mod kinematics;
 mod labels;
 mod lanes;

@@ -338,7 +338,11 @@ fn the_command_writes_a_folder_and_replaces_what_it_wrote() {
         };
         assert!(!text.match_indices('{').any(is_open), "a word of {name} is not filled in");
     }
+    // What an export that was killed left.
+    let left = out.join(".partial-left");
+    std::fs::write(&left, "half").unwrap();
     assert_eq!(export(&[]).0, Some(0));
+    assert!(!left.exists());
     std::fs::write(out.join("README.md"), "mine").unwrap();
     let (code, _, errors) = export(&[]);
     assert!(

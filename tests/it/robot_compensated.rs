@@ -1,13 +1,20 @@
 //! Programs of robots and APT programs as jobs: compensated on a loaded arm, and what the process file says of them.
 
+use std::sync::Arc;
+
 use kinetostat::{
     compensation::Method,
+    files::Foreign,
     input::Folder,
     machine::Machine,
     process::Process,
-    products::program::{Asked, Corrected, Part, ProgramJob, Written},
+    products::program::{
+        Asked, Corrected, Part, ProgramJob, Written,
+        files::{Left, ProgramFiles, compensate_into},
+    },
     simulation::ProgramFile,
     toolpath::{Orientation, polyline::Polyline},
+    work::Work,
 };
 use nalgebra::{UnitQuaternion, Vector3};
 
@@ -80,6 +87,22 @@ fn programs_of_robots_are_compensated_on_a_loaded_arm() {
 }
 
 const FULL_POSE: &str = "[compensate]\ntarget = \"full_pose\"\n";
+
+/// The columns of the points tell of each source alone, whatever is asked.
+#[test]
+fn files_of_a_program_tell_of_each_source() {
+    let files = [("part.src", KRL), ("part.dat", DATA)];
+    let (job, _) = compensated(process(""), &files);
+    let here = tempfile::tempdir().unwrap();
+    let out = ProgramFiles::prepare(&here.path().join("part.src"), Foreign::Kept).unwrap();
+    let work = Work::new(None, Arc::default(), Box::new(|_| ()));
+    let left = compensate_into(job, &Asked::by(Method::Direct), &out, ("part.src", None), &work).unwrap();
+    assert!(matches!(left, Left::Written(_)));
+    let points = std::fs::read_to_string(here.path().join("part.src.points.csv")).unwrap();
+    let head: Vec<&str> = points.lines().next().unwrap().split(',').collect();
+    let cutting = head.iter().position(|name| *name == "error_before_cutting_mm").unwrap();
+    assert!(points.lines().skip(1).all(|row| row.split(',').nth(cutting).unwrap().parse::<f64>().is_ok()), "{points}");
+}
 
 #[test]
 fn the_tool_is_turned_back_where_the_full_pose_is_compensated() {

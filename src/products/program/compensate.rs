@@ -157,7 +157,8 @@ impl ProgramJob {
         };
         work.check()?;
         if !corrected.failures.is_empty() {
-            let (seen, pass) = (corrected.seen(), own.ok());
+            // What ended early has its reason in the failures.
+            let (seen, pass) = (corrected.seen(), if asked.ends_early { own.ok() } else { Some(own?) });
             let failures = corrected.failures;
             return Ok(Compensated::Refused(Refused { is_out_of_reach: false, failures, seen, pass }));
         }

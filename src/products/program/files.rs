@@ -63,8 +63,8 @@ pub enum Left {
     Refused(Box<ProgramJob>, Refused),
 }
 
-/// Compensates `job`, the program called `name`, as `asked` and leaves it in `files`; `turns` says for programs what was found of the
-/// turn about the tool's axis, if that was sought.
+/// Compensates `job`, the program called `name`, as `asked`, with each source apart, and leaves it in `files`; `turns` says for programs
+/// what was found of the turn about the tool's axis, if that was sought.
 ///
 /// # Errors
 /// As [`ProgramJob::compensate`]; files that cannot be written: what is there then is known as ours.
@@ -75,8 +75,10 @@ pub fn compensate_into(
     (name, turns): (&str, Option<Value>),
     work: &Work,
 ) -> Result<Left> {
+    // The columns of the points need it.
+    let asked = Asked { sources_apart: true, ..asked.clone() };
     let mut kept = Kept { job: &job, files, under_way: None };
-    let found = job.compensate(asked, &mut kept, work)?;
+    let found = job.compensate(&asked, &mut kept, work)?;
     let under_way = kept.under_way;
     let mut proved = match found {
         Compensated::Proved(proved) => *proved,
@@ -211,13 +213,25 @@ impl ProgramFiles {
         files.extend(called.map(|file| OutputFile::new(&file.name, file.bytes.as_slice())));
         files.push(OutputFile::new(self.named(""), program));
         let mut names: Vec<String> = files.iter().map(|file| file.name.clone()).collect();
-        write_all(made, files)?;
+        write_all(made, files).map_err(|error| self.in_its_place(error))?;
         let folder = ResultFolder { path: made.to_path_buf(), description, manifest };
         let page = page_with(&folder, figures, &made.join(self.named(PAGE)))?;
         names.push(self.named(PAGE));
-        write_all(made, vec![OutputFile::new(self.named(PAGE), page)])?;
+        let page = vec![OutputFile::new(self.named(PAGE), page)];
+        write_all(made, page).map_err(|error| self.in_its_place(error))?;
         self.replace(made, &names, &report)?.commit()?;
         Ok(self.out.with_file_name(self.named(PAGE)))
+    }
+
+    /// An `error` of a file that is made elsewhere, told of the file that it was to become.
+    fn in_its_place(&self, error: Error) -> Error {
+        match error {
+            Error::Write { file, source } => {
+                let file = file.file_name().map_or_else(|| self.out.clone(), |name| self.out.with_file_name(name));
+                Error::Write { file, source }
+            }
+            other => other,
+        }
     }
 
     /// The changes by which files of these `names` in the folder `made`, the program and the page the last, and their report take their places.

@@ -4,7 +4,7 @@ use std::{fmt::Write, path::Path};
 
 use super::{Realtime, domain::Domain, emit};
 use crate::{
-    files::{Foreign, OutputFile, Transaction, may_replace, prepare},
+    files::{Foreign, OutputFile, Transaction, clean, may_replace, prepare},
     input::error::Result,
     lanes::Operation,
     machine::Motion,
@@ -30,6 +30,7 @@ pub fn write(realtime: &Realtime, folder: &Path, foreign: Foreign) -> Result<()>
     for name in ["src", "include", "example"] {
         prepare(&folder.join(name))?;
     }
+    clean(folder)?;
     let mut changes = Transaction::within(folder)?;
     // Cut short, what is there belongs to two exports: it must not build.
     changes.remove(MANIFEST);

@@ -82,7 +82,7 @@ impl Sampling {
         self.max_turn_rad
     }
 
-    /// Into how many pieces a line of `length_mm` is split; `None` when into more than [`Sampling::MAX_PIECES`].
+    /// Into how many pieces a line of `length_mm` is split; `None` when into more than 20 million.
     pub fn line_pieces(self, length_mm: f64) -> Option<usize> {
         // The slack keeps a length that is a multiple of the piece from gaining one by rounding.
         pieces((length_mm / self.max_segment_mm) * (1.0 - 1e-12))
