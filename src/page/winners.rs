@@ -163,9 +163,14 @@ impl Winners {
             Better::Larger => -1.0,
             Better::Neither => return None,
         };
-        let count = parts.first()?.node_count();
+        // A name that is there twice in one result is so in others at most.
+        let count = parts.iter().map(|part| part.node_count()).min()?;
         let mut is_answer = vec![true; count];
-        parts.iter().flat_map(|part| &part.flags[group]).for_each(|(node, _)| is_answer[*node] = false);
+        for (node, _) in parts.iter().flat_map(|part| &part.flags[group]) {
+            if let Some(is_answer) = is_answer.get_mut(*node) {
+                *is_answer = false;
+            }
+        }
         let at = |node: usize| {
             let value = |who: usize| parts[who].values[quantity][group][node];
             if !is_answer[node] || (0..parts.len()).any(|who| !value(who).is_finite()) {
@@ -257,6 +262,10 @@ mod tests {
         let larger = Winners::new(&parts, 0, 0, Better::Larger, 1e-7).unwrap();
         assert_eq!(larger.at[..2], [best(1, 1.0), best(0, 0.5 / 1.5)]);
         assert_eq!(Winners::new(&parts, 0, 0, Better::Neither, 0.0), None);
+        // A name twice in one result.
+        let twice = part(vec![0.5, 2.0, 3.0], &[2]);
+        let winners = Winners::new(&[&twice, &part(vec![1.0, 1.0], &[])], 0, 0, Better::Smaller, 1e-7).unwrap();
+        assert_eq!(winners.at, [best(0, 0.5), best(1, 1.0)]);
     }
 
     #[test]

@@ -119,16 +119,16 @@ fn dependencies_point_one_way() {
 /// Most lines of folders, inline tests counted, and of them all: no more than there were when this was written. What must have more says in
 /// ARCHITECTURE.md why; what has become shorter lowers its number.
 const MOST_LINES: [(&[&str], usize); 10] = [
-    (&["crates/engine/src"], 20_480),
+    (&["crates/engine/src"], 20_490),
     (&["src/toolpath"], 15_870),
     (&["src/process", "crates/input/src", "src/input", "src/urdf"], 6_730),
-    (&["src/simulation", "src/redundancy"], 3_730),
-    (&["src/answer", "src/files", "src/work", "src/run"], 5_140),
-    (&["src/figures", "src/page"], 9_680),
+    (&["src/simulation", "src/redundancy"], 3_780),
+    (&["src/answer", "src/files", "src/work", "src/run"], 5_050),
+    (&["src/figures", "src/page"], 9_690),
     (&["src/questions"], 21_720),
-    (&["src/products", "src/inspect", "src/explore"], 9_210),
+    (&["src/products", "src/inspect", "src/explore"], 9_220),
     (&["src/cli"], 3_080),
-    (&["crates/engine/src", "crates/input/src", "src"], 95_770),
+    (&["crates/engine/src", "crates/input/src", "src"], 95_790),
 ];
 
 #[test]
@@ -154,7 +154,8 @@ fn columns_of(question: &str) -> BTreeMap<String, usize> {
         // Between quotes is every second part.
         let parts: Vec<&str> = code.split('"').collect();
         for (text, behind) in parts.iter().zip(&parts[1..]).skip(1).step_by(2) {
-            let is_name = text.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'_');
+            let is_name =
+                !text.starts_with('_') && text.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'_');
             let has_unit = UNITS.iter().any(|unit| text.ends_with(&format!("_{unit}")));
             if is_name && has_unit && !behind.starts_with(':') {
                 *columns.entry((*text).to_string()).or_default() += 1;
