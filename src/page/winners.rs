@@ -265,7 +265,7 @@ mod tests {
         // A name twice in one result.
         let twice = part(vec![0.5, 2.0, 3.0], &[2]);
         let winners = Winners::new(&[&twice, &part(vec![1.0, 1.0], &[])], 0, 0, Better::Smaller, 1e-7).unwrap();
-        assert_eq!(winners.at, [best(0, 0.5), best(1, 1.0)]);
+        assert_eq!(winners.at, [best(0, 0.5), best(1, 0.5)]);
     }
 
     #[test]
