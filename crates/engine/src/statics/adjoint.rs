@@ -14,7 +14,9 @@ use nalgebra::Vector6;
 
 use super::{
     chain_system::ChainSystem,
-    full_system, platform,
+    full_system,
+    lane_solver::LaneSolver,
+    platform,
     state::{State, Workspace},
     tool, weight,
 };
@@ -53,23 +55,23 @@ pub(super) fn adjoints(
     load: &Wrench,
     workspace: &mut Workspace,
 ) -> Option<Vec<Adjoint>> {
-    workspace.linearise(machine, drives, state);
-    if let Some(adjoints) = condensed(machine, state, load, workspace) {
+    if workspace.linearise(machine, drives, state, load)
+        && let Some(adjoints) = condensed(machine, &mut workspace.solver)
+    {
         return Some(adjoints);
     }
-    workspace.linearise(machine, drives, state);
+    workspace.fill(machine, &machine.gravity, 0.0, false);
     let mut own = platform::rows(&weight::stiffness(machine, &state.platform().rotation, &machine.gravity));
     tool::add_stiffness(machine, state.platform(), load, &mut own);
-    let adjoints = full_system::transposed(&workspace.chains, &platform::matrix(&own))?;
+    let adjoints = full_system::transposed(&workspace.solver.systems, &platform::matrix(&own))?;
     let is_finite = |adjoint: &Adjoint| adjoint.twist.iter().all(|entry| entry.is_finite());
     adjoints.iter().all(is_finite).then_some(adjoints)
 }
 
-/// `None` where a chain cannot be condensed.
-fn condensed(machine: &Machine, state: &State, load: &Wrench, workspace: &mut Workspace) -> Option<Vec<Adjoint>> {
-    let tangent = workspace.condense(machine, state.platform(), &machine.gravity, Some(load))?;
-    let Workspace { chains, rigid, .. } = workspace;
-    let transposed = platform::rows(&platform::matrix(&tangent).transpose());
+/// The same of condensed chains; `None` where the transposed system is not regular.
+fn condensed(machine: &Machine, solver: &mut LaneSolver) -> Option<Vec<Adjoint>> {
+    let LaneSolver { systems: chains, rigid, tangent, .. } = solver;
+    let transposed = platform::rows(&platform::matrix(tangent).transpose());
     if rigid.factorise(chains, &transposed, machine.reach) == 0 {
         return None;
     }

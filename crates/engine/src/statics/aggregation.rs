@@ -33,7 +33,7 @@ fn end_shifts(nominal: &Machine, real: &Machine, at: &Configuration) -> Vec<Twis
 fn held_wrenches(machine: &Machine, at: &Configuration, workspace: &mut Workspace) -> Vec<Option<Vector6<f64>>> {
     let state = State::rigid(machine, at);
     let inputs = chain_inputs(machine, &state, &at.drives);
-    let systems = workspace.chains.iter_mut().zip(&machine.chains).zip(inputs);
+    let systems = workspace.solver.systems.iter_mut().zip(&machine.chains).zip(inputs);
     let wrenches = systems.map(|((system, chain), (chain_state, drives))| {
         if chain.route.loops.is_empty() {
             return None;

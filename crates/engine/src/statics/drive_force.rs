@@ -3,11 +3,13 @@
 use nalgebra::{DMatrix, Matrix6xX, Vector6};
 
 use super::{
-    full_system, platform,
+    full_system,
+    lane_solver::LaneSolver,
+    platform,
     state::{State, Workspace},
     weight,
 };
-use crate::machine::Machine;
+use crate::{machine::Machine, spatial::Wrench};
 
 /// Forces of all drives in machine order, `τ = k_act θ_a`, N or N·mm.
 pub fn drive_forces(machine: &Machine, state: &State) -> Vec<f64> {
@@ -30,9 +32,8 @@ pub fn drive_force_sensitivity(
     let mut deflections = match condensed_deflections(machine, drives, state, twists, workspace) {
         Some(deflections) => deflections,
         None => {
-            workspace.linearise(machine, drives, state);
             let weight = weight::stiffness(machine, &state.platform().rotation, &machine.gravity);
-            full_system::tangent(&machine.chains, &workspace.chains, &weight).joint_deflection?
+            full_system::tangent(&machine.chains, &workspace.solver.systems, &weight).joint_deflection?
         }
     };
     for (i, (_, drive)) in machine.drives().enumerate() {
@@ -41,7 +42,7 @@ pub fn drive_force_sensitivity(
     Some(deflections)
 }
 
-/// `∂θ_a/∂ρ`; `None` if a chain cannot be condensed.
+/// `∂θ_a/∂ρ`; `None` if a chain cannot be condensed, whose systems are then as filled.
 fn condensed_deflections(
     machine: &Machine,
     drives: &[f64],
@@ -49,15 +50,13 @@ fn condensed_deflections(
     twists: &Matrix6xX<f64>,
     workspace: &mut Workspace,
 ) -> Option<DMatrix<f64>> {
-    workspace.linearise(machine, drives, state);
-    let tangent = workspace.condense(machine, state.platform(), &machine.gravity, None)?;
-    let Workspace { chains, rigid, drive_wrenches, .. } = workspace;
-    if rigid.factorise(chains, &tangent, machine.reach) == 0 {
+    if !workspace.linearise(machine, drives, state, &Wrench::zero()) {
         return None;
     }
+    let LaneSolver { systems: chains, rigid, drive_wrenches, tangent, .. } = &mut workspace.solver;
     if !rigid.is_empty() {
         platform::drive_wrenches(chains, drive_wrenches);
-        rigid.drive_twists(chains, &tangent, drive_wrenches);
+        rigid.drive_twists(chains, tangent, drive_wrenches);
     }
     let mut deflections = DMatrix::zeros(drives.len(), drives.len());
     let mut own_motion = Vec::new();

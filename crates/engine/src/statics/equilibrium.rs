@@ -1,20 +1,20 @@
 //! Equilibrium of the whole machine under a prescribed wrench, eqs. (3) and (7), as one condensed Newton iteration;
 //! load steps, and whether what they reach is stable, `snapped` or singular.
 
-use nalgebra::{Matrix6, Matrix6xX, Vector3, Vector6};
+use nalgebra::{Matrix6, Vector3};
 
 use super::{
-    chain_system::ChainSystem,
-    full_system,
+    full_system::{self, FullTangent},
     iteration::{Iteration, Verdict},
+    lane_solver::LaneSolver,
     outcome::{Outcome, Settings, Status, TaskError},
-    platform::{self, Square, SquareTask},
+    platform::{self, SquareTask},
     rigid_directions::RigidDirections,
-    state::{FreeAtHome, State, Workspace, chain_inputs},
+    state::{FreeAtHome, State, Workspace},
     tool, weight,
 };
 use crate::{
-    lanes::{Frame, Screw, Vec3, rotation_exp},
+    lanes::Vec3,
     machine::{Configuration, Machine},
     spatial::{Pose, Wrench, larger},
 };
@@ -35,33 +35,25 @@ pub fn equilibrium(
     workspace: &mut Workspace,
     settings: &Settings,
 ) -> Outcome {
-    let was = tool::enter(machine, state);
     let mut newton = Newton::new(machine, drives, load, None, state, workspace, settings);
-    let solved = newton.solve(state);
-    let (mut outcome, lost) = match solved {
-        Some(residual) => (newton.finish(state, residual, 1), None),
+    let (mut outcome, lost) = match newton.solve() {
+        Some(residual) => (newton.finish(residual, 1), None),
         None => match newton.load_stepping(state) {
-            Ok(Reached { residual, steps, lost }) => (newton.finish(state, residual, steps), lost),
+            Ok(Reached { residual, steps, lost }) => (newton.finish(residual, steps), lost),
             Err((status, residual)) => (newton.failed(status, residual), None),
         },
     };
     if let (Some(load_fraction), Status::Solved) = (lost, &outcome.status) {
         outcome = newton.failed(Status::Snapped { load_fraction }, outcome.residual);
     }
-    if newton.is_at_singular_place(&outcome.status) {
+    if newton.is_at_singular_place(&outcome.status, state) {
         outcome = newton.failed(Status::SingularPlace, outcome.residual);
     }
-    match (outcome.is_equilibrium(), &workspace.start, was) {
-        (true, _, Some(_)) => tool::leave(machine, load, state, &mut outcome),
-        (false, Some(start), was) => {
-            state.clone_from(start);
-            if let Some((pose, body)) = was {
-                (state.pose, state.body) = (pose, body);
-            }
-        }
-        _ => {}
+    if !outcome.is_equilibrium() {
+        return outcome;
     }
-    outcome
+    workspace.solver.store(0, state);
+    tool::leave(machine, load, state, outcome)
 }
 
 /// Equilibrium of `machine` in which the drives stand where the task error vanishes: the drives and the state are found
@@ -79,35 +71,18 @@ pub fn equilibrium_at_task(
     workspace: &mut Workspace,
     settings: &Settings,
 ) -> Option<Outcome> {
-    let was = tool::enter(machine, state);
-    let task_of_body = |body: &Pose| task(&tool::bend(machine, body, load));
-    let task: &dyn Fn(&Pose) -> TaskError = if was.is_some() { &task_of_body } else { task };
     let mut newton = Newton::new(machine, drives, load, Some(task), state, workspace, settings);
-    match newton.solve(state) {
-        Some(residual) => {
-            drives.copy_from_slice(&newton.workspace.drives);
-            let mut outcome = newton.finish(state, residual, 1);
-            if was.is_some() {
-                tool::leave(machine, load, state, &mut outcome);
-            }
-            Some(outcome)
-        }
-        None => {
-            if let Some(start) = &workspace.start {
-                state.clone_from(start);
-            }
-            if let Some((pose, body)) = was {
-                (state.pose, state.body) = (pose, body);
-            }
-            None
-        }
-    }
+    let residual = newton.solve()?;
+    let outcome = newton.finish(residual, 1);
+    drives.copy_from_slice(&workspace.solver.drives);
+    workspace.solver.store(0, state);
+    Some(tool::leave(machine, load, state, outcome))
 }
 
 /// Whether the unloaded platform, or a chain, could move without resistance at `at`, and not so at home.
 pub(crate) fn is_singular_place(machine: &Machine, at: &Configuration, workspace: &mut Workspace) -> bool {
-    let (mut state, load, settings) = (State::rigid(machine, at), Wrench::zero(), Settings::default());
-    let mut newton = Newton::new(machine, &at.drives, &load, None, &mut state, workspace, &settings);
+    let (state, load, settings) = (State::rigid(machine, at), Wrench::zero(), Settings::default());
+    let mut newton = Newton::new(machine, &at.drives, &load, None, &state, workspace, &settings);
     newton.is_freer_than_at_home(&state)
 }
 
@@ -121,8 +96,10 @@ const NEARLY_FREE: f64 = 1e-9;
 
 struct Newton<'a> {
     machine: &'a Machine,
+    /// Where the drives are at first.
+    drives: &'a [f64],
     load: &'a Wrench,
-    /// What the drives are to achieve; without it they stay where the workspace has them.
+    /// What the drives are to achieve; without it they stay.
     task: Option<&'a dyn Fn(&Pose) -> TaskError>,
     workspace: &'a mut Workspace,
     settings: &'a Settings,
@@ -148,34 +125,31 @@ struct Reached {
 /// Platform balance of the present linearisation.
 struct Balance {
     /// Applied wrench less the sum of the chain wrenches, less what the load step holds back.
-    imbalance: Vector6<f64>,
+    imbalance: [f64; 6],
     task: Option<TaskError>,
+    /// Whether the chains are condensed.
+    is_condensed: bool,
     /// Largest of the closure gaps, forces out of balance and task errors, dimensionless.
     residual: f64,
 }
 
 impl<'a> Newton<'a> {
-    /// Remembers where the solve starts, and takes up the drives.
+    /// Takes up where the solve starts.
     fn new(
         machine: &'a Machine,
-        drives: &[f64],
+        drives: &'a [f64],
         load: &'a Wrench,
         task: Option<&'a dyn Fn(&Pose) -> TaskError>,
-        state: &mut State,
+        start: &State,
         workspace: &'a mut Workspace,
         settings: &'a Settings,
     ) -> Self {
         debug_assert_eq!(drives.len(), machine.drive_count());
-        match &mut workspace.start {
-            Some(start) => start.clone_from(state),
-            start => *start = Some(state.clone()),
-        }
-        workspace.drives.clear();
-        workspace.drives.extend_from_slice(drives);
-        workspace.drive_step.clear();
-        workspace.drive_step.resize(drives.len(), 0.0);
+        workspace.solver.put(0, drives, start);
+        workspace.solver.loads[0] = *load;
         Self {
             machine,
+            drives,
             load,
             task,
             workspace,
@@ -188,63 +162,61 @@ impl<'a> Newton<'a> {
         }
     }
 
-    /// Iterates to convergence from `state`; the residual reached, or `None` if the iteration fails.
-    fn solve(&mut self, state: &mut State) -> Option<f64> {
+    /// Iterates to convergence from where the solver stands; the residual reached, or `None` if the iteration fails.
+    fn solve(&mut self) -> Option<f64> {
         let mut iteration = Iteration::new();
         for _ in 0..=self.settings.max_iterations {
-            let balance = self.linearise(state);
+            let balance = self.linearise();
             match iteration.judge(balance.residual, self.settings) {
                 Verdict::Solved => return Some(balance.residual),
                 Verdict::Failed => return None,
                 Verdict::Continue => {}
             }
-            let twist = self.step(state, &balance)?;
-            let turns = self.workspace.chains.iter().map(ChainSystem::largest_rotation);
-            let turn = turns.fold(twist.fixed_rows::<3>(3).amax(), larger);
-            if !iteration.accepts(turn) {
+            let twist = self.step(&balance)?;
+            if !iteration.accepts(self.workspace.solver.largest_turn(&twist)) {
                 return None;
             }
-            self.apply(&twist, state);
+            self.workspace.solver.apply(self.machine, twist, 1);
             self.iterations += 1;
         }
         None
     }
 
-    /// Brings on the load and the chain errors in adaptive steps from the starting state, by holding back a shrinking
-    /// share of the starting residual. Err: how it ends, and the last residual.
-    fn load_stepping(&mut self, state: &mut State) -> Result<Reached, (Status, f64)> {
-        if let Some(start) = &self.workspace.start {
-            state.clone_from(start);
-        }
+    /// Brings on the load and the chain errors in adaptive steps from `start`, by holding back a shrinking share of the starting
+    /// residual. Err: how it ends, and the last residual.
+    fn load_stepping(&mut self, start: &State) -> Result<Reached, (Status, f64)> {
         self.held = 0.0;
-        let held_imbalance = self.linearise(state).imbalance;
-        for (held, chain) in self.workspace.held.iter_mut().zip(&self.workspace.chains) {
-            held.remember(chain, &state.pose);
+        self.workspace.solver.put(0, self.drives, start);
+        let held_imbalance = self.linearise().imbalance;
+        self.fill();
+        let Workspace { solver, held, .. } = &mut *self.workspace;
+        for (held, system) in held.iter_mut().zip(&solver.systems) {
+            held.remember(system, &solver.platform.into());
         }
         self.workspace.held_imbalance = held_imbalance;
-        let unloaded = self.softest(state);
+        let unloaded = self.softest(start);
         if unloaded.is_nearly_free() {
             return Err((Status::SingularPlace, f64::INFINITY));
         }
         let mut lost = None;
         let (mut fraction, mut step, mut steps) = (0.0, 0.5f64, 0);
-        let mut last = state.clone();
+        let mut last = start.clone();
         let mut residual = f64::INFINITY;
         while fraction < 1.0 {
             let next = f64::min(1.0, fraction + step);
             self.held = 1.0 - next;
-            match self.solve(state) {
+            match self.solve() {
                 Some(reached) => {
                     (fraction, residual) = (next, reached);
                     steps += 1;
                     step *= 2.0;
-                    last.clone_from(state);
-                    if lost.is_none() && !self.softest(state).is_stable {
+                    self.workspace.solver.store(0, &mut last);
+                    if lost.is_none() && !self.softest(&last).is_stable {
                         lost = Some(fraction);
                     }
                 }
                 None if step > MIN_LOAD_STEP => {
-                    state.clone_from(&last);
+                    self.workspace.solver.put(0, self.drives, &last);
                     step *= 0.5;
                 }
                 None => return Err((self.why_stuck(&last, fraction, &unloaded), residual)),
@@ -268,21 +240,21 @@ impl<'a> Newton<'a> {
         }
     }
 
-    /// Whether the machine is singular where the solve started, and at home not so. Loads and errors that stiffen it do not
+    /// Whether the machine is singular at `start`, where the solve began, and at home not so. Loads and errors that stiffen it do not
     /// lead away from there.
-    fn is_at_singular_place(&mut self, status: &Status) -> bool {
-        if matches!(status, Status::Singular | Status::SingularPlace) {
+    fn is_at_singular_place(&mut self, status: &Status, start: &State) -> bool {
+        if matches!(status, Status::Singular | Status::SingularPlace)
+            || (self.is_plainly_stable && !self.has_idle_motion && *status == Status::Solved)
+        {
             return false;
         }
         self.held = 0.0;
-        if self.has_idle_motion && !self.free_at_home().idle {
-            return true;
-        }
-        if self.is_plainly_stable && *status == Status::Solved {
-            return false;
-        }
-        let start = self.workspace.start.clone();
-        start.is_some_and(|start| self.is_freer_than_at_home(&start))
+        let mut end = start.clone();
+        self.workspace.solver.store(0, &mut end);
+        let is_singular = (self.has_idle_motion && !self.free_at_home().idle)
+            || !(self.is_plainly_stable && *status == Status::Solved) && self.is_freer_than_at_home(start);
+        self.workspace.solver.put(0, self.drives, &end);
+        is_singular
     }
 
     /// Whether something moves without resistance in a state of the machine without weight, and at home not so. A machine that
@@ -306,9 +278,10 @@ impl<'a> Newton<'a> {
         if let Some(free) = self.workspace.free_at_home {
             return free;
         }
-        let home = State::rigid(self.machine, &self.machine.home);
-        self.workspace.drives.clone_from(&self.machine.home.drives);
-        let softest = self.softest_without_weight(&home);
+        let home = &self.machine.home;
+        let drives = std::mem::replace(&mut self.drives, &home.drives);
+        let softest = self.softest_without_weight(&State::rigid(self.machine, home));
+        self.drives = drives;
         let free = FreeAtHome { idle: softest.has_idle_motion, platform: softest.is_nearly_free() };
         self.workspace.free_at_home = Some(free);
         free
@@ -316,215 +289,122 @@ impl<'a> Newton<'a> {
 
     /// The platform's softest direction at an equilibrium, part of the load held back.
     fn softest(&mut self, state: &State) -> Softest {
-        self.linearise(state);
+        self.workspace.solver.put(0, self.drives, state);
         let reach = self.machine.reach;
-        match self.condense(state) {
-            Some(tangent) => {
-                let rigid = &mut self.workspace.rigid;
-                let matrix = platform::matrix(&tangent);
-                let is_stable = platform_status(&matrix, reach) == Status::Solved;
-                if rigid.is_empty() {
-                    return Softest::of_stiffness(&matrix, reach, is_stable);
-                }
-                let compliance = single(platform::compliance(rigid, tangent)).map(|rows| platform::matrix(&rows));
-                Softest::of_compliance(compliance.as_ref(), reach, is_stable, rigid)
+        if self.linearise().is_condensed {
+            let LaneSolver { rigid, tangent, .. } = &mut self.workspace.solver;
+            let matrix = platform::matrix(tangent);
+            let is_stable = platform_status(&matrix, reach) == Status::Solved;
+            if rigid.is_empty() {
+                return Softest::of_stiffness(&matrix, reach, is_stable);
             }
-            None => {
-                self.linearise(state);
-                let weight = self.platform_stiffness(state);
-                let Workspace { chains, rigid, .. } = &mut *self.workspace;
-                let full = full_system::tangent(&self.machine.chains, chains, &weight);
-                let (compliance, is_stable) = (full.compliance.as_ref(), full.status == Status::Solved);
-                let softest = Softest::of_compliance(compliance, reach, is_stable, rigid);
-                Softest { has_idle_motion: full.has_idle_motion, ..softest }
-            }
+            let (compliance, regular) = platform::compliance(rigid, *tangent);
+            let compliance = (regular == 1).then(|| platform::matrix(&compliance));
+            return Softest::of_compliance(compliance.as_ref(), reach, is_stable, rigid);
         }
+        let full = self.full_tangent();
+        let is_stable = full.status == Status::Solved;
+        let softest = Softest::of_compliance(full.compliance.as_ref(), reach, is_stable, &self.workspace.solver.rigid);
+        Softest { has_idle_motion: full.has_idle_motion, ..softest }
     }
 
     fn failed(&self, status: Status, residual: f64) -> Outcome {
-        Outcome {
-            status,
-            iterations: self.iterations,
-            residual,
-            load_steps: 0,
-            stiffness: None,
-            compliance: None,
-            drive_sensitivity: Matrix6xX::zeros(self.machine.drive_count()),
-        }
+        Outcome::without_tangent(status, self.iterations, residual, self.machine.drive_count())
     }
 
-    /// Fills all chain systems at `state`.
-    fn linearise(&mut self, state: &State) -> Balance {
-        let reach = self.machine.reach;
-        let norm = |wrench: &Wrench| Screw::from(*wrench).wrench_norm(reach);
-        let weight: Wrench =
-            weight::wrench(self.machine, &Frame::splat(&state.pose), Vec3::splat(&self.gravity)).into();
-        let load = tool::load_on_body(self.machine, &state.pose, self.load);
-        let mut imbalance = load.to_vector() + weight.to_vector();
-        let mut largest_wrench = norm(self.load).max(1.0);
-        let (mut gap, mut force): (f64, f64) = (0.0, 0.0);
-        let Workspace { chains, held, drives, .. } = &mut *self.workspace;
-        let inputs = chain_inputs(self.machine, state, drives);
-        for (((system, held), chain), (chain_state, drives)) in
-            chains.iter_mut().zip(held).zip(&self.machine.chains).zip(inputs)
-        {
-            if self.held > 0.0 {
-                held.shift_loops(system, self.held);
-                system.linearise(chain, drives, chain_state, &held.target(&state.pose, self.held), &self.gravity);
-                held.release(system, self.held);
-                held.shift_loops(system, 0.0);
-            } else {
-                system.linearise(chain, drives, chain_state, &state.pose, &self.gravity);
-            }
-            let residual = system.residual(reach);
-            gap = larger(gap, residual.gap);
-            force = larger(force, residual.force);
-            largest_wrench = largest_wrench.max(norm(&chain_state.wrench));
-            imbalance -= chain_state.wrench.to_vector();
-        }
+    /// Fills the systems of all chains where the solver stands, and condenses them if that is possible.
+    fn linearise(&mut self) -> Balance {
+        let is_condensed = self.workspace.fill(self.machine, &self.gravity, self.held, true);
+        let Workspace { solver, held_imbalance, .. } = &*self.workspace;
+        let (body, reach) = (solver.platform.into(), self.machine.reach);
+        let load = tool::load_on_body(self.machine, &body, self.load).to_array();
+        let mut imbalance = solver.imbalance(self.machine, Vec3::splat(&self.gravity), load);
         if self.held > 0.0 {
-            imbalance -= self.workspace.held_imbalance * self.held;
+            for (entry, held) in imbalance.iter_mut().zip(held_imbalance) {
+                *entry -= held * self.held;
+            }
         }
-        force = larger(force, norm(&Wrench::from_vector(&imbalance)));
-        let task = self.task.map(|task| task(&state.pose));
+        let task = self.task.map(|task| task(&tool::bend(self.machine, &body, self.load)));
         let task_error = task.as_ref().map_or(0.0, |task| task.size() / reach);
-        Balance { imbalance, task, residual: larger(task_error, larger(gap / reach, force / largest_wrench)) }
+        let residual = larger(task_error, solver.residual(reach, load, imbalance));
+        Balance { imbalance, task, is_condensed, residual }
+    }
+
+    /// Fills the systems anew and leaves them uncondensed, for the system of all unknowns.
+    fn fill(&mut self) {
+        self.workspace.fill(self.machine, &self.gravity, self.held, false);
     }
 
     /// One Newton step from the present linearisation; the twist of P. Chain steps are left in the chain systems.
-    fn step(&mut self, state: &State, balance: &Balance) -> Option<Vector6<f64>> {
-        match self.condense(state) {
-            Some(tangent) => {
-                if self.iterations == 0 {
-                    self.is_plainly_stable = platform::plainly_definite(&tangent, self.machine.reach) == 1;
-                }
-                let right = platform::right_hand_side(&self.workspace.chains, &balance.imbalance.into());
-                let twist = match &balance.task {
-                    None => {
-                        let Workspace { chains, rigid, .. } = &mut *self.workspace;
-                        single(platform::step(chains, rigid, tangent, right))
-                    }
-                    Some(task) => self.step_to_task(tangent, right, task),
-                }?;
-                let Workspace { chains, rigid, drive_step, .. } = &mut *self.workspace;
-                let (mut drive_step, mut slacks) = (drive_step.as_slice(), rigid.slacks());
-                for (system, chain) in chains.iter_mut().zip(&self.machine.chains) {
-                    let (own, others) = drive_step.split_at(chain.drives.len());
-                    let (own_slacks, other_slacks) = slacks.split_at(system.slack_count());
-                    system.substitute(1.0, &twist, own, Some(own_slacks));
-                    (drive_step, slacks) = (others, other_slacks);
-                }
-                Some(twist.into())
+    fn step(&mut self, balance: &Balance) -> Option<[f64; 6]> {
+        if !balance.is_condensed {
+            if balance.task.is_some() {
+                return None;
             }
-            None if balance.task.is_some() => None,
-            None => {
-                self.is_plainly_stable &= self.iterations > 0;
-                self.linearise(state);
-                let weight = self.platform_stiffness(state);
-                full_system::step(&mut self.workspace.chains, &weight, &balance.imbalance)
-            }
+            self.is_plainly_stable &= self.iterations > 0;
+            self.fill();
+            let stiffness = self.platform_stiffness();
+            let systems = &mut self.workspace.solver.systems;
+            return full_system::step(systems, &stiffness, &balance.imbalance.into()).map(Into::into);
         }
-    }
-
-    /// The step in which the drives move as well; `None` where they are not as many as the coordinates put right.
-    fn step_to_task(&mut self, tangent: Square<f64>, right: [f64; 6], task: &TaskError) -> Option<[f64; 6]> {
-        let Workspace { chains, rigid, drive_step, drive_wrenches: wrenches, .. } = &mut *self.workspace;
-        let task = SquareTask::new(task, drive_step.len())?;
-        platform::drive_wrenches(chains, wrenches);
-        single(platform::step_to_task(chains, rigid, tangent, right, wrenches, &task, drive_step))
+        let solver = &mut self.workspace.solver;
+        if self.iterations == 0 {
+            self.is_plainly_stable = platform::plainly_definite(&solver.tangent, self.machine.reach) == 1;
+        }
+        let task = match &balance.task {
+            // Where the drives are not as many as the coordinates put right, there is no step.
+            Some(task) => Some(SquareTask::new(task, self.drives.len())?),
+            None => None,
+        };
+        let (twist, regular) = solver.step(balance.imbalance, task.as_ref());
+        (regular == 1).then_some(twist)
     }
 
     /// The platform's own stiffness, by its weight and the load that a bent tool carries aside.
-    fn platform_stiffness(&self, state: &State) -> Matrix6<f64> {
-        let mut own = platform::rows(&weight::stiffness(self.machine, &state.pose.rotation, &self.gravity));
-        tool::add_stiffness(self.machine, &state.pose, self.load, &mut own);
+    fn platform_stiffness(&self) -> Matrix6<f64> {
+        let body: Pose = self.workspace.solver.platform.into();
+        let mut own = platform::rows(&weight::stiffness(self.machine, &body.rotation, &self.gravity));
+        tool::add_stiffness(self.machine, &body, self.load, &mut own);
         platform::matrix(&own)
     }
 
-    /// Condenses the chains; the platform's tangent, or `None` if a chain cannot be condensed.
-    fn condense(&mut self, state: &State) -> Option<Square<f64>> {
-        let tangent = self.workspace.condense(self.machine, &state.pose, &self.gravity, Some(self.load))?;
-        let Workspace { chains, rigid, .. } = &mut *self.workspace;
-        (rigid.factorise(chains, &tangent, self.machine.reach) == 1).then_some(tangent)
-    }
-
-    fn apply(&mut self, twist: &Vector6<f64>, state: &mut State) {
-        for (drive, step) in self.workspace.drives.iter_mut().zip(&self.workspace.drive_step) {
-            *drive += step;
-        }
-        let mut drive_step = self.workspace.drive_step.as_slice();
-        let systems = self.workspace.chains.iter().zip(&self.machine.chains);
-        for ((system, chain), chain_state) in systems.zip(&mut state.chains) {
-            system.apply(twist, chain_state);
-            // The chain's step is that of the joint, ρ + θ_a; ρ has taken its part of it.
-            let (own, others) = drive_step.split_at(chain.drives.len());
-            for (joint, drive) in chain.drives.iter().enumerate() {
-                for (moved, step) in own.iter().enumerate() {
-                    chain_state.coordinates[drive.coordinate] -= chain.joint_per_drive(joint, moved) * step;
-                }
-            }
-            drive_step = others;
-        }
-        let step = Screw::from_array((*twist).into());
-        let frame = Frame::splat(&state.pose);
-        state.pose =
-            Frame { axes: frame.turned(&rotation_exp(step.angular)), origin: frame.origin + step.linear }.into();
+    /// Tangent of the system of all unknowns, filled anew.
+    fn full_tangent(&mut self) -> FullTangent {
+        self.fill();
+        let stiffness = self.platform_stiffness();
+        full_system::tangent(&self.machine.chains, &self.workspace.solver.systems, &stiffness)
     }
 
     /// Tangent and stability at the equilibrium just linearised.
-    fn finish(&mut self, state: &State, residual: f64, load_steps: usize) -> Outcome {
-        let mut outcome = Outcome { load_steps, ..self.failed(Status::Solved, residual) };
-        let reach = self.machine.reach;
-        match self.condense(state) {
-            Some(tangent) => {
-                // Most by far need no eigenvalues.
-                let is_definite = platform::plainly_definite(&tangent, reach) == 1;
-                self.is_plainly_stable &= is_definite;
-                let stiffness = platform::matrix(&tangent);
-                outcome.status = if is_definite { Status::Solved } else { platform_status(&stiffness, reach) };
-                outcome.stiffness = Some(stiffness);
-                let Workspace { chains, rigid, drive_wrenches: twists, .. } = &mut *self.workspace;
-                if outcome.status != Status::Singular
-                    && let Some(compliance) = single(platform::compliance(rigid, tangent))
-                {
-                    outcome.compliance = Some(platform::matrix(&compliance));
-                    if !rigid.is_empty() {
-                        outcome.stiffness = platform::stiffness(&compliance, reach, rigid.slack_compliance())
-                            .as_ref()
-                            .map(platform::matrix);
-                    }
-                    platform::drive_twists(chains, rigid, &tangent, &compliance, twists);
-                    for (twist, mut column) in twists.iter().zip(outcome.drive_sensitivity.column_iter_mut()) {
-                        column.copy_from_slice(twist);
-                    }
-                }
+    fn finish(&mut self, residual: f64, load_steps: usize) -> Outcome {
+        let (machine, reach, solver) = (self.machine, self.machine.reach, &mut self.workspace.solver);
+        let failed = Outcome::without_tangent(Status::Solved, self.iterations, residual, machine.drive_count());
+        let none = Outcome { load_steps, ..failed };
+        if solver.condensed == 1 {
+            // Most by far need no eigenvalues.
+            let is_definite = platform::plainly_definite(&solver.tangent, reach) == 1;
+            self.is_plainly_stable &= is_definite;
+            let stiffness = platform::matrix(&solver.tangent);
+            let status = if is_definite { Status::Solved } else { platform_status(&stiffness, reach) };
+            let (compliance, regular) = solver.compliance();
+            if status == Status::Singular || regular == 0 {
+                return Outcome { status, stiffness: Some(stiffness), ..none };
             }
-            None => {
-                self.linearise(state);
-                let weight = self.platform_stiffness(state);
-                let full = full_system::tangent(&self.machine.chains, &self.workspace.chains, &weight);
-                outcome.status = full.status;
-                self.has_idle_motion = full.has_idle_motion;
-                let rigid = &self.workspace.rigid;
-                if full.compliance.is_some_and(|compliance| is_free(&compliance, reach, rigid)) {
-                    outcome.status = Status::Singular;
-                    return outcome;
-                }
-                outcome.stiffness = full
-                    .compliance
-                    .as_ref()
-                    .and_then(|compliance| full_system::invert_if_regular(compliance, self.machine.reach));
-                outcome.compliance = full.compliance;
-                outcome.drive_sensitivity = full.drive_sensitivity;
-            }
+            let Outcome { iterations, .. } = none;
+            let found = solver.outcome(machine, 0, &compliance);
+            return Outcome { status, iterations, residual, load_steps, ..found };
         }
-        outcome
+        let full = self.full_tangent();
+        self.has_idle_motion = full.has_idle_motion;
+        let rigid = &self.workspace.solver.rigid;
+        if full.compliance.is_some_and(|compliance| is_free(&compliance, reach, rigid)) {
+            return Outcome { status: Status::Singular, ..none };
+        }
+        let stiffness =
+            full.compliance.as_ref().and_then(|compliance| full_system::invert_if_regular(compliance, reach));
+        let FullTangent { status, compliance, drive_sensitivity, .. } = full;
+        Outcome { status, stiffness, compliance, drive_sensitivity, ..none }
     }
-}
-
-/// What is computed in one lane, if it could be.
-fn single<T>((value, good): (T, u8)) -> Option<T> {
-    (good == 1).then_some(value)
 }
 
 /// A smallest eigenvalue below this fraction of the largest is zero: at a singular place, inverse kinematics leaves as much.

@@ -95,7 +95,9 @@ fn wrench_on_body(
         iterations: 0,
     };
     let mut first_drive = 0;
-    for ((system, chain), chain_state) in workspace.chains.iter_mut().zip(&machine.chains).zip(&mut state.chains) {
+    for ((system, chain), chain_state) in
+        workspace.solver.systems.iter_mut().zip(&machine.chains).zip(&mut state.chains)
+    {
         let own_drives = &drives[first_drive..first_drive + chain.drives.len()];
         let drive_columns = first_drive..first_drive + chain.drives.len();
         first_drive = drive_columns.end;

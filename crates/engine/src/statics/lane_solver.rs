@@ -1,8 +1,8 @@
-//! The Newton iteration of [`super::equilibrium()`] in lanes: one case per lane, plain full steps only.
+//! The linearised machine and its Newton step, for one case or for one per lane; and the iteration of many in lanes.
 //!
-//! A lane follows the scalar iteration bit by bit. One that converges early is left as it is; one that needs anything but
-//! full steps over condensed chains (load steps, a chain that cannot be condensed, a stability that is not plain) fails,
-//! and is left to the scalar iteration.
+//! [`super::equilibrium()`] takes the same steps with one number at a time, so that a lane has its bits. In lanes, a case that
+//! converges early is left as it is; one that needs anything but full steps over condensed chains (load steps, a chain that cannot
+//! be condensed, a stability that is not plain) fails, and is left to [`super::equilibrium()`].
 
 pub mod one_step;
 
@@ -17,11 +17,12 @@ use super::{
     outcome::{Outcome, Settings, Status},
     platform::{self, Square, SquareTask},
     rigid_directions::RigidDirections,
+    state::State,
     tool, weight,
 };
 use crate::{
-    lanes::{Frame, MAX_LANES, Real, Screw, Vec3, pairs, rotation_exp},
-    machine::Machine,
+    lanes::{Frame, MAX_LANES, Real, Screw, Vec3, clear, pairs, rotation_exp},
+    machine::{Chain, Machine},
     spatial::Wrench,
 };
 
@@ -30,23 +31,23 @@ use crate::{
 /// States and linearisation are kept from solve to solve, so that a case which starts where the last one in its lane
 /// ended does not linearise the machine again.
 #[derive(Debug, Clone)]
-pub struct LaneSolver<R> {
-    drives: Vec<R>,
-    platform: Frame<R>,
+pub struct LaneSolver<R = f64> {
+    pub(super) drives: Vec<R>,
+    pub(super) platform: Frame<R>,
     chains: Vec<LaneChain<R>>,
-    systems: Vec<ChainSystem<R>>,
-    rigid: RigidDirections<R>,
+    pub(super) systems: Vec<ChainSystem<R>>,
+    pub(super) rigid: RigidDirections<R>,
     residuals: Vec<ChainResidual<R>>,
     /// Loads at P, for a tool that bends.
-    loads: [Wrench; MAX_LANES],
+    pub(super) loads: [Wrench; MAX_LANES],
     /// Whether the systems are those at the present states.
     is_linearised: bool,
     /// Lanes in which all chains could be condensed.
-    condensed: u8,
-    tangent: Square<R>,
+    pub(super) condensed: u8,
+    pub(super) tangent: Square<R>,
     drive_step: Vec<R>,
     /// Of each drive: wrench with the platform held, and at the end the twist under constant load.
-    drive_wrenches: Vec<[R; 6]>,
+    pub(super) drive_wrenches: Vec<[R; 6]>,
 }
 
 /// Unknowns of one chain, see [`super::ChainState`].
@@ -120,8 +121,12 @@ impl<R: Real> LaneSolver<R> {
     ) {
         debug_assert!(cases.len() <= R::LANES);
         for (lane, case) in cases.iter().enumerate() {
-            self.load(machine, lane, case);
+            let bends_otherwise = machine.tool_compliance.is_some() && self.loads[lane] != case.load;
+            self.loads[lane] = case.load;
+            let is_new = self.put(lane, case.drives, case.state);
+            self.is_linearised &= !(is_new || bends_otherwise);
         }
+        let gravity = Vec3::splat(&machine.gravity);
         let mut progress = Progress {
             iterations: [Iteration::new(); MAX_LANES],
             residuals: [f64::INFINITY; MAX_LANES],
@@ -130,7 +135,7 @@ impl<R: Real> LaneSolver<R> {
         };
         for iteration in 0..=settings.max_iterations {
             if !self.is_linearised {
-                self.linearise(machine);
+                self.linearise(machine, gravity);
             }
             let tasks = self.tasks(machine, cases, progress.active);
             let imbalance = self.balance(machine, cases, tasks.as_ref(), &mut progress, settings);
@@ -140,23 +145,25 @@ impl<R: Real> LaneSolver<R> {
             if progress.active == 0 {
                 break;
             }
-            self.step(machine, imbalance, tasks.as_ref(), &mut progress);
+            let task = tasks.as_ref().map(|tasks| &tasks.square);
+            self.step_lanes(machine, imbalance, task, &mut progress);
         }
         self.finish(machine, cases, &progress, outcomes);
     }
 
-    /// Takes up a case.
-    fn load(&mut self, machine: &Machine, lane: usize, case: &Case<'_>) {
-        let mut is_new = machine.tool_compliance.is_some() && self.loads[lane] != case.load;
-        self.loads[lane] = case.load;
+    /// Takes up drives and a state; whether the lane had others.
+    pub(super) fn put(&mut self, lane: usize, drives: &[f64], state: &State) -> bool {
+        // Without a task the drives stay.
+        clear(&mut self.drive_step);
+        let mut is_new = false;
         let mut put = |number: &mut R, value: f64| {
             is_new |= number.lane(lane) != value;
             number.set_lane(lane, value);
         };
-        for (number, &value) in pairs(&mut self.drives, &*case.drives) {
+        for (number, &value) in pairs(&mut self.drives, drives) {
             put(number, value);
         }
-        let pose = case.state.platform();
+        let pose = state.platform();
         for (j, axis) in self.platform.axes.iter_mut().enumerate() {
             for (i, number) in axis.0.iter_mut().enumerate() {
                 put(number, pose.rotation[(i, j)]);
@@ -165,7 +172,7 @@ impl<R: Real> LaneSolver<R> {
         for (i, number) in self.platform.origin.0.iter_mut().enumerate() {
             put(number, pose.translation[i]);
         }
-        for (chain, from) in pairs(&mut self.chains, &case.state.chains) {
+        for (chain, from) in pairs(&mut self.chains, &state.chains) {
             for (number, &value) in pairs(&mut chain.coordinates, &from.coordinates) {
                 put(number, value);
             }
@@ -177,25 +184,46 @@ impl<R: Real> LaneSolver<R> {
                 }
             }
         }
-        self.is_linearised &= !is_new;
+        is_new
     }
 
-    /// Linearises and condenses the machine at the present states.
-    fn linearise(&mut self, machine: &Machine) {
+    /// Linearises and condenses the machine at the present states, a kilogram having the weight `gravity`.
+    pub(super) fn linearise(&mut self, machine: &Machine, gravity: Vec3<R>) {
+        self.linearise_by(
+            machine,
+            gravity,
+            true,
+            #[inline(always)]
+            |_, system, chain, platform, carried| system.fill(chain, platform, carried),
+        );
+    }
+
+    /// The same with systems that `fill` makes of the number of a chain, the platform and what the chain carries; without `condenses` they
+    /// are left as they were filled.
+    #[inline(always)]
+    pub(super) fn linearise_by(
+        &mut self,
+        machine: &Machine,
+        gravity: Vec3<R>,
+        condenses: bool,
+        fill: impl Fn(usize, &mut ChainSystem<R>, &Chain, &Frame<R>, &Carried<'_, R>),
+    ) {
         R::vectorized(
             #[inline(always)]
             || {
-                let gravity = Vec3::splat(&machine.gravity);
-                self.condensed = R::ALL;
-                for (((system, chain), own), residual) in
+                self.condensed = if condenses { R::ALL } else { 0 };
+                for (number, (((system, chain), own), residual)) in
                     pairs(pairs(pairs(&mut self.systems, &machine.chains), &self.chains), &mut self.residuals)
+                        .enumerate()
                 {
-                    let drives = &self.drives[own.drives.clone()];
-                    let (wrench, loops) = (own.wrench, &own.loops[..]);
-                    let carried = Carried { drives, coordinates: &own.coordinates, wrench, loops, gravity };
-                    system.fill(chain, &self.platform, &carried);
+                    fill(number, system, chain, &self.platform, &own.carried(&self.drives, gravity));
                     *residual = system.residual(machine.reach);
-                    self.condensed &= system.eliminate();
+                    if condenses {
+                        self.condensed &= system.eliminate();
+                    }
+                }
+                if !condenses {
+                    return;
                 }
                 self.tangent = platform::tangent(&self.systems);
                 weight::add_stiffness(machine, &self.platform, gravity, &mut self.tangent);
@@ -260,32 +288,21 @@ impl<R: Real> LaneSolver<R> {
         progress: &mut Progress,
         settings: &Settings,
     ) -> [R; 6] {
-        let mut imbalance = [R::zero(); 6];
+        let mut load = [R::zero(); 6];
         for (lane, case) in cases.iter().enumerate() {
-            let load = match machine.tool_compliance {
+            let on_body = match machine.tool_compliance {
                 None => case.load,
                 Some(_) => tool::load_on_body(machine, &self.platform.lane(lane), &case.load),
             };
-            for (number, value) in pairs(imbalance.iter_mut(), load.to_array()) {
+            for (number, value) in pairs(load.iter_mut(), on_body.to_array()) {
                 number.set_lane(lane, value);
             }
         }
-        let residuals = R::vectorized(
+        let (imbalance, residuals) = R::vectorized(
             #[inline(always)]
             || {
-                let (reach, one) = (R::splat(machine.reach), R::splat(1.0));
-                let mut largest_wrench = Screw::from_array(imbalance).wrench_norm(machine.reach);
-                imbalance = self.imbalance(machine, imbalance);
-                largest_wrench = R::select(largest_wrench.greater(one), largest_wrench, one);
-                let (mut gap, mut force) = (R::zero(), R::zero());
-                for (chain, residual) in pairs(&self.chains, &self.residuals) {
-                    gap = gap.larger(residual.gap);
-                    force = force.larger(residual.force);
-                    let wrench = chain.wrench.wrench_norm(machine.reach);
-                    largest_wrench = R::select(wrench.greater(largest_wrench), wrench, largest_wrench);
-                }
-                force = force.larger(Screw::from_array(imbalance).wrench_norm(machine.reach));
-                (gap / reach).larger(force / largest_wrench)
+                let imbalance = self.imbalance(machine, Vec3::splat(&machine.gravity), load);
+                (imbalance, self.residual(machine.reach, load, imbalance))
             },
         );
         progress.active &= self.condensed & tasks.map_or(u8::MAX, |tasks| tasks.fitting);
@@ -305,12 +322,30 @@ impl<R: Real> LaneSolver<R> {
         imbalance
     }
 
+    /// Largest of the closure gaps over `reach` and of the forces out of balance over the largest wrench, that of the `load` on the
+    /// platform's body, of a chain, or 1 N; of the platform, `imbalance` is.
+    #[inline(always)]
+    pub(super) fn residual(&self, reach: f64, load: [R; 6], imbalance: [R; 6]) -> R {
+        let one = R::splat(1.0);
+        let mut largest_wrench = Screw::from_array(load).wrench_norm(reach);
+        largest_wrench = R::select(largest_wrench.greater(one), largest_wrench, one);
+        let (mut gap, mut force) = (R::zero(), R::zero());
+        for (chain, residual) in pairs(&self.chains, &self.residuals) {
+            gap = gap.larger(residual.gap);
+            force = force.larger(residual.force);
+            let wrench = chain.wrench.wrench_norm(reach);
+            largest_wrench = R::select(wrench.greater(largest_wrench), wrench, largest_wrench);
+        }
+        force = force.larger(Screw::from_array(imbalance).wrench_norm(reach));
+        (gap / R::splat(reach)).larger(force / largest_wrench)
+    }
+
     /// `load` on the platform's body and its weight, less the chain wrenches.
     #[inline(always)]
-    fn imbalance(&self, machine: &Machine, load: [R; 6]) -> [R; 6] {
+    pub(super) fn imbalance(&self, machine: &Machine, gravity: Vec3<R>, load: [R; 6]) -> [R; 6] {
         let mut imbalance = load;
         if machine.platform_mass.is_some() {
-            let weight = weight::wrench(machine, &self.platform, Vec3::splat(&machine.gravity));
+            let weight = weight::wrench(machine, &self.platform, gravity);
             for (entry, part) in pairs(imbalance.iter_mut(), weight.to_array()) {
                 *entry += part;
             }
@@ -324,39 +359,19 @@ impl<R: Real> LaneSolver<R> {
     }
 
     /// Takes a full Newton step in the active lanes.
-    fn step(&mut self, machine: &Machine, imbalance: [R; 6], tasks: Option<&Tasks<R>>, progress: &mut Progress) {
+    fn step_lanes(
+        &mut self,
+        machine: &Machine,
+        imbalance: [R; 6],
+        task: Option<&SquareTask<R>>,
+        progress: &mut Progress,
+    ) {
         let (twist, turn) = R::vectorized(
             #[inline(always)]
             || {
-                let right = platform::right_hand_side(&self.systems, &imbalance);
-                let (twist, regular) = match tasks {
-                    None => platform::step(&self.systems, &mut self.rigid, self.tangent, right),
-                    Some(tasks) => {
-                        platform::drive_wrenches(&self.systems, &mut self.drive_wrenches);
-                        platform::step_to_task(
-                            &self.systems,
-                            &mut self.rigid,
-                            self.tangent,
-                            right,
-                            &self.drive_wrenches,
-                            &tasks.square,
-                            &mut self.drive_step,
-                        )
-                    }
-                };
+                let (twist, regular) = self.step(imbalance, task);
                 progress.active &= regular;
-                let mut turn = R::zero();
-                for component in &twist[3..] {
-                    turn = turn.larger(component.abs());
-                }
-                let mut slacks = self.rigid.slacks();
-                for (system, own) in pairs(&mut self.systems, &self.chains) {
-                    let (own_slacks, others) = slacks.split_at(system.slack_count());
-                    slacks = others;
-                    system.substitute(1.0, &twist, &self.drive_step[own.drives.clone()], Some(own_slacks));
-                    turn = turn.larger(system.largest_rotation());
-                }
-                (twist, turn)
+                (twist, self.largest_turn(&twist))
             },
         );
         for lane in lanes(progress.active) {
@@ -367,8 +382,43 @@ impl<R: Real> LaneSolver<R> {
         self.apply(machine, twist, progress.active);
     }
 
+    /// Full Newton step of condensed chains, in which the drives move if there is a `task`: the twist of P, and the lanes in which there
+    /// is one. The steps of the chains are left in their systems.
+    #[inline(always)]
+    pub(super) fn step(&mut self, imbalance: [R; 6], task: Option<&SquareTask<R>>) -> ([R; 6], u8) {
+        let (systems, rigid, wrenches) = (&mut self.systems, &mut self.rigid, &mut self.drive_wrenches);
+        let right = platform::right_hand_side(systems, &imbalance);
+        let (twist, regular) = match task {
+            None => platform::step(systems, rigid, self.tangent, right),
+            Some(task) => {
+                platform::drive_wrenches(systems, wrenches);
+                platform::step_to_task(systems, rigid, self.tangent, right, wrenches, task, &mut self.drive_step)
+            }
+        };
+        let mut slacks = rigid.slacks();
+        for (system, own) in pairs(systems, &self.chains) {
+            let (own_slacks, others) = slacks.split_at(system.slack_count());
+            slacks = others;
+            system.substitute(1.0, &twist, &self.drive_step[own.drives.clone()], Some(own_slacks));
+        }
+        (twist, regular)
+    }
+
+    /// Largest rotation of a joint or spring, or component of the platform's, in the step, rad.
+    #[inline(always)]
+    pub(super) fn largest_turn(&self, twist: &[R; 6]) -> R {
+        let mut turn = R::zero();
+        for component in &twist[3..] {
+            turn = turn.larger(component.abs());
+        }
+        for system in &self.systems {
+            turn = turn.larger(system.largest_rotation());
+        }
+        turn
+    }
+
     /// Adds the step to the states of `active` lanes.
-    fn apply(&mut self, machine: &Machine, twist: [R; 6], active: u8) {
+    pub(super) fn apply(&mut self, machine: &Machine, twist: [R; 6], active: u8) {
         R::vectorized(
             #[inline(always)]
             || {
@@ -434,48 +484,55 @@ impl<R: Real> LaneSolver<R> {
             #[inline(always)]
             || {
                 let definite = platform::plainly_definite(&self.tangent, machine.reach);
-                let (compliance, regular) = platform::compliance(&mut self.rigid, self.tangent);
-                let twists = &mut self.drive_wrenches;
-                platform::drive_twists(&self.systems, &mut self.rigid, &self.tangent, &compliance, twists);
+                let (compliance, regular) = self.compliance();
                 (compliance, definite & regular)
             },
         );
-        let twists = &self.drive_wrenches;
         let is_good = |lane: usize| (progress.solved & good) >> lane & 1 == 1;
         for (lane, case) in cases.iter_mut().enumerate() {
             outcomes.push(is_good(lane).then(|| {
-                self.store(lane, case);
-                let compliance = platform::of_lane(&compliance, lane);
-                let stiffness = if self.rigid.is_empty() {
-                    Some(platform::of_lane(&self.tangent, lane))
-                } else {
-                    platform::stiffness(&compliance, machine.reach, self.rigid.slack_compliance())
-                };
-                let mut outcome = Outcome {
-                    status: Status::Solved,
-                    iterations: progress.iterations[lane].steps,
-                    residual: progress.residuals[lane],
-                    load_steps: 1,
-                    stiffness: stiffness.as_ref().map(platform::matrix),
-                    compliance: Some(platform::matrix(&compliance)),
-                    drive_sensitivity: Matrix6xX::from_fn(twists.len(), |i, j| twists[j][i].lane(lane)),
-                };
-                if machine.tool_compliance.is_some() {
-                    tool::leave(machine, &case.load, case.state, &mut outcome);
+                for (value, number) in pairs(&mut *case.drives, &self.drives) {
+                    *value = number.lane(lane);
                 }
-                outcome
+                self.store(lane, case.state);
+                let (iterations, residual) = (progress.iterations[lane].steps, progress.residuals[lane]);
+                let solved =
+                    Outcome { iterations, residual, load_steps: 1, ..self.outcome(machine, lane, &compliance) };
+                tool::leave(machine, &case.load, case.state, solved)
             }));
         }
     }
 
-    /// Writes the state and the drives of a lane.
-    fn store(&self, lane: usize, case: &mut Case<'_>) {
-        for (value, number) in pairs(&mut *case.drives, &self.drives) {
-            *value = number.lane(lane);
+    /// Compliance of condensed chains, and the lanes in which there is one; leaves the twists of P per motion of each drive in place of
+    /// the wrenches.
+    #[inline(always)]
+    pub(super) fn compliance(&mut self) -> (Square<R>, u8) {
+        let (compliance, regular) = platform::compliance(&mut self.rigid, self.tangent);
+        let twists = &mut self.drive_wrenches;
+        platform::drive_twists(&self.systems, &mut self.rigid, &self.tangent, &compliance, twists);
+        (compliance, regular)
+    }
+
+    /// What a lane comes to behind [`LaneSolver::compliance`].
+    pub(super) fn outcome(&self, machine: &Machine, lane: usize, compliance: &Square<R>) -> Outcome {
+        let (twists, compliance) = (&self.drive_wrenches, platform::of_lane(compliance, lane));
+        let stiffness = match self.rigid.is_empty() {
+            true => Some(platform::of_lane(&self.tangent, lane)),
+            false => platform::stiffness(&compliance, machine.reach, self.rigid.slack_compliance()),
+        };
+        Outcome {
+            stiffness: stiffness.as_ref().map(platform::matrix),
+            compliance: Some(platform::matrix(&compliance)),
+            drive_sensitivity: Matrix6xX::from_fn(twists.len(), |i, j| twists[j][i].lane(lane)),
+            ..Outcome::without_tangent(Status::Solved, 0, 0.0, 0)
         }
-        case.state.pose = self.platform.lane(lane);
-        case.state.body = None;
-        for (to, chain) in pairs(&mut case.state.chains, &self.chains) {
+    }
+
+    /// Writes the state of a lane: of the platform's body.
+    pub(super) fn store(&self, lane: usize, state: &mut State) {
+        state.pose = self.platform.lane(lane);
+        state.body = None;
+        for (to, chain) in pairs(&mut state.chains, &self.chains) {
             for (value, number) in pairs(&mut to.coordinates, &chain.coordinates) {
                 *value = number.lane(lane);
             }
@@ -485,6 +542,15 @@ impl<R: Real> LaneSolver<R> {
                 *to = of_lane(own);
             }
         }
+    }
+}
+
+impl<R: Real> LaneChain<R> {
+    /// What its system is filled with, the machine's drives at `drives`.
+    #[inline(always)]
+    fn carried<'a>(&'a self, drives: &'a [R], gravity: Vec3<R>) -> Carried<'a, R> {
+        let (wrench, loops) = (self.wrench, &self.loops[..]);
+        Carried { drives: &drives[self.drives.clone()], coordinates: &self.coordinates, wrench, loops, gravity }
     }
 }
 

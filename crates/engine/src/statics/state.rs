@@ -1,14 +1,9 @@
 //! The unknowns of the machine's equilibrium, and the storage a solve reuses.
 
+use nalgebra::Vector3;
 use serde::Serialize;
 
-use super::{
-    chain_system::ChainSystem,
-    held::Held,
-    platform::{self, Square},
-    rigid_directions::RigidDirections,
-    tool, weight,
-};
+use super::{held::Held, lane_solver::LaneSolver};
 use crate::{
     lanes::{Frame, Vec3},
     machine::{Chain, Configuration, Machine},
@@ -60,20 +55,12 @@ impl State {
 /// Storage that a solve reuses. Holds no information between solves but of the machine itself.
 #[derive(Debug, Clone)]
 pub struct Workspace {
-    pub(super) chains: Vec<ChainSystem>,
-    pub(super) rigid: RigidDirections,
+    pub(super) solver: LaneSolver,
     /// Whether chains are condensed where they can be.
     pub(super) condenses: bool,
-    /// Drives of the present iteration, and their last step.
-    pub(super) drives: Vec<f64>,
-    pub(super) drive_step: Vec<f64>,
-    /// Wrench on the platform per unit motion of each drive.
-    pub(super) drive_wrenches: Vec<[f64; 6]>,
     /// What a load step holds back of each chain's residual and of the platform's imbalance.
     pub(super) held: Vec<Held>,
-    pub(super) held_imbalance: nalgebra::Vector6<f64>,
-    /// State from which a failed solve is started again.
-    pub(super) start: Option<State>,
+    pub(super) held_imbalance: [f64; 6],
     /// What moves without resistance at home, once that was asked.
     pub(super) free_at_home: Option<FreeAtHome>,
 }
@@ -90,17 +77,11 @@ pub(super) struct FreeAtHome {
 impl Workspace {
     /// Storage for solves of `machine`.
     pub fn new(machine: &Machine) -> Self {
-        let chains = ChainSystem::all(machine);
         Self {
-            rigid: RigidDirections::new(&chains),
+            solver: LaneSolver::new(machine),
             condenses: true,
-            chains,
-            drives: Vec::new(),
-            drive_step: Vec::new(),
-            drive_wrenches: Vec::with_capacity(machine.drive_count()),
             held: vec![Held::default(); machine.chains.len()],
-            held_imbalance: nalgebra::Vector6::zeros(),
-            start: None,
+            held_imbalance: [0.0; 6],
             free_at_home: None,
         }
     }
@@ -111,32 +92,28 @@ impl Workspace {
         Self { condenses: false, ..Self::new(machine) }
     }
 
-    /// Fills the systems of all chains of `machine` at `state`, the drives at `drives`, under its weight.
-    pub(super) fn linearise(&mut self, machine: &Machine, drives: &[f64], state: &State) {
-        let inputs = chain_inputs(machine, state, drives);
-        for ((system, chain), (chain_state, own)) in self.chains.iter_mut().zip(&machine.chains).zip(inputs) {
-            system.linearise(chain, own, chain_state, state.platform(), &machine.gravity);
-        }
+    /// Fills the systems of all chains of `machine` at `state` under `load`, the drives at `drives`, and condenses them. Whether that is
+    /// possible; if not, they are left as filled.
+    pub(super) fn linearise(&mut self, machine: &Machine, drives: &[f64], state: &State, load: &Wrench) -> bool {
+        self.solver.put(0, drives, state);
+        self.solver.loads[0] = *load;
+        self.fill(machine, &machine.gravity, 0.0, true) || self.fill(machine, &machine.gravity, 0.0, false)
     }
 
-    /// Condenses the chains; the tangent of the platform at `platform`, with what its weight by `gravity` and, if a `load` is given, a
-    /// bent tool take of it. `None` if a chain cannot be condensed.
-    pub(super) fn condense(
-        &mut self,
-        machine: &Machine,
-        platform: &Pose,
-        gravity: &nalgebra::Vector3<f64>,
-        load: Option<&Wrench>,
-    ) -> Option<Square<f64>> {
-        if !self.condenses || self.chains.iter_mut().any(|system| system.eliminate() == 0) {
-            return None;
-        }
-        let mut tangent = platform::tangent(&self.chains);
-        weight::add_stiffness(machine, &Frame::splat(platform), Vec3::splat(gravity), &mut tangent);
-        if let Some(load) = load {
-            tool::add_stiffness(machine, platform, load, &mut tangent);
-        }
-        Some(tangent)
+    /// Fills the systems where the solver stands, a kilogram having the weight `gravity` and `share` of what load steps hold back being
+    /// left in place, and `condenses` them; whether they are condensed.
+    pub(super) fn fill(&mut self, machine: &Machine, gravity: &Vector3<f64>, share: f64, condenses: bool) -> bool {
+        let (held, gravity, condenses) = (&self.held, Vec3::splat(gravity), condenses && self.condenses);
+        self.solver.linearise_by(machine, gravity, condenses, |number, system, chain, platform, carried| {
+            if share == 0.0 {
+                return system.fill(chain, platform, carried);
+            }
+            held[number].shift_loops(system, share);
+            system.fill(chain, &Frame::splat(&held[number].target(&(*platform).into(), share)), carried);
+            held[number].release(system, share);
+            held[number].shift_loops(system, 0.0);
+        });
+        self.solver.condensed == 1
     }
 }
 

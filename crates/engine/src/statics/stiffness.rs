@@ -24,7 +24,7 @@ pub fn chain_stiffnesses(
     workspace: &mut Workspace,
 ) -> Vec<Option<Matrix6<f64>>> {
     let inputs = chain_inputs(machine, state, drives);
-    let systems = workspace.chains.iter_mut().zip(&machine.chains).zip(inputs);
+    let systems = workspace.solver.systems.iter_mut().zip(&machine.chains).zip(inputs);
     let stiffness = systems.map(|((system, chain), (chain_state, drives))| {
         system.linearise(chain, drives, chain_state, state.platform(), &machine.gravity);
         let mut stiffness = system.condense()?;

@@ -100,17 +100,11 @@ pub(super) fn load_on_body(machine: &Machine, body: &Pose, load: &Wrench) -> Wre
     Wrench { force: load.force, moment: load.moment + aside.cross(&load.force) }
 }
 
-/// Has the state of a solve begin with the platform's body; what it was.
-pub(super) fn enter(machine: &Machine, state: &mut State) -> Option<(Pose, Option<Pose>)> {
-    machine.tool_compliance.as_ref()?;
-    let was = (state.pose, state.body);
-    state.pose = *state.platform();
-    state.body = None;
-    Some(was)
-}
-
-/// Ends what [`enter`] has begun, with the state and the outcome of the body: those of P.
-pub(super) fn leave(machine: &Machine, load: &Wrench, state: &mut State, outcome: &mut Outcome) {
+/// Makes of a state of the platform's body, and of what its solve found, those of P.
+pub(super) fn leave(machine: &Machine, load: &Wrench, state: &mut State, mut outcome: Outcome) -> Outcome {
+    if machine.tool_compliance.is_none() {
+        return outcome;
+    }
     let body = state.pose;
     let pose = bend(machine, &body, load);
     (state.pose, state.body) = (pose, Some(body));
@@ -127,6 +121,7 @@ pub(super) fn leave(machine: &Machine, load: &Wrench, state: &mut State, outcome
         *compliance = carried * *compliance * loaded + own;
         outcome.stiffness = compliance.try_inverse();
     }
+    outcome
 }
 
 /// Twist of P per twist of the body from which the tool's end stands `aside`, the load at rest.

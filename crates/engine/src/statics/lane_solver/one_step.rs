@@ -3,7 +3,7 @@
 //! A state as a row of numbers has the positions of the drives, the axes of the platform (its rotation column by column) and
 //! its origin, and of each chain its coordinates, its wrench and those of its loops.
 
-use super::{Iteration, LaneSolver, MAX_LANES, Progress, Tasks};
+use super::{Iteration, LaneSolver, MAX_LANES, Progress};
 use crate::{
     lanes::{Frame, Program, Real, Screw, Vec3, pairs, record},
     machine::Machine,
@@ -85,17 +85,18 @@ pub fn step<R: Real>(machine: &Machine, given: Given, inputs: &[R]) -> Option<Ve
     let (state, asked) = inputs.split_at(inputs.len() - given.count());
     let (position, wrench) = asked.split_at(asked.len() - 6);
     let mut solver: LaneSolver<R> = LaneSolver::new(machine);
+    let gravity = Vec3::splat(&machine.gravity);
     solver.take(state);
-    solver.linearise(machine);
+    solver.linearise(machine, gravity);
     let task = (given == Given::Tip).then(|| solver.tip_task(machine, position));
-    let imbalance = solver.imbalance(machine, at_platform(machine, wrench));
+    let imbalance = solver.imbalance(machine, gravity, at_platform(machine, wrench));
     let mut progress = Progress {
         iterations: [Iteration::new(); MAX_LANES],
         residuals: [0.0; MAX_LANES],
         active: R::ALL & solver.condensed,
         solved: 0,
     };
-    solver.step(machine, imbalance, task.as_ref(), &mut progress);
+    solver.step_lanes(machine, imbalance, task.as_ref(), &mut progress);
     (progress.active == R::ALL).then(|| solver.give())
 }
 
@@ -145,7 +146,7 @@ impl<R: Real> LaneSolver<R> {
     }
 
     /// Where the tool tip is, less `wanted`, along the axes that the drives control.
-    fn tip_task(&self, machine: &Machine, wanted: &[R]) -> Tasks<R> {
+    fn tip_task(&self, machine: &Machine, wanted: &[R]) -> SquareTask<R> {
         let Frame { axes: _, origin } = self.platform;
         let lever = self.platform.outward(Vec3::splat(&machine.tool_tip));
         let tip = origin + lever;
@@ -159,6 +160,6 @@ impl<R: Real> LaneSolver<R> {
                 *entry = part;
             }
         }
-        Tasks { square: SquareTask { count: 3, error, slope }, sizes: [0.0; MAX_LANES], fitting: R::ALL }
+        SquareTask { count: 3, error, slope }
     }
 }
