@@ -11,7 +11,10 @@ use kinetostat::{
     machine::{Configuration, Machine},
     process::MillingForce,
     spatial::Wrench,
-    statics::{Batch, Case, Level, Outcome, Settings, State, Status, Workspace, equilibrium, equilibrium_at_task},
+    statics::{
+        Batch, Case, LaneSolver, Level, Outcome, Settings, State, Status, TaskError, Workspace, equilibrium,
+        equilibrium_at_task,
+    },
 };
 use nalgebra::Vector3;
 use proptest::prelude::*;
@@ -270,42 +273,32 @@ fn weight_springs_and_modules_are_compensated_in_lanes() {
     }
 }
 
-/// What a batch solved before, drives found by a task among it, does not move the drives of what it solves next.
+/// What was solved before, drives found by a task, does not move the drives of what is solved next, nor keep lanes from solving it.
 #[test]
 fn drives_that_a_task_has_moved_stay_without_one() {
-    let nominal = catalogue_machine("orthoglide");
-    let places = &places(&nominal, 9)[1..];
-    let problem = |(seed, at): (usize, &Configuration)| Problem::new(&nominal, at, some_load(&nominal, 800.0, seed));
-    let problems: Vec<Problem> = places.iter().enumerate().map(problem).collect();
-    for level in Level::available() {
-        let mut batch = Batch::at_level(&nominal, level);
-        let demand = |(seed, at): (usize, &Configuration)| Demand {
-            pose: at.pose,
-            load: some_load(&nominal, 800.0, seed),
-            target: Target::ToolTip,
-            wanted: None,
-            external: None,
-        };
-        let demands: Vec<Demand> = places.iter().enumerate().map(demand).collect();
-        let task = |demand: &Demand| {
-            let demand = demand.clone();
-            let nominal = nominal.clone();
-            move |pose: &kinetostat::spatial::Pose| demand.task_error(&nominal, pose)
-        };
-        let tasks: Vec<_> = demands.iter().map(task).collect();
-        let mut moved = problems.clone();
-        let mut cases: Vec<Case<'_>> = moved
-            .iter_mut()
-            .zip(&tasks)
-            .map(|(p, task)| Case { drives: &mut p.drives, load: p.load, state: &mut p.state, task: Some(task) })
-            .collect();
-        assert!(batch.equilibria_at_task(&mut cases, &Settings::default()).iter().all(Option::is_some));
-        assert!(moved.iter().zip(&problems).all(|(moved, problem)| moved.drives != problem.drives));
-        let (mut expected, mut got) = (problems.clone(), problems.clone());
-        let alone = alone(&nominal, &mut expected, &Settings::default());
-        assert_eq!(together(&mut got, &mut batch, &Settings::default()), alone, "{level:?}");
-        for (got, problem) in got.iter().zip(&problems) {
-            assert_eq!(got.drives, problem.drives, "{level:?}");
-        }
-    }
+    let machine = catalogue_machine("orthoglide");
+    let at = &places(&machine, 9)[5];
+    let demand = Demand {
+        pose: at.pose,
+        load: some_load(&machine, 800.0, 3),
+        target: Target::ToolTip,
+        wanted: None,
+        external: None,
+    };
+    let problem = Problem::new(&machine, at, demand.load);
+    let task = |pose: &kinetostat::spatial::Pose| demand.task_error(&machine, pose);
+    let mut solver: LaneSolver<f64> = LaneSolver::new(&machine);
+    let mut solve = |problem: &mut Problem, task: Option<&dyn Fn(&kinetostat::spatial::Pose) -> TaskError>| {
+        let case = Case { drives: &mut problem.drives, load: problem.load, state: &mut problem.state, task };
+        let mut outcomes = Vec::new();
+        solver.solve(&machine, &mut [case], &Settings::default(), &mut outcomes);
+        outcomes.remove(0)
+    };
+    let mut moved = problem.clone();
+    assert!(solve(&mut moved, Some(&task)).is_some());
+    assert_ne!(moved.drives, problem.drives);
+    let (mut expected, mut got) = (problem.clone(), problem.clone());
+    let alone = alone(&machine, std::slice::from_mut(&mut expected), &Settings::default()).remove(0);
+    assert_eq!(solve(&mut got, None), Some(alone));
+    assert_eq!((got.drives, got.state), (problem.drives, expected.state));
 }
