@@ -1,7 +1,7 @@
 //! Equilibrium of the whole machine under a prescribed wrench, eqs. (3) and (7), as one condensed Newton iteration;
 //! load steps, and whether what they reach is stable, `snapped` or singular.
 
-use nalgebra::{Matrix6, Vector3};
+use nalgebra::{Matrix6, Matrix6xX, Vector3};
 
 use super::{
     full_system::{self, FullTangent},
@@ -49,11 +49,11 @@ pub fn equilibrium(
     if newton.is_at_singular_place(&outcome.status, state) {
         outcome = newton.failed(Status::SingularPlace, outcome.residual);
     }
-    if !outcome.is_equilibrium() {
-        return outcome;
+    if outcome.is_equilibrium() {
+        workspace.solver.store(0, state);
+        tool::leave(machine, load, state, &mut outcome);
     }
-    workspace.solver.store(0, state);
-    tool::leave(machine, load, state, outcome)
+    outcome
 }
 
 /// Equilibrium of `machine` in which the drives stand where the task error vanishes: the drives and the state are found
@@ -73,10 +73,11 @@ pub fn equilibrium_at_task(
 ) -> Option<Outcome> {
     let mut newton = Newton::new(machine, drives, load, Some(task), state, workspace, settings);
     let residual = newton.solve()?;
-    let outcome = newton.finish(residual, 1);
+    let mut outcome = newton.finish(residual, 1);
     drives.copy_from_slice(&workspace.solver.drives);
     workspace.solver.store(0, state);
-    Some(tool::leave(machine, load, state, outcome))
+    tool::leave(machine, load, state, &mut outcome);
+    Some(outcome)
 }
 
 /// Whether the unloaded platform, or a chain, could move without resistance at `at`, and not so at home.
@@ -309,7 +310,15 @@ impl<'a> Newton<'a> {
     }
 
     fn failed(&self, status: Status, residual: f64) -> Outcome {
-        Outcome::without_tangent(status, self.iterations, residual, self.machine.drive_count())
+        Outcome {
+            status,
+            iterations: self.iterations,
+            residual,
+            load_steps: 0,
+            stiffness: None,
+            compliance: None,
+            drive_sensitivity: Matrix6xX::zeros(self.machine.drive_count()),
+        }
     }
 
     /// Fills the systems of all chains where the solver stands, and condenses them if that is possible.
@@ -377,10 +386,9 @@ impl<'a> Newton<'a> {
 
     /// Tangent and stability at the equilibrium just linearised.
     fn finish(&mut self, residual: f64, load_steps: usize) -> Outcome {
-        let (machine, reach, solver) = (self.machine, self.machine.reach, &mut self.workspace.solver);
-        let failed = Outcome::without_tangent(Status::Solved, self.iterations, residual, machine.drive_count());
-        let none = Outcome { load_steps, ..failed };
-        if solver.condensed == 1 {
+        let reach = self.machine.reach;
+        if self.workspace.solver.condensed == 1 {
+            let solver = &mut self.workspace.solver;
             // Most by far need no eigenvalues.
             let is_definite = platform::plainly_definite(&solver.tangent, reach) == 1;
             self.is_plainly_stable &= is_definite;
@@ -388,22 +396,21 @@ impl<'a> Newton<'a> {
             let status = if is_definite { Status::Solved } else { platform_status(&stiffness, reach) };
             let (compliance, regular) = solver.compliance();
             if status == Status::Singular || regular == 0 {
-                return Outcome { status, stiffness: Some(stiffness), ..none };
+                return Outcome { load_steps, stiffness: Some(stiffness), ..self.failed(status, residual) };
             }
-            let Outcome { iterations, .. } = none;
-            let found = solver.outcome(machine, 0, &compliance);
-            return Outcome { status, iterations, residual, load_steps, ..found };
+            let outcome = solver.outcome(self.machine, 0, &compliance, status, self.iterations, residual);
+            return Outcome { load_steps, ..outcome };
         }
         let full = self.full_tangent();
         self.has_idle_motion = full.has_idle_motion;
         let rigid = &self.workspace.solver.rigid;
         if full.compliance.is_some_and(|compliance| is_free(&compliance, reach, rigid)) {
-            return Outcome { status: Status::Singular, ..none };
+            return Outcome { load_steps, ..self.failed(Status::Singular, residual) };
         }
         let stiffness =
             full.compliance.as_ref().and_then(|compliance| full_system::invert_if_regular(compliance, reach));
         let FullTangent { status, compliance, drive_sensitivity, .. } = full;
-        Outcome { status, stiffness, compliance, drive_sensitivity, ..none }
+        Outcome { status, iterations: self.iterations, residual, load_steps, stiffness, compliance, drive_sensitivity }
     }
 }
 

@@ -495,10 +495,10 @@ impl<R: Real> LaneSolver<R> {
                     *value = number.lane(lane);
                 }
                 self.store(lane, case.state);
-                let (iterations, residual) = (progress.iterations[lane].steps, progress.residuals[lane]);
-                let solved =
-                    Outcome { iterations, residual, load_steps: 1, ..self.outcome(machine, lane, &compliance) };
-                tool::leave(machine, &case.load, case.state, solved)
+                let (steps, residual) = (progress.iterations[lane].steps, progress.residuals[lane]);
+                let mut outcome = self.outcome(machine, lane, &compliance, Status::Solved, steps, residual);
+                tool::leave(machine, &case.load, case.state, &mut outcome);
+                outcome
             }));
         }
     }
@@ -513,18 +513,29 @@ impl<R: Real> LaneSolver<R> {
         (compliance, regular)
     }
 
-    /// What a lane comes to behind [`LaneSolver::compliance`].
-    pub(super) fn outcome(&self, machine: &Machine, lane: usize, compliance: &Square<R>) -> Outcome {
+    /// What a lane comes to behind [`LaneSolver::compliance`], the full load taken at once.
+    pub(super) fn outcome(
+        &self,
+        machine: &Machine,
+        lane: usize,
+        compliance: &Square<R>,
+        status: Status,
+        iterations: usize,
+        residual: f64,
+    ) -> Outcome {
         let (twists, compliance) = (&self.drive_wrenches, platform::of_lane(compliance, lane));
         let stiffness = match self.rigid.is_empty() {
             true => Some(platform::of_lane(&self.tangent, lane)),
             false => platform::stiffness(&compliance, machine.reach, self.rigid.slack_compliance()),
         };
         Outcome {
+            status,
+            iterations,
+            residual,
+            load_steps: 1,
             stiffness: stiffness.as_ref().map(platform::matrix),
             compliance: Some(platform::matrix(&compliance)),
             drive_sensitivity: Matrix6xX::from_fn(twists.len(), |i, j| twists[j][i].lane(lane)),
-            ..Outcome::without_tangent(Status::Solved, 0, 0.0, 0)
         }
     }
 

@@ -122,12 +122,6 @@ pub struct Outcome {
 }
 
 impl Outcome {
-    /// Of a solve that has no tangent to tell.
-    pub(super) fn without_tangent(status: Status, iterations: usize, residual: f64, drive_count: usize) -> Self {
-        let drive_sensitivity = Matrix6xX::zeros(drive_count);
-        Self { status, iterations, residual, load_steps: 0, stiffness: None, compliance: None, drive_sensitivity }
-    }
-
     /// Whether a direction of the platform is so soft that the nominal machine could be singular there.
     pub(crate) fn is_soft(&self, machine: &Machine) -> bool {
         match (&self.stiffness, &self.compliance) {

@@ -101,9 +101,9 @@ pub(super) fn load_on_body(machine: &Machine, body: &Pose, load: &Wrench) -> Wre
 }
 
 /// Makes of a state of the platform's body, and of what its solve found, those of P.
-pub(super) fn leave(machine: &Machine, load: &Wrench, state: &mut State, mut outcome: Outcome) -> Outcome {
+pub(super) fn leave(machine: &Machine, load: &Wrench, state: &mut State, outcome: &mut Outcome) {
     if machine.tool_compliance.is_none() {
-        return outcome;
+        return;
     }
     let body = state.pose;
     let pose = bend(machine, &body, load);
@@ -121,7 +121,6 @@ pub(super) fn leave(machine: &Machine, load: &Wrench, state: &mut State, mut out
         *compliance = carried * *compliance * loaded + own;
         outcome.stiffness = compliance.try_inverse();
     }
-    outcome
 }
 
 /// Twist of P per twist of the body from which the tool's end stands `aside`, the load at rest.
