@@ -26,14 +26,14 @@ pub use fit::{Fit, Noise, Search};
 pub use measurements::{Applied, Measurement, Quantity, Reading, WhatFor, read};
 use model::values_at;
 pub use model::{LoadedModel, Predicted};
-pub use patterns::Pattern;
+pub use patterns::{Pattern, rank_correlation, ranks};
 pub use prediction::{Answer, predict};
 pub(crate) use resolve::{priors, rows};
-pub use scatter::half_width;
+pub use scatter::{half_width, most_by_chance};
 pub use spec::LossSpec;
 pub use unit_factor::UnitFactor;
 pub(crate) use unknown::unknowns;
-pub use unknown::{Coordinate, Unknown};
+pub use unknown::{Coordinate, Unknown, is_pattern_of};
 pub use validate::{Errors, FarOff};
 
 use self::profile::{End, Profile};

@@ -123,19 +123,3 @@ pub fn most_by_chance(free: usize) -> f64 {
         }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::most_by_chance;
-
-    #[test]
-    fn what_chance_explains_is_that_of_tables() {
-        let table =
-            [(1, 6.635), (2, 9.210), (3, 11.345), (4, 13.277), (5, 15.086), (10, 23.209), (30, 50.892), (100, 135.807)];
-        for (free, expected) in table {
-            let found = most_by_chance(free) * free as f64;
-            assert!((found / expected - 1.0).abs() < 3e-3, "{free}: {found}");
-        }
-        assert_eq!(most_by_chance(0), f64::INFINITY);
-    }
-}

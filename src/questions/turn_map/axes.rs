@@ -54,18 +54,3 @@ fn around(cone: &ConeSpec, check: &Check) -> Result<Vec<Vector3<f64>>> {
     };
     Ok(std::iter::once(about).chain((0..count).map(on_rim)).collect())
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_cone_has_its_middle_and_directions_all_around_it() {
-        let cone = ConeSpec { about: [0.0, 0.0, 2.0], half_angle_deg: 30.0, around: Some(4) };
-        let axes = around(&cone, &Check::new("study")).unwrap();
-        assert_eq!(axes.len(), 5);
-        assert_eq!(axes[0], Vector3::z());
-        assert!(axes[1..].iter().all(|axis| (axis.angle(&Vector3::z()).to_degrees() - 30.0).abs() < 1e-9));
-        assert!((axes[1..].iter().sum::<Vector3<f64>>().xy()).norm() < 1e-12);
-    }
-}

@@ -9,6 +9,7 @@ mod summary;
 mod text;
 mod thinned;
 
+pub use on_part::view;
 pub(crate) use quantities::{ANGLE, ARC_LENGTH, DISPLACEMENT, displacement_along, drives, points_table};
 pub use summary::Summary;
 pub(crate) use text::cautions_of;

@@ -10,6 +10,7 @@ mod text;
 pub use headline::known;
 pub use pictures::figures;
 pub use quantities::{candidates_table, sweep_table};
+pub use recommended::hull;
 pub use summary::summary_json;
 pub use text::{entries_table, summary_text};
 

@@ -59,23 +59,9 @@ fn in_tolerances(quoted: &Quoted, ours: f64) -> f64 {
 }
 
 /// Our number with three digits, and no more decimals than show beside the quoted one.
-fn short(ours: f64, quoted: f64) -> String {
+pub fn short(ours: f64, quoted: f64) -> String {
     let size = ours.abs().max(quoted.abs());
     let decimals = if size > 0.0 { (2.0 - size.log10().floor()).clamp(0.0, 4.0) as usize } else { 0 };
     let text = format!("{ours:.decimals$}");
     if text.trim_start_matches('-').chars().all(|c| c == '0' || c == '.') { "0".into() } else { text }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::short;
-
-    #[test]
-    fn our_numbers_are_short() {
-        assert_eq!(short(415.274_876, 300.0), "415");
-        assert_eq!(short(0.438_205, 0.35), "0.438");
-        assert_eq!(short(5e-17, 0.0), "0");
-        assert_eq!(short(-0.999_999, -1.0), "-1.00");
-        assert_eq!(short(21_500.0, 21_500.0), "21500");
-    }
 }

@@ -5,6 +5,7 @@ mod compared;
 mod headline;
 mod pictures;
 
+pub use agreement::short;
 pub use compared::{differences, quoted_table, variants_table};
 pub use pictures::figures;
 
