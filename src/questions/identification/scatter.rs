@@ -9,7 +9,7 @@ use super::spec::LossSpec;
 const HUBER: f64 = 1.345;
 const CAUCHY: f64 = 2.385;
 /// Standard deviation of normal noise over the median of its size.
-const PER_MEDIAN: f64 = 1.4826;
+pub(super) const PER_MEDIAN: f64 = 1.4826;
 
 impl LossSpec {
     /// Word in tables.

@@ -125,7 +125,7 @@ impl<'a> OnPart<'a> {
         let drawn = |label: &str, dashed: bool, shift: &dyn Fn(&Shifts) -> Option<Vector3<f64>>| {
             let at = |(wanted, shifts): (Vector3<f64>, &Shifts)| Some(wanted + shift(shifts)? * factor);
             let points = self.points().filter_map(at).map(|at| (at.x, at.y)).collect();
-            LineSeries { label: label.into(), points, dashed, band: Vec::new() }
+            LineSeries::new(label, points, dashed)
         };
         let thinned = match self.drawn.len() {
             all if all == self.wanted.len() => String::new(),
