@@ -33,6 +33,13 @@ pub struct LineSeries {
     pub band: Vec<[f64; 3]>,
 }
 
+impl LineSeries {
+    /// A curve without a band.
+    pub fn new(label: impl Into<String>, points: Vec<(f64, f64)>, dashed: bool) -> Self {
+        Self { label: label.into(), points, dashed, band: Vec::new() }
+    }
+}
+
 /// Curves over two axes. Curves differ in colour, and in dash pattern or marker, so that a grey print keeps them apart.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct LineFigure {

@@ -105,14 +105,12 @@ pub(super) fn corners_or(
             "is missing: expected both corners of the box, or neither for the machine's workspace box, got only {other}"
         ))
     };
-    let corners = match (min_mm, max_mm) {
-        (None, None) => default,
-        (Some(min), Some(max)) => [check.key("min_mm").finite(min)?, check.key("max_mm").finite(max)?],
-        (Some(_), None) => return missing("max_mm", "min_mm"),
-        (None, Some(_)) => return missing("min_mm", "max_mm"),
-    };
-    check.ordered_box(corners[0], corners[1])?;
-    Ok(corners)
+    match (min_mm, max_mm) {
+        (None, None) => Ok(default),
+        (Some(min), Some(max)) => check.corners(min, max),
+        (Some(_), None) => missing("max_mm", "min_mm"),
+        (None, Some(_)) => missing("min_mm", "max_mm"),
+    }
 }
 
 /// The grid of a map over a box; `most` is the largest number of points, `check` the place of the map.

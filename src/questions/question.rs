@@ -116,10 +116,7 @@ impl Overrides {
     /// # Errors
     /// They are given.
     pub fn refuse_points(&self, name: &str) -> Result<()> {
-        match self.points {
-            Some(_) => Self::place("points").fail(format!("{name} has no points along a path, but a grid")),
-            None => Ok(()),
-        }
+        self.refuse("points", format!("{name} has no points along a path, but a grid"))
     }
 
     /// Refuses a grid for a study of the kind `name`.
@@ -127,10 +124,7 @@ impl Overrides {
     /// # Errors
     /// It is given.
     pub fn refuse_grid(&self, name: &str) -> Result<()> {
-        match self.grid {
-            Some(_) => Self::place("grid").fail(format!("{name} has no grid, but points along a path")),
-            None => Ok(()),
-        }
+        self.refuse("grid", format!("{name} has no grid, but points along a path"))
     }
 
     /// Refuses both for a study of the kind `name`, which has measurements instead.
@@ -138,12 +132,12 @@ impl Overrides {
     /// # Errors
     /// One is given.
     pub fn refuse_beside_measurements(&self, name: &str) -> Result<()> {
-        for (own, is_given) in [("points", self.points.is_some()), ("grid", self.grid.is_some())] {
-            if is_given {
-                return Self::place(own).fail(format!("{name} has measurements, and no {own}"));
-            }
-        }
-        Ok(())
+        ["points", "grid"].iter().try_for_each(|own| self.refuse(own, format!("{name} has measurements, and no {own}")))
+    }
+
+    fn refuse(&self, own: &str, problem: String) -> Result<()> {
+        let is_given = if own == "grid" { self.grid.is_some() } else { self.points.is_some() };
+        if is_given { Self::place(own).fail(problem) } else { Ok(()) }
     }
 
     /// What names overrides in errors, before their own name.
@@ -235,6 +229,15 @@ impl Given<'_> {
             }
             found => found,
         }
+    }
+
+    /// Refuses a machine with a workpiece carrier; `why` goes on after "which".
+    pub(crate) fn refuse_carrier(&self, why: &str) -> Result<()> {
+        let Some(carrier) = &self.machine.carrier else { return Ok(()) };
+        self.check.root().key("machine").fail(format!(
+            "the workpiece carrier {} of machine {} bends as well, which {why}: expected a machine without [workpiece_carrier]",
+            carrier.name, self.machine.name
+        ))
     }
 
     /// Refuses what stands in the file beside the question's own table and was not asked for.

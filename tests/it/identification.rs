@@ -17,8 +17,8 @@ use kinetostat::{
     questions::{
         Overrides, Study, StudyKind,
         identification::{
-            Answer, Found, IdentificationStudy, Identified, LoadedModel, Predicted, WhatFor, half_width, predict, read,
-            run,
+            Answer, Found, IdentificationStudy, Identified, LoadedModel, Predicted, WhatFor, half_width, is_pattern_of,
+            most_by_chance, predict, rank_correlation, ranks, read, run,
         },
     },
     simulation::Machines,
@@ -1097,4 +1097,54 @@ fn half_widths_are_those_of_tables() {
     }
     assert!((half_width(None) - 1.96).abs() < 1e-4);
     assert_eq!(half_width(Some(0)), f64::INFINITY);
+}
+
+#[test]
+fn a_star_stands_for_letters_but_no_dot() {
+    for (pattern, name, expected) in [
+        ("arm.J*.stiffness", "arm.J2.stiffness", true),
+        ("arm.J*.stiffness", "arm.J2.home.stiffness", false),
+        ("arm.J*.stiffness", "arm.J.stiffness", true),
+        ("arm.*.*", "arm.J2.stiffness", true),
+        ("*", "arm.J2", false),
+        ("arm.J2.stiffness", "arm.J2.stiffness", true),
+        ("arm.J2.stiffness", "arm.J2.stiffness.x", false),
+        ("*.J2*", "arm.J2", true),
+    ] {
+        assert_eq!(is_pattern_of(pattern, name), expected, "{pattern} {name}");
+    }
+}
+
+#[test]
+fn what_chance_explains_is_that_of_tables() {
+    let table =
+        [(1, 6.635), (2, 9.210), (3, 11.345), (4, 13.277), (5, 15.086), (10, 23.209), (30, 50.892), (100, 135.807)];
+    for (free, expected) in table {
+        let found = most_by_chance(free) * free as f64;
+        assert!((found / expected - 1.0).abs() < 3e-3, "{free}: {found}");
+    }
+    assert_eq!(most_by_chance(0), f64::INFINITY);
+}
+
+#[test]
+fn equal_values_share_their_rank() {
+    assert_eq!(ranks([3.0, 1.0, 3.0, 2.0].into_iter()), [2.5, 0.0, 2.5, 1.0]);
+}
+
+#[test]
+fn what_grows_with_it_has_the_rank_correlation_one() {
+    let pairs: Vec<(f64, f64)> = (0..10).map(|i| (f64::from(i), f64::from(i * i))).collect();
+    let (correlation, limit) = rank_correlation(&pairs).unwrap();
+    assert!((correlation - 1.0).abs() < 1e-12 && limit < 1.0);
+    let turned: Vec<(f64, f64)> = pairs.iter().map(|(a, b)| (*a, -b)).collect();
+    assert!((rank_correlation(&turned).unwrap().0 + 1.0).abs() < 1e-12);
+    assert_eq!(rank_correlation(&pairs[..5]), None);
+    assert_eq!(rank_correlation(&[(1.0, 2.0); 9]), None);
+}
+
+/// Table of critical values: n = 30, two-sided 0.001: 0.58 (Zar 1972 gives 0.580).
+#[test]
+fn limits_are_those_of_tables() {
+    let pairs: Vec<(f64, f64)> = (0..30).map(|i| (f64::from(i), f64::from(i * 7 % 30))).collect();
+    assert!((rank_correlation(&pairs).unwrap().1 - 0.58).abs() < 0.02);
 }

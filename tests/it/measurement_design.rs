@@ -7,11 +7,11 @@ use crate::support::{
 };
 use kinetostat::{
     input::Folder,
-    machine::catalogue,
+    machine::{Machine, catalogue},
     questions::{
         Overrides, Study, StudyKind,
         identification::{self, IdentificationStudy, LossSpec, Measurement, Noise, Search},
-        measurement_design::{Choice, Criterion, MeasurementDesignStudy, Plan, run},
+        measurement_design::{Choice, Criterion, MeasurementDesignStudy, Plan, end_of_arm, run},
     },
     work::Work,
 };
@@ -269,4 +269,33 @@ fn what_is_chosen_is_the_best_of_all_sets_or_nearly() {
         // Exchanges of one end where no single one helps, which may be below the best of all sets.
         assert!(found <= best + 1e-9 && found > best - 0.05, "{found} {best}");
     }
+}
+
+#[test]
+fn what_one_adds_is_what_the_measure_grows_by() {
+    let mut random = Xoshiro256PlusPlus::seed_from_u64(3);
+    let mut rows = || DMatrix::from_fn(2, 3, |_, _| random.random_range(-1.0..1.0));
+    let candidates: Vec<DMatrix<f64>> = (0..5).map(|_| rows()).collect();
+    let tested = DMatrix::from_diagonal(&nalgebra::dvector![1.0, 4.0, 0.5]);
+    for criterion in [Criterion::AllNumbers, Criterion::Tested(tested)] {
+        let choice = Choice { candidates: &candidates, known: DMatrix::identity(3, 3) * 1e-6, criterion };
+        let before = choice.information(&[0, 1]);
+        let gains = choice.gains(&before, &[0]);
+        assert_eq!(gains[0], f64::NEG_INFINITY);
+        for (i, gain) in gains.iter().enumerate().skip(1) {
+            let grown = choice.measure(&choice.information(&[0, 1, i])).unwrap() - choice.measure(&before).unwrap();
+            assert!((gain - grown).abs() < 1e-9 * grown.abs().max(1.0), "{gain} {grown}");
+        }
+    }
+}
+
+#[test]
+fn the_end_of_an_arm_is_where_the_search_for_it_ends() {
+    let machine = Machine::named_or_file("fanuc_r2000ic").unwrap();
+    for drives in [[0.3, 0.2, -0.5, 1.0, 0.7, -2.0], [-0.4, -0.3, 0.1, -0.2, -0.9, 0.5]] {
+        let (end, found) = (end_of_arm(&machine, &drives).unwrap(), machine.forward_kinematics(&drives).unwrap().pose);
+        assert!((end.translation - found.translation).norm() < 1e-9);
+        assert!((end.rotation - found.rotation).norm() < 1e-12);
+    }
+    assert!(end_of_arm(&Machine::named_or_file("orthoglide").unwrap(), &[0.0; 3]).is_none());
 }

@@ -5,7 +5,7 @@ use std::{f64::consts::TAU, path::Path};
 use kinetostat::{
     questions::{
         Overrides, Study, StudyKind,
-        online::{Band, BreakEven, LoopGain, OnlineResults, Sensor, run},
+        online::{Band, BreakEven, LoopGain, OnlineResults, Residual, Sensor, Trial, run},
     },
     work::Work,
 };
@@ -260,4 +260,25 @@ fn the_break_even_lies_between_the_errors_around_it() {
     let Some(BreakEven::From(found)) = BreakEven::of(&bands([0.0, 0.1, 0.3]), &online) else { panic!() };
     assert!((found - 0.15).abs() < 1e-12, "{found}");
     assert_eq!(BreakEven::of(&[None; 3], &online), None);
+}
+
+/// Of seeds that leave these residuals, and one that leaves none.
+fn band(sizes: &[f64]) -> Option<Band> {
+    let trial = |rms_mm: Option<f64>| {
+        let residual = Residual { max_mm: None, rms_mm, solved: 1, points: 1 };
+        Trial { force_error: 0.1, seed: 0, force_factor: 1.0, offline: residual, online: residual }
+    };
+    Band::of(&sizes.iter().copied().map(Some).chain([None]).map(trial).collect::<Vec<_>>(), |trial| trial.online)[0]
+}
+
+#[test]
+fn quantiles_lie_between_values() {
+    let quantiles = |sizes: &[f64]| band(sizes).map(|band| [band.low_mm, band.median_mm, band.high_mm]);
+    for (sizes, expected) in
+        [(&[1.0, 2.0, 4.0][..], [1.1, 2.0, 3.8]), (&[1.0, 2.0], [1.05, 1.5, 1.95]), (&[7.0], [7.0; 3])]
+    {
+        let found = quantiles(sizes).unwrap();
+        assert!(found.iter().zip(expected).all(|(found, expected)| (found - expected).abs() < 1e-12), "{found:?}");
+    }
+    assert_eq!(quantiles(&[]), None);
 }

@@ -12,7 +12,7 @@ use kinetostat::{
         Overrides, Study, StudyKind,
         path::{
             self, PathResults, Shown,
-            report::{Curve, MOST_POINTS, Summary, drawn, text},
+            report::{Curve, MOST_POINTS, Summary, drawn, text, view},
             run,
         },
     },
@@ -258,4 +258,13 @@ fn a_long_path_keeps_its_corners_and_its_ends() {
         assert!(drawn.windows(2).all(|pair| pair[1] - pair[0] <= lines / 2 + 1));
         assert_eq!(path::report::drawn(&positions[..MOST_POINTS]).len(), MOST_POINTS);
     }
+}
+
+#[test]
+fn a_path_is_seen_along_the_axis_in_which_it_spreads_least() {
+    let path = |x: f64, y: f64, z: f64| [Vector3::zeros(), Vector3::new(x, y, z)];
+    assert_eq!(view(&path(10.0, 10.0, 0.0)), [0, 1, 2]);
+    assert_eq!(view(&path(10.0, 0.0, 10.0)), [0, 2, 1]);
+    assert_eq!(view(&path(0.0, 10.0, 10.0)), [1, 2, 0]);
+    assert_eq!(view(&path(10.0, 0.0, 0.0)), [0, 1, 2]);
 }

@@ -1,15 +1,17 @@
 //! Placement studies against attacks: what is recommended can be cut there, is the best place known, and is as good as
 //! brute force finds.
 
-use std::path::Path;
+use std::{cell::Cell, path::Path};
 
 use crate::support::{
     cases::cases,
     placement::{searched, study_in},
 };
 use kinetostat::questions::placement::{
-    Bounds, End, Entry, Evaluator, Metric, Metrics, PlacementResults, PlacementStudy, Site, SiteGrid, compare,
-    report::summary_text,
+    Bounds, End, Entry, Evaluator, Metric, Metrics, PlacementResults, PlacementStudy, Sight, Site, SiteGrid, basis,
+    compare, dominates, levels,
+    report::{hull, summary_text},
+    undominated, way,
 };
 use proptest::test_runner::RngSeed;
 use rayon::prelude::*;
@@ -456,4 +458,108 @@ fn random_problems_are_solved_as_well_as_by_brute_force() {
     }
     assert!(worst <= GOAL, "{:.3} % worse than brute force", 100.0 * worst);
     assert!(beaten_most <= GOAL, "a compromise is beaten by {:.3} %", 100.0 * beaten_most);
+}
+
+/// The way of a quantity, and how often it was looked at.
+fn followed(reach: f64, step: f64, share: impl Fn(f64) -> f64) -> (f64, End, usize) {
+    let looks = Cell::new(0);
+    let look = |at: f64| {
+        looks.set(looks.get() + 1);
+        let share = share(at);
+        if share.abs() > 1.0 { Err(End::Worse) } else { Ok(Sight { at, shares: vec![0.1, share] }) }
+    };
+    let (distance, end) = way(reach, step, look);
+    (distance, end, looks.get())
+}
+
+#[test]
+fn a_way_ends_where_it_gets_worse_or_at_the_bound() {
+    let look = |at: f64| if at > 3.3 { Err(End::Worse) } else { Ok(Sight { at, shares: Vec::new() }) };
+    let (distance, end) = way(10.0, 1.0, look);
+    assert!((distance - 3.3).abs() < 5e-4 && distance <= 3.3 && end == End::Worse);
+    let free = |at: f64| Ok(Sight { at, shares: vec![at] });
+    assert_eq!(way(0.9, 1.0, free), (0.9, End::Bound));
+    assert_eq!(way(0.0, 1.0, free), (0.0, End::Bound));
+    assert_eq!(way(0.0, 1.0, |_| Err(End::Worse)), (0.0, End::Worse));
+}
+
+#[test]
+fn no_limit_is_exceeded_between_looks_however_narrowly() {
+    // The rise of a circle of radius 200 about `middle`, beyond the limit by half a `width` to either side.
+    for (middle, width) in [(33.3, 2.0), (33.3, 0.05), (33.3, 0.004), (0.7, 0.05), (99.6, 0.05), (50.0, 0.05)] {
+        for sign in [1.0, -1.0] {
+            let rise = |at: f64| (200.0f64.powi(2) - (at - middle).powi(2)).sqrt();
+            let share = |at: f64| sign * (1.0 + (rise(at) - rise(middle + 0.5 * width)) / 60.0);
+            let (distance, _, looks) = followed(100.0, 100.0 / 32.0, share);
+            let expected = middle - 0.5 * width;
+            assert!(distance <= expected && distance > expected - 0.002, "{middle} {width}: {distance}");
+            assert!(looks < 120, "{looks}");
+        }
+    }
+}
+
+#[test]
+fn a_limit_that_is_just_kept_ends_no_way() {
+    for below in [1e-6, 1e-9] {
+        // Nearest to the limit at the start, within and at the end; along it; away from it.
+        for middle in [0.0, 33.3, 100.0] {
+            let (distance, end, looks) = followed(100.0, 3.125, |at| 1.0 - below - (at - middle).powi(2) / 24_000.0);
+            assert_eq!((distance, end), (100.0, End::Bound));
+            assert!(looks < 150, "{looks}");
+        }
+        assert_eq!(followed(100.0, 3.125, |_| 1.0 - below).2, 33);
+        assert!(followed(100.0, 3.125, |at| 1.0 - below - 0.01 * at - 1e-5 * at * at).2 < 40);
+    }
+}
+
+#[test]
+fn levels_hold_every_point_once_and_grow() {
+    for count in [1, 5, 31, 32, 361, 1000] {
+        let points: Vec<usize> = (10..10 + count).collect();
+        let levels = levels(&points);
+        let mut all: Vec<usize> = levels.iter().flatten().copied().collect();
+        all.sort_unstable();
+        assert_eq!(all, points);
+        assert!(levels[0].len() <= 32);
+    }
+}
+
+#[test]
+fn every_basis_is_orthonormal() {
+    for (n, turn) in [(1, 3), (2, 0), (2, 1), (3, 7), (6, 100)] {
+        let basis = basis(n, turn);
+        for (i, a) in basis.iter().enumerate() {
+            for (j, b) in basis.iter().enumerate() {
+                let product: f64 = a.iter().zip(b).map(|(a, b)| a * b).sum();
+                let expected = if i == j { 1.0 } else { 0.0 };
+                assert!((product - expected).abs() < 1e-12, "{n} {turn}");
+            }
+        }
+    }
+}
+
+fn place(deflection: f64, margin: f64) -> (Site, Metrics) {
+    let mut metrics = Metrics::default();
+    metrics.set(Metric::WorstDeflection, deflection);
+    metrics.set(Metric::StabilityMargin, margin);
+    (Site([deflection, margin, 0.0, 0.0, 0.0, 0.0]), metrics)
+}
+
+#[test]
+fn the_front_is_what_nothing_dominates() {
+    let metrics = [Metric::WorstDeflection, Metric::StabilityMargin];
+    // A larger margin is better.
+    let places = [place(3.0, 9.0), place(1.0, 5.0), place(2.0, 5.0), place(2.0, 8.0), place(1.0, 5.0)];
+    let found: Vec<[f64; 2]> = undominated(&places, &metrics).iter().map(|(site, _)| [site.0[0], site.0[1]]).collect();
+    assert_eq!(found, [[1.0, 5.0], [2.0, 8.0], [3.0, 9.0]]);
+    assert!(dominates(&places[3].1, &places[2].1, &metrics));
+    assert!(!dominates(&places[1].1, &places[4].1, &metrics));
+    assert!(undominated(&places, &[]).is_empty());
+}
+
+#[test]
+fn the_hull_of_a_box_is_its_outline() {
+    let points = [(0.0, 0.0), (2.0, 0.0), (1.0, 0.5), (0.0, 1.0), (2.0, 1.0), (2.0, 0.0), (1.0, 0.0)];
+    assert_eq!(hull(points.to_vec()), [(0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (0.0, 1.0)]);
+    assert_eq!(hull(vec![(1.0, 1.0), (1.0, 1.0)]), [(1.0, 1.0)]);
 }

@@ -15,7 +15,7 @@ use kinetostat::{
             LocationResult, Scaled, Superposition, SuperpositionStudy,
             ablation::Cause,
             departure::{Followed, Sum},
-            report, run,
+            growth, report, run,
             safe::LargestFactor,
         },
     },
@@ -318,4 +318,19 @@ fn results_do_not_depend_on_the_number_of_threads() {
         ]
     };
     assert!(tables(1) == tables(3));
+}
+
+#[test]
+fn a_power_law_is_found() {
+    let pairs: Vec<(f64, f64)> = [0.1, 0.4, 1.0, 3.0].into_iter().map(|x: f64| (x, 0.02 * x.powf(1.7))).collect();
+    let found = growth::fit(&pairs).unwrap();
+    assert!((found.slope - 1.7).abs() < 1e-12 && (found.coefficient_mm - 0.02).abs() < 1e-14, "{found:?}");
+    assert!((found.worst_ratio - 1.0).abs() < 1e-12 && found.points == 4 && found.is_power_law());
+}
+
+#[test]
+fn a_point_off_the_line_is_noticed_and_one_point_is_no_line() {
+    let found = growth::fit(&[(1.0, 1.0), (2.0, 2.0), (4.0, 8.0)]).unwrap();
+    assert!((found.slope - 1.5).abs() < 1e-12 && !found.is_power_law(), "{found:?}");
+    assert_eq!(growth::fit(&[(1.0, 1.0)]), None);
 }

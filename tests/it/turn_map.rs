@@ -131,3 +131,13 @@ fn threads_change_nothing() {
     };
     assert_eq!(on(1), on(3));
 }
+
+#[test]
+fn a_cone_has_its_middle_and_directions_all_around_it() {
+    let cone = "grid = [2, 2, 1]\nslices_z_mm = [700.0]\ncone = { about = [0.0, 0.0, 2.0], half_angle_deg = 30.0, around = 4 }";
+    let axes = study("fanuc_r2000ic", cone).axes;
+    assert_eq!(axes.len(), 5);
+    assert_eq!(axes[0], Vector3::z());
+    assert!(axes[1..].iter().all(|axis| (axis.angle(&Vector3::z()).to_degrees() - 30.0).abs() < 1e-9));
+    assert!((axes[1..].iter().sum::<Vector3<f64>>().xy()).norm() < 1e-12);
+}

@@ -9,12 +9,14 @@ use kinetostat::{
         Overrides, Study, StudyKind,
         validation::{
             Quantity, Quoted, Relation, ValidationResults,
-            report::{differences, figures, page, quoted_table, variants_table},
+            circle_shape::{Shape, angle_deg, crossings},
+            report::{differences, figures, page, quoted_table, short, variants_table},
             run,
         },
     },
     work::Work,
 };
+use nalgebra::Vector2;
 
 const PAPER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/studies/06_paper");
 
@@ -183,4 +185,39 @@ fn numbers_agree_as_they_are_meant() {
     assert!(quoted(0.0, Relation::About).agrees(0.09) && !quoted(0.0, Relation::About).agrees(0.11));
     assert!(quoted(2.0, Relation::AtLeast).agrees(5.0) && !quoted(2.0, Relation::AtLeast).agrees(1.99));
     assert!(quoted(2.0, Relation::AtMost).agrees(-5.0) && !quoted(2.0, Relation::AtMost).agrees(2.01));
+}
+
+fn ellipse(a: f64, b: f64, turn: f64, middle: [f64; 2]) -> Vec<Vector2<f64>> {
+    let (sin, cos) = turn.sin_cos();
+    let at = |k: usize| {
+        let (s, c) = (std::f64::consts::TAU * k as f64 / 72.0).sin_cos();
+        Vector2::new(cos * a * c - sin * b * s, sin * a * c + cos * b * s) + Vector2::from(middle)
+    };
+    (0..=72).map(at).collect()
+}
+
+#[test]
+fn the_axes_of_an_ellipse_are_found() {
+    let shape = Shape::of(&ellipse(3.0, 1.0, 0.4, [5.0, -2.0])).unwrap();
+    assert!((shape.middle - Vector2::new(5.0, -2.0)).norm() < 1e-12);
+    assert!(angle_deg(&shape.longest, &Vector2::new(0.4f64.cos(), 0.4f64.sin())) < 1e-9);
+    assert!((angle_deg(&shape.longest, &shape.shortest) - 90.0).abs() < 1e-9);
+    assert!(!shape.is_round && Shape::of(&ellipse(2.0, 2.0, 0.4, [5.0, -2.0])).unwrap().is_round);
+    assert!(Shape::of(&[]).is_none());
+}
+
+#[test]
+fn crossings_of_an_ellipse_and_a_circle() {
+    let path = ellipse(3.0, 1.0, 0.4, [0.0, 0.0]);
+    assert_eq!(crossings(&path, &Vector2::zeros(), 2.0), 4);
+    assert_eq!(crossings(&path, &Vector2::zeros(), 4.0), 0);
+}
+
+#[test]
+fn our_numbers_are_short() {
+    assert_eq!(short(415.274_876, 300.0), "415");
+    assert_eq!(short(0.438_205, 0.35), "0.438");
+    assert_eq!(short(5e-17, 0.0), "0");
+    assert_eq!(short(-0.999_999, -1.0), "-1.00");
+    assert_eq!(short(21_500.0, 21_500.0), "21500");
 }

@@ -140,6 +140,13 @@ impl Check {
         }
     }
 
+    /// The corners `min_mm` and `max_mm` of a box.
+    pub fn corners(&self, min_mm: [f64; 3], max_mm: [f64; 3]) -> Result<[Vector3<f64>; 2]> {
+        let corners = [self.key("min_mm").finite(min_mm)?, self.key("max_mm").finite(max_mm)?];
+        self.ordered_box(corners[0], corners[1])?;
+        Ok(corners)
+    }
+
     /// A name of letters, digits, `_` and `-`.
     pub fn identifier(&self, name: &str) -> Result<()> {
         let valid = !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-');

@@ -162,7 +162,15 @@ struct Cells<'a> {
 }
 
 /// Readings are not known better than this, mm or degrees: a nanometre.
-pub(super) const LEAST_STD: f64 = 1e-6;
+const LEAST_STD: f64 = 1e-6;
+
+/// How well a reading is known, as written.
+pub(super) fn std(given: f64, check: &Check) -> Result<f64> {
+    match check.positive(given)? {
+        std if std < LEAST_STD => check.fail(format!("must be at least {LEAST_STD:e}, got {std:e}")),
+        std => Ok(std),
+    }
+}
 
 impl Cells<'_> {
     fn get(&self, column: &str) -> Option<f64> {
@@ -350,18 +358,8 @@ fn has_reading(cells: &Cells<'_>) -> bool {
 
 fn readings(cells: &Cells<'_>) -> Result<Vec<Reading>> {
     let mut readings = Vec::new();
-    let [std_mm, std_deg] = STD.map(|column| cells.get(column).map(|std| (column, std)));
-    let std = |given: Option<(&'static str, f64)>, unit: f64| -> Result<Option<f64>> {
-        let check = |column: &str, std: f64| {
-            let std = cells.check.key(column).positive(std)?;
-            match std < LEAST_STD {
-                true => cells.check.key(column).fail(format!("must be at least {LEAST_STD:e}, got {std:e}")),
-                false => Ok(std * unit),
-            }
-        };
-        given.map(|(column, std)| check(column, std)).transpose()
-    };
-    let (std_mm, std_rad) = (std(std_mm, 1.0)?, std(std_deg, 1f64.to_radians())?);
+    let given = |column: &str| cells.get(column).map(|own| std(own, &cells.check.key(column))).transpose();
+    let (std_mm, std_rad) = (given(STD[0])?, given(STD[1])?.map(f64::to_radians));
     let mut add = |column: &'static str, quantity: Quantity, value: f64| {
         let (value, std) = if quantity.is_rotation() { (value.to_radians(), std_rad) } else { (value, std_mm) };
         readings.push(Reading { column, quantity, value, std });

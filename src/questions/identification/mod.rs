@@ -26,15 +26,15 @@ pub use fit::{Fit, Noise, Search};
 pub use measurements::{Applied, Measurement, Quantity, Reading, WhatFor, read};
 use model::values_at;
 pub use model::{LoadedModel, Predicted};
-pub use patterns::Pattern;
+pub use patterns::{Pattern, rank_correlation, ranks};
 pub use prediction::{Answer, predict};
 pub(crate) use resolve::{priors, rows};
-pub use scatter::half_width;
+pub use scatter::{half_width, most_by_chance};
 pub use spec::LossSpec;
 pub use unit_factor::UnitFactor;
 pub(crate) use unknown::unknowns;
-pub use unknown::{Coordinate, Unknown};
-pub use validate::{Errors, FarOff};
+pub use unknown::{Coordinate, Unknown, is_pattern_of};
+pub use validate::FarOff;
 
 use self::profile::{End, Profile};
 use crate::{
@@ -126,7 +126,7 @@ pub struct Identified {
     /// What would tell most of them, if something is open and a force can.
     pub advice: Option<Advice>,
     /// Residuals without their own measurement, linearised.
-    pub left_out: Errors,
+    pub left_out: Vec<f64>,
     /// What the residuals hang on.
     pub patterns: Vec<Pattern>,
     /// Readings that lie far off all others, the farthest first.
@@ -280,7 +280,7 @@ fn model(
         0 | 1 => Ok(None),
         folds => {
             let parts = validate::in_parts(search, &start, &study.measurements, folds, work)?;
-            parts.map(|errors| rms(&errors.residuals))
+            parts.map(|errors| rms(&errors))
         }
     };
     Ok(Model {

@@ -152,7 +152,7 @@ fn by_load(left: &[Option<Left>], measurements: &[Measurement]) -> Option<(f64, 
 
 /// Rank correlation of pairs and what chance exceeds once in a thousand times (Fieller, Hartley and Pearson 1957); `None` for too few,
 /// or where one side is always the same.
-fn rank_correlation(pairs: &[(f64, f64)]) -> Option<(f64, f64)> {
+pub fn rank_correlation(pairs: &[(f64, f64)]) -> Option<(f64, f64)> {
     if pairs.len() < FEWEST {
         return None;
     }
@@ -165,7 +165,7 @@ fn rank_correlation(pairs: &[(f64, f64)]) -> Option<(f64, f64)> {
 }
 
 /// Ranks from 0; equal values share the mean of theirs.
-fn ranks(values: impl Iterator<Item = f64>) -> Vec<f64> {
+pub fn ranks(values: impl Iterator<Item = f64>) -> Vec<f64> {
     let values: Vec<f64> = values.collect();
     let mut order: Vec<usize> = (0..values.len()).collect();
     order.sort_by(|&a, &b| values[a].total_cmp(&values[b]));
@@ -176,32 +176,4 @@ fn ranks(values: impl Iterator<Item = f64>) -> Vec<f64> {
         group.iter().for_each(|&i| ranks[i] = rank);
     }
     ranks
-}
-
-#[cfg(test)]
-mod tests {
-    use super::{rank_correlation, ranks};
-
-    #[test]
-    fn equal_values_share_their_rank() {
-        assert_eq!(ranks([3.0, 1.0, 3.0, 2.0].into_iter()), [2.5, 0.0, 2.5, 1.0]);
-    }
-
-    #[test]
-    fn what_grows_with_it_has_the_rank_correlation_one() {
-        let pairs: Vec<(f64, f64)> = (0..10).map(|i| (f64::from(i), f64::from(i * i))).collect();
-        let (correlation, limit) = rank_correlation(&pairs).unwrap();
-        assert!((correlation - 1.0).abs() < 1e-12 && limit < 1.0);
-        let turned: Vec<(f64, f64)> = pairs.iter().map(|(a, b)| (*a, -b)).collect();
-        assert!((rank_correlation(&turned).unwrap().0 + 1.0).abs() < 1e-12);
-        assert_eq!(rank_correlation(&pairs[..5]), None);
-        assert_eq!(rank_correlation(&[(1.0, 2.0); 9]), None);
-    }
-
-    /// Table of critical values: n = 30, two-sided 0.001: 0.58 (Zar 1972 gives 0.580).
-    #[test]
-    fn limits_are_those_of_tables() {
-        let pairs: Vec<(f64, f64)> = (0..30).map(|i| (f64::from(i), f64::from(i * 7 % 30))).collect();
-        assert!((rank_correlation(&pairs).unwrap().1 - 0.58).abs() < 0.02);
-    }
 }

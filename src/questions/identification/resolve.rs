@@ -3,7 +3,7 @@
 use super::{
     IdentificationStudy,
     fit::Noise,
-    measurements::{self, LEAST_STD, Measurement, Reading, WhatFor},
+    measurements::{self, Measurement, Reading, WhatFor},
     spec::{IdentificationSpec, PriorSpec},
     unknown::{Unknown, unknowns},
 };
@@ -35,14 +35,7 @@ impl Question for IdentificationStudy {
     fn resolve(spec: &IdentificationSpec, given: &Given<'_>) -> Result<Resolved<Self>> {
         given.overrides.refuse_beside_measurements(given.name)?;
         let (check, machine) = (&given.check, &given.machine);
-        if let Some(carrier) = &machine.carrier {
-            let problem = format!(
-                "the workpiece carrier {} of machine {} bends as well, which measurements of the tool do not tell: expected a \
-                 machine without [workpiece_carrier]",
-                carrier.name, machine.name
-            );
-            return check.root().key("machine").fail(problem);
-        }
+        given.refuse_carrier("measurements of the tool do not tell")?;
         let (measured, inputs) = rows(given, &spec.data, "data", WhatFor::Readings)?;
         let found = unknowns(machine, &spec.unknowns, &check.key("unknowns"))?;
         if measured.iter().all(|own| own.load == own.reference && own.readings.iter().all(Reading::is_change)) {
@@ -112,11 +105,7 @@ pub fn rows(given: &Given<'_>, file: &str, key: &str, what_for: WhatFor) -> Resu
 /// Either all noise is known or none, and of rotations beside lengths it is known.
 fn noise(spec: &IdentificationSpec, measured: &[Measurement], check: &Check) -> Result<Noise> {
     for (key, std) in [("std_mm", spec.std_mm), ("std_deg", spec.std_deg)] {
-        if let Some(std) = check.key(key).optional_positive(std)?
-            && std < LEAST_STD
-        {
-            return check.key(key).fail(format!("must be at least {LEAST_STD:e}, got {std:e}"));
-        }
+        std.map(|std| measurements::std(std, &check.key(key))).transpose()?;
     }
     let (length, rotation) = (spec.std_mm, spec.std_deg.map(f64::to_radians));
     let readings = || measured.iter().flat_map(|measurement| &measurement.readings);

@@ -7,21 +7,15 @@ use super::{
     fit::{Fit, Search},
     measurements::{Measurement, Quantity},
     model::values_at,
+    scatter::PER_MEDIAN,
 };
 use crate::{input::error::Result, simulation::Failure, work::Work};
 
 /// A reading of which less than this is told by others is not predicted without its own measurement.
 const OWN: f64 = 1e-6;
 
-/// RMS of residuals, of all readings and of each measurement's.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Errors {
-    /// Residual of each reading, mm and rad, as predicted by a fit without its measurement.
-    pub residuals: Vec<f64>,
-}
-
-/// Residuals of each measurement as predicted by the others: by the linear equations of the fit, `(1 − H)⁻¹ r` block by block.
-pub fn left_one_out(fit: &Fit, measurements: &[Measurement]) -> Errors {
+/// Residual of each reading, mm and rad, as predicted without its measurement: by the linear equations of the fit, `(1 − H)⁻¹ r` block by block.
+pub fn left_one_out(fit: &Fit, measurements: &[Measurement]) -> Vec<f64> {
     let mut residuals = Vec::with_capacity(fit.residuals.len());
     let mut first = 0;
     for measurement in measurements {
@@ -40,7 +34,7 @@ pub fn left_one_out(fit: &Fit, measurements: &[Measurement]) -> Errors {
         }
         first += count;
     }
-    Errors { residuals }
+    residuals
 }
 
 /// Residuals of each measurement as predicted by a fit to the other parts: every `folds`-th measurement makes a part.
@@ -53,7 +47,7 @@ pub fn in_parts(
     measurements: &[Measurement],
     folds: usize,
     work: &Work,
-) -> Result<std::result::Result<Errors, Failure>> {
+) -> Result<std::result::Result<Vec<f64>, Failure>> {
     let mut residuals: Vec<Vec<f64>> = vec![Vec::new(); measurements.len()];
     for fold in 0..folds {
         work.check()?;
@@ -76,7 +70,7 @@ pub fn in_parts(
             first += readings.len();
         }
     }
-    Ok(Ok(Errors { residuals: residuals.concat() }))
+    Ok(Ok(residuals.concat()))
 }
 
 /// Root of the mean square of those `residuals` that are lengths, mm; `None` where none is.
@@ -100,8 +94,6 @@ pub struct FarOff {
 
 /// So many times the typical residual: normal noise leaves one in two million.
 const FAR: f64 = 5.0;
-/// Standard deviation of normal noise over the median of its size.
-const PER_MEDIAN: f64 = 1.4826;
 /// Fewer readings that others tell do not say what is typical.
 const FEWEST: usize = 8;
 /// What is left is rounding of the solves, if it is less, mm and rad.

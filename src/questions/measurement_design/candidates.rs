@@ -47,7 +47,7 @@ const DIGITS: f64 = 100.0;
 const REFUSED_PER_POSE: usize = 2000;
 
 /// Where P is on an arm whose joints are all driven, found without a search; `None` for other machines.
-fn end_of_arm(machine: &Machine, drives: &[f64]) -> Option<Pose> {
+pub fn end_of_arm(machine: &Machine, drives: &[f64]) -> Option<Pose> {
     let [chain] = machine.chains.as_slice() else { return None };
     let mut values = Vec::new();
     chain.rigid_values(drives, &[], &mut values);
@@ -93,22 +93,4 @@ pub fn measurements(poses: &[Configuration], forces: &[Vector3<f64>], readings: 
         forces.iter().map(loaded).collect::<Vec<_>>()
     };
     poses.iter().enumerate().flat_map(of).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::end_of_arm;
-    use crate::machine::Machine;
-
-    #[test]
-    fn the_end_of_an_arm_is_where_the_search_for_it_ends() {
-        let machine = Machine::named_or_file("fanuc_r2000ic").unwrap();
-        for drives in [[0.3, 0.2, -0.5, 1.0, 0.7, -2.0], [-0.4, -0.3, 0.1, -0.2, -0.9, 0.5]] {
-            let (end, found) =
-                (end_of_arm(&machine, &drives).unwrap(), machine.forward_kinematics(&drives).unwrap().pose);
-            assert!((end.translation - found.translation).norm() < 1e-9);
-            assert!((end.rotation - found.rotation).norm() < 1e-12);
-        }
-        assert!(end_of_arm(&Machine::named_or_file("orthoglide").unwrap(), &[0.0; 3]).is_none());
-    }
 }

@@ -53,7 +53,7 @@ impl Choice<'_> {
     }
 
     /// What each candidate adds to the measure, those of `taken` nothing.
-    fn gains(&self, information: &DMatrix<f64>, taken: &[usize]) -> Vec<f64> {
+    pub fn gains(&self, information: &DMatrix<f64>, taken: &[usize]) -> Vec<f64> {
         let Some(factors) = Cholesky::new(information.clone()) else { return vec![0.0; self.candidates.len()] };
         let total = match &self.criterion {
             Criterion::AllNumbers => 0.0,
@@ -199,34 +199,4 @@ pub(super) fn random(choice: &Choice<'_>, count: usize, draws: usize) -> Vec<Wid
         }
     };
     if draws == 0 { Vec::new() } else { (0..=count).map(at).collect() }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn candidates(count: usize, unknowns: usize) -> Vec<DMatrix<f64>> {
-        let mut random = Xoshiro256PlusPlus::seed_from_u64(3);
-        (0..count).map(|_| DMatrix::from_fn(2, unknowns, |_, _| random.random_range(-1.0..1.0))).collect()
-    }
-
-    fn choice(candidates: &[DMatrix<f64>], criterion: Criterion) -> Choice<'_> {
-        Choice { candidates, known: DMatrix::identity(3, 3) * 1e-6, criterion }
-    }
-
-    #[test]
-    fn what_one_adds_is_what_the_measure_grows_by() {
-        let candidates = candidates(5, 3);
-        let tested = DMatrix::from_diagonal(&nalgebra::dvector![1.0, 4.0, 0.5]);
-        for criterion in [Criterion::AllNumbers, Criterion::Tested(tested)] {
-            let choice = choice(&candidates, criterion);
-            let before = choice.information(&[0, 1]);
-            let gains = choice.gains(&before, &[0]);
-            assert_eq!(gains[0], f64::NEG_INFINITY);
-            for (i, gain) in gains.iter().enumerate().skip(1) {
-                let grown = choice.measure(&choice.information(&[0, 1, i])).unwrap() - choice.measure(&before).unwrap();
-                assert!((gain - grown).abs() < 1e-9 * grown.abs().max(1.0), "{gain} {grown}");
-            }
-        }
-    }
 }

@@ -9,7 +9,7 @@ pub(crate) mod spec;
 
 use nalgebra::{DMatrix, DVector};
 
-pub use candidates::Region;
+pub use candidates::{Region, end_of_arm};
 pub use choose::{Choice, Criterion, Widths, widths};
 pub use spec::CriterionSpec;
 

@@ -1,7 +1,5 @@
 //! From a plan of measurements as written to a checked one.
 
-use nalgebra::Vector3;
-
 use super::{
     MeasurementDesignStudy,
     candidates::{Region, measurements, poses},
@@ -184,18 +182,8 @@ fn spread(spec: &CandidateSpec, machine: &Machine, readings: &[Reading], check: 
         );
         return check.key("forces_N").fail(problem);
     }
-    let corner = |key: &str, value: [f64; 3]| check.key(key).finite(value);
-    let corners = |min: [f64; 3], max: [f64; 3], check: &Check| -> Result<[Vector3<f64>; 2]> {
-        let corners = [check.key("min_mm").finite(min)?, check.key("max_mm").finite(max)?];
-        check.ordered_box(corners[0], corners[1])?;
-        Ok(corners)
-    };
     let tip = match (spec.min_mm, spec.max_mm) {
-        (Some(min), Some(max)) => {
-            let found = [corner("min_mm", min)?, corner("max_mm", max)?];
-            check.ordered_box(found[0], found[1])?;
-            Some(found)
-        }
+        (Some(min), Some(max)) => Some(check.corners(min, max)?),
         (None, None) => None,
         (Some(_), None) => return check.missing("max_mm"),
         (None, Some(_)) => return check.missing("min_mm"),
@@ -204,7 +192,7 @@ fn spread(spec: &CandidateSpec, machine: &Machine, readings: &[Reading], check: 
     for (i, own) in spec.forbidden.iter().enumerate() {
         let check = check.key("forbidden").item(i);
         check.key("name").readable(&own.name)?;
-        forbidden.push(corners(own.min_mm, own.max_mm, &check)?);
+        forbidden.push(check.corners(own.min_mm, own.max_mm)?);
     }
     let region = Region { tip, forbidden, branches: branches(spec, machine, check)? };
     let found = poses(machine, &region, spec.poses);

@@ -15,6 +15,8 @@ use crate::{
 const MOST_TRIALS: usize = 100_000;
 /// Most cycles of the controller along the path.
 const MOST_CYCLES: f64 = 1e8;
+/// Force errors if a study does not say them.
+const FORCE_ERRORS_PERCENT: [f64; 7] = [0.0, 2.0, 5.0, 10.0, 20.0, 30.0, 50.0];
 
 impl Question for OnlineStudy {
     type Spec = OnlineSpec;
@@ -54,7 +56,8 @@ impl Question for OnlineStudy {
             let problem = format!("the path takes {cycles:.0} cycles: expected at most {MOST_CYCLES:.0}");
             return check.key("cycle_ms").fail(problem);
         }
-        let known_share = share(spec.known_chain_errors_percent, 0.0, 200.0, &check.key("known_chain_errors_percent"))?;
+        let known_share = spec.known_chain_errors_percent.unwrap_or(100.0);
+        let known_share = share(known_share, 0.0, 200.0, &check.key("known_chain_errors_percent"))?;
         let (force_errors, seeds) = trials(spec, check)?;
         let stiffness = check.key("cutting_stiffness_N_per_mm").optional_positive(spec.cutting_stiffness)?;
         let inputs = process.inputs.and(program).and(Inputs::of("points of the path", path.stations.len().to_string()));
@@ -94,7 +97,7 @@ impl Question for OnlineStudy {
 
 fn sensor(spec: &OnlineSpec, check: &Check) -> Result<Sensor> {
     Ok(Sensor {
-        cycle_s: check.key("cycle_ms").positive(spec.cycle_ms)? / 1000.0,
+        cycle_s: check.key("cycle_ms").positive(spec.cycle_ms.unwrap_or(1.0))? / 1000.0,
         delay_s: check.key("delay_ms").not_negative(spec.delay_ms)? / 1000.0,
         low_pass_Hz: check.key("low_pass_Hz").optional_positive(spec.low_pass)?,
         noise_N: check.key("noise_N").not_negative(spec.noise)?,
@@ -104,16 +107,17 @@ fn sensor(spec: &OnlineSpec, check: &Check) -> Result<Sensor> {
 
 fn trials(spec: &OnlineSpec, check: &Check) -> Result<(Vec<f64>, usize)> {
     let of_errors = check.key("force_errors_percent");
-    let given = spec.force_errors_percent.iter();
-    let errors = given.map(|percent| share(*percent, 0.0, 100.0, &of_errors)).collect::<Result<Vec<f64>>>()?;
+    let given = spec.force_errors_percent.as_deref().unwrap_or(&FORCE_ERRORS_PERCENT);
+    let errors = given.iter().map(|percent| share(*percent, 0.0, 100.0, &of_errors)).collect::<Result<Vec<f64>>>()?;
     if errors.is_empty() || errors.windows(2).any(|pair| pair[0] >= pair[1]) {
         return of_errors.fail("must be at least one, ascending".into());
     }
-    if spec.seeds == 0 || spec.seeds * errors.len() > MOST_TRIALS {
-        let problem = format!("must be from 1 to {}, got {}", MOST_TRIALS / errors.len(), spec.seeds);
+    let seeds = spec.seeds.unwrap_or(20);
+    if seeds == 0 || seeds * errors.len() > MOST_TRIALS {
+        let problem = format!("must be from 1 to {}, got {seeds}", MOST_TRIALS / errors.len());
         return check.key("seeds").fail(problem);
     }
-    Ok((errors, spec.seeds))
+    Ok((errors, seeds))
 }
 
 fn share(percent: f64, least: f64, most: f64, check: &Check) -> Result<f64> {

@@ -17,9 +17,8 @@ pub struct OnlineSpec {
     /// Feed all along the path.
     #[serde(rename = "feed_mm_per_min")]
     pub feed: f64,
-    /// Time between two commands of the controller.
-    #[serde(default = "default_cycle")]
-    pub cycle_ms: f64,
+    /// Time between two commands of the controller; 1 if not given.
+    pub cycle_ms: Option<f64>,
     /// Time from the force to its measured value in the controller.
     #[serde(default)]
     pub delay_ms: f64,
@@ -35,32 +34,13 @@ pub struct OnlineSpec {
     /// By how much the model bends too much under a force, in per cent; below 0 too little.
     #[serde(default)]
     pub model_compliance_error_percent: f64,
-    /// How much of the chain errors of the process the model knows.
-    #[serde(default = "default_known")]
-    pub known_chain_errors_percent: f64,
-    /// Standard deviations of the error of the predicted force, over seeds.
-    #[serde(default = "default_force_errors")]
-    pub force_errors_percent: Vec<f64>,
-    /// Seeds.
-    #[serde(default = "default_seeds")]
-    pub seeds: usize,
+    /// How much of the chain errors of the process the model knows; 100 if not given.
+    pub known_chain_errors_percent: Option<f64>,
+    /// Standard deviations of the error of the predicted force, over seeds; from 0 to 50 if not given.
+    pub force_errors_percent: Option<Vec<f64>>,
+    /// Seeds; 20 if not given.
+    pub seeds: Option<usize>,
     /// By how much the cutting force changes as the tool leaves its depth.
     #[serde(rename = "cutting_stiffness_N_per_mm")]
     pub cutting_stiffness: Option<f64>,
-}
-
-fn default_cycle() -> f64 {
-    1.0
-}
-
-fn default_known() -> f64 {
-    100.0
-}
-
-fn default_force_errors() -> Vec<f64> {
-    vec![0.0, 2.0, 5.0, 10.0, 20.0, 30.0, 50.0]
-}
-
-fn default_seeds() -> usize {
-    20
 }

@@ -587,7 +587,7 @@ fn is_counted(job: &FeatureJob) -> Vec<bool> {
 }
 
 /// `points` divided into levels: every so-many-th first, then those between.
-fn levels(points: &[usize]) -> Vec<Vec<usize>> {
+pub fn levels(points: &[usize]) -> Vec<Vec<usize>> {
     let mut stride = 1;
     while points.len() / (stride * REFINEMENT) >= FIRST_LEVEL {
         stride *= REFINEMENT;
@@ -602,22 +602,5 @@ fn levels(points: &[usize]) -> Vec<Vec<usize>> {
         }
         coarser = Some(stride);
         stride /= REFINEMENT;
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn levels_hold_every_point_once_and_grow() {
-        for count in [1, 5, 31, 32, 361, 1000] {
-            let points: Vec<usize> = (10..10 + count).collect();
-            let levels = levels(&points);
-            let mut all: Vec<usize> = levels.iter().flatten().copied().collect();
-            all.sort_unstable();
-            assert_eq!(all, points);
-            assert!(levels[0].len() <= 4 * FIRST_LEVEL);
-        }
     }
 }

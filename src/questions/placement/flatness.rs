@@ -86,7 +86,7 @@ pub(super) fn flatness(
             work.check().map_err(|error| End::Infeasible(error.to_string()))?;
             let (evaluation, shares) = evaluator.evaluate_within(&moved(distance)).map_err(refused)?;
             let is_good = study.objective.value(&evaluation.metrics) <= limit;
-            if is_good { Ok(Look { at: distance, shares }) } else { Err(End::Worse) }
+            if is_good { Ok(Sight { at: distance, shares }) } else { Err(End::Worse) }
         };
         let (distance, mut end) = way(free, step, look);
         if end == End::Bound && free < reach {
@@ -147,11 +147,11 @@ const TOO_NEAR: &str = "a drive or joint comes nearer to its limit than the step
 
 /// What is seen at a distance on the way where the workpiece can be cut.
 #[derive(Debug)]
-struct Look {
+pub struct Sight {
     /// The distance, mm or rad.
-    at: f64,
+    pub at: f64,
     /// Where each limited quantity stands between its limits, −1 and 1.
-    shares: Vec<f64>,
+    pub shares: Vec<f64>,
 }
 
 struct Way<F> {
@@ -161,22 +161,22 @@ struct Way<F> {
 }
 
 /// The first distance at which `look` finds an end or a limit is exceeded between looks, at most `reach`.
-fn way(reach: f64, step: f64, look: impl Fn(f64) -> Result<Look, End>) -> (f64, End) {
+pub fn way(reach: f64, step: f64, look: impl Fn(f64) -> Result<Sight, End>) -> (f64, End) {
     match look(0.0) {
         Ok(start) => Way { reach, step, look }.onward(None, start, None),
         Err(end) => (0.0, end),
     }
 }
 
-impl<F: Fn(f64) -> Result<Look, End>> Way<F> {
+impl<F: Fn(f64) -> Result<Sight, End>> Way<F> {
     fn resolution(&self) -> f64 {
         self.step * 0.5f64.powi(HALVINGS)
     }
 
     /// The end of the way from `from`, which follows on `before`; before `bad`, where there is an end.
-    fn onward(&self, mut before: Option<Look>, mut from: Look, mut bad: Option<(f64, End)>) -> (f64, End) {
+    fn onward(&self, mut before: Option<Sight>, mut from: Sight, mut bad: Option<(f64, End)>) -> (f64, End) {
         // The look after `from`; the way to it is checked once the one after it is there.
-        let mut to: Option<Look> = None;
+        let mut to: Option<Sight> = None;
         loop {
             let last = to.as_ref().unwrap_or(&from).at;
             let next = match &bad {
@@ -203,7 +203,7 @@ impl<F: Fn(f64) -> Result<Look, End>> Way<F> {
     }
 
     /// No limit is exceeded between `a` and `b`, which lie between `before` and `after`; or where the way ends.
-    fn between(&self, before: Option<&Look>, a: &Look, b: &Look, after: Option<&Look>) -> Result<(), (f64, End)> {
+    fn between(&self, before: Option<&Sight>, a: &Sight, b: &Sight, after: Option<&Sight>) -> Result<(), (f64, End)> {
         if is_kept(before, a, b, after) {
             return Ok(());
         }
@@ -218,7 +218,7 @@ impl<F: Fn(f64) -> Result<Look, End>> Way<F> {
                 self.between(Some(a), &middle, b, after)
             }
             Err(end) => {
-                let copy = |look: &Look| Look { at: look.at, shares: look.shares.clone() };
+                let copy = |look: &Sight| Sight { at: look.at, shares: look.shares.clone() };
                 Err(self.onward(before.map(copy), copy(a), Some((middle, end))))
             }
         }
@@ -226,13 +226,13 @@ impl<F: Fn(f64) -> Result<Look, End>> Way<F> {
 }
 
 /// Whether no limit can be exceeded between `a` and `b` with the curvature seen around them.
-fn is_kept(before: Option<&Look>, a: &Look, b: &Look, after: Option<&Look>) -> bool {
+fn is_kept(before: Option<&Sight>, a: &Sight, b: &Sight, after: Option<&Sight>) -> bool {
     if before.is_none() && after.is_none() {
         return a.shares.is_empty();
     }
     let step = b.at - a.at;
     (0..a.shares.len()).all(|i| {
-        let value = |look: &Look| (look.at, look.shares[i]);
+        let value = |look: &Sight| (look.at, look.shares[i]);
         let bends = [
             before.map(|before| bend(value(before), value(a), value(b))),
             after.map(|after| bend(value(a), value(b), value(after))),
@@ -258,64 +258,4 @@ fn highest(a: f64, b: f64, bow: f64) -> f64 {
     }
     let t = 0.5 * (1.0 + (b - a) / bow);
     a + bow * t * t
-}
-
-#[cfg(test)]
-mod tests {
-    use std::cell::Cell;
-
-    use super::*;
-
-    /// The way of a quantity, and how often it was looked at.
-    fn followed(reach: f64, step: f64, share: impl Fn(f64) -> f64) -> (f64, End, usize) {
-        let looks = Cell::new(0);
-        let look = |at: f64| {
-            looks.set(looks.get() + 1);
-            let share = share(at);
-            if share.abs() > 1.0 { Err(End::Worse) } else { Ok(Look { at, shares: vec![0.1, share] }) }
-        };
-        let (distance, end) = way(reach, step, look);
-        (distance, end, looks.get())
-    }
-
-    #[test]
-    fn a_way_ends_where_it_gets_worse_or_at_the_bound() {
-        let look = |at: f64| if at > 3.3 { Err(End::Worse) } else { Ok(Look { at, shares: Vec::new() }) };
-        let (distance, end) = way(10.0, 1.0, look);
-        assert!((distance - 3.3).abs() < 5e-4 && distance <= 3.3 && end == End::Worse);
-        let free = |at: f64| Ok(Look { at, shares: vec![at] });
-        assert_eq!(way(0.9, 1.0, free), (0.9, End::Bound));
-        assert_eq!(way(0.0, 1.0, free), (0.0, End::Bound));
-        assert_eq!(way(0.0, 1.0, |_| Err(End::Worse)), (0.0, End::Worse));
-    }
-
-    #[test]
-    fn no_limit_is_exceeded_between_looks_however_narrowly() {
-        // The rise of a circle of radius 200 about `middle`, beyond the limit by half a `width` to either side.
-        for (middle, width) in [(33.3, 2.0), (33.3, 0.05), (33.3, 0.004), (0.7, 0.05), (99.6, 0.05), (50.0, 0.05)] {
-            for sign in [1.0, -1.0] {
-                let rise = |at: f64| (200.0f64.powi(2) - (at - middle).powi(2)).sqrt();
-                let share = |at: f64| sign * (1.0 + (rise(at) - rise(middle + 0.5 * width)) / 60.0);
-                let (distance, _, looks) = followed(100.0, 100.0 / 32.0, share);
-                let expected = middle - 0.5 * width;
-                assert!(distance <= expected && distance > expected - 0.002, "{middle} {width}: {distance}");
-                assert!(looks < 120, "{looks}");
-            }
-        }
-    }
-
-    #[test]
-    fn a_limit_that_is_just_kept_ends_no_way() {
-        for below in [1e-6, 1e-9] {
-            // Nearest to the limit at the start, within and at the end; along it; away from it.
-            for middle in [0.0, 33.3, 100.0] {
-                let (distance, end, looks) =
-                    followed(100.0, 3.125, |at| 1.0 - below - (at - middle).powi(2) / 24_000.0);
-                assert_eq!((distance, end), (100.0, End::Bound));
-                assert!(looks < 150, "{looks}");
-            }
-            assert_eq!(followed(100.0, 3.125, |_| 1.0 - below).2, 33);
-            assert!(followed(100.0, 3.125, |at| 1.0 - below - 0.01 * at - 1e-5 * at * at).2 < 40);
-        }
-    }
 }

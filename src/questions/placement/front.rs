@@ -167,7 +167,7 @@ fn better(
 }
 
 /// Whether `a` is no worse than `b` in every one of `metrics` and better in one. False where a value is missing.
-pub(super) fn dominates(a: &Metrics, b: &Metrics, metrics: &[Metric]) -> bool {
+pub fn dominates(a: &Metrics, b: &Metrics, metrics: &[Metric]) -> bool {
     let mut is_better = false;
     for metric in metrics {
         let (Some(a), Some(b)) = (a.get(*metric), b.get(*metric)) else { return false };
@@ -181,7 +181,7 @@ pub(super) fn dominates(a: &Metrics, b: &Metrics, metrics: &[Metric]) -> bool {
 }
 
 /// The places that no other one dominates, by the first metric; of equal ones the first.
-fn undominated(places: &[(Site, Metrics)], metrics: &[Metric]) -> Vec<(Site, Metrics)> {
+pub fn undominated(places: &[(Site, Metrics)], metrics: &[Metric]) -> Vec<(Site, Metrics)> {
     if metrics.is_empty() {
         return Vec::new();
     }
@@ -201,29 +201,4 @@ fn undominated(places: &[(Site, Metrics)], metrics: &[Metric]) -> Vec<(Site, Met
         }
     }
     front.into_iter().map(|(_, index)| places[index]).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn place(deflection: f64, margin: f64) -> (Site, Metrics) {
-        let mut metrics = Metrics::default();
-        metrics.set(Metric::WorstDeflection, deflection);
-        metrics.set(Metric::StabilityMargin, margin);
-        (Site([deflection, margin, 0.0, 0.0, 0.0, 0.0]), metrics)
-    }
-
-    #[test]
-    fn the_front_is_what_nothing_dominates() {
-        let metrics = [Metric::WorstDeflection, Metric::StabilityMargin];
-        // A larger margin is better.
-        let places = [place(3.0, 9.0), place(1.0, 5.0), place(2.0, 5.0), place(2.0, 8.0), place(1.0, 5.0)];
-        let found: Vec<[f64; 2]> =
-            undominated(&places, &metrics).iter().map(|(site, _)| [site.0[0], site.0[1]]).collect();
-        assert_eq!(found, [[1.0, 5.0], [2.0, 8.0], [3.0, 9.0]]);
-        assert!(dominates(&places[3].1, &places[2].1, &metrics));
-        assert!(!dominates(&places[1].1, &places[4].1, &metrics));
-        assert!(undominated(&places, &[]).is_empty());
-    }
 }

@@ -195,7 +195,8 @@ impl Metrics {
         self.0[metric as usize]
     }
 
-    pub(super) fn set(&mut self, metric: Metric, value: f64) {
+    /// Makes `value` that of `metric`, in its [`Metric::unit`].
+    pub fn set(&mut self, metric: Metric, value: f64) {
         self.0[metric as usize] = Some(value);
     }
 

@@ -227,9 +227,7 @@ fn around(features: &[FeatureJob]) -> Extent {
 }
 
 fn extent(min: [f64; 3], max: [f64; 3], check: &Check) -> Result<Extent> {
-    let extent = Extent { min: check.key("min_mm").finite(min)?, max: check.key("max_mm").finite(max)? };
-    check.ordered_box(extent.min, extent.max)?;
-    Ok(extent)
+    check.corners(min, max).map(|[min, max]| Extent { min, max })
 }
 
 /// The box of the workpiece holds every point that the tool cuts on the way to, but for the side from which the tool comes.

@@ -133,25 +133,21 @@ pub struct SearchSpec {
 
 /// Places along each coordinate, both ends included.
 #[derive(Debug, Clone, Copy, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, default)]
 #[allow(missing_docs)]
 pub struct GridSpec {
-    #[serde(default = "one")]
     pub x: usize,
-    #[serde(default = "one")]
     pub y: usize,
-    #[serde(default = "one")]
     pub z: usize,
-    #[serde(default = "one")]
     pub yaw: usize,
-    #[serde(default = "one")]
     pub pitch: usize,
-    #[serde(default = "one")]
     pub roll: usize,
 }
 
-fn one() -> usize {
-    1
+impl Default for GridSpec {
+    fn default() -> Self {
+        Self { x: 1, y: 1, z: 1, yaw: 1, pitch: 1, roll: 1 }
+    }
 }
 
 /// A named place.

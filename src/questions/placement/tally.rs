@@ -9,8 +9,8 @@ use serde::{Deserialize, Serialize};
 
 use super::metric::{Metric, Metrics};
 
-/// What one point of a path shows.
-#[derive(Debug, Clone, Copy, Default)]
+/// What one point of a path shows, or the worst that several do.
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 pub(super) struct Seen {
     /// Distance from the path at the nominal command, mm.
     pub deflection: f64,
@@ -70,22 +70,13 @@ impl Needs {
 /// Sums and extremes over the points seen.
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 pub(super) struct Tally {
-    worst_deflection: f64,
+    worst: Seen,
     /// Σ share · deflection².
     squares: f64,
     /// Share of the path out of tolerance.
     outside: f64,
-    correction: f64,
-    force: f64,
-    hinges: Option<[f64; 2]>,
-    margin: Option<f64>,
-    departure: f64,
-    /// Largest parts across, and Σ share · part².
-    across: [f64; 2],
+    /// Σ share · part² of the parts across.
     across_squares: [f64; 2],
-    stability: Option<f64>,
-    /// Whether a point has no exact correction, so that the numbers of it say nothing.
-    is_uncorrected: bool,
 }
 
 fn least(a: Option<f64>, b: Option<f64>) -> Option<f64> {
@@ -102,40 +93,42 @@ fn most(a: Option<[f64; 2]>, b: Option<[f64; 2]>) -> Option<[f64; 2]> {
     }
 }
 
-impl Tally {
-    /// Adds a point that makes up `share` of the length of all paths.
-    pub fn add(&mut self, seen: &Seen, share: f64, tolerance_mm: f64) {
-        *self = self.merged(&Self {
-            worst_deflection: seen.deflection,
-            squares: share * seen.deflection * seen.deflection,
-            outside: if seen.deflection > tolerance_mm { share } else { 0.0 },
-            correction: seen.correction,
-            force: seen.force,
-            hinges: seen.hinges,
-            margin: seen.margin,
-            departure: seen.departure,
-            across: seen.across,
-            across_squares: seen.across.map(|part| share * part * part),
-            stability: seen.stability,
-            is_uncorrected: seen.is_uncorrected,
-        });
-    }
-
-    /// Both together.
-    pub fn merged(&self, other: &Self) -> Self {
+impl Seen {
+    /// The worse of both, number by number.
+    fn worse(&self, other: &Self) -> Self {
         Self {
-            worst_deflection: self.worst_deflection.max(other.worst_deflection),
-            squares: self.squares + other.squares,
-            outside: self.outside + other.outside,
+            deflection: self.deflection.max(other.deflection),
             correction: self.correction.max(other.correction),
             force: self.force.max(other.force),
             hinges: most(self.hinges, other.hinges),
             margin: least(self.margin, other.margin),
             departure: self.departure.max(other.departure),
             across: [0, 1].map(|k| self.across[k].max(other.across[k])),
-            across_squares: [0, 1].map(|k| self.across_squares[k] + other.across_squares[k]),
             stability: least(self.stability, other.stability),
+            // What a correction that one of them lacks shows says nothing of both.
             is_uncorrected: self.is_uncorrected || other.is_uncorrected,
+        }
+    }
+}
+
+impl Tally {
+    /// Adds a point that makes up `share` of the length of all paths.
+    pub fn add(&mut self, seen: &Seen, share: f64, tolerance_mm: f64) {
+        *self = self.merged(&Self {
+            worst: *seen,
+            squares: share * seen.deflection * seen.deflection,
+            outside: if seen.deflection > tolerance_mm { share } else { 0.0 },
+            across_squares: seen.across.map(|part| share * part * part),
+        });
+    }
+
+    /// Both together.
+    pub fn merged(&self, other: &Self) -> Self {
+        Self {
+            worst: self.worst.worse(&other.worst),
+            squares: self.squares + other.squares,
+            outside: self.outside + other.outside,
+            across_squares: [0, 1].map(|k| self.across_squares[k] + other.across_squares[k]),
         }
     }
 
@@ -143,31 +136,31 @@ impl Tally {
     /// and before that the best they can still be.
     pub fn metrics(&self, needs: &Needs, share: f64) -> Metrics {
         let mut metrics = Metrics::default();
-        metrics.set(Metric::WorstDeflection, self.worst_deflection);
+        metrics.set(Metric::WorstDeflection, self.worst.deflection);
         metrics.set(Metric::RmsDeflection, (self.squares / share).sqrt());
         metrics.set(Metric::ShareWithin, 1.0 - self.outside / share);
-        if needs.correction && !self.is_uncorrected {
-            metrics.set(Metric::WorstCorrection, self.correction);
-            metrics.set(Metric::WorstDriveForce, self.force);
-            if let Some([correction, torque]) = self.hinges {
+        if needs.correction && !self.worst.is_uncorrected {
+            metrics.set(Metric::WorstCorrection, self.worst.correction);
+            metrics.set(Metric::WorstDriveForce, self.worst.force);
+            if let Some([correction, torque]) = self.worst.hinges {
                 metrics.set(Metric::WorstHingeCorrection, correction);
                 metrics.set(Metric::WorstHingeTorque, torque);
             }
-            if let Some(margin) = self.margin {
+            if let Some(margin) = self.worst.margin {
                 metrics.set(Metric::ForceMargin, margin);
             }
         }
         if needs.across {
             let squares = self.across_squares.map(|squares| (squares / share).sqrt());
-            metrics.set(Metric::WorstAcrossPath, self.across[0]);
+            metrics.set(Metric::WorstAcrossPath, self.worst.across[0]);
             metrics.set(Metric::RmsAcrossPath, squares[0]);
-            metrics.set(Metric::WorstAcrossSurface, self.across[1]);
+            metrics.set(Metric::WorstAcrossSurface, self.worst.across[1]);
             metrics.set(Metric::RmsAcrossSurface, squares[1]);
         }
         if needs.departure {
-            metrics.set(Metric::Departure, self.departure);
+            metrics.set(Metric::Departure, self.worst.departure);
         }
-        if let Some(stability) = self.stability.filter(|_| needs.stability) {
+        if let Some(stability) = self.worst.stability.filter(|_| needs.stability) {
             metrics.set(Metric::StabilityMargin, stability);
         }
         metrics

@@ -82,23 +82,3 @@ pub fn fit(pairs: &[(f64, f64)]) -> Option<Fit> {
     let farthest = logs.iter().map(|(x, y)| (y - offset - slope * x).abs()).fold(0.0, f64::max);
     Some(Fit { slope, coefficient_mm: offset.exp(), points, worst_ratio: farthest.exp() })
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_power_law_is_found() {
-        let pairs: Vec<(f64, f64)> = [0.1, 0.4, 1.0, 3.0].into_iter().map(|x: f64| (x, 0.02 * x.powf(1.7))).collect();
-        let found = fit(&pairs).unwrap();
-        assert!((found.slope - 1.7).abs() < 1e-12 && (found.coefficient_mm - 0.02).abs() < 1e-14, "{found:?}");
-        assert!((found.worst_ratio - 1.0).abs() < 1e-12 && found.points == 4 && found.is_power_law());
-    }
-
-    #[test]
-    fn a_point_off_the_line_is_noticed_and_one_point_is_no_line() {
-        let found = fit(&[(1.0, 1.0), (2.0, 2.0), (4.0, 8.0)]).unwrap();
-        assert!((found.slope - 1.5).abs() < 1e-12 && !found.is_power_law(), "{found:?}");
-        assert_eq!(fit(&[(1.0, 1.0)]), None);
-    }
-}

@@ -34,14 +34,7 @@ impl Question for SuperpositionStudy {
 
     fn resolve(spec: &SuperpositionSpec, given: &Given<'_>) -> Result<Resolved<Self>> {
         given.overrides.refuse_points(given.name)?;
-        if let Some(carrier) = &given.machine.carrier {
-            let problem = format!(
-                "the workpiece carrier {} of machine {} bends as well, which this question does not take apart: expected a \
-                 machine without [workpiece_carrier]",
-                carrier.name, given.machine.name
-            );
-            return given.check.root().key("machine").fail(problem);
-        }
+        given.refuse_carrier("this question does not take apart")?;
         let own = OwnKeys { phi_step_deg: spec.phi_step_deg, uses_target: false };
         let (scene, inputs) = scene(given, own)?;
         let check = &given.check;
@@ -55,7 +48,7 @@ impl Question for SuperpositionStudy {
                 format!("must be at least {ROUNDING_MM:e}, below which departures are rounding, got {tolerance:e}");
             return check.key("tolerance_mm").fail(problem);
         }
-        let largest_factor = spec.largest_factor;
+        let largest_factor = spec.largest_factor.unwrap_or(16.0);
         if !(1.0..=1e6).contains(&largest_factor) {
             return check.key("largest_factor").fail(format!("must be between 1 and 1e6, got {largest_factor}"));
         }

@@ -27,12 +27,7 @@ pub struct SuperpositionSpec {
     #[serde(default)]
     pub scales: ScalesSpec,
     /// The largest factor tried on load and chain errors when the largest safe one is sought; 16 if not given.
-    #[serde(default = "default_largest_factor")]
-    pub largest_factor: f64,
-}
-
-fn default_largest_factor() -> f64 {
-    16.0
+    pub largest_factor: Option<f64>,
 }
 
 /// A location of P.

@@ -1,7 +1,6 @@
 //! A map of turns: with the tool in given directions at places of its tip, how far the cutting force moves it at the best and at the
 //! worst turn about its axis, on which branch, and where no turn is possible.
 
-mod axes;
 #[cfg(feature = "report")]
 pub mod report;
 mod resolve;
@@ -20,7 +19,7 @@ use crate::{
         cutting::{PathFrame, PathLoad},
     },
     redundancy::{Hindrance, Node, TurnAsked, at_points},
-    simulation::{Failure, SOLVED, Scene, status_of},
+    simulation::{Failure, Scene, status_of},
     spatial::{Grid, frame_about},
     toolpath::{Orientation, PathPoint, PointSource, Toolpath},
     work::{Event, Work, here},
@@ -89,7 +88,7 @@ impl TurnMapPoint {
 
     /// Whether some turn is possible.
     pub fn is_solved(&self) -> bool {
-        self.status() == SOLVED
+        self.turns.is_ok()
     }
 }
 

@@ -1,6 +1,6 @@
 //! Numbers that somebody quotes, from a paper or a measurement, beside those of the model.
 
-mod circle_shape;
+pub mod circle_shape;
 mod quantity;
 #[cfg(feature = "report")]
 pub mod report;

@@ -19,7 +19,7 @@ const AGREEMENT: f64 = 0.1;
 /// Stem of the files of the machine's own figure.
 const MACHINE_AT_HOME: &str = "machine_at_home";
 /// Most frames of a picture.
-const MOST_FRAMES: usize = 6;
+pub(super) const MOST_FRAMES: usize = 6;
 
 impl Question for ValidationStudy {
     type Spec = ValidationSpec;

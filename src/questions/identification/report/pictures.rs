@@ -34,7 +34,7 @@ fn numbers(report: &Report<'_>) -> LineFigure {
         let (x, y) = (report.found.fit.x[k], (k + 1) as f64);
         let points = vec![(x - own.half_width, y), (x, y), (x + own.half_width, y)];
         let said = if own.open.is_none() { text::about(own) } else { format!("{}: not identified", own.unknown.name) };
-        series(format!("{} {said}", k + 1), points)
+        LineSeries::new(format!("{} {said}", k + 1), points, false)
     };
     let bars = finite.take(MOST).map(bar).collect();
     let labels = ["change from the machine file [ln of the factor; mm; °]", "number of the unknown"];
@@ -79,10 +79,6 @@ fn lengths(report: &Report<'_>) -> Vec<Lengths> {
     all
 }
 
-fn series(label: String, points: Vec<(f64, f64)>) -> LineSeries {
-    LineSeries { label, points, dashed: false, band: Vec::new() }
-}
-
 fn figure(report: &Report<'_>, title: &str, labels: [&str; 2], series: Vec<LineSeries>) -> LineFigure {
     LineFigure {
         title: title.into(),
@@ -97,12 +93,16 @@ fn figure(report: &Report<'_>, title: &str, labels: [&str; 2], series: Vec<LineS
 fn predicted(report: &Report<'_>) -> LineFigure {
     let of = |Lengths { name, mut points }| {
         points.sort_by(|a, b| a.1.total_cmp(&b.1));
-        series(name, points.into_iter().map(|(_, measured, residual)| (measured, measured - residual)).collect())
+        LineSeries::new(
+            name,
+            points.into_iter().map(|(_, measured, residual)| (measured, measured - residual)).collect(),
+            false,
+        )
     };
     let lengths = lengths(report);
     let values = || lengths.iter().flat_map(|own| own.points.iter().map(|point| point.1));
     let (low, high) = (values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max));
-    let perfect = (low < high).then(|| series("as measured".into(), vec![(low, low), (high, high)]));
+    let perfect = (low < high).then(|| LineSeries::new("as measured", vec![(low, low), (high, high)], false));
     let all = perfect.into_iter().chain(lengths.into_iter().map(of)).collect();
     figure(report, "Predicted against measured", ["measured [mm]", "predicted [mm]"], all)
 }
@@ -115,7 +115,7 @@ fn over(report: &Report<'_>, [title, label]: [&str; 2], value: impl Fn(usize, &M
         let at = |order: usize| value(order, &report.study.measurements[order]);
         let mut points: Vec<(f64, f64)> = points.into_iter().map(|(order, _, left)| (at(order), left)).collect();
         points.sort_by(|a, b| a.0.total_cmp(&b.0));
-        series(name, points)
+        LineSeries::new(name, points, false)
     };
     let all = lengths(report).into_iter().map(of).collect();
     figure(report, title, [label, LEFT], all)
@@ -155,12 +155,12 @@ fn over_pose(report: &Report<'_>) -> LineFigure {
         let positions = || measurements.iter().map(|own| own.at.drives[k]);
         let (low, high) = (positions().fold(f64::INFINITY, f64::min), positions().fold(f64::NEG_INFINITY, f64::max));
         if high - low <= 0.0 {
-            return series(label, Vec::new());
+            return LineSeries::new(label, Vec::new(), false);
         }
         let shares = positions().map(|position| (position - low) / (high - low));
         let mut points: Vec<(f64, f64)> = shares.zip(squares.iter().map(|squares| squares.sqrt())).collect();
         points.sort_by(|a, b| a.0.total_cmp(&b.0));
-        series(label, points)
+        LineSeries::new(label, points, false)
     };
     let all = report.study.machine.drive_labels().into_iter().enumerate().map(of);
     let all = all.filter(|series| !series.points.is_empty()).collect();

@@ -54,7 +54,7 @@ impl Report<'_> {
 
     /// The same as predicted without its own measurement; `None` where one is predicted by no other.
     pub fn left_out_mm(&self) -> Option<f64> {
-        rms_mm(&self.found.left_out.residuals, &self.study.measurements).filter(|all| all.is_finite())
+        rms_mm(&self.found.left_out, &self.study.measurements).filter(|all| all.is_finite())
     }
 
     /// Of the other sets of unknowns, that which predicts best, if better than that of the study.
@@ -93,11 +93,7 @@ pub(in super::super) fn left_share(
     (all > 0.0).then(|| (left / all).sqrt())
 }
 
-fn finite(value: f64) -> Option<f64> {
-    value.is_finite().then_some(value)
-}
-
-/// The answer for programs.
+/// The answer for programs; an end that is nowhere is null.
 pub(super) fn json(report: &Report<'_>) -> Value {
     let Report { study, found, file, .. } = report;
     let parameters = found.found.iter().map(|own| {
@@ -106,10 +102,10 @@ pub(super) fn json(report: &Report<'_>) -> Value {
             "unit": own.unknown.unit,
             "start": own.unknown.start,
             "value": own.value,
-            "low": finite(own.interval[0]),
-            "high": finite(own.interval[1]),
-            "profile_low": own.profile.and_then(|ends| finite(ends[0])),
-            "profile_high": own.profile.and_then(|ends| finite(ends[1])),
+            "low": own.interval[0],
+            "high": own.interval[1],
+            "profile_low": own.profile.map(|ends| ends[0]),
+            "profile_high": own.profile.map(|ends| ends[1]),
             "profile_unknown": own.is_profile_unknown,
             "identified": own.open.is_none(),
             "reason": own.open,

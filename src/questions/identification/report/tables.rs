@@ -61,7 +61,7 @@ fn residuals(report: Option<&Report<'_>>) -> Table {
             .map(move |found| (report.found, found))
     });
     let rows = readings.map(|(found, (i, (order, own, reading)))| {
-        let (fit, left_out) = (&found.fit, &found.left_out.residuals);
+        let (fit, left_out) = (&found.fit, &found.left_out);
         let shown = |value: f64| if reading.quantity.is_rotation() { value.to_degrees() } else { value };
         let mut row: Row = vec![(order + 1).into(), own.name.as_str().into(), reading.column.into()];
         row.extend(cells(own.at.pose.translation.iter().chain(&own.load.force).copied()));

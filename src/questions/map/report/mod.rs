@@ -1,6 +1,5 @@
 //! Reports of a workspace map, gathered point by point: memory does not grow with the grid.
 
-mod headline;
 mod pictures;
 mod quantities;
 mod summary;
@@ -55,7 +54,7 @@ impl Answered for WorkspaceMapStudy {
                 json!({ "grid": self.grid.counts(), "tool_angles": self.scene.phis.len() }),
                 summary.statuses.clone(),
                 summary.json(),
-                Description { headline: headline::headline(&summary, &text), ..page(&summary, &text) },
+                Description { headline: text::headline(&summary, &text), ..page(&summary, &text) },
             )
         })
     }

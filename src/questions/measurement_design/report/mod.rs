@@ -1,6 +1,5 @@
 //! Reports of a plan of measurements.
 
-mod pictures;
 mod summary;
 mod tables;
 mod text;
@@ -86,7 +85,7 @@ impl Answered for MeasurementDesignStudy {
         Ok(Output {
             is_answered: Some(!plan.chosen.is_empty()),
             tables: tables(self, Some(&plan)),
-            figures: asked.drawn(|| pictures::figures(&report)),
+            figures: asked.drawn(|| summary::figures(&report)),
             details: text::details(&report),
             ..Output::of(
                 settings,

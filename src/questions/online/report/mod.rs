@@ -1,6 +1,5 @@
 //! Reports of an online study.
 
-mod headline;
 mod quantities;
 mod text;
 
@@ -70,7 +69,7 @@ impl Answered for OnlineStudy {
                     "break_even": compared.break_even,
                     "loop_gain": results.loop_gain,
                 }),
-                Description { headline: headline::headline(&compared), ..page(&compared) },
+                Description { headline: text::headline(&compared), ..page(&compared) },
             )
         })
     }

@@ -1,7 +1,6 @@
 //! Reports of a path study, gathered point by point: memory does not grow with the path.
 
 pub(crate) mod cutting_force;
-mod headline;
 mod on_part;
 mod pictures;
 mod quantities;
@@ -9,6 +8,7 @@ mod summary;
 mod text;
 mod thinned;
 
+pub use on_part::view;
 pub(crate) use quantities::{ANGLE, ARC_LENGTH, DISPLACEMENT, displacement_along, drives, points_table};
 pub use summary::Summary;
 pub(crate) use text::cautions_of;
@@ -60,7 +60,7 @@ impl Answered for PathStudy {
                 json!({ "points": study.stations.len() }),
                 summary.statuses(),
                 summary.json(&methods),
-                Description { headline: headline::headline(&summary, &text), ..page(study, shown, &text) },
+                Description { headline: text::headline(&summary, &text), ..page(study, shown, &text) },
             )
         };
         if let Some((found, how)) = turn_found(study) {

@@ -125,7 +125,7 @@ impl<'a> OnPart<'a> {
         let drawn = |label: &str, dashed: bool, shift: &dyn Fn(&Shifts) -> Option<Vector3<f64>>| {
             let at = |(wanted, shifts): (Vector3<f64>, &Shifts)| Some(wanted + shift(shifts)? * factor);
             let points = self.points().filter_map(at).map(|at| (at.x, at.y)).collect();
-            LineSeries { label: label.into(), points, dashed, band: Vec::new() }
+            LineSeries::new(label, points, dashed)
         };
         let thinned = match self.drawn.len() {
             all if all == self.wanted.len() => String::new(),
@@ -153,7 +153,7 @@ impl<'a> OnPart<'a> {
 
 /// The axes to the right, upward and along the view in which the path spreads most; along z where that hides no more than
 /// another.
-fn view(wanted: &[Vector3<f64>]) -> [usize; 3] {
+pub fn view(wanted: &[Vector3<f64>]) -> [usize; 3] {
     let extent = |axis: usize| {
         let (low, high) = wanted.iter().fold((f64::MAX, f64::MIN), |(l, h), p| (l.min(p[axis]), h.max(p[axis])));
         high - low
@@ -163,19 +163,5 @@ fn view(wanted: &[Vector3<f64>]) -> [usize; 3] {
         0 => [1, 2, 0],
         1 => [0, 2, 1],
         _ => [0, 1, 2],
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_path_is_seen_along_the_axis_in_which_it_spreads_least() {
-        let path = |x: f64, y: f64, z: f64| [Vector3::zeros(), Vector3::new(x, y, z)];
-        assert_eq!(view(&path(10.0, 10.0, 0.0)), [0, 1, 2]);
-        assert_eq!(view(&path(10.0, 0.0, 10.0)), [0, 2, 1]);
-        assert_eq!(view(&path(0.0, 10.0, 10.0)), [1, 2, 0]);
-        assert_eq!(view(&path(10.0, 0.0, 0.0)), [0, 1, 2]);
     }
 }

@@ -117,7 +117,7 @@ impl<'a> Pictures<'a> {
             // One turn: the curve ends at the angle at which it begins.
             points.extend(points.first().map(|&(phi, value)| (phi + 360.0, value)));
         }
-        LineSeries { label: label.into(), points, dashed, band: Vec::new() }
+        LineSeries::new(label, points, dashed)
     }
 }
 

@@ -1,8 +1,7 @@
 //! The first screen of a placement study: where to put the workpiece, what that brings, and how much room there is.
 
 use super::{
-    quantities::of_entry,
-    summary::counts,
+    quantities::{of_entry, verdicts},
     text::{NO_DEFLECTION, at, best_entry, nowhere, towards},
 };
 use crate::{
@@ -21,7 +20,7 @@ use crate::{
 /// The answer at a glance.
 pub(super) fn headline(results: &PlacementResults) -> Headline {
     let study = &results.study;
-    let cannot = counts(results)[2];
+    let cannot = verdicts(results)[2];
     let mut basis = counted(results.cells.len(), "place");
     if cannot > 0 {
         basis += &format!(", at {cannot} of them the workpiece cannot be cut");

@@ -4,13 +4,12 @@ mod headline;
 mod pictures;
 mod quantities;
 mod recommended;
-mod summary;
 mod text;
 
 pub use headline::known;
 pub use pictures::figures;
-pub use quantities::{candidates_table, sweep_table};
-pub use summary::summary_json;
+pub use quantities::{candidates_table, summary_json, sweep_table};
+pub use recommended::hull;
 pub use text::{entries_table, summary_text};
 
 use nalgebra::Vector3;

@@ -212,10 +212,7 @@ fn pareto(results: &PlacementResults) -> LineFigure {
         ),
         x_label: with_unit(results, metrics[0]),
         y_label: with_unit(results, metrics[1]),
-        series: series
-            .into_iter()
-            .map(|(label, points)| LineSeries { label, points, dashed: false, band: Vec::new() })
-            .collect(),
+        series: series.into_iter().map(|(label, points)| LineSeries::new(label, points, false)).collect(),
         ..LineFigure::default()
     }
 }

@@ -123,7 +123,7 @@ fn corners(extent: &Extent, workpiece: &Pose) -> [Vector3<f64>; 8] {
 }
 
 /// The corners in turn of the smallest convex polygon around `points` (Andrew's monotone chain).
-fn hull(mut points: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
+pub fn hull(mut points: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
     points.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
     points.dedup();
     let turn = |a: (f64, f64), b: (f64, f64), c: (f64, f64)| (b.0 - a.0) * (c.1 - a.1) - (b.1 - a.1) * (c.0 - a.0);
@@ -276,16 +276,4 @@ pub(super) fn in_space(results: &PlacementResults) -> Option<Figure> {
         },
         note: deviations(results),
     })))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_hull_of_a_box_is_its_outline() {
-        let points = [(0.0, 0.0), (2.0, 0.0), (1.0, 0.5), (0.0, 1.0), (2.0, 1.0), (2.0, 0.0), (1.0, 0.0)];
-        assert_eq!(hull(points.to_vec()), [(0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (0.0, 1.0)]);
-        assert_eq!(hull(vec![(1.0, 1.0), (1.0, 1.0)]), [(1.0, 1.0)]);
-    }
 }

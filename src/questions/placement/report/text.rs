@@ -1,6 +1,6 @@
 //! A placement study in sentences and small tables: what was sought, how it was found, and what is recommended.
 
-use super::{quantities::available, summary::counts};
+use super::quantities::{available, verdicts};
 use crate::{
     files::{
         text_table::text_table,
@@ -71,7 +71,7 @@ pub fn entries_table(study: &PlacementStudy, entries: &[Entry]) -> String {
 /// What was sought, and how many places were looked at.
 pub(super) fn search(results: &PlacementResults) -> String {
     let study = &results.study;
-    let [complete, stopped, infeasible] = counts(results);
+    let [complete, stopped, infeasible] = verdicts(results);
     let points: usize = study.features.iter().map(|job| job.feature.path.len()).sum();
     format!(
         "{}: {}, {}; objective (minimised): {}.\nSweep of {}: {complete} evaluated on the whole path, {stopped} stopped \

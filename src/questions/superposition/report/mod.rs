@@ -1,6 +1,5 @@
 //! Reports of a superposition study; the map is gathered point by point, so that memory does not grow with the grid.
 
-mod headline;
 mod pictures;
 mod quantities;
 mod summary;
@@ -78,7 +77,7 @@ impl Answered for SuperpositionStudy {
                 }),
                 statuses,
                 summary.json(&locations),
-                Description { headline: headline::headline(&summary), ..page(&summary, &locations) },
+                Description { headline: text::headline(&summary), ..page(&summary, &locations) },
             )
         })
     }

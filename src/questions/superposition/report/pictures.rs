@@ -115,7 +115,7 @@ fn growth(study: &SuperpositionStudy, location: &LocationResult) -> Option<LineF
                 };
                 let label = format!("{kind}{what} scaled: {slope}");
                 let dashed = sum == Sum::Aggregation || scaled == Scaled::Errors;
-                series.push(LineSeries { label, points, dashed, band: Vec::new() });
+                series.push(LineSeries::new(label, points, dashed));
             }
         }
     }
@@ -154,11 +154,10 @@ fn ablation(study: &SuperpositionStudy, location: &LocationResult) -> Option<Lin
         return None;
     }
     let all = found.iter().map(|(phi, length, _)| (*phi, *length));
-    let mut series =
-        vec![LineSeries { label: "departure".into(), points: closed(all), dashed: false, band: Vec::new() }];
+    let mut series = vec![LineSeries::new("departure", closed(all), false)];
     for (index, cause) in Cause::ALL.into_iter().enumerate() {
         let points = closed(found.iter().map(|(phi, _, parts)| (*phi, parts[index])));
-        series.push(LineSeries { label: words(cause).into(), points, dashed: index > 1, band: Vec::new() });
+        series.push(LineSeries::new(words(cause), points, index > 1));
     }
     Some(LineFigure {
         title: format!("What makes adding wrong at {}", location.location.name),

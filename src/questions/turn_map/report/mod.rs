@@ -1,27 +1,28 @@
-//! Reports of a map of turns.
+//! Reports of a map of turns: on the first screen how far the tool moves at the best turns and what a badly chosen one costs.
 
-mod headline;
 mod quantities;
-mod summary;
 
 use serde_json::json;
 
 use crate::{
-    answer::{Output, Run, layers, size_words},
+    answer::{Output, Quantity, Run, layers, size_words},
     files::{
         Manifest,
-        words::{counted, typographic},
+        text_table::text_table,
+        words::{counted, if_any, millimetres, millimetres_in_table, percent, position, typographic},
     },
     input::error::Result,
-    page::{Description, Explorer, Fact, Group, GroupValue, Section, TableNote},
+    page::{
+        Description, Explorer, Fact, Group, GroupValue, Section, TableNote,
+        headline::{Extreme, Headline, InTable, KeyNumber},
+    },
     questions::{
         Answered,
-        turn_map::{TurnMapPoint, TurnMapStudy, run},
+        turn_map::{TurnMapPoint, TurnMapStudy, Turns, run},
     },
     simulation::Shown,
 };
-use headline::{details, headline};
-use summary::Report;
+use quantities::{BEST, Found, Report, WORST_OVER_BEST};
 
 impl Answered for TurnMapStudy {
     fn answer(&self, shown: &Shown, asked: &Run<'_>) -> Result<Output> {
@@ -105,4 +106,98 @@ fn explorer(report: &Report<'_>) -> Explorer {
     };
     let layers = layers(&quantities::on_page());
     Explorer { marks: Vec::new(), ..report.study.scene.view(MAP, "turns.csv", Some(group), layers) }
+}
+
+/// The answer at a glance.
+fn headline(report: &Report<'_>) -> Headline {
+    let TurnMapStudy { scene, grid, axes, .. } = report.study;
+    let basis = format!(
+        "{}, {} of the tool, {}, {} of the force",
+        counted(grid.len(), "place"),
+        counted(axes.len(), "direction"),
+        counted(report.study.turns(), "turn"),
+        counted(scene.phis.len(), "direction"),
+    );
+    let tip = scene.machine.home.pose.rotation * scene.machine.tool_tip;
+    let positions = (0..grid.len()).map(|place| grid.position(place) - tip);
+    let at_best =
+        |found: Option<Found<'_>>, what: &str, extreme| found.map(|found| at_best_turn(report, &found, what, extreme));
+    Headline::new(sentence(report), basis)
+        .with_cautions(&scene.cautions("place", positions))
+        .with_all(at_best(report.most(), "largest deflection at the best turn", Extreme::Largest))
+        .with_all(at_best(report.least(), "smallest", Extreme::Smallest))
+        .with_all(report.widest().map(|widest| gain(report, &widest)))
+}
+
+fn sentence(report: &Report<'_>) -> String {
+    let name = report.study.scene.machine.short_title();
+    let (Some(least), Some(most)) = (report.least(), report.most()) else {
+        return format!("The {name} has no turn about its tool at any of the places and directions.");
+    };
+    let kept = match (report.study.scene.tolerance_mm, report.share_within()) {
+        (Some(tolerance), Some(share)) => format!(" {tolerance} mm is kept in {} of the places.", percent(share)),
+        _ => String::new(),
+    };
+    let gain = report
+        .widest()
+        .map_or_else(String::new, |widest| format!(" Turned badly it moves up to {:.1} times as far.", widest.value));
+    format!(
+        "Turned well about its tool, the {name} is moved by {} at best and {} at worst.{gain}{kept}",
+        millimetres(least.value, 3),
+        millimetres(most.value, 3),
+    )
+}
+
+fn place(report: &Report<'_>, found: &Found<'_>) -> String {
+    let [x, y, z] = found.point.position_mm;
+    let at = position(x, y, z);
+    match report.study.axes.len() {
+        1 => at,
+        _ => format!("{at} with the tool along {}", report.axis_name(found.point.axis)),
+    }
+}
+
+fn in_table(report: &Report<'_>, found: &Found<'_>, quantity: &Quantity<Turns>, extreme: Extreme) -> InTable {
+    quantity.found_in("turns.csv", &[["direction", &report.axis_name(found.point.axis)]], extreme, found.value)
+}
+
+fn at_best_turn(report: &Report<'_>, found: &Found<'_>, what: &str, extreme: Extreme) -> KeyNumber {
+    let best = &found.turns.best;
+    let branch = best.branch.map_or_else(String::new, |branch| format!(", {}", branch.label()));
+    let against = format!("turn {:.0}°{branch}", best.turn_deg);
+    let what = format!("{what}, at {}", place(report, found));
+    KeyNumber::new(&millimetres(found.value, 3), what, against).found(in_table(report, found, &BEST, extreme))
+}
+
+fn gain(report: &Report<'_>, found: &Found<'_>) -> KeyNumber {
+    let [worst, best] = [&found.turns.worst, &found.turns.best]
+        .map(|turn| format!("{} at {:.0}°", millimetres(turn.deflection_mm, 3), turn.turn_deg));
+    let what = format!("times as far at the worst turn as at the best, at {}", place(report, found));
+    let number = KeyNumber::new(&format!("{:.2}", found.value), what, format!("{worst} against {best}"));
+    number.found(in_table(report, found, &WORST_OVER_BEST, Extreme::Largest))
+}
+
+/// A row for each direction of the tool.
+fn details(report: &Report<'_>) -> String {
+    let mut table = text_table(["tool along", "solved", "least", "most", "worst turn", "turns"], 1);
+    let places = report.study.grid.len();
+    for (axis, points) in report.map.points.chunks(places).enumerate() {
+        let turns: Vec<&Turns> = points.iter().filter_map(|point| point.turns.as_ref().ok()).collect();
+        let best = |of: fn(f64, f64) -> f64| turns.iter().map(|turns| turns.best.deflection_mm).reduce(of);
+        let worst = turns.iter().map(|turns| turns.worst.deflection_mm).reduce(f64::max);
+        let possible = turns.iter().map(|turns| turns.possible as f64).sum::<f64>() / turns.len().max(1) as f64;
+        let shown = |value: Option<f64>| if_any(value, |value| millimetres_in_table(value, 3));
+        table.add_row([
+            report.axis_name(axis),
+            format!("{} of {places}", turns.len()),
+            shown(best(f64::min)),
+            shown(best(f64::max)),
+            shown(worst),
+            format!("{possible:.0} of {}", report.study.turns()),
+        ]);
+    }
+    format!(
+        "Deflection of the tool at the best turn of each place (least, most), at the worst turn of any, and turns that are possible on \
+         some branch:\n{table}\n"
+    )
 }

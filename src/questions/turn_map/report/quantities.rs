@@ -1,14 +1,15 @@
-//! The numbers of a map of turns, its table and its pictures: slices at the heights asked for, of the worst direction where there are
-//! several, and the places in 3-D.
+//! The numbers of a map of turns and what is asked of them: at each place, each direction of the tool at its best turn; over all directions, the
+//! worst of them. Its table, and its pictures: slices at the heights asked for, and the places in 3-D.
 
-use super::summary::Report;
+use serde_json::{Value, json};
+
 use crate::{
-    answer::{Drawn, GridMap, Quantity, TableOf},
+    answer::{Drawn, GridMap, Quantity, ShareWithin, TableOf},
     figures::{Figure, Shading},
     files::exchange::{Cell, Kind, Row, Table, cells, numbers, texts},
     machine::Branch,
     page::Better::{Larger, Neither, Smaller},
-    questions::turn_map::{TurnMapPoint, Turns},
+    questions::turn_map::{TurnMap, TurnMapPoint, TurnMapStudy, Turns},
     simulation::Shown,
 };
 
@@ -116,4 +117,100 @@ pub(super) fn figures(report: &Report<'_>, shown: &Shown) -> Vec<(String, Figure
     let answer = ("answer".to_string(), slices[0].1.clone());
     let in_3d = map.in_3d(0, format!("The places, coloured by {}", BEST.label));
     std::iter::once(answer).chain(slices).chain(in_3d.map(|figure| ("turns_in_3d".into(), figure))).collect()
+}
+
+/// A map of turns with what is asked of it.
+pub(super) struct Report<'a> {
+    pub study: &'a TurnMapStudy,
+    pub map: &'a TurnMap,
+}
+
+/// A value of a quantity, and the place at which it is found.
+#[derive(Clone, Copy)]
+pub(super) struct Found<'a> {
+    pub value: f64,
+    pub point: &'a TurnMapPoint,
+    pub turns: &'a Turns,
+}
+
+impl<'a> Report<'a> {
+    /// The point with this direction at a place of the grid.
+    pub fn point(&self, axis: usize, place: usize) -> &'a TurnMapPoint {
+        &self.map.points[axis * self.study.grid.len() + place]
+    }
+
+    /// All that has a value of `quantity`.
+    fn found(&self, quantity: &Quantity<Turns>) -> impl Iterator<Item = Found<'a>> {
+        self.map.points.iter().filter_map(|point| Found::of(quantity, point))
+    }
+
+    /// Of the best turns, the one at which the tool moves least.
+    pub fn least(&self) -> Option<Found<'a>> {
+        self.found(&BEST).min_by(|a, b| a.value.total_cmp(&b.value))
+    }
+
+    /// Of the best turns, the one at which the tool moves most.
+    pub fn most(&self) -> Option<Found<'a>> {
+        largest(self.found(&BEST))
+    }
+
+    /// Where the choice of the turn counts most.
+    pub fn widest(&self) -> Option<Found<'a>> {
+        largest(self.found(&WORST_OVER_BEST))
+    }
+
+    /// At a place, the direction whose best turn moves the tool most; `None` where some direction has none.
+    pub fn all_axes(&self, place: usize) -> Option<Found<'a>> {
+        let found = (0..self.study.axes.len()).map(|axis| Found::of(&BEST, self.point(axis, place)));
+        largest(found.collect::<Option<Vec<_>>>()?)
+    }
+
+    /// Share of the places at which every direction has a turn within the tolerance.
+    pub fn share_within(&self) -> Option<f64> {
+        let tolerance = self.study.scene.tolerance_mm?;
+        let mut share = ShareWithin::default();
+        for place in 0..self.study.grid.len() {
+            share.add(1.0, self.all_axes(place).is_some_and(|found| found.value <= tolerance));
+        }
+        share.get()
+    }
+
+    /// Name of a direction.
+    pub fn axis_name(&self, axis: usize) -> String {
+        let [x, y, z] = self.axis(axis);
+        format!("({x}, {y}, {z})")
+    }
+
+    /// A direction without the rounding of how it was computed.
+    pub fn axis(&self, axis: usize) -> [f64; 3] {
+        <[f64; 3]>::from(self.study.axes[axis]).map(|c| (c * 1e6).round() / 1e6 + 0.0)
+    }
+
+    /// The answer for programs.
+    pub fn json(&self) -> Value {
+        let found = |Found { point, turns, .. }: Found<'_>| {
+            let axis = self.axis(point.axis);
+            json!({ "position_mm": point.position_mm, "tool_axis": axis, "best": turns.best, "worst": turns.worst })
+        };
+        json!({
+            "schema": 1,
+            "least": self.least().map(found),
+            "most": self.most().map(found),
+            "largest_gain": self.widest().map(found),
+            "share_within_tolerance": self.share_within(),
+        })
+    }
+}
+
+/// The last of those that are largest.
+fn largest<'a>(all: impl IntoIterator<Item = Found<'a>>) -> Option<Found<'a>> {
+    all.into_iter().max_by(|a, b| a.value.total_cmp(&b.value))
+}
+
+impl<'a> Found<'a> {
+    /// At `point`, if there is a value of `quantity`.
+    fn of(quantity: &Quantity<Turns>, point: &'a TurnMapPoint) -> Option<Self> {
+        let turns = point.turns.as_ref().ok()?;
+        Some(Found { value: quantity.value(turns)?, point, turns })
+    }
 }

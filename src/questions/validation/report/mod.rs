@@ -1,12 +1,10 @@
 //! Reports of a validation study.
 
-mod agreement;
 mod compared;
-mod headline;
 mod pictures;
 
 pub use compared::{differences, quoted_table, variants_table};
-pub use pictures::figures;
+pub use pictures::{figures, short};
 
 use serde_json::json;
 
@@ -44,7 +42,7 @@ impl Answered for ValidationStudy {
                 json!({ "points": points }),
                 Manifest::count(answers.chain(compared)),
                 compared::summary_json(&results),
-                Description { headline: headline::headline(&results, &assumed), ..page(&results, &text) },
+                Description { headline: compared::headline(&results, &assumed), ..page(&results, &text) },
             )
         })
     }

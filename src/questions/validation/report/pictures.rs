@@ -1,18 +1,24 @@
-//! The pictures a validation study asks for.
+//! The pictures of a validation study: all quoted numbers in one, each against ours in tolerances, and what the study asks for.
 
 use nalgebra::Vector3;
 
+use super::compared::{Line, lines};
 use crate::{
     answer::Quantity,
-    figures::{CurvePanel, Figure, LineFigure, LineSeries, PanelCurve, PanelFigure},
-    files::table::{drives_of, kind_word},
+    figures::{
+        AgreementFigure, AgreementRow, CurvePanel, Figure, LineFigure, LineSeries, Meant, PanelCurve, PanelFigure,
+    },
+    files::{
+        table::{drives_of, kind_word},
+        words::{if_any, typographic},
+    },
     machine::{Machine, Motion},
     questions::{
         path::{
             AtPoint, PathResults,
             report::{displacement_along, drives},
         },
-        validation::{FigureKind, Picture, Shown, ValidationResults, report::agreement},
+        validation::{FigureKind, Picture, Quoted, Relation, Shown, ValidationResults, resolve::MOST_FRAMES},
     },
     simulation::Source,
 };
@@ -29,12 +35,9 @@ pub fn figures(results: &ValidationResults, shown: &Shown) -> Vec<(String, Figur
         };
         picture.file_stems(&results.study.machine).into_iter().zip(drawn)
     };
-    let answer = agreement::figure(results).map(|figure| ("answer".to_string(), figure));
+    let answer = agreement(results).map(|figure| ("answer".to_string(), figure));
     answer.into_iter().chain(shown.pictures.iter().flat_map(picture)).collect()
 }
-
-/// Most frames of a picture.
-const MOST_FRAMES: usize = 6;
 
 fn subtitle(results: &ValidationResults, cases: &[usize]) -> String {
     let cases: Vec<&str> = cases.iter().map(|&case| results.study.cases[case].as_str()).collect();
@@ -44,12 +47,7 @@ fn subtitle(results: &ValidationResults, cases: &[usize]) -> String {
 /// The wanted path with `error` added at each point.
 fn moved(path: &PathResults, label: &str, dashed: bool, error: &dyn Fn(usize) -> Option<Vector3<f64>>) -> LineSeries {
     let at = |(k, point): (usize, Vector3<f64>)| error(k).map(|error| (point.x + error.x, point.y + error.y));
-    LineSeries {
-        label: label.into(),
-        points: path.study.wanted().into_iter().enumerate().filter_map(at).collect(),
-        dashed,
-        band: Vec::new(),
-    }
+    LineSeries::new(label, path.study.wanted().into_iter().enumerate().filter_map(at).collect(), dashed)
 }
 
 fn plane(results: &ValidationResults, picture: &Picture, series: Vec<LineSeries>) -> Figure {
@@ -201,4 +199,58 @@ fn sources(results: &ValidationResults, picture: &Picture, path: &PathResults) -
         panels(results, picture, (&format!("{what} by source"), y_label), names, frames)
     };
     corrections(machine).chain([displacement("displacement")]).map(figure).collect()
+}
+
+/// The figure; `None` where nothing is quoted.
+fn agreement(results: &ValidationResults) -> Option<Figure> {
+    let study = &results.study;
+    let rows: Vec<AgreementRow> = lines(results).map(|line| row(&line)).collect();
+    let agreeing = rows.iter().filter(|row| row.agrees).count();
+    (!rows.is_empty()).then(|| {
+        Figure::Agreement(AgreementFigure {
+            title: format!("{agreeing} of {} quoted numbers agree", rows.len()),
+            subtitle: format!("{}; {}", study.machine.short_title(), study.variants[0].name),
+            numbers: "quoted, ours".into(),
+            rows,
+        })
+    })
+}
+
+fn row(line: &Line<'_>) -> AgreementRow {
+    let (quoted, ours) = (line.quoted, line.ours());
+    let (sign, meant) = match quoted.relation {
+        Relation::About => ("", Meant::About),
+        Relation::AtLeast => ("≥ ", Meant::AtLeast),
+        Relation::AtMost => ("≤ ", Meant::AtMost),
+    };
+    let shown = if_any(ours, |ours| short(ours, quoted.value));
+    AgreementRow {
+        label: format!("{}: {}", line.case(), line.what()),
+        numbers: typographic(&format!("{sign}{}, {shown}{}", quoted.value, line.unit())),
+        meant,
+        difference: ours.map(|ours| in_tolerances(quoted, ours)),
+        agrees: line.compared.agrees,
+    }
+}
+
+/// Differences of more tolerances than this are drawn, like it, beyond the axis.
+const FAR: f64 = 1e3;
+
+/// Ours less the quoted number over what counts as none; where nothing does, the sign of it, far out.
+fn in_tolerances(quoted: &Quoted, ours: f64) -> f64 {
+    let difference = ours - quoted.value;
+    let share = difference / quoted.allowed();
+    match share.is_finite() {
+        true => share.clamp(-FAR, FAR),
+        false if difference == 0.0 => 0.0,
+        false => FAR.copysign(difference),
+    }
+}
+
+/// Our number with three digits, and no more decimals than show beside the quoted one.
+pub fn short(ours: f64, quoted: f64) -> String {
+    let size = ours.abs().max(quoted.abs());
+    let decimals = if size > 0.0 { (2.0 - size.log10().floor()).clamp(0.0, 4.0) as usize } else { 0 };
+    let text = format!("{ours:.decimals$}");
+    if text.trim_start_matches('-').chars().all(|c| c == '0' || c == '.') { "0".into() } else { text }
 }
