@@ -8,9 +8,9 @@ use std::{
 };
 
 use clap::ValueEnum;
-use indicatif::{HumanCount, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use kinetostat::{
-    files::{counted, visible, visible_json},
+    files::{counted, per_second, visible, visible_json},
     work::{Event, Stage, Work},
 };
 use serde_json::{Value, json};
@@ -270,29 +270,6 @@ fn with_rate(template: &str) -> Option<ProgressStyle> {
     let style = ProgressStyle::with_template(template).ok()?;
     Some(style.with_key("rate", |state: &ProgressState, out: &mut dyn std::fmt::Write| {
         // A bar has nobody to tell that a line could not be made.
-        let _ = out.write_str(&rate_words(state.per_sec()));
+        let _ = out.write_str(&per_second(state.per_sec()));
     }))
-}
-
-/// A rate to two digits.
-fn rate_words(per_second: f64) -> String {
-    match per_second {
-        slow if slow < 10.0 => format!("{slow:.1} per second"),
-        rate => {
-            let step = 10f64.powf(rate.log10().floor() - 1.0);
-            format!("{} per second", HumanCount(((rate / step).round() * step) as u64))
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn rates_have_two_digits() {
-        let shown = [0.0, 0.123, 9.87, 12.6, 11_019.0].map(rate_words);
-        let expected = ["0.0", "0.1", "9.9", "13", "11,000"].map(|rate| format!("{rate} per second"));
-        assert_eq!(shown, expected);
-    }
 }

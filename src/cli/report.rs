@@ -48,15 +48,9 @@ impl ReportArguments {
 }
 
 pub fn report(arguments: &ReportArguments) -> Result<Ending> {
-    if let Some(tolerance) = arguments.tolerance {
-        let argument = "--tolerance".to_string();
-        if tolerance <= 0.0 {
-            return Err(Error::Argument { argument, problem: format!("must be greater than 0, got {tolerance}") });
-        }
-        if arguments.results.len() < 2 {
-            let problem = "is for the comparison of several result folders, got one".into();
-            return Err(Error::Argument { argument, problem });
-        }
+    super::check_tolerance(arguments.tolerance)?;
+    if arguments.tolerance.is_some() && arguments.results.len() < 2 {
+        return Err(Error::argument("--tolerance", "is for the comparison of several result folders, got one"));
     }
     let folders = arguments.results.iter().map(|path| ResultFolder::open(path)).collect::<Result<Vec<_>>>()?;
     let out = match (&arguments.out, folders.as_slice()) {

@@ -8,7 +8,6 @@ use kinetostat::{
     figures::Colours,
     files::exchange::Format,
     input::error::{Error, Result, Way},
-    page::PAGE,
     questions::{Overrides, Study},
     run::{Begin, BegunRun, Finished, FolderRun, RunOptions},
 };
@@ -63,7 +62,7 @@ impl Computing {
 
     pub fn pool(&self) -> Result<ThreadPool> {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(self.threads.map_or(0, usize::from)).build();
-        pool.map_err(|e| Error::Argument { argument: "--threads".into(), problem: e.to_string() })
+        pool.map_err(|e| Error::argument("--threads", e.to_string()))
     }
 
     /// Says that `study` was stopped after `done`.
@@ -101,7 +100,7 @@ impl Writing {
 pub fn in_options(error: Error) -> Error {
     match error {
         Error::Value { file, key, problem } if file == Overrides::ORIGIN => {
-            Error::Argument { argument: format!("--{key}"), problem }
+            Error::argument(format!("--{key}"), problem)
         }
         Error::Resume { file, problem, way } => {
             let problem = match way {
@@ -142,7 +141,7 @@ pub fn run_study<'a>(
             tell_answer(&computing.reporting, writing, run, &finished, seconds)?;
             let threads = pool.current_num_threads();
             tell(&progress, run, &finished, (seconds, threads));
-            Ok(if finished.is_complete { Ending::Complete } else { Ending::SomeUnsolved })
+            Ok(Ending::of(finished.is_complete))
         }
         Err(Error::Stopped) => computing.tell_stopped(study, &progress, &done),
         Err(error) => {
@@ -161,21 +160,16 @@ fn tell_answer(
     seconds: f64,
 ) -> Result<()> {
     reporting.print_styled(&headline::words(&finished.headline, &format!("{seconds:.1} s")))?;
-    let names = finished.files.iter().map(|path| path.file_name().unwrap_or_default().to_string_lossy());
-    let out = run.out();
-    let mut closing = String::new();
     if reporting.is_verbose() {
-        closing += &format!("\n{}\nWritten to {}:\n", finished.details, out.display());
-        names.clone().for_each(|name| closing += &format!("  {name}\n"));
-    } else if writing.format.contains(&Format::Csv) {
-        closing += &format!("Results in {}, to read as {}\n", out.display(), out.join(PAGE).display());
-    } else {
-        closing += &format!("Results in {}\n", out.display());
+        reporting.print(&format!("\n{}\n", finished.details))?;
     }
-    if writing.format.contains(&Format::Vti) && !names.into_iter().any(|name| name.ends_with(".vti")) {
-        closing += "No .vti: this kind of study has no map over the workspace.\n";
+    reporting.print_written(run.out(), &finished.files, writing.format.contains(&Format::Csv))?;
+    if writing.format.contains(&Format::Vti)
+        && !finished.files.iter().any(|file| file.extension() == Some("vti".as_ref()))
+    {
+        reporting.print("No .vti: this kind of study has no map over the workspace.\n")?;
     }
-    reporting.print(&closing)
+    Ok(())
 }
 
 /// The end of the run for the log and for programs that watch.

@@ -59,8 +59,7 @@ pub struct InMemory;
 impl Receiver for InMemory {
     /// The bytes are all there is: nothing stands beside them that they could call.
     fn may_call(&self, file: &CalledFile) -> Result<()> {
-        let problem = "no files are written beside a program that is kept in memory".into();
-        Err(Error::Argument { argument: file.name.clone(), problem })
+        Err(Error::argument(&file.name, "no files are written beside a program that is kept in memory"))
     }
 
     fn take(&mut self, _: &ProvedPart<'_>, _: Option<&BoundedPath>) -> Result<()> {

@@ -95,7 +95,7 @@ impl ProgramJob {
 
 /// What the law of the cutting force gives at the ends of moves behind a point. Commands and proof take the force from the same demands, so
 /// the proof holds it against the law itself.
-struct LawBehind<'a> {
+pub struct LawBehind<'a> {
     job: &'a ProgramJob,
     led: Led<'a>,
     /// The move of the point before, the length of the path up to it, and the six components there, N and N·mm.
@@ -107,13 +107,17 @@ struct LawBehind<'a> {
 const ROUNDING: f64 = 1e-9;
 
 impl<'a> LawBehind<'a> {
-    fn new(job: &'a ProgramJob) -> Self {
+    /// Of `job`, none of whose points are seen.
+    pub fn new(job: &'a ProgramJob) -> Self {
         Self { job, led: job.led(), before: None, ends: Vec::new() }
     }
 
     /// Checks that on each axis of W the load at the points of the next `part` is between those of the law there and at the ends of moves
     /// less than the length of corners behind.
-    fn holds(&mut self, part: &Part<'_>) -> Result<()> {
+    ///
+    /// # Errors
+    /// It is not.
+    pub fn holds(&mut self, part: &Part<'_>) -> Result<()> {
         for (point, demand) in part.points.iter().zip(part.demands()) {
             let law = self.job.process.load(point).map_err(|fault| load_fault(&self.job.name, &fault))?;
             let there = self.led.placed(demand.external).turned(&demand.pose.rotation);
@@ -150,39 +154,4 @@ impl<'a> LawBehind<'a> {
 /// Force and moment about the tip.
 fn components(load: &Load) -> [f64; 6] {
     Wrench { force: load.force_N, moment: load.moment_Nmm }.to_array()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::{
-        compensation::Demand, input::Folder, machine::Machine, process::file::Process, simulation::ProgramFile,
-    };
-
-    #[test]
-    fn a_force_that_the_law_does_not_give_is_no_proof() {
-        let machine = Machine::named("orthoglide").unwrap();
-        let process = "schema = 1\n[force.path_frame]\nradial_force_N = 200.0\ntangential_force_N = -80.0\naxial_force_N = -100.0\n";
-        let process = Process::from_toml(process, "process", Folder::in_memory([]), &machine).unwrap();
-        let program = b"G21 G90 G17\nG0 X0 Y0 Z0\nG1 X10 F100\nG2 X10 Y0.6 I0 J0.3\nG1 X20\nG0 Z5\n";
-        let folder = Folder::in_memory([("part.nc".into(), program.to_vec())]);
-        let file = ProgramFile::in_folder(&folder, "part.nc", &process).unwrap();
-        let job = ProgramJob::new(process, file, "part.nc").unwrap();
-        let part = job.parts().next().unwrap().unwrap();
-        let proof_of = |part: &Part<'_>| LawBehind::new(&job).holds(part);
-        proof_of(&part).unwrap();
-        let first = part.demands()[1].load;
-        let wrong: [&dyn Fn(&Demand) -> Wrench; 4] = [
-            &|demand| demand.load.scale(1.000_001),
-            &|demand| Wrench { force: -demand.load.force, ..demand.load },
-            &|demand| Wrench { moment: demand.load.moment.add_scalar(0.01), ..demand.load },
-            // That of the first move all along.
-            &|_| first,
-        ];
-        for load in wrong {
-            let refused =
-                proof_of(&part.asked(|demand| Demand { load: load(demand), ..*demand })).unwrap_err().to_string();
-            assert!(refused.contains("is not between those of its law"), "{refused}");
-        }
-    }
 }

@@ -34,7 +34,7 @@ const ROUNDING: f64 = 1e-6;
 /// A format that cannot say how the platform stands, a machine that cannot turn its tool freely, no turn that goes all along, and those
 /// of `work`.
 pub fn turned(process: &Process, program: &ProgramFile, name: &str, work: &Work) -> Result<TurnedProgram> {
-    let fault = |problem: String| Error::Argument { argument: name.into(), problem };
+    let fault = |problem: String| Error::argument(name, problem);
     if matches!(program, ProgramFile::Gcode(_)) {
         let problem = "its turns about the tool's axis cannot be written: expected a polyline (.csv) or a program of a robot, which can \
                        say how the platform stands, or --redundancy as_programmed";

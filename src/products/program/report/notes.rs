@@ -179,23 +179,3 @@ fn motions(lines: &[usize]) -> String {
     let word = if lines.len() == 1 { "line" } else { "lines" };
     format!("{}, {word} {}", counted(lines.len(), "motion"), listed(&names))
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::toolpath::gcode::LengthUnit;
-
-    #[test]
-    fn lines_and_units_are_named() {
-        let notes = Notes { unit_taken: Some((LengthUnit::Inch, 3)), not_located: vec![3, 5], ..Notes::default() };
-        assert_eq!(
-            text(&notes, &WrittenCalls::None),
-            "The program names no unit before line 3: inch is taken; G20, G21 or unit in [gcode] says which it is.\n\
-             Left as written: 2 motions, lines 3 and 5, where it is not known in X, Y and Z where the tool is; start_mm in \
-             [gcode] says where the program begins.\n"
-        );
-        assert_eq!(text(&Notes::default(), &WrittenCalls::None), "");
-        let many = text(&Notes { not_located: (1..20).collect(), ..Notes::default() }, &WrittenCalls::None);
-        assert!(many.contains("19 motions, lines 1, 2, 3, 4, 5, 6, 7, 8 and 11 more,"), "{many}");
-    }
-}

@@ -3,23 +3,24 @@
 use nalgebra::Vector3;
 
 use super::{
-    Report, bounded_text,
+    Report,
     findings::{Drawn, Findings, Worst},
-    left_text,
+    left_text, limits_text, passes_table,
     tables::before_column,
     use_text,
     words::{blocks_table, written_text},
 };
 use crate::{
+    answer::facts_of,
     figures::{Figure, LineFigure, LineSeries, Look, PlanFigure, PlanShape, amplification::amplification},
     files::words::{counted, if_any, listed, millimetres},
     page::{
         Better, Description, Explorer, Fact, MachineDescription, Quantity, Section, Shape, SmallTable, TableNote,
-        drive_quantities, error_facts,
+        drive_quantities,
         headline::{Headline, KeyNumber},
         largest_of_drives,
     },
-    products::program::{Pass, ProgramJob},
+    products::program::ProgramJob,
     questions::path::report::{ANGLE, Curve, along_columns, cutting_force},
     simulation::Source,
 };
@@ -45,13 +46,11 @@ pub fn page(report: &Report<'_>, headline: Headline, points: &str) -> Descriptio
 }
 
 fn setting(job: &ProgramJob) -> Vec<Fact> {
-    let mut facts = vec![Fact::new("machine", job.machine.title.clone())];
-    facts.extend(job.process.facts().into_iter().map(|(label, words)| Fact::new(label, words)));
-    facts.push(Fact::new("compensation holds", job.process.target.words()));
-    facts.extend(job.process.tolerance_mm.map(|tolerance| Fact::new("tolerance", format!("{tolerance} mm"))));
-    facts.extend(job.machine.held_words().map(|words| Fact::new("held", words)));
-    facts.extend(error_facts(&job.machine, &job.process.errors));
-    facts
+    let ProgramJob { machine, process, .. } = job;
+    let mut own: Vec<Fact> = process.facts().into_iter().map(|(label, words)| Fact::new(label, words)).collect();
+    own.push(Fact::new("compensation holds", process.target.words()));
+    own.extend(process.tolerance_mm.map(|tolerance| Fact::new("tolerance", format!("{tolerance} mm"))));
+    facts_of(machine, &process.errors, own)
 }
 
 fn shown(length_mm: f64) -> String {
@@ -94,15 +93,9 @@ fn cause(report: &Report<'_>) -> Section {
 }
 
 fn remedy(report: &Report<'_>) -> Section {
-    let text = match &report.proved.bounded {
-        Some(bounded) => bounded_text(&report.job.machine, bounded),
-        None if report.job.process.limits.is_limited() => {
-            "The limits of the process were not looked at: --method bounded keeps them.\n".into()
-        }
-        None => String::new(),
-    };
+    let Report { job, proved, .. } = report;
     Section::new("What do the drives do?", "corrections and forces along the path, limits that bind")
-        .text(&text)
+        .text(&limits_text(&job.machine, &job.process.limits, proved.bounded.as_ref()))
         .figures(&["corrections"])
 }
 
@@ -114,20 +107,9 @@ fn to_use(report: &Report<'_>) -> Section {
 }
 
 fn proof(report: &Report<'_>) -> Section {
-    let row = |pass: &Pass| {
-        let s = &pass.summary;
-        vec![
-            pass.name.clone(),
-            if_any(s.max_mm, shown),
-            if_any(s.rms_mm, shown),
-            format!("{} of {}", s.solved, s.points),
-        ]
-    };
-    let table = SmallTable {
-        caption: "Distance of the tool from its path, where it cuts, by what is commanded".into(),
-        header: ["commands", "largest", "rms", "points solved"].map(String::from).into(),
-        rows: report.proved.passes.iter().map(row).collect(),
-    };
+    let (header, rows) = passes_table(&report.proved.passes, false, shown);
+    let caption = "Distance of the tool from its path, where it cuts, by what is commanded".into();
+    let table = SmallTable { caption, header: header.into_iter().map(String::from).collect(), rows };
     Section::new("How is it proved?", "the written program, read back and simulated point by point, beside other ways")
         .text("The last row is the program as it was written, read back, rounding included, and simulated.")
         .text(&left_text(&report.job.machine, report.proved.commanded_max_mm()))
