@@ -1,7 +1,7 @@
 //! What the commands that leave result folders have in common: their options, a study run into its folder, what is told
 //! of it.
 
-use std::{io::Write, path::PathBuf, sync::Arc, time::Instant};
+use std::{path::PathBuf, sync::Arc, time::Instant};
 
 use clap::Args;
 use kinetostat::{
@@ -65,22 +65,28 @@ impl Computing {
         pool.map_err(|e| Error::argument("--threads", e.to_string()))
     }
 
-    /// Says that `study` was stopped after `done`.
-    pub fn tell_stopped(&self, study: &Study, progress: &Progress, done: &str) -> Result<Ending> {
+    /// Says that `study` was stopped after `done`, or failed; `is_kept` where a failed one can be gone on with.
+    pub fn tell_unfinished(
+        &self,
+        study: &Study,
+        (progress, done): (&Progress, &str),
+        is_kept: bool,
+        error: Error,
+    ) -> Result<Ending> {
         let name = &study.name;
-        log::info!("{name}: stopped after {done}");
-        progress.line(json!({ "event": "stopped", "study": name }));
-        self.reporting.print(&format!("{name}: stopped after {done}. The same command with --resume goes on.\n"))?;
-        Ok(Ending::Stopped)
-    }
-
-    /// Says that `study` failed by `error`; `is_kept` where it can be gone on with.
-    pub fn tell_failed(&self, study: &Study, progress: &Progress, is_kept: bool, error: &Error) {
-        if is_kept {
-            log::info!("{}: what was computed is kept; --resume goes on", study.name);
-            let _ = writeln!(std::io::stderr(), "What was computed is kept; the same command with --resume goes on.");
+        if matches!(error, Error::Stopped) {
+            log::info!("{name}: stopped after {done}");
+            progress.line(json!({ "event": "stopped", "study": name }));
+            self.reporting
+                .print(&format!("{name}: stopped after {done}. The same command with --resume goes on.\n"))?;
+            return Ok(Ending::Stopped);
         }
-        progress.line(json!({ "event": "failed", "study": study.name, "message": error.to_string() }));
+        if is_kept {
+            log::info!("{name}: what was computed is kept; --resume goes on");
+            super::say("What was computed is kept; the same command with --resume goes on.");
+        }
+        progress.line(json!({ "event": "failed", "study": name, "message": error.to_string() }));
+        Err(error)
     }
 }
 
@@ -143,11 +149,7 @@ pub fn run_study<'a>(
             tell(&progress, run, &finished, (seconds, threads));
             Ok(Ending::of(finished.is_complete))
         }
-        Err(Error::Stopped) => computing.tell_stopped(study, &progress, &done),
-        Err(error) => {
-            computing.tell_failed(study, &progress, run.is_unfinished(), &error);
-            Err(error)
-        }
+        Err(error) => computing.tell_unfinished(study, (&progress, &done), run.is_unfinished(), error),
     }
 }
 

@@ -207,11 +207,7 @@ fn compute_part(asked: &AskedPart<'_>, computing: &Computing) -> Result<Ending> 
             computing.reporting.print(&told(&study, asked, &out, &part, (pieces, seconds)))?;
             Ok(Ending::Complete)
         }
-        Err(Error::Stopped) => computing.tell_stopped(&study, &progress, &done),
-        Err(error) => {
-            computing.tell_failed(&study, &progress, false, &error);
-            Err(in_options(error))
-        }
+        Err(error) => computing.tell_unfinished(&study, (&progress, &done), false, error).map_err(in_options),
     }
 }
 

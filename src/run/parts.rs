@@ -52,7 +52,7 @@ impl Opened {
 
 fn not_words(fault: &serde_json::Error) -> Error {
     let problem = format!("expected the name of a study and its settings in letters that can be read: {fault}");
-    Error::Argument { argument: "study of a part".into(), problem }
+    Error::argument("study of a part", problem)
 }
 
 /// How a part is computed into a folder.
@@ -94,7 +94,7 @@ pub fn parts_in(folder: &Path) -> Result<Vec<Part>> {
     let parts = parts.collect::<Result<Vec<Part>>>()?;
     if parts.is_empty() {
         let problem = format!("holds no part of a study: expected files part_….{PART}, which run --part leaves");
-        return Err(Error::Argument { argument: folder.display().to_string(), problem });
+        return Err(Error::argument(folder.display().to_string(), problem));
     }
     Ok(parts)
 }
@@ -164,7 +164,7 @@ impl Study {
             if (part.head().share, part.head().round) != (share, options.round) {
                 let problem =
                     format!("is part {}, expected part {share}: remove it, or choose another folder", part.words());
-                return Err(Error::Argument { argument: file.display().to_string(), problem });
+                return Err(Error::argument(file.display().to_string(), problem));
             }
             return Ok(PartInFolder { file, was_there: true, is_complete: part.head().is_complete });
         }
@@ -230,22 +230,18 @@ fn parts_before(out: &Path, round: u32, share: Share, origin: &Origin) -> Result
     let parts = parts_in(out)?.into_iter().filter(|part| part.head().round < round);
     let parts = Parts::new(parts.collect(), origin)?;
     if parts.rounds() + 1 != round {
-        let problem = format!(
-            "expected {} or an earlier round, got {round}: the rounds before are not there",
-            parts.rounds() + 1
-        );
-        return Err(Error::Argument { argument: "round".into(), problem });
+        let next = parts.rounds() + 1;
+        let problem = format!("expected {next} or an earlier round, got {round}: the rounds before are not there");
+        return Err(Error::argument("round", problem));
     }
     same_division(&parts, share)?;
     Ok(Some(parts))
 }
 
 fn same_division(before: &Parts, share: Share) -> Result<()> {
-    if before.of() == share.of() {
-        return Ok(());
-    }
-    let problem = format!("expected one of {} parts, as in the rounds before, got {share}", before.of());
-    Err(Error::Argument { argument: "part".into(), problem })
+    let of = before.of();
+    let fault = || Error::argument("part", format!("expected one of {of} parts, as in the rounds before, got {share}"));
+    if of == share.of() { Ok(()) } else { Err(fault()) }
 }
 
 /// Writes what `work` has computed whole, in place of what was at `file`.

@@ -23,31 +23,29 @@ pub fn use_text(report: &Report<'_>) -> String {
         PathReference::ToolTip => "the tool tip",
         PathReference::PlatformPoint => "the platform point P",
     };
-    let mut text = match (report.job.process.tool_turn.is_sought(), report.job.turns_tool()) {
-        (false, false) => format!(
-            "The program commands {point} in the frame of {name}. Positions of moves are changed, all else is as in {name}: \
-             orientation, feed, spindle, tool.\n"
-        ),
+    let rest = match (report.job.process.tool_turn.is_sought(), report.job.turns_tool()) {
+        (false, false) => {
+            format!(". Positions of moves are changed, all else is as in {name}: orientation, feed, spindle, tool.\n")
+        }
         (false, true) => format!(
-            "The program commands {point} in the frame of {name} and how the tool stands. Positions and orientations of moves are \
-             changed, all else is as in {name}: feed, spindle, tool.\n"
+            " and how the tool stands. Positions and orientations of moves are changed, all else is as in {name}: feed, spindle, tool.\n"
         ),
         (true, _) => format!(
-            "The program commands {point} in the frame of {name}. It is turned about the tool's axis: positions and orientations of \
-             moves are changed, and there are more of them; lines above are those of the turned program. Feed, spindle and tool are as in \
-             {name}.\n"
+            ". It is turned about the tool's axis: positions and orientations of moves are changed, and there are more of them; lines above \
+             are those of the turned program. Feed, spindle and tool are as in {name}.\n"
         ),
     };
+    let mut text = format!("The program commands {point} in the frame of {name}{rest}");
     let turned = report.proved.passes.last().and_then(|written| written.summary.max_leftover_rotation);
     if let Some(turned) = turned.filter(|angle| *angle > LEAST_TURN) {
         text += &format!("What bends also turns the tool, by up to {:.3}°, and that is left.\n", turned.to_degrees());
     }
     if report.findings.outside.any() {
         let machine = report.job.machine.short_title();
-        return text
-            + &format!(
-                "Do not load it: the {machine} cannot run it as placed. Place the workpiece inside its workspace box, and compute again.\n"
-            );
+        text += &format!(
+            "Do not load it: the {machine} cannot run it as placed. Place the workpiece inside its workspace box, and compute again.\n"
+        );
+        return text;
     }
     text + &loaded(report.job, name) + &switched_off(report.job) + &dry_run(report)
 }

@@ -79,27 +79,23 @@ fn forced_text(machine: &Machine, path: &BoundedPath) -> String {
 /// By how much the program as written exceeds limits that its corrections kept, in sentences; nothing if it does not.
 pub fn exceeded_text(job: &ProgramJob, exceeded: &[Exceeded]) -> String {
     let labels = job.machine.drive_labels();
-    let mut text = String::new();
     let nearer = match &job.file {
         ProgramFile::Gcode(_) | ProgramFile::Robot(_) if job.process.write_tolerance_mm > 0.0 => {
             "More decimals and a smaller write tolerance (decimals_mm, write_tolerance_mm in [gcode])"
         }
         _ => "More decimals (decimals_mm in [gcode])",
     };
-    for found in exceeded {
-        let unit = shown_limit_unit(&job.machine, found.kind, found.drive);
-        text += &format!(
-            "As written, the {} of drive {} is {:.6} {unit} at point {}: {:.1e} {unit} beyond its limit of {} {unit}. \
+    let sentence = |found: &Exceeded| {
+        let Exceeded { kind, drive, point, value, limit } = *found;
+        let (unit, beyond) = (shown_limit_unit(&job.machine, kind, drive), value - limit);
+        format!(
+            "As written, the {} of drive {} is {value:.6} {unit} at point {point}: {beyond:.1e} {unit} beyond its limit of {limit} {unit}. \
              {nearer} or a limit smaller by this much keep it.\n",
-            found.kind.label(),
-            labels[found.drive],
-            found.value,
-            found.point,
-            found.value - found.limit,
-            found.limit
-        );
-    }
-    text
+            kind.label(),
+            labels[drive]
+        )
+    };
+    exceeded.iter().map(sentence).collect()
 }
 
 /// What no drive can compensate, where there is such a thing; `left_mm` is left by the commands.
