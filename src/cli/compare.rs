@@ -70,8 +70,9 @@ pub struct CompareArguments {
 
 pub fn compare(arguments: &CompareArguments) -> Result<Ending> {
     let (Some(machine), Some(process), Some(path)) = (&arguments.machine, &arguments.process, &arguments.path) else {
-        let (results, out) = (arguments.results.clone(), arguments.out.clone());
-        return report(&ReportArguments::of(results, out, arguments.force, arguments.tolerance));
+        let CompareArguments { results, out, force, tolerance, .. } = arguments;
+        let (results, out) = (results.clone(), out.clone());
+        return report(&ReportArguments { results, out, force: *force, tolerance: *tolerance });
     };
     let study = study(arguments, machine, process, path)?;
     let entries = evaluate(&study);

@@ -61,7 +61,10 @@ pub fn machine(name: &str, settings: &[Setting], branch: Option<Branch>) -> Resu
         some => geometry.with_parameters(some).map_err(|error| named(error, "--set"))?,
     };
     match branch {
-        Some(branch) => geometry.on_branch(branch).map_err(in_branch),
+        Some(branch) => geometry.on_branch(branch).map_err(|error| match error {
+            Error::Argument { problem, .. } => Error::argument("--branch", problem),
+            other => other,
+        }),
         None => Ok(geometry),
     }
 }
@@ -75,13 +78,6 @@ pub fn held(machine: &Machine, settings: &[Setting]) -> Result<Machine> {
 fn named(error: Error, option: &str) -> Error {
     match error {
         Error::Argument { argument, problem } => Error::argument(option, format!("{argument}: {problem}")),
-        other => other,
-    }
-}
-
-fn in_branch(error: Error) -> Error {
-    match error {
-        Error::Argument { problem, .. } => Error::argument("--branch", problem),
         other => other,
     }
 }

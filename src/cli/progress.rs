@@ -70,7 +70,7 @@ impl Progress {
         let is_drawn = form == Form::Auto && std::io::stderr().is_terminal();
         let target = if is_drawn { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
         let bar = ProgressBar::with_draw_target(Some(total as u64), target);
-        let bar = match if total > 0 { style(of) } else { style_of_unknown(of) } {
+        let bar = match style(of, total > 0) {
             Some(style) => bar.with_style(style),
             None => bar,
         };
@@ -120,7 +120,7 @@ impl Progress {
                 // What was sought before leads back to what was to be computed.
                 let is_first = stage.of == self.of && stage.items == self.total;
                 state.stage = (!is_first).then_some((stage, 0));
-                if let Some(style) = style(stage.of) {
+                if let Some(style) = style(stage.of, true) {
                     self.bar.set_style(style);
                 }
                 self.bar.set_length(stage.items as u64);
@@ -257,17 +257,13 @@ impl Progress {
     }
 }
 
-fn style(of: &str) -> Option<ProgressStyle> {
-    with_rate(&format!("{{bar:30}} {{human_pos}} of {{human_len}} {of}, {{rate}}, {{eta}} left {{msg}}"))
-}
-
-/// Where it is not known how many items there are.
-fn style_of_unknown(of: &str) -> Option<ProgressStyle> {
-    with_rate(&format!("{{human_pos}} {of}, {{rate}} {{msg}}"))
-}
-
-fn with_rate(template: &str) -> Option<ProgressStyle> {
-    let style = ProgressStyle::with_template(template).ok()?;
+/// Of items called `of`, of which it may not be known how many there are.
+fn style(of: &str, is_counted: bool) -> Option<ProgressStyle> {
+    let style = ProgressStyle::with_template(&match is_counted {
+        true => format!("{{bar:30}} {{human_pos}} of {{human_len}} {of}, {{rate}}, {{eta}} left {{msg}}"),
+        false => format!("{{human_pos}} {of}, {{rate}} {{msg}}"),
+    });
+    let style = style.ok()?;
     Some(style.with_key("rate", |state: &ProgressState, out: &mut dyn std::fmt::Write| {
         // A bar has nobody to tell that a line could not be made.
         let _ = out.write_str(&per_second(state.per_sec()));

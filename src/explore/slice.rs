@@ -7,7 +7,7 @@ use super::{
     tool::{LoadAsked, shown},
 };
 use crate::{
-    compensation::{Compensation, Demand, Method, Session, Target, compensate},
+    compensation::{Demand, Method, Session, Target, compensate},
     input::{
         check::LARGEST,
         error::{Error, Result},
@@ -124,16 +124,11 @@ impl Explorer {
                 corrected.stand(at, session.state());
             }
             let exact = compensate(&mut corrected, &demand, Method::Direct);
-            let correction = exact.status.is_success().then(|| self.largest(&self.added(&exact, at)));
+            let added: Vec<f64> = exact.drives.iter().zip(&at.drives).map(|(rho, nominal)| rho - nominal).collect();
+            let correction = exact.status.is_success().then(|| self.largest(&shown(machine, &added)));
             node.correction = node.correction.zip(correction).map(|(most, own)| most.max(own));
         }
         Ok(node)
-    }
-
-    /// What a correction adds to the drive positions, as shown.
-    fn added(&self, exact: &Compensation, at: &Configuration) -> Vec<f64> {
-        let added: Vec<f64> = exact.drives.iter().zip(&at.drives).map(|(rho, nominal)| rho - nominal).collect();
-        shown(&self.machine, &added)
     }
 
     /// The largest size over the drives of the first kind.

@@ -173,15 +173,14 @@ fn placement(mut head: Table, mut feature: Table, folder: &Folder) -> Result<Str
     head.entry("schema").or_insert_with(|| i64::from(SCHEMA).into());
     head.insert("question".into(), "Where should this workpiece stand?".into());
     let with = |bounds: Table, fixed: Table, candidate: Option<Table>| {
-        let mut placement = Table::new();
-        placement.insert("feature".into(), Value::Array(vec![feature.clone().into()]));
-        placement.insert("bounds".into(), bounds.into());
-        placement.insert("fixed".into(), fixed.into());
-        placement.insert("objective".into(), table([("weights", table([("worst_deflection", 1.0)]))]).into());
-        placement.insert("search".into(), table([("grid", table([("x", 5), ("y", 5), ("yaw", 4)]))]).into());
-        if let Some(candidate) = candidate {
-            placement.insert("candidate".into(), Value::Array(vec![candidate.into()]));
-        }
+        let mut placement = table::<Value, _>([
+            ("feature", Value::Array(vec![feature.clone().into()])),
+            ("bounds", bounds.into()),
+            ("fixed", fixed.into()),
+            ("objective", table([("weights", table([("worst_deflection", 1.0)]))]).into()),
+            ("search", table([("grid", table([("x", 5), ("y", 5), ("yaw", 4)]))]).into()),
+        ]);
+        placement.extend(candidate.map(|candidate| ("candidate".to_string(), Value::Array(vec![candidate.into()]))));
         let mut whole = head.clone();
         whole.insert("placement".into(), placement.into());
         written(&whole)

@@ -10,10 +10,10 @@ use std::{
 use serde::{Deserialize, Serialize};
 
 use super::{Begin, Finished, RunOptions, begun, refuse_to_lose};
-use crate::questions::{Overrides, Study};
 use crate::{
     files::{OutputFile, prepare, prepare_beside, remove, temporary_beside, write_beside},
     input::error::{Error, Result},
+    questions::{Overrides, Study},
     work::{
         Event, Work,
         checkpoint::{Checkpoint, Origin},
@@ -133,7 +133,7 @@ impl Study {
         let before = if before.is_empty() { None } else { Some(Parts::new(before, &origin)?) };
         before.as_ref().map_or(Ok(()), |before| same_division(before, share))?;
         let mut head = self.head(&origin, share, before.as_ref().map_or(1, |parts| parts.rounds() + 1));
-        let work = Work::of_share(Checkpoint::unnamed(&origin)?, before, share, stop, Box::new(watch));
+        let work = Work::shared((Some(Checkpoint::unnamed(&origin)?), before, Some(share)), stop, Box::new(watch));
         head.is_complete = here(self.kind.compute(&work))?.is_some();
         let mut bytes = Vec::new();
         work.write_part(head, &mut bytes)?;
@@ -173,7 +173,7 @@ impl Study {
         refuse_to_lose(&state, &origin, options.begin)?;
         let checkpoint = begun(&state, &origin, options.begin)?;
         let found = Event::Resumed { pieces: checkpoint.len(), lost: checkpoint.damaged() };
-        let work = Work::of_share(checkpoint, before, share, stop, Box::new(watch));
+        let work = Work::shared((Some(checkpoint), before, Some(share)), stop, Box::new(watch));
         work.tell(found);
         let mut head = self.head(&origin, share, options.round);
         head.opened = options.opened.words()?;

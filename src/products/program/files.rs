@@ -206,9 +206,7 @@ impl ProgramFiles {
         (description, figures): (Description, &[(String, Figure)]),
     ) -> Result<PathBuf> {
         let manifest = json!({ "program": env!("CARGO_PKG_NAME"), "version": env!("CARGO_PKG_VERSION") });
-        for key in ["program", "version"] {
-            report[key] = manifest[key].clone();
-        }
+        (report["program"], report["version"]) = (manifest["program"].clone(), manifest["version"].clone());
         let called = called.iter().filter(|file| !self.is_there(file));
         files.extend(called.map(|file| OutputFile::new(&file.name, file.bytes.as_slice())));
         files.push(OutputFile::new(self.named(""), program));
@@ -239,7 +237,7 @@ impl ProgramFiles {
     /// # Errors
     /// A file cannot be read, or written.
     pub fn replace(&self, made: &Path, names: &[String], report: &Value) -> Result<Transaction> {
-        let entry = |name: &str, bytes: IoResult<String>| match bytes {
+        let entry = |name: &str, hash: IoResult<String>| match hash {
             Ok(hash) => Ok(json!({ "name": name, "sha256": hash })),
             Err(source) => Err(Error::Write { file: self.out.clone(), source }),
         };

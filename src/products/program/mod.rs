@@ -21,7 +21,7 @@ use self::part::LedPart;
 pub use compensate::{Asked, Compensated, InMemory, Proved, Receiver, Refused, Way};
 pub use corrected::{Corrected, Written, WrittenCalls};
 pub use part::Part;
-pub use prove::{LawBehind, Proof, ProvedPart};
+pub use prove::{LawBehind, ProvedPart};
 #[cfg(not(target_family = "wasm"))]
 pub use turned::{TurnedProgram, turned};
 
@@ -118,7 +118,7 @@ impl ProgramJob {
         let path = process.with_cuts(path, name)?;
         let process = Process { machine: held_along(&process.machine, &path, name)?, ..process };
         let machine = process.machine.clone();
-        let faulty = |fault: LoadError| load_fault(name, &fault);
+        let faulty = |fault: LoadError| Error::argument(name, fault.to_string());
         process.check_loads(&path).map_err(faulty)?;
         let all = || (0..path.len()).map(part::demanding(&process, &path)).collect::<std::result::Result<_, _>>();
         let kept = machine.turns_with_position.then(all).transpose().map_err(faulty)?;
@@ -211,10 +211,6 @@ impl ProgramJob {
     ) -> Result<Pass> {
         self.pass(method.label(), &ProgramCommands::Method(method), done, take)
     }
-}
-
-fn load_fault(name: &str, fault: &LoadError) -> Error {
-    Error::argument(name, fault.to_string())
 }
 
 /// Whether the orientation of the platform is put right.

@@ -2,7 +2,7 @@
 
 use std::{borrow::Cow, ops::Range, sync::OnceLock};
 
-use super::{ProgramJob, corners::Corners, load_fault};
+use super::{ProgramJob, corners::Corners};
 use crate::{
     compensation::Demand,
     input::error::{Error, Result},
@@ -110,7 +110,7 @@ impl ProgramJob {
                 None => range
                     .map(&mut demand)
                     .collect::<std::result::Result<_, _>>()
-                    .map_err(|fault| load_fault(&self.name, &fault))?,
+                    .map_err(|fault| Error::argument(&self.name, fault.to_string()))?,
             };
             Ok(Part { first, points, demands })
         })

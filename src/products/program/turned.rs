@@ -1,6 +1,5 @@
 //! A program whose free turn about the tool's axis is sought before it is compensated.
 
-use super::load_fault;
 use crate::{
     input::error::{Error, Result},
     process::file::Process,
@@ -42,7 +41,7 @@ pub fn turned(process: &Process, program: &ProgramFile, name: &str, work: &Work)
     }
     let path = process.with_cuts(program.toolpath(process.sampling)?, name)?;
     let machine = held_along(&process.machine, &path, name)?;
-    let loads = process.loads(&path).map_err(|source| load_fault(name, &source))?;
+    let loads = process.loads(&path).map_err(|source| fault(source.to_string()))?;
     let asked = TurnAsked {
         machine: &machine,
         errors: &process.errors,

@@ -12,6 +12,9 @@ use crate::{
     statics::one_step::{self, Given},
 };
 
+/// Of machines for which there is such code.
+const DRIVES: usize = 3;
+
 /// Drives for a position of the tool tip, or the position for drives.
 #[derive(Debug, Clone)]
 pub(crate) struct Function {
@@ -21,25 +24,16 @@ pub(crate) struct Function {
     pub start: Start,
     /// One step, of the numbers of a state and what is given.
     pub step: Program,
-    /// Number of drives.
-    pub drives: usize,
 }
 
 impl Function {
-    /// One that starts with polynomials of these degrees over `range`, fitted to `solved`, and goes on with `step` of a machine with so many
-    /// `drives`.
-    pub fn new(
-        (given, drives): (Given, usize),
-        range: &Domain,
-        degrees: Degrees,
-        solved: &[Solved],
-        step: Program,
-    ) -> Option<Self> {
+    /// One that starts with polynomials of these degrees over `range`, fitted to `solved`, and goes on with `step`.
+    pub fn new(given: Given, range: &Domain, degrees: Degrees, solved: &[Solved], step: Program) -> Option<Self> {
         let inputs: Vec<Vec<f64>> = solved.iter().map(|solved| inputs(given, solved)).collect();
-        let known = if given == Given::Drives { drives } else { 0 };
+        let known = if given == Given::Drives { DRIVES } else { 0 };
         let states: Vec<Vec<f64>> = solved.iter().map(|solved| solved.numbers[known..].to_vec()).collect();
         let start = Start::fitted(range, degrees, &inputs, &states)?;
-        Some(Self { given, start, step, drives })
+        Some(Self { given, start, step })
     }
 
     /// A step of the machine, whose ways `solved` show.
@@ -85,7 +79,7 @@ impl Function {
     pub fn judged(&self, state: &[f64]) -> [f64; 3] {
         let first = match self.given {
             Given::Tip => 0,
-            Given::Drives => one_step::origin(self.drives),
+            Given::Drives => one_step::origin(DRIVES),
         };
         std::array::from_fn(|i| state[first + i])
     }

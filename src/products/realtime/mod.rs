@@ -205,8 +205,7 @@ fn shortest(
     let (exact, steps) = (search.exact, search.steps);
     let step = Function::step(exact, given, &known.postures)?;
     let range = range(given, search.domain, &known.solved);
-    let drives = exact.real().drive_count();
-    let of = |degrees: &Degrees| Function::new((given, drives), &range, *degrees, &known.solved, step.clone());
+    let of = |degrees: &Degrees| Function::new(given, &range, *degrees, &known.solved, step.clone());
     let mut best: Option<(f64, Function)> = None;
     for function in degrees.iter().filter_map(of) {
         let error = tried(&function).last().copied().unwrap_or(f64::INFINITY);

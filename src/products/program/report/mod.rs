@@ -6,7 +6,7 @@ mod page;
 mod tables;
 mod words;
 
-pub use findings::{Findings, WorstLine, outside_workspace};
+pub use findings::{Findings, outside_workspace};
 pub use notes::{notes_text, use_text};
 pub use page::{figures, page};
 pub use tables::{passes_table, program_columns, program_json, program_table};

@@ -58,7 +58,7 @@ fn shown(length_mm: f64) -> String {
 }
 
 fn worst(report: &Report<'_>) -> Section {
-    let lines = report.findings.worst_lines(report.job);
+    let lines = report.findings.lines.told(report.job);
     let rows = lines.iter().map(|line| {
         let place = line.place.strip_prefix("line ").unwrap_or(&line.place);
         vec![place.to_string(), line.text.clone(), shown(line.before_mm), if_any(line.after_mm, shown)]
@@ -153,46 +153,33 @@ pub fn figures(report: &Report<'_>) -> Vec<(String, Figure)> {
     let alone = findings.before_curves.iter().filter(|(source, _)| *source != Source::All);
     sources.extend(alone.map(|(source, curve)| (format!("{} alone", source.words()), curve)));
     let errors = [("before".into(), all), ("after".into(), &findings.after_curve)];
+    let force = findings.force.labelled();
+    let distances = |title: &str, errors: &[(String, &Curve)]| curves(report.job, title, "distance [mm]", errors);
     let mut figures = vec![
         ("answer".into(), path(report)),
-        ("errors".into(), curves(report.job, "Distance from the path before and after", &errors)),
-        ("sources".into(), curves(report.job, "What each source does without compensation", &sources)),
+        ("errors".into(), distances("Distance from the path before and after", &errors)),
+        ("sources".into(), distances("What each source does without compensation", &sources)),
     ];
-    figures.extend(force(report).map(|figure| ("cutting_force".into(), figure)));
+    if !force.is_empty() {
+        figures.push(("cutting_force".into(), curves(report.job, cutting_force::TITLE, "force [N]", &force)));
+    }
     figures
 }
 
-/// Sizes of errors over the length of the path.
-fn curves(job: &ProgramJob, title: &str, errors: &[(String, &Curve)]) -> Figure {
-    let curve = |(label, curve): &(String, &Curve)| LineSeries {
-        label: label.clone(),
-        points: curve.points(),
-        dashed: label.ends_with("alone"),
-        band: Vec::new(),
-    };
-    line_figure(job, title, "distance [mm]", errors.iter().map(curve).collect())
-}
-
-/// Components and size of the cutting force, if there is any.
-fn force(report: &Report<'_>) -> Option<Figure> {
-    let curves = report.findings.force.labelled();
+/// Curves over the length of the path: dashed of a source alone, and the size of a force beside its components.
+fn curves(job: &ProgramJob, title: &str, y_label: &str, curves: &[(String, &Curve)]) -> Figure {
     let series = curves.iter().map(|(label, curve)| LineSeries {
         label: label.clone(),
         points: curve.points(),
-        dashed: label == cutting_force::SIZE,
+        dashed: label.ends_with("alone") || label == cutting_force::SIZE,
         band: Vec::new(),
     });
-    (!curves.is_empty()).then(|| line_figure(report.job, cutting_force::TITLE, "force [N]", series.collect()))
-}
-
-/// Curves over the length of the path.
-fn line_figure(job: &ProgramJob, title: &str, y_label: &str, series: Vec<LineSeries>) -> Figure {
     Figure::Lines(LineFigure {
         title: title.into(),
         subtitle: format!("{}, {}", job.machine.short_title(), counted(job.path.len(), "point")),
         x_label: "length along the path [mm]".into(),
         y_label: y_label.into(),
-        series,
+        series: series.collect(),
         equal_axes: false,
         log_x: false,
         log_y: false,

@@ -235,7 +235,7 @@ fn sentence(report: &Report<'_>) -> String {
         );
     };
     let along = report.job.path.points()[worst.point].arc_length_mm;
-    let lines = report.findings.worst_lines(report.job);
+    let lines = report.findings.lines.told(report.job);
     let line = lines
         .first()
         .map_or_else(String::new, |worst| format!(", worst in {}, {along:.1} mm along the path", worst.place));
