@@ -67,6 +67,8 @@ pub mod answer;
 #[cfg(test)]
 #[path = "../crates/engine/tests/it/cases.rs"]
 mod cases;
+#[cfg(feature = "cli")]
+pub mod ending;
 pub mod explore;
 #[cfg(feature = "report")]
 pub mod figures;

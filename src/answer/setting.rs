@@ -42,17 +42,7 @@ impl Scene {
 
     /// A view of a `table` over a grid.
     pub(crate) fn view(&self, title: &str, table: &str, group: Option<Group>, quantities: Vec<Quantity>) -> Explorer {
-        let mark =
-            |point: &NamedPoint| Mark { label: point.name.clone(), position: point.position.iter().copied().collect() };
-        Explorer {
-            title: title.into(),
-            table: table.into(),
-            shape: Shape::Grid,
-            coordinates: ["x", "y", "z"].map(|axis| Column::new(format!("{axis}_mm"), axis, "mm")).into(),
-            group,
-            quantities,
-            marks: self.machine.points.iter().map(mark).collect(),
-        }
+        grid_view(&self.machine, (title, table), group, quantities)
     }
 
     /// The cutting force as captions of pictures have it.
@@ -74,6 +64,26 @@ pub(crate) fn facts_of(machine: &Machine, errors: &[ChainError], own: impl IntoI
     facts.extend(machine.held_words().map(|words| Fact::new("held", words)));
     facts.extend(error_facts(machine, errors));
     facts
+}
+
+/// A view of a table over a grid of positions of P: its title, and the file of the table.
+pub(crate) fn grid_view(
+    machine: &Machine,
+    (title, table): (&str, &str),
+    group: Option<Group>,
+    quantities: Vec<Quantity>,
+) -> Explorer {
+    let mark =
+        |point: &NamedPoint| Mark { label: point.name.clone(), position: point.position.iter().copied().collect() };
+    Explorer {
+        title: title.into(),
+        table: table.into(),
+        shape: Shape::Grid,
+        coordinates: ["x", "y", "z"].map(|axis| Column::new(format!("{axis}_mm"), axis, "mm")).into(),
+        group,
+        quantities,
+        marks: machine.points.iter().map(mark).collect(),
+    }
 }
 
 /// The size of a grid: "3 × 4 × 5".

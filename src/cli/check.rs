@@ -41,7 +41,7 @@ pub fn check(arguments: &CheckArguments) -> Result<Ending> {
     let geometry = on_machine::machine(&arguments.machine, &arguments.set, arguments.branch)?;
     if !geometry.kinematics().parameter_errors().is_empty() {
         let problem = "check looks at the machine without errors of its chains: set numbers of its file";
-        return Err(Error::Argument { argument: "--set".into(), problem: problem.into() });
+        return Err(Error::argument("--set", problem));
     }
     if !geometry.unknown().is_empty() {
         print(&geometry_text(&geometry, &check_geometry(&geometry)))?;

@@ -13,72 +13,58 @@ use kinetostat::{
 
 /// One of `all`, each with its name and what it is.
 fn one_of<T: Copy + Send + Sync + 'static>(
-    all: &'static [T],
-    name: fn(&T) -> &'static str,
-    about: fn(&T) -> &'static str,
+    all: impl IntoIterator<Item = T>,
+    name: fn(T) -> &'static str,
+    about: fn(T) -> &'static str,
 ) -> impl TypedValueParser<Value = T> {
-    let values = all.iter().map(|value| PossibleValue::new(name(value)).help(about(value)));
-    PossibleValuesParser::new(values).try_map(move |given| {
-        all.iter().find(|value| name(value) == given).copied().ok_or_else(|| format!("\"{given}\" is none of them"))
+    let all: Vec<T> = all.into_iter().collect();
+    let values = PossibleValuesParser::new(all.iter().map(|&value| PossibleValue::new(name(value)).help(about(value))));
+    values.try_map(move |given| {
+        let chosen = all.iter().copied().find(|value| name(*value) == given);
+        chosen.ok_or_else(|| format!("\"{given}\" is none of them"))
     })
 }
 
 /// `--format`.
 pub fn format() -> impl TypedValueParser<Value = Format> {
-    one_of(
-        &Format::ALL,
-        |format| format.label(),
-        |format| match format {
-            Format::Csv => "Tables as CSV (RFC 4180)",
-            Format::Parquet => "Tables as Apache Parquet, units in the metadata",
-            Format::Vti => "Maps over the workspace as VTK image data, for ParaView",
-        },
-    )
+    one_of(Format::ALL, Format::label, |format| match format {
+        Format::Csv => "Tables as CSV (RFC 4180)",
+        Format::Parquet => "Tables as Apache Parquet, units in the metadata",
+        Format::Vti => "Maps over the workspace as VTK image data, for ParaView",
+    })
 }
 
 /// `--format` of a correction table.
 pub fn correction_format() -> impl TypedValueParser<Value = CorrectionFormat> {
-    one_of(
-        &CorrectionFormat::ALL,
-        |format| format.label(),
-        |format| match format {
-            CorrectionFormat::Csv => "One row per node, units in the column names",
-            CorrectionFormat::Json => "One file that says its axes, units, values and bound",
-            CorrectionFormat::Comp => "LinuxCNC's COMP_FILE for each joint, where each joint is an axis",
-        },
-    )
+    one_of(CorrectionFormat::ALL, CorrectionFormat::label, |format| match format {
+        CorrectionFormat::Csv => "One row per node, units in the column names",
+        CorrectionFormat::Json => "One file that says its axes, units, values and bound",
+        CorrectionFormat::Comp => "LinuxCNC's COMP_FILE for each joint, where each joint is an axis",
+    })
 }
 
 /// `--colours`.
 pub fn colours() -> impl TypedValueParser<Value = Colours> {
-    one_of(
-        &Colours::ALL,
-        |colours| colours.label(),
-        |colours| match colours {
-            Colours::Viridis => "Perceptually uniform, from dark violet to yellow",
-            Colours::Cividis => {
-                "Perceptually uniform and the same to readers with and without colour vision, from dark blue to yellow"
-            }
-            Colours::Grey => "From dark to light grey, for print without colours",
-        },
-    )
+    one_of(Colours::ALL, Colours::label, |colours| match colours {
+        Colours::Viridis => "Perceptually uniform, from dark violet to yellow",
+        Colours::Cividis => {
+            "Perceptually uniform and the same to readers with and without colour vision, from dark blue to yellow"
+        }
+        Colours::Grey => "From dark to light grey, for print without colours",
+    })
 }
 
 /// `--law`.
 pub fn law() -> impl TypedValueParser<Value = ForceLaw> {
-    one_of(
-        &ForceLaw::ALL,
-        |law| law.label(),
-        |law| match law {
-            ForceLaw::Printed => {
-                "As printed: F_x = F_r cos φ + F_t sin φ, F_y = F_r sin φ + F_t cos φ. Not a rotation: with 215 N and −10 N \
-                 the in-plane force varies between 205 N and 225 N"
-            }
-            ForceLaw::Rotated => {
-                "A rotation: F_x = F_r cos φ − F_t sin φ, F_y = F_r sin φ + F_t cos φ. What is meant where no law is named"
-            }
-        },
-    )
+    one_of(ForceLaw::ALL, ForceLaw::label, |law| match law {
+        ForceLaw::Printed => {
+            "As printed: F_x = F_r cos φ + F_t sin φ, F_y = F_r sin φ + F_t cos φ. Not a rotation: with 215 N and −10 N \
+             the in-plane force varies between 205 N and 225 N"
+        }
+        ForceLaw::Rotated => {
+            "A rotation: F_x = F_r cos φ − F_t sin φ, F_y = F_r sin φ + F_t cos φ. What is meant where no law is named"
+        }
+    })
 }
 
 /// A dialect of programs; none is what the program shows.
@@ -87,62 +73,44 @@ pub struct ChosenDialect(pub Option<Dialect>);
 
 /// `--dialect`.
 pub fn dialect() -> impl TypedValueParser<Value = ChosenDialect> {
-    const ALL: [ChosenDialect; 7] = [
-        ChosenDialect(None),
-        ChosenDialect(Some(Dialect::Iso)),
-        ChosenDialect(Some(Dialect::Fanuc)),
-        ChosenDialect(Some(Dialect::Haas)),
-        ChosenDialect(Some(Dialect::LinuxCnc)),
-        ChosenDialect(Some(Dialect::Sinumerik)),
-        ChosenDialect(Some(Dialect::Heidenhain)),
-    ];
-    one_of(
-        &ALL,
-        |chosen| chosen.0.map_or("auto", Dialect::label),
-        |chosen| match chosen.0 {
-            None => "What the text of the program shows",
-            Some(Dialect::Iso) => "ISO code, as far as Fanuc, Haas, LinuxCNC and Grbl read it alike",
-            Some(Dialect::Fanuc) => "ISO code of Fanuc: G10 L20 sets G54.1",
-            Some(Dialect::Haas) => "ISO code of Haas: G10 L20 sets G54.1 (G154)",
-            Some(Dialect::LinuxCnc) => "ISO code of LinuxCNC and Grbl: G10 L20 sets G54 ... by where the tool is",
-            Some(Dialect::Sinumerik) => "Siemens Sinumerik 840D and its kin",
-            Some(Dialect::Heidenhain) => "Heidenhain's conversational language (Klartext)",
-        },
-    )
+    let all = std::iter::once(None).chain(Dialect::ALL.map(Some)).map(ChosenDialect);
+    let name = |chosen: ChosenDialect| chosen.0.map_or("auto", Dialect::label);
+    one_of(all, name, |chosen| match chosen.0 {
+        None => "What the text of the program shows",
+        Some(Dialect::Iso) => "ISO code, as far as Fanuc, Haas, LinuxCNC and Grbl read it alike",
+        Some(Dialect::Fanuc) => "ISO code of Fanuc: G10 L20 sets G54.1",
+        Some(Dialect::Haas) => "ISO code of Haas: G10 L20 sets G54.1 (G154)",
+        Some(Dialect::LinuxCnc) => "ISO code of LinuxCNC and Grbl: G10 L20 sets G54 ... by where the tool is",
+        Some(Dialect::Sinumerik) => "Siemens Sinumerik 840D and its kin",
+        Some(Dialect::Heidenhain) => "Heidenhain's conversational language (Klartext)",
+    })
 }
 
 /// `--redundancy`.
 pub fn redundancy() -> impl TypedValueParser<Value = Redundancy> {
-    one_of(
-        &Redundancy::ALL,
-        |redundancy| redundancy.label(),
-        |redundancy| match redundancy {
-            Redundancy::AsProgrammed => "As the path gives it",
-            Redundancy::BestConstant => "The same turn at all points, the best there is",
-            Redundancy::Best => "A turn at each point, the best there is",
-        },
-    )
+    one_of(Redundancy::ALL, Redundancy::label, |redundancy| match redundancy {
+        Redundancy::AsProgrammed => "As the path gives it",
+        Redundancy::BestConstant => "The same turn at all points, the best there is",
+        Redundancy::Best => "A turn at each point, the best there is",
+    })
 }
 
 /// `--branch`.
 pub fn branch() -> impl TypedValueParser<Value = Branch> {
-    one_of(
-        &Branch::ALL,
-        |branch| branch.label(),
-        |branch| match (branch.shoulder, branch.elbow, branch.wrist) {
-            (Shoulder::Front, Elbow::Up, Wrist::Noflip) => "Wrist centre in front of axis 1, elbow up, axis 5 positive",
-            (Shoulder::Front, Elbow::Up, Wrist::Flip) => "In front, elbow up, axis 5 negative",
-            (Shoulder::Front, Elbow::Down, Wrist::Noflip) => "In front, elbow down, axis 5 positive",
-            (Shoulder::Front, Elbow::Down, Wrist::Flip) => "In front, elbow down, axis 5 negative",
-            (Shoulder::Back, Elbow::Up, Wrist::Noflip) => "Behind axis 1, elbow bent as up in front, axis 5 positive",
-            (Shoulder::Back, Elbow::Up, Wrist::Flip) => "Behind, elbow bent as up in front, axis 5 negative",
-            (Shoulder::Back, Elbow::Down, Wrist::Noflip) => "Behind, elbow bent as down in front, axis 5 positive",
-            (Shoulder::Back, Elbow::Down, Wrist::Flip) => "Behind, elbow bent as down in front, axis 5 negative",
-        },
-    )
+    let name = |branch: Branch| branch.label();
+    one_of(Branch::ALL, name, |branch| match (branch.shoulder, branch.elbow, branch.wrist) {
+        (Shoulder::Front, Elbow::Up, Wrist::Noflip) => "Wrist centre in front of axis 1, elbow up, axis 5 positive",
+        (Shoulder::Front, Elbow::Up, Wrist::Flip) => "In front, elbow up, axis 5 negative",
+        (Shoulder::Front, Elbow::Down, Wrist::Noflip) => "In front, elbow down, axis 5 positive",
+        (Shoulder::Front, Elbow::Down, Wrist::Flip) => "In front, elbow down, axis 5 negative",
+        (Shoulder::Back, Elbow::Up, Wrist::Noflip) => "Behind axis 1, elbow bent as up in front, axis 5 positive",
+        (Shoulder::Back, Elbow::Up, Wrist::Flip) => "Behind, elbow bent as up in front, axis 5 negative",
+        (Shoulder::Back, Elbow::Down, Wrist::Noflip) => "Behind, elbow bent as down in front, axis 5 positive",
+        (Shoulder::Back, Elbow::Down, Wrist::Flip) => "Behind, elbow bent as down in front, axis 5 negative",
+    })
 }
 
 /// What a new study asks.
 pub fn template() -> impl TypedValueParser<Value = Template> {
-    one_of(TEMPLATES, |template| template.name, |template| template.about)
+    one_of(TEMPLATES.iter().copied(), |template| template.name, |template| template.about)
 }

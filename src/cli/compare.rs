@@ -70,8 +70,9 @@ pub struct CompareArguments {
 
 pub fn compare(arguments: &CompareArguments) -> Result<Ending> {
     let (Some(machine), Some(process), Some(path)) = (&arguments.machine, &arguments.process, &arguments.path) else {
-        let (results, out) = (arguments.results.clone(), arguments.out.clone());
-        return report(&ReportArguments::of(results, out, arguments.force, arguments.tolerance));
+        let CompareArguments { results, out, force, tolerance, .. } = arguments;
+        let (results, out) = (results.clone(), out.clone());
+        return report(&ReportArguments { results, out, force: *force, tolerance: *tolerance });
     };
     let study = study(arguments, machine, process, path)?;
     let entries = evaluate(&study);
@@ -84,8 +85,7 @@ pub fn compare(arguments: &CompareArguments) -> Result<Ending> {
         print(&format!("Counts as cutting: {}.\n", study.features[0].cuts.words()))?;
         print(&known(&study))?;
     }
-    let complete = entries.iter().all(|entry| entry.feasible().is_some());
-    Ok(if complete { Ending::Complete } else { Ending::SomeUnsolved })
+    Ok(Ending::of(entries.iter().all(|entry| entry.feasible().is_some())))
 }
 
 /// Refuses a program that tells rotary drives where to stand, which cannot be put at other places than that of its process.
@@ -93,61 +93,50 @@ pub(super) fn can_be_put_elsewhere(file: &Path, process: &Process, path: &Toolpa
     if !process.gcode.turns_drives(path) {
         return Ok(());
     }
-    Err(Error::Argument {
-        argument: file.display().to_string(),
-        problem: "tells rotary drives where to stand, and where their axes pass in it changes with the place: expected the place of its \
-                  process alone, as in compensate, run or compare without --at"
-            .into(),
-    })
+    let problem = "tells rotary drives where to stand, and where their axes pass in it changes with the place: expected the place of its \
+                   process alone, as in compensate, run or compare without --at";
+    Err(Error::argument(file.display().to_string(), problem))
+}
+
+/// What is said of a program without motions.
+pub(super) fn moves_nowhere(file: &Path) -> Error {
+    Error::argument(file.display().to_string(), "moves nowhere: a program with at least one motion is expected")
 }
 
 fn study(arguments: &CompareArguments, machine: &str, process: &Path, file: &Path) -> Result<PlacementStudy> {
     let machine = Machine::named_or_file(machine)?;
     let process = Process::open(process, &machine)?;
     let tolerance_mm = arguments.tolerance.or(process.tolerance_mm).unwrap_or(TOLERANCE_MM);
-    let fault = |argument: String, problem: String| Err(Error::Argument { argument, problem });
-    if tolerance_mm <= 0.0 {
-        return fault("--tolerance".into(), format!("must be greater than 0, got {tolerance_mm}"));
-    }
+    super::check_tolerance(Some(tolerance_mm))?;
     let path = ProgramFile::read(file, &process)?.toolpath(process.sampling)?;
     let path = process.with_cuts(path, &file.display().to_string())?;
     if !arguments.at.is_empty() {
         can_be_put_elsewhere(file, &process, &path)?;
     }
     let Some(extent) = Extent::of(path.positions_mm().into_iter()) else {
-        let problem = "moves nowhere: a program with at least one motion is expected".into();
-        return fault(file.display().to_string(), problem);
+        return Err(moves_nowhere(file));
     };
     if process.tool_turn.is_sought() {
         let problem =
             "is sought by the process: here the tool stands as programmed; a placement study seeks it at each place";
-        return fault("redundancy".into(), problem.into());
+        return Err(Error::argument("redundancy", problem));
     }
     let reference = process.placement.reference;
     let given = arguments.at.iter().map(|text| place(text, "--at", &machine, reference));
     let candidates: Vec<Candidate> =
         Candidate::of_process(&process).map(Ok).into_iter().chain(given).collect::<Result<_>>()?;
     if candidates.is_empty() {
-        return fault("--at".into(), "expected a place, as the process file gives no placement.origin_mm".into());
+        return Err(Error::argument("--at", "expected a place, as the process file gives no placement.origin_mm"));
     }
-    let feature = Feature {
-        name: file.display().to_string(),
-        loads: process
-            .loads(&path)
-            .map_err(|source| Error::Argument { argument: file.display().to_string(), problem: source.to_string() })?,
-        path,
-        reference,
-        tolerance_mm,
-    };
-    let cuts = process.cutting_rule;
-    let machines = Machines::new(&machine, &process.errors)?;
+    let name = file.display().to_string();
+    let loads = process.loads(&path).map_err(|source| Error::argument(&name, source.to_string()))?;
     let job = FeatureJob {
-        feature,
-        machines,
+        feature: Feature { name, loads, path, reference, tolerance_mm },
+        machines: Machines::new(&machine, &process.errors)?,
         errors: process.errors,
         limits: process.limits,
         target: process.target,
-        cuts,
+        cuts: process.cutting_rule,
         turn: None,
     };
     Ok(PlacementStudy::of_places(machine, job, extent, candidates))

@@ -9,13 +9,13 @@ use clap::Args;
 use kinetostat::{
     answer::cautions,
     compensation::Method,
-    files::{Foreign, counted, if_any, millimetres_in_table, text_table::text_table},
+    files::{Foreign, counted, millimetres_in_table, text_table::text_table},
     input::error::{Error, Result},
     process::{Redundancy, file::Process},
     products::program::{
         Asked, Pass, ProgramJob, Refused, TurnedProgram, Way,
         files::{Left, ProgramFiles, Told, compensate_into},
-        report::{bounded_text, holes_text, left_text, outside_workspace},
+        report::{holes_text, left_text, limits_text, outside_workspace, passes_table},
         turned,
     },
     questions::path::report::{facts_text, failures_text},
@@ -108,8 +108,9 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
     let asked = Asked { compared: compared(arguments, is_long), way, sources_apart: true, ends_early: true };
     let (name, passes) = (arguments.path.display().to_string(), asked.passes(&job));
     let progress = reporting.progress(&name, passes * job.path.len(), &format!("points in {passes} passes"));
+    let file_name = arguments.path.file_name().unwrap_or_default().to_string_lossy();
     let found = turns.as_ref().map(|found| redundancy::report::json(found, &tool_turn));
-    let left = compensate_into(job, &asked, &files, (&file_name(&arguments.path), found), &progress.work());
+    let left = compensate_into(job, &asked, &files, (&file_name, found), &progress.work());
     progress.end();
     let told = match left? {
         Left::Written(told) => told,
@@ -130,13 +131,8 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
     if is_long && !arguments.all_methods {
         reporting.print("Of so many points, other methods are simulated with --all-methods only.\n")?;
     }
-    if let Some(bounded) = &proved.bounded {
-        reporting.print(&bounded_text(&machine, bounded))?;
-    } else if process.limits.is_limited() {
-        reporting.print("The limits of the process were not looked at: --method bounded keeps them.\n")?;
-    }
-    reporting.print(&left_text(&machine, proved.commanded_max_mm()))?;
-    reporting.print(&holes_text(proved.written.in_holes_mm))?;
+    let left = left_text(&machine, proved.commanded_max_mm()) + &holes_text(proved.written.in_holes_mm);
+    reporting.print(&(limits_text(&machine, &process.limits, proved.bounded.as_ref()) + &left))?;
     reporting.print_styled(&headline::sentences(&blocks))?;
     if proved.left_alone > 0 {
         reporting.print(&format!(
@@ -146,8 +142,7 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
     }
     reporting.print(&format!("Written to {}; read {}\n\n", arguments.out.display(), page.display()))?;
     reporting.print_styled(&headline::sentences(&used))?;
-    let is_wrong = headline.unsolved.is_some() || proved.worse_as_written().is_some();
-    Ok(if is_wrong { Ending::SomeUnsolved } else { Ending::Complete })
+    Ok(Ending::of(headline.unsolved.is_none() && proved.worse_as_written().is_none()))
 }
 
 /// The program to compensate, and what was found of the turn about the tool's axis, if that was sought.
@@ -164,12 +159,8 @@ fn opened(process: Process, path: &Path, reporting: &Reporting) -> Result<(Progr
     Ok((ProgramJob::new(process, file, &name)?, Some(found)))
 }
 
-fn file_name(path: &Path) -> String {
-    path.file_name().unwrap_or_default().to_string_lossy().into_owned()
-}
-
 fn chosen(arguments: &CompensateArguments) -> Result<Way> {
-    let fault = |argument: &str, problem: String| Err(Error::Argument { argument: argument.into(), problem });
+    let fault = |argument: &str, problem: String| Err(Error::argument(argument, problem));
     let alpha = arguments.alpha.unwrap_or(1.0);
     if !(alpha > 0.0 && alpha <= 1.0) {
         return fault("--alpha", format!("must be above 0 and at most 1, got {alpha}"));
@@ -203,8 +194,7 @@ fn compared(arguments: &CompensateArguments, is_long: bool) -> Vec<Method> {
 fn measured(file: &Path, job: &ProgramJob) -> Result<Sent> {
     let bytes = kinetostat::input::file::read(file)?;
     let went = Polyline::read(bytes, &file.display().to_string())?.toolpath().positions_mm();
-    let went =
-        job.measured(went).map_err(|problem| Error::Argument { argument: file.display().to_string(), problem })?;
+    let went = job.measured(went).map_err(|problem| Error::argument(file.display().to_string(), problem))?;
     Ok(job.mirrored(&went))
 }
 
@@ -226,32 +216,11 @@ const TABLE: &str =
     "Distance of the tool from its path, where it cuts, by what is commanded (steps: corrections per point):";
 
 fn table(passes: &[Pass]) -> String {
-    let turns = passes.iter().filter_map(|pass| pass.summary.max_leftover_rotation).any(|angle| angle > 0.0);
-    let mut header = vec!["commands", "largest", "rms", "steps", "solved"];
-    if turns {
-        header.push("turned");
-    }
+    let (header, rows) = passes_table(passes, true, |length_mm| millimetres_in_table(length_mm, 4));
     let mut table = text_table(header, 1);
-    for pass in passes {
-        let s = &pass.summary;
-        let mut row = vec![
-            pass.name.clone(),
-            if_any(s.max_mm, shown),
-            if_any(s.rms_mm, shown),
-            if_any(s.mean_corrections, |mean| format!("{mean:.1}")),
-            format!("{} of {}", s.solved, s.points),
-        ];
-        if turns {
-            row.push(if_any(s.max_leftover_rotation, |angle| format!("{:.3}°", angle.to_degrees())));
-        }
-        table.add_row(row);
-    }
+    table.add_rows(rows);
     let failures = passes.iter().map(|pass| (pass.name.clone(), &pass.summary));
     format!("{table}\n{}", failures_text(failures))
-}
-
-fn shown(length_mm: f64) -> String {
-    millimetres_in_table(length_mm, 4)
 }
 
 /// Points shown of those that cannot be compensated.

@@ -12,7 +12,11 @@ use kinetostat::{
     simulation::ProgramFile,
 };
 
-use super::{Ending, compare::can_be_put_elsewhere, report::write_page};
+use super::{
+    Ending,
+    compare::{can_be_put_elsewhere, moves_nowhere},
+    report::write_page,
+};
 
 /// Make a page on which the machine bends under your hand, and a workpiece can be dragged to where it is cut best.
 #[derive(Debug, Args)]
@@ -69,21 +73,14 @@ fn check(machine: &str, process: &Path, program: &Path) -> Result<()> {
     let process = Process::open(process, &machine)?;
     let path = ProgramFile::read(program, &process)?.toolpath(process.sampling)?;
     can_be_put_elsewhere(program, &process, &path)?;
-    if path.is_empty() {
-        let problem = "moves nowhere: a program with at least one motion is expected".into();
-        return Err(Error::Argument { argument: program.display().to_string(), problem });
-    }
-    Ok(())
+    if path.is_empty() { Err(moves_nowhere(program)) } else { Ok(()) }
 }
 
 fn scene(arguments: &ExploreArguments) -> Result<Scene> {
     let machine = &arguments.machine;
     match (&arguments.path, &arguments.process) {
         (Some(program), Some(process)) => {
-            if let Some(tolerance) = arguments.tolerance.filter(|tolerance| *tolerance <= 0.0) {
-                let problem = format!("must be greater than 0, got {tolerance}");
-                return Err(Error::Argument { argument: "--tolerance".into(), problem });
-            }
+            super::check_tolerance(arguments.tolerance)?;
             check(machine, process, program)?;
             Scene::of_program(&ProgramAtProcess { machine, process, program, tolerance_mm: arguments.tolerance })
         }

@@ -6,8 +6,6 @@ use clap::Args;
 use kinetostat::{
     input::{Inputs, error::Result, toml_file},
     machine::catalogue,
-    page::PAGE,
-    process::Process,
     products::correction::{
         CorrectionQuestion,
         report::{CorrectionExport, CorrectionFormat, export},
@@ -66,7 +64,9 @@ pub fn export_correction(arguments: &ExportCorrectionArguments) -> Result<Ending
     reporting.start_log()?;
     let started = Instant::now();
     let process = arguments.on.process()?;
-    let question = question(arguments, &process).map_err(in_options)?;
+    let corners = arguments.corners.map(|[x0, x1, y0, y1, z0, z1]| [[x0, y0, z0].into(), [x1, y1, z1].into()]);
+    let question = CorrectionQuestion::new(&process, corners, arguments.force, arguments.tolerance, arguments.grid);
+    let question = question.map_err(in_options)?;
     let inputs = inputs(arguments, &question, process.inputs)?;
     let options = CorrectionExport { formats: arguments.format.clone(), figures: !arguments.no_figures, inputs };
     let progress = reporting.progress("correction", 0, "nodes");
@@ -75,21 +75,11 @@ pub fn export_correction(arguments: &ExportCorrectionArguments) -> Result<Ending
     let exported = exported.map_err(in_options)?;
     let took = format!("{:.1} s", started.elapsed().as_secs_f64());
     reporting.print_styled(&headline::words(&exported.headline, &took))?;
-    let out = &arguments.out;
     if reporting.is_verbose() {
         reporting.print_styled(&headline::sentences(&format!("\n{}\n", exported.details)))?;
-        let names = exported.files.iter().filter_map(|path| path.file_name());
-        let names: String = names.map(|name| format!("  {}\n", name.to_string_lossy())).collect();
-        reporting.print(&format!("Written to {}:\n{names}", out.display()))?;
-    } else {
-        reporting.print(&format!("Results in {}, to read as {}\n", out.display(), out.join(PAGE).display()))?;
     }
-    Ok(if exported.is_kept { Ending::Complete } else { Ending::SomeUnsolved })
-}
-
-fn question(arguments: &ExportCorrectionArguments, process: &Process) -> Result<CorrectionQuestion> {
-    let corners = arguments.corners.map(|[x0, x1, y0, y1, z0, z1]| [[x0, y0, z0].into(), [x1, y1, z1].into()]);
-    CorrectionQuestion::new(process, corners, arguments.force, arguments.tolerance, arguments.grid)
+    reporting.print_written(&arguments.out, &exported.files, true)?;
+    Ok(Ending::of(exported.is_kept))
 }
 
 /// What the command line set, as keys; the machine; the process.
@@ -112,7 +102,7 @@ fn inputs(arguments: &ExportCorrectionArguments, question: &CorrectionQuestion, 
     }
     let machine = match catalogue::find(&arguments.on.machine) {
         Some(entry) => entry.toml.to_string(),
-        None => toml_file::read(std::path::Path::new(&arguments.on.machine))?,
+        None => toml_file::read(arguments.on.machine.as_ref())?,
     };
     Ok(Inputs::of("command line", text).and(Inputs::of(&arguments.on.machine, machine)).and(process))
 }

@@ -6,10 +6,10 @@ use clap::Args;
 use kinetostat::{
     compensation::Target,
     files::{Foreign, PreparedFolder},
-    input::error::{Error, Result},
+    input::{check::Check, error::Result},
     machine::Machine,
     process::file::Process,
-    products::realtime::{AIM_MM, Domain, Errors, PLACES, Question, Realtime, generate, write},
+    products::realtime::{AIM_MM, Domain, PLACES, Question, Realtime, generate, write},
     simulation::Machines,
 };
 
@@ -60,13 +60,12 @@ pub fn export_realtime(arguments: &ExportRealtimeArguments) -> Result<Ending> {
     let (nominal, errors) = match &arguments.process {
         None => (nominal, Vec::new()),
         Some(file) => {
-            let process = Process::open(file, &nominal)?;
-            if process.target == Target::PlatformPoint {
-                let problem =
-                    "puts the platform point P right: expected the tool tip, which controllers are asked for".into();
-                return Err(Error::Value { file: file.display().to_string(), key: "target".into(), problem });
+            let Process { machine, errors, target, .. } = Process::open(file, &nominal)?;
+            if target == Target::PlatformPoint {
+                let problem = "puts the platform point P right: expected the tool tip, which controllers are asked for";
+                return Check::new(&file.display().to_string()).key("target").fail(problem.into());
             }
-            (process.machine, process.errors)
+            (machine, errors)
         }
     };
     let corners = match arguments.tip_box {
@@ -84,27 +83,21 @@ pub fn export_realtime(arguments: &ExportRealtimeArguments) -> Result<Ending> {
 }
 
 fn summary(realtime: &Realtime, folder: &Path) -> String {
-    let [correct, whereabouts, nominal] = realtime.operations();
-    let line = |name: &str, errors: &Errors, (start, step): (usize, usize)| {
-        let found: Vec<String> = errors.found_mm.iter().map(|error| format!("{error:.1e}")).collect();
-        format!(
+    let mut text = String::new();
+    for (name, own) in realtime.functions() {
+        let (start, step) = own.operations();
+        let found: Vec<String> = own.errors.found_mm.iter().map(|error| format!("{error:.1e}")).collect();
+        text += &format!(
             "{name}: error below {:.1e} mm (found at the start and after each step: {} mm); {start} operations for the start, {step} for each \
              step\n",
-            errors.stated_mm(),
+            own.errors.stated_mm(),
             found.join(", ")
-        )
-    };
-    let is_far = |errors: &Errors| errors.stated_mm() > AIM_MM;
-    let all = [&realtime.correct_errors, &realtime.where_errors, realtime.nominal_errors()];
-    let aim = match all.into_iter().any(is_far) {
-        true => format!("That is above {AIM_MM:e} mm: more --steps, a smaller --box or smaller forces make it less.\n"),
-        false => String::new(),
-    };
+        );
+    }
+    if realtime.functions().iter().any(|(_, own)| own.errors.stated_mm() > AIM_MM) {
+        text +=
+            &format!("That is above {AIM_MM:e} mm: more --steps, a smaller --box or smaller forces make it less.\n");
+    }
     let shown = folder.display();
-    format!(
-        "{}{}{}{aim}Written to {shown}; next: cd {shown} && cargo build --release\n",
-        line("kinetostat_correct", &realtime.correct_errors, correct),
-        line("kinetostat_where", &realtime.where_errors, whereabouts),
-        line("kinetostat_nominal", realtime.nominal_errors(), nominal)
-    )
+    text + &format!("Written to {shown}; next: cd {shown} && cargo build --release\n")
 }

@@ -90,7 +90,7 @@ pub fn machines(arguments: &MachinesArguments) -> Result<Ending> {
     match arguments {
         MachinesArguments { name: Some(name), json, .. } => list_parameters(name, *json)?,
         MachinesArguments { show: Some(name), .. } => show(name)?,
-        MachinesArguments { new: Some(kind), .. } => written(&template_text(kind), arguments.out.as_deref())?,
+        MachinesArguments { new: Some(kind), .. } => written(template(kind).1, arguments.out.as_deref())?,
         MachinesArguments { schema: true, .. } => print_json(file_schema().as_value())?,
         MachinesArguments { import: Some(urdf), .. } => import(urdf, arguments)?,
         _ => list()?,
@@ -102,7 +102,7 @@ fn show(name: &str) -> Result<()> {
     let Some(entry) = catalogue::find(name) else {
         let names = catalogue::names().collect::<Vec<_>>().join(", ");
         let problem = format!("no built-in machine \"{name}\"; there are: {names}");
-        return Err(Error::Argument { argument: "--show".into(), problem });
+        return Err(Error::argument("--show", problem));
     };
     print(&entry.toml.replacen(SCHEMA_HERE, SCHEMA, 1))
 }
@@ -150,7 +150,7 @@ pub(super) fn new_file(file: &Path) -> Result<&str> {
     if file.symlink_metadata().is_ok() {
         let problem =
             format!("{} exists already and was left as it is: expected the name of a new file", file.display());
-        return Err(Error::Argument { argument: "--out".into(), problem });
+        return Err(Error::argument("--out", problem));
     }
     prepare_beside(file)
 }
@@ -190,11 +190,7 @@ fn kinds() -> impl TypedValueParser<Value = &'static str> {
     PossibleValuesParser::new(kinds).map(|given| template(&given).0)
 }
 
-/// The file of a kind.
-fn template_text(kind: &str) -> String {
-    template(kind).1.into()
-}
-
+/// A kind and its file.
 fn template(kind: &str) -> (&'static str, &'static str) {
     TEMPLATES.into_iter().find(|(name, _)| *name == kind).unwrap_or(TEMPLATES[0])
 }

@@ -87,8 +87,7 @@ pub struct DesignArguments {
 }
 
 pub fn identify(arguments: &IdentifyArguments) -> Result<Ending> {
-    let is_one = |kind: &StudyKind| matches!(kind, StudyKind::Identification(..));
-    run_if(&arguments.one, is_one, "[identification]")
+    run_if(&arguments.one, "[identification]", |kind| matches!(kind, StudyKind::Identification(..)))
 }
 
 pub fn predict(arguments: &PredictArguments) -> Result<Ending> {
@@ -119,7 +118,7 @@ pub fn predict(arguments: &PredictArguments) -> Result<Ending> {
     if !said.is_empty() {
         say(&said);
     }
-    Ok(if answers.iter().all(std::result::Result::is_ok) { Ending::Complete } else { Ending::SomeUnsolved })
+    Ok(Ending::of(answers.iter().all(std::result::Result::is_ok)))
 }
 
 fn refused(reason: &str) -> Ending {
@@ -129,15 +128,14 @@ fn refused(reason: &str) -> Ending {
 
 fn other_kind(study: &Path, table: &str) -> Error {
     let problem = format!("is a study of another kind: expected one with {table}; kinetostat run computes any");
-    Error::Argument { argument: study.display().to_string(), problem }
+    Error::argument(study.display().to_string(), problem)
 }
 
 pub fn design(arguments: &DesignArguments) -> Result<Ending> {
-    let is_one = |kind: &StudyKind| matches!(kind, StudyKind::MeasurementDesign(..));
-    run_if(&arguments.one, is_one, "[measurement_design]")
+    run_if(&arguments.one, "[measurement_design]", |kind| matches!(kind, StudyKind::MeasurementDesign(..)))
 }
 
-fn run_if(one: &OneStudy, is_one: impl Fn(&StudyKind) -> bool, table: &str) -> Result<Ending> {
+fn run_if(one: &OneStudy, table: &str, is_one: impl Fn(&StudyKind) -> bool) -> Result<Ending> {
     one.computing.reporting.start_log()?;
     let study = Study::open(&one.study, &Overrides::default()).map_err(in_options)?;
     if !is_one(&study.kind) {

@@ -74,7 +74,7 @@ fn in_folders(refused: Error, given: &[PathBuf]) -> Error {
     match refused {
         Error::Argument { argument, problem } => {
             let given: Vec<String> = given.iter().map(|path| path.display().to_string()).collect();
-            Error::Argument { argument: format!("{}: {argument}", given.join(", ")), problem }
+            Error::argument(format!("{}: {argument}", given.join(", ")), problem)
         }
         other => other,
     }
@@ -82,7 +82,7 @@ fn in_folders(refused: Error, given: &[PathBuf]) -> Error {
 
 /// The study that the parts are of.
 fn study(arguments: &MergeArguments, parts: &[Part]) -> Result<Study> {
-    let refuse = |problem: String| Err(Error::Argument { argument: "--study".into(), problem });
+    let refuse = |problem: String| Err(Error::argument("--study", problem));
     let opened = parts.first().map(Opened::of).transpose()?.flatten();
     let (path, overrides) = match (&arguments.study, opened) {
         (Some(path), opened) => (path.clone(), opened.unwrap_or_default().overrides),

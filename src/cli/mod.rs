@@ -4,7 +4,6 @@ mod check;
 mod choice;
 mod compare;
 mod compensate;
-mod completions;
 mod explore;
 mod export_correction;
 mod export_realtime;
@@ -23,8 +22,10 @@ mod run;
 
 use std::io::{ErrorKind, Write};
 
-use clap::{Parser, Subcommand};
+use clap::{Args, CommandFactory, Parser, Subcommand};
+use clap_complete::{Shell, generate};
 use kinetostat::{
+    ending::{Ending, STOPPED},
     files::{visible, visible_json},
     input::{
         check::LARGEST,
@@ -78,31 +79,7 @@ enum Command {
     Machines(machines::MachinesArguments),
     Check(check::CheckArguments),
     New(new::NewArguments),
-    Completions(completions::CompletionsArguments),
-}
-
-/// How a command ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Ending {
-    /// Everything that was asked is answered.
-    Complete,
-    /// Some points could not be solved; the tables say which and why.
-    SomeUnsolved,
-    /// It was stopped and can be gone on with.
-    Stopped,
-}
-
-/// Exit code of a command that was stopped, as shells have it for Ctrl-C.
-pub const STOPPED: u8 = 130;
-
-impl Ending {
-    pub fn exit_code(self) -> u8 {
-        match self {
-            Ending::Complete => 0,
-            Ending::SomeUnsolved => 1,
-            Ending::Stopped => STOPPED,
-        }
-    }
+    Completions(CompletionsArguments),
 }
 
 /// Listens to Ctrl-C from here on.
@@ -135,8 +112,30 @@ pub fn dispatch(arguments: Arguments) -> Result<Ending> {
         Command::Machines(arguments) => machines::machines(&arguments),
         Command::Check(arguments) => check::check(&arguments),
         Command::New(arguments) => new::new(&arguments),
-        Command::Completions(arguments) => completions::completions(&arguments),
+        Command::Completions(arguments) => completions(&arguments),
     }
+}
+
+/// Print what a shell needs to complete commands, options and their values.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+A new shell has them where its start reads the file: bash-completion looks into ~/.local/share/bash-completion/completions, fish into
+~/.config/fish/completions, zsh into the folders of $fpath for a file _kinetostat.
+
+Examples:
+  kinetostat completions bash > ~/.local/share/bash-completion/completions/kinetostat
+  kinetostat completions fish > ~/.config/fish/completions/kinetostat.fish
+  kinetostat completions zsh > ~/.zfunc/_kinetostat")]
+struct CompletionsArguments {
+    /// The shell
+    shell: Shell,
+}
+
+fn completions(arguments: &CompletionsArguments) -> Result<Ending> {
+    let mut script = Vec::new();
+    generate(arguments.shell, &mut Arguments::command(), "kinetostat", &mut script);
+    print(&String::from_utf8_lossy(&script))?;
+    Ok(Ending::Complete)
 }
 
 /// Prints `text` for reading: what a terminal would act upon is written out.
@@ -186,6 +185,14 @@ fn numbers<const COUNT: usize>(text: &str) -> std::result::Result<[f64; COUNT], 
     let values = values.collect::<std::result::Result<Vec<_>, _>>()?;
     let found = values.len();
     values.try_into().map_err(|_| format!("expected {COUNT} numbers separated by commas, got {found}"))
+}
+
+/// Refuses a `--tolerance` that nothing can keep.
+fn check_tolerance(tolerance_mm: Option<f64>) -> Result<()> {
+    match tolerance_mm.filter(|tolerance| *tolerance <= 0.0) {
+        Some(tolerance) => Err(Error::argument("--tolerance", format!("must be greater than 0, got {tolerance}"))),
+        None => Ok(()),
+    }
 }
 
 /// One number.

@@ -40,10 +40,10 @@ pub fn new(arguments: &NewArguments) -> Result<Ending> {
     }
     // Fails where anything of this name exists.
     std::fs::create_dir(folder).map_err(|source| match source.kind() {
-        ErrorKind::AlreadyExists => Error::Argument {
-            argument: folder.display().to_string(),
-            problem: "exists already and was left as it is: expected the name of a new folder".into(),
-        },
+        ErrorKind::AlreadyExists => {
+            let problem = "exists already and was left as it is: expected the name of a new folder";
+            Error::argument(folder.display().to_string(), problem)
+        }
         _ => Error::Write { file: folder.clone(), source },
     })?;
     let shown = folder.display().to_string();
@@ -73,22 +73,13 @@ fn is_device(name: &str) -> bool {
 fn study_name(folder: &Path) -> Result<&str> {
     let name = folder.file_name().and_then(|name| name.to_str()).unwrap_or_default();
     let is_plain = |c: char| c.is_ascii_alphanumeric() || "_-.".contains(c);
-    if name.is_empty() || name.starts_with(['-', '.']) || !name.chars().all(is_plain) {
-        let problem = format!(
-            "\"{}\" does not name a study: expected a last part of letters, digits, \"_\", \"-\" and \".\", beginning with \
-             a letter, digit or \"_\"",
-            folder.display()
-        );
-        return Err(Error::Argument { argument: "NAME".into(), problem });
-    }
-    if name.ends_with('.') || is_device(name) {
-        let problem = format!(
-            "\"{}\" cannot be the name of a folder on Windows, where others may want to run the study: expected a last part \
-             that does not end with \".\" and that, up to its first \".\", is not con, prn, aux, nul, com0 to com9 or lpt0 to \
-             lpt9",
-            folder.display()
-        );
-        return Err(Error::Argument { argument: "NAME".into(), problem });
-    }
-    Ok(name)
+    let problem = if name.is_empty() || name.starts_with(['-', '.']) || !name.chars().all(is_plain) {
+        "does not name a study: expected a last part of letters, digits, \"_\", \"-\" and \".\", beginning with a letter, digit or \"_\""
+    } else if name.ends_with('.') || is_device(name) {
+        "cannot be the name of a folder on Windows, where others may want to run the study: expected a last part that does not end with \
+         \".\" and that, up to its first \".\", is not con, prn, aux, nul, com0 to com9 or lpt0 to lpt9"
+    } else {
+        return Ok(name);
+    };
+    Err(Error::argument("NAME", format!("\"{}\" {problem}", folder.display())))
 }

@@ -56,13 +56,15 @@ pub fn setting(text: &str) -> std::result::Result<Setting, String> {
 /// The machine called so, or of this file, with these numbers and on this branch.
 pub fn machine(name: &str, settings: &[Setting], branch: Option<Branch>) -> Result<Geometry> {
     let geometry = Geometry::named_or_file(name)?;
-    let geometry = if settings.is_empty() {
-        geometry
-    } else {
-        geometry.with_parameters(settings).map_err(|error| named(error, "--set"))?
+    let geometry = match settings {
+        [] => geometry,
+        some => geometry.with_parameters(some).map_err(|error| named(error, "--set"))?,
     };
     match branch {
-        Some(branch) => geometry.on_branch(branch).map_err(in_branch),
+        Some(branch) => geometry.on_branch(branch).map_err(|error| match error {
+            Error::Argument { problem, .. } => Error::argument("--branch", problem),
+            other => other,
+        }),
         None => Ok(geometry),
     }
 }
@@ -75,16 +77,7 @@ pub fn held(machine: &Machine, settings: &[Setting]) -> Result<Machine> {
 /// What is wrong with a name given to `option`.
 fn named(error: Error, option: &str) -> Error {
     match error {
-        Error::Argument { argument, problem } => {
-            Error::Argument { argument: option.into(), problem: format!("{argument}: {problem}") }
-        }
-        other => other,
-    }
-}
-
-fn in_branch(error: Error) -> Error {
-    match error {
-        Error::Argument { problem, .. } => Error::Argument { argument: "--branch".into(), problem },
+        Error::Argument { argument, problem } => Error::argument(option, format!("{argument}: {problem}")),
         other => other,
     }
 }

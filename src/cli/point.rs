@@ -96,8 +96,7 @@ pub fn point(arguments: &PointArguments) -> Result<Ending> {
     let changed = on_machine::machine(&arguments.machine, &arguments.set, arguments.branch)?.machine()?;
     let set_errors = changed.parameter_errors();
     if arguments.chain_errors.is_some() && !set_errors.is_empty() {
-        let problem = "errors of chains are given by --chain-errors or by --set, not by both".into();
-        return Err(Error::Argument { argument: "--set".into(), problem });
+        return Err(Error::argument("--set", "errors of chains are given by --chain-errors or by --set, not by both"));
     }
     let machine = if set_errors.is_empty() { changed } else { changed.nominal()? };
     let machine = on_machine::held(&machine, &arguments.hold)?;
@@ -106,9 +105,8 @@ pub fn point(arguments: &PointArguments) -> Result<Ending> {
     let errors = if set_errors.is_empty() { machine.assembly_errors(&chain_errors_deg) } else { set_errors };
     if arguments.platform && machine.tool_compliance.is_some() {
         let problem =
-            "what is between P and the tool tip bends, so that P is not where the tool is: expected the tool tip"
-                .into();
-        return Err(Error::Argument { argument: "--platform".into(), problem });
+            "what is between P and the tool tip bends, so that P is not where the tool is: expected the tool tip";
+        return Err(Error::argument("--platform", problem));
     }
     let question = PointQuestion {
         machines: Machines::new(&machine, &errors)?,
@@ -124,13 +122,14 @@ pub fn point(arguments: &PointArguments) -> Result<Ending> {
     };
     let answer = match solve(&question) {
         Ok(answer) => answer,
-        Err(unreachable) if arguments.json => {
-            print_json(&with_settings(unreachable_json(&question, &chain_errors_deg, &unreachable), arguments))?;
-            say(&format!("unreachable: {unreachable}"));
-            return Ok(Ending::SomeUnsolved);
-        }
         Err(unreachable) => {
-            print(&format!("unreachable: {unreachable}\n"))?;
+            let said = format!("unreachable: {unreachable}");
+            if arguments.json {
+                print_json(&with_settings(unreachable_json(&question, &chain_errors_deg, &unreachable), arguments))?;
+                say(&said);
+            } else {
+                print(&(said + "\n"))?;
+            }
             return Ok(Ending::SomeUnsolved);
         }
     };
@@ -142,16 +141,13 @@ pub fn point(arguments: &PointArguments) -> Result<Ending> {
         }
         print(&point_text(&answer))?;
     }
-    let solved = answer.loaded.status == Status::Solved && answer.compensated.is_ok();
-    Ok(if solved { Ending::Complete } else { Ending::SomeUnsolved })
+    Ok(Ending::of(answer.loaded.status == Status::Solved && answer.compensated.is_ok()))
 }
 
 /// What `--set` changed, among what is told of the question.
 fn with_settings(mut json: Value, arguments: &PointArguments) -> Value {
     if !arguments.set.is_empty() {
-        let set: serde_json::Map<String, Value> =
-            arguments.set.iter().map(|(name, value)| (name.clone(), Value::from(*value))).collect();
-        json["set"] = set.into();
+        json["set"] = arguments.set.iter().cloned().collect();
     }
     json
 }
@@ -166,7 +162,7 @@ fn place(arguments: &PointArguments, machine: &Machine) -> Result<Place> {
         if joints.len() != count {
             let labels = machine.drive_labels().join(", ");
             let problem = format!("expected {count} positions, of the drives {labels}, got {}", joints.len());
-            return Err(Error::Argument { argument: "--joints".into(), problem });
+            return Err(Error::argument("--joints", problem));
         }
         let drives = joints.iter().zip(machine.drives()).map(|(value, (_, drive))| drive.motion.from_shown(*value));
         let drives: Vec<f64> = drives.collect();
@@ -178,41 +174,31 @@ fn place(arguments: &PointArguments, machine: &Machine) -> Result<Place> {
                 motion.position_words(motion.shown(at)),
                 motion.position_words(joints[held])
             );
-            return Err(Error::Argument { argument: "--joints".into(), problem });
+            return Err(Error::argument("--joints", problem));
         }
         return Ok(Place::Drives(drives));
     }
-    position(arguments, machine).map(Place::Position)
-}
-
-fn position(arguments: &PointArguments, machine: &Machine) -> Result<Vector3<f64>> {
-    match (&arguments.position, &arguments.at) {
-        (Some(position), _) => Ok((*position).into()),
-        (None, name) => {
-            let name = name.as_deref().unwrap_or_default();
-            let known = machine.points.iter().map(|p| p.name.as_str()).collect::<Vec<_>>().join(", ");
-            let problem = format!("machine {} has no point \"{name}\"; there are: {known}", machine.name);
-            let fault = Error::Argument { argument: "--at".into(), problem };
-            machine.point(name).map(|point| point.position).ok_or(fault)
-        }
+    if let Some(position) = arguments.position {
+        return Ok(Place::Position(position.into()));
     }
+    let name = arguments.at.as_deref().unwrap_or_default();
+    let known = machine.points.iter().map(|p| p.name.as_str()).collect::<Vec<_>>().join(", ");
+    let problem = format!("machine {} has no point \"{name}\"; there are: {known}", machine.name);
+    let point = machine.point(name).ok_or_else(|| Error::argument("--at", problem))?;
+    Ok(Place::Position(point.position))
 }
 
 fn chain_errors(arguments: &PointArguments, machine: &Machine) -> Result<Vec<f64>> {
     let count = machine.chains.len();
-    match &arguments.chain_errors {
-        None => Ok(vec![0.0; count]),
-        Some(angles) if angles.len() == count => {
-            match angles.iter().find_map(|angle| ChainError::too_large(angle.to_radians())) {
-                None => Ok(angles.clone()),
-                Some(problem) => Err(Error::Argument { argument: "--chain-errors".into(), problem }),
-            }
+    let Some(angles) = &arguments.chain_errors else { return Ok(vec![0.0; count]) };
+    let problem = match angles.iter().find_map(|angle| ChainError::too_large(angle.to_radians())) {
+        _ if angles.len() != count => {
+            format!("expected {count} angles, one per chain of {}, got {}", machine.name, angles.len())
         }
-        Some(angles) => Err(Error::Argument {
-            argument: "--chain-errors".into(),
-            problem: format!("expected {count} angles, one per chain of {}, got {}", machine.name, angles.len()),
-        }),
-    }
+        Some(problem) => problem,
+        None => return Ok(angles.clone()),
+    };
+    Err(Error::argument("--chain-errors", problem))
 }
 
 fn load(arguments: &PointArguments) -> PointLoad {

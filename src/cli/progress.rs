@@ -8,9 +8,9 @@ use std::{
 };
 
 use clap::ValueEnum;
-use indicatif::{HumanCount, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use kinetostat::{
-    files::{counted, visible, visible_json},
+    files::{counted, per_second, visible, visible_json},
     work::{Event, Stage, Work},
 };
 use serde_json::{Value, json};
@@ -70,7 +70,7 @@ impl Progress {
         let is_drawn = form == Form::Auto && std::io::stderr().is_terminal();
         let target = if is_drawn { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
         let bar = ProgressBar::with_draw_target(Some(total as u64), target);
-        let bar = match if total > 0 { style(of) } else { style_of_unknown(of) } {
+        let bar = match style(of, total > 0) {
             Some(style) => bar.with_style(style),
             None => bar,
         };
@@ -120,7 +120,7 @@ impl Progress {
                 // What was sought before leads back to what was to be computed.
                 let is_first = stage.of == self.of && stage.items == self.total;
                 state.stage = (!is_first).then_some((stage, 0));
-                if let Some(style) = style(stage.of) {
+                if let Some(style) = style(stage.of, true) {
                     self.bar.set_style(style);
                 }
                 self.bar.set_length(stage.items as u64);
@@ -257,42 +257,15 @@ impl Progress {
     }
 }
 
-fn style(of: &str) -> Option<ProgressStyle> {
-    with_rate(&format!("{{bar:30}} {{human_pos}} of {{human_len}} {of}, {{rate}}, {{eta}} left {{msg}}"))
-}
-
-/// Where it is not known how many items there are.
-fn style_of_unknown(of: &str) -> Option<ProgressStyle> {
-    with_rate(&format!("{{human_pos}} {of}, {{rate}} {{msg}}"))
-}
-
-fn with_rate(template: &str) -> Option<ProgressStyle> {
-    let style = ProgressStyle::with_template(template).ok()?;
+/// Of items called `of`, of which it may not be known how many there are.
+fn style(of: &str, is_counted: bool) -> Option<ProgressStyle> {
+    let style = ProgressStyle::with_template(&match is_counted {
+        true => format!("{{bar:30}} {{human_pos}} of {{human_len}} {of}, {{rate}}, {{eta}} left {{msg}}"),
+        false => format!("{{human_pos}} {of}, {{rate}} {{msg}}"),
+    });
+    let style = style.ok()?;
     Some(style.with_key("rate", |state: &ProgressState, out: &mut dyn std::fmt::Write| {
         // A bar has nobody to tell that a line could not be made.
-        let _ = out.write_str(&rate_words(state.per_sec()));
+        let _ = out.write_str(&per_second(state.per_sec()));
     }))
-}
-
-/// A rate to two digits.
-fn rate_words(per_second: f64) -> String {
-    match per_second {
-        slow if slow < 10.0 => format!("{slow:.1} per second"),
-        rate => {
-            let step = 10f64.powf(rate.log10().floor() - 1.0);
-            format!("{} per second", HumanCount(((rate / step).round() * step) as u64))
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn rates_have_two_digits() {
-        let shown = [0.0, 0.123, 9.87, 12.6, 11_019.0].map(rate_words);
-        let expected = ["0.0", "0.1", "9.9", "13", "11,000"].map(|rate| format!("{rate} per second"));
-        assert_eq!(shown, expected);
-    }
 }

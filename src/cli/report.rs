@@ -28,35 +28,22 @@ is better where and by how much, whether that matters, and what differs in machi
 pub struct ReportArguments {
     /// Result folders as written by `kinetostat run`; the first is what the others are held against
     #[arg(required = true)]
-    results: Vec<PathBuf>,
+    pub(super) results: Vec<PathBuf>,
     /// Page to write [default: report.html in the folder, or comparison.html here for several folders]
     #[arg(long)]
-    out: Option<PathBuf>,
+    pub(super) out: Option<PathBuf>,
     /// Replace the page even if it was not written by kinetostat
     #[arg(long)]
-    force: bool,
+    pub(super) force: bool,
     /// From which difference on one matters, mm; for several folders [default: tolerance_mm of their studies]
     #[arg(long, value_name = "MM", value_parser = super::number)]
-    tolerance: Option<f64>,
-}
-
-impl ReportArguments {
-    /// Several result folders on one page.
-    pub fn of(results: Vec<PathBuf>, out: Option<PathBuf>, force: bool, tolerance: Option<f64>) -> Self {
-        Self { results, out, force, tolerance }
-    }
+    pub(super) tolerance: Option<f64>,
 }
 
 pub fn report(arguments: &ReportArguments) -> Result<Ending> {
-    if let Some(tolerance) = arguments.tolerance {
-        let argument = "--tolerance".to_string();
-        if tolerance <= 0.0 {
-            return Err(Error::Argument { argument, problem: format!("must be greater than 0, got {tolerance}") });
-        }
-        if arguments.results.len() < 2 {
-            let problem = "is for the comparison of several result folders, got one".into();
-            return Err(Error::Argument { argument, problem });
-        }
+    super::check_tolerance(arguments.tolerance)?;
+    if arguments.tolerance.is_some() && arguments.results.len() < 2 {
+        return Err(Error::argument("--tolerance", "is for the comparison of several result folders, got one"));
     }
     let folders = arguments.results.iter().map(|path| ResultFolder::open(path)).collect::<Result<Vec<_>>>()?;
     let out = match (&arguments.out, folders.as_slice()) {

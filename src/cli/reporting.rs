@@ -15,6 +15,7 @@ use env_logger::{Builder, Target};
 use kinetostat::{
     files::{Foreign, may_replace, visible},
     input::error::{Error, Result},
+    page::PAGE,
 };
 use log::LevelFilter;
 use signal_hook::{
@@ -53,7 +54,7 @@ impl Reporting {
             let message = record.args().to_string();
             writeln!(out, "[{} {:<5}] {}", out.timestamp(), record.level(), visible(&message))
         });
-        builder.try_init().map_err(|error| Error::Argument { argument: "--log".into(), problem: error.to_string() })?;
+        builder.try_init().map_err(|error| Error::argument("--log", error.to_string()))?;
         let words = std::env::args_os().map(|word| word.to_string_lossy().into_owned());
         log::info!("kinetostat {}: {}", env!("CARGO_PKG_VERSION"), words.collect::<Vec<_>>().join(" "));
         Ok(())
@@ -72,6 +73,29 @@ impl Reporting {
     /// Whether everything is wanted that there is to say.
     pub fn is_verbose(&self) -> bool {
         self.verbose
+    }
+
+    /// Prints where `files` were written: each of them where everything is wanted, else the folder `out` and its page, if it has one.
+    pub fn print_written(&self, out: &Path, files: &[PathBuf], has_page: bool) -> Result<()> {
+        let shown = out.display();
+        self.print(&match (self.verbose, has_page) {
+            (true, _) => {
+                let names = files.iter().filter_map(|path| path.file_name());
+                let names: String = names.map(|name| format!("  {}\n", name.to_string_lossy())).collect();
+                format!("Written to {shown}:\n{names}")
+            }
+            (false, true) => format!("Results in {shown}, to read as {}\n", out.join(PAGE).display()),
+            (false, false) => format!("Results in {shown}\n"),
+        })
+    }
+
+    /// Whether the command was stopped already, which it says.
+    pub fn is_stopped(&self) -> Result<bool> {
+        let is_stopped = stop_flag()?.load(Ordering::Relaxed);
+        if is_stopped {
+            self.print("Stopped before anything was computed.\n")?;
+        }
+        Ok(is_stopped)
     }
 
     /// The progress of `total` items called `of`.
@@ -106,7 +130,7 @@ fn signals() -> Result<&'static Signals> {
         register_conditional_shutdown(signal, super::STOPPED.into(), Arc::clone(&signals.at_once))
             .and_then(|_| register_conditional_shutdown(signal, super::STOPPED.into(), Arc::clone(&signals.stop)))
             .and_then(|_| register(signal, Arc::clone(&signals.stop)))
-            .map_err(|error| Error::Argument { argument: "Ctrl-C".into(), problem: error.to_string() })?;
+            .map_err(|error| Error::argument("Ctrl-C", error.to_string()))?;
     }
     Ok(SIGNALS.get_or_init(|| signals))
 }

@@ -1,14 +1,13 @@
 //! What the commands that leave result folders have in common: their options, a study run into its folder, what is told
 //! of it.
 
-use std::{io::Write, path::PathBuf, sync::Arc, time::Instant};
+use std::{path::PathBuf, sync::Arc, time::Instant};
 
 use clap::Args;
 use kinetostat::{
     figures::Colours,
     files::exchange::Format,
     input::error::{Error, Result, Way},
-    page::PAGE,
     questions::{Overrides, Study},
     run::{Begin, BegunRun, Finished, FolderRun, RunOptions},
 };
@@ -63,25 +62,31 @@ impl Computing {
 
     pub fn pool(&self) -> Result<ThreadPool> {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(self.threads.map_or(0, usize::from)).build();
-        pool.map_err(|e| Error::Argument { argument: "--threads".into(), problem: e.to_string() })
+        pool.map_err(|e| Error::argument("--threads", e.to_string()))
     }
 
-    /// Says that `study` was stopped after `done`.
-    pub fn tell_stopped(&self, study: &Study, progress: &Progress, done: &str) -> Result<Ending> {
+    /// Says that `study` was stopped after `done`, or failed; `is_kept` where a failed one can be gone on with.
+    pub fn tell_unfinished(
+        &self,
+        study: &Study,
+        (progress, done): (&Progress, &str),
+        is_kept: bool,
+        error: Error,
+    ) -> Result<Ending> {
         let name = &study.name;
-        log::info!("{name}: stopped after {done}");
-        progress.line(json!({ "event": "stopped", "study": name }));
-        self.reporting.print(&format!("{name}: stopped after {done}. The same command with --resume goes on.\n"))?;
-        Ok(Ending::Stopped)
-    }
-
-    /// Says that `study` failed by `error`; `is_kept` where it can be gone on with.
-    pub fn tell_failed(&self, study: &Study, progress: &Progress, is_kept: bool, error: &Error) {
-        if is_kept {
-            log::info!("{}: what was computed is kept; --resume goes on", study.name);
-            let _ = writeln!(std::io::stderr(), "What was computed is kept; the same command with --resume goes on.");
+        if matches!(error, Error::Stopped) {
+            log::info!("{name}: stopped after {done}");
+            progress.line(json!({ "event": "stopped", "study": name }));
+            self.reporting
+                .print(&format!("{name}: stopped after {done}. The same command with --resume goes on.\n"))?;
+            return Ok(Ending::Stopped);
         }
-        progress.line(json!({ "event": "failed", "study": study.name, "message": error.to_string() }));
+        if is_kept {
+            log::info!("{name}: what was computed is kept; --resume goes on");
+            super::say("What was computed is kept; the same command with --resume goes on.");
+        }
+        progress.line(json!({ "event": "failed", "study": name, "message": error.to_string() }));
+        Err(error)
     }
 }
 
@@ -101,7 +106,7 @@ impl Writing {
 pub fn in_options(error: Error) -> Error {
     match error {
         Error::Value { file, key, problem } if file == Overrides::ORIGIN => {
-            Error::Argument { argument: format!("--{key}"), problem }
+            Error::argument(format!("--{key}"), problem)
         }
         Error::Resume { file, problem, way } => {
             let problem = match way {
@@ -142,13 +147,9 @@ pub fn run_study<'a>(
             tell_answer(&computing.reporting, writing, run, &finished, seconds)?;
             let threads = pool.current_num_threads();
             tell(&progress, run, &finished, (seconds, threads));
-            Ok(if finished.is_complete { Ending::Complete } else { Ending::SomeUnsolved })
+            Ok(Ending::of(finished.is_complete))
         }
-        Err(Error::Stopped) => computing.tell_stopped(study, &progress, &done),
-        Err(error) => {
-            computing.tell_failed(study, &progress, run.is_unfinished(), &error);
-            Err(error)
-        }
+        Err(error) => computing.tell_unfinished(study, (&progress, &done), run.is_unfinished(), error),
     }
 }
 
@@ -161,21 +162,16 @@ fn tell_answer(
     seconds: f64,
 ) -> Result<()> {
     reporting.print_styled(&headline::words(&finished.headline, &format!("{seconds:.1} s")))?;
-    let names = finished.files.iter().map(|path| path.file_name().unwrap_or_default().to_string_lossy());
-    let out = run.out();
-    let mut closing = String::new();
     if reporting.is_verbose() {
-        closing += &format!("\n{}\nWritten to {}:\n", finished.details, out.display());
-        names.clone().for_each(|name| closing += &format!("  {name}\n"));
-    } else if writing.format.contains(&Format::Csv) {
-        closing += &format!("Results in {}, to read as {}\n", out.display(), out.join(PAGE).display());
-    } else {
-        closing += &format!("Results in {}\n", out.display());
+        reporting.print(&format!("\n{}\n", finished.details))?;
     }
-    if writing.format.contains(&Format::Vti) && !names.into_iter().any(|name| name.ends_with(".vti")) {
-        closing += "No .vti: this kind of study has no map over the workspace.\n";
+    reporting.print_written(run.out(), &finished.files, writing.format.contains(&Format::Csv))?;
+    if writing.format.contains(&Format::Vti)
+        && !finished.files.iter().any(|file| file.extension() == Some("vti".as_ref()))
+    {
+        reporting.print("No .vti: this kind of study has no map over the workspace.\n")?;
     }
-    reporting.print(&closing)
+    Ok(())
 }
 
 /// The end of the run for the log and for programs that watch.

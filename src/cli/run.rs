@@ -3,7 +3,7 @@
 
 use std::{
     path::{Path, PathBuf},
-    sync::{Arc, atomic::Ordering},
+    sync::Arc,
     time::Instant,
 };
 
@@ -69,7 +69,7 @@ pub struct RunArguments {
     #[arg(long)]
     out: Option<PathBuf>,
     /// Compute part i of n of a single study, and leave a file for merge: on each of n machines another i from 1 to n
-    #[arg(long, value_name = "I/N", value_parser = share, allow_hyphen_values = true)]
+    #[arg(long, value_name = "I/N", value_parser = str::parse::<Share>, allow_hyphen_values = true)]
     #[arg(conflicts_with_all = ["no_figures", "format", "colours"])]
     part: Option<Share>,
     /// Round of a study that goes in rounds (placements): it goes on from all parts of the rounds before, in the same
@@ -80,10 +80,6 @@ pub struct RunArguments {
     writing: Writing,
     #[command(flatten)]
     computing: Computing,
-}
-
-fn share(text: &str) -> std::result::Result<Share, String> {
-    text.parse()
 }
 
 /// Counts along three axes, or one for all.
@@ -99,7 +95,7 @@ pub(super) fn grid(text: &str) -> std::result::Result<[usize; 3], String> {
 pub fn run(arguments: &RunArguments) -> Result<Ending> {
     let RunArguments { computing, writing, .. } = arguments;
     computing.reporting.start_log()?;
-    let refuse = |argument: &str, problem| Err(Error::Argument { argument: argument.into(), problem });
+    let refuse = |argument: &str, problem: String| Err(Error::argument(argument, problem));
     if let (Some(out), [_, _, ..]) = (&arguments.out, arguments.studies.as_slice()) {
         let problem = format!("{} can hold the results of one study, got {}", out.display(), arguments.studies.len());
         return refuse("--out", problem);
@@ -139,8 +135,7 @@ pub fn compute(
     studies.iter().try_for_each(|study| study.check_formats(&options)).map_err(in_options)?;
     let runs = studies.iter().map(|study| study.may_run_into(&folder(out, study), &options));
     let runs: Vec<FolderRun<'_>> = runs.collect::<Result<_>>().map_err(in_options)?;
-    if stop_flag()?.load(Ordering::Relaxed) {
-        computing.reporting.print("Stopped before anything was computed.\n")?;
+    if computing.reporting.is_stopped()? {
         return Ok(Ending::Stopped);
     }
     let mut ending = Ending::Complete;
@@ -172,11 +167,10 @@ fn compute_part(asked: &AskedPart<'_>, computing: &Computing) -> Result<Ending> 
     let opened = Opened { study: asked.path.canonicalize().map_err(fault)?, overrides: asked.overrides.clone() };
     if round > 1 && !study.kind.goes_in_rounds() {
         let problem = format!("expected 1, got {round}: study {} is shared in one round", study.name);
-        return Err(Error::Argument { argument: "--round".into(), problem });
+        return Err(Error::argument("--round", problem));
     }
     let out = asked.out.map_or_else(|| PathBuf::from("parts").join(&study.name), Path::to_path_buf);
-    if stop_flag()?.load(Ordering::Relaxed) {
-        computing.reporting.print("Stopped before anything was computed.\n")?;
+    if computing.reporting.is_stopped()? {
         return Ok(Ending::Stopped);
     }
     let pieces = study.kind.pieces();
@@ -213,11 +207,7 @@ fn compute_part(asked: &AskedPart<'_>, computing: &Computing) -> Result<Ending> 
             computing.reporting.print(&told(&study, asked, &out, &part, (pieces, seconds)))?;
             Ok(Ending::Complete)
         }
-        Err(Error::Stopped) => computing.tell_stopped(&study, &progress, &done),
-        Err(error) => {
-            computing.tell_failed(&study, &progress, false, &error);
-            Err(in_options(error))
-        }
+        Err(error) => computing.tell_unfinished(&study, (&progress, &done), false, error).map_err(in_options),
     }
 }
 

@@ -2,9 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Explorer, check, refused};
+use super::{Explorer, check};
 use crate::{
-    input::error::Result,
+    input::error::{Error, Result},
     machine::{Skeleton, Zeroed},
     questions::map::WorkspaceMapStudy,
     simulation::{Failure, Machines, SOLVED, Source, settled::settled},
@@ -78,13 +78,13 @@ impl Explorer {
     /// # Errors
     /// There is no map, or this is no place of one. Where there is no equilibrium is an answer.
     pub fn effect(&self, asked: &EffectAsked) -> Result<EffectAnswer> {
-        let map = self.map.as_ref().ok_or_else(|| refused("effect", "there is no map in this scene"))?;
+        let map = self.map.as_ref().ok_or_else(|| Error::argument("effect", "there is no map in this scene"))?;
         check("position", "numbers", &asked.position)?;
         let phi = match (asked.source.has_cutting_force(), asked.phi_deg) {
             (false, _) => None,
             (true, Some(degrees)) if degrees.is_finite() => Some(map.study.nearest_phi(degrees.to_radians())),
             (true, _) => {
-                return Err(refused("phi_deg", "expected the tool angle in degrees, where cutting force acts"));
+                return Err(Error::argument("phi_deg", "expected the tool angle in degrees, where cutting force acts"));
             }
         };
         let failed = |Failure { status, reason }| EffectAnswer { status: status.into(), reason, ..Default::default() };

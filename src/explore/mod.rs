@@ -134,14 +134,14 @@ pub enum Call {
 pub fn call(explorer: &mut Option<Explorer>, text: &str) -> String {
     let answered = match serde_json::from_str(text) {
         Ok(asked) => answer(explorer, asked),
-        Err(fault) => Err(refused("call", fault.to_string())),
+        Err(fault) => Err(Error::argument("call", fault.to_string())),
     };
     answered.unwrap_or_else(|error| serde_json::json!({ "error": error.to_string() }).to_string())
 }
 
 /// What is answered, as the text of its JSON.
 fn answer(explorer: &mut Option<Explorer>, asked: Call) -> Result<String> {
-    let opened = explorer.as_mut().ok_or_else(|| refused("call", "there is no scene: expected open"));
+    let opened = explorer.as_mut().ok_or_else(|| Error::argument("call", "there is no scene: expected open"));
     match asked {
         Call::Open(scene) => written(&explorer.insert(Explorer::open(scene)?).view()),
         Call::Set { parameters } => {
@@ -158,18 +158,14 @@ fn answer(explorer: &mut Option<Explorer>, asked: Call) -> Result<String> {
 }
 
 fn written(answer: &impl Serialize) -> Result<String> {
-    let text = serde_json::to_string(answer).map_err(|fault| refused("answer", fault.to_string()))?;
+    let text = serde_json::to_string(answer).map_err(|fault| Error::argument("answer", fault.to_string()))?;
     Ok(format!("{{\"answer\":{text}}}"))
-}
-
-fn refused(argument: &str, problem: impl Into<String>) -> Error {
-    Error::Argument { argument: argument.into(), problem: problem.into() }
 }
 
 /// Refuses values that are not `numbers` as files may have them.
 fn check(argument: &str, numbers: &str, values: &[f64]) -> Result<()> {
     match values.iter().find(|value| value.is_nan() || value.abs() > LARGEST) {
-        Some(value) => Err(refused(argument, format!("expected {numbers} up to {LARGEST:e}, got {value}"))),
+        Some(value) => Err(Error::argument(argument, format!("expected {numbers} up to {LARGEST:e}, got {value}"))),
         None => Ok(()),
     }
 }

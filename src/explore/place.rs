@@ -2,9 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Explorer, Workpiece, check, refused};
+use super::{Explorer, Workpiece, check};
 use crate::{
-    input::error::Result,
+    input::error::{Error, Result},
     machine::Machine,
     questions::placement::{Along, AlongPoint, Metric, Metrics, Site, is_angle, stride},
     simulation::Failure,
@@ -100,7 +100,7 @@ impl Explorer {
     }
 
     pub(super) fn workpiece(&self) -> Result<&Workpiece> {
-        self.workpiece.as_ref().ok_or_else(|| refused("place", "there is no workpiece in this scene"))
+        self.workpiece.as_ref().ok_or_else(|| Error::argument("place", "there is no workpiece in this scene"))
     }
 }
 

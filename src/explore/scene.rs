@@ -4,12 +4,12 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::{
-    refused,
-    study::{placement_of_path, written},
-};
+use super::study::{placement_of_path, written};
 use crate::{
-    input::{Folder, error::Result},
+    input::{
+        Folder,
+        error::{Error, Result},
+    },
     machine::{Branch, catalogue},
     questions::{Study, StudyKind},
     toolpath::gcode::Dialect,
@@ -74,7 +74,7 @@ impl Scene {
         let bytes: usize = named.values().map(Vec::len).sum();
         if bytes > MOST_BYTES {
             let problem = format!("its files have {bytes} bytes together, of which a page holds at most {MOST_BYTES}");
-            return Err(refused("study", problem));
+            return Err(Error::argument("study", problem));
         }
         let foreign = |(name, bytes): &(&String, &Vec<u8>)| {
             // What a page has was looked at before.
@@ -83,7 +83,7 @@ impl Scene {
         };
         if let Some((name, bytes)) = named.iter().find(foreign) {
             let problem = format!("{name} is in the language of {}; pages read ISO code", Dialect::of(bytes).name());
-            return Err(refused("study", problem));
+            return Err(Error::argument("study", problem));
         }
         let file = |(name, bytes): (&String, &Vec<u8>)| (name.clone(), String::from_utf8_lossy(bytes).into_owned());
         let head: Head = crate::input::toml_file::parse(text, super::STUDY)?;

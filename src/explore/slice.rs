@@ -3,12 +3,15 @@
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Explorer, refused,
+    Explorer,
     tool::{LoadAsked, shown},
 };
 use crate::{
-    compensation::{Compensation, Demand, Method, Session, Target, compensate},
-    input::{check::LARGEST, error::Result},
+    compensation::{Demand, Method, Session, Target, compensate},
+    input::{
+        check::LARGEST,
+        error::{Error, Result},
+    },
     inspect::point::PointLoad,
     machine::Configuration,
     simulation::{Failure, Source},
@@ -82,7 +85,7 @@ impl Explorer {
     }
 
     fn grid(&self, asked: &SliceAsked) -> Result<Grid> {
-        let refused = |problem: String| Err(refused("slice", problem));
+        let refused = |problem: String| Err(Error::argument("slice", problem));
         if asked.axis > 2 || asked.level.is_nan() || asked.level.abs() > LARGEST {
             return refused(format!("expected an axis of 0 to 2 and a level, got {} and {}", asked.axis, asked.level));
         }
@@ -108,10 +111,7 @@ impl Explorer {
         session.stand(at, &State::rigid(machine, at));
         let mut corrected = session.clone();
         for (index, load) in loads.iter().enumerate() {
-            let load = match *load {
-                PointLoad::Milling(force, phi) => force.wrench(phi, &machine.tool_at(&at.pose.rotation)),
-                PointLoad::Wrench(wrench) => wrench,
-            };
+            let load = load.wrench(&machine.tool_at(&at.pose.rotation));
             let demand = Demand { pose: at.pose, load, target: Target::ToolTip, wanted: None, external: None };
             let plain = compensate(&mut session, &demand, Method::None);
             if !plain.status.is_success() {
@@ -124,16 +124,11 @@ impl Explorer {
                 corrected.stand(at, session.state());
             }
             let exact = compensate(&mut corrected, &demand, Method::Direct);
-            let correction = exact.status.is_success().then(|| self.largest(&self.added(&exact, at)));
+            let added: Vec<f64> = exact.drives.iter().zip(&at.drives).map(|(rho, nominal)| rho - nominal).collect();
+            let correction = exact.status.is_success().then(|| self.largest(&shown(machine, &added)));
             node.correction = node.correction.zip(correction).map(|(most, own)| most.max(own));
         }
         Ok(node)
-    }
-
-    /// What a correction adds to the drive positions, as shown.
-    fn added(&self, exact: &Compensation, at: &Configuration) -> Vec<f64> {
-        let added: Vec<f64> = exact.drives.iter().zip(&at.drives).map(|(rho, nominal)| rho - nominal).collect();
-        shown(&self.machine, &added)
     }
 
     /// The largest size over the drives of the first kind.

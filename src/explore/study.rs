@@ -7,9 +7,14 @@ use nalgebra::Vector3;
 use serde::Deserialize;
 use toml::{Table, Value};
 
-use super::{Explorer, STUDY, Scene, place::site, refused};
+use super::{Explorer, STUDY, Scene, place::site};
 use crate::{
-    input::{Folder, check::Check, error::Result, toml_file},
+    input::{
+        Folder,
+        check::Check,
+        error::{Error, Result},
+        toml_file,
+    },
     machine::Machine,
     process::{PathReference, file::TOLERANCE_MM},
     questions::{
@@ -131,24 +136,15 @@ impl Scene {
     #[cfg(feature = "report")]
     pub fn of_program(asked: &ProgramAtProcess<'_>) -> Result<Self> {
         let name = |path: &Path| path.to_string_lossy().replace('\\', "/");
-        let mut head = Table::new();
-        head.insert("machine".into(), asked.machine.into());
-        head.insert("process".into(), name(asked.process).into());
-        let mut feature = Table::new();
-        feature.insert("file".into(), name(asked.program).into());
-        if let Some(tolerance_mm) = asked.tolerance_mm {
-            feature.insert(TOLERANCE.into(), tolerance_mm.into());
-        }
-        feature.insert("name".into(), stem(asked.program).into());
+        let head = table([("machine", asked.machine.to_string()), ("process", name(asked.process))]);
+        let mut feature = table([("file", name(asked.program))]);
+        feature.extend(asked.tolerance_mm.map(|tolerance_mm| (TOLERANCE.to_string(), tolerance_mm.into())));
+        let stem = asked.program.file_stem().map_or_else(|| "path".into(), |stem| stem.to_string_lossy().into_owned());
+        feature.insert("name".into(), stem.into());
         let folder = Folder::from(Path::new("")).noting();
         let text = placement(head, feature, &folder)?;
         Self::of_text(&text, &folder.noted())
     }
-}
-
-#[cfg(feature = "report")]
-fn stem(file: &Path) -> String {
-    file.file_stem().map_or_else(|| "path".into(), |stem| stem.to_string_lossy().into_owned())
 }
 
 /// The study of the place of a path study's workpiece.
@@ -159,12 +155,8 @@ pub(super) fn placement_of_path(files: &StudyFiles) -> Result<String> {
     let mut head: Table = toml_file::parse(&files.text, STUDY)?;
     let check = Check::new(STUDY).key("path");
     let Some(Value::Table(path)) = head.remove("path") else { return check.fail("missing".into()) };
-    let mut feature = Table::new();
-    for key in ["circle", "file", "process"] {
-        if let Some(value) = path.get(key) {
-            feature.insert(key.into(), value.clone());
-        }
-    }
+    let kept = path.into_iter().filter(|(key, _)| ["circle", "file", "process"].contains(&key.as_str()));
+    let mut feature: Table = kept.collect();
     if !feature.contains_key("circle") && !feature.contains_key("file") {
         return check.fail("is a line: expected a circle or a program, whose workpiece can be put elsewhere".into());
     }
@@ -181,15 +173,14 @@ fn placement(mut head: Table, mut feature: Table, folder: &Folder) -> Result<Str
     head.entry("schema").or_insert_with(|| i64::from(SCHEMA).into());
     head.insert("question".into(), "Where should this workpiece stand?".into());
     let with = |bounds: Table, fixed: Table, candidate: Option<Table>| {
-        let mut placement = Table::new();
-        placement.insert("feature".into(), Value::Array(vec![feature.clone().into()]));
-        placement.insert("bounds".into(), bounds.into());
-        placement.insert("fixed".into(), fixed.into());
-        placement.insert("objective".into(), table([("weights", table([("worst_deflection", 1.0)]))]).into());
-        placement.insert("search".into(), table([("grid", table([("x", 5), ("y", 5), ("yaw", 4)]))]).into());
-        if let Some(candidate) = candidate {
-            placement.insert("candidate".into(), Value::Array(vec![candidate.into()]));
-        }
+        let mut placement = table::<Value, _>([
+            ("feature", Value::Array(vec![feature.clone().into()])),
+            ("bounds", bounds.into()),
+            ("fixed", fixed.into()),
+            ("objective", table([("weights", table([("worst_deflection", 1.0)]))]).into()),
+            ("search", table([("grid", table([("x", 5), ("y", 5), ("yaw", 4)]))]).into()),
+        ]);
+        placement.extend(candidate.map(|candidate| ("candidate".to_string(), Value::Array(vec![candidate.into()]))));
         let mut whole = head.clone();
         whole.insert("placement".into(), placement.into());
         written(&whole)
@@ -224,7 +215,7 @@ fn table<V: Into<Value>, const N: usize>(entries: [(&str, V); N]) -> Table {
 }
 
 pub(super) fn written(table: &Table) -> Result<String> {
-    toml::to_string(table).map_err(|fault| refused(STUDY, fault.to_string()))
+    toml::to_string(table).map_err(|fault| Error::argument(STUDY, fault.to_string()))
 }
 
 /// Where the workpiece stands first, mm.
@@ -259,14 +250,8 @@ impl Explorer {
         self.workpiece()?;
         let [x, y, z, yaw, pitch, roll] = site(place)?.shown();
         let text = self.scene.study.as_deref().unwrap_or_default();
-        let mut number = 1;
-        let name = loop {
-            let name = format!("by hand {number}");
-            if !text.contains(&name) {
-                break name;
-            }
-            number += 1;
-        };
+        let mut names = (1..).map(|number| format!("by hand {number}"));
+        let name = names.find(|name| !text.contains(name)).unwrap_or_default();
         let origin = format!("origin_mm = [{x:?}, {y:?}, {z:?}]");
         let angles = format!("yaw_deg = {yaw:?}\npitch_deg = {pitch:?}\nroll_deg = {roll:?}");
         let set = |(name, value): &(String, f64)| format!("# with {name} = {value:?} of the machine\n");

@@ -3,10 +3,10 @@
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-use super::{Explorer, check, refused};
+use super::{Explorer, check};
 use crate::{
-    compensation::{Demand, Target},
-    input::error::Result,
+    compensation::Target,
+    input::error::{Error, Result},
     inspect::point::{Place, PointLoad, PointQuestion, solve},
     machine::{ChainError, Clearance, Machine, Skeleton},
     process::{ForceLaw, MillingForce},
@@ -47,7 +47,7 @@ impl LoadAsked {
     pub(super) fn one(&self) -> Result<PointLoad> {
         match self.all()?.as_slice() {
             [one] => Ok(*one),
-            _ => Err(refused("load", "phi_deg: missing: expected the tool angle in degrees")),
+            _ => Err(Error::argument("load", "phi_deg: missing: expected the tool angle in degrees")),
         }
     }
 
@@ -150,14 +150,7 @@ impl Explorer {
             Err(unreachable) => return Ok(ToolAnswer::refused(&Failure::from(unreachable))),
         };
         let machine = &question.machine;
-        let demand = Demand {
-            pose: answer.nominal.pose,
-            load: answer.wrench,
-            target: Target::ToolTip,
-            wanted: None,
-            external: None,
-        };
-        let (commanded, bent) = match settled(&question.machines, Source::All, &demand) {
+        let (commanded, bent) = match settled(&question.machines, Source::All, &answer.demand()) {
             Ok(settled) => (settled.commanded, Some(settled.loaded)),
             Err(_) => (machine.rigid_skeleton(&answer.nominal), None),
         };
@@ -165,10 +158,6 @@ impl Explorer {
         let loaded = &answer.loaded;
         let displacement = answer.zero.as_ref().ok().map(|zero| machine.tool_displacement(zero, &loaded.pose));
         let compensated = answer.compensated.as_ref();
-        let corrections = compensated.ok().map(|done| {
-            let added: Vec<f64> = done.drives.iter().zip(&answer.nominal.drives).map(|(a, b)| a - b).collect();
-            shown(machine, &added)
-        });
         Ok(ToolAnswer {
             status: if is_solved { SOLVED.into() } else { loaded.status.label().into() },
             reason: if is_solved { String::new() } else { loaded.status.reason(machine) },
@@ -176,7 +165,7 @@ impl Explorer {
             wrench: Some(answer.wrench.to_array()),
             drives: shown(machine, &answer.nominal.drives),
             forces: if is_solved { loaded.drive_forces() } else { Vec::new() },
-            corrections,
+            corrections: answer.change().map(|change| shown(machine, &change)),
             forces_after: compensated.ok().map(|done| done.solution.drive_forces()),
             not_compensated: compensated.err().cloned(),
             stiffness: answer.tool_stiffness,
@@ -195,7 +184,7 @@ impl Explorer {
             None if degrees.is_empty() || degrees.len() == chains => return Ok(self.machine.assembly_errors(degrees)),
             None => format!("expected {chains} angles, one for each chain, got {}", degrees.len()),
         };
-        Err(refused("assembly_deg", problem))
+        Err(Error::argument("assembly_deg", problem))
     }
 }
 

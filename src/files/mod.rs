@@ -15,8 +15,11 @@ pub use manifest::{Manifest, StatusCount};
 pub use recorded::Recorded;
 pub use replace::{Foreign, may_replace};
 pub use visible::{visible, visible_json};
-pub use words::{counted, if_any, millimetres, millimetres_in_table};
-pub use write::{OutputFile, PreparedFolder, prepare, prepare_beside, remove, staging, write_all, write_beside};
-pub(crate) use write::{Transaction, clean, staging_beside, temporary_beside, temporary_file};
+pub use words::{counted, if_any, millimetres, millimetres_in_table, per_second};
+pub use write::{
+    OutputFile, PreparedFolder, Step, Transaction, prepare, prepare_beside, remove, staging, staging_beside, write_all,
+    write_beside,
+};
+pub(crate) use write::{clean, temporary_beside, temporary_file};
 
 pub(crate) use crate::input::check::file_stem;

@@ -62,6 +62,17 @@ pub fn millimetres_in_table(length_mm: f64, decimals: i32) -> String {
 /// mm.
 const NANOMETRE: f64 = 1e-6;
 
+/// A rate to two digits: "0.1 per second", "11,000 per second".
+pub fn per_second(rate: f64) -> String {
+    if rate < 10.0 {
+        return format!("{rate:.1} per second");
+    }
+    let step = 10f64.powf(rate.log10().floor() - 1.0);
+    let digits = (((rate / step).round() * step) as u64).to_string();
+    let groups: Vec<_> = digits.as_bytes().rchunks(3).rev().map(String::from_utf8_lossy).collect();
+    format!("{} per second", groups.join(","))
+}
+
 /// A share in per cent: "0 %" and "100 %" are none and all.
 pub fn percent(share: f64) -> String {
     match 100.0 * share {

@@ -161,16 +161,17 @@ pub fn write_beside(file: &Path, files: Vec<OutputFile>) -> Result<()> {
 /// Changes of files in a folder, made one after another once all of them are ready. Whatever leaves files goes through one; where they belong
 /// together, its first change says that they are not complete, and its last that they are.
 #[derive(Debug)]
-pub(crate) struct Transaction {
+pub struct Transaction {
     folder: PathBuf,
     /// Begin of the names of files that are not in their places yet.
     prefix: String,
-    pub(crate) steps: Vec<Step>,
+    /// The changes, in their order.
+    pub steps: Vec<Step>,
 }
 
 /// A change of one file that comes whole or not at all.
 #[derive(Debug)]
-pub(crate) enum Step {
+pub enum Step {
     /// A temporary file gets its name.
     Name(TempPath, PathBuf),
     /// A file made elsewhere takes its place.
@@ -246,7 +247,11 @@ impl Transaction {
 }
 
 impl Step {
-    pub(crate) fn take(self) -> Result<()> {
+    /// Makes the change.
+    ///
+    /// # Errors
+    /// It cannot be made.
+    pub fn take(self) -> Result<()> {
         match self {
             Self::Name(made, path) => made.persist(&path).map_err(|e| Error::Write { file: path, source: e.error }),
             Self::Move(made, path) => {
@@ -261,7 +266,7 @@ impl Step {
 ///
 /// # Errors
 /// It cannot be made.
-pub(crate) fn staging_beside(file: &Path) -> Result<TempDir> {
+pub fn staging_beside(file: &Path) -> Result<TempDir> {
     let fault = |source| Error::Write { file: file.to_path_buf(), source };
     let folder = folder_of(file);
     std::fs::create_dir_all(folder).map_err(fault)?;

@@ -13,19 +13,17 @@ use serde_json::Value;
 
 use crate::{
     answer::{Output, Run},
+    explore::Scene,
     figures::Colours,
     files::{Manifest, StatusCount, clean, exchange::Format, prepare, remove},
     input::error::{Error, Result, Way},
     page::{PAGE, ToTry, headline::Headline},
+    questions::{Overrides, Study, StudyKind},
     work::{
         Event, Work,
         checkpoint::{Checkpoint, Found, Origin},
         part_file::{Part, Parts},
     },
-};
-use crate::{
-    explore::Scene,
-    questions::{Overrides, Study, StudyKind},
 };
 
 /// How a study is run into a folder.
@@ -107,10 +105,7 @@ impl BegunRun<'_> {
     pub fn run(self, stop: Arc<AtomicBool>, watch: impl Fn(Event) + Send + Sync + 'static) -> Result<Finished> {
         let Self { run, checkpoint, parts } = self;
         let found = Event::Resumed { pieces: checkpoint.len(), lost: checkpoint.damaged() };
-        let work = match parts {
-            Some(parts) => Work::from_parts(checkpoint, parts, stop, Box::new(watch)),
-            None => Work::new(Some(checkpoint), stop, Box::new(watch)),
-        };
+        let work = Work::shared((Some(checkpoint), parts, None), stop, Box::new(watch));
         work.tell(found);
         match run.answer(&work) {
             // Nothing is left to go on with once the results are written.
@@ -193,21 +188,21 @@ impl Study {
 
 /// What a reader of the page can try: the workpiece at other places, where a study has one.
 fn to_try(study: &Study, best: Option<Value>) -> Result<Option<ToTry>> {
-    if matches!(&study.kind, StudyKind::Path(path, _) if path.turn.is_some()) {
-        let why = "Other places cannot be tried here: the turn about the tool's axis was sought for this one.";
-        return Ok(Some(ToTry::Nothing(why.into())));
-    }
-    if matches!(&study.kind, StudyKind::Placement(placement, _) if placement.features.iter().any(|job| job.turn.is_some()))
-    {
-        let why =
-            "Other places cannot be tried here: at each the turn about the tool's axis is sought, which pages do not.";
-        return Ok(Some(ToTry::Nothing(why.into())));
+    let nothing = |why: &str| Ok(Some(ToTry::Nothing(format!("Other places cannot be tried here: {why}."))));
+    match &study.kind {
+        StudyKind::Path(path, _) if path.turn.is_some() => {
+            return nothing("the turn about the tool's axis was sought for this one");
+        }
+        StudyKind::Placement(placement, _) if placement.features.iter().any(|job| job.turn.is_some()) => {
+            return nothing("at each the turn about the tool's axis is sought, which pages do not");
+        }
+        _ => {}
     }
     let scene = match Scene::of_study(study) {
         Ok(Some(scene)) => scene,
         Ok(None) => return Ok(None),
         // The study has an answer all the same.
-        Err(reason) => return Ok(Some(ToTry::Nothing(format!("Other places cannot be tried here: {reason}.")))),
+        Err(reason) => return nothing(&reason.to_string()),
     };
     let fault = |fault: serde_json::Error| Error::Page { template: PAGE.into(), problem: fault.to_string() };
     let mut scene = serde_json::to_value(&scene).map_err(fault)?;

@@ -10,10 +10,10 @@ use std::{
 use serde::{Deserialize, Serialize};
 
 use super::{Begin, Finished, RunOptions, begun, refuse_to_lose};
-use crate::questions::{Overrides, Study};
 use crate::{
     files::{OutputFile, prepare, prepare_beside, remove, temporary_beside, write_beside},
     input::error::{Error, Result},
+    questions::{Overrides, Study},
     work::{
         Event, Work,
         checkpoint::{Checkpoint, Origin},
@@ -52,7 +52,7 @@ impl Opened {
 
 fn not_words(fault: &serde_json::Error) -> Error {
     let problem = format!("expected the name of a study and its settings in letters that can be read: {fault}");
-    Error::Argument { argument: "study of a part".into(), problem }
+    Error::argument("study of a part", problem)
 }
 
 /// How a part is computed into a folder.
@@ -94,7 +94,7 @@ pub fn parts_in(folder: &Path) -> Result<Vec<Part>> {
     let parts = parts.collect::<Result<Vec<Part>>>()?;
     if parts.is_empty() {
         let problem = format!("holds no part of a study: expected files part_….{PART}, which run --part leaves");
-        return Err(Error::Argument { argument: folder.display().to_string(), problem });
+        return Err(Error::argument(folder.display().to_string(), problem));
     }
     Ok(parts)
 }
@@ -133,7 +133,7 @@ impl Study {
         let before = if before.is_empty() { None } else { Some(Parts::new(before, &origin)?) };
         before.as_ref().map_or(Ok(()), |before| same_division(before, share))?;
         let mut head = self.head(&origin, share, before.as_ref().map_or(1, |parts| parts.rounds() + 1));
-        let work = Work::of_share(Checkpoint::unnamed(&origin)?, before, share, stop, Box::new(watch));
+        let work = Work::shared((Some(Checkpoint::unnamed(&origin)?), before, Some(share)), stop, Box::new(watch));
         head.is_complete = here(self.kind.compute(&work))?.is_some();
         let mut bytes = Vec::new();
         work.write_part(head, &mut bytes)?;
@@ -164,7 +164,7 @@ impl Study {
             if (part.head().share, part.head().round) != (share, options.round) {
                 let problem =
                     format!("is part {}, expected part {share}: remove it, or choose another folder", part.words());
-                return Err(Error::Argument { argument: file.display().to_string(), problem });
+                return Err(Error::argument(file.display().to_string(), problem));
             }
             return Ok(PartInFolder { file, was_there: true, is_complete: part.head().is_complete });
         }
@@ -173,7 +173,7 @@ impl Study {
         refuse_to_lose(&state, &origin, options.begin)?;
         let checkpoint = begun(&state, &origin, options.begin)?;
         let found = Event::Resumed { pieces: checkpoint.len(), lost: checkpoint.damaged() };
-        let work = Work::of_share(checkpoint, before, share, stop, Box::new(watch));
+        let work = Work::shared((Some(checkpoint), before, Some(share)), stop, Box::new(watch));
         work.tell(found);
         let mut head = self.head(&origin, share, options.round);
         head.opened = options.opened.words()?;
@@ -230,22 +230,18 @@ fn parts_before(out: &Path, round: u32, share: Share, origin: &Origin) -> Result
     let parts = parts_in(out)?.into_iter().filter(|part| part.head().round < round);
     let parts = Parts::new(parts.collect(), origin)?;
     if parts.rounds() + 1 != round {
-        let problem = format!(
-            "expected {} or an earlier round, got {round}: the rounds before are not there",
-            parts.rounds() + 1
-        );
-        return Err(Error::Argument { argument: "round".into(), problem });
+        let next = parts.rounds() + 1;
+        let problem = format!("expected {next} or an earlier round, got {round}: the rounds before are not there");
+        return Err(Error::argument("round", problem));
     }
     same_division(&parts, share)?;
     Ok(Some(parts))
 }
 
 fn same_division(before: &Parts, share: Share) -> Result<()> {
-    if before.of() == share.of() {
-        return Ok(());
-    }
-    let problem = format!("expected one of {} parts, as in the rounds before, got {share}", before.of());
-    Err(Error::Argument { argument: "part".into(), problem })
+    let of = before.of();
+    let fault = || Error::argument("part", format!("expected one of {of} parts, as in the rounds before, got {share}"));
+    if of == share.of() { Ok(()) } else { Err(fault()) }
 }
 
 /// Writes what `work` has computed whole, in place of what was at `file`.

@@ -141,27 +141,12 @@ impl Default for Work {
 impl Work {
     /// Work that is kept in `checkpoint`, stopped by setting `stop`, and watched by `watch`.
     pub fn new(checkpoint: Option<Checkpoint>, stop: Arc<AtomicBool>, watch: Watch) -> Self {
-        Self::with((checkpoint, None, None), stop, watch)
+        Self::shared((checkpoint, None, None), stop, watch)
     }
 
-    /// As [`Work::new`], but the pieces of `parts` need not be computed.
-    pub fn from_parts(checkpoint: Checkpoint, parts: Parts, stop: Arc<AtomicBool>, watch: Watch) -> Self {
-        Self::with((Some(checkpoint), Some(parts), None), stop, watch)
-    }
-
-    /// As [`Work::new`], but of the pieces that are dealt only those that `share` holds are computed, and those of
-    /// `parts`, found before, need not be.
-    pub fn of_share(
-        checkpoint: Checkpoint,
-        parts: Option<Parts>,
-        share: Share,
-        stop: Arc<AtomicBool>,
-        watch: Watch,
-    ) -> Self {
-        Self::with((Some(checkpoint), parts, Some(share)), stop, watch)
-    }
-
-    fn with(
+    /// As [`Work::new`], but the pieces of `parts`, found before, need not be computed, and of those that are dealt only those are that `share`
+    /// holds.
+    pub fn shared(
         (checkpoint, parts, share): (Option<Checkpoint>, Option<Parts>, Option<Share>),
         stop: Arc<AtomicBool>,
         watch: Watch,

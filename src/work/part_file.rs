@@ -235,8 +235,7 @@ impl Parts {
     /// A part of another computation or division, a part that is missing or there twice; the message names them.
     pub fn new(mut parts: Vec<Part>, origin: &Origin) -> Result<Self> {
         let Some(first) = parts.first() else {
-            let problem = "expected all parts of a study, got none".into();
-            return Err(Error::Argument { argument: "parts".into(), problem });
+            return Err(Error::argument("parts", "expected all parts of a study, got none"));
         };
         let (share, name) = (first.head.share, first.source.name());
         if let Some(other) = parts.iter().find(|part| part.head.share.of() != share.of()) {
@@ -302,6 +301,5 @@ fn complete(parts: &[Part], round: u32, of: u32) -> Result<()> {
         _ => (format!("parts {} of {of}", named.join(", ")), "are"),
     };
     let argument = if round == 1 { parts } else { format!("{parts} of round {round}") };
-    let problem = format!("{verb} missing: expected all {of}, got {}", of as usize - missing.len());
-    Err(Error::Argument { argument, problem })
+    Err(Error::argument(argument, format!("{verb} missing: expected all {of}, got {}", of as usize - missing.len())))
 }

@@ -9,6 +9,9 @@ use std::{
 
 use crate::support::{Within, reference};
 use kinetostat::{
+    Error,
+    ending::{Ending, exit_code},
+    files::per_second,
     inspect::machine_check,
     machine::{Machine, catalogue},
 };
@@ -797,4 +800,21 @@ fn travel_limits_are_a_reason() {
     assert_eq!((beyond.len(), solved.len()), (27, 54));
     let reason = "drive x of chain arm at -150.000 mm, travel -60.000 to 60.000 mm";
     assert!(beyond.iter().all(|(_, found)| found == reason), "{:?}", beyond[0]);
+}
+
+#[test]
+fn faults_of_the_program_have_an_exit_code_of_their_own() {
+    let code = |ended: fn() -> Result<Ending, Error>| exit_code(ended, |_| ());
+    assert_eq!(code(|| Ok(Ending::Complete)), 0);
+    assert_eq!(code(|| Ok(Ending::SomeUnsolved)), 1);
+    assert_eq!(code(|| Err(Error::argument("--out", "is wrong"))), 2);
+    assert_eq!(code(|| Err(Error::Figure { name: "map".into(), problem: "is wrong".into() })), 3);
+    assert_eq!(code(|| panic!("a fault for a test")), 3);
+}
+
+#[test]
+fn rates_have_two_digits() {
+    let shown = [0.0, 0.123, 9.87, 12.6, 11_019.0, 1_234_567.0].map(per_second);
+    let expected = ["0.0", "0.1", "9.9", "13", "11,000", "1,200,000"].map(|rate| format!("{rate} per second"));
+    assert_eq!(shown, expected);
 }

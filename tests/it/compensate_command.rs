@@ -5,7 +5,11 @@ use std::{
     process::{Command, Output},
 };
 
-use serde_json::Value;
+use kinetostat::{
+    files::{Foreign, OutputFile, staging_beside, write_all},
+    products::program::files::ProgramFiles,
+};
+use serde_json::{Value, json};
 
 /// What was printed, wherever its lines end.
 fn unwrapped(text: &str) -> String {
@@ -639,4 +643,46 @@ fn calls_with_other_corrections_are_written_out_and_that_is_said() {
     let places: Vec<[&str; 2]> =
         points.lines().map(|row| row.split(',').collect::<Vec<_>>()).map(|cells| [cells[1], cells[2]]).collect();
     assert_eq!(places[..3], [["line", "called_file"], ["4", ""], ["2", "O0070.nc"]]);
+}
+
+/// Files of a program, and of one that it calls.
+fn files_of(program: &str) -> Vec<OutputFile> {
+    let file = |name: &str| OutputFile::new(name, format!("{name} of {program}"));
+    vec![file("part.nc.points.csv"), file("sub.nc"), file("part.nc"), file("part.nc.html")]
+}
+
+/// Puts `files` in their places, but not beyond so many `steps`; how many there are.
+fn replaced(files: Vec<OutputFile>, out: &Path, steps: usize) -> usize {
+    let prepared = ProgramFiles::prepare(out, Foreign::KeptUnlessForced).unwrap();
+    let made = staging_beside(out).unwrap();
+    let names: Vec<String> = files.iter().map(|file| file.name.clone()).collect();
+    write_all(made.path(), files).unwrap();
+    let changes = prepared.replace(made.path(), &names, &json!({ "program": "kinetostat" })).unwrap();
+    let count = changes.steps.len();
+    changes.steps.into_iter().take(steps).for_each(|step| step.take().unwrap());
+    count
+}
+
+#[test]
+fn what_is_cut_short_leaves_no_program_beside_files_of_another() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("part.nc");
+    let count = replaced(files_of("one"), &out, usize::MAX);
+    let text = |name: &str| std::fs::read_to_string(folder.path().join(name)).unwrap_or_default();
+    let sets = |names: &[&str]| -> Vec<bool> { names.iter().map(|name| text(name).ends_with("two")).collect() };
+    for steps in 0..=count {
+        replaced(files_of("one"), &out, usize::MAX);
+        replaced(files_of("two"), &out, steps);
+        let of_two = sets(&["part.nc.points.csv", "sub.nc", "part.nc", "part.nc.html"]);
+        let report: Value = serde_json::from_str(&text("part.nc.report.json")).unwrap();
+        let is_whole = of_two.iter().all(|is| *is) || !of_two.iter().any(|is| *is) && !text("part.nc").is_empty();
+        let is_said = text("part.nc.html").contains("was stopped");
+        assert!(is_whole || is_said, "{steps}: {of_two:?}");
+        assert!(text("part.nc").is_empty() || of_two[0] == of_two[2] && of_two[1] == of_two[2], "{steps}");
+        assert_eq!(report["unfinished"] == true, (1..count).contains(&steps), "{steps}");
+        // The next command knows all of them, and nothing else remains.
+        replaced(files_of("one"), &out, usize::MAX);
+        assert_eq!(sets(&["part.nc.points.csv", "sub.nc", "part.nc", "part.nc.html"]), [false; 4]);
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 5);
+    }
 }

@@ -2,10 +2,11 @@
 //! itself; how jumps are spread is not known here but by what must hold of it.
 
 use kinetostat::{
+    compensation::Demand,
     input::Folder,
     machine::Machine,
     process::{Process, cutting::CuttingLaw},
-    products::program::ProgramJob,
+    products::program::{LawBehind, Part, ProgramJob},
     simulation::ProgramFile,
     spatial::Wrench,
 };
@@ -486,5 +487,31 @@ fn a_micrometre_in_a_centre_changes_the_force_by_little() {
             let expected = Vector3::new(200.0, 80.0, 0.0).norm() * turned / 5f64.to_radians().sin() * 1.01 + 1e-3;
             assert!(differs < expected, "{k} {differs} {off:?} {exact:?}");
         }
+    }
+}
+
+#[test]
+fn a_force_that_the_law_does_not_give_is_no_proof() {
+    let machine = Machine::named("orthoglide").unwrap();
+    let process = format!("schema = 1\n[force.path_frame]\n{PATH_FRAME}");
+    let process = Process::from_toml(&process, "process", Folder::in_memory([]), &machine).unwrap();
+    let program = b"G21 G90 G17\nG0 X0 Y0 Z0\nG1 X10 F100\nG2 X10 Y0.6 I0 J0.3\nG1 X20\nG0 Z5\n";
+    let folder = Folder::in_memory([("part.nc".into(), program.to_vec())]);
+    let file = ProgramFile::in_folder(&folder, "part.nc", &process).unwrap();
+    let job = ProgramJob::new(process, file, "part.nc").unwrap();
+    let part = job.parts().next().unwrap().unwrap();
+    let proof_of = |part: &Part<'_>| LawBehind::new(&job).holds(part);
+    proof_of(&part).unwrap();
+    let first = part.demands()[1].load;
+    let wrong: [&dyn Fn(&Demand) -> Wrench; 4] = [
+        &|demand| demand.load.scale(1.000_001),
+        &|demand| Wrench { force: -demand.load.force, ..demand.load },
+        &|demand| Wrench { moment: demand.load.moment.add_scalar(0.01), ..demand.load },
+        // That of the first move all along.
+        &|_| first,
+    ];
+    for load in wrong {
+        let refused = proof_of(&part.asked(|demand| Demand { load: load(demand), ..*demand })).unwrap_err().to_string();
+        assert!(refused.contains("is not between those of its law"), "{refused}");
     }
 }

@@ -6,7 +6,7 @@ use kinetostat::{
     input::Folder,
     machine::Machine,
     process::{Process, file::WRITE_TOLERANCE_MM},
-    products::program::{Corrected, Part, ProgramJob, Written},
+    products::program::{Corrected, Part, ProgramJob, Written, WrittenCalls, report},
     simulation::{
         ProgramFile,
         blocks::{Blocks, BlocksBeforeAfter, Spread},
@@ -214,4 +214,44 @@ fn a_square_turns_by_right_angles_at_the_rate_of_its_sides() {
     assert_eq!(blocks.per_second, Some(Spread { p50: 1.0, p95: 2.0, max: 2.0 }));
     let turns = blocks.turns_deg.unwrap();
     assert!((turns.p50 - 90.0).abs() < 1e-9 && (turns.max - 90.0).abs() < 1e-9, "{turns:?}");
+}
+
+#[test]
+fn what_blocks_ask_of_a_control_is_told_in_three_digits() {
+    let spread = |[p50, p95, max]: [f64; 3]| Some(Spread { p50, p95, max });
+    let of = |per_second, turns_deg| Blocks {
+        lines: 1,
+        moves: 1,
+        per_second: spread(per_second),
+        turns_deg: spread(turns_deg),
+    };
+    let blocks = BlocksBeforeAfter {
+        before: of([0.0, 0.01234, 0.1], [0.0, 1.0, 2.0]),
+        after: of([2.5, 12.345, 90.0], [0.0, 504.3, 2689.0]),
+    };
+    let told = report::blocks_text(&job(&large(), "", b"G21 G90\nG0 X0 Y0 Z0\nG1 X1 F100\n", "part.nc"), Some(&blocks));
+    for expected in [
+        "half up to 2.5, 95 % up to 12.3, at most 90 (before 0, 0.012, 0.1).\n",
+        "half up to 0°, 95 % up to 504°, at most 2689° (before 0°, 1°, 2°).\n",
+    ] {
+        assert!(told.contains(expected), "{told}");
+    }
+}
+
+#[test]
+fn lines_that_stay_and_units_that_are_taken_are_named() {
+    let machine = large();
+    let told = |head: &str| {
+        let program = format!("{head}G0 X0 Y0 Z0\nG1 X10 F100\n");
+        report::notes_text(&job(&machine, "", program.as_bytes(), "part.nc"), &WrittenCalls::None)
+    };
+    assert_eq!(
+        told("G90 G17\nM3 S1000\nG0 Z5\nM8\nG0 X1\n"),
+        "The program names no unit before line 3: mm is taken; G20, G21 or unit in [gcode] says which it is.\n\
+         Left as written: 2 motions, lines 3 and 5, where it is not known in X, Y and Z where the tool is; start_mm in \
+         [gcode] says where the program begins.\n"
+    );
+    assert_eq!(told("G21 G90 G17\n"), "");
+    let many = told(&"G0 Z5\n".repeat(19));
+    assert!(many.contains("19 motions, lines 1, 2, 3, 4, 5, 6, 7, 8 and 11 more,"), "{many}");
 }

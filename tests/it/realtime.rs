@@ -5,7 +5,7 @@ use std::{collections::HashMap, sync::OnceLock};
 use kinetostat::{
     compensation::{Demand, Method, Target, compensate},
     machine::{Machine, catalogue},
-    products::realtime::{Domain, MANIFEST, Question, Realtime, files, generate},
+    products::realtime::{Domain, MANIFEST, Question, Realtime, Start, files, generate},
     simulation::{Machines, Source},
     spatial::Wrench,
     statics::{Settings, State, Workspace, equilibrium},
@@ -77,7 +77,7 @@ fn tip(realtime: &Realtime, position: &[f64; 3], wrench: &[f64; 6], drives: &[f6
 #[test]
 fn each_step_squares_the_error_and_two_are_enough() {
     let realtime = orthoglide();
-    for errors in [&realtime.correct_errors, &realtime.where_errors] {
+    for errors in [&realtime.correct.errors, &realtime.whereabouts.errors] {
         let [start, one, two] = errors.found_mm[..] else { panic!("{errors:?}") };
         assert!(start < 3.0 && one < 0.1 * start && two < 1e-2 * one, "{errors:?}");
         assert!(errors.stated_mm() >= 2.0 * two && errors.stated_mm() < 1e-6, "{errors:?}");
@@ -91,10 +91,10 @@ fn drives_and_positions_are_those_of_the_engine_within_the_stated_error() {
         let drives = realtime.correct(&position, &wrench);
         let stands = tip(realtime, &position, &wrench, &drives);
         let off = (stands - Vector3::from(position)).norm();
-        assert!(off <= realtime.correct_errors.stated_mm(), "{off} mm at {position:?} under {wrench:?}");
+        assert!(off <= realtime.correct.errors.stated_mm(), "{off} mm at {position:?} under {wrench:?}");
         let found = Vector3::from(realtime.whereabouts(&drives, &wrench));
         let off = (stands - found).norm();
-        assert!(off <= realtime.where_errors.stated_mm(), "{off} mm at {position:?} under {wrench:?}");
+        assert!(off <= realtime.whereabouts.errors.stated_mm(), "{off} mm at {position:?} under {wrench:?}");
     }
 }
 
@@ -134,9 +134,9 @@ fn machines_with_weight_are_corrected_as_they_are_zeroed() {
             let expected = compensate(&mut session, &demand, Method::Direct).drives;
             let drives = realtime.correct(&position, &wrench);
             let off = Vector3::from(drives) - Vector3::from_column_slice(&expected);
-            assert!(off.norm() < 3.0 * realtime.correct_errors.stated_mm(), "{zeroed}: {off}");
+            assert!(off.norm() < 3.0 * realtime.correct.errors.stated_mm(), "{zeroed}: {off}");
             let back = Vector3::from(realtime.whereabouts(&drives, &wrench)) - Vector3::from(position);
-            let stated = realtime.correct_errors.stated_mm() + realtime.where_errors.stated_mm();
+            let stated = realtime.correct.errors.stated_mm() + realtime.whereabouts.errors.stated_mm();
             assert!(stated < 1e-5 && back.norm() < stated, "{zeroed}: {back}");
         }
         commands_the_rigid_machine(&realtime);
@@ -161,7 +161,7 @@ fn without_correction_drives_are_those_of_the_rigid_machine() {
 fn commands_the_rigid_machine(realtime: &Realtime) {
     let nominal = &realtime.question.machines.nominal;
     let lever = nominal.home.pose.rotation * nominal.tool_tip;
-    let stated = realtime.nominal_errors().stated_mm();
+    let stated = realtime.nominal.errors.stated_mm();
     assert!(stated < 1e-6);
     for (position, _) in asked(realtime.question.domain).take(100) {
         let rigid = nominal.inverse_kinematics(&nominal.pose_at(Vector3::from(position) - lever)).unwrap();
@@ -282,7 +282,7 @@ fn other_machines_with_three_translations_have_code_as_well() {
         let domain = Domain::new([middle - half, middle + half], 50.0, 500.0).unwrap();
         let asked = Question { domain, ..question(name, &[0.1, -0.1, 0.1], 3) };
         let realtime = generate(asked).unwrap_or_else(|e| panic!("{name}: {e}"));
-        for errors in [&realtime.correct_errors, &realtime.where_errors] {
+        for errors in [&realtime.correct.errors, &realtime.whereabouts.errors] {
             assert!(errors.stated_mm() < 1e-6, "{name}: {errors:?}");
         }
     }
@@ -350,4 +350,20 @@ fn the_command_writes_a_folder_and_replaces_what_it_wrote() {
         "{errors}"
     );
     assert_eq!(export(&["--force"]).0, Some(0));
+}
+
+#[test]
+fn a_start_of_the_degrees_of_a_polynomial_is_that_polynomial() {
+    let range = Domain { low: [1.0, -2.0, 0.0], high: [3.0, 2.0, 0.5], wrench: [10.0, 10.0, 10.0, 0.0, 0.0, 0.0] };
+    let state = |x: &[f64]| vec![x[0] * x[1] * x[2] - 2.0, x[2] * x[4] + x[0] * x[0] * x[1]];
+    let inputs: Vec<Vec<f64>> =
+        asked(range).take(100).map(|(position, wrench)| position.into_iter().chain(wrench).collect()).collect();
+    let states: Vec<Vec<f64>> = inputs.iter().map(|inputs| state(inputs)).collect();
+    let start = Start::fitted(&range, (3, Some(1)), &inputs, &states).unwrap();
+    assert_eq!(start.coefficients.len(), 20 + 3 * 4);
+    let inputs = [1.7, 0.3, 0.2, 4.0, -6.0, 1.0, 0.0, 0.0, 0.0];
+    for (found, expected) in start.at(&inputs).into_iter().zip(state(&inputs)) {
+        assert!((found - expected).abs() < 1e-12, "{found} for {expected}");
+    }
+    assert!(Start::fitted(&range, (7, None), &vec![inputs.to_vec(); 20], &vec![vec![1.0]; 20]).is_none());
 }

@@ -127,14 +127,15 @@ fn the_tool_is_turned_back_where_the_full_pose_is_compensated() {
         let more = if files[0].0 == "part.nc" { rotary } else { "" };
         let (job, written) = compensated(process(&format!("{FULL_POSE}{more}")), files);
         let proof = job.prove(("as written".into(), &written), &Asked::by(Method::Direct), &|| (), |_| Ok(())).unwrap();
-        let before = proof.none.summary.max_leftover_rotation.unwrap().to_degrees();
-        let after = proof.as_written.summary.max_leftover_rotation.unwrap().to_degrees();
+        let [none, proved] = &proof[..] else { panic!("{proof:?}") };
+        let before = none.summary.max_leftover_rotation.unwrap().to_degrees();
+        let after = proved.summary.max_leftover_rotation.unwrap().to_degrees();
         assert!(before > 0.03, "{}: {before}", files[0].0);
         assert!(
-            proof.as_written.summary.max_mm.unwrap() < 0.02,
+            proved.summary.max_mm.unwrap() < 0.02,
             "{}: {:?}",
             files[0].0,
-            proof.as_written.summary.max_mm
+            proved.summary.max_mm
         );
         // The tool's axis alone leaves the turn about it.
         left.push((files[0].0, before, after));

@@ -102,6 +102,11 @@ pub enum Way {
 }
 
 impl Error {
+    /// An `argument` that makes no sense: what is wrong with it and what was expected.
+    pub fn argument(argument: impl Into<String>, problem: impl Into<String>) -> Self {
+        Error::Argument { argument: argument.into(), problem: problem.into() }
+    }
+
     /// A program or path at fault.
     pub fn program(source: impl std::error::Error + Send + Sync + 'static) -> Self {
         Error::Program(Box::new(source))

@@ -20,7 +20,7 @@ use crate::{
 };
 
 /// Findings about a machine.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Default, Serialize)]
 pub struct Findings {
     /// Mobility at home.
     pub mobility: Mobility,
@@ -127,13 +127,7 @@ fn geometric(machine: &Machine) -> Findings {
         conditioning: machine.conditioning(&machine.home),
         clearance: machine.clearance(&machine.home),
         branches: branches(machine),
-        stiffness: None,
-        compliance: None,
-        rigid: Default::default(),
-        tool_stiffness: None,
-        compliance_shares: Vec::new(),
-        survey: None,
-        warnings: Vec::new(),
+        ..Findings::default()
     }
 }
 

@@ -1,29 +1,33 @@
 //! Findings about a machine, for reading.
 
+use std::fmt::Display;
+
 use nalgebra::{Matrix6, Vector3, Vector6};
 
 use crate::{
     answer::{direction, tool_axis_words},
     files::{table::shown_positions, words::counted},
     inspect::machine_check::{Droop, Findings, Payload, Softest, Span, Survey},
-    machine::{Clearance, Drive, Geometry, Machine, UnknownStiffness},
+    machine::{Clearance, Drive, Geometry, Machine, Mobility, UnknownStiffness},
 };
 
 /// The findings as text.
 pub fn machine_text(machine: &Machine, findings: &Findings) -> String {
-    let mut text = rigid_text(machine, findings);
-    text += &stiffness_text(machine, findings);
-    text += &survey_text(findings);
-    text += &shares_text(machine, findings);
-    text + &provenance_text(machine) + &warnings_text(findings)
+    let known = rigid_text(machine, findings) + &stiffness_text(machine, findings) + &survey_text(findings);
+    known + &shares_text(machine, findings) + &provenance_text(machine) + &warnings_text(findings)
 }
 
 /// The findings about a machine of which only the geometry is known, as text.
 pub fn geometry_text(geometry: &Geometry, findings: &Findings) -> String {
     let unknown: Vec<&str> = geometry.unknown().iter().map(|UnknownStiffness { drive, .. }| drive.as_str()).collect();
     let mut text = rigid_text(geometry.kinematics(), findings);
-    text += &format!("  stiffness          unknown of {}: how far the tool moves cannot be said\n", unknown.join(", "));
+    text += &line("stiffness", format!("unknown of {}: how far the tool moves cannot be said", unknown.join(", ")));
     text + &provenance_text(geometry.kinematics()) + &warnings_text(findings)
+}
+
+/// A line of the findings: what it is, and its value.
+fn line(what: &str, told: impl Display) -> String {
+    format!("  {what:<18} {told}\n")
 }
 
 /// Where the tool's compliance comes from, at home and where it is softest.
@@ -92,7 +96,7 @@ fn spans_text(findings: &Findings) -> String {
     if spans.is_empty() {
         return String::new();
     }
-    format!("  from home          {} mm, one axis at a time, oriented as at home\n", spans.join(", "))
+    line("from home", format!("{} mm, one axis at a time, oriented as at home", spans.join(", ")))
 }
 
 fn provenance_text(machine: &Machine) -> String {
@@ -112,56 +116,50 @@ fn warnings_text(findings: &Findings) -> String {
 fn rigid_text(machine: &Machine, findings: &Findings) -> String {
     let mobility = &findings.mobility;
     let mut text = format!("{} — {}\n", machine.name, machine.title);
-    text += &format!(
-        "  chains             {} ({}), {}\n",
-        machine.chains.len(),
-        machine.chains.iter().map(|chain| chain.name.as_str()).collect::<Vec<_>>().join(", "),
-        counted(machine.drive_count(), "drive")
-    );
-    text += &format!(
-        "  mobility           {} ({} of the platform), over-constraint {}, left with drives locked {}\n",
-        mobility.mechanism, mobility.platform, mobility.over_constraint, mobility.uncontrolled
+    let (drives, chains) = (counted(machine.drive_count(), "drive"), machine.chains.len());
+    let names: Vec<&str> = machine.chains.iter().map(|chain| chain.name.as_str()).collect();
+    text += &line("chains", format!("{chains} ({}), {drives}", names.join(", ")));
+    let Mobility { mechanism, platform, over_constraint, uncontrolled, .. } = mobility;
+    text += &line(
+        "mobility",
+        format!(
+            "{mechanism} ({platform} of the platform), over-constraint {over_constraint}, left with drives locked {uncontrolled}"
+        ),
     );
     if machine.redundancy > 0 {
-        text += &format!(
-            "  redundant          by {}: {} for {}; the drives stand as near to home as the task allows \
-             (least squares, hinges at {:.0} mm){}\n",
-            machine.redundancy,
-            counted(machine.drive_count(), "drive"),
-            counted(machine.controls.len(), "controlled coordinate"),
-            machine.reach,
-            if mobility.platform > machine.controls.len() { ", and the platform's other motions follow" } else { "" }
+        let controlled = counted(machine.controls.len(), "controlled coordinate");
+        let others = if *platform > machine.controls.len() { ", and the platform's other motions follow" } else { "" };
+        text += &line(
+            "redundant",
+            format!(
+                "by {}: {drives} for {controlled}; the drives stand as near to home as the task allows \
+                 (least squares, hinges at {:.0} mm){others}",
+                machine.redundancy, machine.reach
+            ),
         );
     }
     if let Some(carrier) = &machine.carrier {
         let [x, y, z]: [f64; 3] = carrier.home.pose.translation.map(|v| (v * 1e3).round() / 1e3 + 0.0).into();
-        text += &format!(
-            "  workpiece carrier  {}, {} ({}), W at ({x}, {y}, {z}) mm of the base\n",
-            carrier.name,
-            counted(carrier.drive_count(), "drive"),
-            position_list(carrier, &carrier.home.drives)
-        );
+        let (name, drives) = (&carrier.name, counted(carrier.drive_count(), "drive"));
+        let at = position_list(carrier, &carrier.home.drives);
+        text += &line("workpiece carrier", format!("{name}, {drives} ({at}), W at ({x}, {y}, {z}) mm of the base"));
     }
-    text += &format!("  drives at home     {}\n", position_list(machine, &findings.home_drives));
-    text += &format!("  reach at home      {:.1} mm\n", machine.reach);
-    text += &format!(
-        "  tool axis          {} of the platform, {} of the base at home, from the spindle to the tip{}\n",
-        direction(machine.tool_axes.column(2).into()),
-        direction((machine.home.pose.rotation * machine.tool_axes).column(2).into()),
-        tool_axis_words(machine.tool_axis_source)
+    text += &line("drives at home", position_list(machine, &findings.home_drives));
+    text += &line("reach at home", format!("{:.1} mm", machine.reach));
+    let of_platform = direction(machine.tool_axes.column(2).into());
+    let of_base = direction((machine.home.pose.rotation * machine.tool_axes).column(2).into());
+    let assumed = tool_axis_words(machine.tool_axis_source);
+    text += &line(
+        "tool axis",
+        format!("{of_platform} of the platform, {of_base} of the base at home, from the spindle to the tip{assumed}"),
     );
     text += &spans_text(findings);
-    let failures = findings.reached.iter().filter(|(_, _, reached)| reached.is_err()).count();
-    text += &format!(
-        "  places reached     {} of {} (home, named points, workspace corners)\n",
-        findings.reached.len() - failures,
-        findings.reached.len()
-    );
-    text += &format!(
-        "  round trip         {:.1e} mm, {:.1e} rad (forward after inverse kinematics, largest)\n",
-        findings.round_trip.0, findings.round_trip.1
-    );
-    text += &format!("  singularity        {}\n", conditioning_words(findings.conditioning));
+    let (places, (off_mm, off_rad)) = (findings.reached.len(), findings.round_trip);
+    let reached = findings.reached.iter().filter(|(_, _, reached)| reached.is_ok()).count();
+    text += &line("places reached", format!("{reached} of {places} (home, named points, workspace corners)"));
+    text +=
+        &line("round trip", format!("{off_mm:.1e} mm, {off_rad:.1e} rad (forward after inverse kinematics, largest)"));
+    text += &line("singularity", conditioning_words(findings.conditioning));
     text + &branches_text(machine, findings)
 }
 
@@ -184,8 +182,7 @@ pub(crate) fn clearance_words(clearance: &Clearance) -> String {
 fn branches_text(machine: &Machine, findings: &Findings) -> String {
     let Some(clearance) = &findings.clearance else { return String::new() };
     let own = machine.branch_of(&machine.home);
-    let mut text = format!("  at home            {}\n", clearance_words(clearance));
-    text += "  branches at home\n";
+    let mut text = line("at home", clearance_words(clearance)) + "  branches at home\n";
     for (branch, posture) in &findings.branches {
         let mark = if own == Some(*branch) { " (home)" } else { "" };
         let words = match posture {
@@ -210,21 +207,18 @@ fn position_list(machine: &Machine, drives: &[f64]) -> String {
 }
 
 fn stiffness_text(machine: &Machine, findings: &Findings) -> String {
-    let mut text = String::new();
-    match findings.tool_stiffness {
+    let none = "none: the platform is free or unstable at home";
+    let mut text = match findings.tool_stiffness {
         Some(principal) => {
-            let shown = principal.map(|k| if k.is_infinite() { "rigid".into() } else { format!("{k:.1}") });
+            let shown = principal.map(|k| if k.is_infinite() { "rigid".into() } else { format!("{k:.1}") }).join(", ");
             let without = if machine.has_weight() { ", without weight" } else { "" };
-            text += &format!(
-                "  tool stiffness     {} N/mm (principal, of the tool tip, at home{without})\n",
-                shown.join(", ")
-            );
+            line("tool stiffness", format!("{shown} N/mm (principal, of the tool tip, at home{without})"))
         }
-        None => text += "  tool stiffness     none: the platform is free or unstable at home\n",
-    }
+        None => line("tool stiffness", none),
+    };
     match (&findings.stiffness, &findings.compliance) {
         (Some(stiffness), _) => {
-            text += "  K_C at home        N/mm, N; N, N·mm/rad\n";
+            text += &line("K_C at home", "N/mm, N; N, N·mm/rad");
             text += &matrix_text(stiffness, 1e-6);
         }
         (None, Some(compliance)) => {
@@ -234,14 +228,12 @@ fn stiffness_text(machine: &Machine, findings: &Findings) -> String {
                 [chain] => format!(" by chain {chain}"),
                 chains => format!(" by chains {}", chains.join(", ")),
             };
-            text += &format!("  K_C at home        none: rigid in {} of 6 directions{cause}\n", wrenches.len());
-            for wrench in wrenches {
-                text += &format!("    no motion by     {} at P\n", wrench_text(wrench));
-            }
-            text += "  compliance at home mm/N, mm/(N·mm); rad/N, rad/(N·mm) at P\n";
+            text += &line("K_C at home", format!("none: rigid in {} of 6 directions{cause}", wrenches.len()));
+            text.extend(wrenches.iter().map(|wrench| format!("    no motion by     {} at P\n", wrench_text(wrench))));
+            text += &line("compliance at home", "mm/N, mm/(N·mm); rad/N, rad/(N·mm) at P");
             text += &matrix_text(compliance, 1e-12 * compliance.amax());
         }
-        (None, None) => text += "  K_C at home        none: the platform is free or unstable at home\n",
+        (None, None) => text += &line("K_C at home", none),
     }
     text
 }

@@ -155,8 +155,7 @@ pub(super) fn compliance(
     let mut shares: Vec<(String, f64)> = Vec::new();
     let mut stiffness = None;
     for axis in 0..3 {
-        let mut force = Vector3::zeros();
-        force[axis] = FORCE_N;
+        let force = Vector3::ith(axis, FORCE_N);
         let load = Wrench { force, moment: lever.cross(&force) };
         let (outcome, mut energies) = taken_up(machine, at, &load, workspace)?;
         let mut of_tip = outcome.compliance.map(|compliance| tool_compliance(&compliance, lever));
@@ -197,13 +196,11 @@ fn taken_up(
     equilibrium(machine, &at.drives, &Wrench::zero(), &mut rest, workspace, &TO_ROUNDING);
     let mut state = rest.clone();
     let outcome = equilibrium(machine, &at.drives, load, &mut state, workspace, &TO_ROUNDING);
-    match outcome.status {
-        Status::Solved => {
-            let energies = deformation_energies(machine, &at.drives, &rest, &state);
-            Ok((outcome, energies))
-        }
-        failed => Err(failed),
+    if outcome.status != Status::Solved {
+        return Err(outcome.status);
     }
+    let energies = deformation_energies(machine, &at.drives, &rest, &state);
+    Ok((outcome, energies))
 }
 
 /// The mass by which it is first told how drives' forces grow, kg.
@@ -298,8 +295,7 @@ pub type Span = [f64; 2];
 /// nothing ends it.
 pub(super) fn spans(machine: &Machine) -> [Option<Span>; 3] {
     let along = |axis: usize| {
-        let mut direction = Vector3::zeros();
-        direction[axis] = 1.0;
+        let direction = Vector3::ith(axis, 1.0);
         machine.controls_translation(axis).then(|| [-farthest(machine, -direction), farthest(machine, direction)])
     };
     [along(0), along(1), along(2)]

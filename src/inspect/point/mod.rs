@@ -12,7 +12,7 @@ use crate::{
     process::MillingForce,
     simulation::{Failure, Machines, Source, sources::TO_ROUNDING},
     spatial::{Pose, Wrench},
-    statics::{Outcome, Solution, State, Workspace, equilibrium, unloaded_stiffness},
+    statics::{Solution, State, Workspace, equilibrium, unloaded_stiffness},
 };
 
 /// The load at a point.
@@ -22,6 +22,16 @@ pub enum PointLoad {
     Milling(MillingForce, f64),
     /// A wrench at P in O axes.
     Wrench(Wrench),
+}
+
+impl PointLoad {
+    /// The wrench at P of a tool whose frame T is `tool`, seen from P in O axes.
+    pub fn wrench(&self, tool: &Pose) -> Wrench {
+        match *self {
+            PointLoad::Milling(force, phi) => force.wrench(phi, tool),
+            PointLoad::Wrench(wrench) => wrench,
+        }
+    }
 }
 
 /// What the nominal machine is commanded to.
@@ -120,6 +130,20 @@ pub struct PointAnswer {
     pub compensated: Result<Commanded, Failure>,
 }
 
+impl PointAnswer {
+    /// What compensation adds to the drive positions, mm or rad.
+    pub fn change(&self) -> Option<Vec<f64>> {
+        let compensated = self.compensated.as_ref().ok()?;
+        Some(compensated.drives.iter().zip(&self.nominal.drives).map(|(after, before)| after - before).collect())
+    }
+
+    /// What was wanted at the commanded pose.
+    pub fn demand(&self) -> Demand {
+        let (pose, target) = (self.nominal.pose, self.question.target);
+        Demand { pose, load: self.wrench, target, wanted: None, external: None }
+    }
+}
+
 /// Solves one location.
 ///
 /// # Errors
@@ -134,17 +158,11 @@ pub fn solve(question: &PointQuestion) -> Result<PointAnswer, Unreachable> {
     };
     let real = &machines.real;
     let tool = machine.tool_at(&nominal.pose.rotation);
-    let wrench = match question.load {
-        PointLoad::Milling(force, phi) => force.wrench(phi, &tool),
-        PointLoad::Wrench(wrench) => wrench,
-    };
+    let wrench = question.load.wrench(&tool);
     let mut workspace = Workspace::new(real);
     let mut state = State::rigid(machine, &nominal);
     let outcome = equilibrium(real, &nominal.drives, &wrench, &mut state, &mut workspace, &TO_ROUNDING);
-    let describe = |drives: &[f64], state: &State, outcome: &Outcome, workspace: &mut Workspace| {
-        Solution::new(real, drives, state, outcome, workspace)
-    };
-    let loaded = describe(&nominal.drives, &state, &outcome, &mut workspace);
+    let loaded = Solution::new(real, &nominal.drives, &state, &outcome, &mut workspace);
     let demand = Demand { pose: nominal.pose, load: wrench, target: question.target, wanted: None, external: None };
     let failed = |status: CompensationStatus| Failure { status: status.label().into(), reason: status.reason(machine) };
     let mut asked = machines.session(Source::All);
@@ -156,7 +174,7 @@ pub fn solve(question: &PointQuestion) -> Result<PointAnswer, Unreachable> {
         let done = compensate(&mut session, &demand, Method::Direct);
         match &done.outcome {
             Some(outcome) if done.status.is_success() => {
-                let solution = describe(&done.drives, session.state(), outcome, &mut workspace);
+                let solution = Solution::new(real, &done.drives, session.state(), outcome, &mut workspace);
                 Ok(Commanded { drives: done.drives, solution })
             }
             _ => Err(failed(done.status)),

@@ -1,5 +1,7 @@
 //! One location, for reading and for programs.
 
+use std::fmt::Display;
+
 use nalgebra::{Matrix6, Vector3};
 use serde_json::{Map, Value, json};
 
@@ -15,6 +17,7 @@ use crate::{
         point::{PointAnswer, PointLoad, PointQuestion},
     },
     machine::{Drive, Machine, Motion, Unreachable},
+    process::MillingForce,
     simulation::{Failure, status_of},
     spatial::rotation_log,
     statics::Status,
@@ -26,11 +29,6 @@ fn rows(matrix: &Matrix6<f64>) -> Vec<Vec<f64>> {
 
 fn array(vector: Vector3<f64>) -> [f64; 3] {
     vector.into()
-}
-
-fn change(answer: &PointAnswer) -> Option<Vec<f64>> {
-    let compensated = answer.compensated.as_ref().ok()?;
-    Some(compensated.drives.iter().zip(&answer.nominal.drives).map(|(after, before)| after - before).collect())
 }
 
 fn tool_displacement(answer: &PointAnswer) -> Option<Vector3<f64>> {
@@ -173,7 +171,7 @@ fn object(question: &PointQuestion, chain_errors_deg: &[f64], answer: Result<&Po
     }
     object.append(&mut positions(machine, "rho_nominal", known.map(|a| a.nominal.drives.as_slice())));
     object.append(&mut positions(machine, "rho_compensated", done.map(|c| c.drives.as_slice())));
-    object.append(&mut positions(machine, "delta_rho", known.and_then(change).as_deref()));
+    object.append(&mut positions(machine, "delta_rho", known.and_then(PointAnswer::change).as_deref()));
     object.append(&mut forces(machine, "", settled.map(|a| a.loaded.drive_forces())));
     object.append(&mut forces(machine, "compensated_", done.map(|c| c.solution.drive_forces())));
     object.into()
@@ -191,102 +189,76 @@ fn triple(v: Vector3<f64>, decimals: usize) -> String {
     format!("({x}, {y}, {z})")
 }
 
+/// A line of the summary: what it is, and its value.
+fn line(what: &str, told: impl Display) -> String {
+    format!("  {what:<25} {told}\n")
+}
+
 /// What was asked, and all that was found.
 fn details(answer: &PointAnswer) -> String {
     let (machine, loaded) = (&answer.question.machine, &answer.loaded);
     let wrench = answer.wrench;
     let mut text = format!("{}\n", machine.title);
     let commanded = answer.question.place.position().unwrap_or(answer.nominal.pose.translation);
-    text += &format!("  commanded position of P   {} mm\n", triple(commanded, 3));
-    if let Some(outside) = machine.outside_workspace(commanded) {
-        text += &format!("  outside the workspace     {outside}\n");
+    text += &line("commanded position of P", format!("{} mm", triple(commanded, 3)));
+    text.extend(machine.outside_workspace(commanded).map(|outside| line("outside the workspace", outside)));
+    let carried = if machine.carrier.is_some() { "workpiece" } else { "drives" };
+    for (what, sentences) in [
+        ("zero", cautions::zeroed(machine)),
+        (carried, cautions::carried(machine)),
+        ("large error", cautions::large_errors(machine, &answer.question.errors)),
+    ] {
+        text.extend(sentences.lines().map(|sentence| line(what, sentence)));
     }
-    for sentence in cautions::zeroed(machine).lines() {
-        text += &format!("  zero                      {sentence}\n");
-    }
-    for sentence in cautions::carried(machine).lines() {
-        let what = if machine.carrier.is_some() { "workpiece" } else { "drives" };
-        text += &format!("  {what:<25} {sentence}\n");
-    }
-    for sentence in cautions::large_errors(machine, &answer.question.errors).lines() {
-        text += &format!("  large error               {sentence}\n");
-    }
-    text += &format!(
-        "  tool axis                 {} in base axes, from the spindle to the tip{}\n",
-        triple(answer.tool.rotation.column(2).into(), 3),
-        tool_axis_words(machine.tool_axis_source)
-    );
-    text += &format!("  singularity               {}\n", conditioning_words(answer.conditioning));
+    let tool_axis = triple(answer.tool.rotation.column(2).into(), 3);
+    let assumed = tool_axis_words(machine.tool_axis_source);
+    text += &line("tool axis", format!("{tool_axis} in base axes, from the spindle to the tip{assumed}"));
+    text += &line("singularity", conditioning_words(answer.conditioning));
     if let Some((branch, clearance)) = &answer.branch {
-        text += &format!("  branch                    {branch}: {}\n", clearance_words(clearance));
+        text += &line("branch", format!("{branch}: {}", clearance_words(clearance)));
     }
     if let PointLoad::Milling(force, phi) = answer.question.load {
-        text += &format!("  tool angle                {:.1}°\n", phi.to_degrees());
-        text += &format!(
-            "  milling force             radial {} N along φ, tangential {} N along φ + 90°, axial {} N {}\n",
-            force.radial,
-            force.tangential,
-            force.axial,
-            if force.axial < 0.0 { "(into the spindle)" } else { "(out of the spindle)" }
+        let MillingForce { radial, tangential, axial, law } = force;
+        let way = if axial < 0.0 { "(into the spindle)" } else { "(out of the spindle)" };
+        let along = triple(force_on_tool(answer), 1);
+        text += &line("tool angle", format!("{:.1}°", phi.to_degrees()));
+        text += &line(
+            "milling force",
+            format!("radial {radial} N along φ, tangential {tangential} N along φ + 90°, axial {axial} N {way}"),
         );
-        text += &format!(
-            "  eq. (17) {:<16} {} N along x, y, z of the tool\n",
-            force.law.label(),
-            triple(force_on_tool(answer), 1)
-        );
+        text += &line(&format!("eq. (17) {}", law.label()), format!("{along} N along x, y, z of the tool"));
     }
-    text += &format!(
-        "  load at P                 force {} N, moment {} N·mm\n",
-        triple(wrench.force, 1),
-        triple(wrench.moment, 0)
-    );
-    text +=
-        &format!("  equilibrium               {}, {}", loaded.status.label(), counted(loaded.iterations, "iteration"));
-    if loaded.residual.is_finite() {
-        text += &format!(", residual {:.1e}", loaded.residual);
-    }
-    text.push('\n');
+    let (force, moment) = (triple(wrench.force, 1), triple(wrench.moment, 0));
+    text += &line("load at P", format!("force {force} N, moment {moment} N·mm"));
+    let residual = loaded.residual.is_finite().then(|| format!(", residual {:.1e}", loaded.residual));
+    let (status, iterations) = (loaded.status.label(), counted(loaded.iterations, "iteration"));
+    text += &line("equilibrium", format!("{status}, {iterations}{}", residual.unwrap_or_default()));
     if loaded.status != Status::Solved {
-        text += &format!("  reason                    {}\n", loaded.status.reason(machine));
+        text += &line("reason", loaded.status.reason(machine));
     }
     if !loaded.status.is_equilibrium() {
         return text;
     }
-    match (&answer.zero, tool_displacement(answer)) {
-        (_, Some(moved)) => {
-            text += &format!("  tool displacement         {:.4} mm = {} mm\n", moved.norm(), triple(moved, 4));
-        }
-        (zero, _) => {
-            let reason = zero.as_ref().err().map_or("", |failure| &failure.reason);
-            text += &format!("  tool displacement         unknown: {reason}\n");
-        }
-    }
-    match &answer.by_weight {
-        Some(Ok(sunk)) => {
-            text += &format!("  by weight, of rigid model {:.4} mm = {} mm\n", sunk.norm(), triple(*sunk, 4));
-        }
-        Some(Err(failure)) => text += &format!("  by weight                 unknown: {}\n", failure.reason),
-        None => {}
-    }
+    let moved_by = |moved: Vector3<f64>| format!("{:.4} mm = {} mm", moved.norm(), triple(moved, 4));
+    let moved = answer.zero.as_ref().map(|zero| moved_by(machine.tool_displacement(zero, &loaded.pose)));
+    text += &line("tool displacement", moved.unwrap_or_else(|failure| format!("unknown: {}", failure.reason)));
+    text += &match &answer.by_weight {
+        Some(Ok(sunk)) => line("by weight, of rigid model", moved_by(*sunk)),
+        Some(Err(failure)) => line("by weight", format!("unknown: {}", failure.reason)),
+        None => String::new(),
+    };
     if let Some(play) = loaded.tool_play {
-        text +=
-            &format!("  play at the tool          ±{} mm by backlash and friction of the drives\n", triple(play, 4));
+        text += &line("play at the tool", format!("±{} mm by backlash and friction of the drives", triple(play, 4)));
     }
     if let Ok(zero) = &answer.zero {
-        let turn = rotation_log(&(loaded.pose.rotation * zero.rotation.transpose()));
+        let turn = triple(rotation_log(&(loaded.pose.rotation * zero.rotation.transpose())) * 1e3, 3);
         let what = if machine.tool_compliance.is_some() { "P, as the tool has it" } else { "platform displacement" };
-        text += &format!(
-            "  {what:<25} {} mm, rotation {} mrad\n",
-            triple(loaded.pose.translation - zero.translation, 4),
-            triple(turn * 1e3, 3)
-        );
+        let moved = triple(loaded.pose.translation - zero.translation, 4);
+        text += &line(what, format!("{moved} mm, rotation {turn} mrad"));
     }
-    if let Some([least, middle, most]) = answer.tool_stiffness {
-        let [least, middle, most] = [least, middle, most].map(|stiffness| match stiffness.is_finite() {
-            true => format!("{stiffness:.1}"),
-            false => "rigid".into(),
-        });
-        text += &format!("  tool stiffness            {least}, {middle}, {most} N/mm (principal, of the tool tip)\n");
+    if let Some(principal) = answer.tool_stiffness {
+        let shown = principal.map(|k| if k.is_finite() { format!("{k:.1}") } else { "rigid".into() });
+        text += &line("tool stiffness", format!("{} N/mm (principal, of the tool tip)", shown.join(", ")));
     }
     text
 }
@@ -298,7 +270,7 @@ fn answer_text(answer: &PointAnswer) -> String {
         return format!("How far the tool moves is unknown: {}.\n", answer.loaded.status.reason(machine));
     };
     let mut text = format!("The tool moves by {}", millimetres(moved.norm(), 4));
-    let Some(change) = change(answer) else { return text + "; there is no correction.\n" };
+    let Some(change) = answer.change() else { return text + "; there is no correction.\n" };
     let shown = shown_positions(machine, &change);
     let drives = machine.drive_labels().into_iter().zip(machine.drives()).zip(&shown);
     let words: Vec<String> = drives
@@ -329,7 +301,7 @@ fn drive_table(answer: &PointAnswer) -> String {
     let nominal = shown_positions(machine, &answer.nominal.drives);
     let after = answer.compensated.as_ref().ok();
     let compensated = after.map(|after| shown_positions(machine, &after.drives));
-    let change = change(answer).map(|change| shown_positions(machine, &change));
+    let change = answer.change().map(|change| shown_positions(machine, &change));
     let forces = answer.loaded.drive_forces();
     let forces_after = after.map(|after| after.solution.drive_forces());
     for (d, (label, (chain, drive))) in machine.drive_labels().into_iter().zip(machine.drives()).enumerate() {

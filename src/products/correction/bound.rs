@@ -15,7 +15,10 @@ use nalgebra::Vector3;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::{CorrectionQuestion, Corrector, loaded::Loaded};
+use super::{
+    CorrectionQuestion, Corrector,
+    loaded::{Loaded, at_each},
+};
 use crate::{
     input::error::{Error, Result},
     simulation::Machines,
@@ -65,7 +68,7 @@ pub fn worst(
         found.extend(search.errors(&spread, work)?);
         cases.extend(spread);
     }
-    let looked_at = cases.len();
+    let mut looked_at = cases.len();
     let mut ranked: Vec<usize> = (0..looked_at).collect();
     ranked.sort_by(|&a, &b| found[b].total_cmp(&found[a]).then(a.cmp(&b)));
     let starts = if ends_here { Vec::new() } else { search.apart(&cases, &ranked) };
@@ -76,14 +79,14 @@ pub fn worst(
             climb(&search, loaded, cases[start], found[start])
         },
     );
-    let mut looked_at = looked_at;
     for (case, error, count) in ends.collect::<Result<Vec<_>>>()? {
         looked_at += count;
         cases.push(case);
         found.push(error);
     }
     let largest = (0..cases.len()).max_by(|&a, &b| found[a].total_cmp(&found[b]).then(b.cmp(&a))).unwrap_or(0);
-    Ok(Worst { looked_at, ..of(cases[largest], found[largest]) })
+    let (position, force) = cases[largest];
+    Ok(Worst { error_mm: found[largest], position_mm: position.into(), force_N: force.into(), looked_at })
 }
 
 /// The worst at the nodes of `nodes` alone, under forces of several sizes and in many directions.
@@ -95,39 +98,25 @@ pub(super) fn worst_at_nodes(
     work: &Work,
 ) -> Result<f64> {
     let search = Search { question, machines, corrector, cells: nodes };
-    let forces: Vec<Vector3<f64>> = force_directions(question.largest_force_N);
-    let cases: Vec<Case> =
-        (0..nodes.len()).flat_map(|node| forces.iter().map(move |force| (nodes.position(node), *force))).collect();
+    let cases = at_positions(nodes, &force_directions(question.largest_force_N));
     Ok(search.errors(&cases, work)?.into_iter().fold(0.0, f64::max))
 }
 
-fn of((position, force): Case, error_mm: f64) -> Worst {
-    Worst { error_mm, position_mm: position.into(), force_N: force.into(), looked_at: 0 }
-}
-
 /// A way to correct, and the cells that are looked into.
-pub(super) struct Search<'a> {
-    pub question: &'a CorrectionQuestion,
+struct Search<'a> {
+    question: &'a CorrectionQuestion,
     machines: &'a Machines,
     corrector: &'a Corrector<'a>,
-    pub cells: &'a Grid,
+    cells: &'a Grid,
 }
 
 impl Search<'_> {
     fn errors(&self, cases: &[Case], work: &Work) -> Result<Vec<f64>> {
-        let error = |loaded: &mut Loaded<'_>, case: &Case| {
-            work.check()?;
-            let error = self.error(loaded, case);
-            work.tell(Event::Computed(1));
-            error
-        };
-        let all: Vec<Result<f64>> =
-            cases.par_iter().map_init(|| Loaded::new(self.question, self.machines), error).collect();
-        all.into_iter().collect()
+        at_each(self.question, self.machines, cases.len(), work, |loaded, index| self.error(loaded, &cases[index]))
     }
 
     /// How far the tool is off there, mm.
-    pub fn error(&self, loaded: &mut Loaded<'_>, (position, force): &Case) -> Result<f64> {
+    fn error(&self, loaded: &mut Loaded<'_>, (position, force): &Case) -> Result<f64> {
         let at = loaded.stand(*position)?;
         loaded.left_mm(&at, *force, &self.corrector.correction(&at, *position, *force))
     }
@@ -159,13 +148,8 @@ const FIRST: [f64; 2] = [0.2, 0.3];
 const SPREAD_LEFT: f64 = 1e-4;
 
 /// Nelder–Mead from `start`: the worst case it finds, and how many it looked at.
-pub(super) fn climb(
-    search: &Search<'_>,
-    loaded: &mut Loaded<'_>,
-    start: Case,
-    error: f64,
-) -> Result<(Case, f64, usize)> {
-    let count = variables(search).len() + force_variables(search);
+fn climb(search: &Search<'_>, loaded: &mut Loaded<'_>, start: Case, error: f64) -> Result<(Case, f64, usize)> {
+    let count = search.question.axes().count() + force_variables(search);
     if count == 0 || error == 0.0 {
         return Ok((start, error, 0));
     }
@@ -192,11 +176,6 @@ pub(super) fn climb(
     }
 }
 
-/// Axes along which a position may move.
-fn variables(search: &Search<'_>) -> Vec<usize> {
-    search.question.axes().collect()
-}
-
 fn force_variables(search: &Search<'_>) -> usize {
     if search.question.largest_force_N > 0.0 { 3 } else { 0 }
 }
@@ -204,14 +183,14 @@ fn force_variables(search: &Search<'_>) -> usize {
 /// Shares of the box and of the largest force.
 fn parameters(search: &Search<'_>, (position, force): Case) -> Vec<f64> {
     let [min, max] = search.question.corners;
-    let mut all: Vec<f64> = variables(search).into_iter().map(|i| (position[i] - min[i]) / (max[i] - min[i])).collect();
+    let mut all: Vec<f64> = search.question.axes().map(|i| (position[i] - min[i]) / (max[i] - min[i])).collect();
     all.extend((force / search.question.largest_force_N).iter().take(force_variables(search)));
     all
 }
 
 fn first_step(search: &Search<'_>, index: usize, from: f64) -> f64 {
-    match variables(search).get(index) {
-        Some(&axis) => {
+    match search.question.axes().nth(index) {
+        Some(axis) => {
             let step = FIRST[0] / (search.cells.axes[axis].len() - 1).max(1) as f64;
             if from + step <= 1.0 { step } else { -step }
         }
@@ -223,12 +202,11 @@ fn first_step(search: &Search<'_>, index: usize, from: f64) -> f64 {
 /// What parameters stand for; outside the box and beyond the largest force the nearest case inside.
 fn case(search: &Search<'_>, parameters: &[f64], fixed: Vector3<f64>) -> Case {
     let [min, max] = search.question.corners;
-    let axes = variables(search);
-    let mut position = fixed;
-    for (&axis, share) in axes.iter().zip(parameters) {
+    let (axes, mut position) = (search.question.axes().count(), fixed);
+    for (axis, share) in search.question.axes().zip(parameters) {
         position[axis] = min[axis] + (max[axis] - min[axis]) * share.clamp(0.0, 1.0);
     }
-    let shares = parameters.get(axes.len()..).filter(|shares| shares.len() == 3);
+    let shares = parameters.get(axes..).filter(|shares| shares.len() == 3);
     let force = shares.map_or_else(Vector3::zeros, |shares| Vector3::new(shares[0], shares[1], shares[2]));
     (position, force * (search.question.largest_force_N / force.norm().max(1.0)))
 }
@@ -272,21 +250,22 @@ impl CostFunction for &Climb<'_, '_> {
 }
 
 /// A position of P (O, mm) and a force on the tool tip (O axes, N).
-pub(super) type Case = (Vector3<f64>, Vector3<f64>);
+type Case = (Vector3<f64>, Vector3<f64>);
 
 /// Corners and middles of cells, faces and edges, under no force and the largest one along each axis.
-pub(super) fn lattice(question: &CorrectionQuestion, cells: &Grid) -> Vec<Case> {
+fn lattice(question: &CorrectionQuestion, cells: &Grid) -> Vec<Case> {
     let [min, max] = question.corners;
     let grid = Grid::new(min, max, cells.counts().map(|count| 2 * count - 1));
-    let forces = axis_forces(question.largest_force_N);
-    (0..grid.len())
-        .flat_map(|index| forces.iter().map(move |force| (index, *force)))
-        .map(|(index, force)| (grid.position(index), force))
-        .collect()
+    at_positions(&grid, &axis_forces(question.largest_force_N))
+}
+
+/// Each of the `forces` at each point of a grid.
+fn at_positions(grid: &Grid, forces: &[Vector3<f64>]) -> Vec<Case> {
+    (0..grid.len()).flat_map(|index| forces.iter().map(move |force| (grid.position(index), *force))).collect()
 }
 
 /// The largest force along, and between, the axes, and about half of it.
-pub(super) fn force_directions(largest: f64) -> Vec<Vector3<f64>> {
+fn force_directions(largest: f64) -> Vec<Vector3<f64>> {
     if largest == 0.0 {
         return vec![Vector3::zeros()];
     }
@@ -296,7 +275,7 @@ pub(super) fn force_directions(largest: f64) -> Vec<Vector3<f64>> {
 }
 
 /// A point of the Halton sequence: position, direction and size of the force.
-pub(super) fn spread(question: &CorrectionQuestion, index: usize) -> Case {
+fn spread(question: &CorrectionQuestion, index: usize) -> Case {
     let [min, max] = question.corners;
     let at = |base| radical_inverse(index, base);
     let position = min + (max - min).component_mul(&Vector3::new(at(2), at(3), at(5)));

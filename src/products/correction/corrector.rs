@@ -3,12 +3,11 @@
 use nalgebra::Vector3;
 use serde::Serialize;
 
-use super::{CorrectionQuestion, CorrectionTable, loaded::Loaded};
+use super::{CorrectionQuestion, CorrectionTable, loaded::Loaded, table::between};
 use crate::{
     input::error::Result,
     machine::{Configuration, Coordinate, Machine, Motion},
     simulation::Machines,
-    spatial::Grid,
 };
 
 /// A way to correct.
@@ -61,14 +60,9 @@ pub struct JointTable {
 impl JointTable {
     /// Δρ at a nominal position, mm: linear between entries, that of the nearest entry beyond them.
     pub fn correction(&self, position_mm: f64) -> f64 {
-        let (positions, corrections) = (&self.positions_mm, &self.corrections_mm);
-        let last = positions.len() - 1;
-        if last == 0 {
-            return corrections[0];
-        }
-        let low = positions.partition_point(|own| *own <= position_mm).clamp(1, last) - 1;
-        let share = ((position_mm - positions[low]) / (positions[low + 1] - positions[low])).clamp(0.0, 1.0);
-        corrections[low] + share * (corrections[low + 1] - corrections[low])
+        let (sides, share) = between(&self.positions_mm, position_mm);
+        let [low, high] = sides.map(|entry| self.corrections_mm[entry]);
+        low + share * (high - low)
     }
 }
 
@@ -121,12 +115,7 @@ pub(super) fn tables(
     let labels = question.machine.drive_labels();
     let mut tables = Vec::new();
     for (drive, (axis, label)) in axes.into_iter().zip(labels).enumerate() {
-        let [min, max] = question.corners;
-        let counts = [0, 1, 2].map(|other| match min[other] < max[other] {
-            true => SAMPLES[usize::from(other != axis)],
-            false => 1,
-        });
-        let samples = Grid::new(min, max, counts);
+        let samples = question.grid(|other| SAMPLES[usize::from(other != axis)]);
         let found = (0..samples.len()).map(|index| {
             let position = samples.position(index);
             let nominal = loaded.stand(position)?.drives[drive];

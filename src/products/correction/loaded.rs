@@ -88,6 +88,27 @@ impl<'a> Loaded<'a> {
     }
 }
 
+/// What `each` finds at so many `places`, in their order, on the current rayon pool.
+///
+/// # Errors
+/// Of `each`, the first in the order of the places whichever thread was first, and of `work`.
+pub(super) fn at_each<T: Send>(
+    question: &CorrectionQuestion,
+    machines: &Machines,
+    places: usize,
+    work: &Work,
+    each: impl Fn(&mut Loaded<'_>, usize) -> Result<T> + Sync,
+) -> Result<Vec<T>> {
+    let found = |loaded: &mut Loaded<'_>, place: usize| {
+        work.check()?;
+        let found = each(loaded, place)?;
+        work.tell(Event::Computed(1));
+        Ok(found)
+    };
+    let all: Vec<Result<T>> = (0..places).into_par_iter().map_init(|| Loaded::new(question, machines), found).collect();
+    all.into_iter().collect()
+}
+
 /// A position without which there is no table.
 fn hole(position: Vector3<f64>, force: Option<Vector3<f64>>, reason: &str) -> Error {
     // What is nothing has no sign.
@@ -137,8 +158,7 @@ pub fn residuals(
 ) -> Result<Vec<ResidualPoint>> {
     let machines = Machines::new(&question.machine, &question.errors)?;
     work.tell(Event::Stage(Stage { of: "points of the map", items: grid.len() }));
-    let point = |loaded: &mut Loaded<'_>, index: usize| {
-        work.check()?;
+    at_each(question, &machines, grid.len(), work, |loaded, index| {
         let position = grid.position(index);
         let at = loaded.stand(position)?;
         let by = |loaded: &mut Loaded<'_>, corrector: Corrector<'_>| {
@@ -152,12 +172,8 @@ pub fn residuals(
         if let Ok((tables, _)) = &answer.per_joint {
             left_mm.push(by(loaded, Corrector::PerJoint(tables))?);
         }
-        work.tell(Event::Computed(1));
         Ok(ResidualPoint { position_mm: position.into(), left_mm })
-    };
-    let all: Vec<Result<ResidualPoint>> =
-        (0..grid.len()).into_par_iter().map_init(|| Loaded::new(question, &machines), point).collect();
-    all.into_iter().collect()
+    })
 }
 
 /// The worst over the forces with the drives corrected as `correction` says of each.

@@ -28,6 +28,7 @@ use crate::{
     process::{ForceLaw, MillingForce, Process, cutting::CuttingLaw},
     questions::Overrides,
     simulation::Machines,
+    spatial::Grid,
     work::Work,
 };
 
@@ -95,11 +96,10 @@ impl CorrectionQuestion {
         counts: Option<[usize; 3]>,
     ) -> Result<Self> {
         let machine = process.machine.clone();
-        let place = |key: &str| Overrides::place(key);
         let largest_force_N = match largest_force_N {
             Some(given) if given >= 0.0 && given.is_finite() => given,
-            Some(given) => return place("force-N").fail(format!("must be at least 0, got {given}")),
-            None => largest_force_of(process).or_else(|problem| place("force-N").fail(problem))?,
+            Some(given) => return Overrides::place("force-N").fail(format!("must be at least 0, got {given}")),
+            None => largest_force_of(process).or_else(|problem| Overrides::place("force-N").fail(problem))?,
         };
         let question = Self {
             errors: process.errors.clone(),
@@ -107,12 +107,18 @@ impl CorrectionQuestion {
             orientation: process.placement.platform_orientation(&machine.home.pose.rotation),
             corners: table::corners(&machine, corners)?,
             largest_force_N,
-            tolerance_mm: place("tolerance").positive(tolerance_mm)?,
+            tolerance_mm: Overrides::place("tolerance").positive(tolerance_mm)?,
             counts: None,
             machine,
         };
         let counts = counts.map(|counts| table::checked(&question, counts)).transpose()?;
         Ok(Self { counts, ..question })
+    }
+
+    /// A grid over the box with so many `points` along each axis along which it has a length.
+    fn grid(&self, points: impl Fn(usize) -> usize) -> Grid {
+        let [min, max] = self.corners;
+        Grid::new(min, max, [0, 1, 2].map(|axis| if min[axis] < max[axis] { points(axis) } else { 1 }))
     }
 
     /// Axes of O along which the table has more than one node.
@@ -138,13 +144,8 @@ pub fn answer(question: &CorrectionQuestion, work: &Work) -> Result<CorrectionAn
         }
         Err(reason) => Err(reason),
     };
-    Ok(CorrectionAnswer {
-        table: found.table,
-        with_table: found.worst,
-        at_nodes_mm: found.at_nodes_mm,
-        without,
-        per_joint,
-    })
+    let smallest::Found { table, worst: with_table, at_nodes_mm } = found;
+    Ok(CorrectionAnswer { table, with_table, at_nodes_mm, without, per_joint })
 }
 
 /// The largest force that a process has on the tool tip, N, whatever its path.
@@ -153,13 +154,9 @@ pub fn answer(question: &CorrectionQuestion, work: &Work) -> Result<CorrectionAn
 /// Its force is known only along a path.
 #[allow(non_snake_case, reason = "the unit is N, not n")]
 fn largest_force_of(process: &Process) -> std::result::Result<f64, String> {
-    let of_tools = process.own_forces.of_tools.values();
-    let all = of_tools.chain(process.own_forces.of_features.iter().map(|(_, law)| law));
-    let mut largest = largest(&process.cutting)?;
-    for law in all {
-        largest = largest.max(self::largest(law)?);
-    }
-    Ok(largest)
+    let (own, first) = (&process.own_forces, std::iter::once(&process.cutting));
+    let mut all = first.chain(own.of_tools.values()).chain(own.of_features.iter().map(|(_, law)| law));
+    all.try_fold(0.0, |most: f64, law| Ok(most.max(largest(law)?)))
 }
 
 fn largest(law: &CuttingLaw) -> std::result::Result<f64, String> {

@@ -11,7 +11,6 @@ use crate::{
     machine::Motion,
     questions::Overrides,
     simulation::{Machines, ROUNDING_MM},
-    spatial::Grid,
     work::{Event, Stage, Work},
 };
 
@@ -177,15 +176,11 @@ pub(super) struct Probe {
 /// # Errors
 /// A node without correction. Of `work`.
 pub(super) fn probe(question: &CorrectionQuestion, machines: &Machines, work: &Work) -> Result<Probe> {
-    let mut counts = [1; 3];
-    question.axes().for_each(|axis| counts[axis] = NODES);
+    let counts = question.grid(|_| NODES).counts();
     work.tell(Event::Stage(Stage { of: "nodes", items: counts.iter().product() }));
     let most = if question.largest_force_N > 0.0 { ForceTerms::Quadratic } else { ForceTerms::Constant };
     let table = CorrectionTable::new(question, machines, counts, most, work)?;
-    let mut ends = [1; 3];
-    question.axes().for_each(|axis| ends[axis] = 3);
-    let [min, max] = question.corners;
-    let nodes = Grid::new(min, max, ends);
+    let nodes = question.grid(|_| 3);
     let left = |table: &CorrectionTable| worst_at_nodes(question, machines, &Corrector::Table(table), &nodes, work);
     let linear = table.without_quadratic_terms();
     let linear_left = left(&linear)?;

@@ -1,17 +1,19 @@
 //! The table: coefficients at the nodes of a grid, linear along each axis between them.
 
 use nalgebra::Vector3;
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::{CorrectionQuestion, loaded::Loaded};
+use super::{
+    CorrectionQuestion,
+    loaded::{Loaded, at_each},
+};
 use crate::{
     input::error::Result,
     machine::{Configuration, Machine},
     questions::Overrides,
     simulation::Machines,
     spatial::Grid,
-    work::{Event, Work},
+    work::Work,
 };
 
 /// Most nodes of a table.
@@ -44,18 +46,11 @@ impl CorrectionTable {
     ) -> Result<Self> {
         let [min, max] = question.corners;
         let grid = Grid::new(min, max, counts);
-        let node = |loaded: &mut Loaded<'_>, index: usize| {
-            work.check()?;
+        let nodes = at_each(question, machines, grid.len(), work, |loaded, index| {
             let at = loaded.stand(grid.position(index))?;
-            let coefficients = terms.at(loaded, &at, question.largest_force_N)?;
-            work.tell(Event::Computed(1));
-            Ok(coefficients)
-        };
-        let nodes: Vec<Result<Vec<f64>>> =
-            (0..grid.len()).into_par_iter().map_init(|| Loaded::new(question, machines), node).collect();
-        // The first in the order of the nodes, whichever thread was first.
-        let values = nodes.into_iter().collect::<Result<Vec<_>>>()?.concat();
-        Ok(Self { grid, terms, drives: question.machine.drive_count(), values })
+            terms.at(loaded, &at, question.largest_force_N)
+        })?;
+        Ok(Self { grid, terms, drives: question.machine.drive_count(), values: nodes.concat() })
     }
 
     /// The same table with at most linear terms.
@@ -70,7 +65,10 @@ impl CorrectionTable {
 
     /// Coefficients at `position` (P in O, mm; outside the box those at its nearest point), drive after drive.
     pub fn at(&self, position: Vector3<f64>) -> Vec<f64> {
-        let sides = [0, 1, 2].map(|axis| side(&self.grid.axes[axis], position[axis]));
+        let sides = [0, 1, 2].map(|axis| {
+            let ([low, high], share) = between(&self.grid.axes[axis], position[axis]);
+            [(low, 1.0 - share), (high, share)]
+        });
         let width = self.drives * self.terms.count();
         let mut sum = vec![0.0; width];
         for corner in 0..8 {
@@ -95,15 +93,14 @@ impl CorrectionTable {
     }
 }
 
-/// The nodes on both sides of `value`, with their weights.
-fn side(nodes: &[f64], value: f64) -> [(usize, f64); 2] {
+/// The nodes on both sides of `value`, and the weight of the second; beyond the ends that of the last one is whole.
+pub(super) fn between(nodes: &[f64], value: f64) -> ([usize; 2], f64) {
     let last = nodes.len() - 1;
     if last == 0 {
-        return [(0, 1.0), (0, 0.0)];
+        return ([0, 0], 0.0);
     }
     let low = nodes.partition_point(|node| *node <= value).clamp(1, last) - 1;
-    let share = ((value - nodes[low]) / (nodes[low + 1] - nodes[low])).clamp(0.0, 1.0);
-    [(low, 1.0 - share), (low + 1, share)]
+    ([low, low + 1], ((value - nodes[low]) / (nodes[low + 1] - nodes[low])).clamp(0.0, 1.0))
 }
 
 /// The box of a table: `given`, or the machine's workspace; where the drives do not control a coordinate, the machine stands.
@@ -205,9 +202,7 @@ impl ForceTerms {
     pub(super) fn at(self, loaded: &mut Loaded<'_>, at: &Configuration, largest: f64) -> Result<Vec<f64>> {
         let zero = loaded.exact(at, Vector3::zeros())?;
         let mut coefficients = vec![0.0; zero.len() * self.count()];
-        let mut pair = |force: Vector3<f64>| {
-            Ok::<_, crate::input::error::Error>([loaded.exact(at, force)?, loaded.exact(at, -force)?])
-        };
+        let mut pair = |force: Vector3<f64>| -> Result<_> { Ok([loaded.exact(at, force)?, loaded.exact(at, -force)?]) };
         let (mut odd, mut even) = (Vec::new(), Vec::new());
         for axis in 0..if self == ForceTerms::Constant { 0 } else { 3 } {
             let [plus, minus] = pair(Vector3::ith(axis, largest))?;

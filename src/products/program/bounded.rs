@@ -102,16 +102,11 @@ impl ProgramJob {
         take: impl FnMut(&Part<'_>, &[PathAnswer]) -> Result<()>,
     ) -> Result<BoundedPass> {
         let path = correct(&self.machine, &self.real, &self.all_demands()?, &self.process.limits)?;
-        let drives: Vec<Vec<f64>> = path.points.iter().map(|point| self.drives(point)).collect();
+        // Of a point left out those of home, which its own failure then labels.
+        let home = &self.machine.home.drives;
+        let of = |point: &BoundedPoint| point.corrected().map_or(home, |corrected| &corrected.drives).clone();
+        let drives: Vec<Vec<f64>> = path.points.iter().map(of).collect();
         let pass = self.pass("bounded", &ProgramCommands::Drives(&drives), done, take)?;
         Ok(BoundedPass { pass, path })
-    }
-
-    /// Drives of a corrected point; of a point left out those of home, which its own failure then labels.
-    fn drives(&self, point: &BoundedPoint) -> Vec<f64> {
-        match point.corrected() {
-            Some(corrected) => corrected.drives.clone(),
-            None => self.machine.home.drives.clone(),
-        }
     }
 }

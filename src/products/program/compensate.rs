@@ -59,8 +59,7 @@ pub struct InMemory;
 impl Receiver for InMemory {
     /// The bytes are all there is: nothing stands beside them that they could call.
     fn may_call(&self, file: &CalledFile) -> Result<()> {
-        let problem = "no files are written beside a program that is kept in memory".into();
-        Err(Error::Argument { argument: file.name.clone(), problem })
+        Err(Error::argument(&file.name, "no files are written beside a program that is kept in memory"))
     }
 
     fn take(&mut self, _: &ProvedPart<'_>, _: Option<&BoundedPath>) -> Result<()> {
@@ -169,13 +168,13 @@ impl ProgramJob {
         drop(corrected);
         let mut exceedances = bounded.as_ref().map(|bounded| Exceedances::new(self, bounded));
         let name = format!("{}, as written", own.name);
-        let proof = self.prove((name, &written), asked, &done, |proved| {
+        let mut passes = self.prove((name, &written), asked, &done, |proved| {
             work.check()?;
             exceedances.iter_mut().for_each(|exceedances| exceedances.add(proved.part.first, proved.written));
             to.take(proved, bounded.as_ref())
         })?;
         let exceeded = exceedances.map(Exceedances::worst);
-        let passes = [proof.none].into_iter().chain(proof.others).chain([own, proof.as_written]).collect();
+        passes.insert(passes.len() - 1, own);
         Ok(Compensated::Proved(Box::new(Proved { passes, written, bounded, exceeded, left_alone })))
     }
 }

@@ -206,9 +206,7 @@ impl ProgramFiles {
         (description, figures): (Description, &[(String, Figure)]),
     ) -> Result<PathBuf> {
         let manifest = json!({ "program": env!("CARGO_PKG_NAME"), "version": env!("CARGO_PKG_VERSION") });
-        for key in ["program", "version"] {
-            report[key] = manifest[key].clone();
-        }
+        (report["program"], report["version"]) = (manifest["program"].clone(), manifest["version"].clone());
         let called = called.iter().filter(|file| !self.is_there(file));
         files.extend(called.map(|file| OutputFile::new(&file.name, file.bytes.as_slice())));
         files.push(OutputFile::new(self.named(""), program));
@@ -235,8 +233,11 @@ impl ProgramFiles {
     }
 
     /// The changes by which files of these `names` in the folder `made`, the program and the page the last, and their report take their places.
-    fn replace(&self, made: &Path, names: &[String], report: &Value) -> Result<Transaction> {
-        let entry = |name: &str, bytes: IoResult<String>| match bytes {
+    ///
+    /// # Errors
+    /// A file cannot be read, or written.
+    pub fn replace(&self, made: &Path, names: &[String], report: &Value) -> Result<Transaction> {
+        let entry = |name: &str, hash: IoResult<String>| match hash {
             Ok(hash) => Ok(json!({ "name": name, "sha256": hash })),
             Err(source) => Err(Error::Write { file: self.out.clone(), source }),
         };
@@ -284,51 +285,6 @@ fn hash(mut bytes: impl Read) -> IoResult<String> {
         match bytes.read(&mut part)? {
             0 => return Ok(hasher.finalize().iter().map(|byte| format!("{byte:02x}")).collect()),
             length => hasher.update(&part[..length]),
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn files(of: &str) -> Vec<OutputFile> {
-        let file = |name: &str| OutputFile::new(name, format!("{name} of {of}"));
-        vec![file("part.nc.points.csv"), file("sub.nc"), file("part.nc"), file("part.nc.html")]
-    }
-
-    fn write(files: Vec<OutputFile>, out: &Path, steps: usize) -> usize {
-        let prepared = ProgramFiles::prepare(out, Foreign::KeptUnlessForced).unwrap();
-        let made = staging_beside(out).unwrap();
-        let names: Vec<String> = files.iter().map(|file| file.name.clone()).collect();
-        write_all(made.path(), files).unwrap();
-        let changes = prepared.replace(made.path(), &names, &json!({ "program": env!("CARGO_PKG_NAME") })).unwrap();
-        let count = changes.steps.len();
-        changes.steps.into_iter().take(steps).for_each(|step| step.take().unwrap());
-        count
-    }
-
-    #[test]
-    fn what_is_cut_short_leaves_no_program_beside_files_of_another() {
-        let folder = tempfile::tempdir().unwrap();
-        let out = folder.path().join("part.nc");
-        let count = write(files("one"), &out, usize::MAX);
-        let text = |name: &str| std::fs::read_to_string(folder.path().join(name)).unwrap_or_default();
-        let sets = |names: &[&str]| -> Vec<bool> { names.iter().map(|name| text(name).ends_with("two")).collect() };
-        for steps in 0..=count {
-            write(files("one"), &out, usize::MAX);
-            write(files("two"), &out, steps);
-            let of_two = sets(&["part.nc.points.csv", "sub.nc", "part.nc", "part.nc.html"]);
-            let report: Value = serde_json::from_str(&text("part.nc.report.json")).unwrap();
-            let is_whole = of_two.iter().all(|is| *is) || !of_two.iter().any(|is| *is) && !text("part.nc").is_empty();
-            let is_said = text("part.nc.html").contains("was stopped");
-            assert!(is_whole || is_said, "{steps}: {of_two:?}");
-            assert!(text("part.nc").is_empty() || of_two[0] == of_two[2] && of_two[1] == of_two[2], "{steps}");
-            assert_eq!(report["unfinished"] == true, (1..count).contains(&steps), "{steps}");
-            // The next command knows all of them, and nothing else remains.
-            write(files("one"), &out, usize::MAX);
-            assert_eq!(sets(&["part.nc.points.csv", "sub.nc", "part.nc", "part.nc.html"]), [false; 4]);
-            assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 5);
         }
     }
 }

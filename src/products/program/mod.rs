@@ -21,7 +21,7 @@ use self::part::LedPart;
 pub use compensate::{Asked, Compensated, InMemory, Proved, Receiver, Refused, Way};
 pub use corrected::{Corrected, Written, WrittenCalls};
 pub use part::Part;
-pub use prove::{Proof, ProvedPart};
+pub use prove::{LawBehind, ProvedPart};
 #[cfg(not(target_family = "wasm"))]
 pub use turned::{TurnedProgram, turned};
 
@@ -112,28 +112,20 @@ impl ProgramJob {
                 }
                 _ => "moves nowhere: a program with at least one motion is expected",
             };
-            return Err(Error::Argument { argument: name.into(), problem: problem.into() });
+            return Err(Error::argument(name, problem));
         }
         check_says_turns(&process, &path, name)?;
         let path = process.with_cuts(path, name)?;
         let process = Process { machine: held_along(&process.machine, &path, name)?, ..process };
         let machine = process.machine.clone();
-        let faulty = |fault: LoadError| load_fault(name, &fault);
+        let faulty = |fault: LoadError| Error::argument(name, fault.to_string());
         process.check_loads(&path).map_err(faulty)?;
-        let kept = match machine.turns_with_position {
-            true => Some(
-                (0..path.len())
-                    .map(part::demanding(&process, &path))
-                    .collect::<std::result::Result<_, _>>()
-                    .map_err(faulty)?,
-            ),
-            false => None,
-        };
+        let all = || (0..path.len()).map(part::demanding(&process, &path)).collect::<std::result::Result<_, _>>();
+        let kept = machine.turns_with_position.then(all).transpose().map_err(faulty)?;
         let real = Machines::new(&machine, &process.errors)?.real;
         let cuts_nowhere = !path.points().iter().any(|point| point.cutting);
         let begins_twice = path.begins_twice();
-        let name = name.to_string();
-        let led = part::led(&path);
+        let (name, led) = (name.to_string(), part::led(&path));
         Ok(Self { real, machine, process, file: program, path, name, kept, led, cuts_nowhere, begins_twice })
     }
 
@@ -221,10 +213,6 @@ impl ProgramJob {
     }
 }
 
-fn load_fault(name: &str, fault: &LoadError) -> Error {
-    Error::Argument { argument: name.into(), problem: fault.to_string() }
-}
-
 /// Whether the orientation of the platform is put right.
 fn turns_tool(process: &Process) -> bool {
     let controls = &process.machine.controls;
@@ -239,5 +227,5 @@ fn check_says_turns(process: &Process, path: &Toolpath, name: &str) -> Result<()
     let problem = "full_pose cannot be written: the program does not say how the tool stands at each point; expected one that does (a \
                    polyline with columns for it, a program of a robot, APT with the tool's axis, G-code with [[gcode.rotary]]), or \
                    tool_tip as compensate.target";
-    Err(Error::Argument { argument: name.into(), problem: problem.into() })
+    Err(Error::argument(name, problem))
 }

@@ -2,7 +2,7 @@
 
 use std::{borrow::Cow, ops::Range, sync::OnceLock};
 
-use super::{ProgramJob, corners::Corners, load_fault};
+use super::{ProgramJob, corners::Corners};
 use crate::{
     compensation::Demand,
     input::error::{Error, Result},
@@ -43,7 +43,7 @@ impl Part<'_> {
     }
 
     /// The same points, something else wanted of them.
-    pub(super) fn asked(&self, other: impl Fn(&Demand) -> Demand) -> Self {
+    pub fn asked(&self, other: impl Fn(&Demand) -> Demand) -> Self {
         Self { demands: self.demands.iter().map(other).collect(), ..self.clone() }
     }
 }
@@ -110,7 +110,7 @@ impl ProgramJob {
                 None => range
                     .map(&mut demand)
                     .collect::<std::result::Result<_, _>>()
-                    .map_err(|fault| load_fault(&self.name, &fault))?,
+                    .map_err(|fault| Error::argument(&self.name, fault.to_string()))?,
             };
             Ok(Part { first, points, demands })
         })
@@ -127,7 +127,7 @@ impl ProgramJob {
                 "bounded corrects the whole path at once: {points} points, expected at most {MOST_AT_ONCE}; a coarser \
                  [sampling] or a part of the program has fewer"
             );
-            return Err(Error::Argument { argument: "--method".into(), problem });
+            return Err(Error::argument("--method", problem));
         }
         let mut demands = Vec::with_capacity(points);
         for part in self.parts() {
@@ -135,9 +135,7 @@ impl ProgramJob {
         }
         Ok(demands)
     }
-}
 
-impl ProgramJob {
     /// The first points at which the tool cuts and to which the rigid machine cannot be led: index and reason. Their number is at most
     /// `most`, and nothing is looked at far beyond them. `done` is called with the number of points looked at, after each part.
     ///

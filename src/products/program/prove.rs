@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::{Asked, Part, Pass, ProgramCommands, ProgramJob, Written, load_fault};
+use super::{Asked, Part, Pass, ProgramCommands, ProgramJob, Written};
 use crate::{
     compensation::Method,
     input::error::{Error, Result},
@@ -15,17 +15,6 @@ use crate::{
     spatial::Wrench,
     toolpath::Load,
 };
-
-/// Passes over a program.
-#[derive(Debug, Clone)]
-pub struct Proof {
-    /// Without compensation.
-    pub none: Pass,
-    /// By the other methods, in their order.
-    pub others: Vec<Pass>,
-    /// As written.
-    pub as_written: Pass,
-}
 
 /// Points of a program that follow one another, and what the tool does there.
 #[derive(Debug)]
@@ -40,8 +29,8 @@ pub struct ProvedPart<'a> {
 }
 
 impl ProgramJob {
-    /// What the program does as `written` under `name`, without compensation, and by the other methods `asked` for. All of this is computed
-    /// part by part, as the machine is led along a part but once; `take` gets them in order. `done` is called after each point of each pass.
+    /// What the program does without compensation, by the other methods `asked` for, in their order, and as `written` under `name`. All of this
+    /// is computed part by part, as the machine is led along a part but once; `take` gets them in order. `done` is called after each point of each pass.
     ///
     /// # Errors
     /// Of `take`, a machine that does not rest under its weight, or a cutting force that its law does not give.
@@ -51,11 +40,10 @@ impl ProgramJob {
         asked: &Asked,
         done: &(dyn Fn() + Sync),
         mut take: impl FnMut(&ProvedPart<'_>) -> Result<()>,
-    ) -> Result<Proof> {
+    ) -> Result<Vec<Pass>> {
         let machines = Machines::new(&self.machine, &self.process.errors)?;
-        let others = &asked.compared;
-        let (mut none, mut other_sums, mut as_written) =
-            (PathSums::default(), vec![PathSums::default(); others.len()], PathSums::default());
+        let methods: Vec<Method> = [Method::None].into_iter().chain(asked.compared.iter().copied()).collect();
+        let (mut sums, mut as_written) = (vec![PathSums::default(); methods.len()], PathSums::default());
         let (mut written_led, mut law, mut led_before) = (self.led(), LawBehind::new(self), None);
         for part in self.parts() {
             let part = part?;
@@ -70,11 +58,11 @@ impl ProgramJob {
                 let case = alone.case([machines.commanding(source), machines.answering(source), machines.resting()]);
                 let answers = run_where_led(&case, &Commands::Method(Method::None), &led, done);
                 if source == Source::All {
-                    self.sum_up(&mut none, part.first, &answers);
+                    self.sum_up(&mut sums[0], part.first, &answers);
                 }
                 answers.iter().map(PathAnswer::settled_error).collect()
             });
-            for (method, sums) in others.iter().zip(&mut other_sums) {
+            for (method, sums) in methods.iter().zip(&mut sums).skip(1) {
                 let answers = run_where_led(&case, &Commands::Method(*method), &led, done);
                 self.sum_up(sums, part.first, &answers);
             }
@@ -84,18 +72,15 @@ impl ProgramJob {
             self.sum_up(&mut as_written, part.first, &answers);
             take(&ProvedPart { part: &part, before: &before, written: &answers })?;
         }
-        let pass = |name: String, sums: &PathSums| Pass { name, summary: sums.summary() };
-        Ok(Proof {
-            none: pass(Method::None.label(), &none),
-            others: others.iter().zip(&other_sums).map(|(method, sums)| pass(method.label(), sums)).collect(),
-            as_written: pass(name, &as_written),
-        })
+        sums.push(as_written);
+        let names = methods.iter().map(|method| method.label()).chain([name]);
+        Ok(names.zip(&sums).map(|(name, sums)| Pass { name, summary: sums.summary() }).collect())
     }
 }
 
 /// What the law of the cutting force gives at the ends of moves behind a point. Commands and proof take the force from the same demands, so
 /// the proof holds it against the law itself.
-struct LawBehind<'a> {
+pub struct LawBehind<'a> {
     job: &'a ProgramJob,
     led: Led<'a>,
     /// The move of the point before, the length of the path up to it, and the six components there, N and N·mm.
@@ -107,15 +92,20 @@ struct LawBehind<'a> {
 const ROUNDING: f64 = 1e-9;
 
 impl<'a> LawBehind<'a> {
-    fn new(job: &'a ProgramJob) -> Self {
+    /// Of `job`, none of whose points are seen.
+    pub fn new(job: &'a ProgramJob) -> Self {
         Self { job, led: job.led(), before: None, ends: Vec::new() }
     }
 
     /// Checks that on each axis of W the load at the points of the next `part` is between those of the law there and at the ends of moves
     /// less than the length of corners behind.
-    fn holds(&mut self, part: &Part<'_>) -> Result<()> {
+    ///
+    /// # Errors
+    /// It is not.
+    pub fn holds(&mut self, part: &Part<'_>) -> Result<()> {
         for (point, demand) in part.points.iter().zip(part.demands()) {
-            let law = self.job.process.load(point).map_err(|fault| load_fault(&self.job.name, &fault))?;
+            let law =
+                self.job.process.load(point).map_err(|fault| Error::argument(&self.job.name, fault.to_string()))?;
             let there = self.led.placed(demand.external).turned(&demand.pose.rotation);
             let (segment, at) = (point.source.segment, point.arc_length_mm);
             let own = components(&law.on_tool(point.tangent, there.tool_axes()));
@@ -139,7 +129,7 @@ impl<'a> LawBehind<'a> {
                      N·mm, axes of the workpiece). This is a fault of kinetostat, not of its input",
                     segment + 1
                 );
-                return Err(Error::Argument { argument: self.job.name.clone(), problem });
+                return Err(Error::argument(&self.job.name, problem));
             }
             self.before = (point.cutting && !matches!(law, PathLoad::Workpiece(_))).then_some((segment, at, own));
         }
@@ -150,39 +140,4 @@ impl<'a> LawBehind<'a> {
 /// Force and moment about the tip.
 fn components(load: &Load) -> [f64; 6] {
     Wrench { force: load.force_N, moment: load.moment_Nmm }.to_array()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::{
-        compensation::Demand, input::Folder, machine::Machine, process::file::Process, simulation::ProgramFile,
-    };
-
-    #[test]
-    fn a_force_that_the_law_does_not_give_is_no_proof() {
-        let machine = Machine::named("orthoglide").unwrap();
-        let process = "schema = 1\n[force.path_frame]\nradial_force_N = 200.0\ntangential_force_N = -80.0\naxial_force_N = -100.0\n";
-        let process = Process::from_toml(process, "process", Folder::in_memory([]), &machine).unwrap();
-        let program = b"G21 G90 G17\nG0 X0 Y0 Z0\nG1 X10 F100\nG2 X10 Y0.6 I0 J0.3\nG1 X20\nG0 Z5\n";
-        let folder = Folder::in_memory([("part.nc".into(), program.to_vec())]);
-        let file = ProgramFile::in_folder(&folder, "part.nc", &process).unwrap();
-        let job = ProgramJob::new(process, file, "part.nc").unwrap();
-        let part = job.parts().next().unwrap().unwrap();
-        let proof_of = |part: &Part<'_>| LawBehind::new(&job).holds(part);
-        proof_of(&part).unwrap();
-        let first = part.demands()[1].load;
-        let wrong: [&dyn Fn(&Demand) -> Wrench; 4] = [
-            &|demand| demand.load.scale(1.000_001),
-            &|demand| Wrench { force: -demand.load.force, ..demand.load },
-            &|demand| Wrench { moment: demand.load.moment.add_scalar(0.01), ..demand.load },
-            // That of the first move all along.
-            &|_| first,
-        ];
-        for load in wrong {
-            let refused =
-                proof_of(&part.asked(|demand| Demand { load: load(demand), ..*demand })).unwrap_err().to_string();
-            assert!(refused.contains("is not between those of its law"), "{refused}");
-        }
-    }
 }

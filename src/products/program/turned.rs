@@ -1,6 +1,5 @@
 //! A program whose free turn about the tool's axis is sought before it is compensated.
 
-use super::load_fault;
 use crate::{
     input::error::{Error, Result},
     process::file::Process,
@@ -34,7 +33,7 @@ const ROUNDING: f64 = 1e-6;
 /// A format that cannot say how the platform stands, a machine that cannot turn its tool freely, no turn that goes all along, and those
 /// of `work`.
 pub fn turned(process: &Process, program: &ProgramFile, name: &str, work: &Work) -> Result<TurnedProgram> {
-    let fault = |problem: String| Error::Argument { argument: name.into(), problem };
+    let fault = |problem: String| Error::argument(name, problem);
     if matches!(program, ProgramFile::Gcode(_)) {
         let problem = "its turns about the tool's axis cannot be written: expected a polyline (.csv) or a program of a robot, which can \
                        say how the platform stands, or --redundancy as_programmed";
@@ -42,7 +41,7 @@ pub fn turned(process: &Process, program: &ProgramFile, name: &str, work: &Work)
     }
     let path = process.with_cuts(program.toolpath(process.sampling)?, name)?;
     let machine = held_along(&process.machine, &path, name)?;
-    let loads = process.loads(&path).map_err(|source| load_fault(name, &source))?;
+    let loads = process.loads(&path).map_err(|source| fault(source.to_string()))?;
     let asked = TurnAsked {
         machine: &machine,
         errors: &process.errors,

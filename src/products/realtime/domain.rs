@@ -36,17 +36,16 @@ impl Domain {
     /// # Errors
     /// A box without extent, or a range that is negative.
     pub fn new([low, high]: [Vector3<f64>; 2], force: f64, moment: f64) -> Result<Self> {
-        let fault = |argument: &str, problem: String| Err(Error::Argument { argument: argument.into(), problem });
         for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
             if low[axis] >= high[axis] {
                 let problem =
                     format!("{name} from {} to {} mm is no range: expected the smaller first", low[axis], high[axis]);
-                return fault("--box", problem);
+                return Err(Error::argument("--box", problem));
             }
         }
         for (argument, value) in [("--force-N", force), ("--moment-Nmm", moment)] {
             if !(0.0..f64::INFINITY).contains(&value) {
-                return fault(argument, format!("must be 0 or more, got {value}"));
+                return Err(Error::argument(argument, format!("must be 0 or more, got {value}")));
             }
         }
         let wrench = [force, force, force, moment, moment, moment];
@@ -112,6 +111,5 @@ pub(super) fn check(machine: &Machine) -> Result<()> {
     } else {
         return Ok(());
     };
-    let problem = format!("{}: {problem}", machine.name);
-    Err(Error::Argument { argument: "--machine".into(), problem })
+    Err(Error::argument("--machine", format!("{}: {problem}", machine.name)))
 }

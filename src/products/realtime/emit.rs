@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::{function::Function, function::Start};
+use super::function::{Function, Start};
 use crate::{
     lanes::{Operation, Program},
     statics::one_step::Given,

@@ -85,13 +85,15 @@ impl Exact {
     }
 
     fn does_not_stand(&self, (position, wrench): &Asked, status: &CompensationStatus) -> Error {
+        // Without the digits of rounding.
+        let shown = |value: f64| (value * 1e3).round() / 1e3 + 0.0;
+        let ([x, y, z], [a, b, c, d, e, f]) = (position.map(shown), wrench.map(shown));
+        let reason = status.reason(&self.machines.nominal);
         let problem = format!(
-            "the machine does not stand with its tool tip at {} under {}: {}; expected a box and a range of forces in which it does",
-            position_words(position),
-            wrench_words(wrench),
-            status.reason(&self.machines.nominal)
+            "the machine does not stand with its tool tip at ({x}, {y}, {z}) mm under ({a}, {b}, {c}) N and ({d}, {e}, {f}) N·mm: {reason}; \
+             expected a box and a range of forces in which it does"
         );
-        Error::Argument { argument: "--box".into(), problem }
+        Error::argument("--box", problem)
     }
 
     /// Where the tool tip stands with these drives under the wrench, mm, sought from `near`, numbers of a state; `None` where there is no
@@ -111,20 +113,4 @@ impl Exact {
         let (_, state) = one_step::state_of(self.real(), numbers);
         state.pose.transform(self.real().tool_tip)
     }
-}
-
-/// A position in words.
-pub(super) fn position_words(position: &[f64; 3]) -> String {
-    let [x, y, z] = position.map(shown);
-    format!("({x}, {y}, {z}) mm")
-}
-
-fn wrench_words(wrench: &[f64; 6]) -> String {
-    let [a, b, c, d, e, f] = wrench.map(shown);
-    format!("({a}, {b}, {c}) N and ({d}, {e}, {f}) N·mm")
-}
-
-/// Without the digits of rounding.
-fn shown(value: f64) -> f64 {
-    (value * 1e3).round() / 1e3 + 0.0
 }

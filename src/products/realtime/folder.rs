@@ -2,7 +2,7 @@
 
 use std::{fmt::Write, path::Path};
 
-use super::{Realtime, domain::Domain, emit};
+use super::{Made, Realtime, domain::Domain, emit};
 use crate::{
     files::{Foreign, OutputFile, Transaction, clean, may_replace, prepare},
     input::error::Result,
@@ -43,14 +43,14 @@ pub fn files(realtime: &Realtime) -> Vec<OutputFile> {
     let filled = |template: &str| {
         words.iter().fold(template.to_string(), |text, (name, value)| text.replace(&format!("{{{name}}}"), value))
     };
-    let numbers = realtime.whereabouts.step.outputs.len();
-    let module = |own| format!("// {MARK}\n//! A start and a Newton step.\n\n{}", emit::module(own));
+    let numbers = realtime.whereabouts.function.step.outputs.len();
+    let module = |own: &Made| format!("// {MARK}\n//! A start and a Newton step.\n\n{}", emit::module(&own.function));
     let size = format!("\n/// How many numbers a state has.\npub const NUMBERS: usize = {numbers};\n");
     vec![
         OutputFile::new("README.md", filled(include_str!("template/README.md"))),
         OutputFile::new("src/lib.rs", filled(include_str!("template/lib.rs.txt"))),
         OutputFile::new("src/correct.rs", module(&realtime.correct)),
-        OutputFile::new("src/nominal.rs", module(&realtime.nominal.function)),
+        OutputFile::new("src/nominal.rs", module(&realtime.nominal)),
         OutputFile::new("src/whereabouts.rs", module(&realtime.whereabouts) + &size),
         OutputFile::new("include/kinetostat_correction.h", filled(include_str!("template/kinetostat_correction.h"))),
         OutputFile::new("example/main.c", filled(include_str!("template/main.c"))),
@@ -65,7 +65,6 @@ fn words(realtime: &Realtime) -> Vec<(&'static str, String)> {
     let machine = &realtime.question.machines.nominal;
     let Domain { low, high, wrench } = realtime.question.domain;
     let number = |value: f64| format!("{value:?}");
-    let [drive_step, platform_step] = realtime.largest_last_step;
     let [drives_low, drives_high] = realtime.drives;
     let revolute = machine.drives().map(|(_, drive)| if drive.motion == Motion::Prismatic { "0" } else { "1" });
     let revolute: Vec<&str> = revolute.collect();
@@ -73,10 +72,13 @@ fn words(realtime: &Realtime) -> Vec<(&'static str, String)> {
         format!("{label} ({})", if drive.motion == Motion::Prismatic { "mm" } else { "rad" })
     });
     let boxed = (0..3).map(|i| format!("{} {:?} to {:?}", ["x", "y", "z"][i], low[i], high[i]));
-    let root = |own: &super::Function| own.step.operations.iter().any(|o| matches!(o, Operation::Root(_)));
-    let has_root = [&realtime.correct, &realtime.whereabouts, &realtime.nominal.function].into_iter().any(root);
-    let stated = |errors: &super::Errors| format!("{:.1e}", errors.stated_mm());
-    let operations = realtime.operations().map(|(start, step)| format!("{start} and {step}"));
+    let root = |own: &Made| own.function.step.operations.iter().any(|o| matches!(o, Operation::Root(_)));
+    let has_root = realtime.functions().into_iter().any(|(_, own)| root(own));
+    let stated = |own: &Made| format!("{:.1e}", own.errors.stated_mm());
+    let operations = realtime.functions().map(|(name, own)| {
+        let (start, step) = own.operations();
+        format!("`{name}` {start} and {step}")
+    });
     vec![
         ("MARK", MARK.into()),
         ("MACHINE", in_comment(&machine.name)),
@@ -90,14 +92,14 @@ fn words(realtime: &Realtime) -> Vec<(&'static str, String)> {
         ("WRENCH", format!("{wrench:?}")),
         ("DRIVES_MIN", format!("{drives_low:?}")),
         ("DRIVES_MAX", format!("{drives_high:?}")),
-        ("DRIVE_STEP", format!("{drive_step:?}")),
+        ("DRIVE_STEP", format!("{:?}", realtime.correct.largest_last_step)),
         ("NOMINAL_STEP", format!("{:?}", realtime.nominal.largest_last_step)),
-        ("PLATFORM_STEP", format!("{platform_step:?}")),
-        ("ON_FACE", number(10.0 * realtime.where_errors.stated_mm().max(1e-9 * machine.reach))),
+        ("PLATFORM_STEP", format!("{:?}", realtime.whereabouts.largest_last_step)),
+        ("ON_FACE", number(10.0 * realtime.whereabouts.errors.stated_mm().max(1e-9 * machine.reach))),
         ("TIP", format!("{:?}", <[f64; 3]>::from(machine.tool_tip))),
-        ("CORRECT_ERROR", stated(&realtime.correct_errors)),
-        ("WHERE_ERROR", stated(&realtime.where_errors)),
-        ("NOMINAL_ERROR", stated(realtime.nominal_errors())),
+        ("CORRECT_ERROR", stated(&realtime.correct)),
+        ("WHERE_ERROR", stated(&realtime.whereabouts)),
+        ("NOMINAL_ERROR", stated(&realtime.nominal)),
         ("REVOLUTE", revolute.join(", ")),
         ("X_MIN", number(low[0])),
         ("X_MAX", number(high[0])),
@@ -108,13 +110,7 @@ fn words(realtime: &Realtime) -> Vec<(&'static str, String)> {
         ("FORCE", number(wrench[0])),
         ("MOMENT", number(wrench[3])),
         ("DRIVE_NAMES", names.collect::<Vec<_>>().join(", ")),
-        (
-            "OPERATIONS",
-            format!(
-                "`kinetostat_correct` {}; `kinetostat_where` {}; `kinetostat_nominal` {}",
-                operations[0], operations[1], operations[2]
-            ),
-        ),
+        ("OPERATIONS", operations.join("; ")),
         ("PLACES", realtime.question.places.to_string()),
         ("EXAMPLES", super::EXAMPLES.to_string()),
         ("STEP_MARGIN", format!("{}", super::STEP_MARGIN)),
@@ -146,13 +142,13 @@ fn included(realtime: &Realtime) -> String {
 }
 
 fn steps_table(realtime: &Realtime) -> String {
-    let head = "| steps | `kinetostat_correct` | `kinetostat_where` | `kinetostat_nominal` |\n|---|---|---|---|\n";
-    let mut table = head.to_string();
-    let errors = realtime.correct_errors.found_mm.iter().zip(&realtime.where_errors.found_mm);
-    for (steps, ((correct, whereabouts), nominal)) in errors.zip(&realtime.nominal_errors().found_mm).enumerate() {
-        _ = writeln!(table, "| {steps} | {correct:.1e} | {whereabouts:.1e} | {nominal:.1e} |");
+    let names = realtime.functions().map(|(name, _)| format!(" `{name}` |")).concat();
+    let mut table = format!("| steps |{names}\n|---|---|---|---|");
+    for steps in 0..=realtime.question.steps {
+        let found = realtime.functions().map(|(_, own)| format!(" {:.1e} |", own.errors.found_mm[steps]));
+        _ = write!(table, "\n| {steps} |{}", found.concat());
     }
-    table.trim_end().into()
+    table
 }
 
 /// Places with the program's own answers, for the example in C.

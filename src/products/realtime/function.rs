@@ -12,6 +12,9 @@ use crate::{
     statics::one_step::{self, Given},
 };
 
+/// Of machines for which there is such code.
+const DRIVES: usize = 3;
+
 /// Drives for a position of the tool tip, or the position for drives.
 #[derive(Debug, Clone)]
 pub(crate) struct Function {
@@ -21,39 +24,16 @@ pub(crate) struct Function {
     pub start: Start,
     /// One step, of the numbers of a state and what is given.
     pub step: Program,
-    /// Number of drives.
-    pub drives: usize,
-}
-
-/// States after a number of steps.
-pub(crate) struct Path {
-    /// At the start, and after each step.
-    pub states: Vec<Vec<f64>>,
-}
-
-impl Path {
-    /// After the last step.
-    pub fn last(&self) -> &[f64] {
-        self.states.last().map_or(&[], Vec::as_slice)
-    }
 }
 
 impl Function {
-    /// One that starts with polynomials of these degrees, fitted to `solved`; `postures` show the ways that a step takes.
-    pub fn new(
-        exact: &Exact,
-        given: Given,
-        range: &Range,
-        degrees: Degrees,
-        solved: &[Solved],
-        step: Program,
-    ) -> Option<Self> {
-        let drives = exact.real().drive_count();
+    /// One that starts with polynomials of these degrees over `range`, fitted to `solved`, and goes on with `step`.
+    pub fn new(given: Given, range: &Domain, degrees: Degrees, solved: &[Solved], step: Program) -> Option<Self> {
         let inputs: Vec<Vec<f64>> = solved.iter().map(|solved| inputs(given, solved)).collect();
-        let known = if given == Given::Drives { drives } else { 0 };
+        let known = if given == Given::Drives { DRIVES } else { 0 };
         let states: Vec<Vec<f64>> = solved.iter().map(|solved| solved.numbers[known..].to_vec()).collect();
         let start = Start::fitted(range, degrees, &inputs, &states)?;
-        Some(Self { given, start, step, drives })
+        Some(Self { given, start, step })
     }
 
     /// A step of the machine, whose ways `solved` show.
@@ -66,18 +46,16 @@ impl Function {
             .take(MAX_LANES)
             .map(|solved| step_inputs(given, &solved.numbers, &solved.asked.0, &solved.asked.1))
             .collect();
-        one_step::step_program(exact.real(), given, &postures).ok_or_else(|| Error::Argument {
-            argument: "--machine".into(),
-            problem: format!(
-                "{}: a Newton step cannot be written without branches, as a chain cannot be condensed where the machine stands: \
-                 expected chains without idle joints",
-                exact.real().name
-            ),
+        one_step::step_program(exact.real(), given, &postures).ok_or_else(|| {
+            let problem = "a Newton step cannot be written without branches, as a chain cannot be condensed where the machine stands: \
+                           expected chains without idle joints";
+            Error::argument("--machine", format!("{}: {problem}", exact.real().name))
         })
     }
 
-    /// Where `steps` steps lead from the start at three coordinates (a position or the drives) under a wrench.
-    pub fn path(&self, at: &[f64; 3], wrench: &[f64; 6], steps: usize, values: &mut Vec<f64>) -> Path {
+    /// The states to which `steps` steps lead from the start at three coordinates (a position or the drives) under a wrench: the start, and
+    /// the state after each step.
+    pub fn path(&self, at: &[f64; 3], wrench: &[f64; 6], steps: usize, values: &mut Vec<f64>) -> Vec<Vec<f64>> {
         let inputs: Vec<f64> = at.iter().chain(wrench).copied().collect();
         let mut state = match self.given {
             Given::Tip => Vec::new(),
@@ -89,14 +67,19 @@ impl Function {
             let inputs = step_inputs(self.given, &states[step], at, wrench);
             states.push(self.step.evaluate(&inputs, values));
         }
-        Path { states }
+        states
+    }
+
+    /// The state after the last of the steps.
+    pub fn last(&self, at: &[f64; 3], wrench: &[f64; 6], steps: usize) -> Vec<f64> {
+        self.path(at, wrench, steps, &mut Vec::new()).pop().unwrap_or_default()
     }
 
     /// The numbers of a state by which its last step is judged: the drives or the place of the platform, whichever is sought.
     pub fn judged(&self, state: &[f64]) -> [f64; 3] {
         let first = match self.given {
             Given::Tip => 0,
-            Given::Drives => one_step::origin(self.drives),
+            Given::Drives => one_step::origin(DRIVES),
         };
         std::array::from_fn(|i| state[first + i])
     }
@@ -118,42 +101,32 @@ fn step_inputs(given: Given, state: &[f64], at: &[f64; 3], wrench: &[f64; 6]) ->
 }
 
 /// Between what the coordinates of a function of `given` are, with room for rounding of the drives.
-pub(super) fn range(given: Given, domain: &Domain, solved: &[Solved]) -> Range {
-    let (mut low, mut high) = (domain.low, domain.high);
-    if given == Given::Drives {
-        for i in 0..3 {
-            let all = || solved.iter().map(|solved| solved.drives[i]);
-            let (least, most) = (all().fold(f64::INFINITY, f64::min), all().fold(f64::NEG_INFINITY, f64::max));
-            let room = ROOM * (most - least);
-            (low[i], high[i]) = (least - room, most + room);
-        }
+pub(super) fn range(given: Given, domain: &Domain, solved: &[Solved]) -> Domain {
+    let mut range = *domain;
+    for i in 0..if given == Given::Drives { 3 } else { 0 } {
+        let all = || solved.iter().map(|solved| solved.drives[i]);
+        let (least, most) = (all().fold(f64::INFINITY, f64::min), all().fold(f64::NEG_INFINITY, f64::max));
+        let room = ROOM * (most - least);
+        (range.low[i], range.high[i]) = (least - room, most + room);
     }
-    Range { low, high, wrench: domain.wrench }
+    range
 }
 
 /// How far drives may be outside of those that were sampled, as a share of their range.
 const ROOM: f64 = 0.01;
 
 /// Total degrees of the products: by themselves, and times a component of the wrench; `None` without the latter.
-pub(super) type Degrees = (usize, Option<usize>);
+pub type Degrees = (usize, Option<usize>);
 
 /// Where a fixed number of Newton steps starts: all numbers of a state as polynomials of what is asked, of one domain. Each is a sum over
 /// products of Chebyshev polynomials of three coordinates (positions of the tool tip or of the drives), and over such products times a
 /// component of the wrench.
 #[derive(Debug, Clone)]
-pub(crate) struct Start {
+pub struct Start {
     /// What they are sums of: of three coordinates and the wrench.
     pub basis: Program,
     /// Of each term, its coefficient in each number.
     pub coefficients: Vec<Vec<f64>>,
-}
-
-/// What coordinates and wrenches are between.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Range {
-    pub low: [f64; 3],
-    pub high: [f64; 3],
-    pub wrench: [f64; 6],
 }
 
 /// Exponents of three coordinates with a sum of at most `degree`.
@@ -177,7 +150,7 @@ fn chebyshev<R: Real>(x: R, degree: usize) -> Vec<R> {
 }
 
 /// The terms at `inputs`: three coordinates and the wrench.
-fn terms<R: Real>(inputs: &[R], range: &Range, degrees: Degrees) -> Vec<R> {
+fn terms<R: Real>(inputs: &[R], range: &Domain, degrees: Degrees) -> Vec<R> {
     let highest = degrees.0.max(degrees.1.unwrap_or(0));
     let along: Vec<Vec<R>> = (0..3)
         .map(|i| {
@@ -196,10 +169,10 @@ fn terms<R: Real>(inputs: &[R], range: &Range, degrees: Degrees) -> Vec<R> {
 }
 
 impl Start {
-    /// The polynomials that are nearest to `states` at `inputs` (three coordinates and the wrench), by least squares; `None` where these do
-    /// not determine them.
-    pub fn fitted(range: &Range, degrees: Degrees, inputs: &[Vec<f64>], states: &[Vec<f64>]) -> Option<Self> {
-        let shown: Vec<Vec<f64>> = inputs.iter().cycle().take(crate::lanes::MAX_LANES).cloned().collect();
+    /// The polynomials over `range` (of coordinates and wrenches) that are nearest to `states` at `inputs` (three coordinates and the wrench),
+    /// by least squares; `None` where these do not determine them.
+    pub fn fitted(range: &Domain, degrees: Degrees, inputs: &[Vec<f64>], states: &[Vec<f64>]) -> Option<Self> {
+        let shown: Vec<Vec<f64>> = inputs.iter().cycle().take(MAX_LANES).cloned().collect();
         let basis = record(&shown, |inputs| Some(terms(inputs, range, degrees)))?;
         let mut values = Vec::new();
         let rows: Vec<Vec<f64>> = inputs.iter().map(|inputs| basis.evaluate(inputs, &mut values)).collect();
@@ -230,32 +203,5 @@ impl Start {
     /// How many multiplications and additions they take, besides their terms.
     pub fn operation_count(&self) -> usize {
         2 * self.coefficients.iter().map(Vec::len).sum::<usize>() + self.basis.operation_count()
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::products::realtime::domain::towards_faces;
-
-    #[test]
-    fn a_polynomial_of_the_degrees_is_met() {
-        let range = Range { low: [1.0, -2.0, 0.0], high: [3.0, 2.0, 0.5], wrench: [10.0, 10.0, 10.0, 0.0, 0.0, 0.0] };
-        let state = |x: &[f64]| vec![x[0] * x[1] * x[2] - 2.0, x[2] * x[4] + x[0] * x[0] * x[1]];
-        let inputs: Vec<Vec<f64>> = (0..100)
-            .map(|index| {
-                let place = towards_faces(index);
-                let at = |i: usize| 0.5 * (range.low[i] + range.high[i] + place[i] * (range.high[i] - range.low[i]));
-                (0..3).map(at).chain((0..6).map(|i| place[3 + i] * range.wrench[i])).collect()
-            })
-            .collect();
-        let states: Vec<Vec<f64>> = inputs.iter().map(|inputs| state(inputs)).collect();
-        let start = Start::fitted(&range, (3, Some(1)), &inputs, &states).unwrap();
-        assert_eq!(start.coefficients.len(), 20 + 3 * 4);
-        let inputs = [1.7, 0.3, 0.2, 4.0, -6.0, 1.0, 0.0, 0.0, 0.0];
-        for (found, expected) in start.at(&inputs).into_iter().zip(state(&inputs)) {
-            assert!((found - expected).abs() < 1e-12, "{found} for {expected}");
-        }
-        assert!(Start::fitted(&range, (7, None), &vec![inputs.to_vec(); 20], &vec![vec![1.0]; 20]).is_none());
     }
 }

@@ -10,6 +10,7 @@ mod search;
 
 pub use domain::Domain;
 pub use folder::{MANIFEST, files, write};
+pub use function::{Degrees, Start};
 
 use crate::{
     input::error::{Error, Result},
@@ -19,8 +20,8 @@ use crate::{
 };
 use domain::{Place, corners, spread, towards_faces};
 use exact::{Exact, Solved};
-use function::{Degrees, Function, range};
-use search::{Found, Search};
+use function::{Function, range};
+use search::Search;
 
 /// What is to be generated.
 #[derive(Debug, Clone)]
@@ -61,21 +62,40 @@ impl Errors {
 pub struct Realtime {
     /// What was asked.
     pub question: Question,
-    /// Errors of the tool tip with the drives that are found.
-    pub correct_errors: Errors,
-    /// Errors of the position that is found.
-    pub where_errors: Errors,
-    /// What the last step may be: of each drive (mm, rad), and of each coordinate of the platform, mm.
-    pub largest_last_step: [[f64; 3]; 2],
+    /// Drives for a position of the tool tip.
+    pub correct: Made,
+    /// The position for drives.
+    pub whereabouts: Made,
+    /// Drives of the rigid machine without errors: what a controller without correction commands.
+    pub nominal: Made,
     /// Places with what the program answers there.
     examples: Vec<Solved>,
     /// The drives of the rigid machine there.
     nominal_examples: Vec<Vec<f64>>,
     /// Between what drives may be, mm or rad.
     drives: [[f64; 3]; 2],
-    correct: Function,
-    whereabouts: Function,
-    nominal: Nominal,
+}
+
+/// A generated function and what is known of it.
+#[derive(Debug, Clone)]
+pub struct Made {
+    /// Errors of the tool tip with the drives that are found, or of the position.
+    pub errors: Errors,
+    /// What the last step may be: of each drive (mm, rad), or of each coordinate of the platform, mm.
+    pub largest_last_step: [f64; 3],
+    function: Function,
+}
+
+impl Made {
+    fn new(function: Function, found_mm: Vec<f64>, last_step: [f64; 3], machine: &Machine) -> Self {
+        let allowed = |step: f64| STEP_MARGIN * step + ROUNDING * machine.reach;
+        Self { errors: Errors { found_mm }, largest_last_step: last_step.map(allowed), function }
+    }
+
+    /// Operations of one call: of the start, and of each step.
+    pub fn operations(&self) -> (usize, usize) {
+        (self.function.start.operation_count(), self.function.step.operation_count())
+    }
 }
 
 /// Less than this is not stated, mm: rounding.
@@ -121,37 +141,27 @@ pub fn generate(question: Question) -> Result<Realtime> {
     let Question { domain, steps, .. } = question;
     if !(1..=MOST_STEPS).contains(&steps) {
         let problem = format!("must be from 1 to {MOST_STEPS}, got {steps}");
-        return Err(Error::Argument { argument: "--steps".into(), problem });
+        return Err(Error::argument("--steps", problem));
     }
     let exact = Exact { machines: question.machines.clone() };
-    let (postures, solved) = (exact.solved(&domain, postures())?, exact.solved(&domain, fitted())?);
-    let made = |given: Given, tried: &dyn Fn(&Function) -> f64| {
-        shortest(&question, &exact, (given, &domain, &DEGREES), (&postures, &solved), tried)
-    };
-    let correct = made(Given::Tip, &|own| {
-        let search = Search { exact: &exact, domain: &domain, correct: own, whereabouts: None, steps };
-        after_the_last(&search.briefly(TRIED).correct)
-    })?;
-    let whereabouts = made(Given::Drives, &|own| {
-        let search = Search { exact: &exact, domain: &domain, correct: &correct, whereabouts: Some(own), steps };
-        after_the_last(&search.briefly(TRIED).whereabouts)
-    })?;
-    let Found { correct: correct_mm, whereabouts: where_mm, last_step } =
-        Search { exact: &exact, domain: &domain, correct: &correct, whereabouts: Some(&whereabouts), steps }
-            .thoroughly(question.places);
-    let drives = range(Given::Drives, &domain, &solved);
-    let nominal = generate_nominal(&question)?;
+    let search = Search { exact: &exact, domain: &domain, steps };
+    let known = known(&search)?;
+    let correct = shortest(&search, Given::Tip, &DEGREES, &known, &|own| search.briefly((own, None), TRIED).correct)?;
+    let tried = |own: &Function| search.briefly((&correct, Some(own)), TRIED).whereabouts;
+    let whereabouts = shortest(&search, Given::Drives, &DEGREES, &known, &tried)?;
+    let found = search.thoroughly((&correct, Some(&whereabouts)), question.places);
+    let drives = range(Given::Drives, &domain, &known.solved);
+    let (nominal, rigid) = generate_nominal(&question)?;
     let examples = exact.solved(&domain, (0..EXAMPLES).map(|index| spread(1000 + index)))?;
+    let rigid_at = |own: &Solved| Ok(rigid.unloaded(&own.asked.0)?.drives);
+    let ([of_drives, of_platform], machine) = (found.last_step, &question.machines.nominal);
     Ok(Realtime {
-        correct_errors: Errors { found_mm: correct_mm },
-        where_errors: Errors { found_mm: where_mm },
-        largest_last_step: last_step.map(|each| each.map(|step| allowed(step, &question.machines.nominal))),
-        nominal_examples: nominal.solved(&examples)?,
+        correct: Made::new(correct, found.correct, of_drives, machine),
+        whereabouts: Made::new(whereabouts, found.whereabouts, of_platform, machine),
+        nominal,
+        nominal_examples: examples.iter().map(rigid_at).collect::<Result<_>>()?,
         examples,
         drives: [drives.low, drives.high],
-        correct,
-        whereabouts,
-        nominal,
         question,
     })
 }
@@ -167,34 +177,38 @@ fn postures() -> impl Iterator<Item = Place> {
     })
 }
 
-/// What a last step may be where the largest that was found is `step`.
-fn allowed(step: f64, machine: &Machine) -> f64 {
-    STEP_MARGIN * step + ROUNDING * machine.reach
-}
-
 /// Places whose equilibria polynomials are fitted to.
 fn fitted() -> impl Iterator<Item = Place> {
     corners().step_by(3).chain((0..FITTED).map(towards_faces))
 }
 
-fn after_the_last(errors_mm: &[f64]) -> f64 {
-    errors_mm.last().copied().unwrap_or(f64::INFINITY)
+/// Equilibria of a machine: where steps are recorded, and those that polynomials are fitted to.
+struct Known {
+    postures: Vec<Solved>,
+    solved: Vec<Solved>,
 }
 
-/// The function with polynomials of the first of `degrees` that leave little, as `tried` finds, else of those that leave least.
+fn known(search: &Search<'_>) -> Result<Known> {
+    let solved = |places: &mut dyn Iterator<Item = Place>| search.exact.solved(search.domain, places);
+    Ok(Known { postures: solved(&mut postures())?, solved: solved(&mut fitted())? })
+}
+
+/// The function with polynomials of the first of `degrees` that leave little, by the errors after each step that are `tried`, else of those
+/// that leave least.
 fn shortest(
-    question: &Question,
-    exact: &Exact,
-    (given, domain, degrees): (Given, &Domain, &[Degrees]),
-    (postures, solved): (&[Solved], &[Solved]),
-    tried: &dyn Fn(&Function) -> f64,
+    search: &Search<'_>,
+    given: Given,
+    degrees: &[Degrees],
+    known: &Known,
+    tried: &dyn Fn(&Function) -> Vec<f64>,
 ) -> Result<Function> {
-    let step = Function::step(exact, given, postures)?;
-    let range = range(given, domain, solved);
-    let of = |degrees: &Degrees| Function::new(exact, given, &range, *degrees, solved, step.clone());
+    let (exact, steps) = (search.exact, search.steps);
+    let step = Function::step(exact, given, &known.postures)?;
+    let range = range(given, search.domain, &known.solved);
+    let of = |degrees: &Degrees| Function::new(given, &range, *degrees, &known.solved, step.clone());
     let mut best: Option<(f64, Function)> = None;
     for function in degrees.iter().filter_map(of) {
-        let error = tried(&function);
+        let error = tried(&function).last().copied().unwrap_or(f64::INFINITY);
         if best.as_ref().is_none_or(|(least, _)| error < *least) {
             best = Some((error, function));
         }
@@ -202,55 +216,42 @@ fn shortest(
             break;
         }
     }
-    best.filter(|(error, _)| error.is_finite()).map(|(_, function)| function).ok_or_else(|| Error::Argument {
-        argument: "--steps".into(),
-        problem: format!(
-            "{} steps from none of the starts lead to equilibria of {} all over the box; expected more steps, a smaller box or smaller forces",
-            question.steps, question.machines.nominal.name
-        ),
+    best.filter(|(error, _)| error.is_finite()).map(|(_, function)| function).ok_or_else(|| {
+        let name = &exact.machines.nominal.name;
+        let problem = format!(
+            "{steps} steps from none of the starts lead to equilibria of {name} all over the box; expected more steps, a smaller box or smaller forces"
+        );
+        Error::argument("--steps", problem)
     })
 }
 
 impl Realtime {
     /// Drives (mm, rad) that the generated code gives for a position of the tool tip, mm, under a wrench about it (N, N·mm), both in the domain.
     pub fn correct(&self, position: &[f64; 3], wrench: &[f64; 6]) -> [f64; 3] {
-        let path = self.correct.path(position, wrench, self.question.steps, &mut Vec::new());
-        self.correct.judged(path.last())
+        let own = &self.correct.function;
+        own.judged(&own.last(position, wrench, self.question.steps))
     }
 
     /// Position of the tool tip, mm, that it gives for drives under a wrench.
     pub fn whereabouts(&self, drives: &[f64; 3], wrench: &[f64; 6]) -> [f64; 3] {
-        let path = self.whereabouts.path(drives, wrench, self.question.steps, &mut Vec::new());
         let exact = Exact { machines: self.question.machines.clone() };
-        exact.tip_of(path.last()).into()
+        exact.tip_of(&self.whereabouts.function.last(drives, wrench, self.question.steps)).into()
     }
 
     /// Drives (mm, rad) that it gives for a position of the rigid machine without errors.
     pub fn nominal(&self, position: &[f64; 3]) -> [f64; 3] {
-        let path = self.nominal.function.path(position, &[0.0; 6], self.question.steps, &mut Vec::new());
-        self.nominal.function.judged(path.last())
+        let own = &self.nominal.function;
+        own.judged(&own.last(position, &[0.0; 6], self.question.steps))
     }
 
-    /// Errors of the tool tip of the rigid machine with these.
-    pub fn nominal_errors(&self) -> &Errors {
-        &self.nominal.errors
+    /// The functions, each by the name that it has in C.
+    pub fn functions(&self) -> [(&'static str, &Made); 3] {
+        [
+            ("kinetostat_correct", &self.correct),
+            ("kinetostat_where", &self.whereabouts),
+            ("kinetostat_nominal", &self.nominal),
+        ]
     }
-
-    /// Operations of one call: of the start, and of each step, for the three functions.
-    pub fn operations(&self) -> [(usize, usize); 3] {
-        [&self.correct, &self.whereabouts, &self.nominal.function]
-            .map(|own| (own.start.operation_count(), own.step.operation_count()))
-    }
-}
-
-/// What a controller without correction commands: drives of the rigid machine without errors, as a generated function like the others.
-#[derive(Debug, Clone)]
-struct Nominal {
-    function: Function,
-    errors: Errors,
-    /// What the last step of each drive may be, mm or rad.
-    largest_last_step: [f64; 3],
-    exact: Exact,
 }
 
 /// The same of the rigid machine: there is no wrench.
@@ -267,37 +268,17 @@ fn unmoved(nominal: &Machine) -> Machine {
     machine
 }
 
-/// Generates the function where `question` asks for the others.
+/// Generates the function where `question` asks for the others; and what answers for it.
 ///
 /// # Errors
 /// As of these.
-fn generate_nominal(question: &Question) -> Result<Nominal> {
+fn generate_nominal(question: &Question) -> Result<(Made, Exact)> {
     let machine = unmoved(&question.machines.nominal);
     let exact = Exact { machines: Machines::new(&machine, &[])? };
     let domain = Domain { wrench: [0.0; 6], ..question.domain };
-    let (solved, postures) = (exact.solved(&domain, fitted())?, exact.solved(&domain, postures())?);
-    let steps = question.steps;
-    let tried = |correct: &Function| {
-        let search = Search { exact: &exact, domain: &domain, correct, whereabouts: None, steps };
-        after_the_last(&search.briefly(TRIED).correct)
-    };
-    let function = shortest(question, &exact, (Given::Tip, &domain, &NOMINAL_DEGREES), (&postures, &solved), &tried)?;
-    let found = Search { exact: &exact, domain: &domain, correct: &function, whereabouts: None, steps }
-        .thoroughly(question.places);
-    Ok(Nominal {
-        errors: Errors { found_mm: found.correct },
-        largest_last_step: found.last_step[0].map(|step| allowed(step, &machine)),
-        function,
-        exact,
-    })
-}
-
-impl Nominal {
-    /// Drives that the program answers at positions of the tool tip.
-    ///
-    /// # Errors
-    /// The machine does not stand at one of them.
-    fn solved(&self, at: &[Solved]) -> Result<Vec<Vec<f64>>> {
-        at.iter().map(|solved| Ok(self.exact.unloaded(&solved.asked.0)?.drives)).collect()
-    }
+    let search = Search { exact: &exact, domain: &domain, steps: question.steps };
+    let tried = |own: &Function| search.briefly((own, None), TRIED).correct;
+    let function = shortest(&search, Given::Tip, &NOMINAL_DEGREES, &known(&search)?, &tried)?;
+    let found = search.thoroughly((&function, None), question.places);
+    Ok((Made::new(function, found.correct, found.last_step[0], &machine), exact))
 }

@@ -47,65 +47,65 @@ impl Found {
     }
 }
 
-/// Both functions, to be held against what the program answers.
+/// Where and how functions are held against what the program answers.
 pub(super) struct Search<'a> {
     pub exact: &'a Exact,
     pub domain: &'a Domain,
-    pub correct: &'a Function,
-    /// The other one, once there is one.
-    pub whereabouts: Option<&'a Function>,
     pub steps: usize,
 }
 
+/// The function of the position, and that of the drives once there is one.
+type Held<'a> = (&'a Function, Option<&'a Function>);
+
 impl Search<'_> {
     /// The errors at a place; infinite where the machine does not stand as it is told.
-    pub fn at(&self, place: &Place, asking: &mut Asking) -> Found {
+    fn at(&self, (correct, whereabouts): Held<'_>, place: &Place, asking: &mut Asking) -> Found {
         let (position, wrench) = self.domain.asked(place);
         let mut values = Vec::new();
-        let path = self.correct.path(&position, &wrench, self.steps, &mut values);
+        let states = correct.path(&position, &wrench, self.steps, &mut values);
+        let last = states.last().map_or(&[][..], Vec::as_slice);
         let drives_of = |state: &[f64]| -> [f64; 3] { std::array::from_fn(|i| state[i]) };
         let tips: Vec<_> =
-            path.states.iter().map(|state| self.exact.tip(&drives_of(state), &wrench, path.last(), asking)).collect();
+            states.iter().map(|state| self.exact.tip(&drives_of(state), &wrench, last, asking)).collect();
         let off = |tip: Option<Vector3<f64>>, from: Vector3<f64>| {
             let distance = tip.map_or(f64::INFINITY, |tip| (tip - from).norm());
             if distance.is_nan() { f64::INFINITY } else { distance }
         };
         let stands = tips.last().copied().flatten();
-        let back =
-            self.whereabouts.map(|own| own.path(&drives_of(path.last()), &wrench, self.steps, &mut values).states);
-        let whereabouts = back.iter().flatten().map(|state| off(stands, self.exact.tip_of(state)));
+        let back = whereabouts.map(|own| (own, own.path(&drives_of(last), &wrench, self.steps, &mut values)));
+        let found = back.iter().flat_map(|(_, states)| states).map(|state| off(stands, self.exact.tip_of(state)));
         Found {
-            whereabouts: whereabouts.collect(),
+            whereabouts: found.collect(),
             correct: tips.iter().map(|&tip| off(tip, position.into())).collect(),
             last_step: [
-                last_step(self.correct, &path.states),
-                self.whereabouts.zip(back.as_ref()).map_or([0.0; 3], |(own, states)| last_step(own, states)),
+                last_step(correct, &states),
+                back.as_ref().map_or([0.0; 3], |(own, states)| last_step(own, states)),
             ],
         }
     }
 
     /// The largest errors at `places`, and the places with the errors there.
-    fn over(&self, places: Vec<Place>) -> Vec<(Place, Found)> {
+    fn over(&self, held: Held<'_>, places: Vec<Place>) -> Vec<(Place, Found)> {
         places
             .into_par_iter()
-            .map_init(|| self.exact.asking(), |asking, place| (place, self.at(&place, asking)))
+            .map_init(|| self.exact.asking(), |asking, place| (place, self.at(held, &place, asking)))
             .collect()
     }
 
     /// The largest errors at the corners and at the first `count` places of the domain.
-    pub fn briefly(&self, count: usize) -> Found {
+    pub fn briefly(&self, held: Held<'_>, count: usize) -> Found {
         let places = corners().step_by(7).chain((0..count).map(spread)).collect();
-        self.over(places).iter().fold(Found::nothing(self.steps), |largest, (_, found)| largest.with(found))
+        self.over(held, places).iter().fold(Found::nothing(self.steps), |largest, (_, found)| largest.with(found))
     }
 
     /// The largest errors that are found at the corners, at so many places and from the worst of them on.
-    pub fn thoroughly(&self, places: usize) -> Found {
-        let mut seen = self.over(corners().chain((0..places).map(spread)).collect());
+    pub fn thoroughly(&self, held: Held<'_>, places: usize) -> Found {
+        let mut seen = self.over(held, corners().chain((0..places).map(spread)).collect());
         let mut largest = seen.iter().fold(Found::nothing(self.steps), |largest, (_, found)| largest.with(found));
         seen.sort_by(|a, b| b.1.error().total_cmp(&a.1.error()));
         seen.truncate(REFINED);
-        let refined: Vec<Found> =
-            seen.into_par_iter().map_init(|| self.exact.asking(), |asking, start| self.climb(start, asking)).collect();
+        let climbed = |asking: &mut Asking, start| self.climb(held, start, asking);
+        let refined: Vec<Found> = seen.into_par_iter().map_init(|| self.exact.asking(), climbed).collect();
         for found in &refined {
             largest = largest.with(found);
         }
@@ -113,7 +113,7 @@ impl Search<'_> {
     }
 
     /// The largest errors on the way up from a place.
-    fn climb(&self, (mut place, mut best): (Place, Found), asking: &mut Asking) -> Found {
+    fn climb(&self, held: Held<'_>, (mut place, mut best): (Place, Found), asking: &mut Asking) -> Found {
         let mut largest = best.clone();
         let mut step = FIRST_STEP;
         for _ in 0..HALVINGS {
@@ -121,7 +121,7 @@ impl Search<'_> {
                 for sign in [1.0, -1.0] {
                     let mut beside = place;
                     beside[coordinate] = (place[coordinate] + sign * step).clamp(-1.0, 1.0);
-                    let found = self.at(&beside, asking);
+                    let found = self.at(held, &beside, asking);
                     largest = largest.with(&found);
                     if found.error() > best.error() {
                         (place, best) = (beside, found);

@@ -7,7 +7,7 @@ use super::{Configuration, Coordinate, Machine};
 use crate::spatial::{RankRevealing, rank};
 
 /// Counts of the rigid machine at a configuration, from the ranks of its closure equations.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Default, Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct Mobility {
     /// Number of independent motions of the whole mechanism (mobility).
     pub mechanism: usize,

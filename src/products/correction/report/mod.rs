@@ -14,7 +14,7 @@ use self::{
 };
 use super::{CorrectionAnswer, CorrectionQuestion, ResidualPoint, answer, residual_grid, residuals};
 use crate::{
-    answer::{Output, Run},
+    answer::{Output, Run, size_words},
     figures::Colours,
     files::{Manifest, OutputFile, PreparedFolder, clean, exchange::Format},
     input::{Inputs, error::Result},
@@ -38,7 +38,7 @@ struct Report<'a> {
 impl Report<'_> {
     /// Nodes along x, y and z, as readers see them.
     fn size(&self) -> String {
-        self.answer.table.grid.counts().map(|count| count.to_string()).join(" × ")
+        size_words(&self.answer.table.grid)
     }
 
     /// Whether the worst that was found keeps the tolerance.
@@ -131,14 +131,12 @@ fn formats(export: &CorrectionExport, answer: &CorrectionAnswer) -> Result<Vec<C
         Err(reason) if export.formats.contains(&CorrectionFormat::Comp) => {
             Overrides::place("format").fail(format!("comp: {reason}"))
         }
-        _ => Ok(match export.formats.is_empty() {
-            true => {
-                let is_of_use =
-                    |format: &CorrectionFormat| *format != CorrectionFormat::Comp || answer.is_per_joint_of_use();
-                CorrectionFormat::ALL.into_iter().filter(is_of_use).collect()
-            }
-            false => export.formats.clone(),
-        }),
+        _ if export.formats.is_empty() => {
+            let is_of_use =
+                |format: &CorrectionFormat| *format != CorrectionFormat::Comp || answer.is_per_joint_of_use();
+            Ok(CorrectionFormat::ALL.into_iter().filter(is_of_use).collect())
+        }
+        _ => Ok(export.formats.clone()),
     }
 }
 
@@ -148,13 +146,9 @@ fn output(report: &Report<'_>, export: &CorrectionExport, run: &Run<'_>) -> Outp
     if report.has(CorrectionFormat::Csv) {
         own_tables.push(("correction".into(), tables::correction(&question.machine, &answer.table)));
     }
-    let mut files: Vec<OutputFile> = Vec::new();
-    if report.has(CorrectionFormat::Json) {
-        files.push(OutputFile::new(
-            "correction.json",
-            format!("{:#}\n", tables::correction_json(report, &export.inputs)),
-        ));
-    }
+    let json = || format!("{:#}\n", tables::correction_json(report, &export.inputs));
+    let json = report.has(CorrectionFormat::Json).then(|| OutputFile::new("correction.json", json()));
+    let mut files = Vec::from_iter(json);
     if let (Ok((tables, _)), true) = (&answer.per_joint, report.has(CorrectionFormat::Comp)) {
         files.extend(tables.iter().map(tables::comp_file));
     }

@@ -2,13 +2,11 @@
 
 use super::{CorrectionFormat, Report, tables::comp_ini, text};
 use crate::{
+    answer::{facts_of, grid_view},
     figures::{Figure, Shading, SliceFigure, SlicePanel},
     files::words::typographic,
-    page::{
-        Better, Column, Description, Explorer, Fact, Group, GroupValue, MachineDescription, Mark, Quantity, Section,
-        Shape, TableNote, error_facts,
-    },
-    products::correction::ResidualPoint,
+    page::{Better, Description, Explorer, Fact, Group, GroupValue, MachineDescription, Quantity, Section, TableNote},
+    products::correction::{CorrectionQuestion, ResidualPoint},
     simulation::ROUNDING_MM,
 };
 
@@ -76,17 +74,14 @@ fn setting(report: &Report<'_>) -> Vec<Fact> {
             false => format!("{name} {}", shown(min[axis])),
         }
     };
-    let mut facts = vec![
-        Fact::new("machine", question.machine.title.clone()),
+    let own = [
         Fact::new("box", typographic(&format!("{} mm, positions of P", [0, 1, 2].map(span).join(", ")))),
         Fact::new("forces", format!("up to {} N on the tool tip, in any direction", report.force())),
         Fact::new("tolerance", format!("{} mm", question.tolerance_mm)),
         Fact::new("table", format!("{} nodes", report.size())),
         Fact::new("compensation holds", question.target.words()),
     ];
-    facts.extend(question.machine.held_words().map(|words| Fact::new("held", words)));
-    facts.extend(error_facts(&question.machine, &question.errors));
-    facts
+    facts_of(&question.machine, &question.errors, own)
 }
 
 /// Without the rounding of how it was computed.
@@ -98,20 +93,10 @@ fn explorer(report: &Report<'_>) -> Explorer {
     let labels = ["without correction", "with the table", "with exact corrections", "with a table for each joint"];
     let ways = report.residuals.first().map_or(0, |point| point.left_mm.len());
     let value = |way: usize| GroupValue { cells: vec![ResidualPoint::WAYS[way].into()], label: labels[way].into() };
-    let marks = report.question.machine.points.iter();
-    Explorer {
-        title: MAP.into(),
-        table: "residual.csv".into(),
-        shape: Shape::Grid,
-        coordinates: ["x", "y", "z"].map(|axis| Column::new(format!("{axis}_mm"), axis, "mm")).into(),
-        group: Some(Group {
-            columns: vec!["correction".into()],
-            label: "correction".into(),
-            values: (0..ways).map(value).collect(),
-        }),
-        quantities: vec![Quantity::new(["error_mm"], "largest error of the tool", "mm", Better::Smaller)],
-        marks: marks.map(|p| Mark { label: p.name.clone(), position: p.position.iter().copied().collect() }).collect(),
-    }
+    let values = (0..ways).map(value).collect();
+    let group = Group { columns: vec!["correction".into()], label: "correction".into(), values };
+    let quantity = Quantity::new(["error_mm"], "largest error of the tool", "mm", Better::Smaller);
+    grid_view(&report.question.machine, (MAP, "residual.csv"), Some(group), vec![quantity])
 }
 
 /// Most planes of a figure.
@@ -120,7 +105,7 @@ const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// The maps: with the table first.
 pub(super) fn figures(report: &Report<'_>) -> Vec<(String, Figure)> {
-    let Some(plane) = Plane::of(report) else { return Vec::new() };
+    let Some(plane) = plane(report.question) else { return Vec::new() };
     let titles = [
         "What is left without correction",
         "What the table leaves",
@@ -128,7 +113,7 @@ pub(super) fn figures(report: &Report<'_>) -> Vec<(String, Figure)> {
         "What a table for each joint leaves",
     ];
     let ways = report.residuals.first().map_or(0, |point| point.left_mm.len());
-    let map = |way: usize| Figure::Slices(slices(report, &plane, way, titles[way]));
+    let map = |way: usize| Figure::Slices(slices(report, plane, way, titles[way]));
     let table = ("answer".to_string(), map(TABLE));
     let all = (0..ways).map(|way| (format!("slices_error_{}", ResidualPoint::WAYS[way]), map(way)));
     std::iter::once(table).chain(all).collect()
@@ -144,25 +129,14 @@ fn range(report: &Report<'_>, way: usize) -> Option<(f64, f64)> {
     [TABLE, EXACT].contains(&way).then(|| (0.0, left.fold(report.question.tolerance_mm, f64::max)))
 }
 
-/// Axes across, up and through the maps.
-struct Plane {
-    axes: [usize; 3],
+/// Axes across, up and through the maps; `None` where the box has no area.
+fn plane(question: &CorrectionQuestion) -> Option<[usize; 3]> {
+    let mut axes: Vec<usize> = question.axes().collect();
+    axes.extend((0..3).filter(|axis| !question.axes().any(|own| own == *axis)));
+    (question.axes().count() >= 2).then(|| [axes[0], axes[1], axes[2]])
 }
 
-impl Plane {
-    /// `None` where the box has no area.
-    fn of(report: &Report<'_>) -> Option<Self> {
-        let mut axes: Vec<usize> = report.question.axes().collect();
-        if axes.len() < 2 {
-            return None;
-        }
-        axes.extend((0..3).filter(|axis| !report.question.axes().any(|own| own == *axis)));
-        Some(Self { axes: [axes[0], axes[1], axes[2]] })
-    }
-}
-
-fn slices(report: &Report<'_>, plane: &Plane, way: usize, title: &str) -> SliceFigure {
-    let [across, up, through] = plane.axes;
+fn slices(report: &Report<'_>, [across, up, through]: [usize; 3], way: usize, title: &str) -> SliceFigure {
     let grid = report.grid;
     let value = |i: usize, j: usize, k: usize| {
         let mut node = [0; 3];

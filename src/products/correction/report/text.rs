@@ -5,21 +5,15 @@ use crate::{
     answer::cautions,
     files::words::{counted, millimetres, position},
     page::headline::{Headline, KeyNumber},
-    products::correction::{ForceTerms, Worst},
+    products::correction::{CorrectionQuestion, ForceTerms, Worst},
     simulation::ROUNDING_MM,
 };
 
 /// What must be known with the answer.
 pub(super) fn cautions(report: &Report<'_>) -> String {
-    let question = report.question;
-    let machine = &question.machine;
-    let corners = question.corners.into_iter();
-    not_kept(report)
-        + &cautions::zeroed(machine)
-        + &cautions::carried(machine)
-        + &cautions::large_errors(machine, &question.errors)
-        + &cautions::outside_workspace(machine, "corner of the box", corners)
-        + &left(report)
+    let CorrectionQuestion { machine, errors, corners, .. } = report.question;
+    let known = cautions::of_machine(machine, errors, "corner of the box", corners.iter().copied());
+    not_kept(report) + &known + &left(report)
 }
 
 fn not_kept(report: &Report<'_>) -> String {

@@ -132,11 +132,6 @@ impl Findings {
             *most = Some(most.map_or(here, |most| most.max(here)));
         }
     }
-
-    /// The lines in which the tool is off farthest, worst first.
-    pub fn worst_lines(&self, job: &ProgramJob) -> Vec<WorstLine> {
-        self.lines.told(job)
-    }
 }
 
 /// Where the point put right should be, base axes, mm.
@@ -161,7 +156,7 @@ pub(super) const LINES: usize = 10;
 
 /// A line of a program.
 #[derive(Debug, Clone, PartialEq)]
-pub struct WorstLine {
+pub(super) struct WorstLine {
     /// Which: "line 7", or "O100.nc line 7" of a file that the program calls.
     pub place: String,
     /// What stands there.

@@ -6,11 +6,11 @@ mod page;
 mod tables;
 mod words;
 
-pub use findings::{Findings, WorstLine, outside_workspace};
-pub use notes::use_text;
+pub use findings::{Findings, outside_workspace};
+pub use notes::{notes_text, use_text};
 pub use page::{figures, page};
-pub use tables::{program_columns, program_json, program_table};
-pub use words::{blocks_text, bounded_text, exceeded_text, headline, holes_text, left_text};
+pub use tables::{passes_table, program_columns, program_json, program_table};
+pub use words::{blocks_text, bounded_text, exceeded_text, headline, holes_text, left_text, limits_text};
 
 use super::{ProgramJob, Proved};
 

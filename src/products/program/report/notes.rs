@@ -23,31 +23,29 @@ pub fn use_text(report: &Report<'_>) -> String {
         PathReference::ToolTip => "the tool tip",
         PathReference::PlatformPoint => "the platform point P",
     };
-    let mut text = match (report.job.process.tool_turn.is_sought(), report.job.turns_tool()) {
-        (false, false) => format!(
-            "The program commands {point} in the frame of {name}. Positions of moves are changed, all else is as in {name}: \
-             orientation, feed, spindle, tool.\n"
-        ),
+    let rest = match (report.job.process.tool_turn.is_sought(), report.job.turns_tool()) {
+        (false, false) => {
+            format!(". Positions of moves are changed, all else is as in {name}: orientation, feed, spindle, tool.\n")
+        }
         (false, true) => format!(
-            "The program commands {point} in the frame of {name} and how the tool stands. Positions and orientations of moves are \
-             changed, all else is as in {name}: feed, spindle, tool.\n"
+            " and how the tool stands. Positions and orientations of moves are changed, all else is as in {name}: feed, spindle, tool.\n"
         ),
         (true, _) => format!(
-            "The program commands {point} in the frame of {name}. It is turned about the tool's axis: positions and orientations of \
-             moves are changed, and there are more of them; lines above are those of the turned program. Feed, spindle and tool are as in \
-             {name}.\n"
+            ". It is turned about the tool's axis: positions and orientations of moves are changed, and there are more of them; lines above \
+             are those of the turned program. Feed, spindle and tool are as in {name}.\n"
         ),
     };
+    let mut text = format!("The program commands {point} in the frame of {name}{rest}");
     let turned = report.proved.passes.last().and_then(|written| written.summary.max_leftover_rotation);
     if let Some(turned) = turned.filter(|angle| *angle > LEAST_TURN) {
         text += &format!("What bends also turns the tool, by up to {:.3}°, and that is left.\n", turned.to_degrees());
     }
     if report.findings.outside.any() {
         let machine = report.job.machine.short_title();
-        return text
-            + &format!(
-                "Do not load it: the {machine} cannot run it as placed. Place the workpiece inside its workspace box, and compute again.\n"
-            );
+        text += &format!(
+            "Do not load it: the {machine} cannot run it as placed. Place the workpiece inside its workspace box, and compute again.\n"
+        );
+        return text;
     }
     text + &loaded(report.job, name) + &switched_off(report.job) + &dry_run(report)
 }
@@ -178,24 +176,4 @@ fn motions(lines: &[usize]) -> String {
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
     let word = if lines.len() == 1 { "line" } else { "lines" };
     format!("{}, {word} {}", counted(lines.len(), "motion"), listed(&names))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::toolpath::gcode::LengthUnit;
-
-    #[test]
-    fn lines_and_units_are_named() {
-        let notes = Notes { unit_taken: Some((LengthUnit::Inch, 3)), not_located: vec![3, 5], ..Notes::default() };
-        assert_eq!(
-            text(&notes, &WrittenCalls::None),
-            "The program names no unit before line 3: inch is taken; G20, G21 or unit in [gcode] says which it is.\n\
-             Left as written: 2 motions, lines 3 and 5, where it is not known in X, Y and Z where the tool is; start_mm in \
-             [gcode] says where the program begins.\n"
-        );
-        assert_eq!(text(&Notes::default(), &WrittenCalls::None), "");
-        let many = text(&Notes { not_located: (1..20).collect(), ..Notes::default() }, &WrittenCalls::None);
-        assert!(many.contains("19 motions, lines 1, 2, 3, 4, 5, 6, 7, 8 and 11 more,"), "{many}");
-    }
 }

@@ -3,23 +3,24 @@
 use nalgebra::Vector3;
 
 use super::{
-    Report, bounded_text,
+    Report,
     findings::{Drawn, Findings, Worst},
-    left_text,
+    left_text, limits_text, passes_table,
     tables::before_column,
     use_text,
     words::{blocks_table, written_text},
 };
 use crate::{
+    answer::facts_of,
     figures::{Figure, LineFigure, LineSeries, Look, PlanFigure, PlanShape, amplification::amplification},
     files::words::{counted, if_any, listed, millimetres},
     page::{
         Better, Description, Explorer, Fact, MachineDescription, Quantity, Section, Shape, SmallTable, TableNote,
-        drive_quantities, error_facts,
+        drive_quantities,
         headline::{Headline, KeyNumber},
         largest_of_drives,
     },
-    products::program::{Pass, ProgramJob},
+    products::program::ProgramJob,
     questions::path::report::{ANGLE, Curve, along_columns, cutting_force},
     simulation::Source,
 };
@@ -45,13 +46,11 @@ pub fn page(report: &Report<'_>, headline: Headline, points: &str) -> Descriptio
 }
 
 fn setting(job: &ProgramJob) -> Vec<Fact> {
-    let mut facts = vec![Fact::new("machine", job.machine.title.clone())];
-    facts.extend(job.process.facts().into_iter().map(|(label, words)| Fact::new(label, words)));
-    facts.push(Fact::new("compensation holds", job.process.target.words()));
-    facts.extend(job.process.tolerance_mm.map(|tolerance| Fact::new("tolerance", format!("{tolerance} mm"))));
-    facts.extend(job.machine.held_words().map(|words| Fact::new("held", words)));
-    facts.extend(error_facts(&job.machine, &job.process.errors));
-    facts
+    let ProgramJob { machine, process, .. } = job;
+    let mut own: Vec<Fact> = process.facts().into_iter().map(|(label, words)| Fact::new(label, words)).collect();
+    own.push(Fact::new("compensation holds", process.target.words()));
+    own.extend(process.tolerance_mm.map(|tolerance| Fact::new("tolerance", format!("{tolerance} mm"))));
+    facts_of(machine, &process.errors, own)
 }
 
 fn shown(length_mm: f64) -> String {
@@ -59,7 +58,7 @@ fn shown(length_mm: f64) -> String {
 }
 
 fn worst(report: &Report<'_>) -> Section {
-    let lines = report.findings.worst_lines(report.job);
+    let lines = report.findings.lines.told(report.job);
     let rows = lines.iter().map(|line| {
         let place = line.place.strip_prefix("line ").unwrap_or(&line.place);
         vec![place.to_string(), line.text.clone(), shown(line.before_mm), if_any(line.after_mm, shown)]
@@ -94,15 +93,9 @@ fn cause(report: &Report<'_>) -> Section {
 }
 
 fn remedy(report: &Report<'_>) -> Section {
-    let text = match &report.proved.bounded {
-        Some(bounded) => bounded_text(&report.job.machine, bounded),
-        None if report.job.process.limits.is_limited() => {
-            "The limits of the process were not looked at: --method bounded keeps them.\n".into()
-        }
-        None => String::new(),
-    };
+    let Report { job, proved, .. } = report;
     Section::new("What do the drives do?", "corrections and forces along the path, limits that bind")
-        .text(&text)
+        .text(&limits_text(&job.machine, &job.process.limits, proved.bounded.as_ref()))
         .figures(&["corrections"])
 }
 
@@ -114,20 +107,9 @@ fn to_use(report: &Report<'_>) -> Section {
 }
 
 fn proof(report: &Report<'_>) -> Section {
-    let row = |pass: &Pass| {
-        let s = &pass.summary;
-        vec![
-            pass.name.clone(),
-            if_any(s.max_mm, shown),
-            if_any(s.rms_mm, shown),
-            format!("{} of {}", s.solved, s.points),
-        ]
-    };
-    let table = SmallTable {
-        caption: "Distance of the tool from its path, where it cuts, by what is commanded".into(),
-        header: ["commands", "largest", "rms", "points solved"].map(String::from).into(),
-        rows: report.proved.passes.iter().map(row).collect(),
-    };
+    let (header, rows) = passes_table(&report.proved.passes, false, shown);
+    let caption = "Distance of the tool from its path, where it cuts, by what is commanded".into();
+    let table = SmallTable { caption, header: header.into_iter().map(String::from).collect(), rows };
     Section::new("How is it proved?", "the written program, read back and simulated point by point, beside other ways")
         .text("The last row is the program as it was written, read back, rounding included, and simulated.")
         .text(&left_text(&report.job.machine, report.proved.commanded_max_mm()))
@@ -171,46 +153,33 @@ pub fn figures(report: &Report<'_>) -> Vec<(String, Figure)> {
     let alone = findings.before_curves.iter().filter(|(source, _)| *source != Source::All);
     sources.extend(alone.map(|(source, curve)| (format!("{} alone", source.words()), curve)));
     let errors = [("before".into(), all), ("after".into(), &findings.after_curve)];
+    let force = findings.force.labelled();
+    let distances = |title: &str, errors: &[(String, &Curve)]| curves(report.job, title, "distance [mm]", errors);
     let mut figures = vec![
         ("answer".into(), path(report)),
-        ("errors".into(), curves(report.job, "Distance from the path before and after", &errors)),
-        ("sources".into(), curves(report.job, "What each source does without compensation", &sources)),
+        ("errors".into(), distances("Distance from the path before and after", &errors)),
+        ("sources".into(), distances("What each source does without compensation", &sources)),
     ];
-    figures.extend(force(report).map(|figure| ("cutting_force".into(), figure)));
+    if !force.is_empty() {
+        figures.push(("cutting_force".into(), curves(report.job, cutting_force::TITLE, "force [N]", &force)));
+    }
     figures
 }
 
-/// Sizes of errors over the length of the path.
-fn curves(job: &ProgramJob, title: &str, errors: &[(String, &Curve)]) -> Figure {
-    let curve = |(label, curve): &(String, &Curve)| LineSeries {
-        label: label.clone(),
-        points: curve.points(),
-        dashed: label.ends_with("alone"),
-        band: Vec::new(),
-    };
-    line_figure(job, title, "distance [mm]", errors.iter().map(curve).collect())
-}
-
-/// Components and size of the cutting force, if there is any.
-fn force(report: &Report<'_>) -> Option<Figure> {
-    let curves = report.findings.force.labelled();
+/// Curves over the length of the path: dashed of a source alone, and the size of a force beside its components.
+fn curves(job: &ProgramJob, title: &str, y_label: &str, curves: &[(String, &Curve)]) -> Figure {
     let series = curves.iter().map(|(label, curve)| LineSeries {
         label: label.clone(),
         points: curve.points(),
-        dashed: label == cutting_force::SIZE,
+        dashed: label.ends_with("alone") || label == cutting_force::SIZE,
         band: Vec::new(),
     });
-    (!curves.is_empty()).then(|| line_figure(report.job, cutting_force::TITLE, "force [N]", series.collect()))
-}
-
-/// Curves over the length of the path.
-fn line_figure(job: &ProgramJob, title: &str, y_label: &str, series: Vec<LineSeries>) -> Figure {
     Figure::Lines(LineFigure {
         title: title.into(),
         subtitle: format!("{}, {}", job.machine.short_title(), counted(job.path.len(), "point")),
         x_label: "length along the path [mm]".into(),
         y_label: y_label.into(),
-        series,
+        series: series.collect(),
         equal_axes: false,
         log_x: false,
         log_y: false,

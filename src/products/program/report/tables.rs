@@ -11,9 +11,10 @@ use crate::{
     compensation::{BoundedPath, Side},
     files::{
         exchange::{Cell, Column, Row, Table, cells, counts, numbers, texts},
+        if_any,
         table::{correction_columns, force_columns, shown_positions},
     },
-    products::program::{ProgramJob, Proved, ProvedPart, WrittenCalls, bounded::Exceeded},
+    products::program::{Pass, ProgramJob, Proved, ProvedPart, WrittenCalls, bounded::Exceeded},
     questions::path::{
         Station,
         report::{ANGLE, cutting_force},
@@ -95,6 +96,29 @@ pub fn program_table(job: &ProgramJob, proved: &ProvedPart<'_>, bounded: Option<
         row
     };
     Table::new(columns, written.iter().enumerate().zip(stations).map(row))
+}
+
+/// What each of `passes` leaves, one row each, with lengths as they are `shown`; in full, with the steps of each, and the turn of the tool
+/// where one leaves it.
+pub fn passes_table(
+    passes: &[Pass],
+    in_full: bool,
+    shown: impl Fn(f64) -> String + Copy,
+) -> (Vec<&'static str>, Vec<Vec<String>>) {
+    let turns = |pass: &Pass| pass.summary.max_leftover_rotation.filter(|_| in_full);
+    let has_turns = passes.iter().filter_map(turns).any(|angle| angle > 0.0);
+    let mut header = vec!["commands", "largest", "rms"];
+    header.extend(if in_full { vec!["steps", "solved"] } else { vec!["points solved"] });
+    header.extend(has_turns.then_some("turned"));
+    let row = |pass: &Pass| {
+        let s = &pass.summary;
+        let mut row = vec![pass.name.clone(), if_any(s.max_mm, shown), if_any(s.rms_mm, shown)];
+        row.extend(in_full.then(|| if_any(s.mean_corrections, |mean| format!("{mean:.1}"))));
+        row.push(format!("{} of {}", s.solved, s.points));
+        row.extend(has_turns.then(|| if_any(turns(pass), |angle| format!("{:.3}°", angle.to_degrees()))));
+        row
+    };
+    (header, passes.iter().map(row).collect())
 }
 
 /// Limits that bind at point `k`, such as `correction x upper`.

@@ -1,6 +1,6 @@
 //! What is said of a compensated program: the first screen, what limits do to it, what its blocks ask of a control, and what is left.
 
-use super::{Report, notes::notes_text, tables::before_column};
+use super::{Report, notes_text, tables::before_column};
 use crate::{
     answer::{ShareWithin, Tolerance, cautions},
     compensation::{BoundedPath, LimitKind, Price},
@@ -13,6 +13,7 @@ use crate::{
         SmallTable,
         headline::{Extreme, Headline, InTable, KeyNumber},
     },
+    process::file::CorrectionLimits,
     products::program::{ProgramJob, Proved, bounded::Exceeded},
     questions::path::report::facts_text,
     simulation::{
@@ -20,6 +21,17 @@ use crate::{
         blocks::{Blocks, BlocksBeforeAfter, Spread},
     },
 };
+
+/// What limits do to a path that is corrected within them, or that they were not looked at; nothing if there are none.
+pub fn limits_text(machine: &Machine, limits: &CorrectionLimits, bounded: Option<&BoundedPath>) -> String {
+    match bounded {
+        Some(path) => bounded_text(machine, path),
+        None if limits.is_limited() => {
+            "The limits of the process were not looked at: --method bounded keeps them.\n".into()
+        }
+        None => String::new(),
+    }
+}
 
 /// Which limits bind and what they cost, in sentences.
 pub fn bounded_text(machine: &Machine, path: &BoundedPath) -> String {
@@ -67,27 +79,23 @@ fn forced_text(machine: &Machine, path: &BoundedPath) -> String {
 /// By how much the program as written exceeds limits that its corrections kept, in sentences; nothing if it does not.
 pub fn exceeded_text(job: &ProgramJob, exceeded: &[Exceeded]) -> String {
     let labels = job.machine.drive_labels();
-    let mut text = String::new();
     let nearer = match &job.file {
         ProgramFile::Gcode(_) | ProgramFile::Robot(_) if job.process.write_tolerance_mm > 0.0 => {
             "More decimals and a smaller write tolerance (decimals_mm, write_tolerance_mm in [gcode])"
         }
         _ => "More decimals (decimals_mm in [gcode])",
     };
-    for found in exceeded {
-        let unit = shown_limit_unit(&job.machine, found.kind, found.drive);
-        text += &format!(
-            "As written, the {} of drive {} is {:.6} {unit} at point {}: {:.1e} {unit} beyond its limit of {} {unit}. \
+    let sentence = |found: &Exceeded| {
+        let Exceeded { kind, drive, point, value, limit } = *found;
+        let (unit, beyond) = (shown_limit_unit(&job.machine, kind, drive), value - limit);
+        format!(
+            "As written, the {} of drive {} is {value:.6} {unit} at point {point}: {beyond:.1e} {unit} beyond its limit of {limit} {unit}. \
              {nearer} or a limit smaller by this much keep it.\n",
-            found.kind.label(),
-            labels[found.drive],
-            found.value,
-            found.point,
-            found.value - found.limit,
-            found.limit
-        );
-    }
-    text
+            kind.label(),
+            labels[drive]
+        )
+    };
+    exceeded.iter().map(sentence).collect()
 }
 
 /// What no drive can compensate, where there is such a thing; `left_mm` is left by the commands.
@@ -201,8 +209,7 @@ pub fn headline(report: &Report<'_>) -> Headline {
             &report.proved.exceeded.as_deref().map_or_else(String::new, |found| exceeded_text(report.job, found)),
         )
         .with_cautions(&known(report))
-        .with_all(before(report))
-        .with_all(after(report))
+        .with_all(distances(report).into_iter().flatten())
         .with_all(correction(report));
     headline.unsolved = report.proved.unsolved_as_written();
     headline
@@ -228,7 +235,7 @@ fn sentence(report: &Report<'_>) -> String {
         );
     };
     let along = report.job.path.points()[worst.point].arc_length_mm;
-    let lines = report.findings.worst_lines(report.job);
+    let lines = report.findings.lines.told(report.job);
     let line = lines
         .first()
         .map_or_else(String::new, |worst| format!(", worst in {}, {along:.1} mm along the path", worst.place));
@@ -239,10 +246,6 @@ fn sentence(report: &Report<'_>) -> String {
     format!("Running {}, the tool of the {name} is off by up to {off}{line}{then}.", report.name)
 }
 
-fn in_points(column: String, value: f64) -> InTable {
-    InTable::new("points", [column], &[], Extreme::Largest, value)
-}
-
 fn against(job: &ProgramJob, within: ShareWithin) -> String {
     let verdict = job.process.tolerance_mm.and_then(|tolerance| Some((tolerance, within.get()?)));
     verdict.map_or_else(String::new, |(tolerance, share)| {
@@ -250,20 +253,21 @@ fn against(job: &ProgramJob, within: ShareWithin) -> String {
     })
 }
 
-fn before(report: &Report<'_>) -> Option<KeyNumber> {
-    let worst = report.findings.worst.as_ref()?.size_mm;
-    let shown = millimetres(worst, 3);
-    let what = "largest distance from the path without compensation, where the tool cuts";
-    let number = KeyNumber::new(&shown, what, against(report.job, report.findings.before));
-    Some(number.found(in_points(before_column(Source::All), worst)))
-}
-
-fn after(report: &Report<'_>) -> Option<KeyNumber> {
-    let left = report.proved.passes.last()?.summary.max_mm?;
-    let shown = millimetres(left, 4);
-    let what = "largest distance with the compensated program as written, simulated";
-    let number = KeyNumber::new(&shown, what, against(report.job, report.findings.after));
-    Some(number.found(in_points("error_after_mm".into(), left)))
+/// The largest distance of the two, that without compensation and that as written.
+fn distances(report: &Report<'_>) -> [Option<KeyNumber>; 2] {
+    let Report { job, proved, findings, .. } = report;
+    let number = |length: f64, decimals: i32, what: &str, within: ShareWithin, column: String| {
+        let found = InTable::new("points", [column], &[], Extreme::Largest, length);
+        KeyNumber::new(&millimetres(length, decimals), what, against(job, within)).found(found)
+    };
+    let before = "largest distance from the path without compensation, where the tool cuts";
+    let after = "largest distance with the compensated program as written, simulated";
+    let worst = findings.worst.as_ref().map(|worst| worst.size_mm);
+    let left = proved.passes.last().and_then(|written| written.summary.max_mm);
+    [
+        worst.map(|worst| number(worst, 3, before, findings.before, before_column(Source::All))),
+        left.map(|left| number(left, 4, after, findings.after, "error_after_mm".into())),
+    ]
 }
 
 /// The largest correction, of slides where there are both kinds of drives, and what limits do.
@@ -309,16 +313,5 @@ impl Proved {
         (lost > 0).then(|| {
             format!("{lost} of {all} not solved: the written program fails there; the table of points says why.")
         })
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::short;
-
-    #[test]
-    fn numbers_have_three_digits() {
-        let shown = [0.0, 0.01234, 0.1, 2.5, 12.345, 90.0, 504.3, 2689.0].map(short);
-        assert_eq!(shown, ["0", "0.012", "0.1", "2.5", "12.3", "90", "504", "2689"]);
     }
 }
