@@ -131,12 +131,7 @@ fn the_tool_is_turned_back_where_the_full_pose_is_compensated() {
         let before = none.summary.max_leftover_rotation.unwrap().to_degrees();
         let after = proved.summary.max_leftover_rotation.unwrap().to_degrees();
         assert!(before > 0.03, "{}: {before}", files[0].0);
-        assert!(
-            proved.summary.max_mm.unwrap() < 0.02,
-            "{}: {:?}",
-            files[0].0,
-            proved.summary.max_mm
-        );
+        assert!(proved.summary.max_mm.unwrap() < 0.02, "{}: {:?}", files[0].0, proved.summary.max_mm);
         // The tool's axis alone leaves the turn about it.
         left.push((files[0].0, before, after));
     }
