@@ -79,3 +79,40 @@ proptest! {
         prop_assert_eq!(machine.passes_singularity(&from, &to), expected, "{}", machine.name);
     }
 }
+
+/// The passive joints of such a chain cannot be eliminated by their own equations: the problem is judged as a whole.
+#[test]
+fn a_chain_stretched_at_both_ends_is_judged_by_the_whole_problem() {
+    let mut count = 0;
+    for name in ["hexapod", "tricept"] {
+        let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/machines");
+        let machine = Machine::from_file(&folder.join(format!("{name}.toml"))).unwrap();
+        let home = problems(&machine, &machine.home);
+        let mut before_chain = 6 + machine.drive_count();
+        for (which, chain) in machine.chains.iter().enumerate() {
+            let columns = before_chain..before_chain + chain.passive.len();
+            before_chain = columns.end;
+            for joint in 0..chain.passive.len() {
+                let stretched = |size: f64| {
+                    let mut shares = (1..200).map(|k| (f64::from(k) * 1.7).sin());
+                    let mut at = moved(&machine, size, &mut shares);
+                    at.passive[which].clone_from(&machine.home.passive[which]);
+                    at.passive[which][joint] = std::f64::consts::FRAC_PI_2;
+                    at
+                };
+                let (from, to) = (stretched(0.01), stretched(0.03));
+                let own = machine.closure_jacobian(&from).columns_range(columns.clone()).into_owned();
+                let values = own.singular_values();
+                if values.min() > 1e-12 * values.max() {
+                    continue;
+                }
+                count += 1;
+                let [before, after] = [&from, &to].map(|at| problems(&machine, at));
+                let expected = (0..2).any(|asked| changes_sign(&before[asked], &after[asked], &home[asked]));
+                assert!(expected, "{name}: chain {which}, joint {joint} is singular at home");
+                assert!(machine.passes_singularity(&from, &to), "{name}: chain {which}, joint {joint}");
+            }
+        }
+    }
+    assert!(count > 0, "no chain can be stretched");
+}
