@@ -119,16 +119,16 @@ fn dependencies_point_one_way() {
 /// Most lines of folders, inline tests counted, and of them all: no more than there were when this was written. What must have more says in
 /// ARCHITECTURE.md why; what has become shorter lowers its number.
 const MOST_LINES: [(&[&str], usize); 10] = [
-    (&["crates/engine/src"], 20_490),
+    (&["crates/engine/src"], 20_430),
     (&["src/toolpath"], 15_870),
-    (&["src/process", "crates/input/src", "src/input", "src/urdf"], 6_730),
+    (&["src/process", "crates/input/src", "src/input", "src/urdf"], 6_700),
     (&["src/simulation", "src/redundancy"], 3_780),
     (&["src/answer", "src/files", "src/work", "src/run"], 5_050),
-    (&["src/figures", "src/page"], 9_690),
-    (&["src/questions"], 21_720),
-    (&["src/products", "src/inspect", "src/explore"], 9_220),
-    (&["src/cli"], 3_080),
-    (&["crates/engine/src", "crates/input/src", "src"], 95_790),
+    (&["src/figures", "src/page"], 9_700),
+    (&["src/questions"], 21_150),
+    (&["src/products", "src/inspect", "src/explore"], 8_850),
+    (&["src/cli"], 2_890),
+    (&["crates/engine/src", "crates/input/src", "src"], 94_590),
 ];
 
 #[test]

@@ -58,6 +58,7 @@ mod golden_figures;
 mod golden_tables;
 mod hung_machines;
 mod identification;
+mod inputs;
 mod jacobians;
 mod kinematics;
 mod labels;

@@ -84,3 +84,18 @@ fn faults_have_their_key_and_their_line() {
         assert_eq!((own.as_str(), *at), (key, Some(line)), "{to}: {fault}");
     }
 }
+
+/// Places are counted in bytes: letters of two bytes stand before the fault, on its line too.
+#[test]
+fn a_fault_quotes_the_text_that_is_at_fault() {
+    for (from, to, quoted) in [
+        ("count = 3", "count = 3\nname = 'b'", "`name`"),
+        ("name = 'a'", "name = 'Größe'\ncount = 4", "`count`"),
+        ("{ x = 7 }", "{ 'größer' = 1, x = 7, x = 8 }", "`x`"),
+        ("{ x = 7 }", "{ x = 7, 'größer' = 1, 'größer' = 2 }", "`'größer'`"),
+    ] {
+        let fault = read(&WHOLE.replace(from, to)).unwrap_err();
+        let Error::Syntax { problem, .. } = &fault else { panic!("{fault}") };
+        assert_eq!(*problem, format!("key {quoted} is given twice"), "{to}");
+    }
+}

@@ -226,7 +226,8 @@ fn row(line: &Line<'_>) -> AgreementRow {
     let shown = if_any(ours, |ours| short(ours, quoted.value));
     AgreementRow {
         label: format!("{}: {}", line.case(), line.what()),
-        numbers: typographic(&format!("{sign}{}, {shown}{}", quoted.value, line.unit())),
+        // The unit as axes and files write it.
+        numbers: typographic(&format!("{sign}{}, {shown}{}", quoted.value, line.unit().replace("N·mm", "Nmm"))),
         meant,
         difference: ours.map(|ours| in_tolerances(quoted, ours)),
         agrees: line.compared.agrees,
