@@ -323,6 +323,12 @@ fn what_is_no_word_is_refused_where_it_stands() {
         assert_eq!(refused.fault, Fault::NotAWord, "{line}");
         assert_eq!((refused.column, refused.found.as_str()), (1 + found.start, &line[found]), "{line}");
     }
+    for (line, found) in [("G1 X1.5E-05 Y10", 3..11), ("G1 Y2 x1e5", 6..10), ("X 3.E2", 2..6)] {
+        let refused = fault(line);
+        assert_eq!(refused.fault, Fault::Exponent, "{line}");
+        assert_eq!((refused.column, refused.found.as_str()), (1 + found.start, &line[found]), "{line}");
+    }
+    assert!(Program::parse("G21 G90 F100\nG1 X1.5 E-.5\n", "part.nc", &GcodeOptions::default()).is_ok());
     let long = format!("X{}.9", "7".repeat(29));
     let refused = fault(&long);
     assert_eq!(refused.fault, Fault::TooManyDigits { digits: 29 });

@@ -30,7 +30,7 @@ pub struct ProvedPart<'a> {
 
 impl ProgramJob {
     /// What the program does without compensation, by the other methods `asked` for, in their order, and as `written` under `name`. All of this
-    /// is computed part by part, as the machine is led along a part but once; `take` gets them in order. `done` is called after each point of each pass.
+    /// is computed part by part, as the machine is tracked along a part but once; `take` gets them in order. `done` is called after each point of each pass.
     ///
     /// # Errors
     /// Of `take`, a machine that does not rest under its weight, or a cutting force that its law does not give.

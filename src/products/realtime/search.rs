@@ -54,12 +54,12 @@ pub(super) struct Search<'a> {
     pub steps: usize,
 }
 
-/// The function of the position, and that of the drives once there is one.
-type Held<'a> = (&'a Function, Option<&'a Function>);
+/// The function that corrects, and the one that tells where the tool is once there is one.
+type Functions<'a> = (&'a Function, Option<&'a Function>);
 
 impl Search<'_> {
     /// The errors at a place; infinite where the machine does not stand as it is told.
-    fn at(&self, (correct, whereabouts): Held<'_>, place: &Place, asking: &mut Asking) -> Found {
+    fn at(&self, (correct, whereabouts): Functions<'_>, place: &Place, asking: &mut Asking) -> Found {
         let (position, wrench) = self.domain.asked(place);
         let mut values = Vec::new();
         let states = correct.path(&position, &wrench, self.steps, &mut values);
@@ -85,7 +85,7 @@ impl Search<'_> {
     }
 
     /// The largest errors at `places`, and the places with the errors there.
-    fn over(&self, held: Held<'_>, places: Vec<Place>) -> Vec<(Place, Found)> {
+    fn over(&self, held: Functions<'_>, places: Vec<Place>) -> Vec<(Place, Found)> {
         places
             .into_par_iter()
             .map_init(|| self.exact.asking(), |asking, place| (place, self.at(held, &place, asking)))
@@ -93,13 +93,13 @@ impl Search<'_> {
     }
 
     /// The largest errors at the corners and at the first `count` places of the domain.
-    pub fn briefly(&self, held: Held<'_>, count: usize) -> Found {
+    pub fn briefly(&self, held: Functions<'_>, count: usize) -> Found {
         let places = corners().step_by(7).chain((0..count).map(spread)).collect();
         self.over(held, places).iter().fold(Found::nothing(self.steps), |largest, (_, found)| largest.with(found))
     }
 
     /// The largest errors that are found at the corners, at so many places and from the worst of them on.
-    pub fn thoroughly(&self, held: Held<'_>, places: usize) -> Found {
+    pub fn thoroughly(&self, held: Functions<'_>, places: usize) -> Found {
         let mut seen = self.over(held, corners().chain((0..places).map(spread)).collect());
         let mut largest = seen.iter().fold(Found::nothing(self.steps), |largest, (_, found)| largest.with(found));
         seen.sort_by(|a, b| b.1.error().total_cmp(&a.1.error()));
@@ -113,7 +113,7 @@ impl Search<'_> {
     }
 
     /// The largest errors on the way up from a place.
-    fn climb(&self, held: Held<'_>, (mut place, mut best): (Place, Found), asking: &mut Asking) -> Found {
+    fn climb(&self, held: Functions<'_>, (mut place, mut best): (Place, Found), asking: &mut Asking) -> Found {
         let mut largest = best.clone();
         let mut step = FIRST_STEP;
         for _ in 0..HALVINGS {

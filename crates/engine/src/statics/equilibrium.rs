@@ -361,7 +361,7 @@ impl<'a> Newton<'a> {
             self.is_plainly_stable = platform::plainly_definite(&solver.tangent, self.machine.reach) == 1;
         }
         let task = match &balance.task {
-            // Where the drives are not as many as the coordinates put right, there is no step.
+            // Where the drives are not as many as the task coordinates, there is no step.
             Some(task) => Some(SquareTask::new(task, self.drives.len())?),
             None => None,
         };

@@ -123,8 +123,8 @@ impl<R: Real> LaneSolver<R> {
         for (lane, case) in cases.iter().enumerate() {
             let bends_otherwise = machine.tool_compliance.is_some() && self.loads[lane] != case.load;
             self.loads[lane] = case.load;
-            let is_new = self.put(lane, case.drives, case.state);
-            self.is_linearised &= !(is_new || bends_otherwise);
+            self.put(lane, case.drives, case.state);
+            self.is_linearised &= !bends_otherwise;
         }
         let gravity = Vec3::splat(&machine.gravity);
         let mut progress = Progress {
@@ -151,8 +151,8 @@ impl<R: Real> LaneSolver<R> {
         self.finish(machine, cases, &progress, outcomes);
     }
 
-    /// Takes up drives and a state; whether the lane had others.
-    pub(super) fn put(&mut self, lane: usize, drives: &[f64], state: &State) -> bool {
+    /// Takes up drives and a state.
+    pub(super) fn put(&mut self, lane: usize, drives: &[f64], state: &State) {
         // Without a task the drives stay.
         clear(&mut self.drive_step);
         let mut is_new = false;
@@ -184,7 +184,7 @@ impl<R: Real> LaneSolver<R> {
                 }
             }
         }
-        is_new
+        self.is_linearised &= !is_new;
     }
 
     /// Linearises and condenses the machine at the present states, a kilogram having the weight `gravity`.
@@ -233,7 +233,7 @@ impl<R: Real> LaneSolver<R> {
                 self.condensed &= self.rigid.factorise(&self.systems, &self.tangent, machine.reach);
             },
         );
-        self.is_linearised = true;
+        self.is_linearised = condenses;
     }
 
     /// Adds what a bent tool takes of the tangent, lane by lane.
@@ -322,8 +322,8 @@ impl<R: Real> LaneSolver<R> {
         imbalance
     }
 
-    /// Largest of the closure gaps over `reach` and of the forces out of balance over the largest wrench, that of the `load` on the
-    /// platform's body, of a chain, or 1 N; of the platform, `imbalance` is.
+    /// Largest closure gap over `reach`, or force out of balance over the largest wrench (the `load` on the platform's body, that of a
+    /// chain, 1 N); `imbalance` is the platform's.
     #[inline(always)]
     pub(super) fn residual(&self, reach: f64, load: [R; 6], imbalance: [R; 6]) -> R {
         let one = R::splat(1.0);

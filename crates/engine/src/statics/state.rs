@@ -52,7 +52,7 @@ impl State {
     }
 }
 
-/// Storage that a solve reuses. Holds no information between solves but of the machine itself.
+/// Storage that a solve reuses. No solve depends on what another has left in it, but for what is known of the machine itself.
 #[derive(Debug, Clone)]
 pub struct Workspace {
     pub(super) solver: LaneSolver,

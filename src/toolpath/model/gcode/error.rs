@@ -67,6 +67,11 @@ pub enum Fault {
     /// Something that is no word.
     #[error("not a word; expected a letter followed by a number, such as X10.5")]
     NotAWord,
+    /// An E directly behind a number.
+    #[error(
+        "an exponent, which controls do not read, or a word E; expected digits alone, such as 0.000015, or a blank before E"
+    )]
+    Exponent,
     /// More digits than a coordinate can hold exactly.
     #[error("number has {digits} digits in a row; expected at most {most}", most = Fault::MAX_DIGITS)]
     TooManyDigits {

@@ -23,7 +23,7 @@ fn plain(text: &str, longest: usize) -> Option<Vec<Word>> {
         let digits = at + 1 + sign;
         let is_number = |byte: &&u8| byte.is_ascii_digit() || **byte == b'.';
         let length = bytes.get(digits..)?.iter().take_while(is_number).count();
-        if !byte.is_ascii_alphabetic() || length > longest {
+        if !byte.is_ascii_alphabetic() || length > longest || is_exponent(bytes, at) {
             return None;
         }
         // No number: nothing, a point alone, two points.
@@ -34,9 +34,18 @@ fn plain(text: &str, longest: usize) -> Option<Vec<Word>> {
     Some(words)
 }
 
+/// Whether an E stands at `at` directly behind a number: to whom wrote it an exponent, to controls a word of its own.
+fn is_exponent(bytes: &[u8], at: usize) -> bool {
+    let is_number = |byte: u8| byte.is_ascii_digit() || byte == b'.';
+    matches!(bytes[at], b'E' | b'e') && at > 0 && is_number(bytes[at - 1])
+}
+
 /// The words in `text`, in which blanks may part letters from their numbers and numbers may be long.
 fn parted(text: &str) -> Result<Vec<Word>, Refusal> {
     check_signs_and_digits(text)?;
+    if let Some(at) = (0..text.len()).find(|at| is_exponent(text.as_bytes(), *at)) {
+        return Err(Refusal { fault: Fault::Exponent, ..not_a_word(text, at) });
+    }
     let (joined, letters) = joined(text);
     let mut words = plain(&joined, usize::MAX).ok_or_else(|| not_words(&joined))?;
     for word in &mut words {
