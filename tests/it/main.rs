@@ -2,6 +2,8 @@
 
 mod support;
 
+#[cfg(feature = "report")]
+mod answer;
 mod architecture;
 mod arcs;
 mod bad_input;
@@ -77,6 +79,8 @@ mod online;
 mod oriented_paths;
 mod own_files;
 mod own_forces;
+#[cfg(feature = "report")]
+mod page_parts;
 mod parameters;
 mod parts;
 mod path_study;
