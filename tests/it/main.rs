@@ -36,6 +36,8 @@ mod explore;
 mod export_correction;
 mod external_axes;
 #[cfg(feature = "report")]
+mod figure_parts;
+#[cfg(feature = "report")]
 mod figures;
 #[cfg(feature = "report")]
 mod files;
