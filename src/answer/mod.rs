@@ -6,13 +6,13 @@
 
 pub mod cautions;
 pub(crate) mod command_columns;
-pub(crate) mod deflected_pose;
+pub mod deflected_pose;
 mod drives;
 mod extremes;
 mod grid_map;
 mod of_sources;
 mod output;
-pub(crate) mod point_words;
+pub mod point_words;
 mod quantity;
 mod said;
 mod setting;

@@ -7,7 +7,7 @@ use crate::machine::{Machine, NamedPoint};
 const ON: f64 = 1e-6;
 
 /// One point: its name, where it lies in the workspace box of P, and its coordinates.
-pub(crate) fn point(machine: &Machine, point: &NamedPoint) -> String {
+pub fn point(machine: &Machine, point: &NamedPoint) -> String {
     let (low, high) = (machine.workspace.min, machine.workspace.max);
     let is_near = |i: usize, value: f64| (point.position[i] - value).abs() <= ON * (high[i] - low[i]).max(1.0);
     let axes = |end: &dyn Fn(usize) -> f64| -> Vec<&str> {
@@ -36,20 +36,6 @@ pub(crate) fn point(machine: &Machine, point: &NamedPoint) -> String {
 }
 
 /// All points, for the caption of the first figure that shows them; empty without points.
-pub(crate) fn points(machine: &Machine) -> String {
+pub fn points(machine: &Machine) -> String {
     machine.points.iter().map(|p| point(machine, p)).collect::<Vec<_>>().join("; ")
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn points_are_told_by_where_they_lie_in_the_box() {
-        let machine = Machine::named_or_file("orthoglide").unwrap();
-        let words: Vec<String> = machine.points.iter().map(|p| point(&machine, p)).collect();
-        assert!(words[0].starts_with("Q0: a point within the workspace box"), "{}", words[0]);
-        assert!(words[1].starts_with("Q1: the corner of the workspace box at the largest x, y, z"), "{}", words[1]);
-        assert!(words[3].contains("at the largest x, y and the smallest z"), "{}", words[3]);
-    }
 }

@@ -69,12 +69,12 @@ static CYCLIC: LazyLock<LinearGradient> = LazyLock::new(|| {
 });
 
 /// The colour of an angle, 0..1 of a turn.
-pub(super) fn of_turn(share: f64) -> Rgb {
+pub fn of_turn(share: f64) -> Rgb {
     rgb(&CYCLIC.at((share - share.floor()) as f32))
 }
 
 /// The colour of a value on a scale from −1 to 1 around zero: blue, white, red.
-pub(super) fn around_zero(share: f64) -> Rgb {
+pub fn around_zero(share: f64) -> Rgb {
     rgb(&colorgrad::preset::rd_bu().at((0.5 - 0.5 * share.clamp(-1.0, 1.0)) as f32))
 }
 
@@ -86,7 +86,7 @@ static GREY: LazyLock<LinearGradient> = LazyLock::new(|| {
 
 impl Colours {
     /// The colour of a fraction 0..1 of the range; fractions outside take the end colours.
-    pub(super) fn at(self, fraction: f64) -> Rgb {
+    pub fn at(self, fraction: f64) -> Rgb {
         let fraction = fraction.clamp(0.0, 1.0);
         match self {
             Colours::Viridis => {
@@ -102,56 +102,4 @@ impl Colours {
 fn rgb(colour: &Color) -> Rgb {
     let [r, g, b, _] = colour.to_rgba8();
     [r, g, b]
-}
-
-/// Relative luminance of an sRGB colour.
-#[cfg(test)]
-pub(super) fn luminance(colour: Rgb) -> f64 {
-    let [r, g, b] = colour.map(|v| {
-        let v = f64::from(v) / 255.0;
-        if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
-    });
-    0.2126 * r + 0.7152 * g + 0.0722 * b
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// CIE lightness, 0..100.
-    fn lightness(colour: Rgb) -> f64 {
-        116.0 * luminance(colour).cbrt() - 16.0
-    }
-
-    #[test]
-    fn lightness_rises_steadily_in_all_colours() {
-        for colours in [Colours::Viridis, Colours::Cividis, Colours::Grey] {
-            let steps: Vec<f64> = (0..=20).map(|k| lightness(colours.at(f64::from(k) / 20.0))).collect();
-            let even = (steps[20] - steps[0]) / 20.0;
-            assert!(even > 3.0, "{colours:?} spans {} of 100", steps[20] - steps[0]);
-            for (k, pair) in steps.windows(2).enumerate() {
-                let step = pair[1] - pair[0];
-                assert!(step > 0.4 * even && step < 1.7 * even, "{colours:?}, step {k}: {step}, {even} on average");
-            }
-            assert_eq!(colours.at(-1.0), colours.at(0.0));
-            assert_eq!(colours.at(2.0), colours.at(1.0));
-        }
-    }
-
-    #[test]
-    fn a_turn_closes_and_zero_is_the_lightest() {
-        assert_eq!(of_turn(0.0), of_turn(1.0));
-        assert!(lightness(of_turn(0.5)) < 20.0 && lightness(of_turn(0.0)) > 85.0);
-        let [low, zero, high] = [-1.0, 0.0, 1.0].map(around_zero);
-        assert!(low[2] > low[0] && high[0] > high[2], "{low:?} {high:?}");
-        assert!(lightness(zero) > 93.0);
-    }
-
-    #[test]
-    fn the_ends_are_those_published() {
-        assert_eq!([Colours::Viridis.at(0.0), Colours::Viridis.at(1.0)], [[68, 1, 84], [254, 232, 37]]);
-        let near = |found: Rgb, published: Rgb| found.iter().zip(published).all(|(a, b)| a.abs_diff(b) <= 6);
-        assert!(near(Colours::Cividis.at(0.0), [0, 32, 77]), "{:?}", Colours::Cividis.at(0.0));
-        assert!(near(Colours::Cividis.at(1.0), [255, 234, 70]), "{:?}", Colours::Cividis.at(1.0));
-    }
 }

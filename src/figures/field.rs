@@ -6,7 +6,7 @@ use super::scene::Point;
 const HATCH_PITCH: f64 = 22.0;
 
 /// A colour with its opacity, 8 bits per channel.
-pub(super) type Rgba = [u8; 4];
+pub type Rgba = [u8; 4];
 
 /// Borders of the cells around `nodes`: half-way between neighbours and at the outer nodes themselves, so that the
 /// cells end where the grid ends and the outer cells are half as wide. A lone node gets `lone` on both sides.
@@ -32,16 +32,19 @@ fn lone_half_width(axes: &[&[f64]]) -> f64 {
 }
 
 /// Borders of the cells along each axis.
-pub(super) fn edges<const N: usize>(axes: [&[f64]; N]) -> [Vec<f64>; N] {
+pub fn edges<const N: usize>(axes: [&[f64]; N]) -> [Vec<f64>; N] {
     let lone = lone_half_width(&axes);
     axes.map(|nodes| cell_edges(nodes, lone))
 }
 
 /// A plane of coloured cells, stretched over the parallelogram `origin`, `origin + across`, `origin + down`.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Picture {
+pub struct Picture {
+    /// Its corner.
     pub origin: Point,
+    /// One side from there.
     pub across: Point,
+    /// The other side.
     pub down: Point,
     /// Borders of the columns and of the rows as fractions of `across` and `down`, from 0 to 1.
     borders: [Vec<f64>; 2],
@@ -101,7 +104,7 @@ impl Picture {
     }
 
     /// Slanted lines over the cells without a colour.
-    pub(crate) fn hatching(&self) -> Vec<[Point; 2]> {
+    pub fn hatching(&self) -> Vec<[Point; 2]> {
         let mut out = Vec::new();
         if self.colours.iter().all(Option::is_some) {
             return out;
@@ -133,30 +136,5 @@ impl Picture {
             out.extend(start.zip(stops.last()).map(|(from, to)| [from, *to].map(|x| self.place(at(x)))));
         }
         out
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::figures::scene::Rect;
-
-    #[test]
-    fn cells_end_at_the_outer_nodes() {
-        assert_eq!(cell_edges(&[0.0, 2.0, 4.0], 1.0), [0.0, 1.0, 3.0, 4.0]);
-        assert_eq!(cell_edges(&[3.0], 0.5), [2.5, 3.5]);
-    }
-
-    #[test]
-    fn rows_start_at_the_top_and_only_missing_cells_are_hatched() {
-        let rect = Rect { x: 100.0, y: 0.0, width: 40.0, height: 40.0 };
-        let colour = |column, row| (column != 0 || row != 1).then_some([column as u8, row as u8, 0, 255]);
-        let picture = Picture::new(rect.frame(), &[1.0, 2.0, 3.0], &[0.0, 10.0, 40.0], colour);
-        let cells: Vec<_> = picture.cells().collect();
-        assert_eq!(cells[0], ([0.0, 0.5], [0.0, 0.75], None));
-        assert_eq!(cells[3], ([0.5, 1.0], [0.75, 1.0], Some([1, 0, 0, 255])));
-        let hatched = picture.hatching();
-        assert_eq!(hatched[0], [[100.0, 22.0], [120.0, 2.0]]);
-        assert!(hatched.iter().flatten().all(|[x, y]| (100.0..=120.0).contains(x) && (0.0..=30.0).contains(y)));
     }
 }

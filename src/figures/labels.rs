@@ -32,7 +32,8 @@ const DISTANCE_COST: f64 = 30.0;
 
 /// Where a label stands.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Spot {
+pub struct Spot {
+    /// What it covers.
     pub rect: Rect,
     /// From its place, if it stands so far off that it needs a line to it.
     pub leader: Option<[Point; 2]>,
@@ -40,7 +41,7 @@ pub(super) struct Spot {
 
 /// What labels keep clear of.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Occupied {
+pub struct Occupied {
     /// Labels and marks, which no label covers as long as there is room.
     pub marks: Vec<Rect>,
     /// Pieces of lines, which labels rather do not cover.
@@ -60,7 +61,7 @@ impl Occupied {
 
     /// The place for a label of half the size `half` that names what reaches `reach` around `at`: the nearest in `bounds`
     /// that covers no mark, and few lines. It is then occupied.
-    pub(crate) fn place(&mut self, at: Point, reach: f64, half: [f64; 2], bounds: Rect) -> Spot {
+    pub fn place(&mut self, at: Point, reach: f64, half: [f64; 2], bounds: Rect) -> Spot {
         let height = 2.0 * half[1];
         let candidates = DISTANCES.iter().flat_map(|distance| DIRECTIONS.map(|direction| (*distance, direction)));
         let spot = |(distance, [dx, dy]): (f64, Point)| {
@@ -90,7 +91,7 @@ impl Occupied {
 }
 
 /// The rectangle of half the size `half` around a place.
-pub(super) fn around(centre: Point, half: [f64; 2]) -> Rect {
+pub fn around(centre: Point, half: [f64; 2]) -> Rect {
     Rect { x: centre[0] - half[0], y: centre[1] - half[1], width: 2.0 * half[0], height: 2.0 * half[1] }
 }
 
@@ -135,24 +136,4 @@ fn draw_label(scene: &mut Scene, occupied: &mut Occupied, mark: &PlacedMark<'_>,
     }
     let at = [rect.centre()[0], rect.centre()[1] + text::capital_height(size) / 2.0];
     scene.text(Text::new(mark.label, size, at, Anchor::Middle).bold().with_halo());
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn labels_of_points_that_crowd_do_not_cover_each_other() {
-        let page = Rect { x: 0.0, y: 0.0, width: 1600.0, height: 1200.0 };
-        let points: Vec<Point> =
-            (0..12).map(|k| [800.0 + f64::from(k % 4) * 9.0, 600.0 + f64::from(k / 4) * 7.0]).collect();
-        let mut occupied =
-            Occupied { marks: points.iter().map(|p| around(*p, [19.0; 2])).collect(), ..Occupied::default() };
-        let spots: Vec<Rect> = points.iter().map(|p| occupied.place(*p, 19.0, [60.0, 24.0], page).rect).collect();
-        for (k, spot) in spots.iter().enumerate() {
-            assert!(spots[..k].iter().all(|other| other.overlap(spot) == 0.0), "{k}");
-            assert!(points.iter().all(|p| around(*p, [19.0; 2]).overlap(spot) == 0.0), "{k}");
-            assert!((spot.overlap(&page) - spot.width * spot.height).abs() < 1e-6, "{k}");
-        }
-    }
 }

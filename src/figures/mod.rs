@@ -6,30 +6,30 @@
 mod agreement;
 mod alt;
 pub(crate) mod amplification;
-mod axis;
+pub mod axis;
 mod colour_bar;
 mod colours;
 mod curves;
 mod error;
-mod field;
-mod labels;
+pub mod field;
+pub mod labels;
 mod legend;
 mod lines;
 mod panels;
 mod plan;
-mod png;
+pub mod png;
 mod pose;
-mod scene;
-mod shapes;
+pub mod scene;
+pub mod shapes;
 mod slices;
 mod style;
-mod svg;
-mod text;
+pub mod svg;
+pub mod text;
 mod theme;
 mod volume;
 
 pub use agreement::{AgreementFigure, AgreementRow, Meant};
-pub use colours::{Colours, Shading};
+pub use colours::{Colours, Shading, around_zero, of_turn};
 pub use error::FigureError;
 pub use lines::{LineFigure, LineSeries};
 pub use panels::{CurvePanel, PanelCurve, PanelFigure};
@@ -80,7 +80,11 @@ impl Figure {
         svg::for_page(svg)
     }
 
-    fn scene(&self, colours: Colours) -> Result<scene::Scene, FigureError> {
+    /// The figure as it is laid out, before it is written.
+    ///
+    /// # Errors
+    /// When the data contradict each other or cannot be drawn; see [`FigureError`].
+    pub fn scene(&self, colours: Colours) -> Result<scene::Scene, FigureError> {
         match self {
             Self::Slices(figure) => slices::scene(figure, colours),
             Self::Volume(figure) => volume::scene(figure, colours),

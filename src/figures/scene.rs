@@ -7,20 +7,25 @@ use super::text::{self, Weight};
 const CIRCLE_CORNERS: usize = 48;
 
 /// A place on the page in pixels, x to the right, y downward.
-pub(super) type Point = [f64; 2];
+pub type Point = [f64; 2];
 /// A colour, 8 bits per channel.
-pub(super) type Rgb = [u8; 3];
+pub type Rgb = [u8; 3];
 
 /// An upright rectangle on the page.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Rect {
+pub struct Rect {
+    /// Its left side.
     pub x: f64,
+    /// Its upper side.
     pub y: f64,
+    /// From left to right.
     pub width: f64,
+    /// From top to bottom.
     pub height: f64,
 }
 
 impl Rect {
+    /// Its right side.
     pub fn right(&self) -> f64 {
         self.x + self.width
     }
@@ -29,10 +34,12 @@ impl Rect {
         self.y + self.height
     }
 
+    /// Its middle.
     pub fn centre(&self) -> Point {
         [self.x + self.width / 2.0, self.y + self.height / 2.0]
     }
 
+    /// Its corners in turn, the left upper one first.
     pub fn corners(&self) -> [Point; 4] {
         [[self.x, self.y], [self.right(), self.y], [self.right(), self.bottom()], [self.x, self.bottom()]]
     }
@@ -43,7 +50,7 @@ impl Rect {
     }
 
     /// Area shared with `other`.
-    pub(crate) fn overlap(&self, other: &Self) -> f64 {
+    pub fn overlap(&self, other: &Self) -> f64 {
         let width = self.right().min(other.right()) - self.x.max(other.x);
         let height = self.bottom().min(other.bottom()) - self.y.max(other.y);
         width.max(0.0) * height.max(0.0)
@@ -52,35 +59,49 @@ impl Rect {
 
 /// How a line is drawn; ends and corners are round. An empty dash pattern is a solid line.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Stroke {
+pub struct Stroke {
+    /// Its colour.
     pub colour: Rgb,
+    /// In pixels.
     pub width: f64,
+    /// Lengths of dashes and gaps in turn, in pixels.
     pub dash: &'static [f64],
 }
 
+/// Which part of a text stands at its place.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Anchor {
+pub enum Anchor {
+    /// Its begin.
     Start,
+    /// Its middle.
     Middle,
+    /// Its end.
     End,
 }
 
 /// One line of text; `at` is on the baseline.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Text {
+pub struct Text {
+    /// Its place.
     pub at: Point,
+    /// Its words.
     pub content: String,
+    /// Type size in pixels.
     pub size: f64,
+    /// How strong its letters are.
     pub weight: Weight,
+    /// Which part of it is at its place.
     pub anchor: Anchor,
     /// Reads from bottom to top.
     pub upward: bool,
+    /// Of its letters.
     pub colour: Rgb,
     /// White behind it, for text over colours.
     pub halo: bool,
 }
 
 impl Text {
+    /// A text in ink, of regular weight.
     pub fn new(content: impl Into<String>, size: f64, at: Point, anchor: Anchor) -> Self {
         Self {
             at,
@@ -132,27 +153,39 @@ impl Text {
     }
 }
 
+/// What is drawn.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) enum Item {
+pub enum Item {
+    /// A line through points.
     Line {
+        /// The points.
         points: Vec<Point>,
+        /// How it is drawn.
         stroke: Stroke,
     },
     /// A filled convex polygon.
     Convex {
+        /// Its corners in turn.
         corners: Vec<Point>,
+        /// Its colour.
         fill: Rgb,
     },
+    /// A line of text.
     Text(Text),
+    /// Coloured cells.
     Picture(Picture),
 }
 
 /// Everything on a page, in drawing order.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub(super) struct Scene {
+pub struct Scene {
+    /// Its title, which documents carry.
     pub title: String,
+    /// In pixels.
     pub width: f64,
+    /// In pixels.
     pub height: f64,
+    /// What is drawn, the lowest first.
     pub items: Vec<Item>,
 }
 
@@ -171,6 +204,7 @@ impl Scene {
         self.items.iter().map(of_item).fold(0.0, f64::max)
     }
 
+    /// Adds a line.
     pub fn line(&mut self, points: Vec<Point>, stroke: Stroke) {
         self.items.push(Item::Line { points, stroke });
     }
@@ -179,6 +213,7 @@ impl Scene {
         self.line(corners.iter().chain(corners.first()).copied().collect(), stroke);
     }
 
+    /// Adds a circle.
     pub fn circle(&mut self, centre: Point, radius: f64, stroke: Stroke) {
         let angle = |k: usize| std::f64::consts::TAU * k as f64 / CIRCLE_CORNERS as f64;
         let corner = |k| [centre[0] + radius * angle(k).cos(), centre[1] + radius * angle(k).sin()];
@@ -189,6 +224,7 @@ impl Scene {
         self.items.push(Item::Convex { corners, fill });
     }
 
+    /// Adds a text.
     pub fn text(&mut self, text: Text) {
         self.items.push(Item::Text(text));
     }

@@ -3,7 +3,7 @@
 use super::scene::Point;
 
 /// The pieces, rising to the right, of lines `pitch` apart that lie within the convex polygon of `corners` in turn.
-pub(super) fn hatched(corners: &[Point], pitch: f64) -> Vec<[Point; 2]> {
+pub fn hatched(corners: &[Point], pitch: f64) -> Vec<[Point; 2]> {
     // Of a point on a line, x and y add up to the number of the line.
     let sums = || corners.iter().map(|[x, y]| x + y);
     let (low, high) = sums().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
@@ -30,7 +30,7 @@ pub(super) fn hatched(corners: &[Point], pitch: f64) -> Vec<[Point; 2]> {
 
 /// Pieces of the line on which the field equals `level`, in the coordinates of the nodes, by linear interpolation along the
 /// edges of the grid. `values` are row-major, y outer; cells with a missing corner carry no line.
-pub(super) fn contour(x: &[f64], y: &[f64], values: &[Option<f64>], level: f64) -> Vec<[(f64, f64); 2]> {
+pub fn contour(x: &[f64], y: &[f64], values: &[Option<f64>], level: f64) -> Vec<[(f64, f64); 2]> {
     let mut pieces = Vec::new();
     for row in 1..y.len() {
         for column in 1..x.len() {
@@ -71,7 +71,7 @@ const UNSEEN: f64 = 0.4;
 /// The points of a line without those that do not show (Ramer, Douglas and Peucker).
 ///
 /// Source: D. H. Douglas, T. K. Peucker, Cartographica 10(2), 1973.
-pub(super) fn simplified(points: &[Point]) -> Vec<Point> {
+pub fn simplified(points: &[Point]) -> Vec<Point> {
     let Some(last) = points.len().checked_sub(1).filter(|last| *last > 1) else { return points.to_vec() };
     let mut is_kept = vec![false; points.len()];
     (is_kept[0], is_kept[last]) = (true, true);
@@ -95,48 +95,4 @@ fn distance(point: Point, from: Point, to: Point) -> f64 {
     let share = along.clamp(0.0, 1.0);
     let off = [point[0] - from[0] - share * dx, point[1] - from[1] - share * dy];
     (off[0] * off[0] + off[1] * off[1]).sqrt()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn lines_end_at_the_border() {
-        let square = [[0.0, 0.0], [10.0, 0.0], [10.0, 10.0], [0.0, 10.0]];
-        assert_eq!(hatched(&square, 5.0)[0], [[0.0, 5.0], [5.0, 0.0]]);
-        assert_eq!(hatched(&square, 5.0).len(), 3);
-        assert!(hatched(&[], 5.0).is_empty());
-    }
-
-    #[test]
-    fn the_line_of_a_plane_is_straight_and_stops_at_missing_nodes() {
-        let (x, y) = ([0.0, 1.0, 2.0, 4.0], [0.0, 2.0, 3.0]);
-        let mut values: Vec<Option<f64>> = y.iter().flat_map(|y| x.map(|x| Some(x + y))).collect();
-        let pieces = contour(&x, &y, &values, 2.5);
-        assert!(!pieces.is_empty());
-        assert!(pieces.iter().flatten().all(|(x, y)| (x + y - 2.5).abs() < 1e-12), "{pieces:?}");
-        let length = |pieces: &[[(f64, f64); 2]]| pieces.iter().map(|[a, b]| (a.0 - b.0).hypot(a.1 - b.1)).sum::<f64>();
-        assert!((length(&pieces) - 2.5 * 2f64.sqrt()).abs() < 1e-12);
-        // The cell of the missing node holds the line from (0.5, 2) to (1, 1.5).
-        values[0] = None;
-        assert!((length(&contour(&x, &y, &values, 2.5)) - 2.0 * 2f64.sqrt()).abs() < 1e-12);
-    }
-
-    #[test]
-    fn a_saddle_gives_two_pieces_around_the_corners_off_the_middle() {
-        let values = [1.0, -1.0, -1.0, 2.0].map(Some);
-        let pieces = contour(&[0.0, 1.0], &[0.0, 1.0], &values, 0.0);
-        assert_eq!(pieces[0], [(0.5, 0.0), (1.0, 1.0 / 3.0)]);
-        assert_eq!(pieces.len(), 2);
-        assert_eq!(contour(&[0.0, 1.0], &[0.0, 1.0], &values.map(|v| v.map(|v| -v)), 0.0).len(), 2);
-    }
-
-    #[test]
-    fn corners_stay_and_points_on_the_way_go() {
-        let line = [[0.0, 0.0], [5.0, 0.1], [10.0, 0.0], [10.0, 10.0], [10.2, 15.0], [10.0, 20.0]];
-        assert_eq!(simplified(&line), [[0.0, 0.0], [10.0, 0.0], [10.0, 20.0]]);
-        let closed = [[0.0, 0.0], [10.0, 0.0], [10.0, 10.0], [0.0, 0.0]];
-        assert_eq!(simplified(&closed), closed);
-    }
 }

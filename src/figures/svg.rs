@@ -30,7 +30,10 @@ const BACKING: f64 = 0.8;
 pub(super) const HATCHING: Stroke = Stroke { colour: HATCH, width: 2.0, dash: &[] };
 
 /// The scene as an SVG document; texts are outlines with their words as labels.
-pub(super) fn svg(scene: &Scene) -> Result<String, FigureError> {
+///
+/// # Errors
+/// A map in it cannot be encoded.
+pub fn svg(scene: &Scene) -> Result<String, FigureError> {
     let [width, height] = [scene.width, scene.height].map(f64::round);
     let mut out = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {} {}\" \
@@ -75,7 +78,7 @@ pub(super) fn svg(scene: &Scene) -> Result<String, FigureError> {
 
 /// The document as it stands in a page: dark where the page is, light on paper. An embedded image follows the colour scheme of
 /// the element that shows it (Media Queries 5).
-pub(super) fn for_page(svg: &str) -> String {
+pub fn for_page(svg: &str) -> String {
     let rule = |(light, dark): &(Rgb, Rgb)| {
         let (light, dark) = (hex(*light), hex(*dark));
         format!("[fill=\"{light}\"]{{fill:{dark}}}[stroke=\"{light}\"]{{stroke:{dark}}}")
@@ -286,32 +289,4 @@ fn outline(letter: char, weight: Weight) -> Option<String> {
         at = Some(to);
     }
     (!path.is_empty()).then(|| path.replace(" -", "-"))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn lines_of_one_stroke_are_one_element_with_relative_places() {
-        let mut scene = Scene { width: 100.0, height: 50.0, ..Scene::default() };
-        let stroke = Stroke { colour: [1, 2, 3], width: 2.0, dash: &[4.0, 3.0] };
-        scene.line(vec![[1.0, 1.0], [11.0, 1.0], [11.0, 0.0]], stroke);
-        scene.line(vec![[0.0, 0.0], [0.0, 5.0]], stroke);
-        let svg = svg(&scene).unwrap();
-        let path =
-            "<path stroke=\"#010203\" stroke-width=\"6\" stroke-dasharray=\"12 9\" d=\"m3 3l30 0 0-3m-33 0l0 15\"/>";
-        assert!(svg.contains(path), "{svg}");
-    }
-
-    #[test]
-    fn colours_of_a_dark_page_stand_in_what_is_shown_there_alone() {
-        let scene = Scene { title: "a".into(), width: 100.0, height: 50.0, ..Scene::default() };
-        let bare = svg(&scene).unwrap();
-        assert!(bare.contains("fill=\"#ffffff\"") && !bare.contains("<style>"), "{bare}");
-        let shown = for_page(&bare);
-        assert!(shown.contains("prefers-color-scheme:dark"), "{shown}");
-        assert!(shown.contains("[fill=\"#ffffff\"]{fill:#14171b}"), "{shown}");
-        assert_eq!(for_page("<svg/>"), "<svg/>");
-    }
 }

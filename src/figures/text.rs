@@ -27,9 +27,12 @@ fn embedded(style: FontStyle, bytes: &'static [u8]) -> FontRef<'static> {
     FontRef::try_from_slice(bytes).ok().filter(|_| registered).expect("the font embedded at compile time is valid")
 }
 
+/// How strong letters are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Weight {
+pub enum Weight {
+    /// Of most texts.
     Regular,
+    /// Of titles, marks and remarks.
     Bold,
 }
 
@@ -109,7 +112,7 @@ pub(super) fn printable(content: &str) -> String {
 }
 
 /// Width of one line in pixels.
-pub(super) fn width(content: &str, size: f64, weight: Weight) -> f64 {
+pub fn width(content: &str, size: f64, weight: Weight) -> f64 {
     layout(content, size, weight).1
 }
 
@@ -119,7 +122,7 @@ pub(super) fn capital_height(size: f64) -> f64 {
 }
 
 /// The content in lines no wider than `limit`, broken at spaces, and within a word that is longer than a line.
-pub(super) fn wrap(content: &str, size: f64, weight: Weight, limit: f64) -> Vec<String> {
+pub fn wrap(content: &str, size: f64, weight: Weight, limit: f64) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     let fits = |line: &str| width(line, size, weight) <= limit;
     // No-break spaces hold words together.
@@ -149,26 +152,4 @@ pub(super) fn balanced(content: &str, size: f64, weight: Weight, limit: f64) -> 
     let greedy = wrap(content, size, weight, limit);
     let shares = (50..100).map(|percent| wrap(content, size, weight, limit * f64::from(percent) / 100.0));
     shares.into_iter().find(|lines| lines.len() == greedy.len()).unwrap_or(greedy)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn wrapped_lines_keep_every_word_and_the_limit() {
-        let lines = wrap("errors of the worst point over the workspace", 20.0, Weight::Regular, 200.0);
-        assert!(lines.len() > 1);
-        assert!(lines.iter().all(|line| width(line, 20.0, Weight::Regular) <= 200.0));
-        assert_eq!(lines.join(" "), "errors of the worst point over the workspace");
-    }
-
-    #[test]
-    fn width_grows_with_size_and_long_words_are_broken() {
-        let natural = width("workspace", 20.0, Weight::Regular);
-        assert!((width("workspace", 40.0, Weight::Regular) - 2.0 * natural).abs() < 1e-3);
-        let lines = wrap("a workspace", 20.0, Weight::Bold, 50.0);
-        assert!(lines.iter().all(|line| width(line, 20.0, Weight::Bold) <= 50.0));
-        assert_eq!(lines.concat(), "aworkspace");
-    }
 }

@@ -26,26 +26,3 @@ pub(super) const DARK: [(Rgb, Rgb); 18] = [
     (IN_THE_WAY, [255, 120, 100]),
     (BAND, [30, 62, 50]),
 ];
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::figures::colours::luminance;
-
-    fn contrast(a: Rgb, b: Rgb) -> f64 {
-        let (a, b) = (luminance(a), luminance(b));
-        (a.max(b) + 0.05) / (a.min(b) + 0.05)
-    }
-
-    #[test]
-    fn what_can_be_read_on_paper_can_be_read_on_a_dark_page() {
-        let paper = DARK[0];
-        for (light, dark) in &DARK[1..] {
-            for (colour, ground) in [(*light, paper.0), (*dark, paper.1)] {
-                let is_text = [INK, MUTED, PART[0], ROOM[0], IN_THE_WAY].contains(light);
-                let least = if is_text { 4.5 } else { 1.1 };
-                assert!(contrast(colour, ground) >= least, "{colour:?} on {ground:?}: {}", contrast(colour, ground));
-            }
-        }
-    }
-}

@@ -14,12 +14,12 @@ pub(crate) use manifest::record_in;
 pub use manifest::{Manifest, StatusCount};
 pub use recorded::Recorded;
 pub use replace::{Foreign, may_replace};
-pub use visible::{visible, visible_json};
-pub use words::{counted, if_any, millimetres, millimetres_in_table, per_second};
+pub use visible::{shown_json, visible, visible_json};
+pub use words::{counted, if_any, millimetres, millimetres_in_table, per_second, position, signed};
+pub(crate) use write::temporary_beside;
 pub use write::{
-    OutputFile, PreparedFolder, Step, Transaction, prepare, prepare_beside, remove, staging, staging_beside, write_all,
-    write_beside,
+    OutputFile, PreparedFolder, Step, Transaction, clean, prepare, prepare_beside, remove, staging, staging_beside,
+    temporary_file, write_all, write_beside,
 };
-pub(crate) use write::{clean, temporary_beside, temporary_file};
 
 pub(crate) use crate::input::check::file_stem;

@@ -27,35 +27,7 @@ pub fn visible_json(json: &str) -> Cow<'_, str> {
     replaced(json, |c| format!("\\u{:04x}", u32::from(c)))
 }
 
-/// The same for JSON whose strings are shown by a script: they hold the written form.
-pub(crate) fn shown_json(json: &str) -> Cow<'_, str> {
+/// As [`visible_json`], for JSON whose strings are shown by a script: they hold the written form.
+pub fn shown_json(json: &str) -> Cow<'_, str> {
     replaced(json, |c| format!("\\\\u{{{:x}}}", u32::from(c)))
-}
-
-#[cfg(test)]
-mod tests {
-    use serde_json::{Value, json};
-
-    use super::*;
-
-    const NAME: &str = "gpj.\u{202e}\u{1b}[31mred\u{9b}0m\u{2066}é漢\t\u{200d}";
-    const SHOWN: &str = "gpj.\\u{202e}\\u{1b}[31mred\\u{9b}0m\\u{2066}é漢\t\u{200d}";
-
-    #[test]
-    fn what_acts_is_written_out_and_letters_stay() {
-        assert_eq!(visible(NAME), SHOWN);
-        assert!(matches!(visible("Größe 1\n漢字"), Cow::Borrowed(_)));
-    }
-
-    #[test]
-    fn json_keeps_its_strings_or_shows_them() {
-        let text = json!({ "name": NAME, "n": 1 }).to_string();
-        let read = |text: &str| serde_json::from_str::<Value>(text).unwrap()["name"].as_str().unwrap().to_string();
-        let sent = visible_json(&text);
-        assert!(!sent.contains(acts));
-        assert_eq!(read(&sent), NAME);
-        let shown = shown_json(&text);
-        assert!(!shown.contains(acts));
-        assert!(read(&shown).starts_with("gpj.\\u{202e}"), "{shown}");
-    }
 }

@@ -5,8 +5,8 @@ pub(crate) fn typographic(text: &str) -> String {
     text.replace('-', "\u{2212}")
 }
 
-/// The same where names may stand between the numbers: hyphens within words stay.
-pub(crate) fn signed(text: &str) -> String {
+/// With minus signs instead of hyphens before numbers; hyphens within names stay.
+pub fn signed(text: &str) -> String {
     let mut shown = String::with_capacity(text.len());
     let mut characters = text.chars().peekable();
     let mut before = ' ';
@@ -97,20 +97,4 @@ pub fn listed(words: &[&str]) -> String {
 /// A number in words, or a dash where there is none.
 pub fn if_any<T>(number: Option<T>, words: impl FnOnce(T) -> String) -> String {
     number.map_or_else(|| "–".into(), words)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn signs_are_minus_signs_and_names_keep_their_hyphens() {
-        let shown = signed("box clamp-2 at (-1.5, 3) mm, -4 to -2, a-b");
-        assert_eq!(shown, "box clamp-2 at (\u{2212}1.5, 3) mm, \u{2212}4 to \u{2212}2, a-b");
-    }
-
-    #[test]
-    fn positions_have_minus_signs_and_no_negative_zero() {
-        assert_eq!(position(-73.65, 126.35, -0.04), "(\u{2212}73.7, 126.3, 0.0) mm");
-    }
 }

@@ -31,7 +31,7 @@ impl OutputFile {
         Self { name: name.into(), content: Content::Bytes(bytes.into()) }
     }
 
-    /// A file that is to be called `name`; it is in the result folder already, see `temporary_file`.
+    /// A file that is to be called `name`; it is in the result folder already, see [`temporary_file`].
     pub fn written(name: impl Into<String>, file: NamedTempFile) -> Self {
         Self { name: name.into(), content: Content::File(file) }
     }
@@ -121,7 +121,7 @@ pub fn staging(folder: &Path) -> Result<TempDir> {
 ///
 /// # Errors
 /// The folder cannot be read, or a file cannot be removed.
-pub(crate) fn clean(folder: &Path) -> Result<()> {
+pub fn clean(folder: &Path) -> Result<()> {
     clean_of(folder, TEMPORARY)
 }
 
@@ -298,7 +298,7 @@ pub fn remove(file: &Path) -> Result<()> {
 ///
 /// # Errors
 /// It cannot be made.
-pub(crate) fn temporary_file(folder: &Path) -> std::io::Result<NamedTempFile> {
+pub fn temporary_file(folder: &Path) -> std::io::Result<NamedTempFile> {
     temporary(folder, TEMPORARY)
 }
 
@@ -342,23 +342,5 @@ impl Drop for PreparedFolder {
     fn drop(&mut self) {
         // One that holds something cannot be removed, and neither can those around it.
         let _ = self.made.iter().try_for_each(std::fs::remove_dir);
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn writing_replaces_and_leaves_nothing_else() {
-        let folder = tempfile::tempdir().unwrap();
-        prepare(folder.path()).unwrap();
-        for content in ["1", "2"] {
-            write_all(folder.path(), vec![OutputFile::new("a.csv", content)]).unwrap();
-        }
-        temporary_file(folder.path()).unwrap().keep().unwrap();
-        clean(folder.path()).unwrap();
-        assert_eq!(std::fs::read_to_string(folder.path().join("a.csv")).unwrap(), "2");
-        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
     }
 }

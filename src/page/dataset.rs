@@ -18,7 +18,7 @@ pub(super) const MOST_NUMBERS: usize = 4_000_000;
 
 /// Numbers over nodes, by quantity and group.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Dataset {
+pub struct Dataset {
     /// Node coordinates along each axis of a grid, x fastest; along a curve, one list.
     pub axes: Vec<Vec<f64>>,
     /// Names of the nodes, where they have names.
@@ -35,6 +35,9 @@ pub(super) struct Dataset {
 
 impl Dataset {
     /// Reads the numbers of `explorer`, a grid thinned to about `most` numbers.
+    ///
+    /// # Errors
+    /// The table cannot be read, has not the columns, or has a cell that should be a number and is none.
     pub fn read(explorer: &Explorer, table: &Table, most: usize) -> Result<Self> {
         let columns = Columns::new(explorer, table)?;
         let groups = explorer.group.as_ref().map_or(1, |group| group.values.len());
@@ -108,17 +111,17 @@ impl Dataset {
     }
 
     /// All numbers, missing ones included.
-    pub(crate) fn number_count(&self) -> usize {
+    pub fn number_count(&self) -> usize {
         self.values.iter().flatten().map(Vec::len).sum()
     }
 
     /// Number of nodes.
-    pub(crate) fn node_count(&self) -> usize {
+    pub fn node_count(&self) -> usize {
         if self.axes.is_empty() { self.names.len() } else { self.axes.iter().map(Vec::len).product() }
     }
 
     /// The part at the nodes that `other` has as well.
-    pub(crate) fn at_nodes_of(&self, other: &Self) -> Self {
+    pub fn at_nodes_of(&self, other: &Self) -> Self {
         let kept_names: Vec<usize> = (0..self.names.len()).filter(|i| other.names.contains(&self.names[*i])).collect();
         let kept: Vec<Vec<usize>> = self
             .axes
@@ -143,7 +146,7 @@ impl Dataset {
     }
 
     /// Coordinates of a node; `None` where nodes have names.
-    pub(crate) fn position(&self, node: usize) -> Option<Vec<f64>> {
+    pub fn position(&self, node: usize) -> Option<Vec<f64>> {
         if self.axes.is_empty() {
             return None;
         }
@@ -283,7 +286,7 @@ impl Ord for OrderedBits {
 }
 
 /// The axes with so many values left out that at most `most` nodes remain, both ends kept.
-fn thinned(axes: &[Vec<f64>], most: usize) -> Vec<Vec<f64>> {
+pub fn thinned(axes: &[Vec<f64>], most: usize) -> Vec<Vec<f64>> {
     let mut counts: Vec<usize> = axes.iter().map(Vec::len).collect();
     while counts.iter().product::<usize>() > most.max(1) {
         let Some(longest) = counts.iter_mut().max().filter(|count| **count > 2) else { break };
@@ -366,83 +369,5 @@ impl Columns {
                 None => Some(format!("{what}{status}")),
             }
         })
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::{
-        super::description::{Better, Column, Group, Quantity},
-        *,
-    };
-
-    fn explorer(shape: Shape) -> Explorer {
-        let coordinates = match shape {
-            Shape::Grid => vec![Column::new("x", "x", "mm"), Column::new("y", "y", "mm")],
-            Shape::Curve | Shape::Names => vec![Column::new("x", "x", "mm")],
-        };
-        let value = |value: &str| GroupValue { cells: vec![value.into()], label: value.into() };
-        Explorer {
-            title: "test".into(),
-            table: "t.csv".into(),
-            shape,
-            coordinates,
-            group: Some(Group { columns: vec!["g".into()], label: "g".into(), values: vec![value("b"), value("a")] }),
-            quantities: vec![Quantity::new(["v", "w"], "largest", "mm", Better::Smaller)],
-            marks: Vec::new(),
-        }
-    }
-
-    const TABLE: &str =
-        "x,y,g,status,reason,v,w\n0,0,a,solved,,1,-2\n0,0,b,solved,,3,1\n1,0,a,lost,far,,\n1,0,b,solved,,5,-6\n";
-
-    fn read(shape: Shape, most: usize) -> Dataset {
-        let folder = tempfile::tempdir().unwrap();
-        let file = folder.path().join("t.csv");
-        std::fs::write(&file, TABLE).unwrap();
-        Dataset::read(&explorer(shape), &Table::open(&file).unwrap(), most).unwrap()
-    }
-
-    #[test]
-    fn rows_find_their_nodes_and_groups() {
-        let data = read(Shape::Grid, 1000);
-        assert_eq!(data.axes, [vec![0.0, 1.0], vec![0.0]]);
-        assert_eq!(data.values[0][0], [3.0, 6.0]);
-        assert_eq!(data.values[0][1][0], 2.0);
-        assert!(data.values[0][1][1].is_nan());
-        assert_eq!((data.flags[1].as_slice(), data.notes.as_slice()), (&[(1, 0)][..], &["lost: far".to_string()][..]));
-        assert_eq!(read(Shape::Curve, 1000).axes, [vec![0.0, 1.0]]);
-        assert_eq!(read(Shape::Names, 1000).names, ["0", "1"]);
-    }
-
-    #[test]
-    fn only_nodes_of_both_are_in_common() {
-        for shape in [Shape::Grid, Shape::Curve, Shape::Names] {
-            let all = read(shape, 1000);
-            let mut other = all.clone();
-            other.axes.first_mut().into_iter().for_each(|axis| axis[0] = 7.0);
-            other.names.first_mut().into_iter().for_each(|name| *name = "other".into());
-            other.axes.first_mut().into_iter().for_each(|axis| axis.sort_by(f64::total_cmp));
-            let part = all.at_nodes_of(&other);
-            assert_eq!(part.node_count(), 1, "{shape:?}");
-            assert_eq!(part.values[0][0], [6.0], "{shape:?}");
-            assert_eq!(part.flags[1], [(0, 0)], "{shape:?}");
-            other.axes.first_mut().into_iter().for_each(|axis| axis.truncate(0));
-            other.names.clear();
-            assert_eq!(all.at_nodes_of(&other).node_count(), 0, "{shape:?}");
-        }
-    }
-
-    #[test]
-    fn a_large_grid_is_thinned_with_its_ends_kept() {
-        let axis: Vec<f64> = (0..101).map(f64::from).collect();
-        let axes = thinned(&[axis.clone(), axis.clone(), vec![5.0]], 500);
-        assert_eq!((axes[0].len(), axes[1].len(), axes[2].len()), (22, 22, 1));
-        for axis in &axes[..2] {
-            assert_eq!((axis[0], axis[axis.len() - 1]), (0.0, 100.0));
-            assert!(axis.windows(2).all(|pair| pair[0] < pair[1]));
-        }
-        let whole = [axis];
-        assert_eq!(thinned(&whole, 101), whole);
     }
 }

@@ -125,14 +125,14 @@ fn json<T: DeserializeOwned>(file: &Path, text: &str) -> Result<T> {
 }
 
 /// Address of `file` on a page that lies at `page`, both relative to the present folder or absolute.
-pub(super) fn href(page: &Path, file: &Path) -> String {
+pub fn href(page: &Path, file: &Path) -> String {
     let parts: Vec<String> =
         way(page, file).components().map(|part| encoded(&part.as_os_str().to_string_lossy())).collect();
     if parts.is_empty() { ".".into() } else { parts.join("/") }
 }
 
-/// The same way in words: nothing is encoded.
-pub(super) fn relative(page: &Path, file: &Path) -> String {
+/// The way of [`href`] in words: nothing is encoded.
+pub fn relative(page: &Path, file: &Path) -> String {
     let way = way(page, file);
     if way.as_os_str().is_empty() { ".".into() } else { way.display().to_string() }
 }
@@ -154,22 +154,4 @@ fn encoded(name: &str) -> String {
         other => format!("%{other:02X}"),
     };
     name.bytes().map(byte).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn addresses_are_relative_to_the_page() {
-        for (page, file, address) in [
-            ("results/a/report.html", "results/a/map.csv", "map.csv"),
-            ("comparison.html", "results/a b/map.csv", "results/a%20b/map.csv"),
-            ("/tmp/x/page.html", "/tmp/y/map.csv", "../y/map.csv"),
-        ] {
-            assert_eq!(href(Path::new(page), Path::new(file)), address);
-        }
-        assert_eq!(relative(Path::new("/x/page.html"), Path::new("/x/a b")), "a b");
-        assert_eq!(relative(Path::new("/x/page.html"), Path::new("/x")), ".");
-    }
 }

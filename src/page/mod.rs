@@ -6,7 +6,7 @@
 mod aligned;
 mod compared;
 mod comparison;
-mod dataset;
+pub mod dataset;
 mod description;
 mod explore;
 mod folder;
@@ -18,10 +18,10 @@ mod point_command;
 mod record;
 mod sentences;
 mod single;
-mod table;
+pub mod table;
 mod template;
 mod verdict;
-mod winners;
+pub mod winners;
 
 pub use comparison::comparison;
 pub use description::{
@@ -29,10 +29,13 @@ pub use description::{
     SmallTable, TableNote,
 };
 pub use explore::{ToTry, explore_page};
-pub use folder::ResultFolder;
+pub use folder::{ResultFolder, href, relative};
 pub use machine::DeflectedPose;
 pub use machine::MachineDescription;
 pub(crate) use machine::error_facts;
+pub use packed::{Packed, Precision};
+pub use point_command::{PointCommand, point_commands};
+pub use record::{ReasonView, count_reasons};
 pub(crate) use single::{MACHINE_AT_HOME, WORST_ANGLE};
 pub use single::{page, page_with};
 

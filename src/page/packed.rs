@@ -13,7 +13,7 @@ const MOST_SINGLE: usize = 900_000;
 
 /// How many digits a page keeps of a number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Precision {
+pub enum Precision {
     /// Single precision, 32 bits: seven digits of each number, however small.
     Single,
     /// A 65 534th of the column's range, 16 bits: for maps with very many numbers.
@@ -22,7 +22,7 @@ pub(super) enum Precision {
 
 impl Precision {
     /// Single precision as long as the page stays small.
-    pub(crate) fn for_numbers(count: usize) -> Self {
+    pub fn for_numbers(count: usize) -> Self {
         if count <= MOST_SINGLE { Self::Single } else { Self::Steps }
     }
 
@@ -38,15 +38,19 @@ impl Precision {
 /// A column of numbers as base64 of little-endian values: 32-bit floating point, NaN where there is no number, or 16-bit
 /// codes for `low + code / 65534 · (high − low)`, 65535 where there is none.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub(super) struct Packed {
+pub struct Packed {
+    /// The least number.
     pub low: f64,
+    /// The largest number.
     pub high: f64,
+    /// Bits of each value: 32 or 16.
     pub bits: u8,
+    /// The values.
     pub codes: String,
 }
 
 impl Packed {
-    /// `None` if there is no number at all.
+    /// Of `values`; `None` if there is no number at all.
     pub fn new(values: &[f64], precision: Precision) -> Option<Self> {
         let known = || values.iter().copied().filter(|value| value.is_finite());
         let low = known().reduce(f64::min)?;
@@ -74,43 +78,4 @@ pub(super) fn script_json(value: &impl Serialize) -> String {
     // A struct of strings and finite numbers always serialises.
     let text = serde_json::to_string(value).unwrap_or_default();
     shown_json(&text.replace('<', "\\u003c")).into_owned()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn codes_are_within_half_a_step_of_the_numbers() {
-        let values: Vec<f64> = (0..1000).map(|k| (f64::from(k) * 0.37).sin() * 1.7).chain([f64::NAN]).collect();
-        let packed = Packed::new(&values, Precision::Steps).unwrap();
-        let bytes = STANDARD.decode(&packed.codes).unwrap();
-        for (value, pair) in values.iter().zip(bytes.chunks(2)) {
-            let code = u16::from_le_bytes([pair[0], pair[1]]);
-            assert_eq!(code == MISSING, value.is_nan());
-            let back = packed.low + f64::from(code) / STEPS * (packed.high - packed.low);
-            assert!(value.is_nan() || (back - value).abs() <= 0.51 * (packed.high - packed.low) / STEPS);
-        }
-        assert_eq!(Packed::new(&[f64::NAN], Precision::Steps), None);
-        assert_eq!(Packed::new(&[2.0, 2.0], Precision::Steps).unwrap().codes, "AAAAAA==");
-    }
-
-    #[test]
-    fn single_precision_keeps_small_numbers_beside_large_ones() {
-        let values = [1.76, 9.8e-10, 4.9e-14, f64::NAN];
-        let packed = Packed::new(&values, Precision::for_numbers(values.len())).unwrap();
-        assert_eq!((packed.bits, packed.low, packed.high), (32, 4.9e-14, 1.76));
-        let bytes = STANDARD.decode(&packed.codes).unwrap();
-        for (value, four) in values.iter().zip(bytes.chunks(4)) {
-            let back = f64::from(f32::from_le_bytes([four[0], four[1], four[2], four[3]]));
-            assert!((back.is_nan() && value.is_nan()) || (back / value - 1.0).abs() < 1e-7, "{value}: {back}");
-        }
-        assert_eq!(Precision::for_numbers(MOST_SINGLE + 1), Precision::Steps);
-    }
-
-    #[test]
-    fn json_cannot_end_its_script() {
-        let json = script_json(&"</script><!--");
-        assert_eq!(json, "\"\\u003c/script>\\u003c!--\"");
-    }
 }

@@ -8,17 +8,19 @@ use super::description::{Description, Explorer};
 
 /// A command with blanks: `{position}`, and `{phi}` where the tool's angle counts.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub(super) struct PointCommand {
-    text: String,
+pub struct PointCommand {
+    /// The command.
+    pub text: String,
     /// Which quantity of the view is the tool's angle.
-    phi: Option<usize>,
+    pub phi: Option<usize>,
 }
 
+/// Values of inputs by part and key.
 type Keys = BTreeMap<(String, String), String>;
 
 /// The command of each group of `explorer`, whose quantity `phi` is the tool's angle; nothing where the study is not one that
 /// `point` can repeat. Then what the command leaves out.
-pub(super) fn point_commands(
+pub fn point_commands(
     description: &Description,
     explorer: &Explorer,
     phi: Option<usize>,
@@ -106,38 +108,5 @@ fn quoted(word: &str) -> String {
         word.into()
     } else {
         format!("'{}'", word.replace('\'', r"'\''"))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_point_is_asked_for_with_force_and_errors_of_its_source() {
-        let keys: Keys = [
-            ("study", "machine", "my machine.toml"),
-            ("process", "force.path_frame.radial_force_N", "215.0"),
-            ("process", "force.path_frame.tangential_force_N", "-10.0"),
-            ("process", "force.path_frame.axial_force_N", "-25.0"),
-            ("process", "force.path_frame.law", "printed"),
-            ("process", "chain_error.x.chain", "x"),
-            ("process", "chain_error.x.turn_about_drive_axis_deg", "1.0"),
-            ("process", "compensate.target", "tool_tip"),
-            ("process", "tool.tip_mm", "[0, 0, 150]"),
-        ]
-        .map(|(part, key, value)| ((part.into(), key.into()), value.into()))
-        .into();
-        let all = command("all", Some(8), &keys).unwrap();
-        assert_eq!(
-            all.text,
-            "kinetostat point --machine 'my machine.toml' --position {position} --phi {phi} --force 215.0,-10.0,-25.0 \
-             --law printed --set x.turn=1.0"
-        );
-        assert_eq!(all.phi, Some(8));
-        let errors = command("errors", Some(8), &keys).unwrap();
-        assert!(errors.text.ends_with("{position} --wrench 0,0,0,0,0,0 --set x.turn=1.0") && errors.phi.is_none());
-        assert_eq!(command("all", None, &keys), None);
-        assert_eq!(note(&keys), "It leaves out tool of the process. Run it in the folder of the study.");
     }
 }

@@ -29,11 +29,15 @@ pub(super) struct StatusView {
 
 /// A status with its reason, and how many rows of a table have it.
 #[derive(Debug, Serialize)]
-pub(super) struct ReasonView {
-    table: String,
-    status: String,
-    reason: String,
-    rows: usize,
+pub struct ReasonView {
+    /// The table.
+    pub table: String,
+    /// The status, in words.
+    pub status: String,
+    /// The reason, of the first such row.
+    pub reason: String,
+    /// How many rows.
+    pub rows: usize,
 }
 
 /// Rows per status.
@@ -48,7 +52,10 @@ pub(super) fn statuses(manifest: &Value) -> Vec<StatusView> {
 }
 
 /// Adds the reasons that a table gives with its statuses, most frequent first; rows that differ in the numbers of their reason only count as one.
-pub(super) fn count_reasons(file: &str, table: &Table, reasons: &mut Vec<ReasonView>) -> Result<()> {
+///
+/// # Errors
+/// A row that cannot be read.
+pub fn count_reasons(file: &str, table: &Table, reasons: &mut Vec<ReasonView>) -> Result<()> {
     let place = |name: &str| table.header.iter().position(|column| column == name);
     let columns: Vec<[usize; 2]> =
         NOTES.iter().filter_map(|[status, reason]| Some([place(status)?, place(reason)?])).collect();
@@ -216,27 +223,5 @@ fn shortened(text: &str) -> String {
     match text.char_indices().nth(LONGEST) {
         Some((end, _)) => format!("{}…", &text[..end]),
         None => text.to_string(),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn reasons_that_differ_in_numbers_are_one() {
-        let folder = tempfile::tempdir().unwrap();
-        let file = folder.path().join("t.csv");
-        std::fs::write(&file, "status,reason\nsolved,\nlost,gap 1.5 mm\nlost,gap 20 mm\nbent,x\n").unwrap();
-        let mut reasons = Vec::new();
-        count_reasons("t.csv", &Table::open(&file).unwrap(), &mut reasons).unwrap();
-        let found: Vec<_> = reasons.iter().map(|r| (r.reason.as_str(), r.rows)).collect();
-        assert_eq!(found, [("gap 1.5 mm", 2), ("x", 1)]);
-        let table = "status,reason,correction_status,correction_reason\nlost,gap,lost,gap\nsolved,,slow,late\n";
-        std::fs::write(&file, table).unwrap();
-        reasons.clear();
-        count_reasons("t.csv", &Table::open(&file).unwrap(), &mut reasons).unwrap();
-        let found: Vec<_> = reasons.iter().map(|r| (r.status.as_str(), r.reason.as_str(), r.rows)).collect();
-        assert_eq!(found, [("lost", "gap", 1), ("slow", "late", 1)]);
     }
 }

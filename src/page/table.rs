@@ -24,12 +24,17 @@ const MOST_ROWS: usize = 60;
 
 /// A CSV file with a header. Rows are read anew each time: a map may have millions.
 #[derive(Debug, Clone)]
-pub(super) struct Table {
+pub struct Table {
     file: PathBuf,
+    /// Names of its columns.
     pub header: Vec<String>,
 }
 
 impl Table {
+    /// The table in `file`.
+    ///
+    /// # Errors
+    /// It cannot be read.
     pub fn open(file: &Path) -> Result<Self> {
         let mut table = Self { file: file.to_path_buf(), header: Vec::new() };
         let mut reader = table.reader()?;
@@ -106,15 +111,22 @@ impl Table {
 
 /// A table on a page.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub(super) struct TableView {
+pub struct TableView {
+    /// Its file.
     pub file: String,
+    /// The address of the file.
     pub href: String,
+    /// What its rows are.
     pub caption: String,
+    /// The column by which the rows were chosen, if some are left out.
     pub ranked_by: Option<String>,
+    /// Rows of the file.
     pub total: usize,
+    /// Names of its columns.
     pub columns: Vec<String>,
     /// Whether all cells of a column are numbers or empty.
     pub numeric: Vec<bool>,
+    /// The rows shown.
     pub rows: Vec<Vec<Cell>>,
     /// Which rows stand first in any order, for a script; empty where all rows are here.
     pub ranking: String,
@@ -122,12 +134,18 @@ pub(super) struct TableView {
 
 /// A cell as shown and as sorted by.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub(super) struct Cell {
+pub struct Cell {
+    /// As shown.
     pub text: String,
+    /// As in the file.
     pub sort: String,
 }
 
 impl TableView {
+    /// Of `table` as `note` tells of it, at the address `href`.
+    ///
+    /// # Errors
+    /// It cannot be read, or has not the column that it is ranked by.
     pub fn new(table: &Table, note: &TableNote, href: String) -> Result<Self> {
         let ranked_by = match &note.largest_first {
             Some(column) => Some(table.column(column)?),
@@ -190,6 +208,7 @@ impl TableView {
 }
 
 impl Cell {
+    /// Of a cell of a file.
     pub fn new(text: &str) -> Self {
         let shown = match text.parse::<f64>() {
             Ok(value) if value != 0.0 && value.abs() < ROUNDING => "≈ 0".into(),
@@ -204,7 +223,7 @@ impl Cell {
 const ROUNDING: f64 = 1e-12;
 
 /// Five significant digits, whole numbers as they are; a real minus sign.
-pub(super) fn number(value: f64) -> String {
+pub fn number(value: f64) -> String {
     if !value.is_finite() {
         return "–".into();
     }
@@ -339,66 +358,5 @@ impl Ranked {
         let indices = |all: &[First]| all.iter().map(of_column).collect();
         let FirstRows { smallest, largest, .. } = &self.first;
         script_json(&Ranking { total, smallest: indices(smallest), largest: indices(largest), rows: self.rows })
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use serde_json::Value;
-
-    use super::*;
-
-    #[test]
-    fn numbers_keep_five_digits() {
-        for (value, shown) in [
-            (0.0, "0"),
-            (-0.0, "0"),
-            (-73.65, "\u{2212}73.650"),
-            (1.123456789, "1.1235"),
-            (0.00012345678, "0.00012346"),
-            (1.5e-13, "1.500e\u{2212}13"),
-            (123456.78, "123457"),
-            (-10.0, "\u{2212}10"),
-            (361.0, "361"),
-            (f64::NAN, "–"),
-        ] {
-            assert_eq!(number(value), shown);
-        }
-    }
-
-    #[test]
-    fn the_largest_rows_come_first_and_the_rest_is_counted() {
-        let folder = tempfile::tempdir().unwrap();
-        let file = folder.path().join("t.csv");
-        let rows: String = (0..200).map(|k| format!("{k},{}\n", (k * 37) % 200)).collect();
-        std::fs::write(&file, format!("k,v\n{rows}")).unwrap();
-        let view =
-            TableView::new(&Table::open(&file).unwrap(), &TableNote::ranked("t.csv", "", "v"), "t.csv".into()).unwrap();
-        assert_eq!((view.total, view.rows.len()), (200, MOST_ROWS));
-        assert_eq!(view.rows[0][1].text, "199");
-        assert_eq!(view.numeric, [true, true]);
-        let fault = TableView::new(&Table::open(&file).unwrap(), &TableNote::ranked("t.csv", "", "w"), String::new());
-        assert!(fault.unwrap_err().to_string().contains("there is no column \"w\""));
-    }
-
-    #[test]
-    fn any_column_is_sorted_over_all_rows() {
-        let folder = tempfile::tempdir().unwrap();
-        let file = folder.path().join("t.csv");
-        let rows: String =
-            (0..500).map(|k| format!("{k},{},{}\n", (k * 37) % 500, if k == 400 { "" } else { "x" })).collect();
-        std::fs::write(&file, format!("k,v,w\n{rows}")).unwrap();
-        let note = TableNote::ranked("t.csv", "", "v");
-        let view = TableView::new(&Table::open(&file).unwrap(), &note, "t.csv".into()).unwrap();
-        let found: Value = serde_json::from_str(&view.ranking).unwrap();
-        assert_eq!(found["total"], 500);
-        let column = |order: &str, column: usize| -> Vec<String> {
-            let indices = found[order][column].as_array().unwrap().iter();
-            indices.map(|i| found["rows"][i.as_u64().unwrap() as usize][column].as_str().unwrap().into()).collect()
-        };
-        let expected: Vec<String> = (0..MOST_SORTED).map(|k| (499 - k).to_string()).collect();
-        assert_eq!(column("largest", 1), expected);
-        assert_eq!(column("smallest", 0), (0..MOST_SORTED).map(|k| k.to_string()).collect::<Vec<_>>());
-        assert!(column("smallest", 2).iter().all(|cell| cell == "x"));
     }
 }

@@ -74,33 +74,3 @@ pub(super) fn render(name: &str, content: &impl Serialize) -> Result<String> {
     };
     templates.get_template(name).and_then(|template| template.render(page)).map_err(|e| fault(&e))
 }
-
-#[cfg(test)]
-mod tests {
-    use sha2::{Digest, Sha256};
-
-    use super::*;
-
-    #[test]
-    fn the_charting_library_is_the_pinned_one() {
-        let readme = include_str!("assets/plotly/README.md");
-        let hash: String = Sha256::digest(PLOTLY.as_bytes()).iter().map(|byte| format!("{byte:02x}")).collect();
-        assert!(readme.contains(&hash), "assets/plotly/README.md does not name {hash}");
-    }
-
-    #[test]
-    fn texts_are_escaped_and_visible_and_scripts_are_left() {
-        let templates = TEMPLATES.as_ref().unwrap();
-        let shown =
-            templates.render_str("{{ name }} {{ own | safe }}", context! { name => "<\u{202e}>", own => "<b>" });
-        assert_eq!(shown.unwrap(), "&lt;\\u{202e}&gt; <b>");
-    }
-
-    #[test]
-    fn scripts_and_styles_cannot_end_their_elements() {
-        for text in SCRIPTS.iter().chain(&crate::page::explore::SCRIPTS).copied().chain([PLOTLY.as_str()]) {
-            assert!(!text.to_ascii_lowercase().contains("</script"));
-        }
-        assert!(!STYLE.to_ascii_lowercase().contains("</style"));
-    }
-}

@@ -61,7 +61,7 @@ pub(super) fn same(a: f64, b: f64, floor: f64) -> bool {
 }
 
 /// "24 % less", "3.2 times as much" or "the same": `value` against `reference`.
-pub(super) fn against(value: f64, reference: f64, floor: f64) -> String {
+pub fn against(value: f64, reference: f64, floor: f64) -> String {
     let (size, other) = (value.abs(), reference.abs());
     match size / other {
         _ if same(value, reference, floor) => "the same".into(),
@@ -90,7 +90,7 @@ fn short(ratio: f64) -> String {
 }
 
 /// A share as readers say it: "24 %", "0.3 %", never "100 %" of what is not all.
-pub(super) fn percent(share: f64) -> String {
+pub fn percent(share: f64) -> String {
     let percent = 100.0 * share;
     match percent {
         p if p == 0.0 || p == 100.0 => format!("{p:.0} %"),
@@ -133,7 +133,7 @@ impl Extremes {
 
 /// What a place says.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum At {
+pub enum At {
     /// Not all results have a number there that is an answer.
     Nothing,
     /// The best and the next best are the same.
@@ -149,7 +149,7 @@ pub(super) enum At {
 
 /// Places by their winner.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Winners {
+pub struct Winners {
     /// By node in common.
     pub at: Vec<At>,
     results: usize,
@@ -231,60 +231,5 @@ impl Winners {
             At::Best { who: own, lead } if *own == who => Some((node, *lead)),
             _ => None,
         })
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn part(values: Vec<f64>, flagged: &[usize]) -> Dataset {
-        Dataset {
-            axes: vec![(0..values.len()).map(|k| k as f64).collect()],
-            names: Vec::new(),
-            flags: vec![flagged.iter().map(|node| (*node, 0)).collect()],
-            values: vec![vec![values]],
-            notes: vec!["lost".into()],
-            thinned_from: None,
-        }
-    }
-
-    #[test]
-    fn rounding_and_what_is_not_solved_have_no_winner() {
-        let a = part(vec![1.0, 2.0, 2.8e-17, 1.0, 1.0, f64::NAN], &[]);
-        let b = part(vec![2.0, 1.5, 5.7e-14, 1.0, 9.0, 1.0], &[4]);
-        let parts = [&a, &b];
-        let winners = Winners::new(&parts, 0, 0, Better::Smaller, 1e-7).unwrap();
-        let best = |who, lead| At::Best { who, lead };
-        assert_eq!(winners.at, [best(0, 0.5), best(1, 0.25), At::Same, At::Same, At::Nothing, At::Nothing]);
-        assert_eq!((winners.counted(), winners.share(0), winners.share_same()), (4, 0.25, 0.5));
-        assert_eq!((winners.most(1), winners.typical(0)), (Some(1), Some(0.5)));
-        let larger = Winners::new(&parts, 0, 0, Better::Larger, 1e-7).unwrap();
-        assert_eq!(larger.at[..2], [best(1, 1.0), best(0, 0.5 / 1.5)]);
-        assert_eq!(Winners::new(&parts, 0, 0, Better::Neither, 0.0), None);
-        // A name twice in one result.
-        let twice = part(vec![0.5, 2.0, 3.0], &[2]);
-        let winners = Winners::new(&[&twice, &part(vec![1.0, 1.0], &[])], 0, 0, Better::Smaller, 1e-7).unwrap();
-        assert_eq!(winners.at, [best(0, 0.5), best(1, 0.5)]);
-    }
-
-    #[test]
-    fn rounding_is_the_same_and_differences_are_said_in_percent() {
-        let floor = 1.7e-7;
-        for (value, reference, expected) in [
-            (2.8e-17, 5.7e-14, "the same"),
-            (0.76, 1.0, "24 % less"),
-            (1.03, 1.0, "3 % more"),
-            (3.2, 1.0, "3.2 times as much"),
-            (0.0, 1.0, "nothing left"),
-            (0.001, 1.0, "1/1000 of it"),
-            (1.0, 0.0, "–"),
-            (1.0, -2.0, "–"),
-            (0.997, 1.0, "0.3 % less"),
-        ] {
-            assert_eq!(against(value, reference, floor), expected);
-        }
-        let shown = [0.0, 0.0004, 0.93, 0.9999, 1.0].map(percent);
-        assert_eq!(shown, ["0 %", "less than 0.1 %", "93 %", "99.9 %", "100 %"]);
     }
 }

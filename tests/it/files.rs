@@ -1,17 +1,18 @@
 //! What results are left in: tables in every format, maps as images, the words of both, and files that appear whole or not at all.
 
-use std::{collections::BTreeMap, path::Path};
+use std::{borrow::Cow, collections::BTreeMap, path::Path};
 
 use kinetostat::{
     files::{
-        Foreign, Manifest, OutputFile, PreparedFolder, Recorded, StatusCount, counted,
+        Foreign, Manifest, OutputFile, PreparedFolder, Recorded, StatusCount, clean, counted,
         exchange::{self, Cell, Table, counts, description, numbers, text_of, texts},
-        may_replace, millimetres, prepare, write_all,
+        may_replace, millimetres, position, prepare, shown_json, signed, temporary_file, visible, visible_json,
+        write_all,
     },
     input::{Inputs, file},
     page::headline::KeyNumber,
 };
-use serde_json::json;
+use serde_json::{Value, json};
 
 fn sample() -> Table {
     let columns = [counts(["point"]), numbers(["x_mm"]), texts(["reason, if any"])].concat();
@@ -214,4 +215,50 @@ fn what_was_made_and_stays_empty_is_removed() {
     std::fs::create_dir(&inner).unwrap();
     drop(PreparedFolder::new(&inner).unwrap());
     assert!(inner.exists(), "it was there before");
+}
+
+const NAME: &str = "gpj.\u{202e}\u{1b}[31mred\u{9b}0m\u{2066}é漢\t\u{200d}";
+const SHOWN: &str = "gpj.\\u{202e}\\u{1b}[31mred\\u{9b}0m\\u{2066}é漢\t\u{200d}";
+const ACTING: [char; 4] = ['\u{202e}', '\u{1b}', '\u{9b}', '\u{2066}'];
+
+#[test]
+fn what_acts_is_written_out_and_letters_stay() {
+    assert_eq!(visible(NAME), SHOWN);
+    assert!(matches!(visible("Größe 1\n漢字"), Cow::Borrowed(_)));
+}
+
+#[test]
+fn json_keeps_its_strings_or_shows_them() {
+    let text = json!({ "name": NAME, "n": 1 }).to_string();
+    let read = |text: &str| serde_json::from_str::<Value>(text).unwrap()["name"].as_str().unwrap().to_string();
+    let sent = visible_json(&text);
+    assert!(!sent.contains(ACTING));
+    assert_eq!(read(&sent), NAME);
+    let shown = shown_json(&text);
+    assert!(!shown.contains(ACTING));
+    assert!(read(&shown).starts_with("gpj.\\u{202e}"), "{shown}");
+}
+
+#[test]
+fn signs_are_minus_signs_and_names_keep_their_hyphens() {
+    let shown = signed("box clamp-2 at (-1.5, 3) mm, -4 to -2, a-b");
+    assert_eq!(shown, "box clamp-2 at (\u{2212}1.5, 3) mm, \u{2212}4 to \u{2212}2, a-b");
+}
+
+#[test]
+fn positions_have_minus_signs_and_no_negative_zero() {
+    assert_eq!(position(-73.65, 126.35, -0.04), "(\u{2212}73.7, 126.3, 0.0) mm");
+}
+
+#[test]
+fn writing_replaces_and_leaves_nothing_else() {
+    let folder = tempfile::tempdir().unwrap();
+    prepare(folder.path()).unwrap();
+    for content in ["1", "2"] {
+        write_all(folder.path(), vec![OutputFile::new("a.csv", content)]).unwrap();
+    }
+    temporary_file(folder.path()).unwrap().keep().unwrap();
+    clean(folder.path()).unwrap();
+    assert_eq!(std::fs::read_to_string(folder.path().join("a.csv")).unwrap(), "2");
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
 }

@@ -2,6 +2,8 @@
 
 mod support;
 
+#[cfg(feature = "report")]
+mod answer;
 mod architecture;
 mod arcs;
 mod bad_input;
@@ -33,6 +35,8 @@ mod exchange;
 mod explore;
 mod export_correction;
 mod external_axes;
+#[cfg(feature = "report")]
+mod figure_parts;
 #[cfg(feature = "report")]
 mod figures;
 #[cfg(feature = "report")]
@@ -77,6 +81,8 @@ mod online;
 mod oriented_paths;
 mod own_files;
 mod own_forces;
+#[cfg(feature = "report")]
+mod page_parts;
 mod parameters;
 mod parts;
 mod path_study;
