@@ -120,15 +120,15 @@ fn dependencies_point_one_way() {
 /// ARCHITECTURE.md why; what has become shorter lowers its number.
 const MOST_LINES: [(&[&str], usize); 10] = [
     (&["crates/engine/src"], 20_430),
-    (&["src/toolpath"], 15_870),
+    (&["src/toolpath"], 15_890),
     (&["src/process", "crates/input/src", "src/input", "src/urdf"], 6_700),
     (&["src/simulation", "src/redundancy"], 3_780),
-    (&["src/answer", "src/files", "src/work", "src/run"], 5_050),
-    (&["src/figures", "src/page"], 9_700),
+    (&["src/answer", "src/files", "src/work", "src/run"], 4_940),
+    (&["src/figures", "src/page"], 9_110),
     (&["src/questions"], 21_150),
     (&["src/products", "src/inspect", "src/explore"], 8_850),
     (&["src/cli"], 2_890),
-    (&["crates/engine/src", "crates/input/src", "src"], 94_590),
+    (&["crates/engine/src", "crates/input/src", "src"], 93_910),
 ];
 
 #[test]
