@@ -104,9 +104,7 @@ FULL = [
         export INVARIANT_CASES=20 PROPTEST_RNG_SEED=${PROPTEST_RNG_SEED:-$(date +%s)}
         echo "PROPTEST_RNG_SEED=$PROPTEST_RNG_SEED draws the same again"
         modules=$(grep -lE 'proptest!|\\bcases\\(' tests/it/*.rs crates/*/tests/it/*.rs | xargs -n 1 basename -s .rs | sed 's/$/::/')
-        files=$(grep -rl 'proptest!' src --include='*.rs' | sed -E 's|^src/||; s|/mod\\.rs$||; s|\\.rs$||; s|/|::|g; s|$|::tests::|')
         cargo test --all-features --test it -- $modules
-        cargo test --all-features --lib -- $files
     """, ("program",)),
     Stage("long", "Tests marked ignored: kills at random moments, long paths, hundreds of machines, intervals of all machines, changed inputs.", """
         export PROPTEST_RNG_SEED=${PROPTEST_RNG_SEED:-$(date +%s)} FUZZ_SEED=${FUZZ_SEED:-$(date +%s)} FUZZ_SECONDS=5

@@ -64,9 +64,6 @@
 
 #[cfg(feature = "report")]
 pub mod answer;
-#[cfg(test)]
-#[path = "../crates/engine/tests/it/cases.rs"]
-mod cases;
 #[cfg(feature = "cli")]
 pub mod ending;
 pub mod explore;

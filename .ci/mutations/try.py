@@ -4,7 +4,7 @@
     .ci/mutations/try.py [--record] [NAME...]
 
 A fault is a patch under two lines: `Claim:`, what is promised and then broken, and `Caught by:`, a stage of .ci/run or .ci/full, for `tests`
-with names of tests (`lib:` before those of src). Tests are run alone, so that they, and no others, catch it; all of them pass without it. A fault
+with names of tests. Tests are run alone, so that they, and no others, catch it; all of them pass without it. A fault
 that does not build is none. Ends with 1 if a fault is not caught. --record writes what was found into caught.tsv, after each fault, and leaves
 what it says of others. The copy is target/mutations.
 """
@@ -70,30 +70,18 @@ def patch_with(patch, *options):
     subprocess.run(["patch", "--quiet", "--no-backup-if-mismatch", "-p1", *options], cwd=COPY, input=diff.encode(), check=True)
 
 
-def tests_of(tests):
-    """Commands that run these tests alone."""
-    of_lib = [test.removeprefix("lib:") for test in tests if test.startswith("lib:")]
-    others = [test for test in tests if not test.startswith("lib:")]
-    groups = [("--lib", of_lib), ("--test=it", others)]
-    return [["cargo", "test", "--quiet", "--all-features", target, "--", "--exact", *names] for target, names in groups if names]
-
-
 def caught_by_tests(tests):
     """The tests that fail."""
-    failed = []
-    for command in tests_of(tests):
-        names = command[command.index("--exact") + 1 :]
-        build = command[: command.index("--")]
-        built, said = run(*build, "--no-run")
-        if not built:
-            raise ValueError(f"does not build:\n{said[-3000:]}")
-        passed, said = run(*command)
-        ran = sum(int(count) for count in re.findall(r"^running (\d+) tests?$", said, re.MULTILINE))
-        if ran < len(names):
-            raise ValueError(f"{len(names)} names, {ran} tests: {' '.join(names)}\n{said[-2000:]}")
-        if not passed:
-            failed += sorted(set(re.findall(r"^    (\S+::\S+)$", said, re.MULTILINE))) or ["(ended)"]
-    return failed
+    command = ["cargo", "test", "--quiet", "--all-features", "--test=it"]
+    built, said = run(*command, "--no-run")
+    if not built:
+        raise ValueError(f"does not build:\n{said[-3000:]}")
+    passed, said = run(*command, "--", "--exact", *tests)
+    ran = sum(int(count) for count in re.findall(r"^running (\d+) tests?$", said, re.MULTILINE))
+    if ran < len(tests):
+        raise ValueError(f"{len(tests)} names, {ran} tests: {' '.join(tests)}\n{said[-2000:]}")
+    failed = sorted(set(re.findall(r"^    (\S+::\S+)$", said, re.MULTILINE)))
+    return [] if passed else failed or ["(ended)"]
 
 
 def caught_by_stage(stage):

@@ -14,7 +14,7 @@ use crate::{
 
 /// Nodes of a knot.
 #[derive(Debug, Clone)]
-pub(super) struct Layer {
+pub struct Layer {
     /// How much its cost counts.
     pub weight: f64,
     /// Steps by which the turn may change from the knot before.
@@ -27,7 +27,7 @@ pub(super) struct Layer {
 
 /// What the lattice is like.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Shape {
+pub struct Shape {
     /// Ways to stand.
     pub stances: usize,
     /// Turns.
@@ -43,19 +43,21 @@ pub(super) struct Shape {
 }
 
 /// Costs that differ by no more are the same, mm: what solving the machine leaves open.
-pub(super) const TIE_MM: f64 = 1e-9;
+pub const TIE_MM: f64 = 1e-9;
 
 /// A hinge that moves by a larger share of a full turn from one point to the next is not led there: it has swung about.
 const SWUNG: f64 = 0.25;
 
 impl Shape {
     /// How far and fast drives of `machine` may move: without a lattice.
+    #[must_use]
     pub fn of(machine: &Machine, turn: &ToolTurn) -> Self {
         let speeds = turn.speed_limits_deg_per_s.iter().map(|limit| limit.to_radians()).collect();
         Self { full_turns: machine.full_turns().collect(), speeds, ..Self::default() }
     }
 
     /// Whether the drives may go from `before` to `after` within `seconds`.
+    #[must_use]
     pub fn allows(&self, before: &[f64; MOST_DRIVES], after: &[f64; MOST_DRIVES], seconds: f64) -> bool {
         let way = |k: usize| (after[k] - before[k]).abs();
         let is_led = |(k, turn): (usize, &Option<f64>)| turn.is_none_or(|turn| way(k) <= SWUNG * turn);
@@ -141,7 +143,7 @@ impl DeadEnd {
 
 /// What holding one turn on one way to stand comes to.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Held {
+pub struct Held {
     /// Sum of squares of what counts, mm².
     pub squares: f64,
     /// Of how many points.
@@ -158,7 +160,7 @@ const NONE: u16 = u16::MAX;
 
 /// A walk through the lattice.
 #[derive(Debug)]
-pub(super) struct Walk {
+pub struct Walk {
     shape: Shape,
     objective: TurnObjective,
     /// No node may cost more.
@@ -177,6 +179,7 @@ pub(super) struct Walk {
 impl Walk {
     /// A walk that has passed nothing. `worst` objectives are solved twice: first for the least largest cost, then with that as
     /// `ceiling_mm` for the least sum of squares.
+    #[must_use]
     pub fn new(shape: Shape, objective: TurnObjective, ceiling_mm: f64) -> Self {
         let held = vec![Some(Held { squares: 0.0, weight: 0.0, worst: 0.0 }); shape.turns * shape.stances];
         let (value, before, back) = (Vec::new(), Vec::new(), Vec::new());
@@ -265,6 +268,7 @@ impl Walk {
     }
 
     /// The cheapest way: what it comes to, the turn at each knot, and the way to stand.
+    #[must_use]
     pub fn cheapest(&self) -> Option<(f64, Vec<usize>, usize)> {
         let nodes = self.value.len();
         let (mut node, value) = least(self.value.iter().copied())?;
@@ -280,6 +284,7 @@ impl Walk {
     }
 
     /// The turn and way to stand that are best held all along; of those that are so within a tie, the nearest to as programmed.
+    #[must_use]
     pub fn best_held(&self) -> Option<(usize, usize)> {
         let held = || self.held.iter().enumerate().filter_map(|(node, held)| Some((node, (*held)?)));
         let most = match self.objective {
@@ -298,130 +303,4 @@ impl Walk {
 /// The first of the least finite values.
 fn least(values: impl Iterator<Item = f64>) -> Option<(usize, f64)> {
     values.enumerate().filter(|(_, value)| value.is_finite()).reduce(|a, b| if b.1 < a.1 { b } else { a })
-}
-
-#[cfg(test)]
-mod tests {
-    use proptest::prelude::*;
-
-    use super::*;
-
-    const STANCES: usize = 2;
-
-    fn layer(turns: usize) -> impl Strategy<Value = Layer> {
-        let node = prop_oneof![
-            1 => Just(Err(Hindrance::Limits)),
-            4 => (0.0..1.0f64, 0.0..2.0f64).prop_map(|(cost_mm, drive)| {
-                let mut drives = [0.0; MOST_DRIVES];
-                drives[0] = drive;
-                Ok(Standing { drives, cost_mm })
-            }),
-        ];
-        let nodes = prop::collection::vec(node, turns * STANCES);
-        (0..3usize, 0..4usize, nodes).prop_map(|(weight, band, nodes)| Layer {
-            weight: weight as f64,
-            band,
-            seconds: 1.0,
-            nodes,
-        })
-    }
-
-    /// Goes all ways through `layers`: least sum of squares and least largest cost, with the sum of squares that goes with it.
-    fn all_ways(layers: &[Layer], shape: &Shape) -> Option<(f64, (f64, f64))> {
-        let mut found: Option<(f64, (f64, f64))> = None;
-        let ways = shape.turns.pow(layers.len() as u32);
-        for stance in 0..STANCES {
-            'ways: for way in 0..ways {
-                let turn = |k: usize| way / shape.turns.pow(k as u32) % shape.turns;
-                let (mut squares, mut worst, mut before) = (0.0, 0.0f64, None);
-                for (k, layer) in layers.iter().enumerate() {
-                    let Ok(at) = &layer.nodes[turn(k) * STANCES + stance] else { continue 'ways };
-                    if let Some((last, drives)) = before {
-                        let apart = turn(k).abs_diff(last);
-                        let apart = if shape.wraps { apart.min(shape.turns - apart) } else { apart };
-                        if apart > layer.band || !shape.allows(&drives, &at.drives, layer.seconds) {
-                            continue 'ways;
-                        }
-                    }
-                    squares += layer.weight * at.cost_mm * at.cost_mm;
-                    worst = worst.max(if layer.weight > 0.0 { at.cost_mm } else { 0.0 });
-                    before = Some((turn(k), at.drives));
-                }
-                let (least, (least_worst, of_worst)) = found.unwrap_or((f64::INFINITY, (f64::INFINITY, f64::INFINITY)));
-                let is_less = worst < least_worst || (worst == least_worst && squares < of_worst);
-                found = Some((least.min(squares), if is_less { (worst, squares) } else { (least_worst, of_worst) }));
-            }
-        }
-        found
-    }
-
-    fn walked(layers: &[Layer], shape: &Shape, objective: TurnObjective, ceiling_mm: f64) -> Walk {
-        let mut walk = Walk::new(shape.clone(), objective, ceiling_mm);
-        for (k, layer) in layers.iter().enumerate() {
-            walk.step(k, layer.clone());
-        }
-        walk
-    }
-
-    /// Nodes all of whose turns cost the same but for noise, and a step down from the third turn on.
-    fn indifferent(turns: usize, k: usize, step: f64) -> Layer {
-        let noise = |turn: usize| 1e-13 * ((7 * turn + 3 * k) % 5) as f64;
-        let cost = |turn: usize| 0.5 + noise(turn) - if turn >= 3 { step } else { 0.0 };
-        let node = |turn: usize| Ok(Standing { drives: [0.0; MOST_DRIVES], cost_mm: cost(turn) });
-        let nodes = (0..turns * STANCES).map(|node_of| node(node_of / STANCES)).collect();
-        Layer { weight: if k == 2 { 0.0 } else { 1.0 }, band: turns, seconds: 1.0, nodes }
-    }
-
-    #[test]
-    fn a_tie_goes_to_as_programmed_and_then_to_the_least_motion() {
-        let turns = 8;
-        let shape = Shape { stances: STANCES, turns, wraps: true, programmed: Some((1, 1)), ..Shape::default() };
-        for objective in [TurnObjective::Rms, TurnObjective::Worst] {
-            for (step, expected) in [(0.0, 1), (1e-10, 1), (1e-6, 3)] {
-                let layers: Vec<Layer> = (0..6).map(|k| indifferent(turns, k, step)).collect();
-                let walk = walked(&layers, &shape, objective, f64::INFINITY);
-                assert_eq!(walk.best_held(), Some((expected, 1)), "{objective:?} {step}");
-                // A way may turn for less than a tie, if it need not turn back: what is found is held against the best constant turn.
-                if objective == TurnObjective::Rms && step != 1e-10 {
-                    let (_, way, stance) = walk.cheapest().unwrap();
-                    assert_eq!((way, stance), (vec![expected; 6], 1), "{step}");
-                }
-            }
-        }
-    }
-
-    proptest! {
-        #![proptest_config(crate::cases::cases(128))]
-
-        #[test]
-        fn the_cheapest_way_is_that_of_all_ways(
-            turns in 3..6usize,
-            wraps: bool,
-            layers in prop::collection::vec(layer(5), 5),
-        ) {
-            let layers: Vec<Layer> = layers
-                .into_iter()
-                .map(|layer| Layer { nodes: layer.nodes[..turns * STANCES].to_vec(), ..layer })
-                .collect();
-            let shape = Shape {
-                stances: STANCES,
-                turns,
-                wraps,
-                full_turns: vec![Some(5.0)],
-                speeds: vec![1.0],
-                programmed: None,
-            };
-            let all = all_ways(&layers, &shape);
-            let rms = walked(&layers, &shape, TurnObjective::Rms, f64::INFINITY);
-            let worst = walked(&layers, &shape, TurnObjective::Worst, f64::INFINITY);
-            prop_assert_eq!(all.is_none(), rms.cheapest().is_none());
-            prop_assert_eq!(all.is_none(), rms.dead_end.is_some());
-            if let Some((squares, (largest, of_largest))) = all {
-                prop_assert!((rms.cheapest().unwrap().0 - squares).abs() < 1e-12);
-                prop_assert_eq!(worst.cheapest().unwrap().0, largest);
-                let second = walked(&layers, &shape, TurnObjective::Rms, largest);
-                prop_assert!((second.cheapest().unwrap().0 - of_largest).abs() < 1e-12);
-            }
-        }
-    }
 }

@@ -53,6 +53,16 @@ use crate::{
 #[cfg(not(target_family = "wasm"))]
 use crate::{machine::Configuration, process::ToolTurn, toolpath::PathPoint};
 
+/// What tests hold against all ways: no part of the interface.
+#[doc(hidden)]
+pub mod internals {
+    pub use super::{
+        lattice::{Layer, Shape, Walk},
+        nodes::Standing,
+        turnable::MOST_DRIVES,
+    };
+}
+
 /// Knots whose nodes are computed together.
 const STRIPE: usize = 64;
 /// Most nodes of a lattice, all knots together.

@@ -55,13 +55,15 @@ impl Hindrance {
 
 /// Where the drives are, mm or rad, and what counts of the distance from the path, mm.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Standing {
+pub struct Standing {
+    /// Of each drive, mm or rad.
     pub drives: [f64; MOST_DRIVES],
+    /// What counts, mm.
     pub cost_mm: f64,
 }
 
 /// A node.
-pub(crate) type Node = std::result::Result<Standing, Hindrance>;
+pub type Node = std::result::Result<Standing, Hindrance>;
 
 /// How closely equilibria of the lattice are solved.
 const SETTINGS: statics::Settings = statics::Settings { tolerance: 1e-9, max_iterations: 12 };

@@ -69,7 +69,7 @@ pub(super) struct Turnable<'a> {
 const ON_AXIS_MM: f64 = 1e-6;
 
 /// Most drives of a machine that is turned.
-pub(super) const MOST_DRIVES: usize = 8;
+pub const MOST_DRIVES: usize = 8;
 
 fn refuse<T>(problem: String) -> Result<T> {
     Err(Error::Argument { argument: "redundancy".into(), problem })

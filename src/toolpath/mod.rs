@@ -23,6 +23,22 @@ pub use model::{
     sampling::{Sampling, SamplingError},
 };
 
+/// What tests hold against closed forms: no part of the interface.
+#[doc(hidden)]
+pub mod internals {
+    pub use super::{
+        model::{
+            number::{decimals_in, fixed},
+            robot::arc::Arc,
+        },
+        read::{
+            robot::frames::{Base, Bases, Tool, Tools},
+            scan::Scan,
+        },
+        write::gcode::fit::centre_through,
+    };
+}
+
 /// Faults of programs and paths, of which the one error of the program is made.
 macro_rules! program_faults {
     ($($fault:ty),+) => {

@@ -299,28 +299,3 @@ fn name_angles(robot: &Robot, way: &[usize], notes: &mut Notes) {
         rounded.map(|joint| joint.name.as_str()),
     );
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn thousandfold_keeps_what_was_written() {
-        for (value, expected) in [(0.1273, 127.3), (-0.00002, -0.02), (0.0, 0.0), (1e-9, 1e-6), (123.456, 123_456.0)] {
-            assert_eq!(thousandfold(value).to_bits(), f64::to_bits(expected), "{value}");
-        }
-    }
-
-    #[test]
-    fn rotations_before_and_after_a_drive_undo_each_other() {
-        for direction in [[0.0, 0.0, -1.0], [-3.0, 0.0, 0.0], [0.0, -1.0, 0.0], [1.0, 2.0, -3.0], [1e-8, 0.0, 1.0]] {
-            let (axis, before, after) = along(direction);
-            let product =
-                |parts: &[Element]| parts.iter().fold(Pose::identity(), |all, part| all.compose(&part.pose()));
-            let (before, after) = (product(&before), product(&after));
-            assert!((before.compose(&after).rotation - nalgebra::Matrix3::identity()).amax() < 1e-15);
-            let turned = before.rotation.column(axis.index()).into_owned();
-            assert!((turned - Vector3::from(direction).normalize()).norm() < 1e-15, "{direction:?}: {turned}");
-        }
-    }
-}

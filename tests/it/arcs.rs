@@ -3,9 +3,11 @@
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use kinetostat::toolpath::{
-    Sampling, Toolpath,
+    Plane, Sampling, Toolpath,
     gcode::{ArcFault, Fault, GcodeOptions, Program},
+    internals::{Arc, centre_through},
 };
+use nalgebra::Vector3;
 
 /// The path of `words` from X10 on.
 fn arc(words: &str) -> Result<Toolpath, Fault> {
@@ -78,4 +80,43 @@ fn tangent_is_the_derivative_of_position() {
         let numeric = (after.position_mm - before.position_mm).normalize();
         assert!((numeric - at.tangent).norm() < 1e-8, "{at:?}");
     }
+}
+
+#[test]
+fn a_circle_passes_its_three_points_and_goes_on_as_asked() {
+    let points = [Vector3::new(1.0, 0.0, 5.0), Vector3::new(0.0, 1.0, 5.0), Vector3::new(0.0, -1.0, 5.0)];
+    let arc = Arc::through(points, None).unwrap();
+    assert!((arc.sweep_rad() - 1.5 * PI).abs() < 1e-12 && (arc.radius() - 1.0).abs() < 1e-12);
+    for (t, point) in [(0.0, points[0]), (arc.via, points[1]), (1.0, points[2])] {
+        assert!((arc.at(t).0 - point).norm() < 1e-12);
+        assert!((arc.nearest(&point, t) - t).abs() < 1e-12);
+    }
+    let back = Arc::through(points, Some(-FRAC_PI_2)).unwrap();
+    assert!((back.at(1.0).0 - points[2]).norm() < 1e-12, "{:?}", back.at(1.0));
+    let twice = Arc::through(points, Some(4.0 * PI)).unwrap();
+    assert!((twice.at(1.0).0 - points[0]).norm() < 1e-12);
+    assert!((twice.nearest(&points[1], 0.6) - 0.625).abs() < 1e-12);
+    assert_eq!(Arc::through([points[0], points[0], points[1]], None), None);
+    let [x, y] = [Vector3::x(), Vector3::x() * 2.0];
+    assert_eq!(Arc::through([Vector3::zeros(), x, y], None), None);
+}
+
+fn circle(angle: f64) -> Vector3<f64> {
+    Vector3::new(3.0 + 5.0 * angle.cos(), 7.0, -2.0 + 5.0 * angle.sin())
+}
+
+#[test]
+fn points_of_a_circle_have_its_centre() {
+    for ends in [[0.1, 0.6], [0.2, 4.0], [1.0, 7.2], [0.0, std::f64::consts::TAU]] {
+        let between = (1..9).map(|k| circle(ends[0] + (ends[1] - ends[0]) * f64::from(k) / 9.0));
+        let centre = centre_through(Plane::Zx, &circle(ends[0]), &circle(ends[1]), between).unwrap();
+        assert!((centre[0] + 2.0).abs() < 1e-9 && (centre[1] - 3.0).abs() < 1e-9, "{ends:?} {centre:?}");
+    }
+}
+
+#[test]
+fn points_of_a_line_have_none() {
+    let at = |t: f64| Vector3::new(t, 2.0 * t, 0.0);
+    assert_eq!(centre_through(Plane::Xy, &at(0.0), &at(1.0), [at(0.3), at(0.5)].into_iter()), None);
+    assert_eq!(centre_through(Plane::Xy, &at(0.0), &at(0.0), [at(0.3), at(0.5)].into_iter()), None);
 }

@@ -141,6 +141,15 @@ fn a_split_block_of_heidenhain_is_blocks_with_numbers_of_their_own() {
          3 L X+5.00 Z-0.50 R0 F200 M3 ; cut\n4 L X+10.00 Z+0.50\n5 L X+15 Z-0.50 M9\n6 CC X+15 Y-5\n\
          7 L X+18.54 Y-1.46 Z+0.50 M8\n8 L X+20 Y-5\n12 L Y-10 FMAX\n13 END PGM A MM\n"
     );
+    // Numbers behind a mark, in comments and with zeros; those that were the same before stay so where no block is split.
+    let source = format!("{BEGIN}3 L X+15 Z+0\n / 6 L X+15\n;7\n07 M30\n");
+    assert_eq!(
+        rewritten(&source, wave),
+        "0 BEGIN PGM A MM\n1 TOOL CALL 1 Z S1000 F80\n2 L X+0 Y+0 Z+0.50 R0 FMAX\n\
+         3 L X+5.00 Z-0.50\n4 L X+10.00 Z+0.50\n5 L X+15 Z-0.50\n / 8 L X+15\n;7\n9 M30\n"
+    );
+    let source = format!("{BEGIN}5 L X+15 F99\n5 L Z+3\n5 M30\n");
+    assert_eq!(rewritten(&source, |_| Vector3::zeros()), source);
     // Blocks without numbers stay so, and commas are kept.
     assert_eq!(
         rewritten("BEGIN PGM A MM\r\nL X0,0 Y0,0 Z0,0 FMAX\r\nL IX10,0 F50", wave),

@@ -6,6 +6,7 @@ use std::{f64::consts::FRAC_PI_2, fs, path::PathBuf};
 use kinetostat::toolpath::{
     NumberFormat, Orientation, Sampling, Toolpath,
     gcode::Writing,
+    internals::{Base, Bases, Scan, Tool, Tools},
     robot::{Language, RobotOptions, RobotProgram, abc_of_rotation, rotation_of_abc},
 };
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
@@ -771,4 +772,56 @@ fn angles_are_those_of_kuka() {
     assert!((rotation_of_abc([0.0, 90.0, 0.0]) * Vector3::z() - Vector3::x()).norm() < 1e-15);
     assert!((rotation_of_abc([90.0, 90.0, 0.0]) * Vector3::z() - Vector3::y()).norm() < 1e-15);
     assert!((rotation_of_abc([0.0, 0.0, 90.0]) * Vector3::z() + Vector3::y()).norm() < 1e-15);
+}
+
+fn base(name: &str, x: Option<f64>) -> Base {
+    Base { name: name.into(), in_world: x.map(|x| Isometry3::translation(x, 0.0, 0.0)) }
+}
+
+#[test]
+fn the_first_base_is_the_workpiece_and_others_stand_to_it() {
+    let mut options = RobotOptions::default();
+    let mut bases = Bases::new(&options);
+    assert_eq!(bases.pose(Some(&base("a", Some(100.0)))).unwrap(), Isometry3::identity());
+    assert_eq!(bases.pose(Some(&base("b", Some(130.0)))).unwrap(), Isometry3::translation(30.0, 0.0, 0.0));
+    assert!(bases.pose(Some(&base("c", None))).is_err());
+    assert!(bases.pose(None).is_err());
+    let mut bases = Bases::new(&options);
+    assert_eq!(bases.pose(Some(&base("a", None))).unwrap(), Isometry3::identity());
+    // The same name is another base once it is said where it is.
+    assert!(bases.pose(Some(&base("a", Some(1.0)))).is_err());
+    options.bases.insert("b".into(), Isometry3::translation(5.0, 0.0, 0.0));
+    let mut bases = Bases::new(&options);
+    assert!(bases.pose(Some(&base("a", Some(1.0)))).is_err());
+    assert_eq!(bases.pose(Some(&base("b", Some(3.0)))).unwrap(), Isometry3::translation(5.0, 0.0, 0.0));
+    assert_eq!(bases.pose(Some(&base("a", Some(1.0)))).unwrap(), Isometry3::translation(3.0, 0.0, 0.0));
+}
+
+#[test]
+fn a_second_tool_is_refused_unless_its_tip_is_the_same() {
+    let options = RobotOptions::default();
+    let mut tools = Tools::new(&options);
+    let tool = |name: &str, x: f64| Tool { name: name.into(), in_flange: Some(Isometry3::translation(x, 0.0, 0.0)) };
+    assert!(tools.rotation(Some(&tool("t1", 1.0))).is_ok() && tools.rotation(Some(&tool("t2", 1.0))).is_ok());
+    assert_eq!(
+        tools.rotation(Some(&tool("t3", 2.0))).unwrap_err().to_string(),
+        "uses t3 after t1; expected one tool, or tools whose orientation the program gives and whose tips are the same"
+    );
+    assert_eq!(tools.tip_mm().unwrap().1.x, 1.0);
+}
+
+#[test]
+fn numbers_end_where_they_end() {
+    let text = b" -1.5E-3,E1 .25 7. 3EX";
+    let mut scan = Scan::new(text);
+    assert_eq!(scan.number().unwrap(), (-0.0015, 1..8));
+    assert!(scan.takes(b','));
+    assert_eq!(scan.name().0, "E1");
+    assert_eq!(scan.number().unwrap().0, 0.25);
+    assert_eq!(scan.number().unwrap().0, 7.0);
+    assert_eq!(scan.number().unwrap().0, 3.0);
+    assert_eq!(scan.name().0, "EX");
+    assert!(scan.is_done() && scan.number().is_err());
+    assert!(Scan::new(b"123456789012345678").number().is_err());
+    assert!(Scan::new(b"1e999").number().is_err());
 }

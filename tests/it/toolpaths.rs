@@ -3,6 +3,7 @@
 use kinetostat::toolpath::{
     Circle, Load, NumberFormat, PathPoint, Plane, Sampling, Toolpath, Turn,
     gcode::{Dialect, GcodeOptions, Program},
+    internals::{decimals_in, fixed},
     polyline::{Polyline, write},
 };
 use nalgebra::Vector3;
@@ -313,4 +314,20 @@ fn a_generated_path_is_read_back_as_it_was() {
         assert!((a.position_mm - b.position_mm).amax() <= 0.5e-9 * 1.001);
         assert_eq!((a.feed_mm_per_min, a.load, a.cutting), (b.feed_mm_per_min, b.load, b.cutting));
     }
+}
+
+#[test]
+fn zero_has_no_sign_and_small_numbers_no_exponent() {
+    assert_eq!(fixed(-0.00001, 4), "0.0000");
+    assert_eq!(fixed(-0.0, 3), "0.000");
+    assert_eq!(fixed(1e-7, 9), "0.000000100");
+    assert_eq!(fixed(-12.34567, 4), "-12.3457");
+}
+
+#[test]
+fn decimals_are_counted_and_kept_in_range() {
+    assert_eq!(decimals_in("-12.340"), 3);
+    assert_eq!(decimals_in("7."), 0);
+    assert_eq!(decimals_in("7"), 0);
+    assert_eq!(NumberFormat::seen(0, 20), NumberFormat::new(3, 9).unwrap());
 }

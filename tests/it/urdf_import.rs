@@ -15,6 +15,7 @@ use crate::support::command::told;
 use kinetostat::{
     Machine,
     machine::Geometry,
+    spatial::Pose,
     urdf::{DriveStiffness, ImportOptions, Imported, import, import_file},
 };
 use nalgebra::{Isometry3, Point3, Translation3, Unit, UnitQuaternion, Vector3};
@@ -592,5 +593,55 @@ proptest! {
         let end = (at + length).min(bytes.len());
         bytes.splice(at..end, [byte]);
         let _ = import(&String::from_utf8_lossy(&bytes), "broken.urdf", &options("masses_beside_the_chain"));
+    }
+}
+
+/// The elements of the machine file of a URDF whose joints are `joints`, one after another.
+fn elements_of(joints: &[String]) -> Vec<toml::Value> {
+    let links: String = (0..=joints.len()).map(|k| format!("<link name=\"l{k}\"/>\n")).collect();
+    let joint = |(k, inner): (usize, &String)| {
+        let end = format!("<parent link=\"l{k}\"/><child link=\"l{}\"/></joint>\n", k + 1);
+        inner.replace("NAME", &format!("j{k}")) + &end
+    };
+    let joints: String = joints.iter().enumerate().map(joint).collect();
+    let text = format!("<robot name=\"r\">\n{links}{joints}</robot>\n");
+    let toml = import(&text, "r.urdf", &ImportOptions::default()).unwrap().toml;
+    let table: toml::Table = toml.parse().unwrap();
+    table["chain"].as_array().unwrap()[0]["elements"].as_array().unwrap().clone()
+}
+
+#[test]
+fn lengths_a_thousandfold_keep_what_was_written() {
+    for (value, expected) in [(0.1273, 127.3), (-0.00002, -0.02), (0.0, 0.0), (1e-9, 1e-6), (123.456, 123_456.0)] {
+        // Beside a length that is not zero, as what does not move is not written.
+        let drive = r#"<joint name="NAME" type="prismatic"><axis xyz="1 0 0"/>"#;
+        let joint = format!("{drive}<limit lower=\"0\" upper=\"1\"/><origin xyz=\"{value} 7 0\"/>");
+        let elements = elements_of(&[joint]);
+        let fixed = elements.iter().find_map(|element| element.get("fixed")).unwrap();
+        let written = fixed["translation_mm"][0].as_float().unwrap();
+        assert_eq!(written.to_bits(), f64::to_bits(expected), "{value}");
+    }
+}
+
+#[test]
+fn rotations_before_and_after_a_drive_undo_each_other() {
+    for direction in [[0.0, 0.0, -1.0], [-3.0, 0.0, 0.0], [0.0, -1.0, 0.0], [1.0, 2.0, -3.0], [1e-8, 0.0, 1.0]] {
+        let [x, y, z] = direction;
+        let elements =
+            elements_of(&[format!("<joint name=\"NAME\" type=\"continuous\"><axis xyz=\"{x:?} {y:?} {z:?}\"/>")]);
+        let drive = elements.iter().position(|element| element.get("revolute_drive").is_some()).unwrap();
+        let product = |parts: &[toml::Value]| {
+            parts.iter().filter_map(|part| part.get("fixed")).fold(Pose::identity(), |all, fixed| {
+                let angle =
+                    |k: usize| fixed.get("rotation_deg").map_or(0.0, |all| all[k].as_float().unwrap().to_radians());
+                all.compose(&Pose::from_roll_pitch_yaw(Vector3::new(angle(0), angle(1), angle(2))))
+            })
+        };
+        let (before, after) = (product(&elements[..drive]), product(&elements[drive..]));
+        assert!((before.compose(&after).rotation - nalgebra::Matrix3::identity()).amax() < 1e-15);
+        let axis = elements[drive]["revolute_drive"]["axis"].as_str().unwrap();
+        let turned =
+            before.rotation.column(["x", "y", "z"].iter().position(|name| *name == axis).unwrap()).into_owned();
+        assert!((turned - Vector3::from(direction).normalize()).norm() < 1e-15, "{direction:?}: {turned}");
     }
 }

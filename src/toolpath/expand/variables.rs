@@ -100,15 +100,3 @@ pub(crate) fn argument(letter: char) -> Option<u32> {
     let at = "ABCIJKDEF-H-M---QRSTUVWXYZ".find(letter).filter(|_| letter != '-')?;
     u32::try_from(at + 1).ok()
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn letters_of_macro_calls_are_those_of_the_control() {
-        let numbers: Vec<_> = "ABCDEFHIJKMQRSTUVWXYZ".chars().filter_map(argument).collect();
-        assert_eq!(numbers, [1, 2, 3, 7, 8, 9, 11, 4, 5, 6, 13, 17, 18, 19, 20, 21, 22, 23, 24, 25, 26]);
-        assert!("GLNOP".chars().all(|letter| argument(letter).is_none()));
-    }
-}

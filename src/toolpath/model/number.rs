@@ -44,7 +44,8 @@ impl NumberFormat {
 
     /// The most decimals seen in a file, but never fewer than 3 for mm and 4 for inch: a program in whole
     /// millimetres could otherwise not hold a correction.
-    pub(crate) fn seen(mm: usize, inch: usize) -> NumberFormat {
+    #[must_use]
+    pub fn seen(mm: usize, inch: usize) -> NumberFormat {
         let clamp =
             |seen: usize, least: u8| u8::try_from(seen).unwrap_or(u8::MAX).clamp(least, NumberFormat::MAX_DECIMALS);
         NumberFormat { mm: clamp(mm, 3), inch: clamp(inch, 4) }
@@ -71,7 +72,8 @@ impl Default for NumberFormat {
 }
 
 /// `value` with exactly `decimals` decimals, without exponent and without a negative zero.
-pub(crate) fn fixed(value: f64, decimals: u8) -> String {
+#[must_use]
+pub fn fixed(value: f64, decimals: u8) -> String {
     let text = format!("{value:.*}", usize::from(decimals));
     match text.strip_prefix('-') {
         Some(digits) if digits.bytes().all(|b| matches!(b, b'0' | b'.')) => digits.to_owned(),
@@ -99,27 +101,7 @@ pub(crate) fn last_place(decimals: u8) -> f64 {
 }
 
 /// How many decimals the number written as `text` has, with a point or a comma.
-pub(crate) fn decimals_in(text: &str) -> usize {
+#[must_use]
+pub fn decimals_in(text: &str) -> usize {
     text.find(['.', ',']).map_or(0, |dot| text.len() - dot - 1)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn zero_has_no_sign_and_small_numbers_no_exponent() {
-        assert_eq!(fixed(-0.00001, 4), "0.0000");
-        assert_eq!(fixed(-0.0, 3), "0.000");
-        assert_eq!(fixed(1e-7, 9), "0.000000100");
-        assert_eq!(fixed(-12.34567, 4), "-12.3457");
-    }
-
-    #[test]
-    fn decimals_are_counted_and_kept_in_range() {
-        assert_eq!(decimals_in("-12.340"), 3);
-        assert_eq!(decimals_in("7."), 0);
-        assert_eq!(decimals_in("7"), 0);
-        assert_eq!(NumberFormat::seen(0, 20), NumberFormat { mm: 3, inch: 9 });
-    }
 }

@@ -4,16 +4,18 @@ use std::ops::Range;
 
 /// A text, and how far it has been read.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Scan<'a> {
+pub struct Scan<'a> {
     /// The text, of a line without its comment.
     pub line: &'a [u8],
     /// Where the next byte is.
     pub at: usize,
+    /// Which bytes are blank.
     pub is_blank: fn(u8) -> bool,
 }
 
 impl<'a> Scan<'a> {
     /// The next byte.
+    #[must_use]
     pub fn peek(&self) -> Option<u8> {
         self.line.get(self.at).copied()
     }
@@ -25,7 +27,7 @@ impl<'a> Scan<'a> {
     }
 
     /// The next byte that is no blank.
-    pub fn next(&mut self) -> Option<u8> {
+    pub(crate) fn next(&mut self) -> Option<u8> {
         self.blanks().peek()
     }
 
@@ -46,6 +48,7 @@ impl<'a> Scan<'a> {
     }
 
     /// What is left.
+    #[must_use]
     pub fn rest(&self) -> &'a [u8] {
         &self.line[self.at..]
     }

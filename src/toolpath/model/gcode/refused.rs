@@ -152,7 +152,7 @@ pub enum ArcFault {
 
 /// A fault at a place in a line, before file and line are known.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Refusal {
+pub struct Refusal {
     /// Bytes of the line the fault is about.
     pub span: Range<usize>,
     pub fault: Fault,

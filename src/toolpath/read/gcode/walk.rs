@@ -168,21 +168,3 @@ fn has_text(line: &[u8], text: &[u8]) -> bool {
             && !continues(text[text.len() - 1], line.get(end))
     })
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_longest_text_counts_and_no_part_of_a_word_does() {
-        let texts = ["pocket 1", "Pocket 1 finish", "N20"].map(String::from);
-        let of = |line: &str| feature_begun(&texts, line.as_bytes());
-        assert_eq!(of("(POCKET 1)"), Some(0));
-        assert_eq!(of("; pocket 1 FINISH, 3 mm"), Some(1));
-        assert_eq!(of("(POCKET 12)"), None);
-        assert_eq!(of("N200 G0 X1"), None);
-        assert_eq!(of("N20G0X1"), None);
-        assert_eq!(of("N20 G0 X1"), Some(2));
-        assert_eq!(feature_begun(&[String::new()], b"G0"), None);
-    }
-}

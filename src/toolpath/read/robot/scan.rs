@@ -9,6 +9,7 @@ const MOST_DIGITS: usize = 17;
 
 impl<'a> Scan<'a> {
     /// A statement; line endings are blank.
+    #[must_use]
     pub fn new(line: &'a [u8]) -> Self {
         Self { line, at: 0, is_blank: |byte| byte.is_ascii_whitespace() }
     }
@@ -18,6 +19,10 @@ impl<'a> Scan<'a> {
         self.next().is_none()
     }
 
+    /// Steps over `byte`, blanks before it as well.
+    ///
+    /// # Errors
+    /// When another comes next.
     pub fn expect(&mut self, byte: u8, expected: &'static str) -> Result<(), RobotFault> {
         if self.takes(byte) { Ok(()) } else { Err(RobotFault::Form { expected }) }
     }
@@ -35,6 +40,9 @@ impl<'a> Scan<'a> {
     }
 
     /// The plain number that comes next behind blanks, and where it stands.
+    ///
+    /// # Errors
+    /// When none comes next, or one that is no finite `f64`.
     pub fn number(&mut self) -> Result<(f64, Range<usize>), RobotFault> {
         let fault = RobotFault::Form { expected: "a plain number" };
         let start = self.blanks().at;
@@ -72,26 +80,5 @@ impl<'a> Scan<'a> {
     /// Whether an operator comes next, so that what was read is part of an expression.
     pub fn is_in_expression(&mut self) -> bool {
         matches!(self.next(), Some(b'+' | b'-' | b'*' | b'/' | b':'))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn numbers_end_where_they_end() {
-        let text = b" -1.5E-3,E1 .25 7. 3EX";
-        let mut scan = Scan::new(text);
-        assert_eq!(scan.number().unwrap(), (-0.0015, 1..8));
-        assert!(scan.takes(b','));
-        assert_eq!(scan.name().0, "E1");
-        assert_eq!(scan.number().unwrap().0, 0.25);
-        assert_eq!(scan.number().unwrap().0, 7.0);
-        assert_eq!(scan.number().unwrap().0, 3.0);
-        assert_eq!(scan.name().0, "EX");
-        assert!(scan.is_done() && scan.number().is_err());
-        assert!(Scan::new(b"123456789012345678").number().is_err());
-        assert!(Scan::new(b"1e999").number().is_err());
     }
 }

@@ -12,7 +12,7 @@ const LARGEST_RADIUS_MM: f64 = 1e5;
 /// A centre c on the bisector of the chord, c = m + h ν (m its middle, ν its unit normal), has from p the power
 /// |p − m|² − (chord/2)² − 2 h (p − m)·ν, zero on the circle: h by least squares. Where start and end are the same point s, the
 /// power is |p − s|² − 2 (p − s)·(c − s), and c by least squares. `None` where no circle is determined.
-pub(crate) fn centre_through(
+pub fn centre_through(
     plane: Plane,
     start: &Vector3<f64>,
     end: &Vector3<f64>,
@@ -46,29 +46,4 @@ pub(crate) fn centre_through(
         }
     };
     ((centre - start).norm() < LARGEST_RADIUS_MM).then_some(centre.into())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn circle(angle: f64) -> Vector3<f64> {
-        Vector3::new(3.0 + 5.0 * angle.cos(), 7.0, -2.0 + 5.0 * angle.sin())
-    }
-
-    #[test]
-    fn points_of_a_circle_have_its_centre() {
-        for ends in [[0.1, 0.6], [0.2, 4.0], [1.0, 7.2], [0.0, std::f64::consts::TAU]] {
-            let between = (1..9).map(|k| circle(ends[0] + (ends[1] - ends[0]) * f64::from(k) / 9.0));
-            let centre = centre_through(Plane::Zx, &circle(ends[0]), &circle(ends[1]), between).unwrap();
-            assert!((centre[0] + 2.0).abs() < 1e-9 && (centre[1] - 3.0).abs() < 1e-9, "{ends:?} {centre:?}");
-        }
-    }
-
-    #[test]
-    fn points_of_a_line_have_none() {
-        let at = |t: f64| Vector3::new(t, 2.0 * t, 0.0);
-        assert_eq!(centre_through(Plane::Xy, &at(0.0), &at(1.0), [at(0.3), at(0.5)].into_iter()), None);
-        assert_eq!(centre_through(Plane::Xy, &at(0.0), &at(0.0), [at(0.3), at(0.5)].into_iter()), None);
-    }
 }

@@ -2,7 +2,7 @@
 
 mod check;
 mod even;
-mod fit;
+pub(crate) mod fit;
 pub(crate) mod fold;
 mod place;
 mod rewrite;

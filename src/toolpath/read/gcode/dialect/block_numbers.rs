@@ -41,16 +41,3 @@ pub(crate) fn number(content: &[u8]) -> Option<(Range<usize>, u64)> {
     let number = digits.parse().ok().filter(|number| *number < u64::from(u32::MAX))?;
     ends.then_some((start..start + length, number))
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn added_lines_are_counted_on() {
-        let written = b"0 BEGIN PGM A MM\n5 L X+1\n5 L X+2\n5 L X+3\n / 6 L X+4\n;7\n07 M30\n".to_vec();
-        let expected = b"0 BEGIN PGM A MM\n5 L X+1\n6 L X+2\n7 L X+3\n / 8 L X+4\n;7\n9 M30\n";
-        assert_eq!(rising(b"one line\n", written.clone()), expected);
-        assert_eq!(rising(&written.clone(), written.clone()), written);
-    }
-}
