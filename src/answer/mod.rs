@@ -1,4 +1,4 @@
-//! What every question is made with, and of which its answer is derived: a scene, a list of quantities, tables and maps of them.
+//! Quantities, each declared once, of which tables, maps and pages of all questions follow; what a run leaves.
 //!
 //! A question names each number that it computes once, as a `Quantity` with unit, meaning and how it is had of what was found.
 //! Columns of tables (`TableOf`), layers of pages, labels of figures (`GridMap`), extremes and their JSON (`Extremes`) follow

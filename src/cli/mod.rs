@@ -1,4 +1,4 @@
-//! Commands and their arguments.
+//! The command line: a file for each command, arguments, terminal, exit codes.
 
 mod check;
 mod choice;

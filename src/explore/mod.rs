@@ -1,5 +1,5 @@
-//! A machine and a workpiece to try things on: each answer is what the command line gives for the same question, one at a time
-//! and quickly, so that a page can follow a hand that drags them.
+//! The engine of interactive pages: one place or load after another, asked and answered as JSON. Each answer is what the command line
+//! gives for the same question, one at a time and quickly, so that a page can follow a hand that drags a workpiece.
 //!
 //! An [`Explorer`] holds the machine, the checked study and everything that need not be made anew between two answers. What it
 //! is asked and what it answers are JSON ([`call()`]).

@@ -1,4 +1,4 @@
-//! What is left in files: tables in every format, written whole or not at all, with a manifest; and the words of both.
+//! Output files: tables in every format, written whole or not at all, with a manifest; and their words.
 
 pub mod exchange;
 mod manifest;

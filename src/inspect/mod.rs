@@ -1,4 +1,4 @@
-//! A machine looked at: at one point, and as a whole.
+//! One machine inspected: at a point (`point`), as a whole (`check`).
 
 pub mod machine_check;
 pub mod point;

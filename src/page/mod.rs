@@ -1,4 +1,4 @@
-//! The answer as one HTML file: everything a result folder says, readable without this program or a network.
+//! Results as one HTML file, readable without this program or a network: everything a result folder says.
 //!
 //! [`Description`] is what a run leaves beside its tables; [`ResultFolder`] reads both back; [`page()`] makes a report of one
 //! folder and [`comparison()`] of several.

@@ -1,4 +1,4 @@
-//! What is cut: toolpaths, the cutting force at each of their points, and where the workpiece stands.
+//! The process: cutting forces along a toolpath, where the workpiece stands, the process file.
 
 pub mod cutting;
 mod cutting_rule;

@@ -1,4 +1,4 @@
-//! The questions: a study file as written (`spec`), checked ([`Study`]), run, and its plain results.
+//! The questions that a study file asks, a folder each: as written (`spec`), checked ([`Study`]), run, and reported.
 //!
 //! Each question is a folder (spec, resolve, run, report and template) and one line of the list below; those that pages do not ask are
 //! left out of what is built for them. What is cut along a

@@ -1,4 +1,4 @@
-//! The free turn about the tool's axis: at which turn the loaded tool stays nearest to its path, along the path.
+//! Rotation about the tool axis, the redundancy angle γ: at which γ the loaded tool stays nearest to its path.
 //!
 //! A machine that controls all six coordinates, with a tool that rotates, may turn its platform about the tool's axis by any angle γ at
 //! each point. Where a lattice of points, turns and branches has nodes, the loaded machine is solved exactly (`nodes`); the cheapest

@@ -1,5 +1,5 @@
-//! A study run into a folder: what is refused before it begins (an unfinished run that would be lost, files that are
-//! not ours), kept piece by piece, gone on with after a stop, written whole.
+//! Studies run into folders, resumed, shared in parts and merged. What is refused before a run begins (an unfinished run that would be
+//! lost, files that are not ours), kept piece by piece, gone on with after a stop, written whole.
 
 pub mod parts;
 

@@ -1,5 +1,5 @@
-//! A path through a loaded machine: which machine answers for each source of error, where it is led, what is commanded and what is
-//! left, block after block.
+//! A path through the loaded machine: sources of error, tracking, commands, residual errors. Which machine answers for each source,
+//! where it is led, what is commanded and what is left, block after block.
 
 pub mod along_path;
 pub mod blocks;

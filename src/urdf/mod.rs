@@ -1,5 +1,5 @@
-//! Machine files from URDFs: the chain from the base to the link that carries the tool, with its limits, and masses where they
-//! are plausible.
+//! Machine files from URDFs: the chain from the base to the link that carries the tool. It has its limits, and masses where they are
+//! plausible.
 //!
 //! What a URDF cannot say, the stiffness of the drives, is written as "unknown" unless it is given. Nothing is dropped
 //! without a note.

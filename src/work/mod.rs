@@ -1,5 +1,5 @@
-//! What a long computation goes on in: its pieces are kept as they finish, it can be stopped between them, several
-//! machines can share them, and somebody is told how far it is.
+//! Long computations in pieces: kept, stopped, resumed and shared among computers. Pieces are kept as they finish, it can be
+//! stopped between them, and somebody is told how far it is.
 //!
 //! A computation that can be shared numbers pieces that do not need one another ([`Work::dealt`]). Where it is one part
 //! of several, a piece of another part is not computed: its place stays empty ([`here`]), and where all of them are

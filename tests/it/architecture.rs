@@ -1,14 +1,14 @@
-//! ARCHITECTURE.md is what the sources are: every file is named in it, and dependencies point one way.
+//! ARCHITECTURE.md is what the sources are: its picture is drawn from them, and dependencies point one way.
 
 use std::{
-    collections::BTreeMap,
+    collections::{BTreeMap, BTreeSet},
     fs,
     path::{Path, PathBuf},
 };
 
 /// Folders of the engine and then of the library; each may use those before it. That the engine uses none of the library's is up to the
 /// compiler: it is a crate of its own.
-const ORDER: [&str; 21] = [
+const ORDER: [&str; 22] = [
     "input",
     "spatial",
     "lanes",
@@ -30,6 +30,7 @@ const ORDER: [&str; 21] = [
     "explore",
     "products",
     "run",
+    "cli",
 ];
 
 fn root() -> &'static Path {
@@ -57,49 +58,110 @@ fn all_sources() -> Vec<PathBuf> {
     found
 }
 
-/// The first sentence of a file's own documentation.
-fn what_it_is(text: &str) -> String {
+/// The first sentence of a file's own documentation, without the marks of links and code.
+fn what_it_is(file: &Path) -> String {
+    let text = fs::read_to_string(root().join(file)).unwrap();
     let lines = text.lines().take_while(|line| line.starts_with("//!")).map(|line| line[3..].trim());
     let paragraph: Vec<&str> = lines.take_while(|line| !line.is_empty()).collect();
     let paragraph = paragraph.join(" ");
     // Not after an abbreviation, such as "Eq. (13)".
     let ends = |at: &(usize, &str)| paragraph[at.0 + 2..].starts_with(char::is_uppercase);
     let end = paragraph.match_indices(". ").find(ends).map_or(paragraph.len(), |(end, _)| end + 1);
-    paragraph[..end].trim_end_matches(['.', ':']).to_string()
+    paragraph[..end].trim_end_matches(['.', ':']).replace(['[', ']', '`'], "")
 }
 
-/// The list of files, a heading for each folder.
-fn list() -> String {
-    let (mut list, mut folder) = (String::new(), PathBuf::new());
+/// The folder below `src` that a file belongs to; all of the crate that machine files are read with is the folder of its name.
+fn folder_of(file: &Path) -> Option<&'static str> {
+    let inside = file.iter().skip_while(|part| *part != "src").nth(1)?.to_str()?;
+    let folder = if file.starts_with("crates/input") { "input" } else { inside };
+    ORDER.into_iter().find(|own| *own == folder)
+}
+
+/// Which folders each folder names, in the order of [`ORDER`].
+fn uses() -> BTreeMap<&'static str, BTreeSet<usize>> {
+    let mut uses: BTreeMap<_, BTreeSet<usize>> = ORDER.iter().map(|folder| (*folder, BTreeSet::new())).collect();
     for file in all_sources() {
-        let here = file.parent().unwrap();
-        if here != folder {
-            folder = here.to_path_buf();
-            list += &format!("\n### {}\n\n", folder.display());
-        }
-        let what = what_it_is(&fs::read_to_string(root().join(&file)).unwrap());
-        assert!(!what.is_empty(), "{} does not say what it is", file.display());
-        list += &format!("- `{}`: {what}\n", file.file_name().unwrap().to_str().unwrap());
+        let Some(own) = folder_of(&file) else { continue };
+        let prefix = if own == "cli" { "kinetostat::" } else { "crate::" };
+        let named = used(&code(&file), prefix);
+        uses.get_mut(own).unwrap().extend(ORDER.iter().enumerate().filter_map(|(place, folder)| {
+            (*folder != own && named.iter().any(|name| name == folder)).then_some(place)
+        }));
     }
-    list
+    uses
 }
 
-const HEADING: &str = "## Every file\n";
+/// All folders, those that users see first; of each what it uses directly, but for what these use themselves, and what it is.
+fn picture() -> String {
+    let uses = uses();
+    let mut reached: Vec<BTreeSet<usize>> = Vec::new();
+    for folder in ORDER {
+        let own = &uses[folder];
+        // Each may use those before it, of which it is known.
+        reached.push(own.iter().chain(own.iter().flat_map(|used| reached.get(*used)).flatten()).copied().collect());
+    }
+    let library = fs::read_to_string(root().join("src/lib.rs")).unwrap();
+    let line = |(name, uses, what): (&str, &str, &str)| format!("{name:<16}{uses:<23}{what}\n");
+    let mut picture = line(("folder", "uses", "what it is"));
+    let mut crate_before = "";
+    for folder in ORDER.iter().rev() {
+        let named = [format!("src/{folder}/mod.rs"), format!("crates/engine/src/{folder}/mod.rs")];
+        let main =
+            named.iter().map(Path::new).find(|file| root().join(file).is_file()).expect("a folder with a mod.rs");
+        let home = match *folder {
+            "input" => "crates/input/src/ and src/",
+            _ if main.starts_with("src") => "src/",
+            _ => "crates/engine/src/",
+        };
+        if home != crate_before {
+            picture += &format!("{home}\n");
+            crate_before = home;
+        }
+        let is_implied = |used: &usize| uses[folder].iter().any(|other| reached[*other].contains(used));
+        let direct: Vec<&str> = uses[folder].iter().filter(|used| !is_implied(used)).map(|used| ORDER[*used]).collect();
+        let is_report = library.contains(&format!("#[cfg(feature = \"report\")]\npub mod {folder};"));
+        let name = format!("  {folder}{}", if is_report { " *" } else { "" });
+        picture += &line((&name, &direct.join(" "), &what_it_is(main)));
+    }
+    picture.lines().map(|line| format!("{}\n", line.trim_end())).collect()
+}
+
+/// What the picture stands between.
+const FENCES: [&str; 2] = ["```text\n", "```\n"];
 
 #[test]
-fn the_page_names_every_file_and_what_it_is() {
+fn the_picture_is_drawn_from_the_sources() {
     let page = root().join("ARCHITECTURE.md");
     let text = fs::read_to_string(&page).unwrap();
-    let (head, found) = text.split_once(HEADING).expect("a heading for the list of files");
-    let list = list();
+    let (head, rest) = text.split_once(FENCES[0]).expect("a picture");
+    let (found, tail) = rest.split_once(FENCES[1]).expect("the end of the picture");
+    let picture = picture();
     if std::env::var_os("UPDATE_GOLDEN").is_some() {
-        fs::write(&page, format!("{head}{HEADING}{list}")).unwrap();
-    } else if let Some((line, expected)) =
-        list.lines().enumerate().find(|(line, own)| found.lines().nth(*line) != Some(own))
+        fs::write(&page, format!("{head}{}{picture}{}{tail}", FENCES[0], FENCES[1])).unwrap();
+    } else if let Some((line, drawn)) =
+        picture.lines().enumerate().find(|(line, own)| found.lines().nth(*line) != Some(own))
     {
         panic!(
-            "line {line} of the list should be {expected:?}; UPDATE_GOLDEN=1 cargo test --test it architecture:: renews it"
+            "line {line} of the picture should be {drawn:?}; UPDATE_GOLDEN=1 cargo test --all-features --test it architecture:: draws it"
         );
+    }
+    assert!(text.len() <= 12_000, "{} bytes: a page that can be held takes at most 12,000", text.len());
+}
+
+#[test]
+fn every_file_says_what_it_is() {
+    for file in all_sources() {
+        assert!(!what_it_is(&file).is_empty(), "{} does not say what it is", file.display());
+    }
+}
+
+#[test]
+fn every_folder_is_in_the_picture() {
+    for home in ["crates/engine/src", "src"] {
+        for entry in fs::read_dir(root().join(home)).unwrap().map(|entry| entry.unwrap()) {
+            let name = entry.file_name().into_string().unwrap();
+            assert!(entry.path().is_file() || ORDER.contains(&&*name), "{home}/{name} has no place in ORDER");
+        }
     }
 }
 
@@ -107,8 +169,7 @@ fn the_page_names_every_file_and_what_it_is() {
 fn dependencies_point_one_way() {
     let place = |folder: &str| ORDER.iter().position(|name| *name == folder);
     for file in all_sources() {
-        let folder = file.iter().skip_while(|part| *part != "src").nth(1);
-        let Some(own) = folder.and_then(|part| place(part.to_str().unwrap())) else { continue };
+        let Some(own) = folder_of(&file).and_then(place) else { continue };
         for folder in used(&code(&file), "crate::") {
             let other = place(&folder);
             assert!(other.is_none_or(|other| other <= own), "{} uses {folder}, which is above it", file.display());
@@ -141,12 +202,14 @@ const MOST_LINES: [(&[&str], usize); 10] = [
 
 #[test]
 fn no_folder_outgrows_its_lines() {
-    let files = all_sources();
+    let (files, page) = (all_sources(), fs::read_to_string(root().join("ARCHITECTURE.md")).unwrap());
     for (folders, most) in MOST_LINES {
         let inside = |file: &&PathBuf| folders.iter().any(|folder| file.starts_with(folder));
         let lines = |file: &PathBuf| fs::read_to_string(root().join(file)).unwrap().lines().count();
         let found: usize = files.iter().filter(inside).map(lines).sum();
         assert!(found <= most, "{folders:?}: {found} lines, at most {most}; ARCHITECTURE.md says what a new one needs");
+        let written = format!("{},{:03}", most / 1000, most % 1000);
+        assert!(page.contains(&written), "ARCHITECTURE.md does not say why {folders:?} may have {written} lines");
     }
 }
 

@@ -1,4 +1,4 @@
-//! What to command instead, so that the loaded tool is where it should be.
+//! Compensation: the drive commands that bring the loaded tool to its target.
 //!
 //! A [`Session`] holds the nominal machine, by which commands are computed, and the real one, which answers. A
 //! [`Demand`] says what is wanted at a point, a [`Method`] how the command is found; every method returns the same

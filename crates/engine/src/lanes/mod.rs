@@ -1,4 +1,4 @@
-//! Numbers, one or several at a time.
+//! Arithmetic written once for `f64` and for vector registers.
 //!
 //! Solving a machine takes the same operations at every point, so a vector register can hold the same number of 4 or 8
 //! points: its *lanes*. What is written once over [`Real`] is compiled for `f64` and for each kind of register; which of

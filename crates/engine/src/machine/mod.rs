@@ -1,5 +1,5 @@
-//! What a machine is: chains of joints, elastic links and parallelograms between base and platform, with their limits and
-//! rigid kinematics. Immutable once built; solves nothing elastic.
+//! The machine: chains of joints, elastic links and parallelograms, chain errors, rigid kinematics. Chains lead from base to
+//! platform and have limits. Immutable once built; solves nothing elastic.
 //!
 //! A machine is read from a TOML file ([`Machine::from_file`]) or taken from the [`catalogue`]. Manufacturing and assembly
 //! errors make another machine of it ([`Machine::with_errors`]): commands are computed with the nominal one, what happens

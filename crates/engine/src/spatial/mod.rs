@@ -1,4 +1,4 @@
-//! Poses, twists, wrenches and their transport, and what of linear algebra a library lacks. Pure algebra; knows no machine.
+//! Poses, twists, wrenches and their transport; grids and ranks. Pure algebra, no more than a library lacks; knows no machine.
 //!
 //! Notation is Drake's monogram notation: `X_AB` is the pose of frame B in frame A, `p_AB_C` the position of B's origin
 //! from A's origin expressed in C, `R_AB` a rotation matrix. A [`Twist`] is the velocity of a point together with the

@@ -1,4 +1,4 @@
-//! How a loaded machine settles.
+//! Static equilibrium of the loaded machine, its stiffness and sensitivities.
 //!
 //! Each chain obeys `∂U/∂θ − J_θᵀF = 0`, `∂U/∂q − J_qᵀF = 0`, `g(ρ; θ, q) = t` (eq. 1, written as a residual with the
 //! current stiffness); the platform obeys `Σ F_i = F_ext` (eq. 3). One Newton iteration solves them all: the chains are
