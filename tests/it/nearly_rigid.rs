@@ -5,11 +5,14 @@ use kinetostat::{
     machine::{Machine, catalogue},
     simulation::settings,
     spatial::Wrench,
-    statics::{State, Status, Workspace, equilibrium},
+    statics::{Settings, State, Status, Workspace, equilibrium},
 };
 use nalgebra::Vector3;
 
-use crate::support::engine::{EXACT, machine_from, position_in_box};
+use crate::support::{
+    balance::assert_balanced,
+    engine::{EXACT, machine_from, position_in_box},
+};
 
 /// Stiffness of a link in files, and the lever at which a force bends it as far as it draws it out, mm.
 #[derive(Clone, Copy)]
@@ -140,4 +143,53 @@ fn an_arm_of_one_nearly_rigid_link_is_not_singular() {
         rigid_command.drives
     );
     assert!((nearly - rigid).norm() < 1e-6, "{nearly} {rigid}");
+}
+
+/// Two chains of three drives leave a platform nothing to do, and stand 0.2° from where they would leave it something: a preloaded spring of
+/// 1.2 kN makes them hold each other with 340 kN. Two systems of equations, one condensed, say so; balance is checked without either.
+const RIGID: &str = r#"
+schema = 1
+name = "rigid"
+title = "Rigid"
+gravity_m_per_s2 = [0.0, 0.0, 0.0]
+platform = { tool_tip_mm = [5.0, -3.0, 60.0], controls = ["x", "y", "z"] }
+workspace = { min_mm = [-10.0, -10.0, -10.0], max_mm = [10.0, 10.0, 10.0] }
+home = { position_mm = [0.0, 0.0, 0.0], rotation_deg = [0.0, -0.0, 0.0] }
+[[chain]]
+name = "c0"
+elements = [
+  { prismatic_drive = { name = "e0", axis = "z", home_mm = 0.0, stiffness_N_per_mm = 3.162e3 } },
+  { fixed = { translation_mm = [0.0, 0.0, 0.0], rotation_deg = [0.0, -0.0, 0.0] } },
+  { frame = "f2" },
+  { revolute_drive = { name = "e3", axis = "x", home_deg = 0.0, stiffness_Nmm_per_rad = 1e8 } },
+  { fixed = { translation_mm = [0.0, 0.0, 0.0], rotation_deg = [-128.14385350503295, -87.53279075568601, 180.0] } },
+  { revolute_drive = { name = "e5", axis = "x", home_deg = 0.0, stiffness_Nmm_per_rad = 1e8 } },
+  { spring = { name = "s0", from = { frame = "O", at_mm = [0.0, 0.0, 0.0] }, to = { frame = "f2", at_mm = [0.0, 0.0, 178.0] }, stiffness_N_per_mm = 3.2e1, free_length_mm = 225.0, preload_N = 296.8796937820459 } },
+]
+[[mount]]
+name = "m0"
+chain = "c0"
+base = { position_mm = [135.53858754591215, -115.01687485467848, -122.30107397206609], rotation_deg = [131.80415257650344, 20.248534943431824, 94.34040963206873] }
+platform = { position_mm = [135.53858754591215, -115.01687485467848, -122.30107397206609], rotation_deg = [113.80269248515879, 37.583239266245876, -15.646845138527175] }
+[[mount]]
+name = "m1"
+chain = "c0"
+base = { position_mm = [0.0, -135.95935150495572, -117.14123382697534], rotation_deg = [-50.523247249580635, 52.13313396891932, 92.19525653842571] }
+platform = { position_mm = [0.0, -135.95935150495572, -117.14123382697534], rotation_deg = [20.314188060628386, -25.07932519426642, 150.56381176956006] }
+"#;
+
+#[test]
+fn forces_of_a_machine_that_cannot_move_are_found_beside_a_singular_place() {
+    let machine = Machine::from_toml(RIGID, "rigid.toml").unwrap();
+    let at = machine.inverse_kinematics(&machine.home.pose).unwrap();
+    let load = Wrench::new([100.0, 200.0, 100.0, 1e4, 0.0, 0.0]);
+    for workspace in [Workspace::new(&machine), Workspace::uncondensed(&machine)].iter_mut() {
+        let mut state = State::rigid(&machine, &at);
+        let outcome = equilibrium(&machine, &at.drives, &load, &mut state, workspace, &Settings::default());
+        assert_eq!(outcome.status, Status::Solved, "{outcome:?}");
+        assert!(state.pose.translation.norm() < 1e-8, "{}", state.pose.translation);
+        let held = state.chains[0].wrench.force.norm();
+        assert!((held / 336e3 - 1.0).abs() < 0.02, "{held} N");
+        assert_balanced(&machine, &at.drives, &load, &state);
+    }
 }

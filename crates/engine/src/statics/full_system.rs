@@ -11,6 +11,8 @@ use crate::{
 
 /// A pivot or eigenvalue below this fraction of the largest, after equilibration, is zero.
 const RANK_TOLERANCE: f64 = 1e-12;
+/// The same of a pivot of a solve: beside a singular place, stiff drives outweigh by 1e12 what rigid chains carry.
+const PIVOT_TOLERANCE: f64 = 1e-14;
 /// An unknown with a smaller part in a motion of unit length does not move.
 const LEAST_PART: f64 = 1e-6;
 
@@ -64,7 +66,7 @@ impl FullSystem {
         for (mut row, scale) in right.row_iter_mut().zip(self.scale.iter()) {
             row *= *scale;
         }
-        let factors = RankRevealing::new(self.matrix.clone(), RANK_TOLERANCE);
+        let factors = RankRevealing::new(self.matrix.clone(), PIVOT_TOLERANCE);
         let mut solution = factors.solve(&right)?;
         // Factors are good to rounding of the largest unknown only: one refinement serves the small ones.
         let rest = &right - &self.matrix * &solution;
@@ -174,10 +176,7 @@ pub(super) fn step(
     for i in 0..6 {
         right[(platform + i, 0)] += imbalance[i];
     }
-    let solution = system.solve(right)?;
-    if !solution.iter().all(|value| value.is_finite()) {
-        return None;
-    }
+    let solution = system.solve(right).filter(|solution| solution.iter().all(|value| value.is_finite()))?;
     let column = solution.column(0);
     for (chain, &start) in chains.iter_mut().zip(&system.first) {
         let unknowns: Vec<f64> = column.rows(start, chain.unknown_count()).iter().copied().collect();
