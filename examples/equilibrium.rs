@@ -4,11 +4,7 @@
 //! cargo run --release --example equilibrium -- orthoglide
 //! ```
 
-use kinetostat::{
-    Machine, MillingForce,
-    nalgebra::Vector3,
-    statics::{Settings, Solution, State, Workspace, equilibrium},
-};
+use kinetostat::{Machine, MillingForce, Solver, nalgebra::Vector3};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let name = std::env::args().nth(1).unwrap_or_else(|| "orthoglide".into());
@@ -23,14 +19,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let tool = machine.tool_at(&commanded.pose.rotation);
     let load = MillingForce::PAPER.wrench(130f64.to_radians(), &tool);
 
-    // The state is the start and the result; the workspace is storage only and may be used again and again.
-    let mut state = State::rigid(&machine, &commanded);
-    let mut workspace = Workspace::new(&machine);
-    let outcome = equilibrium(&machine, &commanded.drives, &load, &mut state, &mut workspace, &Settings::default());
-    let found = Solution::new(&machine, &commanded.drives, &state, &outcome, &mut workspace);
+    // The same solver serves any number of drives and loads.
+    let found = Solver::new(&machine).solve(&commanded.drives, &load)?;
 
-    println!("{:?} after {} iterations", outcome.status, outcome.iterations);
-    let moved = machine.tool_displacement(&commanded.pose, &state.pose);
+    println!("{:?} after {} iterations", found.status, found.iterations);
+    let moved = machine.tool_displacement(&commanded.pose, &found.pose);
     println!("the tool tip moves by {:.4} mm: {:.4?}", moved.norm(), moved.as_slice());
     println!("as JSON: {}", serde_json::to_string(&found)?);
     Ok(())

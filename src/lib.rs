@@ -29,7 +29,7 @@
 //! | read a machine | [`Machine::named_or_file`], [`Machine::from_toml`] |
 //! | read and set its numbers by name | [`Machine::parameters`], [`Machine::with_parameters`] |
 //! | make a machine file of a URDF | [`urdf::import`] |
-//! | solve a loaded state | [`statics::equilibrium`], many at once [`statics::Batch`] |
+//! | solve a loaded state | [`Solver`], many at once [`statics::Batch`] |
 //! | correct a command | [`compensate`] on a [`Session`], a whole path within limits [`compensation::compensate_bounded`] |
 //! | map a workspace, or a range of it | [`questions::map::run`], [`questions::map::run_range`] |
 //! | judge places for a workpiece | [`Evaluator`], [`questions::placement::run`] |
@@ -44,23 +44,23 @@
 //! `parquet` and `vtk` add formats of tables and maps. The engine alone is the package `kinetostat-engine`.
 //!
 //! ```
-//! use kinetostat::{
-//!     Machine, MillingForce, nalgebra::Vector3, statics::{Settings, State, Status, Workspace, equilibrium},
-//! };
+//! use kinetostat::{Machine, MillingForce, Solver, nalgebra::Vector3, statics::Status};
 //!
 //! let machine = Machine::named("orthoglide")?;
-//! let at = machine.inverse_kinematics(&machine.pose_at(Vector3::new(30.0, -40.0, 75.0)))?;
-//! let load = MillingForce::PAPER.wrench(0.0, &machine.tool_at(&at.pose.rotation));
-//! let mut state = State::rigid(&machine, &at);
-//! let mut workspace = Workspace::new(&machine);
-//! let outcome = equilibrium(&machine, &at.drives, &load, &mut state, &mut workspace, &Settings::default());
-//! assert_eq!(outcome.status, Status::Solved);
-//! let moved = state.pose.transform(machine.tool_tip) - at.pose.transform(machine.tool_tip);
+//! let commanded = machine.command(Vector3::new(30.0, -40.0, 75.0))?;
+//! let load = MillingForce::PAPER.wrench(0.0, &machine.tool_at(&commanded.pose.rotation));
+//! let loaded = Solver::new(&machine).solve(&commanded.drives, &load)?;
+//! assert_eq!(loaded.status, Status::Solved);
+//! let moved = machine.tool_displacement(&commanded.pose, &loaded.pose);
 //! assert!((0.2..0.5).contains(&moved.norm()));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
 #![warn(missing_docs)]
+
+#[cfg(all(doctest, feature = "report"))]
+#[doc = include_str!("../docs/library.md")]
+struct Library;
 
 #[cfg(feature = "report")]
 pub mod answer;
@@ -109,4 +109,5 @@ pub use questions::{
 pub use run::{Begin, Finished, RunOptions};
 pub use simulation::{Failure, Source};
 pub use spatial::{Grid, Pose, Wrench};
+pub use statics::{Solution, Solver};
 pub use work::{Event, Work};

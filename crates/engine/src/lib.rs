@@ -21,20 +21,14 @@
 //! [kinetostat](https://docs.rs/kinetostat) has them. It also builds for `wasm32-unknown-unknown`, where no machine is built in.
 //!
 //! ```
-//! use kinetostat_engine::{
-//!     Machine, Wrench,
-//!     nalgebra::Vector3,
-//!     statics::{Settings, State, Status, Workspace, equilibrium},
-//! };
+//! use kinetostat_engine::{Machine, Solver, Wrench, nalgebra::Vector3, statics::Status};
 //!
 //! let machine = Machine::named("orthoglide")?;
-//! let at = machine.inverse_kinematics(&machine.pose_at(Vector3::new(30.0, -40.0, 75.0)))?;
+//! let commanded = machine.command(Vector3::new(30.0, -40.0, 75.0))?;
 //! let load = Wrench { force: Vector3::new(0.0, 0.0, -100.0), moment: Vector3::zeros() };
-//! let mut state = State::rigid(&machine, &at);
-//! let mut workspace = Workspace::new(&machine);
-//! let outcome = equilibrium(&machine, &at.drives, &load, &mut state, &mut workspace, &Settings::default());
-//! assert_eq!(outcome.status, Status::Solved);
-//! let moved = machine.tool_displacement(&at.pose, &state.pose);
+//! let loaded = Solver::new(&machine).solve(&commanded.drives, &load)?;
+//! assert_eq!(loaded.status, Status::Solved);
+//! let moved = machine.tool_displacement(&commanded.pose, &loaded.pose);
 //! assert!((0.01..1.0).contains(&-moved.z), "{moved}");
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
@@ -56,6 +50,7 @@ pub use compensation::{Compensation, Demand, Method, Session, Target, compensate
 pub use input::error::{Error, Result};
 pub use machine::{ChainError, Machine};
 pub use spatial::{Grid, Pose, Wrench};
+pub use statics::{Solution, Solver};
 
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]

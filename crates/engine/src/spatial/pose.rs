@@ -1,6 +1,6 @@
 //! Rigid poses and finite rotations.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Isometry3, Matrix3, Rotation3, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
 /// A coordinate axis of a local frame.
@@ -97,6 +97,19 @@ impl Pose {
             self.rotation[(row, b)] = cos * rb + sin * rc;
             self.rotation[(row, c)] = cos * rc - sin * rb;
         }
+    }
+}
+
+impl From<Isometry3<f64>> for Pose {
+    fn from(pose: Isometry3<f64>) -> Self {
+        Self { rotation: *pose.rotation.to_rotation_matrix().matrix(), translation: pose.translation.vector }
+    }
+}
+
+impl From<Pose> for Isometry3<f64> {
+    fn from(pose: Pose) -> Self {
+        let rotation = Rotation3::from_matrix_unchecked(pose.rotation);
+        Self::from_parts(pose.translation.into(), UnitQuaternion::from_rotation_matrix(&rotation))
     }
 }
 

@@ -5,6 +5,7 @@
 //! condensed to 6×6 blocks (eqs. 4–6 with the wrench-weighted Hessians), the platform twist follows, and the chain
 //! unknowns are back-substituted.
 //!
+//! - [`Solver`]: loaded states of one machine, a call each
 //! - [`equilibrium()`]: `t = f⁻¹(F | t₀)`, eq. (7), the whole machine under a prescribed wrench
 //! - [`equilibrium_at_task`]: the same with the drives found so that a task is met, for compensation
 //! - [`Batch`]: the same for many independent cases, several at a time
@@ -34,6 +35,7 @@ mod play;
 mod rigid_directions;
 mod sensitivity;
 mod solution;
+mod solver;
 mod state;
 mod stiffness;
 mod tool;
@@ -53,6 +55,7 @@ pub use outcome::{Outcome, Settings, Status, TaskError};
 pub use play::{lost_motions, tool_play};
 pub use sensitivity::{Sensitivities, Sensitivity};
 pub use solution::{ChainSolution, Solution};
+pub use solver::Solver;
 pub use state::{ChainState, State, Workspace};
 pub use stiffness::{
     chain_stiffnesses, largest_compliance, principal_stiffnesses, rigid_wrenches, smallest_eigenvalue, tool_compliance,

@@ -11,5 +11,6 @@ mod operations;
 mod sections;
 mod side_by_side;
 mod singularities;
+mod solver;
 mod spatial;
 mod stiffness;

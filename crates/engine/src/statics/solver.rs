@@ -1,0 +1,53 @@
+//! One machine, asked for equilibria one by one.
+
+use super::{Outcome, Settings, Solution, State, Workspace, equilibrium};
+use crate::{
+    machine::{Configuration, Machine, Unreachable},
+    spatial::Wrench,
+};
+
+/// A machine, and the storage that its equilibria share. No equilibrium depends on the ones before.
+///
+/// What it leaves out: a start other than the undeflected machine is a [`State`] of [`equilibrium()`], many cases at once are a
+/// [`Batch`](super::Batch).
+#[derive(Debug, Clone)]
+pub struct Solver {
+    machine: Machine,
+    workspace: Workspace,
+    settings: Settings,
+}
+
+impl Solver {
+    /// Equilibria of `machine`, of one with errors as [`Machine::with_errors`] makes it.
+    pub fn new(machine: &Machine) -> Self {
+        Self { machine: machine.clone(), workspace: Workspace::new(machine), settings: Settings::default() }
+    }
+
+    /// The same, solved to `settings`.
+    pub fn with_settings(self, settings: Settings) -> Self {
+        Self { settings, ..self }
+    }
+
+    /// Equilibrium `t = f⁻¹(F | t₀)`, eq. (7), with the drives at `drives` (mm, rad; one each, in machine order) under the dead wrench `load`
+    /// at P in O axes (N, N·mm), on the assembly mode of home. Whether there is one is its `status`.
+    ///
+    /// # Errors
+    /// As [`Machine::forward_kinematics`]: the undeflected chains do not close with these drives.
+    ///
+    /// # Panics
+    /// If `drives` are not as many as the machine has.
+    pub fn solve(&mut self, drives: &[f64], load: &Wrench) -> Result<Solution, Unreachable> {
+        assert_eq!(drives.len(), self.machine.drive_count(), "drives of {}", self.machine.name);
+        let commanded = self.machine.forward_kinematics(drives)?;
+        Ok(self.solve_at(&commanded, load))
+    }
+
+    /// The same from where the drives of `commanded` hold the undeflected machine: on its assembly mode, and for a machine with errors, whose
+    /// chains close only where they yield, of the machine without.
+    pub fn solve_at(&mut self, commanded: &Configuration, load: &Wrench) -> Solution {
+        let (machine, drives) = (&self.machine, &commanded.drives);
+        let mut state = State::rigid(machine, commanded);
+        let outcome: Outcome = equilibrium(machine, drives, load, &mut state, &mut self.workspace, &self.settings);
+        Solution::new(machine, drives, &state, &outcome, &mut self.workspace)
+    }
+}
