@@ -24,7 +24,6 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         phis: (0..36).map(|i| f64::from(10 * i).to_radians()).collect(),
         target: Target::ToolTip,
         tolerance_mm: None,
-        not_used: Vec::new(),
         machine,
     };
     let study = WorkspaceMapStudy { scene, grid };

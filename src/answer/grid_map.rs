@@ -5,7 +5,7 @@ use crate::{
     answer::point_words,
     figures::{Figure, Mark2, Mark3, Shading, SliceFigure, SlicePanel, VolumeFigure},
     files::words::{millimetres, signed, typographic},
-    simulation::{Scene, Shown},
+    simulation::Scene,
     spatial::Grid,
 };
 
@@ -56,9 +56,9 @@ const MOST_IN_3D: usize = 41;
 
 impl<'a, P> GridMap<'a, P> {
     /// Of what is `drawn` over a `grid`, none of its points seen.
-    pub fn new(scene: &'a Scene, grid: &'a Grid, shown: &Shown, drawn: Vec<Drawn<P>>) -> Self {
+    pub fn new(scene: &'a Scene, grid: &'a Grid, slices_z: &[f64], drawn: Vec<Drawn<P>>) -> Self {
         let [nx, ny, _] = grid.counts();
-        let slices = [thinned(nx, MOST_NODES), thinned(ny, MOST_NODES), planes(grid, &shown.slices_z)];
+        let slices = [thinned(nx, MOST_NODES), thinned(ny, MOST_NODES), planes(grid, slices_z)];
         let volume = grid.counts().map(|count| thinned(count, MOST_IN_3D));
         let mut nodes: Vec<usize> = product(&slices).chain(product(&volume)).map(|node| grid.index(node)).collect();
         nodes.sort_unstable();

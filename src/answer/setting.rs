@@ -13,9 +13,14 @@ use crate::{
 };
 
 impl Scene {
-    /// What must be known with an answer over `positions` of P (O, mm), each of which is a `noun`.
-    pub(crate) fn cautions(&self, noun: &str, positions: impl Iterator<Item = Vector3<f64>>) -> String {
-        cautions::not_used(&self.not_used) + &cautions::of_machine(&self.machine, &self.errors, noun, positions)
+    /// What must be known with an answer over `positions` of P (O, mm), each of which is a `noun`, and which has `not_used` these tables of a process.
+    pub(crate) fn cautions(
+        &self,
+        not_used: &[&str],
+        noun: &str,
+        positions: impl Iterator<Item = Vector3<f64>>,
+    ) -> String {
+        cautions::not_used(not_used) + &cautions::of_machine(&self.machine, &self.errors, noun, positions)
     }
 
     /// The setting: machine and force, what is the question's `own`, and errors.

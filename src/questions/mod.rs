@@ -6,7 +6,7 @@
 //!
 //! A study is a folder with a `study.toml`; its inputs are named relative to that folder.
 
-mod over_workspace;
+pub mod over_workspace;
 mod question;
 pub(crate) mod resolve;
 pub(crate) mod spec;

@@ -8,7 +8,7 @@ use crate::{
     compensation::Target,
     input::{Inputs, check::Check, error::Result},
     process::cutting::CuttingLaw,
-    simulation::{Scene, Shown},
+    simulation::Scene,
     spatial::Grid,
 };
 
@@ -22,8 +22,17 @@ pub(super) struct OwnKeys {
     pub uses_target: bool,
 }
 
-/// The scene of a study over the workspace, and the files that it comes from.
-pub(super) fn scene(given: &Given<'_>, own: OwnKeys) -> Result<(Scene, Inputs)> {
+/// What an answer over the workspace shows, and what it says to have left aside.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Shown {
+    /// Heights of the slices drawn, mm.
+    pub slices_z: Vec<f64>,
+    /// Tables of the process that the question has no use for.
+    pub not_used: Vec<&'static str>,
+}
+
+/// The scene of a study over the workspace, tables of the process that it has no use for, and the files that it comes from.
+pub(super) fn scene(given: &Given<'_>, own: OwnKeys) -> Result<(Scene, Vec<&'static str>, Inputs)> {
     let process = given.process(None, &given.check)?;
     let CuttingLaw::PathFrame(frame) = process.cutting else {
         let problem = format!(
@@ -45,7 +54,6 @@ pub(super) fn scene(given: &Given<'_>, own: OwnKeys) -> Result<(Scene, Inputs)> 
         return given.check.root().key("process").key(table).fail(problem);
     }
     let scene = Scene {
-        not_used,
         force: frame.force,
         phis: tool_angles(own.phi_step_deg.unwrap_or(PHI_STEP_DEG), &given.check.key("phi_step_deg"))?,
         errors: process.errors,
@@ -53,7 +61,7 @@ pub(super) fn scene(given: &Given<'_>, own: OwnKeys) -> Result<(Scene, Inputs)> 
         target: process.target,
         tolerance_mm: process.tolerance_mm,
     };
-    Ok((scene, process.inputs))
+    Ok((scene, not_used, process.inputs))
 }
 
 /// The tool angles of one turn in steps of `step` degrees, rad.
@@ -87,7 +95,7 @@ impl Region<'_> {
         let check = &given.check;
         let corners = corners_or(self.min_mm, self.max_mm, default, check)?;
         let grid = box_grid(corners, self.grid, given.overrides, (most, check))?;
-        let shown = Shown { slices_z: slice_heights(self.slices_z_mm, corners, check)? };
+        let shown = Shown { slices_z: slice_heights(self.slices_z_mm, corners, check)?, not_used: Vec::new() };
         let size = grid_input(grid.counts());
         Ok((grid, shown, size))
     }

@@ -16,7 +16,7 @@ mod status;
 pub(crate) mod within_limits;
 
 pub use program_file::{ProgramFile, Sent};
-pub use scene::{Scene, Shown};
+pub use scene::Scene;
 pub use sources::{BySource, Machines, ROUNDING_MM, Source, settings};
 pub use status::{Failure, SOLVED, status_of};
 #[cfg(feature = "report")]

@@ -24,8 +24,6 @@ pub struct Scene {
     pub target: Target,
     /// How far the tool may be from where it should be, mm, if the process says it.
     pub tolerance_mm: Option<f64>,
-    /// Tables of the process that the question has no use for.
-    pub not_used: Vec<&'static str>,
 }
 
 impl Scene {
@@ -43,11 +41,4 @@ impl Scene {
         let load = phi.map_or(Wrench::zero(), force);
         Demand { pose, load, target: self.target, wanted: None, external: None }
     }
-}
-
-/// What pictures over the workspace show.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Shown {
-    /// Heights of the slices drawn, mm.
-    pub slices_z: Vec<f64>,
 }

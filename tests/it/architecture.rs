@@ -191,13 +191,13 @@ const MOST_LINES: [(&[&str], usize); 10] = [
     (&["crates/engine/src"], 20_490),
     (&["src/toolpath"], 15_620),
     (&["src/process", "crates/input/src", "src/input", "src/urdf"], 6_680),
-    (&["src/simulation", "src/redundancy"], 3_670),
-    (&["src/answer", "src/files", "src/work", "src/run"], 4_940),
+    (&["src/simulation", "src/redundancy"], 3_665),
+    (&["src/answer", "src/files", "src/work", "src/run"], 4_945),
     (&["src/figures", "src/page"], 9_110),
-    (&["src/questions"], 21_150),
+    (&["src/questions"], 21_160),
     (&["src/products", "src/inspect", "src/explore"], 8_850),
     (&["src/cli"], 2_890),
-    (&["crates/engine/src", "crates/input/src", "src"], 93_575),
+    (&["crates/engine/src", "crates/input/src", "src"], 93_580),
 ];
 
 #[test]

@@ -296,7 +296,6 @@ fn check_map(machine: &Machine, trial: &Trial) {
         errors: trial.chain_errors(machine),
         force: MillingForce::PAPER,
         tolerance_mm: None,
-        not_used: Vec::new(),
         phis: vec![0.0, 2.0],
         target: Target::ToolTip,
     };

@@ -92,7 +92,7 @@ fn a_deflection_is_shown_where_its_correction_is_not() {
     }
     // Of 9 points on each side and ahead.
     assert_eq!((whole, in_part), (9 + 27, 18));
-    let (said, json) = (text(&summary(&map)).cautions, summary(&map).json());
+    let (said, json) = (text(&summary(&map), &[]).cautions, summary(&map).json());
     assert!(said.contains("At 18 rows the correction is missing; the deflection is known."), "{said}");
     assert_eq!((json["rows"].as_u64(), json["rows_solved"].as_u64()), (Some(81), Some(36)));
 }
@@ -103,7 +103,7 @@ fn what_is_known_at_hardly_any_point_has_no_best_and_worst() {
     // One point in reach of 125.
     study.grid = Grid::new(Vector3::new(1600.0, 0.0, 1000.0), Vector3::new(9000.0, 8000.0, 9000.0), [5, 5, 5]);
     let map = run(&study, &Work::default()).unwrap();
-    let said = text(&summary(&map)).details();
+    let said = text(&summary(&map), &[]).details();
     let known = map.points.iter().filter(|point| point.effect(Source::All).is_some()).count();
     assert!((1..=6).contains(&known), "{known}");
     assert!(!said.contains("at the best place"), "{said}");

@@ -11,6 +11,7 @@ use kinetostat::{
     process::{ForceLaw, MillingForce},
     questions::{
         Answered, Overrides, Study, StudyKind,
+        over_workspace::Shown,
         superposition::{
             LocationResult, Scaled, Superposition, SuperpositionStudy,
             ablation::Cause,
@@ -19,7 +20,7 @@ use kinetostat::{
             safe::LargestFactor,
         },
     },
-    simulation::{Scene, Shown},
+    simulation::Scene,
     spatial::{Grid, Pose, Wrench},
     statics::{Workspace, tool_compliance, unloaded_stiffness},
     work::Work,
@@ -300,7 +301,7 @@ fn places_out_of_reach_are_labelled_everywhere() {
     assert_eq!(summary.json(locations)["grid_points_solved"], 1);
     let folder = tempfile::tempdir().unwrap();
     let run = Run { out: folder.path(), formats: &[], figures: true, work: &Work::default() };
-    for (name, figure) in study.answer(&Shown { slices_z: vec![0.0] }, &run).unwrap().figures {
+    for (name, figure) in study.answer(&Shown { slices_z: vec![0.0], not_used: Vec::new() }, &run).unwrap().figures {
         figure.svg(Colours::Viridis).unwrap_or_else(|e| panic!("{name}: {e}"));
     }
 }

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# A seventh question is one folder and one line: adds the folder `reach` beside this script and its line in
+# A new question is one folder and one line: adds the folder `reach` beside this script and its line in
 # src/questions/mod.rs to a copy of the sources, shows the difference, and runs `kinetostat new reach` and the study it writes.
 #
 # usage: tests/question/add.sh    (CARGO_TARGET_DIR shares what is built already)

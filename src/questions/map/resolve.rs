@@ -5,9 +5,8 @@ use crate::{
     input::error::Result,
     questions::{
         Given, Question, Resolved, Template,
-        over_workspace::{OwnKeys, Region, scene},
+        over_workspace::{OwnKeys, Region, Shown, scene},
     },
-    simulation::Shown,
     work::Work,
 };
 
@@ -28,11 +27,12 @@ impl Question for WorkspaceMapStudy {
     fn resolve(spec: &WorkspaceMapSpec, given: &Given<'_>) -> Result<Resolved<Self>> {
         given.overrides.refuse_points(given.name)?;
         let own = OwnKeys { phi_step_deg: spec.phi_step_deg, uses_target: true };
-        let (scene, inputs) = scene(given, own)?;
+        let (scene, not_used, inputs) = scene(given, own)?;
         let region =
             Region { min_mm: spec.min_mm, max_mm: spec.max_mm, grid: spec.grid, slices_z_mm: &spec.slices_z_mm };
-        let (grid, shown, size) =
+        let (grid, mut shown, size) =
             region.checked(given, [scene.machine.workspace.min, scene.machine.workspace.max], MAX_POINTS)?;
+        shown.not_used = not_used;
         Ok(Resolved { study: WorkspaceMapStudy { scene, grid }, shown, inputs: inputs.and(size) })
     }
 

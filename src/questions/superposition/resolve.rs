@@ -9,10 +9,10 @@ use crate::{
     machine::Machine,
     questions::{
         Given, Question, Resolved, Template,
-        over_workspace::{OwnKeys, Region, scene},
+        over_workspace::{OwnKeys, Region, Shown, scene},
         path::resolve::named_point,
     },
-    simulation::{ROUNDING_MM, Shown},
+    simulation::ROUNDING_MM,
     work::{Work, here},
 };
 
@@ -36,12 +36,13 @@ impl Question for SuperpositionStudy {
         given.overrides.refuse_points(given.name)?;
         given.refuse_carrier("this question does not take apart")?;
         let own = OwnKeys { phi_step_deg: spec.phi_step_deg, uses_target: false };
-        let (scene, inputs) = scene(given, own)?;
+        let (scene, not_used, inputs) = scene(given, own)?;
         let check = &given.check;
         let region =
             Region { min_mm: spec.min_mm, max_mm: spec.max_mm, grid: spec.grid, slices_z_mm: &spec.slices_z_mm };
         let box_of_p = [scene.machine.workspace.min, scene.machine.workspace.max];
-        let (grid, shown, size) = region.checked(given, box_of_p, MAX_POINTS)?;
+        let (grid, mut shown, size) = region.checked(given, box_of_p, MAX_POINTS)?;
+        shown.not_used = not_used;
         let tolerance = check.key("tolerance_mm").positive(spec.tolerance_mm)?;
         if tolerance < ROUNDING_MM {
             let problem =

@@ -17,10 +17,9 @@ use crate::{
     process::{Placement, ToolTurn},
     questions::{
         Given, Question, Resolved, Template,
-        over_workspace::{OwnKeys, Region, scene},
+        over_workspace::{OwnKeys, Region, Shown, scene},
     },
     redundancy,
-    simulation::Shown,
     spatial::{frame_about, rotation_exp},
     toolpath::{Sampling, Toolpath},
     work::Work,
@@ -46,7 +45,7 @@ impl Question for TurnMapStudy {
     fn resolve(spec: &TurnMapSpec, given: &Given<'_>) -> Result<Resolved<Self>> {
         given.overrides.refuse_points(given.name)?;
         let phi_step_deg = Some(spec.phi_step_deg.unwrap_or(PHI_STEP_DEG));
-        let (scene, inputs) = scene(given, OwnKeys { phi_step_deg, uses_target: true })?;
+        let (scene, not_used, inputs) = scene(given, OwnKeys { phi_step_deg, uses_target: true })?;
         let machine = &scene.machine;
         can_turn(machine).or_else(|problem| given.check.root().key("machine").fail(problem))?;
         let check = &given.check;
@@ -55,7 +54,8 @@ impl Question for TurnMapStudy {
         let around_home = [machine.workspace.min + to_tip, machine.workspace.max + to_tip];
         let region =
             Region { min_mm: spec.min_mm, max_mm: spec.max_mm, grid: spec.grid, slices_z_mm: &spec.slices_z_mm };
-        let (grid, shown, size) = region.checked(given, around_home, MAX_POINTS / axes.len())?;
+        let (grid, mut shown, size) = region.checked(given, around_home, MAX_POINTS / axes.len())?;
+        shown.not_used = not_used;
         let step_deg = spec.turn_step_deg.unwrap_or(TURN_STEP_DEG);
         if !(1.0..=180.0).contains(&step_deg) {
             return check.key("turn_step_deg").fail(format!("must be from 1 to 180, got {step_deg}"));

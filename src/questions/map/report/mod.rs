@@ -20,11 +20,11 @@ use crate::{
     input::error::Result,
     page::{Description, Fact, Section, TableNote},
     process::ForceLaw,
+    questions::over_workspace::Shown,
     questions::{
         Answered,
         map::{MapPoint, WorkspaceMapStudy, run_in_blocks},
     },
-    simulation::Shown,
 };
 
 impl Answered for WorkspaceMapStudy {
@@ -44,7 +44,7 @@ impl Answered for WorkspaceMapStudy {
             }
             streams.add(&points)
         })?;
-        let text = text(&summary);
+        let text = text(&summary, &shown.not_used);
         Ok(Output {
             streamed: streams.finish()?,
             figures: run.drawn(|| pictures::figures(&pictures, &summary)),

@@ -12,7 +12,8 @@ use crate::{
     files::table::kind_word,
     page::DeflectedPose,
     questions::map::{MapPoint, SourceEffect, WorkspaceMapStudy},
-    simulation::{Shown, Source},
+    questions::over_workspace::Shown,
+    simulation::Source,
 };
 
 /// The quantity drawn in 3-D: the deflection under both sources.
@@ -20,7 +21,7 @@ const IN_3D: usize = 1;
 
 /// The pictures of a map of `study`, none of its points seen.
 pub(super) fn pictures<'a>(study: &'a WorkspaceMapStudy, shown: &Shown) -> GridMap<'a, MapPoint> {
-    GridMap::new(&study.scene, &study.grid, shown, drawn(study))
+    GridMap::new(&study.scene, &study.grid, &shown.slices_z, drawn(study))
 }
 
 /// What is drawn. Corrections of slides and of hinges are pictures of their own.

@@ -12,27 +12,27 @@ use crate::{
     },
     machine::{Machine, Motion},
     page::headline::{Extreme, Headline, InTable, KeyNumber},
-    questions::map::SourceEffect,
+    questions::map::{SourceEffect, WorkspaceMapStudy},
     simulation::{ROUNDING_MM, Source},
 };
 
 /// What `summary` of all points of a map says.
-pub fn text(summary: &Summary<'_>) -> Said {
+pub fn text(summary: &Summary<'_>, not_used: &[&str]) -> Said {
     Said {
-        cautions: cautions(summary),
+        cautions: cautions(summary, not_used),
         place: deflection(summary, Source::All) + &tolerance(summary),
         cause: cause(summary),
         remedy: corrections(summary),
     }
 }
 
-fn cautions(summary: &Summary<'_>) -> String {
-    let grid = &summary.study.grid;
+fn cautions(summary: &Summary<'_>, not_used: &[&str]) -> String {
+    let WorkspaceMapStudy { scene, grid } = summary.study;
     let missing = match summary.uncorrected() {
         0 => String::new(),
         rows => format!("At {} the correction is missing; the deflection is known.\n", counted(rows, "row")),
     };
-    missing + &summary.study.scene.cautions("grid point", (0..grid.len()).map(|index| grid.position(index)))
+    missing + &scene.cautions(not_used, "grid point", (0..grid.len()).map(|index| grid.position(index)))
 }
 
 /// How far `source` moves the tool at the best and at the worst place.

@@ -22,6 +22,7 @@ use crate::{
     },
     input::error::Result,
     page::{Description, Explorer, Fact, Group, GroupValue, Section, TableNote},
+    questions::over_workspace::Shown,
     questions::{
         Answered,
         superposition::{
@@ -31,7 +32,7 @@ use crate::{
             run_locations, run_map,
         },
     },
-    simulation::{ROUNDING_MM, Shown, status_of},
+    simulation::{ROUNDING_MM, status_of},
 };
 
 impl Answered for SuperpositionStudy {
@@ -77,7 +78,7 @@ impl Answered for SuperpositionStudy {
                 }),
                 statuses,
                 summary.json(&locations),
-                Description { headline: text::headline(&summary), ..page(&summary, &locations) },
+                Description { headline: text::headline(&summary, &shown.not_used), ..page(&summary, &locations) },
             )
         })
     }

@@ -8,17 +8,17 @@ use super::{
 use crate::{
     answer::{Drawn, GridMap, Tolerance},
     figures::{Figure, LineFigure, LineSeries, Shading},
+    questions::over_workspace::Shown,
     questions::superposition::{
         DeparturePoint, LocationResult, Scaled, SuperpositionStudy,
         ablation::Cause,
         departure::{Followed, Sum, Worst},
     },
-    simulation::Shown,
 };
 
 /// The pictures of the map of `study`, none of its points seen.
 pub(super) fn pictures<'a>(study: &'a SuperpositionStudy, shown: &Shown) -> GridMap<'a, DeparturePoint> {
-    GridMap::new(&study.scene, &study.grid, shown, drawn(study))
+    GridMap::new(&study.scene, &study.grid, &shown.slices_z, drawn(study))
 }
 
 fn drawn(study: &SuperpositionStudy) -> Vec<Drawn<DeparturePoint>> {

@@ -178,11 +178,11 @@ fn main_causes(locations: &[LocationResult]) -> String {
 }
 
 /// The answer at a glance.
-pub(super) fn headline(summary: &Summary<'_>) -> Headline {
+pub(super) fn headline(summary: &Summary<'_>, not_used: &[&str]) -> Headline {
     let SuperpositionStudy { scene, grid, tolerance, .. } = summary.study;
     let places = counted(summary.points, "place");
     let basis = format!("{places}, {}", counted(scene.phis.len(), "tool angle"));
-    let cautions = scene.cautions("grid point", (0..grid.len()).map(|index| grid.position(index)));
+    let cautions = scene.cautions(not_used, "grid point", (0..grid.len()).map(|index| grid.position(index)));
     let most = summary.largest(Sum::Superposition, Followed::Tool, &DEPARTURE);
     let (Some(most), Some(share)) = (most, summary.safe_share()) else {
         let sentence = format!("Nothing can be said about adding effects: none of the {places} was solved.");

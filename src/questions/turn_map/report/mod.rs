@@ -16,11 +16,11 @@ use crate::{
         Description, Explorer, Fact, Group, GroupValue, Section, TableNote,
         headline::{Extreme, Headline, InTable, KeyNumber},
     },
+    questions::over_workspace::Shown,
     questions::{
         Answered,
         turn_map::{TurnMapPoint, TurnMapStudy, Turns, run},
     },
-    simulation::Shown,
 };
 use quantities::{BEST, Found, Report, WORST_OVER_BEST};
 
@@ -41,7 +41,7 @@ impl Answered for TurnMapStudy {
                 }),
                 Manifest::count(map.points.iter().map(TurnMapPoint::status)),
                 report.json(),
-                Description { headline: headline(&report), ..page(&report) },
+                Description { headline: headline(&report, &shown.not_used), ..page(&report) },
             )
         })
     }
@@ -109,7 +109,7 @@ fn explorer(report: &Report<'_>) -> Explorer {
 }
 
 /// The answer at a glance.
-fn headline(report: &Report<'_>) -> Headline {
+fn headline(report: &Report<'_>, not_used: &[&str]) -> Headline {
     let TurnMapStudy { scene, grid, axes, .. } = report.study;
     let basis = format!(
         "{}, {} of the tool, {}, {} of the force",
@@ -123,7 +123,7 @@ fn headline(report: &Report<'_>) -> Headline {
     let at_best =
         |found: Option<Found<'_>>, what: &str, extreme| found.map(|found| at_best_turn(report, &found, what, extreme));
     Headline::new(sentence(report), basis)
-        .with_cautions(&scene.cautions("place", positions))
+        .with_cautions(&scene.cautions(not_used, "place", positions))
         .with_all(at_best(report.most(), "largest deflection at the best turn", Extreme::Largest))
         .with_all(at_best(report.least(), "smallest", Extreme::Smallest))
         .with_all(report.widest().map(|widest| gain(report, &widest)))
