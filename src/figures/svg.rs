@@ -71,7 +71,7 @@ pub fn svg(scene: &Scene) -> Result<String, FigureError> {
     for text in texts().filter(|text| text.halo) {
         rectangle(&mut out, text.bounds(), WHITE, BACKING);
     }
-    out += &outlined(&texts().collect::<Vec<&Text>>());
+    out += &text_as_glyphs(&texts().collect::<Vec<&Text>>());
     out += "</svg>\n";
     Ok(out)
 }
@@ -192,7 +192,7 @@ fn image(out: &mut String, picture: &Picture) -> Result<(), FigureError> {
 }
 
 /// `texts` as SVG elements: each letter's outline once, then where it is used.
-fn outlined(texts: &[&Text]) -> String {
+fn text_as_glyphs(texts: &[&Text]) -> String {
     let mut outlines = BTreeMap::new();
     let mut lines = String::new();
     for text in texts {

@@ -189,7 +189,7 @@ fn machines(folders: &[ResultFolder]) -> Result<Vec<FigureView>> {
             shown.push(machine);
         }
     }
-    shown.into_iter().map(|machine| drawn(&machine.figure())).collect()
+    shown.into_iter().map(|machine| drawn("machine", &machine.figure())).collect()
 }
 
 fn check(folders: &[ResultFolder]) -> Result<&ResultFolder> {

@@ -153,7 +153,7 @@ pub fn page_with(folder: &ResultFolder, besides: &[(String, Figure)], out: &Path
     reasons.truncate(MOST_REASONS);
     let mut figures = figures(folder, out)?;
     for (stem, figure) in besides {
-        figures.push(FigureView { stem: stem.clone(), ..drawn(figure)? });
+        figures.push(FigureView { stem: stem.clone(), ..drawn(stem, figure)? });
     }
     let hero = figures.iter().position(|figure| figure.stem == ANSWER).map(|at| figures.remove(at));
     let mut rest = Contents { explorers, figures, tables };
@@ -163,7 +163,7 @@ pub fn page_with(folder: &ResultFolder, besides: &[(String, Figure)], out: &Path
         hero,
         terms: terms(description),
         sections: sections.collect(),
-        machine: drawn(&description.machine.figure())?,
+        machine: drawn("machine", &description.machine.figure())?,
         rest,
         statuses: statuses(&folder.manifest),
         reasons,
@@ -197,9 +197,9 @@ impl Contents {
 /// File stem of the figure that shows the answer.
 pub(crate) const ANSWER: &str = "answer";
 
-/// A figure drawn for the page alone.
-pub(super) fn drawn(figure: &Figure) -> Result<FigureView> {
-    let fault = |fault: FigureError| Error::Figure { name: "machine".into(), problem: fault.to_string() };
+/// A figure drawn into the page, without files beside it; one that cannot be drawn is an error that names it.
+pub(super) fn drawn(name: &str, figure: &Figure) -> Result<FigureView> {
+    let fault = |fault: FigureError| Error::Figure { name: name.into(), problem: fault.to_string() };
     Ok(FigureView {
         source: picture_address(&figure.svg(Colours::default()).map_err(fault)?),
         caption: figure.caption(),

@@ -37,7 +37,7 @@ impl Part<'_> {
         self.first..self.first + self.points.len()
     }
 
-    /// It as a path: the machine by which commands are computed, the one that answers, and from whose rest deflections are measured.
+    /// These points to be solved: `nominal` computes commands, `real` answers them, deflections are measured from the rest of `resting`.
     pub(super) fn case<'a>(&'a self, [nominal, real, resting]: [&'a Machine; 3]) -> PathCase<'a> {
         PathCase { nominal, real, resting, before: None, demands: &self.demands }
     }

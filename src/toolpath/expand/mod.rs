@@ -78,7 +78,7 @@ impl Program {
             let program = Program::parse(bytes, name, options).map_err(|fault| written_out.located(fault))?;
             let without_cycles = program.without_cycles().map_err(|fault| written_out.located(fault))?;
             bytes = without_cycles.map_or(program.source, |(moves, lines)| {
-                written_out.follow(&lines);
+                written_out.compose_origins(&lines);
                 moves
             });
         }

@@ -441,7 +441,7 @@ impl Softest {
         Self { value, largest, stiffness, is_stable, has_idle_motion: false }
     }
 
-    /// Of a platform with `compliance`; a free one has none. A slack yields as drives do.
+    /// From the compliance at P; `None` for a free platform. Rotations are taken at `reach`, mm; a slack yields as drives do.
     fn of_compliance(compliance: Option<&Matrix6<f64>>, reach: f64, is_stable: bool, rigid: &RigidDirections) -> Self {
         let (mut value, mut largest, mut stiffness) = (0.0, 1.0, None);
         if let Some(compliance) = compliance.and_then(|compliance| at_reach(compliance, 1.0 / reach)) {

@@ -72,7 +72,7 @@ impl WrittenOut {
     }
 
     /// The lines are now those of which `lines` says which they were, from 0.
-    pub fn follow(&mut self, lines: &[usize]) {
+    pub fn compose_origins(&mut self, lines: &[usize]) {
         self.origins = lines.iter().map(|line| self.origins.get(*line).copied().unwrap_or_default()).collect();
     }
 

@@ -42,7 +42,7 @@ impl Place {
         Place { spelled, ..self }
     }
 
-    /// The same on a new line.
+    /// This format with the distance mode in force, for all axes: a new line has no words of its own.
     pub fn on_new_line(self, modal: &Modal) -> Place {
         Place { distances: [modal.distance; 3], ..self }
     }

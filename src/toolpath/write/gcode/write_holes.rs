@@ -42,7 +42,7 @@ impl Written {
         self.axes.iter().chain([&self.clear]).all(|reached| reached.number.is_none())
     }
 
-    /// The numbers by letter.
+    /// Letter and number of each word that must be written anew; words that are right as they stand are left out.
     fn numbers(&self) -> impl Iterator<Item = (char, &String)> {
         let all = ['X', 'Y', 'Z', 'R'].into_iter().zip(self.axes.iter().chain([&self.clear]));
         all.filter_map(|(letter, reached)| Some((letter, reached.number.as_ref()?)))
