@@ -90,14 +90,18 @@ pub(super) struct Region<'a> {
 }
 
 impl Region<'_> {
-    /// The grid over its box, or over `default` if it has none, of at most so many points; what is drawn of it; and its size as an input.
-    pub fn checked(self, given: &Given<'_>, default: [Vector3<f64>; 2], most: usize) -> Result<(Grid, Shown, Inputs)> {
+    /// The grid over its box, or over `default` if it has none, of at most so many points; heights of its slices, mm; and its size as an input.
+    pub fn checked(
+        self,
+        given: &Given<'_>,
+        default: [Vector3<f64>; 2],
+        most: usize,
+    ) -> Result<(Grid, Vec<f64>, Inputs)> {
         let check = &given.check;
         let corners = corners_or(self.min_mm, self.max_mm, default, check)?;
         let grid = box_grid(corners, self.grid, given.overrides, (most, check))?;
-        let shown = Shown { slices_z: slice_heights(self.slices_z_mm, corners, check)?, not_used: Vec::new() };
         let size = grid_input(grid.counts());
-        Ok((grid, shown, size))
+        Ok((grid, slice_heights(self.slices_z_mm, corners, check)?, size))
     }
 }
 

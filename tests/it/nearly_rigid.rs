@@ -145,8 +145,8 @@ fn an_arm_of_one_nearly_rigid_link_is_not_singular() {
     assert!((nearly - rigid).norm() < 1e-6, "{nearly} {rigid}");
 }
 
-/// Two chains of three drives leave a platform nothing to do, and stand 0.2° from where they would leave it something: a preloaded spring of
-/// 1.2 kN makes them hold each other with 340 kN. Two systems of equations, one condensed, say so; balance is checked without either.
+/// Two chains of three drives leave a platform no motion, and nearly one: the smallest singular value of their closures is 1/600 of the largest,
+/// so that springs of less than 2 kN make them hold each other with 336 kN. Two systems of equations, one condensed, say so; balance is checked without either.
 const RIGID: &str = r#"
 schema = 1
 name = "rigid"

@@ -30,9 +30,9 @@ impl Question for WorkspaceMapStudy {
         let (scene, not_used, inputs) = scene(given, own)?;
         let region =
             Region { min_mm: spec.min_mm, max_mm: spec.max_mm, grid: spec.grid, slices_z_mm: &spec.slices_z_mm };
-        let (grid, mut shown, size) =
+        let (grid, slices_z, size) =
             region.checked(given, [scene.machine.workspace.min, scene.machine.workspace.max], MAX_POINTS)?;
-        shown.not_used = not_used;
+        let shown = Shown { slices_z, not_used };
         Ok(Resolved { study: WorkspaceMapStudy { scene, grid }, shown, inputs: inputs.and(size) })
     }
 

@@ -41,8 +41,7 @@ impl Question for SuperpositionStudy {
         let region =
             Region { min_mm: spec.min_mm, max_mm: spec.max_mm, grid: spec.grid, slices_z_mm: &spec.slices_z_mm };
         let box_of_p = [scene.machine.workspace.min, scene.machine.workspace.max];
-        let (grid, mut shown, size) = region.checked(given, box_of_p, MAX_POINTS)?;
-        shown.not_used = not_used;
+        let (grid, slices_z, size) = region.checked(given, box_of_p, MAX_POINTS)?;
         let tolerance = check.key("tolerance_mm").positive(spec.tolerance_mm)?;
         if tolerance < ROUNDING_MM {
             let problem =
@@ -61,7 +60,7 @@ impl Question for SuperpositionStudy {
             grid,
             scene,
         };
-        Ok(Resolved { study, shown, inputs: inputs.and(size) })
+        Ok(Resolved { study, shown: Shown { slices_z, not_used }, inputs: inputs.and(size) })
     }
 
     fn items(&self) -> (usize, &'static str) {

@@ -54,8 +54,7 @@ impl Question for TurnMapStudy {
         let around_home = [machine.workspace.min + to_tip, machine.workspace.max + to_tip];
         let region =
             Region { min_mm: spec.min_mm, max_mm: spec.max_mm, grid: spec.grid, slices_z_mm: &spec.slices_z_mm };
-        let (grid, mut shown, size) = region.checked(given, around_home, MAX_POINTS / axes.len())?;
-        shown.not_used = not_used;
+        let (grid, slices_z, size) = region.checked(given, around_home, MAX_POINTS / axes.len())?;
         let step_deg = spec.turn_step_deg.unwrap_or(TURN_STEP_DEG);
         if !(1.0..=180.0).contains(&step_deg) {
             return check.key("turn_step_deg").fail(format!("must be from 1 to 180, got {step_deg}"));
@@ -66,6 +65,7 @@ impl Question for TurnMapStudy {
             None => default.min_singularity_distance,
         };
         let turn = ToolTurn { step_deg, min_singularity_distance, ..default };
+        let shown = Shown { slices_z, not_used };
         Ok(Resolved { study: TurnMapStudy { scene, grid, axes, turn }, shown, inputs: inputs.and(size) })
     }
 

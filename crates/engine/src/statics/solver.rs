@@ -1,6 +1,6 @@
 //! One machine, asked for equilibria one by one.
 
-use super::{Outcome, Settings, Solution, State, Workspace, equilibrium};
+use super::{Settings, Solution, State, Workspace, equilibrium};
 use crate::{
     machine::{Configuration, Machine, Unreachable},
     spatial::Wrench,
@@ -8,24 +8,18 @@ use crate::{
 
 /// A machine, and the storage that its equilibria share. No equilibrium depends on the ones before.
 ///
-/// What it leaves out: a start other than the undeflected machine is a [`State`] of [`equilibrium()`], many cases at once are a
+/// What it leaves out: other [`Settings`], and a start other than the undeflected machine, are for [`equilibrium()`], many cases at once are a
 /// [`Batch`](super::Batch).
 #[derive(Debug, Clone)]
 pub struct Solver {
     machine: Machine,
     workspace: Workspace,
-    settings: Settings,
 }
 
 impl Solver {
     /// Equilibria of `machine`, of one with errors as [`Machine::with_errors`] makes it.
     pub fn new(machine: &Machine) -> Self {
-        Self { machine: machine.clone(), workspace: Workspace::new(machine), settings: Settings::default() }
-    }
-
-    /// The same, solved to `settings`.
-    pub fn with_settings(self, settings: Settings) -> Self {
-        Self { settings, ..self }
+        Self { machine: machine.clone(), workspace: Workspace::new(machine) }
     }
 
     /// Equilibrium `t = f⁻¹(F | t₀)`, eq. (7), with the drives at `drives` (mm, rad; one each, in machine order) under the dead wrench `load`
@@ -47,7 +41,7 @@ impl Solver {
     pub fn solve_at(&mut self, commanded: &Configuration, load: &Wrench) -> Solution {
         let (machine, drives) = (&self.machine, &commanded.drives);
         let mut state = State::rigid(machine, commanded);
-        let outcome: Outcome = equilibrium(machine, drives, load, &mut state, &mut self.workspace, &self.settings);
+        let outcome = equilibrium(machine, drives, load, &mut state, &mut self.workspace, &Settings::default());
         Solution::new(machine, drives, &state, &outcome, &mut self.workspace)
     }
 }

@@ -3,7 +3,7 @@
 use kinetostat_engine::{
     Machine, Pose, Solver, Wrench,
     machine::catalogue,
-    nalgebra::{Isometry3, UnitQuaternion, Vector3},
+    nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3},
     spatial::rotation_exp,
     statics::{Settings, State, Status, Workspace, equilibrium},
 };
@@ -43,7 +43,7 @@ fn a_machine_with_errors_is_solved_from_where_the_one_without_stands() {
 #[test]
 fn drives_that_close_no_chain_are_refused() {
     let machine = Machine::named("orthoglide").unwrap();
-    let far = vec![5000.0, 0.0, 0.0];
+    let far = [5000.0, 0.0, 0.0];
     assert!(Solver::new(&machine).solve(&far, &LOAD).unwrap_err().to_string().contains("chain"));
 }
 
@@ -62,11 +62,7 @@ fn poses_go_into_isometries_and_back() {
         let expected = UnitQuaternion::from_scaled_axis(vector);
         assert!(isometry.rotation.angle_to(&expected) < 1e-7 && isometry.translation.vector == pose.translation);
         let point = Vector3::new(5.0, 6.0, 7.0);
-        assert!((isometry * nalgebra_point(point) - nalgebra_point(pose.transform(point))).norm() < 1e-12);
+        assert!((isometry * Point3::from(point) - Point3::from(pose.transform(point))).norm() < 1e-12);
         assert!((Pose::from(isometry).rotation - pose.rotation).amax() < 1e-15);
     }
-}
-
-fn nalgebra_point(at: Vector3<f64>) -> kinetostat_engine::nalgebra::Point3<f64> {
-    at.into()
 }

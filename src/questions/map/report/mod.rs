@@ -20,10 +20,10 @@ use crate::{
     input::error::Result,
     page::{Description, Fact, Section, TableNote},
     process::ForceLaw,
-    questions::over_workspace::Shown,
     questions::{
         Answered,
         map::{MapPoint, WorkspaceMapStudy, run_in_blocks},
+        over_workspace::Shown,
     },
 };
 
@@ -36,7 +36,7 @@ impl Answered for WorkspaceMapStudy {
         };
         let of_block = |points: &[MapPoint]| table(machine, points);
         let mut streams = Streams::new(run, Some(image)).with("map", table(machine, &[]), of_block)?;
-        let (mut summary, mut pictures) = (Summary::new(self), pictures::pictures(self, shown));
+        let (mut summary, mut pictures) = (Summary::new(self), pictures::pictures(self, &shown.slices_z));
         run_in_blocks(self, run.work, |points| {
             for point in &points {
                 summary.add(point);

@@ -12,7 +12,6 @@ use crate::{
     files::table::kind_word,
     page::DeflectedPose,
     questions::map::{MapPoint, SourceEffect, WorkspaceMapStudy},
-    questions::over_workspace::Shown,
     simulation::Source,
 };
 
@@ -20,8 +19,8 @@ use crate::{
 const IN_3D: usize = 1;
 
 /// The pictures of a map of `study`, none of its points seen.
-pub(super) fn pictures<'a>(study: &'a WorkspaceMapStudy, shown: &Shown) -> GridMap<'a, MapPoint> {
-    GridMap::new(&study.scene, &study.grid, &shown.slices_z, drawn(study))
+pub(super) fn pictures<'a>(study: &'a WorkspaceMapStudy, slices_z: &[f64]) -> GridMap<'a, MapPoint> {
+    GridMap::new(&study.scene, &study.grid, slices_z, drawn(study))
 }
 
 /// What is drawn. Corrections of slides and of hinges are pictures of their own.

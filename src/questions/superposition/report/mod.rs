@@ -22,9 +22,9 @@ use crate::{
     },
     input::error::Result,
     page::{Description, Explorer, Fact, Group, GroupValue, Section, TableNote},
-    questions::over_workspace::Shown,
     questions::{
         Answered,
+        over_workspace::Shown,
         superposition::{
             DeparturePoint, LocationResult, SuperpositionStudy,
             ablation::{Ablation, Cause},
@@ -43,7 +43,7 @@ impl Answered for SuperpositionStudy {
         let mut streams = Streams::new(run, Some(image))
             .with("map", map_table(&[]), |points: &[DeparturePoint]| map_table(points))?
             .with("safe_load", safe_load_table(self, &[]), |points| safe_load_table(self, points))?;
-        let (mut summary, mut pictures) = (Summary::new(self), pictures::pictures(self, shown));
+        let (mut summary, mut pictures) = (Summary::new(self), pictures::pictures(self, &shown.slices_z));
         run_map(self, run.work, |points| {
             for point in &points {
                 summary.add(point);

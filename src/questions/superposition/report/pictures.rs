@@ -8,7 +8,6 @@ use super::{
 use crate::{
     answer::{Drawn, GridMap, Tolerance},
     figures::{Figure, LineFigure, LineSeries, Shading},
-    questions::over_workspace::Shown,
     questions::superposition::{
         DeparturePoint, LocationResult, Scaled, SuperpositionStudy,
         ablation::Cause,
@@ -17,8 +16,8 @@ use crate::{
 };
 
 /// The pictures of the map of `study`, none of its points seen.
-pub(super) fn pictures<'a>(study: &'a SuperpositionStudy, shown: &Shown) -> GridMap<'a, DeparturePoint> {
-    GridMap::new(&study.scene, &study.grid, &shown.slices_z, drawn(study))
+pub(super) fn pictures<'a>(study: &'a SuperpositionStudy, slices_z: &[f64]) -> GridMap<'a, DeparturePoint> {
+    GridMap::new(&study.scene, &study.grid, slices_z, drawn(study))
 }
 
 fn drawn(study: &SuperpositionStudy) -> Vec<Drawn<DeparturePoint>> {

@@ -16,9 +16,9 @@ use crate::{
         Description, Explorer, Fact, Group, GroupValue, Section, TableNote,
         headline::{Extreme, Headline, InTable, KeyNumber},
     },
-    questions::over_workspace::Shown,
     questions::{
         Answered,
+        over_workspace::Shown,
         turn_map::{TurnMapPoint, TurnMapStudy, Turns, run},
     },
 };
@@ -30,7 +30,7 @@ impl Answered for TurnMapStudy {
         let report = Report { study: self, map: &map };
         Ok(Output {
             tables: vec![("turns".into(), quantities::table(&report))],
-            figures: asked.drawn(|| quantities::figures(&report, shown)),
+            figures: asked.drawn(|| quantities::figures(&report, &shown.slices_z)),
             details: details(&report),
             ..Output::of(
                 json!({

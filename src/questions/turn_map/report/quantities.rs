@@ -9,7 +9,6 @@ use crate::{
     files::exchange::{Cell, Kind, Row, Table, cells, numbers, texts},
     machine::Branch,
     page::Better::{Larger, Neither, Smaller},
-    questions::over_workspace::Shown,
     questions::turn_map::{TurnMap, TurnMapPoint, TurnMapStudy, Turns},
 };
 
@@ -82,7 +81,7 @@ pub(super) fn table(report: &Report<'_>) -> Table {
 }
 
 /// All pictures with their file stems.
-pub(super) fn figures(report: &Report<'_>, shown: &Shown) -> Vec<(String, Figure)> {
+pub(super) fn figures(report: &Report<'_>, slices_z: &[f64]) -> Vec<(String, Figure)> {
     let study = report.study;
     let tool = match study.axes.len() {
         1 => format!("tool along {}", report.axis_name(0)),
@@ -110,7 +109,7 @@ pub(super) fn figures(report: &Report<'_>, shown: &Shown) -> Vec<(String, Figure
         });
     let drawn =
         vec![Drawn { contour: study.scene.tolerance_mm, ..best }, Drawn { shading: Shading::Cyclic, ..turn }, gain];
-    let mut map = GridMap::new(&study.scene, &study.grid, &shown.slices_z, drawn);
+    let mut map = GridMap::new(&study.scene, &study.grid, slices_z, drawn);
     (map.missing, map.has_points) = ("no turn", false);
     (0..study.grid.len()).for_each(|place| map.add(&report.all_axes(place).map(|found| *found.turns)));
     let slices: Vec<(String, Figure)> = map.slices().collect();
