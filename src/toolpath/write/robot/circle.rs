@@ -26,9 +26,7 @@ impl Writer<'_> {
         points: Points<'_>,
     ) -> Result<bool, RobotFault> {
         let statement = &motion.statement;
-        let (Some(start), Some(end), Some(via), Some(target)) =
-            (motion.start, motion.end, &statement.via, &statement.end)
-        else {
+        let (Some(start), Some(via), Some(target)) = (motion.start, &statement.via, &statement.end) else {
             return Ok(false);
         };
         let last = points.len() - 1;
@@ -49,7 +47,7 @@ impl Writer<'_> {
         let goal = |stand: &Stand, by: Vector3<f64>, orientation| Goal {
             position: stand.position + by,
             orientation,
-            external: end.external,
+            external: stand.external,
         };
         let shown_via = self.pen.show(statement, via, &goal(&own_via, via_by, own_via.orientation), Some(&from))?;
         let shown_end =
