@@ -1,4 +1,4 @@
-//! The free turn about the tool's axis along a pocket on a slanted face, cut by the FANUC R-2000iC: a lattice of 10 000 points, 72 turns
+//! Rotation about the tool axis along a pocket on a slanted face, cut by the FANUC R-2000iC: a lattice of 10 000 points, 72 turns
 //! and up to 8 branches on two threads, held against a minute and 1 GB.
 
 use std::time::Instant;

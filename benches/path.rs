@@ -48,7 +48,7 @@ fn main() {
         }
         let time = started.elapsed().as_secs_f64() / f64::from(points);
         println!(
-            "  {:<14} {:>8.1} µs per point, {:>5.2} corrections, worst error left {worst:.1e} mm",
+            "  {:<14} {:>8.1} µs per point, {:>5.2} corrections, worst residual error {worst:.1e} mm",
             method.label(),
             1e6 * time,
             f64::from(corrections as u32) / f64::from(points)

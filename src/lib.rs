@@ -1,4 +1,4 @@
-//! How far a loaded machine leaves its path, what to tell the drives instead, and where to put the workpiece.
+//! How far a loaded machine leaves its path, which drive commands compensate that, and where to put the workpiece.
 //!
 //! A machine is a set of elastic chains between base and platform. Chain `i` with drives ρ, virtual joints θ (link and
 //! drive deflections) and passive joints q obeys
@@ -86,7 +86,7 @@ pub mod toolpath;
 pub mod urdf;
 pub mod work;
 
-/// The engine: how a loaded machine settles, and what to tell its drives instead.
+/// The engine: static equilibrium of the loaded machine, and the drive commands that compensate it.
 pub use kinetostat_engine::{compensation, machine, spatial, statics};
 /// The linear algebra in the types of this library.
 pub use nalgebra;

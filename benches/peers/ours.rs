@@ -14,7 +14,7 @@ use serde_json::{Value, json};
 
 /// Tool angles of one turn; a multiple of the widest batch.
 const ANGLES: u32 = 24;
-/// Shares of the milling force: as it is, and so little of it that what is left is linear.
+/// Shares of the milling force: as it is, and so little of it that what remains is linear.
 const LOAD_SHARES: [f64; 2] = [1.0, 1e-3];
 
 fn main() {

@@ -10,7 +10,7 @@ use kinetostat::{
     inspect::machine_check,
     machine::Machine,
     process::Process,
-    questions::{Overrides, Study, StudyKind, map, path::PathStudy, turn_map},
+    questions::{Overrides, Study, StudyKind, map, path::PathStudy, redundancy_map},
     simulation::demands::demands,
     toolpath::{
         Circle, Plane, Sampling, Toolpath, Turn,
@@ -200,13 +200,13 @@ fn one_point(kind: StudyKind) {
             }
         }
         StudyKind::Online(study, ()) => first_point(&study.path),
-        StudyKind::TurnMap(mut map, _) => {
+        StudyKind::RedundancyMap(mut map, _) => {
             map.grid.axes.iter_mut().for_each(|axis| axis.truncate(1));
             map.scene.phis.truncate(1);
             map.axes.truncate(1);
             map.turn.step_deg = map.turn.step_deg.max(90.0);
-            if let Ok(found) = turn_map::run(&map, &Work::default()) {
-                let finite = |turns: &turn_map::Turns| {
+            if let Ok(found) = redundancy_map::run(&map, &Work::default()) {
+                let finite = |turns: &redundancy_map::Turns| {
                     turns.best.deflection_mm.is_finite() && turns.worst.deflection_mm.is_finite()
                 };
                 assert!(found.points[0].turns.as_ref().map_or_else(|failure| !failure.reason.is_empty(), finite));

@@ -5,7 +5,7 @@ import pathlib
 import subprocess
 
 POLYLINE = "x_mm y_mm z_mm force_x_N force_y_N force_z_N moment_x_Nmm moment_y_Nmm moment_z_Nmm".split()
-STUDY = """schema = 2
+STUDY = """schema = 3
 question = "What are the drives told?"
 machine = "orthoglide"
 process = "process.toml"

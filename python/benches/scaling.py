@@ -18,7 +18,7 @@ from kinetostat import _kinetostat
 from kinetostat.distributed import run
 
 STUDY = """
-schema = 2
+schema = 3
 question = "How far is the tool from its path over the workspace?"
 machine = "orthoglide"
 [process]

@@ -1,4 +1,4 @@
-"""How far a loaded machine leaves its path, what to tell the drives instead, and where to put the workpiece.
+"""How far a loaded machine leaves its path, which drive commands compensate that, and where to put the workpiece.
 
 Units are mm, N, N·mm and rad, unless a name or a column ends with another one. Poses are those of P, the point of the
 platform (or flange) that carries the tool, in the base frame O; wrenches act at P and are written in the axes of O:

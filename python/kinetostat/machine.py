@@ -210,7 +210,7 @@ class Machine:
         :meth:`equilibrium`.
 
         `method` is none, linear, mirror, mirror_N, matrix_free, fixed_matrix, procedure, newton or direct; `target`
-        says what is put right, as far as the drives control it.
+        says what is compensated, as far as the drives control it.
 
         Raises :class:`Error` for a method or target that is none; a command that is not found is a status.
         """

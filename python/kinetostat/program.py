@@ -31,7 +31,7 @@ class Followed:
     command: Array
     """``[n, 4, 4]``: pose of P in O that is commanded, mm."""
     error: Array
-    """``[n, 3]``: from where the point put right is wanted to where it is, O, mm."""
+    """``[n, 3]``: from where the compensated point is wanted to where it is, O, mm."""
     rotation: Array
     """``[n, 3]``: rotation vector from the wanted orientation, O, rad."""
     status: NDArray[np.str_]
@@ -43,7 +43,7 @@ class Followed:
 
     @property
     def distance(self) -> Array:
-        """``[n]``: how far the point put right is from where it is wanted, mm."""
+        """``[n]``: how far the compensated point is from where it is wanted, mm."""
         return np.asarray(np.linalg.norm(self.error, axis=-1))
 
 

@@ -155,7 +155,7 @@ class Compensation(Settled):
     command: Array
     """``[n, 4, 4]``: pose of P in O to be commanded so that the nominal machine drives to :attr:`drives`, mm."""
     error: Array
-    """``[n, 3]``: what is left of the position error of the point put right, O, mm."""
+    """``[n, 3]``: residual position error of the compensated point, O, mm."""
     corrections: NDArray[np.uint32]
     """``[n]``: corrections that were made."""
 

@@ -164,7 +164,7 @@ def workspace_map(
     out: str | PathLike[str] | None = None,
     figures: bool = True,
     progress: Progress = True,
-    question: str = "How far does the loaded tool move, where, and what must be commanded instead?",
+    question: str = "How far does the loaded tool move, where, and which drive commands compensate that?",
     **keys: Any,
 ) -> Answer:
     """A map over the workspace of `machine`: deflections and corrections under the cutting force and the chain errors
@@ -222,7 +222,7 @@ def _asked(
     """Runs a study that is written into a folder of its own."""
     own = machine._machine
     built_in = own.origin in _kinetostat.machine_names() and _kinetostat.Machine.named(own.origin).toml == own.toml
-    header = {"schema": 2, "question": question, "machine": own.origin if built_in else "machine.toml"}
+    header = {"schema": 3, "question": question, "machine": own.origin if built_in else "machine.toml"}
     kept = tempfile.TemporaryDirectory(prefix="kinetostat_") if out is None else None
     with tempfile.TemporaryDirectory(prefix="kinetostat_") as asked:
         folder = FilePath(asked) / name

@@ -238,7 +238,7 @@ impl Program {
         dict.set_item("drive_forces", array(py, of_drives(&forces), [count, drives])?)?;
         dict.set_item("command", array(py, command, [count, 4, 4])?)?;
         dict.set_item("error", array(py, settled(&|answer| answer.position_error), [count, 3])?)?;
-        dict.set_item("rotation", array(py, settled(&|answer| answer.leftover_rotation), [count, 3])?)?;
+        dict.set_item("rotation", array(py, settled(&|answer| answer.residual_rotation), [count, 3])?)?;
         dict.set_item("status", answers.iter().map(|answer| answer.status.label()).collect::<Vec<_>>())?;
         let failed = answers.iter().enumerate().filter(|(_, answer)| !answer.status.is_success());
         let reasons = failed.map(|(k, answer)| (k, answer.status.reason(&self.job.machine)));

@@ -31,7 +31,7 @@ pub const STATUSES: [&str; 15] = [
     "buckled",
     "singular",
     "not_converged",
-    "snapped",
+    "snap_through",
     "uncontrollable",
     "rigid",
 ];
@@ -58,7 +58,7 @@ pub struct Settled {
     pub nominal_drives: Vec<f64>,
     /// Forces of the drives, N or N·mm.
     pub drive_forces: Vec<f64>,
-    /// Pose of P as it settles, homogeneous.
+    /// Pose of P in equilibrium, homogeneous.
     pub pose: Vec<f64>,
     /// Pose of P that commands the drives, homogeneous; empty unless wanted.
     pub command: Vec<f64>,
@@ -252,7 +252,7 @@ impl Row<'_> {
         self.drive_forces.copy_from_slice(&answer.drive_forces);
         self.deflection.copy_from_slice(answer.tool_displacement.as_slice());
         self.error.copy_from_slice(answer.position_error.as_slice());
-        self.rotation.copy_from_slice(answer.leftover_rotation.as_slice());
+        self.rotation.copy_from_slice(answer.residual_rotation.as_slice());
         *self.corrections = u32::try_from(answer.iterations()).unwrap_or(u32::MAX);
         write_pose(&session.state().pose, self.pose);
         // A command whose chains do not close has no pose; its drives are what counts.

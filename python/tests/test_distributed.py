@@ -19,7 +19,7 @@ from kinetostat.distributed import run
 distributed = pytest.importorskip("distributed")
 
 STUDY = """
-schema = 2
+schema = 3
 question = "May they be added?"
 machine = "orthoglide"
 [process.force.path_frame]

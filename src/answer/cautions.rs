@@ -61,7 +61,7 @@ impl Outside {
         match self.outside {
             0 => String::new(),
             outside => format!(
-                "As placed, {what} cannot be run: {outside} of {} points are outside the workspace box of the {}. Led there all the same: ",
+                "As placed, {what} cannot be run: {outside} of {} points are outside the workspace box of the {}. Computed all the same: ",
                 self.count,
                 machine.short_title()
             ),
@@ -84,10 +84,12 @@ impl Outside {
 pub fn zeroed(machine: &Machine) -> String {
     let Some(own) = machine.own_forces() else { return String::new() };
     let from = match machine.zeroed {
-        Zeroed::AtRest => format!("from where it rests under its {own}, as it was zeroed there (zeroed = \"at_rest\")"),
+        Zeroed::AtRest => {
+            format!("from where it rests under its {own}, calibrated there (zeroed = \"at_rest\")")
+        }
         Zeroed::Weightless => format!("from the rigid model, without {own} (zeroed = \"weightless\")"),
         Zeroed::AtHome => {
-            format!("from the rigid model, its drives zeroed under its {own} at home (zeroed = \"at_home\")")
+            format!("from the rigid model, its drives calibrated under its {own} at home (zeroed = \"at_home\")")
         }
     };
     format!("Deflections of {} are measured {from}.\n", machine.name)
@@ -102,7 +104,7 @@ pub fn carried(machine: &Machine) -> String {
             carrier.name
         );
     }
-    text + &machine.held_words().map_or_else(String::new, |words| format!("Held: {words}.\n"))
+    text + &machine.locked_words().map_or_else(String::new, |words| format!("Locked: {words}.\n"))
 }
 
 /// A sentence for each chain of `machine` that `errors` turn far.

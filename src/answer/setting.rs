@@ -62,11 +62,11 @@ impl Scene {
     }
 }
 
-/// The setting of any answer: `machine`, what is the question's `own`, drives held, and `errors`.
+/// The setting of any answer: `machine`, what is the question's `own`, drives locked, and `errors`.
 pub(crate) fn facts_of(machine: &Machine, errors: &[ChainError], own: impl IntoIterator<Item = Fact>) -> Vec<Fact> {
     let mut facts = vec![Fact::new("machine", machine.title.clone())];
     facts.extend(own);
-    facts.extend(machine.held_words().map(|words| Fact::new("held", words)));
+    facts.extend(machine.locked_words().map(|words| Fact::new("locked", words)));
     facts.extend(error_facts(machine, errors));
     facts
 }

@@ -1,4 +1,6 @@
-//! A tolerance: what is said of it, and where it is kept.
+//! A tolerance: what is said of it, and where it is met.
+
+use crate::files::words::percent;
 
 /// How far the tool may be from where it should be, mm.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -19,18 +21,23 @@ impl Tolerance {
         format!("; line: tolerance {} mm", self.0)
     }
 
-    /// Where it is kept, beside a number: `part` is such as "at 12 % of the points".
-    pub fn kept(self, part: &str) -> String {
-        format!("tolerance {} mm: kept {part}", self.0)
+    /// Where it is met, beside a number: in the `share` of a `whole` such as "at … of the points".
+    pub fn met(self, share: f64, whole: &str) -> String {
+        let Self(tolerance) = self;
+        match share {
+            0.0 => format!("out of tolerance ({tolerance} mm) everywhere"),
+            1.0 => format!("within tolerance ({tolerance} mm) everywhere"),
+            _ => format!("within tolerance ({tolerance} mm) {}", whole.replace('…', &percent(share))),
+        }
     }
 
     /// The same as a sentence of what is not compensated.
-    pub fn kept_without_compensation(self, part: &str) -> String {
-        format!("The tolerance of {} mm is kept, without compensation, {part}.\n", self.0)
+    pub fn met_without_compensation(self, share: f64, whole: &str) -> String {
+        format!("Without compensation the tool is {}.\n", self.met(share, whole))
     }
 }
 
-/// The share of a box, a path or of places in which something is kept, of where that is known.
+/// The share of a box, a path or of places in which a tolerance is met, of where that is known.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct ShareWithin {
     within: f64,

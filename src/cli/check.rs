@@ -16,10 +16,10 @@ use super::{
     print,
 };
 
-/// Validate a machine file and show mobility, reach, branches, round-trip error, stiffness and warnings.
+/// Validate a machine file and show mobility, characteristic length, branches, round-trip error, stiffness and warnings.
 #[derive(Debug, Args)]
 #[command(after_help = "\
-Of a machine with drives of unknown stiffness, geometry and reach are shown, and what is needed to go on (exit code 2).
+Of a machine with drives of unknown stiffness, geometry and workspace are shown, and what is needed to go on (exit code 2).
 
 Examples:
   kinetostat check orthoglide

@@ -90,8 +90,8 @@ pub fn dialect() -> impl TypedValueParser<Value = ChosenDialect> {
 pub fn redundancy() -> impl TypedValueParser<Value = Redundancy> {
     one_of(Redundancy::ALL, Redundancy::label, |redundancy| match redundancy {
         Redundancy::AsProgrammed => "As the path gives it",
-        Redundancy::BestConstant => "The same turn at all points, the best there is",
-        Redundancy::Best => "A turn at each point, the best there is",
+        Redundancy::BestConstant => "The same γ at all points, the best there is",
+        Redundancy::Best => "A γ at each point, the best there is",
     })
 }
 

@@ -46,7 +46,7 @@ pub struct CompensateArguments {
     path: PathBuf,
     #[command(flatten)]
     on: OnMachine,
-    /// Turn about the tool's axis along a polyline, instead of that of [tool_turn] of the process; the compensated program says how the
+    /// Rotation about the tool axis along a polyline, instead of that of [tool_turn] of the process; the compensated program says how the
     /// platform stands at each point
     #[arg(long, value_parser = choice::redundancy())]
     redundancy: Option<Redundancy>,
@@ -145,14 +145,14 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
     Ok(Ending::of(headline.unsolved.is_none() && proved.worse_as_written().is_none()))
 }
 
-/// The program to compensate, and what was found of the turn about the tool's axis, if that was sought.
+/// The program to compensate, and what was found of the rotation about the tool axis, if that was sought.
 fn opened(process: Process, path: &Path, reporting: &Reporting) -> Result<(ProgramJob, Option<FreeTurn>)> {
     if !process.tool_turn.is_sought() {
         return Ok((ProgramJob::open(process, path)?, None));
     }
     let name = path.display().to_string();
     let program = ProgramFile::read(path, &process)?;
-    let progress = reporting.progress(&name, 0, "turns");
+    let progress = reporting.progress(&name, 0, "values of γ");
     let sought = turned(&process, &program, &name, &progress.work());
     progress.end();
     let TurnedProgram { process, file, found } = sought?;
@@ -230,7 +230,7 @@ fn refusal(job: &ProgramJob, refused: &Refused) -> Result<String> {
     let (count, seen) = (counted(refused.failures.len(), "cutting point"), refused.seen);
     let mut text = match seen < job.path.len() {
         _ if refused.is_out_of_reach => {
-            "The machine cannot be led along the program; nothing was computed or written. The first points:\n".into()
+            "The program cannot be tracked continuously; nothing was written. The first points:\n".into()
         }
         true => {
             let among = counted(seen, "point");

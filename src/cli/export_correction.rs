@@ -16,13 +16,13 @@ use super::{
     Ending, choice, headline, number, numbers, on_machine::OnMachine, reporting::Reporting, results::in_options,
 };
 
-/// Write corrections as a table that a controller reads, as small as keeps a tolerance, with the worst that it leaves.
+/// Write corrections as a table that a controller reads, the smallest within tolerance, with its largest residual error.
 #[derive(Debug, Args)]
 #[command(after_help = "\
 The table gives, at each node of a grid over positions of P and for each drive, its correction as a polynomial in the force on the
 tool tip: one table for predicted and for measured forces. Between nodes the controller interpolates linearly along each axis.
 FOLDER holds correction.csv and correction.json, joint_LABEL.comp (LinuxCNC's COMP_FILE) where each joint is an axis and such a table is
-of use, and a page with maps of what is left. Other commands' files in it are not replaced.
+of use, and a page with maps of the residual error. Other commands' files in it are not replaced.
 
 Examples:
   kinetostat export-correction --machine orthoglide --process milling.toml --out correction
@@ -30,7 +30,7 @@ Examples:
   kinetostat export-correction --machine orthoglide --process milling.toml --box -50,50,-50,50,-40,40 --force-N 300 --out correction
   kinetostat export-correction --machine my_machine.toml --process milling.toml --grid 9,9,5 --out correction
 
-Exit codes: 0 the tolerance is kept; 1 it is not, with a --grid that is too coarse.")]
+Exit codes: 0 within tolerance; 1 out of tolerance, with a --grid that is too coarse.")]
 pub struct ExportCorrectionArguments {
     #[command(flatten)]
     on: OnMachine,
@@ -46,7 +46,7 @@ pub struct ExportCorrectionArguments {
     /// Largest force on the tool tip that the table is for, N [default: the largest force of the process]
     #[arg(long = "force-N", value_parser = number, allow_hyphen_values = true)]
     force: Option<f64>,
-    /// Nodes along x,y,z, or one number for all, instead of the fewest that keep the tolerance
+    /// Nodes along x,y,z, or one number for all, instead of the fewest that stay within tolerance
     #[arg(long, value_parser = super::run::grid, allow_hyphen_values = true)]
     grid: Option<[usize; 3]>,
     /// Formats, separated by commas [default: all that are of use for the machine]
@@ -79,7 +79,7 @@ pub fn export_correction(arguments: &ExportCorrectionArguments) -> Result<Ending
         reporting.print_styled(&headline::sentences(&format!("\n{}\n", exported.details)))?;
     }
     reporting.print_written(&arguments.out, &exported.files, true)?;
-    Ok(Ending::of(exported.is_kept))
+    Ok(Ending::of(exported.is_within))
 }
 
 /// What the command line set, as keys; the machine; the process.
@@ -97,8 +97,8 @@ fn inputs(arguments: &ExportCorrectionArguments, question: &CorrectionQuestion, 
     if let Some(branch) = arguments.on.branch {
         text += &format!("branch = \"{}\"\n", branch.label());
     }
-    for (drive, value) in &arguments.on.hold {
-        text += &format!("held.\"{drive}\" = {value:?}\n");
+    for (drive, value) in &arguments.on.lock {
+        text += &format!("locked.\"{drive}\" = {value:?}\n");
     }
     let machine = match catalogue::find(&arguments.on.machine) {
         Some(entry) => entry.toml.to_string(),

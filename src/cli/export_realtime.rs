@@ -62,7 +62,7 @@ pub fn export_realtime(arguments: &ExportRealtimeArguments) -> Result<Ending> {
         Some(file) => {
             let Process { machine, errors, target, .. } = Process::open(file, &nominal)?;
             if target == Target::PlatformPoint {
-                let problem = "puts the platform point P right: expected the tool tip, which controllers are asked for";
+                let problem = "compensates P: expected the tool tip, which controllers are asked for";
                 return Check::new(&file.display().to_string()).key("target").fail(problem.into());
             }
             (machine, errors)

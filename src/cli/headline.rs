@@ -32,7 +32,7 @@ pub fn words(headline: &Headline, took: &str) -> String {
     for caution in &headline.cautions {
         text += &paragraph(caution, "  ", Style::new(), width);
     }
-    let solved = if headline.unsolved.is_some() { "" } else { ", nothing unsolved" };
+    let solved = if headline.unsolved.is_some() { "" } else { ", all points solved" };
     text + &paragraph(&format!("Computed from {}{solved}, in {took}.", headline.basis), "", FAINT, width)
 }
 

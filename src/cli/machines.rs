@@ -36,10 +36,10 @@ Examples:
 #[command(group(ArgGroup::new("written").args(["new", "import"]).multiple(true)))]
 #[command(group(ArgGroup::new("what").args(["name", "show", "new", "schema", "import"])))]
 pub struct MachinesArguments {
-    /// Machine whose numbers are asked for: built in, or a file
+    /// Machine whose parameters are asked for: built in, or a file
     #[arg(requires = "parameters")]
     name: Option<String>,
-    /// List its numbers by name, with unit and grade
+    /// List its parameters by name, with unit and grade
     #[arg(long, requires = "name")]
     parameters: bool,
     /// Print them as JSON

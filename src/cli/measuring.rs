@@ -37,7 +37,7 @@ struct OneStudy {
     computing: Computing,
 }
 
-/// Find the numbers of a machine from measurements under load: values, 95 % intervals, what is not told, and a machine file
+/// Find the parameters of a machine from measurements under load: values, 95 % intervals, what is not identifiable, and a machine file
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Examples:
@@ -46,7 +46,7 @@ Examples:
   kinetostat machines fanuc_r2000ic --parameters                  (names of what may be sought)
   kinetostat run my_map                   (whose machine is \"../found/machine.toml\", with what was identified)
 
-The study says which numbers are sought from which measurements; kinetostat run computes the same.")]
+The study says which parameters are sought from which measurements; kinetostat run computes the same.")]
 pub struct IdentifyArguments {
     #[command(flatten)]
     one: OneStudy,
@@ -60,7 +60,7 @@ Examples:
   kinetostat predict mine --poses others.csv --out predicted.csv
 
 The file of poses has the columns of the study's measurements: readings in it are predicted and set beside, and displacements of the
-tool tip are where a row has none. The interval holds what is known of the numbers, what the model leaves, and the noise of the reading.")]
+tool tip are where a row has none. The interval holds what is known of the parameters, the residual of the model, and the noise of the reading.")]
 pub struct PredictArguments {
     /// Study folder (with a study.toml) of an identification, or study file
     study: PathBuf,
@@ -72,7 +72,7 @@ pub struct PredictArguments {
     out: Option<PathBuf>,
 }
 
-/// Choose the next measurements: poses and loads that tell most of a machine's numbers, and a sheet to fill in
+/// Choose the next measurements: the poses and loads most informative about a machine's parameters, and a measurement sheet to fill in
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Examples:
@@ -101,7 +101,7 @@ pub fn predict(arguments: &PredictArguments) -> Result<Ending> {
     let poses = identification::read(&bytes, &file, &study.machine, WhatFor::Predictions)?;
     let found = match identification::run(study, &Work::default())? {
         Ok(found) if found.fit.is_found => found,
-        Ok(_) => return Ok(refused("the search for the numbers did not end")),
+        Ok(_) => return Ok(refused("the search for the parameters did not end")),
         Err(failure) => return Ok(refused(&failure.reason)),
     };
     let answers = identification::predict(study, &found, &poses)?;

@@ -33,7 +33,7 @@ use kinetostat::{
     },
 };
 
-/// How far a loaded machine leaves its path, what to tell the drives instead, and where to put the workpiece.
+/// How far a loaded machine leaves its path, which drive commands compensate that, and where to put the workpiece.
 #[derive(Debug, Parser)]
 #[command(version, propagate_version = true, after_help = EXAMPLES)]
 pub struct Arguments {

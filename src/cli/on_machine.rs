@@ -1,4 +1,4 @@
-//! The machine and the process of a command: `--machine`, `--hold`, `--branch`, `--process`.
+//! The machine and the process of a command: `--machine`, `--lock`, `--branch`, `--process`.
 
 use std::path::PathBuf;
 
@@ -17,10 +17,10 @@ pub struct OnMachine {
     /// Built-in machine or machine file
     #[arg(long, short)]
     pub machine: String,
-    /// Hold a drive at a position, mm or degrees as a pendant shows it: one that the task does not need (a rail), or one under the
+    /// Lock a drive at a position, mm or degrees as a pendant shows it: one that the task does not need (a rail), or one under the
     /// workpiece; repeatable
     #[arg(long, value_parser = setting, value_name = "DRIVE=VALUE")]
-    pub hold: Vec<Setting>,
+    pub lock: Vec<Setting>,
     /// Branch on which an arm with a spherical wrist is to stand [default: the one of home, and others where it does not reach]
     #[arg(long, value_parser = choice::branch())]
     pub branch: Option<Branch>,
@@ -30,9 +30,9 @@ pub struct OnMachine {
 }
 
 impl OnMachine {
-    /// The machine, its drives held.
+    /// The machine, its drives locked.
     pub fn machine(&self) -> Result<Machine> {
-        held(&machine(&self.machine, &[], self.branch)?.machine()?, &self.hold)
+        locked(&machine(&self.machine, &[], self.branch)?.machine()?, &self.lock)
     }
 
     /// The process on this machine.
@@ -69,9 +69,9 @@ pub fn machine(name: &str, settings: &[Setting], branch: Option<Branch>) -> Resu
     }
 }
 
-/// The machine with these drives held, mm or degrees.
-pub fn held(machine: &Machine, settings: &[Setting]) -> Result<Machine> {
-    machine.with_drives_held(settings).map_err(|error| named(error, "--hold"))
+/// The machine with these drives locked, mm or degrees.
+pub fn locked(machine: &Machine, settings: &[Setting]) -> Result<Machine> {
+    machine.with_locked_drives(settings).map_err(|error| named(error, "--lock"))
 }
 
 /// What is wrong with a name given to `option`.

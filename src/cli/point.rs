@@ -39,7 +39,7 @@ Examples:
   kinetostat point --machine kr270 --pose 1600,200,900,0,180,30 --branch front-up-flip
   kinetostat point --machine robot.toml --joints 0,-20,110,0,40,0
   kinetostat point --machine orthoglide --at Q1 --phi 130 --set leg.foot.height=22 --set x.turn=0.5
-  kinetostat point --machine cell.toml --at Q0 --wrench 300,0,0,0,0,0 --hold rail=500 --hold table=30")]
+  kinetostat point --machine cell.toml --at Q0 --wrench 300,0,0,0,0,0 --lock rail=500 --lock table=30")]
 pub struct PointArguments {
     /// Built-in machine or machine file
     #[arg(long, short)]
@@ -77,10 +77,10 @@ pub struct PointArguments {
     /// Another number of the machine, by its name (kinetostat machines NAME --parameters), or an error of a chain; repeatable
     #[arg(long, value_parser = on_machine::setting, value_name = "NAME=VALUE")]
     set: Vec<Setting>,
-    /// Hold a drive at a position, mm or degrees as a pendant shows it: one that the task does not need (a rail), or one under the
+    /// Lock a drive at a position, mm or degrees as a pendant shows it: one that the task does not need (a rail), or one under the
     /// workpiece; repeatable
     #[arg(long, value_parser = on_machine::setting, value_name = "DRIVE=VALUE")]
-    hold: Vec<Setting>,
+    lock: Vec<Setting>,
     /// Compensate the platform point P instead of the tool tip
     #[arg(long)]
     platform: bool,
@@ -99,7 +99,7 @@ pub fn point(arguments: &PointArguments) -> Result<Ending> {
         return Err(Error::argument("--set", "errors of chains are given by --chain-errors or by --set, not by both"));
     }
     let machine = if set_errors.is_empty() { changed } else { changed.nominal()? };
-    let machine = on_machine::held(&machine, &arguments.hold)?;
+    let machine = on_machine::locked(&machine, &arguments.lock)?;
     let place = place(arguments, &machine)?;
     let chain_errors_deg = chain_errors(arguments, &machine)?;
     let errors = if set_errors.is_empty() { machine.assembly_errors(&chain_errors_deg) } else { set_errors };
@@ -166,13 +166,13 @@ fn place(arguments: &PointArguments, machine: &Machine) -> Result<Place> {
         }
         let drives = joints.iter().zip(machine.drives()).map(|(value, (_, drive))| drive.motion.from_shown(*value));
         let drives: Vec<f64> = drives.collect();
-        if let Some(&(held, at)) = machine.held.iter().find(|&&(index, value)| drives[index] != value) {
-            let motion = machine.drives().nth(held).map_or(Motion::Prismatic, |(_, drive)| drive.motion);
+        if let Some(&(locked, at)) = machine.locked.iter().find(|&&(index, value)| drives[index] != value) {
+            let motion = machine.drives().nth(locked).map_or(Motion::Prismatic, |(_, drive)| drive.motion);
             let problem = format!(
-                "drive {} is held at {}, got {}",
-                machine.drive_labels()[held],
+                "drive {} is locked at {}, got {}",
+                machine.drive_labels()[locked],
                 motion.position_words(motion.shown(at)),
-                motion.position_words(joints[held])
+                motion.position_words(joints[locked])
             );
             return Err(Error::argument("--joints", problem));
         }

@@ -38,7 +38,7 @@ Examples:
   kinetostat run studies/01_workspace_map --grid 21            (21 points along each axis)
   kinetostat run studies/01_workspace_map --grid 5,5,3 --out /tmp/quick --threads 1
   kinetostat run studies/07_robot_arm --branch front-up-flip
-  kinetostat run my_robot_path --redundancy best               (the turn about the tool's axis that deflects least)
+  kinetostat run my_robot_path --redundancy best               (the rotation about the tool axis that deflects least)
   kinetostat run studies/01_workspace_map --colours cividis
   kinetostat run studies/01_workspace_map --format csv,parquet,vti  (built with --features parquet,vtk)
   kinetostat run studies/01_workspace_map --grid 101 --resume  (go on where Ctrl-C, or a power cut, stopped it)
@@ -61,7 +61,7 @@ pub struct RunArguments {
     /// Branch on which an arm with a spherical wrist is to stand, instead of the study's
     #[arg(long, value_parser = choice::branch())]
     branch: Option<Branch>,
-    /// Turn about the tool's axis along the path of a path study, instead of that of [tool_turn] of the process
+    /// Rotation about the tool axis along the path of a path study, instead of that of [tool_turn] of the process
     #[arg(long, value_parser = choice::redundancy())]
     redundancy: Option<Redundancy>,
     /// Folder for the results of a single study, or for parts [default: results/<name of the study's folder>, or

@@ -42,7 +42,7 @@ pub struct EffectAnswer {
     pub displacement: Option<[f64; 3]>,
     /// The machine as displacements are measured from: as commanded, or at rest under its weight and springs.
     pub before: Option<Skeleton>,
-    /// The machine as it settles.
+    /// The machine in equilibrium.
     pub loaded: Option<Skeleton>,
 }
 

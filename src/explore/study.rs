@@ -35,7 +35,7 @@ struct Written {
     machine: String,
     branch: Option<String>,
     #[serde(default)]
-    held: BTreeMap<String, f64>,
+    locked: BTreeMap<String, f64>,
     process: Option<ProcessRef>,
     placement: Option<PlacementStudySpec>,
     workspace_map: Option<WorkspaceMapSpec>,
@@ -55,8 +55,8 @@ pub(super) enum Asked {
 /// As [`crate::questions::Study::from_toml`].
 pub(super) fn read(text: &str, folder: &Folder, overrides: &Overrides) -> Result<(Machine, Asked)> {
     let written: Written = spec::parse(text, STUDY)?;
-    let Written { schema, question, machine, branch, held, process, placement, workspace_map } = written;
-    let header = Header { schema, question, machine, branch, held, process };
+    let Written { schema, question, machine, branch, locked, process, placement, workspace_map } = written;
+    let header = Header { schema, question, machine, branch, locked, process };
     let check = Check::new(STUDY);
     let (machine, _) = resolve::header(&header, folder, overrides, &check)?;
     let given = |check: Check, name: &'static str| Given {
@@ -109,7 +109,7 @@ pub(super) fn machine(scene: &Scene, folder: &Folder, overrides: &Overrides) -> 
         question: "explored".into(),
         machine: scene.machine.clone(),
         branch: None,
-        held: BTreeMap::new(),
+        locked: BTreeMap::new(),
         process: None,
     };
     Ok(resolve::header(&header, folder, overrides, &Check::new(STUDY))?.0)

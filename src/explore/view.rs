@@ -46,7 +46,7 @@ pub struct MachineView {
     pub uncontrolled: Option<String>,
     /// Whether orientations may be asked for.
     pub turns: bool,
-    /// Words that the command line needs to stand on the same branch with the same drives held.
+    /// Words that the command line needs to stand on the same branch with the same drives locked.
     pub options: Vec<String>,
 }
 
@@ -139,10 +139,10 @@ impl Explorer {
             force_limit: drive.force_limit,
         });
         let branch = machine.branch.iter().flat_map(|branch| ["--branch".to_string(), branch.label().into()]);
-        let held = machine
-            .held_drives()
+        let locked = machine
+            .locked_drives()
             .into_iter()
-            .flat_map(|(label, value, _)| ["--hold".into(), format!("{label}={value}")]);
+            .flat_map(|(label, value, _)| ["--lock".into(), format!("{label}={value}")]);
         MachineView {
             name: self.scene.machine.clone(),
             title: machine.title.clone(),
@@ -155,7 +155,7 @@ impl Explorer {
             drives: drives.collect(),
             uncontrolled: machine.uncontrolled_words(),
             turns: may_turn(machine, Turned { roll: true, pitch: true, yaw: true }),
-            options: branch.chain(held).collect(),
+            options: branch.chain(locked).collect(),
         }
     }
 }

@@ -129,7 +129,7 @@ fn agreement(figure: &AgreementFigure) -> String {
 
 fn pose(figure: &PoseFigure) -> String {
     let chains: Vec<&str> = figure.pose.chains.iter().map(|chain| chain.name.as_str()).collect();
-    let drawn = if figure.displaced.is_some() { ", as commanded and as it settles" } else { "" };
+    let drawn = if figure.displaced.is_some() { ", as commanded and in equilibrium" } else { "" };
     let note = figure.note.as_ref().map_or_else(String::new, |note| format!(" {note}."));
     let springs = if figure.pose.springs().next().is_some() { ", springs" } else { "" };
     let masses = if figure.pose.masses().next().is_some() { ", masses" } else { "" };

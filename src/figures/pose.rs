@@ -397,7 +397,7 @@ fn samples(figure: &PoseFigure) -> Vec<Sample<'_>> {
     let mut samples: Vec<Sample<'_>> = Vec::new();
     if figure.displaced.is_some() {
         samples.push((line(GHOST), "as commanded"));
-        samples.push((line(BENT), "as it settles"));
+        samples.push((line(BENT), "in equilibrium"));
     }
     samples.push((joint(true), "drive"));
     if figure.pose.chains.iter().flat_map(|chain| &chain.joints).any(|joint| !joint.is_drive) {
@@ -416,7 +416,7 @@ fn samples(figure: &PoseFigure) -> Vec<Sample<'_>> {
         samples.push((line(RAIL), "way of a slide"));
     }
     if figure.around.part.is_some() {
-        samples.push((line(PART), "room of the part"));
+        samples.push((line(PART), "space of the part"));
     }
     if !figure.around.paths.is_empty() {
         samples.push((line(PATH), "path"));

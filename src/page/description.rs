@@ -9,7 +9,7 @@ use crate::{
 };
 
 /// Version of `report.json`.
-pub(crate) const SCHEMA: u32 = 2;
+pub(crate) const SCHEMA: u32 = 3;
 
 /// A result folder in words, and what its files are.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

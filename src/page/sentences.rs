@@ -40,7 +40,7 @@ impl Compares<'_> {
         label.contains("deflection") || label.contains("displacement")
     }
 
-    /// "the tool of B moves less", "B has the smaller departure".
+    /// "the tool of B moves less", "B has the smaller superposition error".
     fn is_better(&self, quantity: usize, who: usize, of_two: bool) -> String {
         let q = &self.aligned.shared.quantities[quantity];
         let name = self.named(who);

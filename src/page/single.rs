@@ -334,9 +334,9 @@ const TERMS: [(&str, &str, &str); 3] = [
     (
         "Tool angle φ",
         "tool angle",
-        "direction of the radial cutting force about the tool, from the x axis; it turns with the direction of feed",
+        "immersion direction: that of the radial cutting force about the tool, from the x axis; it turns with the feed",
     ),
-    ("Departure", "departure", "displacements by single sources added, less the displacement by all at once"),
+    ("Superposition error", "superposition error", "displacements by single sources added, less that by all at once"),
 ];
 
 /// The terms that the first screen of `description` uses, in the order of a glossary.

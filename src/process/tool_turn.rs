@@ -12,7 +12,7 @@ pub enum Redundancy {
     AsProgrammed,
     /// The same turn from it at all points, the best there is.
     BestConstant,
-    /// A turn at each point, the best there is.
+    /// A γ at each point, the best there is.
     Best,
 }
 

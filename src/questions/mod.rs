@@ -30,7 +30,7 @@ question::questions! {
     #[cfg(not(target_family = "wasm"))]
     online: Online(online::OnlineStudy),
     #[cfg(not(target_family = "wasm"))]
-    turn_map: TurnMap(turn_map::TurnMapStudy),
+    redundancy_map: RedundancyMap(redundancy_map::RedundancyMapStudy),
     #[cfg(not(target_family = "wasm"))]
     identification: Identification(identification::IdentificationStudy),
     #[cfg(not(target_family = "wasm"))]

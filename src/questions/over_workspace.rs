@@ -1,5 +1,4 @@
-//! What studies over the workspace have in common: the box, its grid, the cutting force over a turn of the tool, and
-//! what of a process has no use without a path.
+//! What studies over the workspace have in common: the box, its grid, the cutting force over a revolution of the tool, and which process keys need a path.
 
 use nalgebra::Vector3;
 

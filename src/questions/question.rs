@@ -191,7 +191,7 @@ impl Given<'_> {
             None => self.process_place(own).key("tool_turn.redundancy"),
         };
         place.fail(format!(
-            "is {}: in {} the tool stands as programmed; only path studies and compensate seek its turn",
+            "is {}: in {} the tool stands as programmed; only path studies and compensate seek γ",
             process.tool_turn.redundancy.label(),
             self.name
         ))
@@ -202,7 +202,7 @@ impl Given<'_> {
     /// # Errors
     /// As [`Given::process`], but for that.
     pub(crate) fn turned_process(&self, own: Option<&str>, check: &Check) -> Result<Process> {
-        #[cfg_attr(target_family = "wasm", allow(unused_mut, reason = "the process of pages has no turn"))]
+        #[cfg_attr(target_family = "wasm", allow(unused_mut, reason = "the process of pages seeks no γ"))]
         let mut process = self.process_as_written(own, check)?;
         #[cfg(not(target_family = "wasm"))]
         if let Some(redundancy) = self.overrides.redundancy {
@@ -285,7 +285,7 @@ macro_rules! questions {
             machine: String,
             branch: Option<String>,
             #[serde(default)]
-            held: std::collections::BTreeMap<String, f64>,
+            locked: std::collections::BTreeMap<String, f64>,
             process: Option<spec::ProcessRef>,
             $($(#[$gate])* $key: Option<<$folder::$study as Question>::Spec>,)*
         }
@@ -298,7 +298,7 @@ macro_rules! questions {
                     question: self.question,
                     machine: self.machine,
                     branch: self.branch,
-                    held: self.held,
+                    locked: self.locked,
                     process: self.process,
                 };
                 let mut asked = Vec::new();

@@ -29,7 +29,7 @@ pub(crate) fn header(
     let (machine, text) = machine(&header.machine, folder, &check.key("machine"))?;
     let machine = with_parameters(machine, overrides)?;
     let machine = on_branch(machine, header.branch.as_deref(), overrides, &check.key("branch"))?;
-    Ok((held(&machine, header, &check.key("held"))?, text))
+    Ok((locked(&machine, header, &check.key("locked"))?, text))
 }
 
 /// The machine with the numbers that are set for one run.
@@ -44,10 +44,10 @@ fn with_parameters(machine: Machine, overrides: &Overrides) -> Result<Machine> {
     }
 }
 
-/// The machine with the drives held that the study holds.
-fn held(machine: &Machine, header: &Header, check: &Check) -> Result<Machine> {
-    let positions: Vec<(&String, f64)> = header.held.iter().map(|(name, value)| (name, *value)).collect();
-    machine.with_drives_held(&positions).or_else(|error| match error {
+/// The machine with the drives locked that the study holds.
+fn locked(machine: &Machine, header: &Header, check: &Check) -> Result<Machine> {
+    let positions: Vec<(&String, f64)> = header.locked.iter().map(|(name, value)| (name, *value)).collect();
+    machine.with_locked_drives(&positions).or_else(|error| match error {
         Error::Argument { argument, problem } => check.key(&argument).fail(problem),
         other => Err(other),
     })

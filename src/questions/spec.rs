@@ -9,12 +9,16 @@ use serde::{
 };
 
 use crate::{
-    input::{check::Check, error::Result, toml_file},
+    input::{
+        check::Check,
+        error::{Error, Result},
+        toml_file,
+    },
     process::file::spec::ProcessSpec,
 };
 
 /// Version of study files.
-pub const SCHEMA: u32 = 2;
+pub const SCHEMA: u32 = 3;
 
 /// What tells a study of any version.
 #[derive(Deserialize)]
@@ -30,12 +34,31 @@ struct Versioned {
 /// # Errors
 /// As [`toml_file::parse`].
 pub(crate) fn parse<T: DeserializeOwned>(text: &str, origin: &str) -> Result<T> {
-    toml_file::parse(text, origin).or_else(|fault| {
+    toml_file::parse(text, origin).or_else(|mut fault| {
         if let Ok(versioned) = toml_file::parse::<Versioned>(text, origin) {
             check_schema(versioned.schema, &Check::new(origin))?;
         }
+        if let Error::Syntax { problem, .. } = &mut fault {
+            let more = problem.split('`').nth(1).map_or_else(String::new, renamed);
+            problem.push_str(&more);
+        }
         Err(fault)
     })
+}
+
+/// Keys and values of version 2, and what they are since.
+const RENAMED: [(&str, &str); 5] = [
+    ("held", "locked"),
+    ("error_left", "residual_error"),
+    ("departure", "superposition_error"),
+    ("turn_map", "redundancy_map"),
+    ("turn_step_deg", "gamma_step_deg"),
+];
+
+/// What to add to an error about `word`: its new name, if it had another in version 2.
+pub(crate) fn renamed(word: &str) -> String {
+    let now = RENAMED.iter().find(|(old, _)| *old == word);
+    now.map_or_else(String::new, |(_, new)| format!("; since version {SCHEMA} it is `{new}`"))
 }
 
 /// Refuses a version that is not read.
@@ -45,6 +68,9 @@ pub(crate) fn parse<T: DeserializeOwned>(text: &str, origin: &str) -> Result<T> 
 pub(crate) fn check_schema(schema: u32, check: &Check) -> Result<()> {
     match schema {
         SCHEMA => Ok(()),
+        2 => check.key("schema").fail(format!(
+            "this program reads studies of version {SCHEMA}, got 2; packaging/convert.py of its repository changes files of version 2"
+        )),
         _ => check.key("schema").fail(format!("this program reads studies of version {SCHEMA}, got {schema}")),
     }
 }
@@ -61,7 +87,7 @@ pub struct Header {
     /// The branch on which an arm is to stand, such as `front-up-noflip`; any if not given.
     pub branch: Option<String>,
     /// Drives that are told where to stand, mm or degrees, by name.
-    pub held: BTreeMap<String, f64>,
+    pub locked: BTreeMap<String, f64>,
     /// Force, chain errors, placement and what else is said of a process.
     pub process: Option<ProcessRef>,
 }

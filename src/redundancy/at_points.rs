@@ -1,4 +1,4 @@
-//! Every turn at every point, on its own: what maps of turns are made of.
+//! Every turn at every point, on its own: what redundancy maps are made of.
 
 use rayon::prelude::*;
 

@@ -118,18 +118,18 @@ impl DeadEnd {
     /// Word in tables.
     #[must_use]
     pub fn label(&self) -> &'static str {
-        self.hindrance.map_or("no_band", Hindrance::label)
+        self.hindrance.map_or("no_continuous_path", Hindrance::label)
     }
 
     /// In words.
     #[must_use]
     pub fn reason(&self) -> String {
         let why = match self.hindrance {
-            Some(Hindrance::Unreachable) => "no turn is within reach",
-            Some(Hindrance::Limits) => "the travel of the drives allows no turn",
-            Some(Hindrance::Singularity) => "all turns are nearer to a singularity than is allowed",
-            Some(Hindrance::NotStable) => "the loaded machine settles at no turn",
-            None => "no turn is reached from the point before within the band of turns and the speeds of the drives",
+            Some(Hindrance::Unreachable) => "no rotation γ can be reached",
+            Some(Hindrance::Limits) => "the travel of the drives allows no γ",
+            Some(Hindrance::Singularity) => "all γ are nearer to a singularity than is allowed",
+            Some(Hindrance::NotStable) => "the loaded machine has no equilibrium at any γ",
+            None => "no γ continues from the point before within max_step_deg_per_mm and the speeds of the drives",
         };
         format!("point {}: {why}", self.point)
     }

@@ -101,7 +101,7 @@ pub struct OnLattice {
     pub value_mm: f64,
 }
 
-/// The free turn along a path.
+/// Rotation about the tool axis along a path.
 #[derive(Debug, Clone)]
 pub struct FreeTurn {
     /// At the orientations that the path gives.
@@ -328,7 +328,7 @@ impl<'a> Lattice<'a> {
         let nodes = knots.len().saturating_mul(shape.turns * shape.stances);
         if nodes > MOST_NODES {
             let problem = format!(
-                "the lattice of {} points, {} turns and {} branches has {nodes} nodes: expected at most {MOST_NODES}; a larger \
+                "the lattice of {} points, {} values of γ and {} branches has {nodes} nodes: expected at most {MOST_NODES}; a larger \
                  tool_turn.step_deg or a part of the path has fewer",
                 knots.len(),
                 shape.turns,
@@ -342,7 +342,7 @@ impl<'a> Lattice<'a> {
     /// Walks through all knots.
     fn walk(&self, objective: TurnObjective, ceiling_mm: f64, work: &Work) -> Result<Walk> {
         let mut walk = Walk::new(self.shape.clone(), objective, ceiling_mm);
-        work.tell(Event::Stage(Stage { of: "points at all turns", items: self.knots.len() }));
+        work.tell(Event::Stage(Stage { of: "points at all γ", items: self.knots.len() }));
         for knots in self.knots.chunks(STRIPE) {
             work.check()?;
             let layers = knots.par_iter().map_init(

@@ -48,7 +48,7 @@ impl Refined<'_> {
         });
         for _ in 0..SWEEPS {
             let mut is_moved = false;
-            self.work.tell(Event::Stage(Stage { of: "points between turns", items: turns.len() }));
+            self.work.tell(Event::Stage(Stage { of: "points between γ", items: turns.len() }));
             // Neighbours stay while a point is moved.
             for parity in [0, 1] {
                 self.work.check()?;

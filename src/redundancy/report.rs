@@ -1,4 +1,4 @@
-//! The free turn about the tool's axis: a table of the points, a small one that compares, sentences and a JSON object.
+//! Rotation about the tool axis: a table of the points, a small one that compares, sentences and a JSON object.
 
 use serde_json::{Value, json};
 
@@ -14,16 +14,15 @@ use crate::{
 
 /// Words of the rows that are compared.
 const PROGRAMMED: &str = "as programmed";
-const CONSTANT: &str = "best constant turn";
-const BEST: &str = "best turn at each point";
+const CONSTANT: &str = "best constant γ";
+const BEST: &str = "best γ at each point";
 
-/// One row per point: whether it counts, and the turn and what counts of the distance from the path as programmed, at the best constant
-/// turn and at the best one. What is missing is so because the machine does not settle there, or no turn goes all along.
+/// One row per point: whether it counts, and the turn and what counts of the distance from the path as programmed, at the best constant γ and at the best one. What is missing is so because the machine does not settle there, or no turn goes all along.
 #[must_use]
 pub fn table(found: &FreeTurn, arc_lengths_mm: impl Iterator<Item = f64>) -> Table {
     let mut columns = counts(["point"]);
     columns.extend(numbers(["arc_length_mm", "counts"]));
-    columns.extend(numbers(["programmed_cost_mm", "constant_turn_deg", "constant_cost_mm", "turn_deg", "cost_mm"]));
+    columns.extend(numbers(["programmed_cost_mm", "constant_gamma_deg", "constant_cost_mm", "gamma_deg", "cost_mm"]));
     columns.extend(texts(["branch", "status", "reason"]));
     let rows = arc_lengths_mm.enumerate().map(|(k, arc_length_mm)| {
         let turned = |turned: &Result<Turned, DeadEnd>| {
@@ -68,7 +67,7 @@ fn rows(found: &FreeTurn, redundancy: Redundancy) -> Vec<(&'static str, Compared
 #[must_use]
 pub fn text(found: &FreeTurn, turn: &ToolTurn) -> String {
     let mut text = sentence(found, turn);
-    let mut table = text_table(["turn about the tool's axis", "turns", "largest", "mean", "rms", "solved"], 1);
+    let mut table = text_table(["rotation about the tool axis", "γ", "largest", "mean", "rms", "solved"], 1);
     for (name, row) in rows(found, turn.redundancy) {
         match row {
             Ok((along, [low, high])) => table.add_row([
@@ -105,7 +104,7 @@ pub fn sentence(found: &FreeTurn, turn: &ToolTurn) -> String {
         None => return String::new(),
         Some(Err(dead_end)) => {
             return format!(
-                "No turn about the tool's axis goes all along, so the path stays as programmed; {}.\n",
+                "No rotation about the tool axis is possible all along, so the path stays as programmed; {}.\n",
                 dead_end.reason()
             );
         }
@@ -117,15 +116,18 @@ pub fn sentence(found: &FreeTurn, turn: &ToolTurn) -> String {
             share if share >= 0.0 => format!("{} less than {name}", percent(share)),
             share => format!("{} more than {name}", percent(-share)),
         },
-        _ => format!("{name} the machine cannot be led all along"),
+        _ => format!("{name} the machine cannot track the path continuously"),
     };
     let mut gains = gain(&found.as_programmed, PROGRAMMED);
     if let (Redundancy::Best, Ok(constant)) = (turn.redundancy, &found.best_constant) {
-        gains += &format!(", {}", gain(&constant.along, "at the best constant turn"));
+        gains += &format!(", {}", gain(&constant.along, "at the best constant γ"));
     }
     let [low, high] = turned.range_deg;
     let by = if high - low < 0.05 { format!("{low:.1}°") } else { format!("{low:.1} to {high:.1}°") };
-    format!("Turned about the tool's axis by {by}{branch}; root mean square of the {}: {gains}.\n", turn.cost.words())
+    format!(
+        "Rotated about the tool axis by γ = {by}{branch}; root mean square of the {}: {gains}.\n",
+        turn.cost.words()
+    )
 }
 
 /// What was found, for programs.
@@ -136,8 +138,8 @@ pub fn json(found: &FreeTurn, turn: &ToolTurn) -> Value {
     for (key, (_, row)) in keys.into_iter().zip(rows(found, turn.redundancy)) {
         let entry = match row {
             Ok((along, range)) => json!({
-                "turn_min_deg": range[0],
-                "turn_max_deg": range[1],
+                "gamma_min_deg": range[0],
+                "gamma_max_deg": range[1],
                 "worst_mm": along.worst_mm,
                 "mean_mm": along.mean_mm,
                 "rms_mm": along.rms_mm,
@@ -153,6 +155,6 @@ pub fn json(found: &FreeTurn, turn: &ToolTurn) -> Value {
         "redundancy": turn.redundancy.label(),
         "cost": turn.cost.label(),
         "branch": branch.map(|branch| branch.label()),
-        "turns": entries,
+        "gammas": entries,
     })
 }

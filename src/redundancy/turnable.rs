@@ -83,7 +83,7 @@ pub(crate) fn check(machine: &Machine, placement: &Placement, path: &Toolpath) -
     let name = &machine.name;
     if machine.controls.len() != 6 {
         let problem = format!(
-            "machine {name} controls {} coordinates of its platform, and the turn about the tool's axis is free only where the drives \
+            "machine {name} controls {} coordinates of its platform, and rotation about the tool axis is redundant only where the drives \
              control all six coordinates",
             machine.controls.len()
         );
@@ -91,7 +91,7 @@ pub(crate) fn check(machine: &Machine, placement: &Placement, path: &Toolpath) -
     }
     if machine.redundancy > 0 || machine.drive_count() > MOST_DRIVES {
         let problem = format!(
-            "machine {name} has {} drives and {} of them to spare: expected at most {MOST_DRIVES}, and those to spare held ([held], --hold)",
+            "machine {name} has {} drives and {} of them redundant: expected at most {MOST_DRIVES}, and the redundant ones locked ([locked], --lock)",
             machine.drive_count(),
             machine.redundancy
         );
@@ -99,12 +99,12 @@ pub(crate) fn check(machine: &Machine, placement: &Placement, path: &Toolpath) -
     }
     if machine.tool_axis_source == ToolAxisSource::PlatformZ {
         return refuse(format!(
-            "machine {name} has a tool tip at P and no tool_axis, so there is no axis to turn about"
+            "machine {name} has a tool tip at P and no tool_axis, so there is no axis to rotate about"
         ));
     }
     if machine.carrier.is_some() || !path.external_axes().is_empty() {
         return refuse(format!(
-            "machine {name}: turns are not sought where the workpiece stands on a carrier, or with external axes"
+            "machine {name}: γ is not sought where the workpiece stands on a carrier, or with external axes"
         ));
     }
     let axis = machine.tool_axes.column(2);
@@ -112,7 +112,7 @@ pub(crate) fn check(machine: &Machine, placement: &Placement, path: &Toolpath) -
     if placement.reference == PathReference::PlatformPoint && beside.norm() > ON_AXIS_MM {
         let problem = format!(
             "placement.reference is platform_point, and the tool tip of machine {name} is {:.3} mm beside the tool's axis through P, so a \
-             turn would move it: expected tool_tip",
+             rotation would move it: expected tool_tip",
             beside.norm()
         );
         return refuse(problem);

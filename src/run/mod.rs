@@ -191,10 +191,10 @@ fn to_try(study: &Study, best: Option<Value>) -> Result<Option<ToTry>> {
     let nothing = |why: &str| Ok(Some(ToTry::Nothing(format!("Other places cannot be tried here: {why}."))));
     match &study.kind {
         StudyKind::Path(path, _) if path.turn.is_some() => {
-            return nothing("the turn about the tool's axis was sought for this one");
+            return nothing("the rotation about the tool axis was sought for this one");
         }
         StudyKind::Placement(placement, _) if placement.features.iter().any(|job| job.turn.is_some()) => {
-            return nothing("at each the turn about the tool's axis is sought, which pages do not");
+            return nothing("this study seeks the rotation about the tool axis at each place, which the page cannot");
         }
         _ => {}
     }

@@ -67,7 +67,7 @@ pub struct PathAnswer {
     /// Position error of the point put right at the end, O axes, mm.
     pub position_error: Vector3<f64>,
     /// Rotation of the platform from the wanted orientation at the end, rotation vector in O axes, rad.
-    pub leftover_rotation: Vector3<f64>,
+    pub residual_rotation: Vector3<f64>,
     /// Forces of the drives at the end, N or N·mm.
     pub drive_forces: Vec<f64>,
 }

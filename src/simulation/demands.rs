@@ -36,7 +36,7 @@ impl<'a> Led<'a> {
     pub fn placed(&mut self, external: Option<ExternalAxes>) -> &Placed {
         if external != self.external {
             let standing = |axes: ExternalAxes| {
-                let turned = self.machine.is_turned_by_held().then(|| self.machine.standing(&axes).ok()).flatten();
+                let turned = self.machine.is_turned_by_locked().then(|| self.machine.standing(&axes).ok()).flatten();
                 turned.unwrap_or_else(|| self.machine.carried(&axes))
             };
             let there = external.map_or_else(|| self.machine.clone(), standing);
@@ -78,7 +78,7 @@ impl<'a> Led<'a> {
 /// The placement on the machine, or on its workpiece carrier, with the platform oriented as at home.
 pub(crate) fn placed(machine: &Machine, placement: &Placement) -> Placed {
     let mut placed = placement.on(&machine.home.pose.rotation, &machine.tool());
-    if machine.is_turned_by_held() {
+    if machine.is_turned_by_locked() {
         placed = placed.turned(&machine.home.pose.rotation);
     }
     match &machine.carrier {

@@ -9,12 +9,12 @@ use crate::{
 /// What rounding may put a position beyond its travel by, as a share of it, and what is shown of the travel.
 const ROUNDING: f64 = 1e-9;
 
-/// `machine` with the drives held that `path`, called `origin` in errors, commands beside the tool; they stand where its first point has
+/// `machine` with the drives locked that `path`, called `origin` in errors, commands beside the tool; they stand where its first point has
 /// them.
 ///
 /// # Errors
 /// A column that names no drive, one in another unit, one that the study holds, one that the task needs, or positions beyond its travel.
-pub(crate) fn held_along(machine: &Machine, path: &Toolpath, origin: &str) -> Result<Machine> {
+pub(crate) fn locked_along(machine: &Machine, path: &Toolpath, origin: &str) -> Result<Machine> {
     let Some(first) = path.points().first().filter(|_| !path.external_axes().is_empty()) else {
         return Ok(machine.clone());
     };
@@ -23,21 +23,25 @@ pub(crate) fn held_along(machine: &Machine, path: &Toolpath, origin: &str) -> Re
         let drive =
             machine.drive_label(drive_of(column)).map_err(|why| fault(origin, column, format!("names {why}")))?;
         if machine.told_drives().any(|told| told == drive) {
-            return Err(fault(origin, column, "is held by [held] or --hold as well: expected one of them".into()));
+            return Err(fault(
+                origin,
+                column,
+                "is already locked by [locked] or --lock: expected one of the two".into(),
+            ));
         }
         positions.push((drive, value));
     }
     // A head is told where to stand, and how the tool stands is no task then.
     let rotary = if path.is_oriented() { Vec::new() } else { machine.rotary_drives().drives };
     let is_of_head = |label: &String| rotary.iter().any(|drive| !drive.carries && drive.label == *label);
-    let held = match positions.iter().any(|(label, _)| is_of_head(label)) {
+    let locked = match positions.iter().any(|(label, _)| is_of_head(label)) {
         true => machine.with_drives_told(&positions),
-        false => machine.with_drives_held(&positions),
+        false => machine.with_locked_drives(&positions),
     };
-    let mut held = held.map_err(|why| fault(origin, "external axes", why.to_string()))?;
-    if held.external_axis_count() > ExternalAxes::MOST {
+    let mut locked = locked.map_err(|why| fault(origin, "external axes", why.to_string()))?;
+    if locked.external_axis_count() > ExternalAxes::MOST {
         let problem =
-            format!("the machine holds {} drives: expected at most {}", held.external_axis_count(), ExternalAxes::MOST);
+            format!("{} drives are locked: expected at most {}", locked.external_axis_count(), ExternalAxes::MOST);
         return Err(fault(origin, "external axes", problem));
     }
     let mut moved = Vec::new();
@@ -47,7 +51,7 @@ pub(crate) fn held_along(machine: &Machine, path: &Toolpath, origin: &str) -> Re
             positions[k].0.clone(),
             [values().fold(f64::INFINITY, f64::min), values().fold(-f64::INFINITY, f64::max)],
         ));
-        let Some((_, axis)) = held.external_axis(&positions[k].0) else { continue };
+        let Some((_, axis)) = locked.external_axis(&positions[k].0) else { continue };
         let unit = axis.motion.position_unit();
         if !column.ends_with(&format!("_{unit}")) {
             return Err(fault(
@@ -70,8 +74,8 @@ pub(crate) fn held_along(machine: &Machine, path: &Toolpath, origin: &str) -> Re
             return Err(fault(origin, column, problem));
         }
     }
-    held.note_moved(moved);
-    Ok(held)
+    locked.note_moved(moved);
+    Ok(locked)
 }
 
 /// Where the external axes of `machine` stand at each point of `path`; `None` if the path commands none.

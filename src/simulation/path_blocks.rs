@@ -169,7 +169,7 @@ impl<'a> Block<'a> {
             drives: found.drives,
             nominal_drives: self.led[point].at.as_ref().map(|at| at.drives.clone()).unwrap_or_default(),
             position_error: found.position_error,
-            leftover_rotation: found.leftover_rotation,
+            residual_rotation: found.residual_rotation,
             drive_forces: found.drive_forces,
         }
     }

@@ -15,7 +15,7 @@ pub struct Left {
     /// Square of the distance of the point put right from where it is wanted, mm².
     squared_error: f64,
     /// rad.
-    leftover_rotation: f64,
+    residual_rotation: f64,
 }
 
 impl Left {
@@ -26,7 +26,7 @@ impl Left {
             is_settled: answer.is_settled,
             corrections: answer.corrections,
             squared_error: answer.position_error.norm_squared(),
-            leftover_rotation: answer.leftover_rotation.norm(),
+            residual_rotation: answer.residual_rotation.norm(),
         }
     }
 }
@@ -49,7 +49,7 @@ pub struct PathSummary {
     /// Corrections per point, mean.
     pub mean_corrections: Option<f64>,
     /// Largest rotation left over, rad.
-    pub max_leftover_rotation: Option<f64>,
+    pub max_residual_rotation: Option<f64>,
 }
 
 /// Sums from which a [`PathSummary`] is made, point after point in the order of the path.
@@ -62,7 +62,7 @@ pub struct PathSums {
     squared_errors: f64,
     largest_squared_error: f64,
     corrections: usize,
-    max_leftover_rotation: f64,
+    max_residual_rotation: f64,
 }
 
 impl PathSums {
@@ -78,7 +78,7 @@ impl PathSums {
             self.squared_errors += left.squared_error;
             self.largest_squared_error = self.largest_squared_error.max(left.squared_error);
             self.corrections += left.corrections;
-            self.max_leftover_rotation = self.max_leftover_rotation.max(left.leftover_rotation);
+            self.max_residual_rotation = self.max_residual_rotation.max(left.residual_rotation);
         }
     }
 
@@ -94,7 +94,7 @@ impl PathSums {
             max_mm: known(self.largest_squared_error.sqrt()),
             rms_mm: known(mean(self.squared_errors).sqrt()),
             mean_corrections: known(mean(self.corrections as f64)),
-            max_leftover_rotation: known(self.max_leftover_rotation),
+            max_residual_rotation: known(self.max_residual_rotation),
         }
     }
 }

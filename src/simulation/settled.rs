@@ -14,7 +14,7 @@ use crate::{
 pub(crate) struct Settled {
     /// The nominal machine at its command.
     pub commanded: Skeleton,
-    /// The machine that answers for the source, as it settles.
+    /// The machine that answers for the source, in equilibrium.
     pub loaded: Skeleton,
     /// Displacement of the tool tip, O axes, mm.
     pub tool_displacement_mm: Vector3<f64>,

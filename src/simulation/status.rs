@@ -35,7 +35,7 @@ pub(crate) const STATUSES: [&str; 15] = [
     "reached",
     "below_to_limit",
     "no_equilibrium",
-    "snapped",
+    "snap_through",
 ];
 
 /// Whether a row with this `status` was found out; pages mark the others.

@@ -33,22 +33,20 @@ pub(crate) fn check(machine: &Machine, given: &CorrectionLimits) -> std::result:
             "are in mm and N, but a drive of the machine turns; limit it by travel_deg and torque_limit_Nmm".into()
         );
     }
-    if given.is_limited() { refuse_held(machine) } else { Ok(()) }
+    if given.is_limited() { refuse_locked(machine) } else { Ok(()) }
 }
 
 /// Corrections within limits move all drives.
-fn refuse_held(machine: &Machine) -> std::result::Result<(), String> {
-    match machine.held.is_empty() {
+fn refuse_locked(machine: &Machine) -> std::result::Result<(), String> {
+    match machine.locked.is_empty() {
         true => Ok(()),
-        false => {
-            Err("cannot be kept with drives of the machine held: corrections within limits move all drives".into())
-        }
+        false => Err("cannot be kept with locked drives: corrections within limits move all drives".into()),
     }
 }
 
 fn limits(machine: &Machine, demands: &[Demand], given: &CorrectionLimits) -> Result<Limits> {
     let fault = |problem: &str| Err(Error::Argument { argument: "limits".into(), problem: problem.into() });
-    let checked = check(machine, given).and_then(|()| refuse_held(machine));
+    let checked = check(machine, given).and_then(|()| refuse_locked(machine));
     checked.map_err(|problem| Error::Argument { argument: "limits".into(), problem })?;
     if demands.iter().any(|demand| demand.coordinates(machine).count() < machine.controls.len()) {
         return fault("cannot be kept on a machine that controls rotations: a program commands positions only");

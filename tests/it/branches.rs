@@ -391,7 +391,7 @@ fn study(branch: &str) -> tempfile::TempDir {
     write(
         "study.toml",
         &format!(
-            "schema = 2\nquestion = \"Where does it change branch?\"\nmachine = \"machine.toml\"\n{branch}process = \"process.toml\"\n\
+            "schema = 3\nquestion = \"Where does it change branch?\"\nmachine = \"machine.toml\"\n{branch}process = \"process.toml\"\n\
          [path]\nfile = \"path.csv\"\n"
         ),
     );

@@ -23,7 +23,7 @@ const MAP_TOLERANCE: f64 = 1e-7;
 
 /// The corners of the workspace under a light cut.
 const STUDY: &str = r#"
-schema = 2
+schema = 3
 question = "Is this machine the one it was?"
 machine = "NAME"
 

@@ -214,7 +214,7 @@ fn truss_loaded_at_once_beyond_the_limit_load_tells_how_far_it_carries() {
     for (elastic, share) in [true, false].into_iter().flat_map(|e| [1.001, 1.1, 1.5, 5.0, 20.0].map(|s| (e, s))) {
         let machine = truss(elastic);
         let (state, outcome) = settle(&machine, &machine.home, &down(share * limit));
-        let Status::Snapped { load_fraction } = outcome.status else {
+        let Status::SnapThrough { load_fraction } = outcome.status else {
             panic!("elastic {elastic}: {:?} at {share} of the limit load, {:?}", outcome.status, state.pose.translation)
         };
         let carried = load_fraction * share;

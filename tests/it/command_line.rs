@@ -126,11 +126,11 @@ fn check_says_the_same_of_a_machine_and_of_its_printed_file() {
         for expected in [
             "mobility",
             "over-constraint",
-            "reach at home",
+            "characteristic length",
             "round trip",
             "tool stiffness",
             "K_C at home",
-            "where its numbers come from",
+            "where its parameters come from",
         ] {
             assert!(findings.contains(expected), "{name}: {expected} is missing in\n{findings}");
         }
@@ -272,7 +272,7 @@ fn an_unreachable_point_is_an_answer_with_a_reason() {
     let arguments = ["point", "--machine", "orthoglide", "--position", "400,0,0", "--phi", "0"];
     let text = printed(1, &arguments);
     assert!(
-        text.starts_with("unreachable: chain ") && text.contains("cannot close there; the straight way ends "),
+        text.starts_with("unreachable: chain ") && text.contains("cannot close there; continuation from home stops "),
         "{text}"
     );
     let output = kinetostat(&[&arguments[..], &["--json"]].concat());
@@ -546,7 +546,7 @@ const FIGURES: [&str; 10] = [
     "slices_deflection_cutting",
     "slices_deflection_all",
     "slices_delta_rho_all",
-    "slices_departure_all",
+    "slices_superposition_all",
     "slices_stiffness_min_cutting",
     "slices_worst_angle_all",
     "workspace_deflection_all",
@@ -582,13 +582,13 @@ fn check_row(header: &[String], row: &[String]) {
     for (name, cell) in header.iter().zip(row) {
         let is_word = WORDS.contains(&name.as_str());
         let is_position = ["x_mm", "y_mm", "z_mm"].contains(&name.as_str());
-        let is_departure = name.starts_with("departure") && source != "all";
+        let is_superposition_error = name.starts_with("superposition_error") && source != "all";
         let is_angle = name == "deflection_phi_deg" && source == "errors";
         if is_word {
             continue;
         }
         let status = if name.starts_with("delta_rho") { correction_status } else { status };
-        let is_empty = !is_position && (status != "solved" || is_departure || is_angle);
+        let is_empty = !is_position && (status != "solved" || is_superposition_error || is_angle);
         assert_eq!(cell.is_empty(), is_empty, "{name} of {row:?}");
         if !cell.is_empty() {
             assert!(cell.parse::<f64>().unwrap().is_finite(), "{name} of {row:?}");
@@ -601,7 +601,7 @@ fn check_units(header: &[String]) {
     let units = ["_mm", "_deg", "_N", "_Nmm", "_N_per_mm"];
     for name in header.iter().filter(|name| !WORDS.contains(&name.as_str())) {
         assert!(
-            units.iter().any(|unit| name.ends_with(unit)) || name == "departure_over_deflection",
+            units.iter().any(|unit| name.ends_with(unit)) || name == "superposition_error_over_deflection",
             "{name}: no unit"
         );
     }
@@ -717,7 +717,7 @@ fn write_study(folder: &Path, machine: &str, min: f64, max: f64) -> PathBuf {
     let study = folder.join("study");
     fs::create_dir_all(&study).unwrap();
     let text = format!(
-        r#"schema = 2
+        r#"schema = 3
 question = "Where can the machine go?"
 machine = "{machine}"
 process.force.path_frame = {{ radial_force_N = 215.0, tangential_force_N = -10.0, axial_force_N = -25.0 }}
@@ -749,7 +749,7 @@ fn a_box_beyond_the_machine_gives_unreachable_rows_with_reasons() {
     let unreachable = statuses.iter().filter(|(status, _)| status == "unreachable").collect::<Vec<_>>();
     assert!(unreachable.len() > 40 && unreachable.len() < 81, "{}", unreachable.len());
     assert!(
-        unreachable.iter().all(|(_, reason)| reason.contains("cannot close there; the straight way ends ")),
+        unreachable.iter().all(|(_, reason)| reason.contains("cannot close there; continuation from home stops ")),
         "{unreachable:?}"
     );
     // First in the answer on the screen, on the page, and in the summary.

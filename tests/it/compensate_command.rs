@@ -223,7 +223,10 @@ fn a_cut_beyond_reach_writes_nothing_and_says_where() {
         let (output, out) = compensate(&program, &process, &[]);
         assert_eq!(output.status.code(), Some(1));
         let stdout = text(&output.stdout);
-        assert!(stdout.contains("nothing was computed or written") && stdout.contains("line 3, point"), "{stdout}");
+        assert!(
+            stdout.contains("cannot be tracked continuously; nothing was written") && stdout.contains("line 3, point"),
+            "{stdout}"
+        );
         assert_eq!(std::fs::read_dir(out.path()).unwrap().count(), 0);
     }
 }
@@ -395,7 +398,7 @@ fn words_of_axes_that_a_planar_machine_does_not_control_stay() {
         assert_eq!(report(&out)["axes_left_as_written"], serde_json::json!(["z"]));
         let passes = report(&out)["passes"].clone();
         let passes = passes.as_array().unwrap();
-        // What is left is the bending out of the plane, which no drive can compensate.
+        // The residual is the bending out of the plane, which no drive can compensate.
         assert!(unwrapped(&said).contains("the drives do not control z."), "{said}");
         let (exact, written) = (error_max(&passes[passes.len() - 2]), error_max(&passes[passes.len() - 1]));
         assert!((written - exact).abs() < 2e-3 && exact < 0.5 * error_max(&passes[0]), "{passes:?}");

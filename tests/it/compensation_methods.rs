@@ -123,7 +123,7 @@ fn platform_point_compensation_leaves_the_tool_displaced() {
     assert!(done.position_error.norm() < 1e-9);
     let tool = nominal.tool_displacement(&demand.pose, &session.state().pose);
     let lever = nominal.tool_tip;
-    let rotation = kinetostat::spatial::rotation_exp(done.leftover_rotation);
+    let rotation = kinetostat::spatial::rotation_exp(done.residual_rotation);
     assert!((tool - (rotation * lever - lever)).norm() < 1e-9);
     assert!(tool.norm() > 0.1, "{tool}");
 }

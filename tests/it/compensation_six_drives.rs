@@ -55,7 +55,7 @@ fn all_methods_meet_for_every_target() {
 fn full_pose_leaves_nothing() {
     let (done, _, pose) = solve(Method::Direct, Target::FullPose);
     let wanted = demand(&machines().0, Target::FullPose).pose;
-    assert!(done.leftover_rotation.norm() < 1e-12);
+    assert!(done.residual_rotation.norm() < 1e-12);
     assert!((pose.translation - wanted.translation).norm() < 1e-9);
 }
 
@@ -64,7 +64,7 @@ fn tool_tip_alone_leaves_the_rotation_and_commands_the_wanted_orientation() {
     let (done, commanded, _) = solve(Method::Direct, Target::ToolTip);
     let wanted = demand(&machines().0, Target::ToolTip).pose;
     assert!(done.position_error.norm() < 1e-9);
-    assert!(done.leftover_rotation.norm() > 1e-4);
+    assert!(done.residual_rotation.norm() > 1e-4);
     assert!(rotation_log(&(commanded.rotation * wanted.rotation.transpose())).norm() < 1e-12);
 }
 
@@ -75,7 +75,7 @@ fn the_linear_correction_of_the_full_pose_leaves_what_is_not_linear() {
     let error = |method| {
         let mut session = Session::new(&nominal, &nominal, CompensationSettings::default());
         let done = compensate(&mut session, &demand, method);
-        (done.position_error.norm(), done.leftover_rotation.norm())
+        (done.position_error.norm(), done.residual_rotation.norm())
     };
     let (plain, linear) = (error(Method::None), error(Method::Linear));
     assert!(linear.0 < 0.01 * plain.0 && linear.1 < 0.01 * plain.1, "{plain:?}, {linear:?}");

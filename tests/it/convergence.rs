@@ -141,7 +141,7 @@ fn a_limit_point_is_not_jumped_over() {
     let (_, status) = warm_started(&machine, &machine.home, &load, 300);
     assert!(!status.is_equilibrium(), "small parts of the load stop at the limit point: {status:?}");
     let (_, outcome) = settle(&machine, &machine.home, &load);
-    let Status::Snapped { load_fraction } = outcome.status else {
+    let Status::SnapThrough { load_fraction } = outcome.status else {
         panic!("{:?} beyond the limit point", outcome.status)
     };
     assert!((0.78..0.79).contains(&load_fraction), "carries {load_fraction} of the load");

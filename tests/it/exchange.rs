@@ -81,7 +81,7 @@ fn all_formats_hold_the_same_tables() {
         let described = json(&folder.path().join("csv-metadata.json"));
         assert_eq!(
             (&described["@context"], &described["schema:version"]),
-            (&"http://www.w3.org/ns/csvw".into(), &"2".into())
+            (&"http://www.w3.org/ns/csvw".into(), &"3".into())
         );
         let tables = described["tables"].as_array().unwrap();
         let written: BTreeSet<String> =
@@ -116,7 +116,7 @@ fn only_the_formats_asked_for_are_written() {
     for expected in [
         ("all/status", None),
         ("cutting/deflection_mm", Some("mm")),
-        ("all/departure_vector_mm", Some("mm")),
+        ("all/superposition_error_vector_mm", Some("mm")),
         ("cutting/stiffness_min_N_per_mm", Some("N/mm")),
     ] {
         assert!(quantities.contains(&expected), "{expected:?} is not in {quantities:?}");
@@ -213,7 +213,7 @@ fn a_table_as_parquet_is_read_back_as_it_was() {
     let names: Vec<&str> = file.schema().get_fields().iter().map(|field| field.name()).collect();
     assert_eq!(names, ["point", "x_mm", "ratio", "reason"]);
     let pair = |key: &str, value: &str| KeyValue::new(key.into(), value.to_string());
-    assert_eq!(file.key_value_metadata().unwrap(), &[pair("kinetostat.schema", "2"), pair("unit.x_mm", "mm")]);
+    assert_eq!(file.key_value_metadata().unwrap(), &[pair("kinetostat.schema", "3"), pair("unit.x_mm", "mm")]);
 }
 
 const LAYER: Layer = Layer { table: "map", keys: &["source"], vectors: &["deflection"] };
@@ -221,7 +221,8 @@ const LAYER: Layer = Layer { table: "map", keys: &["source"], vectors: &["deflec
 /// A map on 3 × 2 × 1 points with two sources; the second point is out of reach.
 fn map(status: &str) -> (Image, Vec<(String, Table)>) {
     let grid = Grid::new(Vector3::new(-73.65, 0.0, 5.0), Vector3::new(26.35, 10.0, 15.0), [3, 2, 1]);
-    let quantities = ["deflection_mm", "deflection_x_mm", "deflection_y_mm", "deflection_z_mm", "departure_mm"];
+    let quantities =
+        ["deflection_mm", "deflection_x_mm", "deflection_y_mm", "deflection_z_mm", "superposition_error_mm"];
     let columns =
         [numbers(["x_mm", "y_mm", "z_mm"]), texts(["source", "status", "reason"]), numbers(quantities)].concat();
     let row = |index: usize, source: &str| {
@@ -267,7 +268,7 @@ fn an_image_is_read_back_as_it_was() {
     assert!(lengths.len() == 6 && lengths.iter().enumerate().all(is_expected), "{lengths:?}");
     let Some(IOBuffer::F64(vectors)) = array("cutting/deflection_vector_mm") else { panic!("an array of vectors") };
     assert_eq!(vectors[15..], [0.5, 1.0, 1.5]);
-    assert_eq!(array("cutting/departure_mm"), None, "an array without any number");
+    assert_eq!(array("cutting/superposition_error_mm"), None, "an array without any number");
     let named: Vec<&str> =
         description["arrays"].as_array().unwrap().iter().map(|array| array["name"].as_str().unwrap()).collect();
     assert_eq!((named[0], named[named.len() - 1]), ("cutting/deflection_mm", "position_mm"));

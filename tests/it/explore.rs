@@ -98,7 +98,7 @@ fn a_path_can_be_put_elsewhere() {
 fn map_with_weight(zeroed: &str) -> Study {
     let toml = catalogue::find("fanuc_r2000ic").unwrap().toml;
     let machine = toml.replace("zeroed = \"at_home\"", &format!("zeroed = \"{zeroed}\""));
-    let text = "schema = 2\nquestion = \"Where?\"\nmachine = \"arm.toml\"\n[process.force.path_frame]\n\
+    let text = "schema = 3\nquestion = \"Where?\"\nmachine = \"arm.toml\"\n[process.force.path_frame]\n\
                 radial_force_N = 215.0\ntangential_force_N = -10.0\naxial_force_N = -25.0\n[[process.chain_error]]\n\
                 chain = \"arm\"\nturn_about_drive_axis_deg = 0.1\n[workspace_map]\nslices_z_mm = [1000.0]\n\
                 min_mm = [1300.0, -100.0, 900.0]\nmax_mm = [1500.0, 100.0, 1100.0]\nphi_step_deg = 30.0\n";

@@ -328,7 +328,7 @@ fn all_formats_hold_the_same_numbers() {
         }
     }
     let page = shop.read("report.html");
-    assert!(page.contains("COMP_FILE_TYPE = 1") && page.contains("What is left where?"));
+    assert!(page.contains("COMP_FILE_TYPE = 1") && page.contains("Where is the residual error?"));
     // Residuals: exact corrections leave nothing, the table keeps the tolerance.
     let mut most: BTreeMap<String, f64> = BTreeMap::new();
     for row in csv::Reader::from_path(shop.out().join("residual.csv")).unwrap().records() {
@@ -363,7 +363,7 @@ fn a_given_grid_that_is_too_coarse_is_told() {
     let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
     assert_eq!(code, Some(1), "{text}{error}");
     assert!(text.contains("more than the 0.005 mm asked for"), "{text}");
-    assert!(text.contains("The tolerance of 0.005 mm is not kept."), "{text}");
+    assert!(text.contains("The table is out of tolerance (0.005 mm)."), "{text}");
     assert!(shop.out().join("correction.json").exists() && !shop.out().join("correction.csv").exists());
     assert!(!shop.out().join("joint_x.comp").exists());
 }
@@ -384,7 +384,7 @@ fn bad_input_is_refused_in_words() {
     shop.refused("orthoglide", &far, "--box: there is no correction for P at (");
     shop.refused("orthoglide", &far, "a table has no holes: expected a smaller box");
     let fine = ["--box", "-60,60,-60,60,-60,60", "--tolerance", "1e-7"];
-    shop.refused("orthoglide", &fine, "--tolerance: no table of at most 40000 nodes keeps");
+    shop.refused("orthoglide", &fine, "--tolerance: no table of at most 40000 nodes stays within");
     let delta = ["--box", "-5,5,-5,5,-905,-900", "--grid", "2", "--format", "comp", "--tolerance", "9"];
     shop.refused("rotary_delta", &delta, "comp: a table for each drive over its own position would mean nothing");
     assert!(!shop.out().exists(), "a refusal leaves no folder behind");

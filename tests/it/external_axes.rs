@@ -12,7 +12,7 @@ use nalgebra::Vector3;
 
 const CELL: &str = include_str!("../machines/kr270_cell.toml");
 
-const STUDY: &str = "schema = 2\nquestion = \"How far?\"\nmachine = \"cell.toml\"\n\
+const STUDY: &str = "schema = 3\nquestion = \"How far?\"\nmachine = \"cell.toml\"\n\
     [process.force.path_frame]\nradial_force_N = 215.0\ntangential_force_N = -10.0\naxial_force_N = -25.0\n";
 
 /// A folder with the cell, a study and a path.
@@ -50,7 +50,7 @@ const PATH: &str = "[path]\nfile = \"path.csv\"\nmethods = [\"none\", \"direct\"
 fn a_machine_moved_by_its_path_answers_as_one_that_was_set_up_there() {
     let machine = machine_from(CELL);
     let held = |machine: &Machine, rail: f64, table: f64| {
-        machine.with_drives_held(&[("rail", rail), ("table", table)]).unwrap()
+        machine.with_locked_drives(&[("rail", rail), ("table", table)]).unwrap()
     };
     let along = held(&machine, 0.0, 0.0);
     let mut session = Session::new(&along, &along, settings());
@@ -90,7 +90,7 @@ fn a_part_that_turns_under_the_tool_is_cut_where_it_has_turned_to() {
         said.split_whitespace()
             .collect::<Vec<_>>()
             .join(" ")
-            .contains("Held: robot_rail at 0 to 120 mm as the path says, table at 0 to 30° as the path says."),
+            .contains("Locked: robot_rail at 0 to 120 mm as the path says, table at 0 to 30° as the path says."),
         "{said}"
     );
     let rows = points(&folder);
@@ -101,12 +101,12 @@ fn a_part_that_turns_under_the_tool_is_cut_where_it_has_turned_to() {
         assert!(off < 0.03, "{row:?}");
         assert!((number(row, "wanted_z_mm") - 680.0).abs() < 1e-9);
         assert_eq!(row["status"], "converged");
-        let (rail, table) = (number(row, "rho_nominal_robot_rail_mm"), number(row, "rho_held_table_deg"));
+        let (rail, table) = (number(row, "rho_nominal_robot_rail_mm"), number(row, "rho_locked_table_deg"));
         assert!((rail - table * 4.0).abs() < 1e-9 && (0.0..=30.0).contains(&table), "{rail} {table}");
         assert!((number(row, "rho_compensated_robot_rail_mm") - rail).abs() < 1e-12, "the rail is not corrected");
-        assert!(number(row, "error_left_mm") < 1e-6);
+        assert!(number(row, "residual_error_mm") < 1e-6);
     }
-    assert!((number(&rows[rows.len() - 1], "rho_held_table_deg") - 30.0).abs() < 1e-12);
+    assert!((number(&rows[rows.len() - 1], "rho_locked_table_deg") - 30.0).abs() < 1e-12);
 }
 
 #[test]
@@ -170,8 +170,8 @@ fn axes_that_cannot_be_commanded_are_refused_by_name() {
         "error: path.csv: external_table_deg is 400 at move 2: expected its travel of -360 to 360 deg"
     );
     assert_eq!(
-        refused("external_table_deg", ["0", "40"], "[held]\ntable = 3.0\n"),
-        "error: path.csv: external_table_deg is held by [held] or --hold as well: expected one of them"
+        refused("external_table_deg", ["0", "40"], "[locked]\ntable = 3.0\n"),
+        "error: path.csv: external_table_deg is already locked by [locked] or --lock: expected one of the two"
     );
     let needed = refused("external_rail_mm,external_A2_deg", ["0,20", "0,21"], "");
     assert!(needed.contains("path.csv: external axes") && needed.contains("1 more than its task needs"), "{needed}");
@@ -195,7 +195,7 @@ fn a_placement_refuses_a_path_that_moves_the_table() {
     let (code, said, _folder) = run(placement, "x_mm,y_mm,z_mm,external_table_deg\n0,0,60,0\n10,0,60,5\n");
     assert_eq!(code, Some(2), "{said}");
     assert!(
-        said.contains("path.csv: commands external_table_deg: a place is sought for one position of such a drive, expected [held] instead"),
+        said.contains("path.csv: commands external_table_deg: a place is sought for one position of such a drive, expected [locked] instead"),
         "{said}"
     );
 }

@@ -55,7 +55,7 @@ fn no_text_is_a_formula_and_numbers_are_not_touched() {
 fn the_description_has_units_and_types() {
     let described = description([("a.csv", &sample())]);
     let columns = &described["tables"][0]["tableSchema"]["columns"];
-    assert_eq!(described["schema:version"], "2");
+    assert_eq!(described["schema:version"], "3");
     assert_eq!(described["tables"][0]["url"], "a.csv");
     assert_eq!(columns[1], json!({ "titles": "x_mm", "datatype": "double", "schema:unitText": "mm" }));
     assert_eq!(columns[2], json!({ "titles": "reason, if any", "datatype": "string" }));

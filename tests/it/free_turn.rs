@@ -296,7 +296,7 @@ fn where_no_turn_goes_all_along_it_is_said_why() {
     let picky = ToolTurn { min_singularity_distance: 0.9, ..turn.clone() };
     assert_eq!(reason(&picky, 2.0), (0, "singularity", Some(Hindrance::Singularity)));
     let slow = ToolTurn { speed_limits_deg_per_s: vec![1e-6; 6], ..turn };
-    assert_eq!(reason(&slow, 2.0), (1, "no_band", None));
+    assert_eq!(reason(&slow, 2.0), (1, "no_continuous_path", None));
 }
 
 #[test]
@@ -311,7 +311,7 @@ fn machines_without_a_free_turn_are_refused() {
     assert!(message.contains("redundancy") && message.contains("control all six coordinates"), "{message}");
     let tip_at_p = machine_from(&ARM.replace("[0.0, 0.0, 100.0]", "[0.0, 0.0, 0.0]"));
     let message = refused(&tip_at_p, default);
-    assert!(message.contains("no axis to turn about"), "{message}");
+    assert!(message.contains("no axis to rotate about"), "{message}");
     let by_p = Placement { reference: kinetostat::process::PathReference::PlatformPoint, ..default };
     let message = refused(&catalogue_machine("fanuc_r2000ic"), by_p);
     assert!(message.contains("beside the tool's axis") && message.contains("expected tool_tip"), "{message}");
@@ -347,7 +347,7 @@ fn study(beside: &str) -> tempfile::TempDir {
     write("path.csv", "x_mm,y_mm,z_mm,feed_mm_per_min\n0,0,0,600\n8,0,0,600\n8,8,0,600\n");
     write(
         "study.toml",
-        "schema = 2\nquestion = \"How is the tool turned best?\"\nmachine = \"fanuc_r2000ic\"\nprocess = \"process.toml\"\n\
+        "schema = 3\nquestion = \"How is the tool turned best?\"\nmachine = \"fanuc_r2000ic\"\nprocess = \"process.toml\"\n\
          [path]\nfile = \"path.csv\"\n",
     );
     folder
@@ -365,20 +365,20 @@ fn a_run_has_the_path_as_it_was_turned() {
         (text, serde_json::from_str::<serde_json::Value>(&summary).unwrap())
     };
     let (text, summary) = run(&[], &out);
-    assert!(text.contains("Turned about the tool's axis by"), "{text}");
+    assert!(text.contains("Rotated about the tool axis by γ = "), "{text}");
     let turns = &summary["tool_turn"];
-    let rms = |key: &str| turns["turns"][key]["rms_mm"].as_f64().unwrap();
+    let rms = |key: &str| turns["gammas"][key]["rms_mm"].as_f64().unwrap();
     assert_eq!((turns["redundancy"].as_str(), turns["branch"].is_string()), (Some("best"), true));
     assert!(rms("best") <= rms("best_constant") && rms("best_constant") < rms("as_programmed"));
-    let table = std::fs::read_to_string(out.join("tool_turn.csv")).unwrap();
+    let table = std::fs::read_to_string(out.join("redundancy.csv")).unwrap();
     assert_eq!(table.lines().count(), 18);
     // The points of the study are those of the turned path.
     let largest = summary["sources"]["all"]["displacement_max_mm"]["value"].as_f64().unwrap();
-    assert!((largest - turns["turns"]["best"]["worst_mm"].as_f64().unwrap()).abs() < 1e-9);
+    assert!((largest - turns["gammas"]["best"]["worst_mm"].as_f64().unwrap()).abs() < 1e-9);
     let (_, plain) = run(&["--redundancy", "as_programmed"], &folder.path().join("plain"));
     assert!(plain["tool_turn"].is_null());
     let programmed = plain["sources"]["all"]["displacement_max_mm"]["value"].as_f64().unwrap();
-    assert!((programmed - turns["turns"]["as_programmed"]["worst_mm"].as_f64().unwrap()).abs() < 1e-9);
+    assert!((programmed - turns["gammas"]["as_programmed"]["worst_mm"].as_f64().unwrap()).abs() < 1e-9);
 }
 
 #[test]
@@ -391,7 +391,7 @@ fn a_compensated_polyline_says_how_the_platform_stands() {
         told(&[&own[..], &["--redundancy", "best_constant"]].concat())
     };
     let (code, text, err) = compensate("path.csv", "out.csv");
-    assert!(code == Some(0) && text.contains("best constant turn"), "{text}{err}");
+    assert!(code == Some(0) && text.contains("best constant γ"), "{text}{err}");
     let written = Polyline::read(std::fs::read(at("out.csv")).unwrap(), "out.csv").unwrap();
     assert_eq!(written.toolpath().len(), 17);
     assert!(written.toolpath().points().iter().all(|p| matches!(p.orientation, Some(Orientation::Platform(_)))));
@@ -403,7 +403,7 @@ fn a_compensated_polyline_says_how_the_platform_stands() {
 #[test]
 fn questions_without_turns_refuse_them() {
     let folder = study("[tool_turn]\nredundancy = \"best\"\n");
-    let study = "schema = 2\nquestion = \"Where?\"\nmachine = \"fanuc_r2000ic\"\nprocess = \"process.toml\"\n\
+    let study = "schema = 3\nquestion = \"Where?\"\nmachine = \"fanuc_r2000ic\"\nprocess = \"process.toml\"\n\
                  [workspace_map]\ngrid = [2, 2, 2]\nslices_z_mm = [900.0]\n";
     std::fs::write(folder.path().join("study.toml"), study).unwrap();
     let own = folder.path().to_str().unwrap();

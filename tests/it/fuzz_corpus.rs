@@ -180,7 +180,7 @@ fn a_study_cannot_ask_for_more_points_than_fit_in_memory() {
     };
     let cases: String = (0..1000).map(case).collect();
     let message = study_refusal(&format!(
-        "schema = 2\nquestion = \"?\"\nmachine = \"orthoglide\"\n[[validation.variant]]\nname = \"v\"\nprocess = \"process.toml\"\n{cases}"
+        "schema = 3\nquestion = \"?\"\nmachine = \"orthoglide\"\n[[validation.variant]]\nname = \"v\"\nprocess = \"process.toml\"\n{cases}"
     ));
     assert!(message.starts_with("study.toml: validation.case") && message.contains("2000000"), "{message}");
 
@@ -191,7 +191,7 @@ fn a_study_cannot_ask_for_more_points_than_fit_in_memory() {
     };
     let features: String = (0..1000).map(feature).collect();
     let rest = "[placement.fixed]\nx_mm = 0.0\ny_mm = 0.0\nz_mm = 0.0\n[placement.objective]\nweights = { worst_deflection = 1.0 }\n[placement.search]\ngrid = { x = 1 }\n";
-    let message = study_refusal(&format!("schema = 2\nquestion = \"?\"\nmachine = \"orthoglide\"\n{features}{rest}"));
+    let message = study_refusal(&format!("schema = 3\nquestion = \"?\"\nmachine = \"orthoglide\"\n{features}{rest}"));
     assert!(message.starts_with("study.toml: placement.feature") && message.contains("2000000"), "{message}");
 }
 
@@ -200,11 +200,11 @@ fn a_study_cannot_ask_for_more_points_than_fit_in_memory() {
 fn a_device_is_no_input_file() {
     for endless in ["/dev/zero", "/dev/random"] {
         let path = format!(
-            "schema = 2\nquestion = \"?\"\nmachine = \"orthoglide\"\nprocess = \"process.toml\"\n[path]\nfile = \"{endless}\"\n"
+            "schema = 3\nquestion = \"?\"\nmachine = \"orthoglide\"\nprocess = \"process.toml\"\n[path]\nfile = \"{endless}\"\n"
         );
         assert!(study_refusal(&path).starts_with(endless));
         let process = format!(
-            "schema = 2\nquestion = \"?\"\nmachine = \"orthoglide\"\nprocess = \"{endless}\"\n[path]\ncircle = {{ centre_point = \"Q1\", diameter_mm = 50.0, points = 9 }}\n"
+            "schema = 3\nquestion = \"?\"\nmachine = \"orthoglide\"\nprocess = \"{endless}\"\n[path]\ncircle = {{ centre_point = \"Q1\", diameter_mm = 50.0, points = 9 }}\n"
         );
         assert!(study_refusal(&process).starts_with(endless));
     }
@@ -366,7 +366,7 @@ fn a_pipe_is_no_input_file() {
     let pipe = folder.path().join("pipe.csv");
     assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
     let study = format!(
-        "schema = 2\nquestion = \"?\"\nmachine = \"orthoglide\"\nprocess = \"process.toml\"\n[path]\nfile = \"{}\"\n",
+        "schema = 3\nquestion = \"?\"\nmachine = \"orthoglide\"\nprocess = \"process.toml\"\n[path]\nfile = \"{}\"\n",
         pipe.display()
     );
     let expected = format!("{}: cannot be read: is a device or a pipe, expected a file", pipe.display());

@@ -68,7 +68,7 @@ fn lines() -> Figure {
         title: "How the error grows".into(),
         subtitle: "doubly logarithmic".into(),
         x_label: "factor".into(),
-        y_label: "departure [mm]".into(),
+        y_label: "superposition error [mm]".into(),
         series: vec![series("load", 0.001, false), series("both", 0.002, true)],
         equal_axes: false,
         log_x: true,

@@ -19,8 +19,8 @@ use kinetostat::{
 const MAP_TOLERANCE: f64 = 1e-7;
 /// The same, for numbers that corrections within limits enter.
 const PLACEMENT_TOLERANCE: f64 = 1e-6;
-/// The same, for departures, which are a hundredth of the displacements, and for their parts, down to a millionth.
-const DEPARTURE_TOLERANCE: f64 = 1e-5;
+/// The same, for superposition errors, which are a hundredth of the displacements, and for their parts, down to a millionth.
+const SUPERPOSITION_ERROR_TOLERANCE: f64 = 1e-5;
 const PART_TOLERANCE: f64 = 1e-3;
 
 fn text(table: &Table) -> String {
@@ -93,10 +93,14 @@ fn superposition_is_the_golden_one() {
     study.scene.phis = study.scene.phis.into_iter().step_by(4).collect();
     let results = superposition::run(&study, &Work::default()).unwrap();
     for (name, tolerance, table) in [
-        ("map", DEPARTURE_TOLERANCE, superposition_report::map_table(&results.points)),
-        ("safe_load", DEPARTURE_TOLERANCE, superposition_report::safe_load_table(&study, &results.points)),
-        ("largest_factors", DEPARTURE_TOLERANCE, superposition_report::largest_factors_table(&results.locations)),
-        ("slopes", DEPARTURE_TOLERANCE, superposition_report::slopes_table(&results.locations)),
+        ("map", SUPERPOSITION_ERROR_TOLERANCE, superposition_report::map_table(&results.points)),
+        ("safe_load", SUPERPOSITION_ERROR_TOLERANCE, superposition_report::safe_load_table(&study, &results.points)),
+        (
+            "largest_factors",
+            SUPERPOSITION_ERROR_TOLERANCE,
+            superposition_report::largest_factors_table(&results.locations),
+        ),
+        ("slopes", SUPERPOSITION_ERROR_TOLERANCE, superposition_report::slopes_table(&results.locations)),
         ("ablation", PART_TOLERANCE, superposition_report::ablation_table(&results.locations)),
     ] {
         check(&format!("05_superposition_{name}"), &text(&table), tolerance);

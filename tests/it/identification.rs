@@ -127,7 +127,7 @@ fn open(machine: &str, keys: &str, data: &str) -> Result<IdentificationStudy, St
 
 fn open_beside(machine: &str, keys: &str, data: &str, beside: &[(&str, &str)]) -> Result<IdentificationStudy, String> {
     let text = format!(
-        "schema = 2\nquestion = \"Which?\"\nmachine = \"{machine}\"\n[identification]\ndata = \"data.csv\"\n{keys}"
+        "schema = 3\nquestion = \"Which?\"\nmachine = \"{machine}\"\n[identification]\ndata = \"data.csv\"\n{keys}"
     );
     let file = |name: &str, text: &str| (name.to_string(), text.as_bytes().to_vec());
     let beside = beside.iter().map(|(name, text)| file(name, text));
@@ -513,7 +513,7 @@ fn drift_is_seen_in_what_is_left() {
     let read: Vec<Vector3<f64>> = places.iter().enumerate().map(drifting).collect();
     let found = identified("fanuc_r2000ic", "unknowns = [\"arm.J*.stiffness\"]\n", &csv(&machine, &places, &read));
     let seen: Vec<_> = found.patterns.iter().filter(|own| own.is_seen()).collect();
-    assert!(seen.iter().any(|own| own.of == "what is left along x" && own.with == "order of measuring"), "{seen:?}");
+    assert!(seen.iter().any(|own| own.of == "residual along x" && own.with == "order of measuring"), "{seen:?}");
 }
 
 /// A machine that moves by more than it should at once, or yields more the more it is loaded, which no stiffness fits.
@@ -528,7 +528,7 @@ fn lost_motion_and_a_stiffness_that_depends_on_the_load_are_seen_in_what_is_left
             places.iter().map(|place| really(displacement(&machine, place)).map(|d| d + noise.sample(&mut random)));
         let data = csv(&machine, &places, &read.collect::<Vec<_>>());
         let found = identified("fanuc_r2000ic", "unknowns = [\"arm.J*.stiffness\"]\n", &data);
-        let own = found.patterns.into_iter().find(|own| own.of == "what is left along the predicted displacement");
+        let own = found.patterns.into_iter().find(|own| own.of == "residual along the predicted displacement");
         own.map(|own| (own.correlation, own.is_seen())).unwrap()
     };
     let (as_modelled, is_seen) = correlation(&|d| d);
@@ -562,7 +562,7 @@ fn slips_of_the_pen_are_named_and_identify_nothing() {
     read[5].y *= 100.0;
     std::fs::write(at("data.csv"), csv(&machine, &places, &read)).unwrap();
     let study =
-        "schema = 2\nquestion = \"Which?\"\nmachine = \"fanuc_r2000ic\"\n[identification]\ndata = \"data.csv\"\n";
+        "schema = 3\nquestion = \"Which?\"\nmachine = \"fanuc_r2000ic\"\n[identification]\ndata = \"data.csv\"\n";
     for (noise, cost) in
         [("", "Intervals are as wide as if all readings scattered so"), ("std_mm = 0.01\n", "nothing is identified.")]
     {
@@ -814,7 +814,7 @@ fn a_run_leaves_a_process_file_with_errors_of_chains() {
     let at = |name: &str| folder.path().join(name).display().to_string();
     let keys =
         "unknowns = [\"x.turn\", \"x.base.turn.y\", \"y.base.translation.z\", \"z.rail.offset\"]\nstd_mm = 1e-5\n";
-    let study = "schema = 2\nquestion = \"Which?\"\nmachine = \"orthoglide\"\n[identification]\ndata = \"data.csv\"\n";
+    let study = "schema = 3\nquestion = \"Which?\"\nmachine = \"orthoglide\"\n[identification]\ndata = \"data.csv\"\n";
     std::fs::write(at("study.toml"), format!("{study}{keys}")).unwrap();
     std::fs::write(at("data.csv"), csv(&machine, &places, &read)).unwrap();
     printed(&["identify", &at(""), "--out", &at("results")]);
@@ -845,7 +845,7 @@ fn elbow_bearing() -> (String, String) {
     (sheet, text)
 }
 
-/// A joint at its end, where the others cannot be fitted as they are elsewhere, opens no other one. What is left is said first, with what
+/// A joint at its end, where the others cannot be fitted as they are elsewhere, opens no other one. The residual is said first, with what
 /// may be missing; and what the machine file costs, in which that joint is as before.
 #[test]
 fn one_joint_at_its_end_opens_no_other_and_a_mixed_file_says_its_cost() {
@@ -863,7 +863,7 @@ fn one_joint_at_its_end_opens_no_other_and_a_mixed_file_says_its_cost() {
     let at = |name: &str| folder.path().join(name).display().to_string();
     std::fs::write(at("own.toml"), &text).unwrap();
     std::fs::write(at("sheet.csv"), &sheet).unwrap();
-    let study = "schema = 2\nquestion = \"Which?\"\nmachine = \"own.toml\"\n[identification]\ndata = \"sheet.csv\"\nfolds = 2\nprofile = false\n\
+    let study = "schema = 3\nquestion = \"Which?\"\nmachine = \"own.toml\"\n[identification]\ndata = \"sheet.csv\"\nfolds = 2\nprofile = false\n\
                  unknowns = [\"arm.J*.stiffness\"]\n";
     std::fs::write(at("study.toml"), study).unwrap();
     let said = printed(&["identify", &at(""), "--out", &at("results")]);

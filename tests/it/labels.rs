@@ -91,7 +91,7 @@ proptest! {
             let (state, outcome) = settle(&machine, &nominal.home, &load);
             prop_assert!(is_finite(&state), "{name}: {:?} with {state:?}", outcome.status);
             match outcome.status {
-                Status::NotConverged { load_fraction } | Status::Snapped { load_fraction } => {
+                Status::NotConverged { load_fraction } | Status::SnapThrough { load_fraction } => {
                     prop_assert!((0.0..1.0).contains(&load_fraction), "{name}: fraction {load_fraction}");
                 }
                 Status::SingularPlace => {}

@@ -21,7 +21,7 @@ turn_about_drive_axis_deg = 1.0
 
 fn study(question: &str) -> Study {
     let text = format!(
-        "schema = 2\nquestion = \"?\"\nmachine = \"orthoglide\"\nprocess = \"./process/../process.toml\"\n{question}"
+        "schema = 3\nquestion = \"?\"\nmachine = \"orthoglide\"\nprocess = \"./process/../process.toml\"\n{question}"
     );
     let folder = Folder::in_memory([("process.toml".to_string(), PROCESS.as_bytes().to_vec())]);
     Study::from_toml(&text, "study.toml", folder, &Overrides::default()).unwrap_or_else(|e| panic!("{e}"))

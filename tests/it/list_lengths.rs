@@ -74,7 +74,7 @@ end_rotation_deg = [0, 0, 0]
 "#;
 const STUDIES: [&str; 4] = [
     r#"
-schema = 2
+schema = 3
 question = "?"
 machine = "orthoglide"
 [workspace_map]
@@ -84,7 +84,7 @@ max_mm = [1, 1, 1]
 slices_z_mm = [0]
 "#,
     r#"
-schema = 2
+schema = 3
 question = "?"
 machine = "orthoglide"
 process = "process.toml"
@@ -92,7 +92,7 @@ process = "process.toml"
 line = { start_mm = [0, 0, 0], end_mm = [1, 0, 0] }
 "#,
     r#"
-schema = 2
+schema = 3
 question = "?"
 machine = "orthoglide"
 [[placement.feature]]
@@ -109,7 +109,7 @@ search = { grid = { x = 2 } }
 candidate = [{ origin_mm = [0, 0, 0] }]
 "#,
     r#"
-schema = 2
+schema = 3
 question = "?"
 machine = "orthoglide"
 [superposition]

@@ -20,7 +20,7 @@ use rand::{RngExt as _, SeedableRng as _};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 fn open(machine: &str, keys: &str, files: &[(&str, &str)]) -> Result<StudyKind, String> {
-    let text = format!("schema = 2\nquestion = \"Which?\"\nmachine = \"{machine}\"\n{keys}");
+    let text = format!("schema = 3\nquestion = \"Which?\"\nmachine = \"{machine}\"\n{keys}");
     let folder = Folder::in_memory(files.iter().map(|(name, text)| (name.to_string(), text.as_bytes().to_vec())));
     let study = Study::from_toml(&text, "study.toml", folder, &Overrides::default()).map_err(|e| e.to_string())?;
     Ok(study.kind)
@@ -101,10 +101,10 @@ fn what_is_promised_is_kept() {
     let at = |name: &str| folder.path().join(name).display().to_string();
     std::fs::create_dir(at("plan")).unwrap();
     let text =
-        format!("schema = 2\nquestion = \"Which?\"\nmachine = \"fanuc_r2000ic\"\n[measurement_design]\n{}", keys);
+        format!("schema = 3\nquestion = \"Which?\"\nmachine = \"fanuc_r2000ic\"\n[measurement_design]\n{}", keys);
     std::fs::write(at("plan/study.toml"), text).unwrap();
     let said = printed(&["design-measurements", &at("plan"), "--out", &at("out"), "--no-figures"]);
-    assert!(said.contains("10 measurements will tell all 6 numbers"), "{said}");
+    assert!(said.contains("10 measurements will identify all 6 numbers"), "{said}");
     // A sheet in which nothing is filled in may be written over.
     printed(&["design-measurements", &at("plan"), "--out", &at("out"), "--no-figures"]);
     // What the machine itself would read, filled in.

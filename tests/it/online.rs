@@ -19,7 +19,7 @@ use crate::support::command::told;
 fn study(online: &str, process: &str) -> Study {
     let text = format!(
         r#"
-schema = 2
+schema = 3
 question = "q"
 machine = "orthoglide"
 [online]

@@ -59,7 +59,7 @@ fn path_study(folder: &Path) -> (PathBuf, PathBuf) {
     let polyline = study.join("points.csv");
     fs::write(&polyline, "x_mm,y_mm,z_mm\n0,0,0\n1,0,0\n").unwrap();
     fs::write(study.join("process.toml"), "schema = 1\n[placement]\norigin_mm = [0.0, 0.0, 100.0]\n").unwrap();
-    let text = "schema = 2\nquestion = \"?\"\nmachine = \"orthoglide\"\nprocess = \"process.toml\"\n[path]\nfile = \"points.csv\"\nmethods = [\"direct\"]\n";
+    let text = "schema = 3\nquestion = \"?\"\nmachine = \"orthoglide\"\nprocess = \"process.toml\"\n[path]\nfile = \"points.csv\"\nmethods = [\"direct\"]\n";
     fs::write(study.join("study.toml"), text).unwrap();
     (study, polyline)
 }
@@ -271,7 +271,7 @@ fn a_signal_before_anything_is_computed_and_a_folder_that_goes_are_told_in_words
     fs::copy(repository("tests/programs/process.toml"), study.join("process.toml")).unwrap();
     let rows: String = (0..300_000).map(|k| format!("{}.0,0.0,0.0\n", k % 2)).collect();
     fs::write(study.join("path.csv"), format!("x_mm,y_mm,z_mm\n{rows}")).unwrap();
-    let text = "schema = 2\nquestion = \"?\"\nmachine = \"orthoglide\"\nprocess = \"process.toml\"\n[path]\nfile = \"path.csv\"\nmethods = [\"direct\"]\n";
+    let text = "schema = 3\nquestion = \"?\"\nmachine = \"orthoglide\"\nprocess = \"process.toml\"\n[path]\nfile = \"path.csv\"\nmethods = [\"direct\"]\n";
     fs::write(study.join("study.toml"), text).unwrap();
     let log = folder.path().join("log");
     let arguments = ["run", path(&study), "--no-figures", "--out", path(&out), "--log", path(&log)];

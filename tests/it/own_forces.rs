@@ -82,7 +82,7 @@ fn a_machine_with_springs_alone_says_so() {
     assert_eq!(machine.own_forces(), Some("springs"));
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("machine.toml"), text).unwrap();
-    let study = "schema = 2\nquestion = \"How far?\"\nmachine = \"machine.toml\"\n[process.force.path_frame]\n\
+    let study = "schema = 3\nquestion = \"How far?\"\nmachine = \"machine.toml\"\n[process.force.path_frame]\n\
                  radial_force_N = 0.0\ntangential_force_N = 0.0\naxial_force_N = -100.0\n\
                  [workspace_map]\ngrid = [1, 1, 3]\nslices_z_mm = [100.0]\nphi_step_deg = 180.0\n";
     std::fs::write(folder.path().join("study.toml"), study).unwrap();

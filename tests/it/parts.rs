@@ -32,7 +32,7 @@ use crate::support::{
 
 /// A workspace map that is cheap per point, in three blocks.
 const MAP: &str = r#"
-schema = 2
+schema = 3
 question = "How far?"
 machine = "orthoglide"
 [workspace_map]
@@ -46,7 +46,7 @@ axial_force_N = -25.0
 "#;
 
 const SUPERPOSITION: &str = r#"
-schema = 2
+schema = 3
 question = "May they be added?"
 machine = "orthoglide"
 [process.force.path_frame]
@@ -193,7 +193,7 @@ fn a_validation_in_parts_is_the_whole_one() {
 #[test]
 fn a_map_of_turns_in_parts_is_the_whole_map() {
     let folder = tempfile::tempdir().unwrap();
-    let study = new(folder.path(), "turns", &[("turn_step_deg = 15.0", "turn_step_deg = 90.0")]);
+    let study = new(folder.path(), "redundancy", &[("gamma_step_deg = 15.0", "gamma_step_deg = 90.0")]);
     holds(folder.path(), &study, &[1, 2, 3, 7], false);
 }
 

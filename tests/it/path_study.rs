@@ -59,7 +59,7 @@ fn groove_of_study_02_has_the_numbers_its_readme_quotes() {
 #[test]
 fn a_line_is_cut_with_the_heading_less_a_quarter_turn() {
     let toml = r#"
-schema = 2
+schema = 3
 question = "q"
 machine = "orthoglide"
 
@@ -94,7 +94,7 @@ fn along(machine: &str, rows: &[&str]) -> PathResults {
     let process = format!("schema = 1\n[force.path_frame]\n{force}\n");
     fs::write(folder.path().join("process.toml"), process).unwrap();
     let toml = format!(
-        "schema = 2\nquestion = \"q\"\nmachine = \"{machine}\"\nprocess = \"process.toml\"\n[path]\n\
+        "schema = 3\nquestion = \"q\"\nmachine = \"{machine}\"\nprocess = \"process.toml\"\n[path]\n\
          file = \"path.csv\"\nmethods = [\"none\", \"mirror\"]\n"
     );
     results(Study::from_toml(&toml, "study.toml", folder.path(), &Overrides::default()).unwrap())
@@ -105,7 +105,7 @@ fn a_program_that_calls_others_is_written_out_if_the_process_says_so() {
     let folder = tempfile::tempdir().unwrap();
     let write = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
     let study = || {
-        let toml = "schema = 2\nquestion = \"q\"\nmachine = \"orthoglide\"\nprocess = \"process.toml\"\n[path]\nfile = \"main.nc\"\n\
+        let toml = "schema = 3\nquestion = \"q\"\nmachine = \"orthoglide\"\nprocess = \"process.toml\"\n[path]\nfile = \"main.nc\"\n\
                     methods = [\"none\"]\n";
         Study::from_toml(toml, "study.toml", folder.path(), &Overrides::default())
     };

@@ -24,7 +24,7 @@ fn study_in(folder: &Path, toml: &str) -> PlacementStudy {
 
 /// A 50 mm groove on the Orthoglide, its centre anywhere in the plane z = 0.
 const GROOVE: &str = r#"
-schema = 2
+schema = 3
 question = "where?"
 machine = "orthoglide"
 [placement]
@@ -100,7 +100,7 @@ fn giving_places_up_changes_no_winner_no_start_and_no_front() {
         ("worst_deflection = 1.0", "[]"),
         ("rms_deflection = 1.0, worst_drive_force = 0.002", "[]"),
         ("worst_deflection = 1.0", "[\"rms_deflection\", \"worst_drive_force\"]"),
-        ("share_within_tolerance = 1.0, worst_correction = 0.5", "[\"stability_margin\", \"departure\"]"),
+        ("share_within_tolerance = 1.0, worst_correction = 0.5", "[\"stability_margin\", \"superposition_error\"]"),
     ] {
         let objective = format!("weights = {{ {weights} }}\npareto = {pareto}");
         let objective = ("weights = { worst_deflection = 1.0 }", &*objective);
@@ -111,8 +111,8 @@ fn giving_places_up_changes_no_winner_no_start_and_no_front() {
         study.search.coarse_to_fine = false;
         let full = searched(&study);
         assert!(full.cells.iter().all(|cell| cell.complete().is_some()));
-        let given_up = pruned.cells.iter().filter(|cell| matches!(cell.verdict, Verdict::GivenUp(_))).count();
-        assert!(given_up > 0 || weights.contains("share"), "{weights}: nothing is given up");
+        let stopped = pruned.cells.iter().filter(|cell| matches!(cell.verdict, Verdict::Pruned(_))).count();
+        assert!(stopped > 0 || weights.contains("share"), "{weights}: nothing is pruned");
         assert_eq!(pruned.best, full.best, "{weights}");
         assert_eq!(pruned.refinements, full.refinements, "{weights}");
         assert_eq!(pruned.front, full.front, "{weights} {pareto}");
@@ -146,11 +146,11 @@ fn a_path_wholly_out_of_tolerance_has_no_share_within_and_one_wholly_within_has_
     for points in [35, 50] {
         for (tolerance, expected) in [(1e-12, 0.0), (1e3, 1.0)] {
             let features = feature("one", 50.0, points, tolerance) + &feature("two", 31.7, points + 3, tolerance);
-            let head = "schema = 2\nquestion = \"where?\"\nmachine = \"orthoglide\"\n";
+            let head = "schema = 3\nquestion = \"where?\"\nmachine = \"orthoglide\"\n";
             let study = study_in(groove_folder(), &format!("{head}{features}{rest}"));
             let results = searched(&study);
             for cell in &results.cells {
-                let (Verdict::Complete(metrics) | Verdict::GivenUp(metrics)) = &cell.verdict else { continue };
+                let (Verdict::Complete(metrics) | Verdict::Pruned(metrics)) = &cell.verdict else { continue };
                 // Bounds of places given up count what was not looked at as within.
                 let is_complete = matches!(cell.verdict, Verdict::Complete(_));
                 let share = metrics.get(Metric::ShareWithin).unwrap();

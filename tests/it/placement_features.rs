@@ -23,7 +23,7 @@ fn write(folder: &Path, name: &str, text: &str) {
 
 /// Three points on an arm that can tilt its tool, each under its own force in W.
 const TILTED: &str = r#"
-schema = 2
+schema = 3
 question = "how tilted?"
 machine = "arm.toml"
 [[placement.feature]]
@@ -147,7 +147,7 @@ fn a_tilt_that_the_machine_cannot_follow_is_refused() {
 
 /// Two grooves on the Orthoglide, the second one cut harder.
 const TWO: &str = r#"
-schema = 2
+schema = 3
 question = "where?"
 machine = "orthoglide"
 [[placement.feature]]
@@ -218,7 +218,7 @@ fn several_features_are_judged_together_and_shown_one_by_one() {
 }
 
 #[test]
-fn the_error_left_within_limits_can_be_made_small() {
+fn the_residual_error_within_limits_can_be_made_small() {
     let study = two("worst_residual");
     let results = searched(&study);
     let best = results.best.as_ref().unwrap();

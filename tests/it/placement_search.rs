@@ -35,7 +35,7 @@ elements = [
 ]
 "#;
 
-const STUDY: &str = r#"schema = 2
+const STUDY: &str = r#"schema = 3
 question = "where?"
 machine = "gantry.toml"
 [placement]
@@ -134,7 +134,10 @@ fn narrow_room_within_the_travel_is_found() {
     assert!((results.best.as_ref().unwrap().site.0[0] - 100.0).abs() <= 0.5);
     assert_eq!(results.gaps.coarse, [0]);
     let said = summary_text(&results);
-    assert!(said.contains("The sweep is coarser than the room that it found: its steps along x (10.0 mm)"), "{said}");
+    assert!(
+        said.contains("The sweep is coarser than the regions that it found: its steps along x (10.0 mm)"),
+        "{said}"
+    );
 }
 
 /// Walls along x that leave a window for a line of 30 mm, `room` wider than that, at 97 mm.
@@ -327,7 +330,7 @@ fn a_named_place_within_the_bounds_is_a_start_and_never_loses() {
 
 fn groove(points: usize, bounds: &str, search: &str, weights: &str) -> String {
     format!(
-        "schema = 2\nquestion = \"where?\"\nmachine = \"orthoglide\"\n[placement]\nclearance_mm = 0.0\n\
+        "schema = 3\nquestion = \"where?\"\nmachine = \"orthoglide\"\n[placement]\nclearance_mm = 0.0\n\
          [[placement.feature]]\nname = \"groove\"\nprocess = \"process.toml\"\ntolerance_mm = 0.6\n\
          circle = {{ centre_mm = [0.0, 0.0, 0.0], diameter_mm = 50.0, points = {points} }}\n\
          [placement.bounds]\n{bounds}\n[placement.fixed]\nz_mm = 60.0\n\

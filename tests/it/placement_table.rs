@@ -13,7 +13,7 @@ use crate::support::{
 };
 
 const CIRCLE: &str = r#"
-schema = 2
+schema = 3
 question = "where?"
 machine = "orthoglide"
 [process.force.path_frame]

@@ -18,7 +18,7 @@ fn study(turn: &str, objective: &str, search: &str) -> Result<PlacementStudy, St
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("path.csv"), ROWS).unwrap();
     let text = format!(
-        "schema = 2\nquestion = \"?\"\nmachine = \"fanuc_r2000ic\"\n[process]\ntolerance_mm = 0.5\n[process.sampling]\nmax_segment_mm = 10.0\n\
+        "schema = 3\nquestion = \"?\"\nmachine = \"fanuc_r2000ic\"\n[process]\ntolerance_mm = 0.5\n[process.sampling]\nmax_segment_mm = 10.0\n\
          [process.force.path_frame]\nradial_force_N = 180.0\ntangential_force_N = -300.0\naxial_force_N = -120.0\n\
          [process.tool_turn]\nredundancy = \"{turn}\"\nstep_deg = 30.0\n\
          [[placement.feature]]\nname = \"pocket\"\nfile = \"path.csv\"\n[placement.bounds]\nx_mm = [1950.0, 2250.0]\ny_mm = [-200.0, 200.0]\n\
@@ -75,7 +75,7 @@ fn each_place_is_judged_at_its_own_best_turn() {
     assert!(better > 0, "{there:?} {here:?}");
     let refused = study("best", "rms_deflection", "").unwrap_err();
     assert!(
-        refused.contains("tool_turn.redundancy: is best: a place is judged at one turn for each feature"),
+        refused.contains("tool_turn.redundancy: is best: a place is judged at one γ for each feature"),
         "{refused}"
     );
 }
@@ -121,7 +121,7 @@ fn on_a_rail(rail: f64, y: f64) -> PlacementResults {
     .unwrap();
     let (low, high) = (y - 200.0, y + 200.0);
     let text = format!(
-        "schema = 2\nquestion = \"?\"\nmachine = \"arm.toml\"\n[held]\nrail = {rail:.1}\n[process]\ntolerance_mm = 0.5\n\
+        "schema = 3\nquestion = \"?\"\nmachine = \"arm.toml\"\n[locked]\nrail = {rail:.1}\n[process]\ntolerance_mm = 0.5\n\
          [process.sampling]\nmax_segment_mm = 5.0\n[process.force.path_frame]\nradial_force_N = 180.0\ntangential_force_N = -300.0\n\
          axial_force_N = -120.0\n[[placement.feature]]\nname = \"edge\"\nfile = \"path.csv\"\n[placement.bounds]\n\
          y_mm = [{low:.1}, {high:.1}]\n[placement.fixed]\nx_mm = 1600.0\nz_mm = 800.0\n[placement.objective]\n\
@@ -209,7 +209,7 @@ impl Drawn {
         std::fs::write(folder.path().join("path.csv"), csv).unwrap();
         let middle = (machine.workspace.min + machine.workspace.max) * 0.5;
         let mut text = format!(
-            "schema = 2\nquestion = \"?\"\nmachine = \"{}\"\n[process]\ntolerance_mm = 0.5\n\
+            "schema = 3\nquestion = \"?\"\nmachine = \"{}\"\n[process]\ntolerance_mm = 0.5\n\
              [process.force.path_frame]\nradial_force_N = {:?}\ntangential_force_N = {:?}\naxial_force_N = {:?}\n{}\
              [process.tool_turn]\nredundancy = \"{redundancy}\"\nstep_deg = 45.0\nmin_singularity_distance = 0.0\n\
              travel_margin_mm_or_deg = 0.0\n\
@@ -241,7 +241,7 @@ fn worth(study: &PlacementStudy) -> Vec<Result<f64, String>> {
     (0..entries.len()).map(value).collect()
 }
 
-/// Holds the best constant turn against all turns, each put into the path and then judged as programmed.
+/// Holds the best constant γ against all turns, each put into the path and then judged as programmed.
 fn holds_against_all_turns(drawn: &Drawn) -> Result<(), TestCaseError> {
     let found = worth(&drawn.study("best_constant", 0.0));
     let turned: Vec<_> =
@@ -292,7 +292,7 @@ fn a_place_that_only_a_turn_of_more_deflection_brings_into_the_box_can_be_cut() 
         csv += &format!("{x},{y},0,0.5,-0.5,0.5,-0.5\n");
     }
     std::fs::write(folder.path().join("path.csv"), csv).unwrap();
-    let text = "schema = 2\nquestion = \"?\"\nmachine = \"fanuc_r2000ic\"\n[process]\ntolerance_mm = 0.5\n\
+    let text = "schema = 3\nquestion = \"?\"\nmachine = \"fanuc_r2000ic\"\n[process]\ntolerance_mm = 0.5\n\
          [process.force.path_frame]\nradial_force_N = 180.0\ntangential_force_N = -300.0\naxial_force_N = -120.0\nlaw = \"rotated\"\n\
          [process.tool_turn]\nredundancy = \"best_constant\"\nstep_deg = 15.0\n\
          [[placement.feature]]\nname = \"wave\"\nfile = \"path.csv\"\n[placement.objective]\nweights = { worst_deflection = 1.0 }\n\

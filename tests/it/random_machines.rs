@@ -118,7 +118,7 @@ fn check_equilibrium(machine: &Machine, trial: &Trial, at: &Configuration) -> bo
         finite_state("equilibrium", &state);
         finite_outcome("equilibrium", &outcome);
         match &outcome.status {
-            Status::NotConverged { load_fraction } | Status::Snapped { load_fraction } => {
+            Status::NotConverged { load_fraction } | Status::SnapThrough { load_fraction } => {
                 assert!((0.0..1.0).contains(load_fraction) && outcome.stiffness.is_none());
                 assert_eq!(state, start, "a failed solve leaves its start");
             }
@@ -271,7 +271,7 @@ fn check_compensation(machine: &Machine, trial: &Trial, at: &Configuration) {
             let mut session = Session::new(machine, &real, settings);
             let done = compensate(&mut session, &demand, method);
             finite(&method.label(), done.drives.iter().chain(&done.drive_forces));
-            finite(&method.label(), done.position_error.iter().chain(done.leftover_rotation.iter()));
+            finite(&method.label(), done.position_error.iter().chain(done.residual_rotation.iter()));
             assert_eq!(done.status.reason(machine).is_empty(), done.status.is_success(), "{:?}", done.status);
             if done.status == compensation::CompensationStatus::Converged {
                 // What carries nothing of its own rests where it is rigid, also where it is singular there.
@@ -313,7 +313,7 @@ fn check_map(machine: &Machine, trial: &Trial) {
                             .chain(&effect.drive_force)
                             .chain(&effect.deflection_vector_mm),
                     );
-                    finite("map", effect.departure_vector_mm.iter().flatten());
+                    finite("map", effect.superposition_error_vector_mm.iter().flatten());
                     assert!(effect.principal_stiffness_n_per_mm.iter().all(|k| !k.is_nan()), "{effect:?}");
                 }
                 Err(failure) => assert!(!failure.reason.is_empty() && !failure.status.is_empty()),

@@ -43,7 +43,7 @@ fn map(folder: &Path, name: &str, law: &str, grid: &str, figures: bool) -> PathB
     let study = folder.join("studies").join(name);
     fs::create_dir_all(&study).unwrap();
     let toml = format!(
-        r#"schema = 2
+        r#"schema = 3
 question = '''{QUESTION}'''
 machine = "orthoglide"
 workspace_map = {{ grid = [3, 3, 3], slices_z_mm = [0.0], phi_step_deg = 90.0 }}
@@ -340,8 +340,8 @@ fn what_is_no_result_or_of_another_kind_is_refused() {
         refused(&["report", text(&out)])
     };
     assert!(
-        broken(described.replacen("\"schema\": 2", "\"schema\": 9", 1))
-            .contains("report.json: schema: must be 2, got 9")
+        broken(described.replacen("\"schema\": 3", "\"schema\": 9", 1))
+            .contains("report.json: schema: must be 3, got 9")
     );
     assert!(broken(described.replacen("\"question\"", "\"doubt\"", 1)).contains("unknown field `doubt`"));
     assert!(broken("{".into()).contains("report.json:1: "));

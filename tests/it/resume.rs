@@ -19,7 +19,7 @@ const STATE: &str = "unfinished_run.state";
 
 /// A workspace map that is cheap per point, in several blocks.
 const MAP: &str = r#"
-schema = 2
+schema = 3
 question = "How far?"
 machine = "orthoglide"
 

@@ -128,8 +128,8 @@ fn the_tool_is_turned_back_where_the_full_pose_is_compensated() {
         let (job, written) = compensated(process(&format!("{FULL_POSE}{more}")), files);
         let proof = job.prove(("as written".into(), &written), &Asked::by(Method::Direct), &|| (), |_| Ok(())).unwrap();
         let [none, proved] = &proof[..] else { panic!("{proof:?}") };
-        let before = none.summary.max_leftover_rotation.unwrap().to_degrees();
-        let after = proved.summary.max_leftover_rotation.unwrap().to_degrees();
+        let before = none.summary.max_residual_rotation.unwrap().to_degrees();
+        let after = proved.summary.max_residual_rotation.unwrap().to_degrees();
         assert!(before > 0.03, "{}: {before}", files[0].0);
         assert!(proved.summary.max_mm.unwrap() < 0.02, "{}: {:?}", files[0].0, proved.summary.max_mm);
         // The tool's axis alone leaves the turn about it.

@@ -449,7 +449,10 @@ fn the_command_reads_a_head_from_the_machine_file() {
     let (code, text, said) = told(&[&["compensate", &file("part.nc")], arguments.as_slice()].concat());
     assert_eq!(code, Some(0), "{text}{said}");
     let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
-    assert!(text.contains("Held: mill_C at 0 to 90° as the path says, mill_A at 0 to 20° as the path says."), "{text}");
+    assert!(
+        text.contains("Locked: mill_C at 0 to 90° as the path says, mill_A at 0 to 20° as the path says."),
+        "{text}"
+    );
     // At another place its angles would be of other axes.
     let (machine, process, program) = (file("machine.toml"), file("process.toml"), file("part.nc"));
     let inputs = ["--process", &process, "--path", &program];

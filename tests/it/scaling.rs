@@ -53,7 +53,7 @@ impl Sources {
         (by_load + by_errors) * scale
     }
 
-    fn departure(&self, scale: f64) -> Vector6<f64> {
+    fn superposition_error(&self, scale: f64) -> Vector6<f64> {
         self.motion(scale, 0.0) + self.motion(0.0, scale) - self.motion(scale, scale)
     }
 
@@ -85,15 +85,15 @@ fn nonlinear_minus_linear_is_of_second_order() {
 }
 
 #[test]
-fn superposition_departure_is_of_second_order() {
+fn superposition_superposition_error_is_of_second_order() {
     for sources in Sources::all() {
-        let gap = |s| sources.length(&sources.departure(s));
-        expect_slope_two("superposition departure", &sources.nominal.name, SCALES.map(gap));
+        let gap = |s| sources.length(&sources.superposition_error(s));
+        expect_slope_two("superposition superposition error", &sources.nominal.name, SCALES.map(gap));
     }
 }
 
 #[test]
-fn superposition_departure_needs_both_sources() {
+fn superposition_superposition_error_needs_both_sources() {
     for sources in Sources::all() {
         let nothing = sources.length(&sources.motion(0.0, 0.0));
         assert!(nothing < 1e-9, "{}: without sources P moves by {nothing:e} mm", sources.nominal.name);

@@ -7,7 +7,7 @@ use kinetostat::{
     questions::{Overrides, Study},
 };
 
-const HEAD: &str = r#"schema = 2
+const HEAD: &str = r#"schema = 3
 question = "How far?"
 machine = "orthoglide"
 "#;
@@ -73,7 +73,7 @@ fn what_no_part_of_a_study_takes_is_refused() {
     let folder = || Folder::in_memory([("p.toml".to_string(), PROCESS.as_bytes().to_vec())]);
     let validation = |top: &str, own: &str| {
         format!(
-            "schema = 2\nquestion = \"?\"\nmachine = \"orthoglide\"\n{top}\n[[validation.variant]]\nname = \"a\"\n{own}\n\
+            "schema = 3\nquestion = \"?\"\nmachine = \"orthoglide\"\n{top}\n[[validation.variant]]\nname = \"a\"\n{own}\n\
              [[validation.case]]\nname = \"c\"\ncircle = {{ centre_point = \"Q1\", diameter_mm = 50.0, points = 9 }}\n"
         )
     };

@@ -43,7 +43,7 @@ fn a_load_that_pushes_through_the_singular_place_snaps_at_the_same_force_whateve
     let mut carried = Vec::new();
     for share in [0.07, 0.1, 0.2, 0.3, 0.4, 0.5, 0.7, 0.9, 1.0, 1.3] {
         let (_, outcome) = settled(&machine, [0.0, 5.0, 0.0], Wrench::new(LOAD).scale(share));
-        let Status::Snapped { load_fraction } = outcome.status else { panic!("{share}: {:?}", outcome.status) };
+        let Status::SnapThrough { load_fraction } = outcome.status else { panic!("{share}: {:?}", outcome.status) };
         assert!(outcome.status.reason(&machine).contains("loses its stability at"));
         carried.push(load_fraction * share);
     }

@@ -24,7 +24,7 @@ const FOLDER: &str = env!("CARGO_MANIFEST_DIR");
 /// A map of the six-axis arm.
 fn arm(force_n: f64, compensate: &str) -> WorkspaceMapStudy {
     let text = format!(
-        "schema = 2\nquestion = \"?\"\nmachine = \"tests/machines/kr270.toml\"\n\
+        "schema = 3\nquestion = \"?\"\nmachine = \"tests/machines/kr270.toml\"\n\
          [process.force.path_frame]\nradial_force_N = {force_n}\ntangential_force_N = -10.0\naxial_force_N = -25.0\nlaw = \"rotated\"\n\
          [process.compensate]\ntarget = \"{compensate}\"\n[[process.chain_error]]\nchain = \"robot\"\nturn_about_drive_axis_deg = 1.0\n\
          [workspace_map]\ngrid = [3, 3, 3]\nphi_step_deg = 30.0\nslices_z_mm = [1000.0]\n"

@@ -15,9 +15,9 @@ use kinetostat::{
         superposition::{
             LocationResult, Scaled, Superposition, SuperpositionStudy,
             ablation::Cause,
-            departure::{Followed, Sum},
             growth, report, run,
             safe::LargestFactor,
+            superposition_error::{Followed, Sum},
         },
     },
     simulation::Scene,
@@ -57,23 +57,24 @@ fn summary(results: &Superposition) -> report::Summary<'_> {
     summary
 }
 
-fn tool_departure(location: &LocationResult) -> f64 {
-    location.departures.as_ref().unwrap().superposed_tool_mm()
+fn tool_superposition_error(location: &LocationResult) -> f64 {
+    location.superposition_errors.as_ref().unwrap().superposed_tool_mm()
 }
 
-/// Every departure of a sum on the map and at the locations, mm.
-fn departures(results: &Superposition, sum: Sum) -> Vec<f64> {
-    let map = results.points.iter().map(|point| &point.departures);
-    let all = map.chain(results.locations.iter().map(|location| &location.departures));
-    let sizes = |departures: &Result<_, _>| {
-        let departures: &kinetostat::questions::superposition::departure::Departures = departures.as_ref().unwrap();
-        Followed::ALL.map(|followed| departures.worst(sum, followed).unwrap().departure_mm)
+/// Every superposition error of a sum on the map and at the locations, mm.
+fn superposition_errors(results: &Superposition, sum: Sum) -> Vec<f64> {
+    let map = results.points.iter().map(|point| &point.superposition_errors);
+    let all = map.chain(results.locations.iter().map(|location| &location.superposition_errors));
+    let sizes = |superposition_errors: &Result<_, _>| {
+        let superposition_errors: &kinetostat::questions::superposition::superposition_error::SuperpositionErrors =
+            superposition_errors.as_ref().unwrap();
+        Followed::ALL.map(|followed| superposition_errors.worst(sum, followed).unwrap().superposition_error_mm)
     };
     all.flat_map(sizes).collect()
 }
 
 #[test]
-fn departure_grows_with_each_source_and_with_the_square_of_both() {
+fn superposition_error_grows_with_each_source_and_with_the_square_of_both() {
     for location in solve(&study([1, 1, 1])).locations {
         for (scaled, power) in [(Scaled::Load, 1.0), (Scaled::Errors, 1.0), (Scaled::Both, 2.0)] {
             for followed in Followed::ALL {
@@ -88,20 +89,32 @@ fn departure_grows_with_each_source_and_with_the_square_of_both() {
 }
 
 #[test]
-fn departure_is_zero_where_a_source_is_absent() {
+fn superposition_error_is_zero_where_a_source_is_absent() {
     let whole = study([2, 2, 2]);
     let without_errors = solve(&scaled(&whole, 1.0, 0.0));
     let without_load = solve(&scaled(&whole, 0.0, 1.0));
     for results in [&without_errors, &without_load] {
-        assert!(departures(results, Sum::Superposition).iter().all(|departure| *departure < 1e-9));
+        assert!(
+            superposition_errors(results, Sum::Superposition)
+                .iter()
+                .all(|superposition_error| *superposition_error < 1e-9)
+        );
         for largest in results.points.iter().map(|point| &point.largest_load) {
             assert_eq!(largest, &LargestFactor::BelowToLimit(16.0));
         }
         assert_eq!(summary(results).safe_share(), Some(1.0));
     }
-    assert!(departures(&without_errors, Sum::Aggregation).iter().all(|departure| *departure < 1e-9));
+    assert!(
+        superposition_errors(&without_errors, Sum::Aggregation)
+            .iter()
+            .all(|superposition_error| *superposition_error < 1e-9)
+    );
     // What aggregation leaves out of the chain errors alone stays without load.
-    assert!(departures(&without_load, Sum::Aggregation).iter().any(|departure| *departure > 1e-3));
+    assert!(
+        superposition_errors(&without_load, Sum::Aggregation)
+            .iter()
+            .any(|superposition_error| *superposition_error > 1e-3)
+    );
     let growth = &without_errors.locations[1].growth[Scaled::Load as usize];
     assert_eq!(growth.fit(Sum::Superposition, Followed::Tool), None);
 }
@@ -126,17 +139,18 @@ fn maps_have_the_symmetry_of_the_machine() {
     let results = solve(&symmetric);
     let turn = Matrix3::new(0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0);
     let at = |position: Vector3<f64>| {
-        let near = |p: &&kinetostat::questions::superposition::DeparturePoint| {
+        let near = |p: &&kinetostat::questions::superposition::GridPoint| {
             (Vector3::from(p.position_mm) - position).norm() < 1e-9
         };
         results.points.iter().find(near).unwrap()
     };
     for point in &results.points {
         let turned = at(turn * Vector3::from(point.position_mm));
-        let (here, there) = (point.departures.as_ref().unwrap(), turned.departures.as_ref().unwrap());
+        let (here, there) =
+            (point.superposition_errors.as_ref().unwrap(), turned.superposition_errors.as_ref().unwrap());
         for sum in Sum::ALL {
-            let vector = |d: &kinetostat::questions::superposition::departure::Departures| {
-                Vector3::from(d.worst(sum, Followed::Platform).unwrap().departure_vector_mm)
+            let vector = |d: &kinetostat::questions::superposition::superposition_error::SuperpositionErrors| {
+                Vector3::from(d.worst(sum, Followed::Platform).unwrap().superposition_error_vector_mm)
             };
             let gap = (turn * vector(here) - vector(there)).norm();
             assert!(gap < 1e-9, "{} at {:?}: {gap:e}", sum.label(), point.position_mm);
@@ -144,12 +158,12 @@ fn maps_have_the_symmetry_of_the_machine() {
         let [a, b] = [point, turned].map(|point| point.largest_load.factor().unwrap());
         assert!((a / b - 1.0).abs() < 1e-5, "{a} {b}");
     }
-    let largest = departures(&results, Sum::Superposition).into_iter().fold(0.0, f64::max);
+    let largest = superposition_errors(&results, Sum::Superposition).into_iter().fold(0.0, f64::max);
     assert!(largest > 1e-3, "nothing to compare: {largest}");
 }
 
 #[test]
-fn parts_of_the_departure_add_up_to_it() {
+fn parts_of_the_superposition_error_add_up_to_it() {
     let mut tripteron = study([1, 1, 1]);
     tripteron.scene.machine = catalogue_machine("tripteron");
     tripteron.scene.errors = [0.3, 0.2, -0.4].map(assembly_error).to_vec();
@@ -162,7 +176,7 @@ fn parts_of_the_departure_add_up_to_it() {
             for angle in angles {
                 for followed in Followed::ALL {
                     let sum: Vector3<f64> = angle.parts.iter().map(|part| part.of(followed)).sum();
-                    let gap = (sum - angle.departure.of(followed)).norm();
+                    let gap = (sum - angle.superposition_error.of(followed)).norm();
                     assert!(gap < 1e-13, "{} {:.0}°: {gap:e}", location.location.name, angle.phi_deg);
                 }
             }
@@ -191,7 +205,7 @@ fn unloaded_response(machine: &Machine, position: Vector3<f64>, force: Vector3<f
 }
 
 #[test]
-fn small_departures_are_the_mixed_derivative_and_its_causes_are_its_parts() {
+fn small_superposition_errors_are_the_mixed_derivative_and_its_causes_are_its_parts() {
     let small = 0.01;
     let whole = study([1, 1, 1]);
     let results = solve(&scaled(&whole, small, small));
@@ -204,7 +218,7 @@ fn small_departures_are_the_mixed_derivative_and_its_causes_are_its_parts() {
             let mixed = (u(h, h) - u(h, -h) - u(-h, h) + u(-h, -h)) / (4.0 * h * h);
             let expected = -mixed * small * small;
             let scale = expected.norm().max(1e-8);
-            let gap = (angle.departure.tool - expected).norm();
+            let gap = (angle.superposition_error.tool - expected).norm();
             assert!(gap < 0.02 * scale, "{} {:.0}°: {gap:e} of {scale:e}", location.location.name, angle.phi_deg);
             let first: Vector3<f64> = angle.parts[..3].iter().map(|part| part.tool).sum();
             assert!((first - expected).norm() < 0.02 * scale, "{} {:.0}°", location.location.name, angle.phi_deg);
@@ -232,7 +246,7 @@ fn the_shift_of_the_point_is_what_the_unloaded_stiffness_elsewhere_says() {
 }
 
 #[test]
-fn at_the_largest_factor_the_departure_is_the_tolerance() {
+fn at_the_largest_factor_the_superposition_error_is_the_tolerance() {
     let mut whole = study([1, 1, 1]);
     whole.tolerance = 0.012;
     let found = solve(&whole);
@@ -242,7 +256,7 @@ fn at_the_largest_factor_the_departure_is_the_tolerance() {
                 panic!("{:?}", location.largest);
             };
             let (load, errors) = kind.factors(factor);
-            let there = tool_departure(&solve(&scaled(&whole, load, errors)).locations[index]);
+            let there = tool_superposition_error(&solve(&scaled(&whole, load, errors)).locations[index]);
             assert!(
                 (there / whole.tolerance - 1.0).abs() < 1e-5,
                 "{} {}: {there}",
@@ -265,10 +279,10 @@ fn a_tolerance_never_reached_ends_at_the_limit_or_with_the_equilibrium() {
     let LargestFactor::NoEquilibrium(factor, failure) = &results.locations[0].largest[0] else {
         panic!("{:?}", results.locations[0].largest[0]);
     };
-    assert!(["not_converged", "snapped", "unstable", "buckled"].contains(&&*failure.status), "{failure:?}");
+    assert!(["not_converged", "snap_through", "unstable", "buckled"].contains(&&*failure.status), "{failure:?}");
     whole.largest_factor = 1.0;
-    assert!(solve(&scaled(&whole, 0.999 * factor, 1.0)).locations[0].departures.is_ok());
-    assert!(solve(&scaled(&whole, 1.001 * factor, 1.0)).locations[0].departures.is_err());
+    assert!(solve(&scaled(&whole, 0.999 * factor, 1.0)).locations[0].superposition_errors.is_ok());
+    assert!(solve(&scaled(&whole, 1.001 * factor, 1.0)).locations[0].superposition_errors.is_err());
 }
 
 #[test]
@@ -278,12 +292,12 @@ fn places_out_of_reach_are_labelled_everywhere() {
     let axis = vec![0.0, 900.0];
     whole.grid = Grid { axes: [axis.clone(), vec![0.0], vec![0.0]] };
     let results = solve(&whole);
-    assert!(results.points[0].departures.is_ok());
-    let failure = results.points[1].departures.as_ref().unwrap_err();
+    assert!(results.points[0].superposition_errors.is_ok());
+    let failure = results.points[1].superposition_errors.as_ref().unwrap_err();
     assert_eq!(failure.status, "unreachable");
     assert_eq!(results.points[1].largest_load, LargestFactor::Unsolved(failure.clone()));
     let lost = &results.locations[0];
-    assert!(lost.ablation.is_err() && lost.departures.is_err());
+    assert!(lost.ablation.is_err() && lost.superposition_errors.is_err());
     assert!(lost.growth.iter().flat_map(|growth| &growth.steps).all(|(_, found)| found.is_err()));
     for table in [
         report::map_table(&results.points),

@@ -35,7 +35,7 @@ fn a_superposition_study_leaves_tables_figures_and_an_answer_the_same_for_any_th
     let said = run(STUDY, &one, &["--grid", "3", "--threads", "1"], 0);
     run(STUDY, &two, &["--grid", "3", "--threads", "2"], 0);
     let tables = ["map", "safe_load", "locations", "largest_factors", "scaling", "slopes", "ablation"];
-    let maps = ["departure_tool", "departure_platform", "ratio_tool", "aggregation_tool", "safe_load"];
+    let maps = ["superposition_tool", "superposition_platform", "ratio_tool", "aggregation_tool", "safe_load"];
     let places = ["1_Q0", "2_Q1", "3_Q2", "4_Q3"];
     let mut expected: BTreeSet<String> = tables.map(|table| format!("{table}.csv")).into();
     expected
@@ -57,9 +57,9 @@ fn a_superposition_study_leaves_tables_figures_and_an_answer_the_same_for_any_th
         assert_eq!(column(&one, &format!("{table}.csv"), "status").len(), rows, "{table}");
     }
     for said_of in [
-        "Departure of superposition at the tool tip: up to 0.0260 mm",
-        "adding keeps the tolerance of ",
-        "Q3: departure up to ",
+        "Superposition error at the tool tip: up to 0.0260 mm",
+        "is within the tolerance of ",
+        "Q3: superposition error up to ",
     ] {
         assert!(said.contains(said_of), "{said_of} is missing in\n{said}");
     }
@@ -85,7 +85,9 @@ fn a_study_partly_out_of_reach_says_so_and_without_figures_writes_tables_only() 
     assert!(said.contains("not solved: ") && said.contains("unreachable. What follows rests on the rest."), "{said}");
     assert!(said.contains("beyond the rails: unreachable: "), "{said}");
     assert!(names(&out).iter().all(|name| ["csv", "json", "html"].iter().any(|end| name.ends_with(end))));
-    for (table, name) in [("map.csv", "departure_mm"), ("scaling.csv", "departure_mm"), ("ablation.csv", "part_mm")] {
+    for (table, name) in
+        [("map.csv", "superposition_error_mm"), ("scaling.csv", "superposition_error_mm"), ("ablation.csv", "part_mm")]
+    {
         for ((status, reason), cell) in
             column(&out, table, "status").iter().zip(column(&out, table, "reason")).zip(column(&out, table, name))
         {
@@ -105,8 +107,8 @@ fn without_chain_errors_nothing_is_wrong_and_one_is_singular() {
     fs::write(folder.path().join("study.toml"), plain).unwrap();
     let out = folder.path().join("out");
     let said = run(folder.path().to_str().unwrap(), &out, &["--grid", "1", "--no-figures"], 0);
-    assert!(said.contains("Computed from 1 place, 1 tool angle, nothing unsolved"), "{said}");
-    assert!(said.contains("\nQ1: departure up to 0 mm"), "{said}");
+    assert!(said.contains("Computed from 1 place, 1 tool angle, all points solved"), "{said}");
+    assert!(said.contains("\nQ1: superposition error up to 0 mm"), "{said}");
     assert!(!said.contains("none)") && !said.contains("0.000"), "{said}");
 }
 

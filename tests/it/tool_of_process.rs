@@ -52,7 +52,7 @@ fn folder() -> tempfile::TempDir {
 }
 
 fn study(folder: &Path, text: &str) -> StudyKind {
-    let text = format!("schema = 2\nquestion = \"how far?\"\n{text}");
+    let text = format!("schema = 3\nquestion = \"how far?\"\n{text}");
     Study::from_toml(&text, "study.toml", folder.to_path_buf(), &Overrides::default()).unwrap().kind
 }
 

@@ -86,7 +86,7 @@ fn a_tie_goes_to_as_programmed_and_then_to_the_least_motion() {
             let layers: Vec<Layer> = (0..6).map(|k| indifferent(turns, k, step)).collect();
             let walk = walked(&layers, &shape, objective, f64::INFINITY);
             assert_eq!(walk.best_held(), Some((expected, 1)), "{objective:?} {step}");
-            // A way may turn for less than a tie, if it need not turn back: what is found is held against the best constant turn.
+            // A way may turn for less than a tie, if it need not turn back: what is found is held against the best constant γ.
             if objective == TurnObjective::Rms && step != 1e-10 {
                 let (_, way, stance) = walk.cheapest().unwrap();
                 assert_eq!((way, stance), (vec![expected; 6], 1), "{step}");

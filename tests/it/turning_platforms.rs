@@ -126,7 +126,7 @@ fn commands_put_the_tool_where_the_written_program_says() {
 fn a_path_study_moves_the_tool_as_point_does() {
     let (_, toml, origin) = machines().into_iter().next().unwrap();
     let folder = files(&toml, &origin, FORCE);
-    let study = "schema = 2\nquestion = \"q\"\nmachine = \"machine.toml\"\nprocess = \"process.toml\"\n[path]\nfile = \"part.nc\"\n\
+    let study = "schema = 3\nquestion = \"q\"\nmachine = \"machine.toml\"\nprocess = \"process.toml\"\n[path]\nfile = \"part.nc\"\n\
                  methods = [\"none\", \"direct\"]\n";
     fs::write(folder.path().join("study.toml"), study).unwrap();
     run(folder.path(), &["run", "study.toml", "--out", "results", "--no-figures"]);
@@ -157,7 +157,7 @@ fn mirroring_corrects_the_tip_and_not_the_platform() {
             let pass = report["passes"].as_array().unwrap().iter().find(|pass| pass["commands"] == commands).unwrap();
             pass["error_max_mm"].as_f64().unwrap()
         };
-        // What is left is of second order: the deflection changes little over a deflection.
+        // The residual is of second order: the deflection changes little over a deflection.
         assert!(left("mirror") < 0.01 * left("none"), "{name}: {} of {}", left("mirror"), left("none"));
         assert!(left("linear") < 0.03 * left("none"), "{name}: {} of {}", left("linear"), left("none"));
         assert!(left("matrix_free") < 1e-6);

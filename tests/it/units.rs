@@ -57,7 +57,7 @@ fn run(name: &str, study: &str) -> TempDir {
         "[[chain_error]]\nchain = \"robot\"\nturn_about_drive_axis_deg = 0.5\ndrive_offsets_mm_or_deg = {offsets}\n"
     );
     fs::write(folder.path().join("process.toml"), format!("{PROCESS}{error}")).unwrap();
-    let text = format!("schema = 2\nquestion = \"?\"\nmachine = \"machine.toml\"\nprocess = \"process.toml\"\n{study}");
+    let text = format!("schema = 3\nquestion = \"?\"\nmachine = \"machine.toml\"\nprocess = \"process.toml\"\n{study}");
     fs::write(folder.path().join("study.toml"), text).unwrap();
     let out = folder.path().join("out");
     kinetostat(&["run", folder.path().to_str().unwrap(), "--out", out.to_str().unwrap()]);

@@ -67,12 +67,12 @@ fn every_quoted_number_agrees_or_has_a_reason() {
 }
 
 #[test]
-fn the_sign_of_the_departure_follows_the_signs_of_the_errors() {
+fn the_sign_of_the_superposition_error_follows_the_signs_of_the_errors() {
     let results = paper(37);
     let ratio = |variant| value(&results, "small circle at Q1", Quantity::SuperpositionRatio, variant);
     assert!(ratio("as printed") < 0.99 && ratio("errors reversed") > 1.01);
-    let departure = |variant| value(&results, "small circle at Q1", Quantity::Departure, variant);
-    assert!((departure("as printed") / departure("errors reversed") - 1.0).abs() < 0.1);
+    let superposition_error = |variant| value(&results, "small circle at Q1", Quantity::SuperpositionError, variant);
+    assert!((superposition_error("as printed") / superposition_error("errors reversed") - 1.0).abs() < 0.1);
 }
 
 #[test]
@@ -89,7 +89,7 @@ fn an_assumed_origin_and_what_differs_between_processes_are_said() {
     for (name, text) in [("bare.toml", "schema = 1\n"), ("placed.toml", placed)] {
         std::fs::write(folder.path().join(name), text).unwrap();
     }
-    let toml = "schema = 2\nquestion = \"q\"\nmachine = \"orthoglide\"\n\
+    let toml = "schema = 3\nquestion = \"q\"\nmachine = \"orthoglide\"\n\
                 [[validation.variant]]\nname = \"today\"\nprocess = \"bare.toml\"\n\
                 [[validation.variant]]\nname = \"raised\"\nprocess = \"placed.toml\"\n\
                 [[validation.case]]\nname = \"c\"\n\
@@ -116,7 +116,7 @@ fn drive_forces_hardly_depend_on_the_stiffness() {
     std::fs::write(folder.path().join("process.toml"), process).unwrap();
     let study = |machine: &str| {
         let toml = format!(
-            "schema = 2\nquestion = \"q\"\nmachine = \"{machine}\"\n[[validation.variant]]\nname = \"v\"\n\
+            "schema = 3\nquestion = \"q\"\nmachine = \"{machine}\"\n[[validation.variant]]\nname = \"v\"\n\
              process = \"process.toml\"\n[[validation.case]]\nname = \"Q1\"\n\
              circle = {{ centre_point = \"Q1\", diameter_mm = 50.0, points = 37 }}\n\
              [[validation.quoted]]\nsource = \"s\"\ncase = \"Q1\"\nquantity = \"drive_force\"\nvalue = 300.0\n\
@@ -141,7 +141,7 @@ fn a_case_out_of_reach_is_a_reason_in_the_table() {
     let results = results_of(&far, Path::new(PAPER), 13).unwrap();
     let table = String::from_utf8(csv(&quoted_table(&results)).unwrap()).unwrap();
     let row = table.lines().find(|line| line.contains(",Q2,correction,")).unwrap();
-    assert!(row.contains(",0.6,,,no,") && row.contains("cannot close there; the straight way"), "{row}");
+    assert!(row.contains(",0.6,,,no,") && row.contains("cannot close there; continuation from home stops"), "{row}");
     let variants = String::from_utf8(csv(&variants_table(&results)).unwrap()).unwrap();
     assert!(variants.lines().any(|line| line.starts_with("Q2,") && line.contains(",not_solved,")), "{variants}");
 }
@@ -153,11 +153,12 @@ fn a_path_that_nothing_moves_has_no_ratios() {
                    [force.path_frame]\nradial_force_N = 0.0\ntangential_force_N = 0.0\naxial_force_N = 0.0\n\
                    law = \"rotated\"\n";
     std::fs::write(folder.path().join("process.toml"), process).unwrap();
-    let mut toml = "schema = 2\nquestion = \"q\"\nmachine = \"orthoglide\"\n[[validation.variant]]\nname = \"v\"\n\
+    let mut toml = "schema = 3\nquestion = \"q\"\nmachine = \"orthoglide\"\n[[validation.variant]]\nname = \"v\"\n\
                     process = \"process.toml\"\n[[validation.case]]\nname = \"c\"\n\
                     circle = { centre_point = \"Q1\", diameter_mm = 50.0, points = 13 }\n"
         .to_string();
-    for quantity in ["superposition_ratio", "departure", "cosine_of_centre_shifts", "axes_angle", "crossings"] {
+    for quantity in ["superposition_ratio", "superposition_error", "cosine_of_centre_shifts", "axes_angle", "crossings"]
+    {
         toml +=
             &format!("[[validation.quoted]]\nsource = \"s\"\ncase = \"c\"\nquantity = \"{quantity}\"\nvalue = 1.0\n");
     }

@@ -75,7 +75,7 @@ fn what_was_tried_is_named_where_no_way_leads_to_the_target() {
     let refused = machine.inverse_kinematics(&machine.pose_at(Vector3::new(0.0, 0.0, 200.0))).unwrap_err();
     assert!(matches!(refused, Unreachable::NoWay { .. }), "{refused:?}");
     let said = refused.to_string();
-    assert!(said.contains("ways around tried: the first hinge turned towards it"), "{said}");
+    assert!(said.contains("alternative solution branches tried: the first hinge turned towards it"), "{said}");
     let again = machine.inverse_kinematics(&machine.pose_at(Vector3::new(0.0, 0.0, 200.0))).unwrap_err();
     assert_eq!(again, refused);
     // Beyond the span nothing is tried, and that is said.
@@ -105,7 +105,7 @@ fn a_parallel_machine_is_led_around_what_is_in_the_way_but_never_to_another_asse
     // Here the cranks that home has would have to cross the couplers.
     let refused = machine.command(Vector3::new(0.0, -60.0, 0.0)).unwrap_err().to_string();
     assert!(refused.contains("only on another assembly mode"), "{refused}");
-    assert!(refused.contains("ways around tried: detours"), "{refused}");
+    assert!(refused.contains("alternative solution branches tried: detours"), "{refused}");
 }
 
 #[test]

@@ -264,17 +264,17 @@ fn weight_of_the_carrier_is_zeroed_with_that_of_the_machine() {
 #[test]
 fn a_carrier_moves_where_it_is_held() {
     let machine = cell(&Pose::identity());
-    let held = machine.with_drives_held(&[("C", 90.0), ("table_B", 0.0)]).unwrap();
+    let held = machine.with_locked_drives(&[("C", 90.0), ("table_B", 0.0)]).unwrap();
     let pose = held.carrier.as_ref().unwrap().home.pose;
     assert!((pose.translation - Vector3::new(1500.0, 0.0, 650.0)).norm() < 1e-9);
     assert!((pose.rotation.column(0) - Vector3::y()).norm() < 1e-12);
     assert_eq!(held.home, machine.home);
-    let shown: Vec<(String, f64)> = held.held_drives().into_iter().map(|(label, value, _)| (label, value)).collect();
+    let shown: Vec<(String, f64)> = held.locked_drives().into_iter().map(|(label, value, _)| (label, value)).collect();
     assert_eq!(shown, [("table_B".to_string(), 0.0), ("table_C".to_string(), 90.0)]);
     // Numbers set afterwards leave it there.
     let other = held.with_parameters(&[("under.C.stiffness", 1e9)]).unwrap();
     assert_eq!(other.carrier.as_ref().unwrap().home.drives, held.carrier.as_ref().unwrap().home.drives);
-    let refused = machine.with_drives_held(&[("table_B", 120.0)]).unwrap_err().to_string();
+    let refused = machine.with_locked_drives(&[("table_B", 120.0)]).unwrap_err().to_string();
     assert_eq!(refused, "table_B: must be within its travel of -90 to 90 deg, got 120");
 }
 
@@ -302,7 +302,7 @@ fn a_rail_that_is_held_is_commanded_and_not_free() {
     let pose = cell.pose_at(Vector3::new(1650.0, 250.0, 950.0));
     let free = cell.inverse_kinematics(&pose).unwrap();
     for (value, name) in [(400.0, "rail"), (-300.0, "robot_rail")] {
-        let held = cell.with_drives_held(&[(name, value)]).unwrap();
+        let held = cell.with_locked_drives(&[(name, value)]).unwrap();
         assert_eq!(held.home.drives[0], value);
         assert!((held.home.pose.translation - cell.home.pose.translation - Vector3::y() * value).norm() < 1e-9);
         let at = held.inverse_kinematics(&pose).unwrap();
@@ -325,7 +325,7 @@ fn a_rail_that_is_held_is_commanded_and_not_free() {
 fn an_arm_with_its_rail_held_bends_as_one_that_is_bolted_there_and_has_the_rails_spring() {
     let rail = "{ prismatic_drive = { name = \"rail\", axis = \"y\", stiffness_N_per_mm = 1e5, travel_mm=[-2000.0,2000.0] } },";
     assert!(CELL.contains(rail));
-    let held = machine_from(CELL).with_drives_held(&[("rail", 400.0)]).unwrap();
+    let held = machine_from(CELL).with_locked_drives(&[("rail", 400.0)]).unwrap();
     let spring = "{ fixed = { translation_mm = [0.0, 400.0, 0.0] } }, { link = { advance_mm = 0.0, \
                   compliance_mm_rad_N = [[1e-15, 0, 0, 0, 0, 0], [0, 1e-5, 0, 0, 0, 0], [0, 0, 1e-15, 0, 0, 0], \
                   [0, 0, 0, 1e-18, 0, 0], [0, 0, 0, 0, 1e-18, 0], [0, 0, 0, 0, 0, 1e-18]] } },";
@@ -351,7 +351,7 @@ fn cell_file() -> String {
 #[test]
 fn a_point_is_solved_with_the_rail_and_the_table_held() {
     let load =
-        ["--position", "1600,100,900", "--wrench", "500,300,-400,0,0,0", "--hold", "rail=400", "--hold", "table=30"];
+        ["--position", "1600,100,900", "--wrench", "500,300,-400,0,0,0", "--lock", "rail=400", "--lock", "table=30"];
     let file = cell_file();
     let mut arguments = vec!["point", "--machine", &file];
     arguments.extend(load);
@@ -359,23 +359,23 @@ fn a_point_is_solved_with_the_rail_and_the_table_held() {
     assert_eq!(code, Some(0), "{said}");
     for line in [
         "Deflections are of the tool from the workpiece: its carrier table bears the opposite load and bends as well.",
-        "Held: robot_rail at 400 mm, table at 30°.",
+        "Locked: robot_rail at 400 mm, table at 30°.",
     ] {
         assert!(text.contains(line), "{text}");
     }
     arguments.push("--json");
     let (_, text, _) = told(&arguments);
     let json: serde_json::Value = serde_json::from_str(&text).unwrap();
-    assert_eq!(json["held"], serde_json::json!({ "robot_rail": 400.0, "table": 30.0 }));
+    assert_eq!(json["locked"], serde_json::json!({ "robot_rail": 400.0, "table": 30.0 }));
     assert_eq!(json["rho_nominal_mm"][0], 400.0);
     assert!((json["rho_compensated_mm"][0].as_f64().unwrap() - 400.0).abs() < 1e-9);
     assert!(json["tip_error_after_compensation_norm_mm"].as_f64().unwrap() < 1e-8);
-    let (code, _, said) = told(&["point", "--machine", &file, "--at", "Q0", "--hold", "rial=3"]);
-    assert!(code == Some(2) && said.contains("--hold: rial: no drive is called so; there are: robot_rail"), "{said}");
-    let elsewhere = ["point", "--machine", &file, "--joints", "10,0,20,20,0,50,0", "--hold", "rail=3"];
+    let (code, _, said) = told(&["point", "--machine", &file, "--at", "Q0", "--lock", "rial=3"]);
+    assert!(code == Some(2) && said.contains("--lock: rial: no drive is called so; there are: robot_rail"), "{said}");
+    let elsewhere = ["point", "--machine", &file, "--joints", "10,0,20,20,0,50,0", "--lock", "rail=3"];
     let (code, _, said) = told(&elsewhere);
     assert!(
-        code == Some(2) && said.contains("--joints: drive robot_rail is held at 3.000 mm, got 10.000 mm"),
+        code == Some(2) && said.contains("--joints: drive robot_rail is locked at 3.000 mm, got 10.000 mm"),
         "{said}"
     );
     let (code, text, said) = told(&["check", &file]);
@@ -390,7 +390,7 @@ fn a_point_is_solved_with_the_rail_and_the_table_held() {
 fn run(table: &str) -> (tempfile::TempDir, String) {
     let folder = tempfile::tempdir().unwrap();
     let study = format!(
-        "schema = 2\nquestion = \"How far?\"\nmachine = \"cell.toml\"\n[held]\nrail = 100.0\ntable = 40.0\n\
+        "schema = 3\nquestion = \"How far?\"\nmachine = \"cell.toml\"\n[locked]\nrail = 100.0\ntable = 40.0\n\
          [process.force.path_frame]\nradial_force_N = 215.0\ntangential_force_N = -10.0\naxial_force_N = -25.0\n{table}"
     );
     std::fs::write(folder.path().join("study.toml"), study).unwrap();
@@ -406,7 +406,7 @@ fn run(table: &str) -> (tempfile::TempDir, String) {
 /// Numbers of a map of a machine, from its cutting force.
 fn map_column(machine: &str, name: &str) -> Vec<f64> {
     let folder = tempfile::tempdir().unwrap();
-    let study = "schema = 2\nquestion = \"How far?\"\nmachine = \"machine.toml\"\n[process.force.path_frame]\n\
+    let study = "schema = 3\nquestion = \"How far?\"\nmachine = \"machine.toml\"\n[process.force.path_frame]\n\
                  radial_force_N = 215.0\ntangential_force_N = -10.0\naxial_force_N = -25.0\n\
                  [workspace_map]\ngrid = [2, 2, 2]\nslices_z_mm = [0.0]\nphi_step_deg = 90.0\n";
     std::fs::write(folder.path().join("study.toml"), study).unwrap();
@@ -439,10 +439,10 @@ fn a_path_on_the_turned_table_is_cut_with_the_rail_held() {
     let (folder, said) = run(
         "[path]\ncircle = { centre_mm = [60.0, 0.0, 60.0], diameter_mm = 50.0, points = 9 }\nmethods = [\"none\", \"direct\"]\n",
     );
-    for words in ["Held: robot_rail at 100 mm, table at 40°.", "origin at (0, 0, 0) mm of the table"] {
+    for words in ["Locked: robot_rail at 100 mm, table at 40°.", "origin at (0, 0, 0) mm of the table"] {
         assert!(said.contains(words), "{said}");
     }
-    let table = column(&folder, "points.csv", "rho_held_table_deg");
+    let table = column(&folder, "points.csv", "rho_locked_table_deg");
     assert!(!table.is_empty() && table.iter().all(|value| value.parse::<f64>().unwrap() == 40.0), "{table:?}");
     let rail = column(&folder, "points.csv", "rho_nominal_robot_rail_mm");
     assert!(rail.iter().all(|value| value.parse::<f64>().unwrap() == 100.0), "{rail:?}");
@@ -462,7 +462,7 @@ fn a_place_on_the_table_is_sought() {
          [placement.objective]\nweights = { worst_deflection = 1.0 }\n[placement.search]\ngrid = { x = 2, y = 2 }\nstarts = 1\n\
          max_iterations = 5\n",
     );
-    assert!(said.contains("Held: robot_rail at 100 mm, table at 40°."), "{said}");
+    assert!(said.contains("Locked: robot_rail at 100 mm, table at 40°."), "{said}");
 }
 
 #[test]
@@ -484,16 +484,16 @@ fn a_program_on_the_turned_table_is_compensated_in_its_own_frame() {
             &cell,
             "--process",
             &process,
-            "--hold",
+            "--lock",
             "rail=50",
-            "--hold",
+            "--lock",
             &hold,
             "--out",
             &out,
         ];
         let (code, text, said) = told(&arguments);
         assert_eq!(code, Some(0), "{text}{said}");
-        assert!(text.contains(&format!("Held: robot_rail at 50 mm, table at {table}°.")), "{text}");
+        assert!(text.contains(&format!("Locked: robot_rail at 50 mm, table at {table}°.")), "{text}");
         let report: serde_json::Value =
             serde_json::from_str(&std::fs::read_to_string(format!("{out}.report.json")).unwrap()).unwrap();
         assert!(report["workpiece"].as_str().unwrap().contains("mm of the table"), "{report}");
@@ -539,12 +539,9 @@ fn corrections_within_limits_do_not_move_what_is_held() {
     };
     let machine = slides_on_a_rail();
     assert!(process(&machine).bounded_pass(&|| (), |_, _| Ok(())).is_ok());
-    let held = machine.with_drives_held(&[("rail", 20.0)]).unwrap();
+    let held = machine.with_locked_drives(&[("rail", 20.0)]).unwrap();
     let refused = process(&held).bounded_pass(&|| (), |_, _| Ok(())).map(|_| ()).unwrap_err().to_string();
-    assert_eq!(
-        refused,
-        "limits: cannot be kept with drives of the machine held: corrections within limits move all drives"
-    );
+    assert_eq!(refused, "limits: cannot be kept with locked drives: corrections within limits move all drives");
 }
 
 #[test]

@@ -13,7 +13,7 @@ import sys
 from pathlib import Path
 
 CATALOGUE = Path(__file__).parents[2] / "crates/engine/src/machine/catalogue"
-STUDY = """schema = 2
+STUDY = """schema = 3
 question = "How far does the tool of {machine} move under a milling force?"
 machine = "{machine}"
 [process.force.path_frame]

@@ -75,7 +75,7 @@ fn survey_text(findings: &Findings) -> String {
             place(position_mm)
         ),
         None if *reached == 0 => String::new(),
-        None => "    payload          not told: no drive with a force or torque limit carries it\n".into(),
+        None => "    payload          not known: no drive with a force or torque limit carries it\n".into(),
     };
     text
 }
@@ -104,7 +104,7 @@ fn provenance_text(machine: &Machine) -> String {
     let lines: String = told
         .map(|told| format!("    {:<11} {}\n                {}\n", told.grade.label(), told.what, told.source))
         .collect();
-    if lines.is_empty() { lines } else { format!("  where its numbers come from\n{lines}") }
+    if lines.is_empty() { lines } else { format!("  where its parameters come from\n{lines}") }
 }
 
 fn warnings_text(findings: &Findings) -> String {
@@ -145,7 +145,7 @@ fn rigid_text(machine: &Machine, findings: &Findings) -> String {
         text += &line("workpiece carrier", format!("{name}, {drives} ({at}), W at ({x}, {y}, {z}) mm of the base"));
     }
     text += &line("drives at home", position_list(machine, &findings.home_drives));
-    text += &line("reach at home", format!("{:.1} mm", machine.reach));
+    text += &line("characteristic length", format!("{:.1} mm", machine.reach));
     let of_platform = direction(machine.tool_axes.column(2).into());
     let of_base = direction((machine.home.pose.rotation * machine.tool_axes).column(2).into());
     let assumed = tool_axis_words(machine.tool_axis_source);

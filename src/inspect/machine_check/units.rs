@@ -1,4 +1,4 @@
-//! Numbers that look as if they were given in another unit than the machine file's.
+//! Parameters whose size suggests a wrong unit.
 
 use super::{Findings, size, survey::Droop};
 use crate::machine::{Machine, Parameter};

@@ -164,10 +164,10 @@ fn object(question: &PointQuestion, chain_errors_deg: &[f64], answer: Result<&Po
     .into_iter()
     .map(|(key, value)| (key.to_string(), value))
     .collect();
-    let held: Map<String, Value> =
-        machine.held_drives().into_iter().map(|(label, value, _)| (label, json!(value))).collect();
-    if !held.is_empty() {
-        object.insert("held".into(), held.into());
+    let locked: Map<String, Value> =
+        machine.locked_drives().into_iter().map(|(label, value, _)| (label, json!(value))).collect();
+    if !locked.is_empty() {
+        object.insert("locked".into(), locked.into());
     }
     object.append(&mut positions(machine, "rho_nominal", known.map(|a| a.nominal.drives.as_slice())));
     object.append(&mut positions(machine, "rho_compensated", done.map(|c| c.drives.as_slice())));

@@ -26,7 +26,7 @@ pub enum Coefficients {
     Drilling(f64),
 }
 
-/// A material and where its numbers come from.
+/// A material and where its parameters come from.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Material {
     /// Its name in process files.

@@ -147,7 +147,7 @@ impl Smallest<'_> {
 
     fn too_fine<T>(&self, reachable: f64) -> Result<T> {
         let problem = format!(
-            "no table of at most {MOST_NODES} nodes keeps {} mm for forces up to {} N; {:.2} mm can be reached: expected a larger tolerance, a smaller force or a smaller box",
+            "no table of at most {MOST_NODES} nodes stays within {} mm for forces up to {} N; {:.2} mm can be reached: expected a larger tolerance, a smaller force or a smaller box",
             self.question.tolerance_mm,
             (self.question.largest_force_N * 10.0).round() / 10.0,
             (reachable * 100.0).ceil() / 100.0

@@ -34,7 +34,7 @@ use crate::{
         Machines, ProgramFile, Sent,
         along_path::{Commands, Left, PathAnswer, PathSummary, PathSums, run_where_led},
         demands::Led,
-        external_axes::held_along,
+        external_axes::locked_along,
     },
     spatial::Pose,
     toolpath::{PathPoint, Toolpath},
@@ -116,7 +116,7 @@ impl ProgramJob {
         }
         check_says_turns(&process, &path, name)?;
         let path = process.with_cuts(path, name)?;
-        let process = Process { machine: held_along(&process.machine, &path, name)?, ..process };
+        let process = Process { machine: locked_along(&process.machine, &path, name)?, ..process };
         let machine = process.machine.clone();
         let faulty = |fault: LoadError| Error::argument(name, fault.to_string());
         process.check_loads(&path).map_err(faulty)?;

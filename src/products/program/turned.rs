@@ -4,7 +4,7 @@ use crate::{
     input::error::{Error, Result},
     process::file::Process,
     redundancy::{FreeTurn, TurnAsked, seek},
-    simulation::{ProgramFile, external_axes::held_along},
+    simulation::{ProgramFile, external_axes::locked_along},
     toolpath::{
         NumberFormat, Orientation, Toolpath,
         polyline::{self, Polyline},
@@ -35,12 +35,12 @@ const ROUNDING: f64 = 1e-6;
 pub fn turned(process: &Process, program: &ProgramFile, name: &str, work: &Work) -> Result<TurnedProgram> {
     let fault = |problem: String| Error::argument(name, problem);
     if matches!(program, ProgramFile::Gcode(_)) {
-        let problem = "its turns about the tool's axis cannot be written: expected a polyline (.csv) or a program of a robot, which can \
+        let problem = "its rotations about the tool axis cannot be written: expected a polyline (.csv) or a program of a robot, which can \
                        say how the platform stands, or --redundancy as_programmed";
         return Err(fault(problem.into()));
     }
     let path = process.with_cuts(program.toolpath(process.sampling)?, name)?;
-    let machine = held_along(&process.machine, &path, name)?;
+    let machine = locked_along(&process.machine, &path, name)?;
     let loads = process.loads(&path).map_err(|source| fault(source.to_string()))?;
     let asked = TurnAsked {
         machine: &machine,
@@ -55,7 +55,7 @@ pub fn turned(process: &Process, program: &ProgramFile, name: &str, work: &Work)
     let turned = match found.chosen(process.tool_turn.redundancy) {
         Some(Ok(turned)) => turned,
         Some(Err(dead_end)) => {
-            return Err(fault(format!("no turn about the tool's axis goes all along; {}", dead_end.reason())));
+            return Err(fault(format!("no rotation about the tool axis is possible all along; {}", dead_end.reason())));
         }
         None => return Err(fault("is to stand as programmed".into())),
     };

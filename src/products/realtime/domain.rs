@@ -98,7 +98,7 @@ pub(super) fn check(machine: &Machine) -> Result<()> {
     } else if machine.drive_count() != 3 {
         format!("it has {} drives: expected three", machine.drive_count())
     } else if machine.turns_with_position {
-        "its platform turns as it moves: expected one that keeps its orientation".into()
+        "its platform has a parasitic rotation: expected one that keeps its orientation".into()
     } else if machine.carrier.is_some() {
         "what carries its workpiece can move or bend: expected a workpiece that stands fast".into()
     } else if machine.tool_compliance.is_some() {

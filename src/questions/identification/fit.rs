@@ -19,7 +19,7 @@ const TRIES: usize = 12;
 const FOUND: f64 = 1e-10;
 /// The same where rounding keeps the search from gaining it.
 const NEARLY_FOUND: f64 = 1e-6;
-/// Or where no unknown would change by more, in noticeable changes: without noise, what is left is the rounding of solves.
+/// Or where no unknown would change by more, in noticeable changes: without noise, the residual is the rounding of solves.
 const LEAST_STEP: f64 = 1e-6;
 /// Less scatter is rounding of the solves.
 pub(super) const LEAST_SCATTER_MM: f64 = 1e-8;
@@ -85,7 +85,7 @@ pub struct Fit {
     pub untold: Vec<DVector<f64>>,
     /// By how much robust losses, and what is left beyond the noise that was given, make the covariance larger than that of squares.
     pub inflation: f64,
-    /// Whether what is left is more than the noise that was given makes once in a hundred times.
+    /// Whether the residual is more than the noise that was given makes once in a hundred times.
     pub is_beyond_noise: bool,
     /// Information `JᵀWJ` of the readings in standard deviations, with priors.
     pub information: DMatrix<f64>,

@@ -99,7 +99,7 @@ pub struct Model {
     pub name: String,
     /// How many unknowns it has.
     pub unknowns: usize,
-    /// RMS of what is left of the lengths it was fitted to, mm.
+    /// RMS of the residuals of the lengths it was fitted to, mm.
     pub fitted_mm: Option<f64>,
     /// RMS error of lengths that were predicted from the other parts, mm; or why there is none.
     pub predicted_mm: std::result::Result<Option<f64>, Failure>,
@@ -127,7 +127,7 @@ pub struct Identified {
     pub advice: Option<Advice>,
     /// Residuals without their own measurement, linearised.
     pub left_out: Vec<f64>,
-    /// What the residuals hang on.
+    /// What the residuals correlate with.
     pub patterns: Vec<Pattern>,
     /// Readings that lie far off all others, the farthest first.
     pub far_off: Vec<FarOff>,
@@ -330,7 +330,7 @@ fn why_open(study: &IdentificationStudy, fit: &Fit, k: usize, half_width: f64) -
     }
     if fit.is_beyond_noise {
         return Some(format!(
-            "what is left is {:.1} times the noise that was given, more than chance explains",
+            "the residual is {:.1} times the noise that was given, more than chance explains",
             fit.scale
         ));
     }
@@ -352,7 +352,7 @@ fn why_open(study: &IdentificationStudy, fit: &Fit, k: usize, half_width: f64) -
         let names: Vec<&str> = together.map(|other| study.unknowns[other].name.as_str()).collect();
         return Some(match names.is_empty() {
             true => "what was measured hardly depends on it".into(),
-            false => format!("only a combination with {} is told", names.join(", ")),
+            false => format!("only a combination with {} is identifiable", names.join(", ")),
         });
     }
     Some(match study.unknowns[k].coordinate {

@@ -1,4 +1,4 @@
-//! What the residuals hang on, which names the effect that a model lacks: rank correlations (Spearman) with the order of measuring, the
+//! What the residuals correlate with, which names the effect that a model lacks: rank correlations (Spearman) with the order of measuring, the
 //! load, its direction, and where the machine stood.
 
 use super::{
@@ -10,7 +10,7 @@ use crate::machine::Machine;
 /// A rank correlation of residuals with something.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Pattern {
-    /// Of what: the size of what is left of lengths in standard deviations, what is left along an axis, or its share along the predicted
+    /// Of what: the size of what is left of lengths in standard deviations, residual along an axis, or its share along the predicted
     /// displacement.
     pub of: &'static str,
     /// With what.
@@ -41,7 +41,7 @@ struct Left {
     size: f64,
     /// Along x, y and z where they were read, in standard deviations.
     along: [Option<f64>; 3],
-    /// Of displacements: the size of the one that is predicted, mm, and what is left along it as a share of that; positive if more was
+    /// Of displacements: the size of the one that is predicted, mm, and residual along it as a share of that; positive if more was
     /// measured.
     along_predicted: Option<(f64, f64)>,
 }
@@ -78,15 +78,14 @@ fn left(fit: &Fit, measurements: &[Measurement]) -> Vec<Option<Left>> {
 
 /// All rank correlations that can be formed.
 pub fn patterns(machine: &Machine, fit: &Fit, measurements: &[Measurement]) -> Vec<Pattern> {
-    const ALONG: [&str; 3] = ["what is left along x", "what is left along y", "what is left along z"];
+    const ALONG: [&str; 3] = ["residual along x", "residual along y", "residual along z"];
     const SIZE: &str = "what is left";
     let left = left(fit, measurements);
     let mut patterns = Vec::new();
     const LOAD_SIGNED: &str = "lost motion, or a stiffness that changes with the load: the share is larger where the force is small (lost \
                                motion, a stiffness that grows) or where it is large (one that falls)";
     if let Some((correlation, limit)) = by_load(&left, measurements) {
-        let (of, with) =
-            ("what is left along the predicted displacement", "size of the force, as a share of it".into());
+        let (of, with) = ("residual along the predicted displacement", "size of the force, as a share of it".into());
         patterns.push(Pattern { of, with, hint: LOAD_SIGNED, correlation, limit });
     }
     let mut add = |of: &'static str, with: String, hint: &'static str, pairs: Vec<(f64, f64)>| {

@@ -24,7 +24,7 @@ impl Question for IdentificationStudy {
     const NAME: &str = "an identification";
     const TEMPLATE: Template = Template {
         name: "identification",
-        about: "Which stiffnesses and other numbers a machine has, by measurements under load",
+        about: "Which stiffnesses and other parameters a machine has, by measurements under load",
         files: &[
             ("study.toml", include_str!("template/study.toml")),
             ("measurements.csv", include_str!("template/measurements.csv")),
@@ -35,7 +35,7 @@ impl Question for IdentificationStudy {
     fn resolve(spec: &IdentificationSpec, given: &Given<'_>) -> Result<Resolved<Self>> {
         given.overrides.refuse_beside_measurements(given.name)?;
         let (check, machine) = (&given.check, &given.machine);
-        given.refuse_carrier("measurements of the tool do not tell")?;
+        given.refuse_carrier("measurements of the tool do not identify")?;
         let (measured, inputs) = rows(given, &spec.data, "data", WhatFor::Readings)?;
         let found = unknowns(machine, &spec.unknowns, &check.key("unknowns"))?;
         if measured.iter().all(|own| own.load == own.reference && own.readings.iter().all(Reading::is_change)) {

@@ -13,7 +13,7 @@ pub struct IdentificationSpec {
     /// What is known of them beforehand.
     #[serde(default)]
     pub prior: Vec<PriorSpec>,
-    /// Standard deviation of measured lengths where the file does not say it; told by the scatter if not given.
+    /// Standard deviation of measured lengths where the file does not say it; estimated from the scatter if not given.
     pub std_mm: Option<f64>,
     /// The same of measured rotations.
     pub std_deg: Option<f64>,

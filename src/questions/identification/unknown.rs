@@ -30,8 +30,7 @@ pub enum Coordinate {
 impl Unknown {
     fn new(parameter: Parameter, check: &Check) -> Result<Self> {
         let Parameter { name, value: Some(start), unit, .. } = parameter else {
-            let problem =
-                format!("{} is \"unknown\" in the machine file: expected a value to begin with", parameter.name);
+            let problem = format!("{} is \"unknown\" in the machine file: expected an initial value", parameter.name);
             return check.fail(problem);
         };
         let positive = [Unit::N_PER_MM, Unit::NMM_PER_RAD, Unit::N_PER_MM2, Unit::KG];

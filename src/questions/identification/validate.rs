@@ -96,7 +96,7 @@ pub struct FarOff {
 const FAR: f64 = 5.0;
 /// Fewer readings that others tell do not say what is typical.
 const FEWEST: usize = 8;
-/// What is left is rounding of the solves, if it is less, mm and rad.
+/// The residual is rounding of the solves, if it is less, mm and rad.
 const ROUNDING: f64 = 1e-7;
 
 /// Readings far off, the farthest first. What is typical is the median, which those that are far off do not move.

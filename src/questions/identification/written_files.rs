@@ -149,13 +149,13 @@ fn misfit_words(study: &IdentificationStudy, found: &Identified) -> String {
     let fit = &found.fit;
     if !study.noise.is_estimated {
         let widened = if fit.scale > 1.0 { ", and the interval is wider by it" } else { "" };
-        return format!("what is left is {:.2} times the noise that was given{widened}", fit.scale);
+        return format!("the residual is {:.2} times the noise that was given{widened}", fit.scale);
     }
     let left = rms_mm(fit.residuals.as_slice(), &study.measurements);
     let left = left.map_or_else(|| "nothing".into(), |left| format!("{} RMS", millimetres(left, 4)));
     let share = left_share(&fit.residuals, &study.measurements, &[]);
     let share = share.map_or_else(String::new, |share| format!(", {} of what was measured", percent(share)));
-    format!("what is left is {left}{share}, and is in the interval")
+    format!("the residual is {left}{share}, and is in the interval")
 }
 
 /// What a file with some of the numbers that were fitted together costs, in a sentence; `None` where it has all or none.
@@ -168,7 +168,7 @@ pub(super) fn mixed_words(study: &IdentificationStudy, found: &Identified) -> Op
     Some(match (&mixed.left_mm, all) {
         (Ok(Some(mixed)), Some(all)) => {
             format!(
-                "{kept}: so the machine leaves {} RMS, with all numbers as fitted {}.",
+                "{kept}: so the machine leaves {} RMS, with all parameters as fitted {}.",
                 millimetres(*mixed, 3),
                 millimetres(all, 3)
             )

@@ -58,13 +58,13 @@ pub struct SourceEffect {
     /// Principal stiffnesses of the tool tip at the worst φ, ascending, N/mm.
     pub principal_stiffness_n_per_mm: [f64; 3],
     /// Superposition less simultaneous tool displacement at the worst φ, O axes, mm; only for both sources.
-    pub departure_vector_mm: Option<[f64; 3]>,
+    pub superposition_error_vector_mm: Option<[f64; 3]>,
 }
 
 impl SourceEffect {
-    /// Norm of the departure of superposition, mm.
-    pub fn departure_mm(&self) -> Option<f64> {
-        self.departure_vector_mm.map(|v| Vector3::from(v).norm())
+    /// Norm of the superposition error, mm.
+    pub fn superposition_error_mm(&self) -> Option<f64> {
+        self.superposition_error_vector_mm.map(|v| Vector3::from(v).norm())
     }
 }
 
@@ -232,10 +232,10 @@ impl GroupSolver<'_> {
         let mut effects = configurations.iter().map(|_| {
             let nothing = || Err(Failure { status: "not_converged".into(), reason: "there is no load".into() });
             let own = BySource::of(machine, |source| turns[source].next().unwrap_or_else(nothing));
-            let departure = departure(machine, &own);
+            let superposition_error = superposition_error(machine, &own);
             own.map(|source, turn: Result<Turn, Failure>| {
                 let mut effect = turn?.effect;
-                effect.departure_vector_mm = departure.filter(|_| source == Source::All);
+                effect.superposition_error_vector_mm = superposition_error.filter(|_| source == Source::All);
                 Ok(effect)
             })
         });
@@ -255,7 +255,7 @@ impl GroupSolver<'_> {
 }
 
 /// Superposition less displacement by all sources at once, where that is largest; `None` where a source has no answer.
-fn departure(machine: &Machine, turns: &BySource<Result<Turn, Failure>>) -> Option<[f64; 3]> {
+fn superposition_error(machine: &Machine, turns: &BySource<Result<Turn, Failure>>) -> Option<[f64; 3]> {
     let of = |source: Source| Some(&turns.get(source)?.as_ref().ok()?.displacements);
     let all = of(Source::All)?;
     let worst = index_of_largest(all);
@@ -417,7 +417,7 @@ impl Tally {
             left_mm: self.left,
             drive_force: self.drive_force,
             principal_stiffness_n_per_mm: tool_stiffnesses(worst.outcome.as_ref(), worst.lever, carried),
-            departure_vector_mm: None,
+            superposition_error_vector_mm: None,
         };
         Ok(Turn { displacements: self.displacements, effect })
     }

@@ -19,7 +19,7 @@ impl Question for WorkspaceMapStudy {
     const NAME: &str = "a workspace map";
     const TEMPLATE: Template = Template {
         name: "map",
-        about: "How far the tool moves over the workspace, and what to command instead",
+        about: "How far the tool moves over the workspace, and which drive commands compensate that",
         files: &[("study.toml", include_str!("template/study.toml"))],
     };
     const TABLES: &[&str] = &["map"];

@@ -27,7 +27,7 @@ impl Question for MeasurementDesignStudy {
     const NAME: &str = "a plan of measurements";
     const TEMPLATE: Template = Template {
         name: "measurements",
-        about: "Which poses and loads to measure next, and how far numbers will be known then",
+        about: "Which poses and loads to measure next, and how well parameters will be known then",
         files: &[("study.toml", include_str!("template/study.toml"))],
     };
     const TABLES: &[&str] = &["chosen", "widths", "candidates"];

@@ -1,4 +1,4 @@
-//! An online study: correction in the controller by measured forces, against one made beforehand by predicted forces; Figure 1a of
+//! An online study: correction in the controller by measured forces, compared with offline correction by predicted forces; Figure 1a of
 //! the paper against its Figure 1b.
 //!
 //! Both compute their commands by the same model, which may be too soft and may know only part of the chain errors. The force in

@@ -40,7 +40,7 @@ pub struct OnlineSpec {
     pub force_errors_percent: Option<Vec<f64>>,
     /// Seeds; 20 if not given.
     pub seeds: Option<usize>,
-    /// By how much the cutting force changes as the tool leaves its depth.
+    /// Change of the cutting force per mm of depth of cut.
     #[serde(rename = "cutting_stiffness_N_per_mm")]
     pub cutting_stiffness: Option<f64>,
 }

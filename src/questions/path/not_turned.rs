@@ -1,4 +1,4 @@
-//! What stands for the free turn on pages, which have no threads to seek it on: a path stays as programmed.
+//! What stands for rotation about the tool axis on pages, which have no threads to seek it on: a path stays as programmed.
 
 use std::borrow::Cow;
 

@@ -18,7 +18,7 @@ use crate::{
     simulation::{
         ProgramFile,
         demands::{Led, demands},
-        external_axes::held_along,
+        external_axes::locked_along,
     },
     toolpath::{Circle, PathPoint, Plane, Sampling, Toolpath, Turn},
     work::Work,
@@ -30,7 +30,7 @@ impl Question for PathStudy {
     const NAME: &str = "a path study";
     const TEMPLATE: Template = Template {
         name: "path",
-        about: "How far the tool leaves a path, and which compensation puts it back",
+        about: "How far the tool leaves a path, and which drive commands compensate that",
         files: &[
             ("study.toml", include_str!("template/study.toml")),
             ("process.toml", include_str!("template/process.toml")),
@@ -76,7 +76,7 @@ pub(crate) fn path(
     };
     let origin = spec.file.as_ref().map_or_else(|| check.place(), |file| given.folder.path(file).display().to_string());
     let toolpath = process.with_cuts(toolpath, &origin)?;
-    let process = &Process { machine: held_along(&process.machine, &toolpath, &origin)?, ..process.clone() };
+    let process = &Process { machine: locked_along(&process.machine, &toolpath, &origin)?, ..process.clone() };
     let demands = demands(process, &toolpath, &origin)?;
     let study = PathStudy {
         errors: process.errors.clone(),

@@ -53,12 +53,12 @@ metrics! {
     WorstHingeTorque: "worst_hinge_torque", "largest torque of hinges", "hinge torque", Force;
     /// Smallest share of its force limit that a drive has left then. Larger is better.
     ForceMargin: "force_margin", "margin to the force limits", "force margin", Share;
-    /// Largest distance left by the correction within limits.
-    WorstResidual: "worst_residual", "worst error left within limits", "worst left", Length;
+    /// Largest residual error with the correction within limits.
+    WorstResidual: "worst_residual", "worst residual error within limits", "worst left", Length;
     /// Root mean square of that distance over the length of the path.
-    RmsResidual: "rms_residual", "rms error left within limits", "rms left", Length;
+    RmsResidual: "rms_residual", "rms residual error within limits", "rms left", Length;
     /// Largest difference between the sum of both sources' displacements and the displacement by both at once.
-    Departure: "departure", "departure of superposition", "departure", Length;
+    SuperpositionError: "superposition_error", "superposition error", "superposition", Length;
     /// Smallest eigenvalue of the loaded stiffness, rotations at the machine's reach. Larger is better.
     StabilityMargin: "stability_margin", "stability margin", "stability", Stiffness;
     /// Share of the path's length within tolerance at the nominal command. Larger is better.

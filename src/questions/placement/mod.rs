@@ -88,7 +88,7 @@ impl FeatureJob {
     fn at_every_turn(&self) -> &'static str {
         #[cfg(not(target_family = "wasm"))]
         if self.turn.is_some() {
-            return "; no turn about the tool's axis keeps the path within the box and the machine within its limits";
+            return "; no rotation about the tool axis keeps the path within the box and the machine within its limits";
         }
         ""
     }

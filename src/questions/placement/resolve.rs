@@ -25,6 +25,7 @@ use crate::{
             CandidateSpec, FeatureSpec, ForbiddenSpec, ObjectiveSpec, OfCoordinates, PlacementStudySpec, SearchSpec,
             TableSpec,
         },
+        spec::renamed,
     },
     simulation::{Machines, within_limits},
     toolpath::Orientation,
@@ -154,7 +155,7 @@ fn feature(spec: &FeatureSpec, given: &Given<'_>, check: &Check) -> Result<(Feat
     let origin = spec.file.as_ref().map_or_else(|| check.place(), |file| folder.path(file).display().to_string());
     if let [first, ..] = path.external_axes() {
         let problem =
-            format!("commands {first}: a place is sought for one position of such a drive, expected [held] instead");
+            format!("commands {first}: a place is sought for one position of such a drive, expected [locked] instead");
         return Err(Error::Argument { argument: origin, problem });
     }
     let path = process.with_cuts(path, &origin)?;
@@ -203,7 +204,7 @@ fn at_one_turn(process: Process, given: &Given<'_>, spec: &FeatureSpec) -> Resul
         crate::process::Redundancy::AsProgrammed => Ok(process),
         crate::process::Redundancy::Best => {
             let place = given.process_place(spec.process.as_deref()).key("tool_turn.redundancy");
-            place.fail("is best: a place is judged at one turn for each feature, expected best_constant".into())
+            place.fail("is best: a place is judged at one γ for each feature, expected best_constant".into())
         }
         crate::process::Redundancy::BestConstant => {
             let branch = process.machine.branch_of(&process.machine.home);
@@ -425,7 +426,7 @@ fn objective(spec: &ObjectiveSpec, machine: &Machine, features: &[FeatureJob], c
 fn metric(name: &str, machine: &Machine, features: &[FeatureJob], check: &Check) -> Result<Metric> {
     let Some(metric) = Metric::named(name) else {
         let known = Metric::ALL.map(Metric::label).join(", ");
-        return check.fail(format!("no metric is called \"{name}\"; there are: {known}"));
+        return check.fail(format!("no metric is called \"{name}\"; there are: {known}{}", renamed(name)));
     };
     if !metric.exists_on(machine) {
         let problem = "is of machines with slides and hinges: where all drives turn, expected worst_correction or \

@@ -29,7 +29,7 @@ pub enum Verdict {
     /// Evaluated on all points.
     Complete(Metrics),
     /// Given up after some levels; the metrics are no better than these, if it can be cut there at all.
-    GivenUp(Metrics),
+    Pruned(Metrics),
     /// The workpiece cannot be cut there.
     Infeasible(Failure),
 }
@@ -47,7 +47,7 @@ impl Cell {
     /// Its metrics, exact or as far as they are known.
     pub fn metrics(&self) -> Option<&Metrics> {
         match &self.verdict {
-            Verdict::Complete(metrics) | Verdict::GivenUp(metrics) => Some(metrics),
+            Verdict::Complete(metrics) | Verdict::Pruned(metrics) => Some(metrics),
             Verdict::Infeasible(_) => None,
         }
     }
@@ -106,7 +106,7 @@ pub(super) fn sweep(evaluator: &Evaluator, study: &PlacementStudy, work: &Work) 
     let verdict = |(site, state)| match state {
         State::Closed(verdict) => Cell { site, verdict },
         // No state is open once all are complete.
-        State::Open(partial) => Cell { site, verdict: Verdict::GivenUp(evaluator.outlook(&partial)) },
+        State::Open(partial) => Cell { site, verdict: Verdict::Pruned(evaluator.outlook(&partial)) },
     };
     Ok(sites.into_iter().zip(states).map(verdict).collect())
 }
@@ -205,7 +205,7 @@ fn give_up(evaluator: &Evaluator, study: &PlacementStudy, states: &mut [State], 
         let outlook = evaluator.outlook(partial);
         let is_off_front = pareto.is_empty() || known.iter().any(|metrics| dominates(metrics, &outlook, pareto));
         if study.objective.value(&outlook) > threshold && is_off_front {
-            *state = closed(Verdict::GivenUp(outlook), work);
+            *state = closed(Verdict::Pruned(outlook), work);
         }
     }
 }

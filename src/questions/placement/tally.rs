@@ -22,8 +22,8 @@ pub(super) struct Seen {
     pub hinges: Option<[f64; 2]>,
     /// Smallest share of a force limit left.
     pub margin: Option<f64>,
-    /// Departure of superposition, mm.
-    pub departure: f64,
+    /// Superposition error, mm.
+    pub superposition_error: f64,
     /// Parts of the deflection, mm: across the direction of motion, and normal to the wall.
     pub across: [f64; 2],
     /// Smallest eigenvalue of the loaded stiffness, N/mm.
@@ -38,7 +38,7 @@ pub(super) struct Needs {
     /// The exact correction.
     pub correction: bool,
     /// The sources one by one.
-    pub departure: bool,
+    pub superposition_error: bool,
     /// Eigenvalues of the stiffness.
     pub stability: bool,
     /// The correction within limits.
@@ -59,7 +59,7 @@ impl Needs {
                 Metric::WorstHingeTorque,
                 Metric::ForceMargin,
             ]),
-            departure: any(&[Metric::Departure]),
+            superposition_error: any(&[Metric::SuperpositionError]),
             stability: any(&[Metric::StabilityMargin]),
             bounded: metrics.iter().any(|metric| metric.is_bounded()),
             across: metrics.iter().any(|metric| metric.is_across()),
@@ -102,7 +102,7 @@ impl Seen {
             force: self.force.max(other.force),
             hinges: most(self.hinges, other.hinges),
             margin: least(self.margin, other.margin),
-            departure: self.departure.max(other.departure),
+            superposition_error: self.superposition_error.max(other.superposition_error),
             across: [0, 1].map(|k| self.across[k].max(other.across[k])),
             stability: least(self.stability, other.stability),
             // What a correction that one of them lacks shows says nothing of both.
@@ -157,8 +157,8 @@ impl Tally {
             metrics.set(Metric::WorstAcrossSurface, self.worst.across[1]);
             metrics.set(Metric::RmsAcrossSurface, squares[1]);
         }
-        if needs.departure {
-            metrics.set(Metric::Departure, self.worst.departure);
+        if needs.superposition_error {
+            metrics.set(Metric::SuperpositionError, self.worst.superposition_error);
         }
         if let Some(stability) = self.worst.stability.filter(|_| needs.stability) {
             metrics.set(Metric::StabilityMargin, stability);

@@ -82,10 +82,10 @@ impl FeatureJob {
         match turns_by_cost(asked, &Work::default()) {
             Ok(Ok(turns)) => Ok(turns),
             Ok(Err(dead_end)) => {
-                let hindrance = dead_end.hindrance.map_or("the turns before it lead to none there", |h| h.words());
+                let hindrance = dead_end.hindrance.map_or("the γ before it lead to none there", |h| h.words());
                 let [x, y, z]: [f64; 3] = path.points()[dead_end.point].position_mm.into();
                 let place = format!("feature {}, at ({x:.2}, {y:.2}, {z:.2}) mm of W", feature.name);
-                Err(no_turn(format!("{place}: no turn about the tool's axis goes on: {hindrance}")))
+                Err(no_turn(format!("{place}: no rotation about the tool axis goes on: {hindrance}")))
             }
             Err(error) => Err(no_turn(error.to_string())),
         }
@@ -163,11 +163,8 @@ impl Evaluator {
                 return Ok(turn);
             }
         }
-        let (turn, Failure { status, reason }) = refused.unwrap_or_else(|| (0.0, no_turn("there are no turns".into())));
-        let reason = format!(
-            "{reason} (turned by {:.0}° about the tool's axis; at no other turn can it be cut either)",
-            turn.to_degrees()
-        );
+        let (turn, Failure { status, reason }) = refused.unwrap_or_else(|| (0.0, no_turn("there is no γ".into())));
+        let reason = format!("{reason} (at γ = {:.0}°; at no other γ can it be cut either)", turn.to_degrees());
         Err(Failure { status, reason })
     }
 

@@ -95,7 +95,7 @@ impl<'a> Walk<'a> {
             first: None,
             apart: Source::parts(&machines.nominal)
                 .iter()
-                .filter(|_| needs.departure)
+                .filter(|_| needs.superposition_error)
                 .map(|&source| (source, session(source)))
                 .collect(),
         }
@@ -121,12 +121,12 @@ impl<'a> Walk<'a> {
             seen.stability = plain.outcome.as_ref().and_then(|outcome| outcome.softest(self.nominal.reach));
         }
         if !self.apart.is_empty() {
-            let mut departure = -plain.position_error;
+            let mut superposition_error = -plain.position_error;
             for (source, session) in &mut self.apart {
                 let alone = solved(self.nominal, compensate(session, &source.demand(demand), Method::None))?;
-                departure += alone.position_error;
+                superposition_error += alone.position_error;
             }
-            seen.departure = departure.norm();
+            seen.superposition_error = superposition_error.norm();
         }
         if self.exact != Exact::NotAsked {
             self.correct(demand, plain, &mut seen)?;

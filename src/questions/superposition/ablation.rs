@@ -1,6 +1,6 @@
-//! Where the departure comes from.
+//! Where the superposition error comes from.
 //!
-//! Subtracting what the chain errors do alone leaves the departure as the difference between two responses to the same
+//! Subtracting what the chain errors do alone leaves the superposition error as the difference between two responses to the same
 //! load: that of the nominal machine from where it rests, and that of the real one from where its errors have put it,
 //!
 //! `d = c(N, t₀) − c(R, t_a)`, with `c(M, t)` the displacement by `F` of machine `M` whose P rests at `t` without load.
@@ -28,8 +28,8 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    departure::{Case, Displacement},
     rig::Rig,
+    superposition_error::{Case, Displacement},
 };
 use crate::{
     compensation::{CompensationSettings, Demand, Method, Session, Target, compensate},
@@ -39,7 +39,7 @@ use crate::{
     statics::State,
 };
 
-/// A cause of the departure.
+/// A cause of the superposition error.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Cause {
     /// The stiffness is that of another place: shift of the evaluation point.
@@ -70,13 +70,13 @@ impl Cause {
     }
 }
 
-/// The departure at one tool angle and its parts.
+/// The superposition error at one tool angle and its parts.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Ablation {
     /// φ, degrees.
     pub phi_deg: f64,
-    /// The departure of superposition.
-    pub departure: Displacement,
+    /// The superposition error.
+    pub superposition_error: Displacement,
     /// Its parts, in the order of [`Cause::ALL`].
     pub parts: [Displacement; 5],
 }
@@ -157,12 +157,12 @@ fn freed(machine: &Machine, at_rest: &AtRest) -> (Machine, State) {
     (freed, state)
 }
 
-/// The parts of the departure at each φ of the study.
+/// The parts of the superposition error at each φ of the study.
 pub(super) fn ablate(case: &Case<'_>) -> Result<Vec<Ablation>, Failure> {
     let nominal = &case.study.scene.machine;
     if Source::parts(nominal).contains(&Source::Weight) {
         let reason =
-            "is told apart only for machines that are zeroed at rest under their weight (zeroed = \"at_rest\")";
+            "can be separated only for machines that are zeroed at rest under their weight (zeroed = \"at_rest\")";
         return Err(Failure { status: "not_tried".into(), reason: reason.into() });
     }
     let displacements = case.displacements(case.machines, 1.0)?;
@@ -175,11 +175,11 @@ pub(super) fn ablate(case: &Case<'_>) -> Result<Vec<Ablation>, Failure> {
     let (freed_machine, start) = freed(&real, &real_here);
     let freed_here = AtRest::settle(&freed_machine, &real_here.drives, start)?;
 
-    let departures = displacements.departures(displacements.assembly);
+    let superposition_errors = displacements.superposition_errors(displacements.assembly);
     let loads = case.loads(1.0);
-    let solved = displacements.cutting.iter().zip(&displacements.both).zip(departures);
-    let parts =
-        solved.zip(loads.iter().zip(&case.study.scene.phis)).map(|(((cutting, both), departure), (load, phi))| {
+    let solved = displacements.cutting.iter().zip(&displacements.both).zip(superposition_errors);
+    let parts = solved.zip(loads.iter().zip(&case.study.scene.phis)).map(
+        |(((cutting, both), superposition_error), (load, phi))| {
             let [here, there, freed_here, real_here, real_there] =
                 [&nominal_here, &nominal_there, &freed_here, &real_here, &real_there]
                     .map(|m| m.response(nominal, load));
@@ -191,7 +191,8 @@ pub(super) fn ablate(case: &Case<'_>) -> Result<Vec<Ablation>, Failure> {
                 (*cutting - here) - (real_cutting - real_there),
                 there + real_here - here - real_there,
             ];
-            Ablation { phi_deg: phi.to_degrees(), departure, parts }
-        });
+            Ablation { phi_deg: phi.to_degrees(), superposition_error, parts }
+        },
+    );
     Ok(parts.collect())
 }

@@ -1,38 +1,38 @@
-//! How the departure grows with the sources: its exponent as a slope in logarithmic scales.
+//! How the superposition error grows with the sources: its exponent as a slope in logarithmic scales.
 
 use serde::{Deserialize, Serialize};
 
 use super::{
     Scaled, SuperpositionStudy,
-    departure::{Case, Departures, Followed, Sum},
+    superposition_error::{Case, Followed, Sum, SuperpositionErrors},
 };
 use crate::simulation::{Failure, ROUNDING_MM};
 
-/// Departures at each factor of the study, worst over φ.
+/// Superposition errors at each factor of the study, worst over φ.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Growth {
-    /// Factor and departures, ascending.
-    pub steps: Vec<(f64, Result<Departures, Failure>)>,
+    /// Factor and superposition errors, ascending.
+    pub steps: Vec<(f64, Result<SuperpositionErrors, Failure>)>,
 }
 
-/// A straight line through departures in logarithmic scales: `departure ≈ coefficient · factor^slope`.
+/// A straight line through superposition errors in logarithmic scales: `superposition_error ≈ coefficient · factor^slope`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Fit {
     /// Exponent of the factor.
     pub slope: f64,
-    /// Departure at factor 1, mm.
+    /// Superposition error at factor 1, mm.
     pub coefficient_mm: f64,
-    /// Number of departures it was fitted to.
+    /// Number of superposition errors it was fitted to.
     pub points: usize,
-    /// Largest ratio between a departure and the line, either way; 1 where all lie on it.
+    /// Largest ratio between a superposition error and the line, either way; 1 where all lie on it.
     pub worst_ratio: f64,
 }
 
-/// Departures that lie off the fitted line by more than this ratio do not follow a power of the factor.
+/// Superposition errors that lie off the fitted line by more than this ratio do not follow a power of the factor.
 const STRAIGHT: f64 = 1.1;
 
 impl Fit {
-    /// Whether the departures follow a power of the factor.
+    /// Whether the superposition errors follow a power of the factor.
     pub fn is_power_law(&self) -> bool {
         self.worst_ratio <= STRAIGHT
     }
@@ -44,16 +44,16 @@ impl Growth {
         Self { steps: study.scales.iter().map(|factor| (*factor, Err(failure.clone()))).collect() }
     }
 
-    /// Factors and departures of `sum` at `followed` that are larger than rounding.
+    /// Factors and superposition errors of `sum` at `followed` that are larger than rounding.
     pub fn measured(&self, sum: Sum, followed: Followed) -> Vec<(f64, f64)> {
-        let departure = |(factor, found): &(f64, Result<Departures, Failure>)| {
+        let superposition_error = |(factor, found): &(f64, Result<SuperpositionErrors, Failure>)| {
             let worst = found.as_ref().ok()?.worst(sum, followed).ok()?;
-            (worst.departure_mm > ROUNDING_MM).then_some((*factor, worst.departure_mm))
+            (worst.superposition_error_mm > ROUNDING_MM).then_some((*factor, worst.superposition_error_mm))
         };
-        self.steps.iter().filter_map(departure).collect()
+        self.steps.iter().filter_map(superposition_error).collect()
     }
 
-    /// The line through [`Growth::measured`]; `None` with fewer than two departures.
+    /// The line through [`Growth::measured`]; `None` with fewer than two superposition errors.
     pub fn fit(&self, sum: Sum, followed: Followed) -> Option<Fit> {
         fit(&self.measured(sum, followed))
     }
@@ -62,7 +62,7 @@ impl Growth {
 pub(super) fn measure(case: &Case<'_>, scaled: Scaled) -> Growth {
     let step = |factor: &f64| {
         let (load, errors) = scaled.factors(*factor);
-        (*factor, case.departures(&case.real(errors), load))
+        (*factor, case.superposition_errors(&case.real(errors), load))
     };
     Growth { steps: case.study.scales.iter().map(step).collect() }
 }

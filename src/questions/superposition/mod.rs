@@ -6,17 +6,16 @@
 //!
 //! `d(F, E) = u(F, 0) + u(0, E) − u(F, E)`.
 //!
-//! The departure vanishes where a source is absent, so its lowest term is the mixed one, `−F E ∂²u/∂F∂E`: it grows with
+//! The superposition error vanishes where a source is absent, so its lowest term is the mixed one, `−F E ∂²u/∂F∂E`: it grows with
 //! the first power of each source and with the second of both.
 //!
-//! The same is asked of the linear aggregation of chain errors, eqs. (14) and (15), in place of `u(0, E)`. That departure
+//! The same is asked of the linear aggregation of chain errors, eqs. (14) and (15), in place of `u(0, E)`. That superposition error
 //! has a part in `E²` as well: what aggregation leaves out of the chain errors alone.
 //!
-//! - [`DeparturePoint`]: departure over the workspace, and the largest load that keeps it below a tolerance
-//! - [`LocationResult`]: departure, its [`growth`] with the sources, largest [`safe`] factors, [`ablation`]
+//! - [`GridPoint`]: superposition error over the workspace, and the largest load that keeps it below a tolerance
+//! - [`LocationResult`]: superposition error, its [`growth`] with the sources, largest [`safe`] factors, [`ablation`]
 
 pub mod ablation;
-pub mod departure;
 pub mod growth;
 #[cfg(feature = "report")]
 pub mod report;
@@ -24,16 +23,17 @@ mod resolve;
 mod rig;
 pub mod safe;
 pub(crate) mod spec;
+pub mod superposition_error;
 
 use std::ops::Range;
 
 use ablation::Ablation;
-use departure::{Case, Departures};
 use growth::Growth;
 use nalgebra::Vector3;
 use rayon::prelude::*;
 use safe::LargestFactor;
 use serde::{Deserialize, Serialize};
+use superposition_error::{Case, SuperpositionErrors};
 
 use crate::simulation::{Failure, Machines};
 use crate::{
@@ -61,9 +61,9 @@ pub struct SuperpositionStudy {
     pub grid: Grid,
     /// Locations studied in detail.
     pub locations: Vec<Location>,
-    /// Departure of the tool tip from which superposition no longer counts as safe, mm.
+    /// Superposition error of the tool tip from which superposition no longer counts as safe, mm.
     pub tolerance: f64,
-    /// Factors on the sources at which the growth of the departure is measured, ascending.
+    /// Factors on the sources at which the growth of the superposition error is measured, ascending.
     pub scales: Vec<f64>,
     /// The largest factor tried when the largest safe one is sought.
     pub largest_factor: f64,
@@ -105,12 +105,12 @@ impl Scaled {
 
 /// One grid point.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct DeparturePoint {
+pub struct GridPoint {
     /// Commanded position of P, mm.
     pub position_mm: [f64; 3],
-    /// Departures, worst over φ.
-    pub departures: Result<Departures, Failure>,
-    /// Largest factor on the load that keeps the departure of the tool tip within the tolerance.
+    /// Superposition errors, worst over φ.
+    pub superposition_errors: Result<SuperpositionErrors, Failure>,
+    /// Largest factor on the load that keeps the superposition error of the tool tip within the tolerance.
     pub largest_load: LargestFactor,
 }
 
@@ -119,13 +119,13 @@ pub struct DeparturePoint {
 pub struct LocationResult {
     /// The location.
     pub location: Location,
-    /// Departures, worst over φ.
-    pub departures: Result<Departures, Failure>,
-    /// Largest factors that keep the departure of the tool tip within the tolerance, in the order of [`Scaled::ALL`].
+    /// Superposition errors, worst over φ.
+    pub superposition_errors: Result<SuperpositionErrors, Failure>,
+    /// Largest factors that keep the superposition error of the tool tip within the tolerance, in the order of [`Scaled::ALL`].
     pub largest: [LargestFactor; 3],
-    /// How the departure grows, in the order of [`Scaled::ALL`].
+    /// How the superposition error grows, in the order of [`Scaled::ALL`].
     pub growth: [Growth; 3],
-    /// Where the departure comes from, at each φ.
+    /// Where the superposition error comes from, at each φ.
     pub ablation: Result<Vec<Ablation>, Failure>,
 }
 
@@ -136,7 +136,7 @@ pub struct Superposition {
     #[serde(skip)]
     pub study: SuperpositionStudy,
     /// Points in grid order.
-    pub points: Vec<DeparturePoint>,
+    pub points: Vec<GridPoint>,
     /// Locations in the order of the study.
     pub locations: Vec<LocationResult>,
 }
@@ -166,7 +166,7 @@ pub fn run(study: &SuperpositionStudy, work: &Work) -> error::Result<Superpositi
 pub fn run_map(
     study: &SuperpositionStudy,
     work: &Work,
-    take: impl FnMut(Vec<DeparturePoint>) -> error::Result<()> + Send,
+    take: impl FnMut(Vec<GridPoint>) -> error::Result<()> + Send,
 ) -> error::Result<()> {
     let machines = study.scene.machines()?;
     let (map, total) = (work.part("map"), study.grid.len());
@@ -185,7 +185,7 @@ pub(super) fn map_pieces(study: &SuperpositionStudy) -> usize {
 ///
 /// # Errors
 /// Of `work`.
-pub fn run_range(study: &SuperpositionStudy, indices: Range<usize>, work: &Work) -> error::Result<Vec<DeparturePoint>> {
+pub fn run_range(study: &SuperpositionStudy, indices: Range<usize>, work: &Work) -> error::Result<Vec<GridPoint>> {
     let indices = indices.start.min(study.grid.len())..indices.end.min(study.grid.len());
     let points = map_part(study, &study.scene.machines()?, indices, work)?;
     work.gathered()?;
@@ -198,14 +198,14 @@ fn map_part(
     machines: &Machines,
     indices: Range<usize>,
     work: &Work,
-) -> error::Result<Vec<DeparturePoint>> {
+) -> error::Result<Vec<GridPoint>> {
     let pieces = indices.clone().into_par_iter().step_by(PIECE).filter_map(|start| {
         let work = work.dealt(start / PIECE);
         let compute = || {
             let solve = |index| {
                 work.check()?;
                 let point = map_point(study, machines, study.grid.position(index));
-                if point.departures.is_err() {
+                if point.superposition_errors.is_err() {
                     work.tell(Event::Unsolved(1));
                 }
                 work.tell(Event::Computed(1));
@@ -215,7 +215,7 @@ fn map_part(
         };
         here(work.piece(&start, Vec::len, compute)).transpose()
     });
-    Ok(pieces.collect::<error::Result<Vec<Vec<DeparturePoint>>>>()?.into_iter().flatten().collect())
+    Ok(pieces.collect::<error::Result<Vec<Vec<GridPoint>>>>()?.into_iter().flatten().collect())
 }
 
 /// Computes the locations, in parallel on the current rayon pool.
@@ -238,39 +238,39 @@ pub fn run_locations(study: &SuperpositionStudy, work: &Work) -> error::Result<V
     Ok(locations)
 }
 
-fn map_point(study: &SuperpositionStudy, machines: &Machines, position: Vector3<f64>) -> DeparturePoint {
+fn map_point(study: &SuperpositionStudy, machines: &Machines, position: Vector3<f64>) -> GridPoint {
     let position_mm = position.into();
     let case = match Case::new(study, machines, position) {
         Ok(case) => case,
         Err(failure) => {
             let largest_load = LargestFactor::Unsolved(failure.clone());
-            return DeparturePoint { position_mm, departures: Err(failure), largest_load };
+            return GridPoint { position_mm, superposition_errors: Err(failure), largest_load };
         }
     };
-    let departures = case.departures(machines, 1.0);
-    let at_one = departures.as_ref().map(|found| found.superposed_tool_mm()).map_err(Clone::clone);
+    let superposition_errors = case.superposition_errors(machines, 1.0);
+    let at_one = superposition_errors.as_ref().map(|found| found.superposed_tool_mm()).map_err(Clone::clone);
     let largest_load = safe::largest(study, at_one, |factor| case.superposed_tool_mm(machines, factor));
-    DeparturePoint { position_mm, departures, largest_load }
+    GridPoint { position_mm, superposition_errors, largest_load }
 }
 
 fn location_result(study: &SuperpositionStudy, machines: &Machines, location: &Location) -> LocationResult {
     match Case::new(study, machines, location.position) {
         Ok(case) => LocationResult {
             location: location.clone(),
-            departures: case.departures(machines, 1.0),
+            superposition_errors: case.superposition_errors(machines, 1.0),
             largest: Scaled::ALL.map(|scaled| {
-                let departure = |factor: f64| {
+                let superposition_error = |factor: f64| {
                     let (load, errors) = scaled.factors(factor);
                     case.superposed_tool_mm(&case.real(errors), load)
                 };
-                safe::largest(study, departure(1.0), departure)
+                safe::largest(study, superposition_error(1.0), superposition_error)
             }),
             growth: Scaled::ALL.map(|scaled| growth::measure(&case, scaled)),
             ablation: ablation::ablate(&case),
         },
         Err(failure) => LocationResult {
             location: location.clone(),
-            departures: Err(failure.clone()),
+            superposition_errors: Err(failure.clone()),
             largest: Scaled::ALL.map(|_| LargestFactor::Unsolved(failure.clone())),
             growth: Scaled::ALL.map(|_| Growth::unsolved(study, &failure)),
             ablation: Err(failure),

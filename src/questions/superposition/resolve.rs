@@ -44,8 +44,9 @@ impl Question for SuperpositionStudy {
         let (grid, slices_z, size) = region.checked(given, box_of_p, MAX_POINTS)?;
         let tolerance = check.key("tolerance_mm").positive(spec.tolerance_mm)?;
         if tolerance < ROUNDING_MM {
-            let problem =
-                format!("must be at least {ROUNDING_MM:e}, below which departures are rounding, got {tolerance:e}");
+            let problem = format!(
+                "must be at least {ROUNDING_MM:e}, below which superposition errors are rounding, got {tolerance:e}"
+            );
             return check.key("tolerance_mm").fail(problem);
         }
         let largest_factor = spec.largest_factor.unwrap_or(16.0);

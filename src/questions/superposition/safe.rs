@@ -5,14 +5,14 @@ use serde::{Deserialize, Serialize};
 use super::SuperpositionStudy;
 use crate::simulation::Failure;
 
-/// The largest factor on a source for which the departure stays within the tolerance.
+/// The largest factor on a source for which the superposition error stays within the tolerance.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum LargestFactor {
-    /// The departure reaches the tolerance at this factor.
+    /// The superposition error reaches the tolerance at this factor.
     Reached(f64),
-    /// The departure stays below the tolerance up to this factor, the largest tried.
+    /// The superposition error stays below the tolerance up to this factor, the largest tried.
     BelowToLimit(f64),
-    /// The departure stays below the tolerance up to this factor, beyond which the machine has no stable equilibrium.
+    /// The superposition error stays below the tolerance up to this factor, beyond which the machine has no stable equilibrium.
     NoEquilibrium(f64, Failure),
     /// The location cannot be solved, not even without what is scaled.
     Unsolved(Failure),
@@ -34,14 +34,14 @@ impl LargestFactor {
         match self {
             LargestFactor::Reached(_) => String::new(),
             LargestFactor::BelowToLimit(factor) => {
-                format!("the departure stays below the tolerance up to factor {factor}, the largest tried")
+                format!("the superposition error stays below the tolerance up to factor {factor}, the largest tried")
             }
             LargestFactor::NoEquilibrium(_, failure) => format!("{} beyond it: {}", failure.status, failure.reason),
             LargestFactor::Unsolved(failure) => failure.reason.clone(),
         }
     }
 
-    /// The factor up to which the departure is known to stay within the tolerance.
+    /// The factor up to which the superposition error is known to stay within the tolerance.
     pub fn factor(&self) -> Option<f64> {
         match self {
             LargestFactor::Reached(factor)
@@ -52,17 +52,17 @@ impl LargestFactor {
     }
 }
 
-/// A factor counts as found when the departure differs from the tolerance by less than this share of it, or, where the
+/// A factor counts as found when the superposition error differs from the tolerance by less than this share of it, or, where the
 /// equilibrium ends, when it is known to this share of itself.
 const ACCURACY: f64 = 1e-6;
-/// Most halvings in search of a factor at which the departure is below the tolerance.
+/// Most halvings in search of a factor at which the superposition error is below the tolerance.
 const MOST_HALVINGS: usize = 60;
 /// Most evaluations within the bracket.
 const MOST_STEPS: usize = 80;
 
 /// The upper end of the bracket.
 enum Above {
-    /// The departure less the tolerance, mm; not negative.
+    /// The superposition error less the tolerance, mm; not negative.
     Exceeded(f64),
     Unsolved(Failure),
 }
@@ -73,20 +73,21 @@ impl From<Result<f64, Failure>> for Above {
     }
 }
 
-/// The factor at which `departure` (mm, of a factor) first reaches the tolerance of the study.
+/// The factor at which `superposition_error` (mm, of a factor) first reaches the tolerance of the study.
 ///
 /// Sought from factor 1, where it is `at_one`, by doubling or halving until the factor lies between one that keeps within
 /// the tolerance and one that does not, then by false position (Illinois), or by halving where the upper end has no
-/// equilibrium. As departures vanish with their sources, there is a factor below; that the departure does not pass the
+/// equilibrium. As superposition errors vanish with their sources, there is a factor below; that the superposition error does not pass the
 /// tolerance twice within one doubling is assumed.
 pub(super) fn largest(
     study: &SuperpositionStudy,
     at_one: Result<f64, Failure>,
-    departure: impl Fn(f64) -> Result<f64, Failure>,
+    superposition_error: impl Fn(f64) -> Result<f64, Failure>,
 ) -> LargestFactor {
-    let excess = |factor: f64| departure(factor).map(|departure| departure - study.tolerance);
+    let excess =
+        |factor: f64| superposition_error(factor).map(|superposition_error| superposition_error - study.tolerance);
     let mut factor = 1.0;
-    let mut found = at_one.map(|departure| departure - study.tolerance);
+    let mut found = at_one.map(|superposition_error| superposition_error - study.tolerance);
     if let Ok(below) = found
         && below < 0.0
     {

@@ -19,11 +19,11 @@ pub struct SuperpositionSpec {
     pub phi_step_deg: Option<f64>,
     /// Heights of the slices drawn; the grid plane nearest to each is shown.
     pub slices_z_mm: Vec<f64>,
-    /// Departure of the tool tip from which superposition no longer counts as safe.
+    /// Superposition error of the tool tip from which superposition no longer counts as safe.
     pub tolerance_mm: f64,
     /// Locations studied in detail; the named points of the machine if not given.
     pub location: Option<Vec<LocationSpec>>,
-    /// Factors on load and chain errors at which the growth of the departure is measured.
+    /// Factors on load and chain errors at which the growth of the superposition error is measured.
     #[serde(default)]
     pub scales: ScalesSpec,
     /// The largest factor tried on load and chain errors when the largest safe one is sought; 16 if not given.

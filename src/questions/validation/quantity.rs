@@ -1,4 +1,4 @@
-//! Numbers that a path has, as papers and measurement reports quote them.
+//! Key figures of a path, as papers and measurement reports quote them.
 
 use nalgebra::{Vector2, Vector3};
 use serde::{Deserialize, Serialize};
@@ -39,11 +39,11 @@ pub enum Quantity {
     /// Largest torque of any hinge on the compensated path, both sources.
     TorqueOfHinges,
     /// Largest error left by the compensation.
-    ErrorLeft,
+    ResidualError,
     /// Largest size of the sum of both single-source displacements, over that of the displacement by both at once.
     SuperpositionRatio,
-    /// Largest departure of that sum, as a vector, over the largest displacement by both at once.
-    Departure,
+    /// Largest superposition error of that sum, as a vector, over the largest displacement by both at once.
+    SuperpositionError,
     /// Share of the points at which the displacement by both at once is the smaller one.
     ShareBelowSuperposition,
     /// Cosine of the angle between the shifts of the middles of the path moved by both and of the commanded one.
@@ -68,7 +68,7 @@ impl Quantity {
             Quantity::DeflectionByCutting
             | Quantity::DeflectionByChainErrors
             | Quantity::DeflectionByBoth
-            | Quantity::ErrorLeft => "mm",
+            | Quantity::ResidualError => "mm",
             Quantity::Correction | Quantity::CorrectionOfSlides | Quantity::CorrectionOfHinges => {
                 self.drives(machine).map_or("1", Motion::position_unit)
             }
@@ -144,7 +144,7 @@ impl Quantity {
                 let kind = self.drives(&path.study.machine).ok_or("the machine has no drives")?;
                 largest_of(&path.study.machine, kind, both, |answer| answer.drive_forces.clone())
             }
-            Quantity::ErrorLeft => {
+            Quantity::ResidualError => {
                 let left = both.iter().map(|at| at.answer.position_error);
                 largest(&left.collect::<Vec<_>>())
             }
@@ -152,11 +152,11 @@ impl Quantity {
                 let together = largest(&moved(path, Source::All));
                 largest(&superposed(path)) / beyond_rounding(together, "both sources move nothing")?
             }
-            Quantity::Departure => {
+            Quantity::SuperpositionError => {
                 let together = moved(path, Source::All);
-                let departure: Vec<_> =
+                let superposition_error: Vec<_> =
                     superposed(path).iter().zip(&together).map(|(sum, at_once)| sum - at_once).collect();
-                largest(&departure) / beyond_rounding(largest(&together), "both sources move nothing")?
+                largest(&superposition_error) / beyond_rounding(largest(&together), "both sources move nothing")?
             }
             Quantity::ShareBelowSuperposition => {
                 let together = moved(path, Source::All);

@@ -108,7 +108,7 @@ pub struct Compensation {
     /// Displacement of the tool tip from where it is wanted, whatever is put right, O axes, mm.
     pub tool_displacement: Vector3<f64>,
     /// Rotation of the platform from the wanted orientation at the end, rotation vector in O axes, rad.
-    pub leftover_rotation: Vector3<f64>,
+    pub residual_rotation: Vector3<f64>,
     /// Forces of the drives at the end, N or N·mm.
     pub drive_forces: Vec<f64>,
     /// The equilibrium at the end; `None` where there is none.

@@ -19,7 +19,7 @@ pub(super) type Ending = Result<(CompensationStatus, Outcome), CompensationStatu
 /// When a compensation stops.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CompensationSettings {
-    /// Task error accepted, as a fraction of the machine's reach (rotations at the reach). At least three
+    /// Task error accepted, as a fraction of the machine's reach (rotations at the characteristic length). At least three
     /// times the tolerance of the equilibria, see [`CompensationSettings::with_equilibria_to`].
     pub tolerance: f64,
     /// Most corrections.
@@ -406,7 +406,7 @@ impl Session {
             history,
             tool_displacement: shown(self.nominal.tool_displacement(demand.wanted(), &self.state.pose)),
             position_error: shown(self.state.pose.transform(offset) - demand.wanted().transform(offset)),
-            leftover_rotation: shown(rotation_log(&product(
+            residual_rotation: shown(rotation_log(&product(
                 &self.state.pose.rotation,
                 &demand.wanted().rotation.transpose(),
             ))),

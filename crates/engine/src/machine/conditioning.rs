@@ -41,7 +41,7 @@ impl Machine {
         bound >= least || inverse_condition(&jacobian) >= least
     }
 
-    /// Motion of P per motion of each drive, of an arm as [`Machine::is_conditioned`] takes it; rotations at the reach, both as shares of
+    /// Motion of P per motion of each drive, of an arm as [`Machine::is_conditioned`] takes it; rotations at the characteristic length, both as shares of
     /// it. `None` for other machines.
     fn arm_jacobian(&self, at: &Configuration) -> Option<Matrix6<f64>> {
         let first = self.first_of_arm().filter(|_| self.controls.len() == 6)?;

@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 use super::{Configuration, Drive, Machine, kinematics::Unreachable};
 use crate::spatial::Pose;
 
-/// Where the external axes of a machine stand, mm or rad: the drives held, as in [`Model::held`](super::Model::held), then those of its
+/// Where the external axes of a machine stand, mm or rad: the drives locked, as in [`Model::locked`](super::Model::locked), then those of its
 /// workpiece carrier.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ExternalAxes([f64; ExternalAxes::MOST]);
@@ -70,19 +70,19 @@ impl std::ops::Deref for Standing {
 impl Machine {
     /// How many external axes there are.
     pub fn external_axis_count(&self) -> usize {
-        self.held.len() + self.carrier.as_ref().map_or(0, |carrier| carrier.drive_count())
+        self.locked.len() + self.carrier.as_ref().map_or(0, |carrier| carrier.drive_count())
     }
 
     /// Where the external axes stand; the first [`ExternalAxes::MOST`] of them.
     pub fn external_axes(&self) -> ExternalAxes {
         let carried = self.carrier.iter().flat_map(|carrier| carrier.home.drives.iter().copied());
-        let mut values = self.held.iter().map(|&(_, value)| value).chain(carried);
+        let mut values = self.locked.iter().map(|&(_, value)| value).chain(carried);
         ExternalAxes(std::array::from_fn(|_| values.next().unwrap_or(0.0)))
     }
 
     /// The external axis with this label, and its place among all.
     pub fn external_axis(&self, label: &str) -> Option<(usize, &Drive)> {
-        self.held_drives()
+        self.locked_drives()
             .into_iter()
             .enumerate()
             .find(|(_, (own, ..))| own == label)
@@ -94,19 +94,19 @@ impl Machine {
         self.written.along_path = axes;
     }
 
-    /// This machine with its external axes at `axes`: home moves with a rail, as in [`Machine::with_drives_held`].
+    /// This machine with its external axes at `axes`: home moves with a rail, as in [`Machine::with_locked_drives`].
     ///
     /// # Errors
     /// [`Unreachable::External`] if the other drives cannot meet the task there.
     pub fn standing(&self, axes: &ExternalAxes) -> Result<Machine, Unreachable> {
         let mut machine = self.carried(axes);
         let mut moves = false;
-        for ((_, value), &there) in machine.held.iter_mut().zip(&axes.0) {
+        for ((_, value), &there) in machine.locked.iter_mut().zip(&axes.0) {
             moves |= *value != there;
             *value = there;
         }
         if moves {
-            machine.hold_at_home("external axes").map_err(|why| Unreachable::External { reason: why.to_string() })?;
+            machine.lock_at_home("external axes").map_err(|why| Unreachable::External { reason: why.to_string() })?;
         }
         Ok(machine)
     }
@@ -114,7 +114,7 @@ impl Machine {
     /// This machine with the drives under its workpiece at `axes`, and its own as they are.
     pub fn carried(&self, axes: &ExternalAxes) -> Machine {
         let mut machine = self.clone();
-        let own = self.held.len();
+        let own = self.locked.len();
         if let Some(carrier) = &self.carrier {
             let positions = &axes.0[own..own + carrier.drive_count()];
             if positions != carrier.home.drives {

@@ -11,9 +11,9 @@ mod chain;
 mod conditioning;
 mod errors;
 mod external_axes;
-mod held;
 mod kinematics;
 mod led_point;
+mod locked;
 mod mobility;
 mod other_tool;
 mod parameters;
@@ -203,8 +203,8 @@ pub struct Model {
     /// which the machine stands with the path's point on it, see [`Machine::lead`].
     pub turns_with_position: bool,
     /// Drives that stay where they are told and take no part in the task, with their positions, mm or rad: see
-    /// [`Machine::with_drives_held`].
-    pub held: Vec<(usize, f64)>,
+    /// [`Machine::with_locked_drives`].
+    pub locked: Vec<(usize, f64)>,
     /// What carries the workpiece, if it can move or bend: a machine of one chain from O to the workpiece frame W, whose P is the
     /// origin of W and whose home is where its drives stand.
     pub carrier: Option<Machine>,
@@ -312,11 +312,11 @@ impl Machine {
         self.chains.iter().enumerate().flat_map(|(c, chain)| chain.drives.iter().map(move |drive| (c, drive)))
     }
 
-    /// Of each drive, the least change that leaves all joints where they stand, see `Chain::full_turn`; none of one that is held, which
+    /// Of each drive, the least change that leaves all joints where they stand, see `Chain::full_turn`; none of one that is locked, which
     /// stands where it is told.
     pub fn full_turns(&self) -> impl Iterator<Item = Option<f64>> {
         let turns = self.chains.iter().flat_map(|chain| (0..chain.drives.len()).map(|drive| chain.full_turn(drive)));
-        turns.enumerate().map(|(index, turn)| turn.filter(|_| self.held.iter().all(|&(held, _)| held != index)))
+        turns.enumerate().map(|(index, turn)| turn.filter(|_| self.locked.iter().all(|&(locked, _)| locked != index)))
     }
 
     /// Number of drives.

@@ -44,7 +44,7 @@ impl Closure<'_> {
         let drive_count = self.machine.drive_count();
         let rest = self.jacobian.clone().remove_columns(6, drive_count);
         let mut by_drives = self.jacobian.columns(6, drive_count).into_owned();
-        for &(drive, _) in &self.held {
+        for &(drive, _) in &self.locked {
             by_drives.column_mut(drive).fill(0.0);
         }
         let rest = decompose(rest)?;
@@ -55,7 +55,7 @@ impl Closure<'_> {
         let mut free_length = 0.0;
         if let Some(free) = free {
             let mut free = free.clone();
-            for &(drive, _) in &self.held {
+            for &(drive, _) in &self.locked {
                 free[drive] = 0.0;
             }
             let needed = drives.rows();
@@ -85,12 +85,12 @@ impl Closure<'_> {
     /// As [`Self::least_motion`], with `free` in the null space; also the length of that part.
     fn step_with(&self, at: &Configuration, free: Option<&DVector<f64>>) -> Option<(DVector<f64>, f64)> {
         let mut right = DMatrix::from_column_slice(self.residual.len(), 1, (-&self.residual).as_slice());
-        let to_hold: Vec<(usize, f64)> = self.held.iter().map(|&(d, value)| (d, self.way(at, d, value))).collect();
-        for &(drive, way) in &to_hold {
+        let to_lock: Vec<(usize, f64)> = self.locked.iter().map(|&(d, value)| (d, self.way(at, d, value))).collect();
+        for &(drive, way) in &to_lock {
             right -= self.jacobian.column(6 + drive) * way;
         }
         let (mut drives, rest, free_length) = self.split(&right, free)?;
-        for &(drive, way) in &to_hold {
+        for &(drive, way) in &to_lock {
             drives[(drive, 0)] = way;
         }
         Some((self.joined(&drives, &rest), free_length))
@@ -149,16 +149,16 @@ impl Closure<'_> {
         at
     }
 
-    /// From now on the drive `held` stays at its value: the configuration to which it has moved there from `at`, the task met.
-    fn hold(&mut self, at: &Configuration, held: (usize, f64), target: &Pose) -> Option<Configuration> {
-        let (drive, value) = held;
+    /// From now on the drive `locked` stays at its value: the configuration to which it has moved there from `at`, the task met.
+    fn lock(&mut self, at: &Configuration, locked: (usize, f64), target: &Pose) -> Option<Configuration> {
+        let (drive, value) = locked;
         let (from, command) = (at.drives[drive], Command::Task(target));
         let steps = (self.way(at, drive, value).abs() / (LONGEST_HOLD * self.machine.reach)).ceil().clamp(1.0, 100.0);
         let mut at = at.clone();
-        self.held.push(held);
+        self.locked.push(locked);
         for step in 1..=steps as usize {
             let share = step as f64 / steps;
-            if let Some(last) = self.held.last_mut() {
+            if let Some(last) = self.locked.last_mut() {
                 last.1 = if share < 1.0 { from + (value - from) * share } else { value };
             }
             self.linearise(&at, &command);
@@ -188,18 +188,18 @@ impl Machine {
     pub(super) fn nearest_to_home(&self, at: Configuration, target: &Pose) -> Configuration {
         let mut closure = Closure::new(self);
         let mut at = closure.towards_home(at, target);
-        for &(drive, value) in &self.held {
+        for &(drive, value) in &self.locked {
             at.drives[drive] = value;
         }
-        for _ in self.held.len()..self.redundancy {
+        for _ in self.locked.len()..self.redundancy {
             let beyond = self.drives().zip(&at.drives).enumerate().find_map(|(d, ((_, drive), rho))| {
                 let (low, high) = drive.travel?;
                 (!(low..=high).contains(rho)).then(|| (d, rho.clamp(low, high)))
             });
-            let Some(held) = beyond else { break };
-            let Some(met) = closure.hold(&at, held, target) else { break };
+            let Some(locked) = beyond else { break };
+            let Some(met) = closure.lock(&at, locked, target) else { break };
             at = closure.towards_home(met, target);
-            for &(drive, value) in &closure.held {
+            for &(drive, value) in &closure.locked {
                 at.drives[drive] = value;
             }
         }

@@ -64,7 +64,7 @@ impl Machine {
         self.chains.len() == 1 && told.is_some_and(|told| !told.is_empty() && self.with_drives_told(&told).is_ok())
     }
 
-    /// As [`Machine::with_drives_held`], of drives that turn the platform: rotations are then theirs, and its other drives control its
+    /// As [`Machine::with_locked_drives`], of drives that turn the platform: rotations are then theirs, and its other drives control its
     /// translations.
     ///
     /// # Errors
@@ -75,18 +75,17 @@ impl Machine {
             machine.controls.retain(|c| matches!(c, Coordinate::Translation(_)));
             machine.redundancy = machine.redundancy_at_home();
         }
-        let mut machine = machine.with_drives_held(positions)?;
+        let mut machine = machine.with_locked_drives(positions)?;
         if machine.turns_beside_held() {
             let names = positions.iter().map(|(name, _)| name.as_ref()).collect::<Vec<_>>().join(", ");
-            let problem =
-                format!("told where to stand, the platform of machine {} turns as the others move it", machine.name);
+            let problem = format!("locked, the platform of machine {} turns as the others move it", machine.name);
             return Err(refused(&names, problem));
         }
         machine.turns_with_position = false;
         Ok(machine)
     }
 
-    /// Whether the platform turns as the drives move it that are not held.
+    /// Whether the platform turns as the drives move it that are not locked.
     fn turns_beside_held(&self) -> bool {
         (0..3).any(|axis| {
             let mut beside = self.home.pose;
@@ -98,11 +97,11 @@ impl Machine {
     }
 
     /// Whether the drives that are told where to stand decide how the platform is turned.
-    pub fn is_turned_by_held(&self) -> bool {
+    pub fn is_turned_by_locked(&self) -> bool {
         let turns = |&(index, _): &(usize, f64)| {
             self.drives().nth(index).is_some_and(|(_, drive)| drive.motion == Motion::Revolute)
         };
-        self.held.iter().any(turns) && !self.controls.iter().any(|c| matches!(c, Coordinate::Rotation(_)))
+        self.locked.iter().any(turns) && !self.controls.iter().any(|c| matches!(c, Coordinate::Rotation(_)))
     }
 }
 

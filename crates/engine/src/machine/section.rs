@@ -210,7 +210,7 @@ fn released_bar(bar: &Matrix6<f64>, length: f64) -> Matrix6<f64> {
 /// five coordinates left when motion along local y is the passive coordinate itself.
 ///
 /// `K_Pa(q) = Σ_± S_±ᵀ K_r S_±`, `S_± = [I, −[r_±]×; 0, I]`, `r_± = ±(width/2)(sin q, cos q, 0)`: the terms odd in r
-/// cancel, what is left is `2 K_r` and, on the rotations, `2 [r]×ᵀ K_r,ff [r]×`, quadratic in (sin q, cos q).
+/// cancel, what remains is `2 K_r` and, on the rotations, `2 [r]×ᵀ K_r,ff [r]×`, quadratic in (sin q, cos q).
 pub fn parallelogram_terms(bar: &Matrix6<f64>, length: f64, width: f64) -> [nalgebra::SMatrix<f64, 5, 5>; 3] {
     let released = released_bar(bar, length);
     let force_block: Matrix3<f64> = released.fixed_view::<3, 3>(0, 0).into();

@@ -1,5 +1,5 @@
 //! Equilibrium of the whole machine under a prescribed wrench, eqs. (3) and (7), as one condensed Newton iteration;
-//! load steps, and whether what they reach is stable, `snapped` or singular.
+//! load steps, and whether what they reach is stable, `snap_through` or singular.
 
 use nalgebra::{Matrix6, Matrix6xX, Vector3};
 
@@ -44,7 +44,7 @@ pub fn equilibrium(
         },
     };
     if let (Some(load_fraction), Status::Solved) = (lost, &outcome.status) {
-        outcome = newton.failed(Status::Snapped { load_fraction }, outcome.residual);
+        outcome = newton.failed(Status::SnapThrough { load_fraction }, outcome.residual);
     }
     if newton.is_at_singular_place(&outcome.status, state) {
         outcome = newton.failed(Status::SingularPlace, outcome.residual);
@@ -236,7 +236,7 @@ impl<'a> Newton<'a> {
             return Status::SingularPlace;
         }
         match fraction > 0.0 && (!softest.is_stable || softest.has_softened(unloaded)) {
-            true => Status::Snapped { load_fraction: fraction },
+            true => Status::SnapThrough { load_fraction: fraction },
             false => Status::NotConverged { load_fraction: fraction },
         }
     }

@@ -51,7 +51,7 @@ pub enum Status {
     },
     /// No equilibrium that the start leads to: on the way, the stiffness of the platform falls to zero. What equilibria
     /// there may be beyond are reached by snapping through.
-    Snapped {
+    SnapThrough {
         /// Fraction of the load and of the chain errors at which stability is lost.
         load_fraction: f64,
     },
@@ -68,14 +68,14 @@ impl Status {
             Status::Buckled { .. } => "buckled",
             Status::Singular => "singular",
             Status::NotConverged { .. } => "not_converged",
-            Status::Snapped { .. } => "snapped",
+            Status::SnapThrough { .. } => "snap_through",
             Status::SingularPlace => "singular",
         }
     }
 
     /// Whether it is one of an equilibrium, stable or not.
     pub fn is_equilibrium(&self) -> bool {
-        !matches!(self, Status::NotConverged { .. } | Status::Snapped { .. } | Status::SingularPlace)
+        !matches!(self, Status::NotConverged { .. } | Status::SnapThrough { .. } | Status::SingularPlace)
     }
 
     /// Reason in words; empty when solved.
@@ -90,7 +90,7 @@ impl Status {
             Status::NotConverged { load_fraction } => {
                 format!("no equilibrium beyond {:.1} % of the load and the chain errors", 100.0 * load_fraction)
             }
-            Status::Snapped { load_fraction } => format!(
+            Status::SnapThrough { load_fraction } => format!(
                 "the machine snaps through: it loses its stability at {:.1} % of the load and the chain errors",
                 100.0 * load_fraction
             ),

@@ -42,7 +42,7 @@ impl Report<'_> {
     }
 
     /// Whether the worst that was found keeps the tolerance.
-    fn is_kept(&self) -> bool {
+    fn is_within(&self) -> bool {
         self.answer.with_table.error_mm <= self.question.tolerance_mm
     }
 
@@ -99,8 +99,8 @@ pub struct Exported {
     pub headline: Headline,
     /// Everything it says.
     pub details: String,
-    /// Whether the tolerance is kept.
-    pub is_kept: bool,
+    /// Whether the largest residual error is within the tolerance.
+    pub is_within: bool,
     /// The files, manifest last.
     pub files: Vec<PathBuf>,
 }
@@ -122,7 +122,7 @@ pub fn export(question: &CorrectionQuestion, export: &CorrectionExport, out: &Pa
     let run = Run { out, formats: &[Format::Csv], figures: export.figures, work };
     let mut output = output(&report, export, &run);
     let files = output.write(&run, Colours::default(), &export.inputs)?;
-    Ok(Exported { headline: output.page.headline, details: output.details, is_kept: report.is_kept(), files })
+    Ok(Exported { headline: output.page.headline, details: output.details, is_within: report.is_within(), files })
 }
 
 /// The formats that were asked for, or all that are of use.
@@ -156,7 +156,7 @@ fn output(report: &Report<'_>, export: &CorrectionExport, run: &Run<'_>) -> Outp
     summary["schema"] = json!(1);
     summary["nodes"] = json!(answer.table.grid.counts());
     Output {
-        is_answered: Some(report.is_kept()),
+        is_answered: Some(report.is_within()),
         tables: own_tables,
         streamed: (files, Vec::new()),
         figures: run.drawn(|| figures(report)),

@@ -54,7 +54,7 @@ fn sections(report: &Report<'_>) -> Vec<Section> {
         }
     }
     vec![
-        Section::new("What is left where?", "without correction, with the table, with exact corrections")
+        Section::new("Where is the residual error?", "without correction, with the table, with exact corrections")
             .text(&text::what_is_left(report))
             .explorers([MAP])
             .figures(&["slices_error_none", "slices_error_table", "slices_error_exact"])
@@ -107,10 +107,10 @@ const AXES: [&str; 3] = ["x", "y", "z"];
 pub(super) fn figures(report: &Report<'_>) -> Vec<(String, Figure)> {
     let Some(plane) = plane(report.question) else { return Vec::new() };
     let titles = [
-        "What is left without correction",
-        "What the table leaves",
-        "What exact corrections leave",
-        "What a table for each joint leaves",
+        "Error without correction",
+        "Residual error with the table",
+        "Residual error with exact corrections",
+        "Residual error with a table for each joint",
     ];
     let ways = report.residuals.first().map_or(0, |point| point.left_mm.len());
     let map = |way: usize| Figure::Slices(slices(report, plane, way, titles[way]));

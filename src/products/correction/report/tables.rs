@@ -64,7 +64,7 @@ pub(super) fn residuals(report: &Report<'_>) -> Table {
 }
 
 /// Version of the file.
-const SCHEMA: u32 = 1;
+const SCHEMA: u32 = 2;
 
 /// Axes, units, values, what they were made from and what they leave.
 pub(super) fn correction_json(report: &Report<'_>, inputs: &Inputs) -> Value {
@@ -109,7 +109,7 @@ pub(super) fn bound_json(report: &Report<'_>) -> Value {
     let answer = report.answer;
     json!({
         "tolerance_mm": report.question.tolerance_mm,
-        "is_kept": report.is_kept(),
+        "is_within_tolerance": report.is_within(),
         "worst_with_table": answer.with_table,
         "worst_at_nodes_mm": answer.at_nodes_mm,
         "worst_without": answer.without,

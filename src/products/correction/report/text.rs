@@ -13,13 +13,13 @@ use crate::{
 pub(super) fn cautions(report: &Report<'_>) -> String {
     let CorrectionQuestion { machine, errors, corners, .. } = report.question;
     let known = cautions::of_machine(machine, errors, "corner of the box", corners.iter().copied());
-    not_kept(report) + &known + &left(report)
+    out_of_tolerance(report) + &known + &left(report)
 }
 
-fn not_kept(report: &Report<'_>) -> String {
-    match report.is_kept() {
+fn out_of_tolerance(report: &Report<'_>) -> String {
+    match report.is_within() {
         true => String::new(),
-        false => format!("The tolerance of {} mm is not kept.\n", report.question.tolerance_mm),
+        false => format!("The table is out of tolerance ({} mm).\n", report.question.tolerance_mm),
     }
 }
 
@@ -28,7 +28,7 @@ fn left(report: &Report<'_>) -> String {
     axes.map_or_else(String::new, |axes| format!("Errors along {axes} stay: the drives do not control it.\n"))
 }
 
-/// What the table leaves, and how that is known.
+/// Residual error with the table, and how that is known.
 pub(super) fn what_is_left(report: &Report<'_>) -> String {
     let (question, answer) = (report.question, report.answer);
     let worst = &answer.with_table;
@@ -38,7 +38,7 @@ pub(super) fn what_is_left(report: &Report<'_>) -> String {
     let size = counted(answer.table.grid.len(), "node");
     let smallest = match question.counts {
         Some(_) => "a size that was given",
-        None => "with one node less along any axis the tolerance was found to be broken",
+        None => "with one node less along any axis it was found to be out of tolerance",
     };
     format!(
         "The table has {} ({}), {smallest}.\nThe largest error found with it is {}, {}; without correction {}, {}.\n\
@@ -143,7 +143,7 @@ fn of_table(report: &Report<'_>) -> String {
     if answer.without.error_mm <= ROUNDING_MM {
         return format!("The tool of the {name} is where it is wanted without correction: the table is one of zeros.");
     }
-    match report.is_kept() {
+    match report.is_within() {
         true => format!(
             "With a table of {size} points the tool of the {name} stays within {} mm anywhere in the box (worst found: {left}); without \
              any it is off by up to {without}.",

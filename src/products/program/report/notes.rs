@@ -1,5 +1,4 @@
-//! What must be known of a program (what was taken for granted, which lines stay as they are), and how the written one is used: how it is
-//! loaded, what must be off, and what a dry run shows.
+//! Notes on a program (what is assumed, which lines are unchanged), and how to use the compensated program: how to load it, which compensations of the control to switch off, and what a dry run shows.
 
 use super::Report;
 use crate::{
@@ -31,14 +30,14 @@ pub fn use_text(report: &Report<'_>) -> String {
             " and how the tool stands. Positions and orientations of moves are changed, all else is as in {name}: feed, spindle, tool.\n"
         ),
         (true, _) => format!(
-            ". It is turned about the tool's axis: positions and orientations of moves are changed, and there are more of them; lines above \
-             are those of the turned program. Feed, spindle and tool are as in {name}.\n"
+            ". It is rotated about the tool axis: positions and orientations of moves are changed, and there are more of them; lines above \
+             are those of the rotated program. Feed, spindle and tool are as in {name}.\n"
         ),
     };
     let mut text = format!("The program commands {point} in the frame of {name}{rest}");
-    let turned = report.proved.passes.last().and_then(|written| written.summary.max_leftover_rotation);
+    let turned = report.proved.passes.last().and_then(|written| written.summary.max_residual_rotation);
     if let Some(turned) = turned.filter(|angle| *angle > LEAST_TURN) {
-        text += &format!("What bends also turns the tool, by up to {:.3}°, and that is left.\n", turned.to_degrees());
+        text += &format!("Deflection also rotates the tool by up to {:.3}°, uncompensated.\n", turned.to_degrees());
     }
     if report.findings.outside.any() {
         let machine = report.job.machine.short_title();

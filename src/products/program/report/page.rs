@@ -89,7 +89,7 @@ fn cause(report: &Report<'_>) -> Section {
             listed(&words)
         );
     }
-    Section::new("Why?", "which source is to blame").text(&text).figures(&["sources", "cutting_force"])
+    Section::new("Why?", "which source causes it").text(&text).figures(&["sources", "cutting_force"])
 }
 
 fn remedy(report: &Report<'_>) -> Section {

@@ -34,7 +34,7 @@ pub fn program_columns(job: &ProgramJob) -> Vec<Column> {
     columns.extend(numbers(["x_mm", "y_mm", "z_mm", "commanded_x_mm", "commanded_y_mm", "commanded_z_mm"]));
     columns.extend(numbers(Source::of(machine).iter().map(|source| before_column(*source))));
     columns.extend(numbers(["error_after_mm", "error_after_x_mm", "error_after_y_mm", "error_after_z_mm"]));
-    columns.extend(numbers(["leftover_rotation_deg"]));
+    columns.extend(numbers(["residual_rotation_deg"]));
     columns.extend(numbers(cutting_force::columns()));
     columns.extend(texts(["status", "reason", "limits"]));
     columns.extend(numbers(["nominal", "commanded"].into_iter().flat_map(pose_columns)));
@@ -79,7 +79,7 @@ pub fn program_table(job: &ProgramJob, proved: &ProvedPart<'_>, bounded: Option<
         let shown = |value: f64| Cell::from(answer.is_settled.then_some(value));
         row.push(shown(answer.position_error.norm()));
         row.extend(answer.position_error.iter().map(|v| shown(*v)));
-        row.push(shown(answer.leftover_rotation.norm().to_degrees()));
+        row.push(shown(answer.residual_rotation.norm().to_degrees()));
         row.extend(cutting_force::force_cells(demand));
         row.extend([
             answer.status.label().into(),
@@ -105,7 +105,7 @@ pub fn passes_table(
     in_full: bool,
     shown: impl Fn(f64) -> String + Copy,
 ) -> (Vec<&'static str>, Vec<Vec<String>>) {
-    let turns = |pass: &Pass| pass.summary.max_leftover_rotation.filter(|_| in_full);
+    let turns = |pass: &Pass| pass.summary.max_residual_rotation.filter(|_| in_full);
     let has_turns = passes.iter().filter_map(turns).any(|angle| angle > 0.0);
     let mut header = vec!["commands", "largest", "rms"];
     header.extend(if in_full { vec!["steps", "solved"] } else { vec!["points solved"] });
@@ -179,7 +179,7 @@ fn bounded_json(job: &ProgramJob, path: &BoundedPath) -> Value {
 }
 
 /// Version of the report. In 1, what limits cost was per rad for hinges and had no unit in its key.
-const SCHEMA: u32 = 2;
+const SCHEMA: u32 = 3;
 
 /// What each pass leaves, over the points at which the tool cuts.
 pub fn program_json(report: &Report<'_>) -> Value {
@@ -205,7 +205,7 @@ pub fn program_json(report: &Report<'_>) -> Value {
                 "error_max_mm": s.max_mm,
                 "error_rms_mm": s.rms_mm,
                 "corrections_mean": s.mean_corrections,
-                "leftover_rotation_max_deg": s.max_leftover_rotation.map(f64::to_degrees),
+                "residual_rotation_max_deg": s.max_residual_rotation.map(f64::to_degrees),
             })
         })
         .collect();

@@ -6,7 +6,7 @@ use crate::{
     compensation::{BoundedPath, LimitKind, Price},
     files::{
         table::kind_word,
-        words::{counted, millimetres, percent},
+        words::{counted, millimetres},
     },
     machine::{Machine, Motion},
     page::{
@@ -102,7 +102,7 @@ pub fn exceeded_text(job: &ProgramJob, exceeded: &[Exceeded]) -> String {
 pub fn left_text(machine: &Machine, left_mm: Option<f64>) -> String {
     let (Some(axes), Some(left)) = (machine.uncontrolled_names(), left_mm) else { return String::new() };
     let left = millimetres(left, 4);
-    format!("Compensation leaves up to {left}: the drives do not control {axes}.\n")
+    format!("The residual error is up to {left}: the drives do not control {axes}.\n")
 }
 
 /// How far writing holes of cycles has moved positions on their ways, where there are any.
@@ -242,15 +242,13 @@ fn sentence(report: &Report<'_>) -> String {
     let off = millimetres(worst.size_mm, 3);
     let left = report.proved.passes.last().and_then(|pass| pass.summary.max_mm);
     let then =
-        left.map_or_else(String::new, |left| format!("; the compensated program leaves {}", millimetres(left, 4)));
+        left.map_or_else(String::new, |left| format!("; with the compensated program, by {}", millimetres(left, 4)));
     format!("Running {}, the tool of the {name} is off by up to {off}{line}{then}.", report.name)
 }
 
 fn against(job: &ProgramJob, within: ShareWithin) -> String {
     let verdict = job.process.tolerance_mm.and_then(|tolerance| Some((tolerance, within.get()?)));
-    verdict.map_or_else(String::new, |(tolerance, share)| {
-        Tolerance(tolerance).kept(&format!("at {} of the points", percent(share)))
-    })
+    verdict.map_or_else(String::new, |(tolerance, share)| Tolerance(tolerance).met(share, "at … of the points"))
 }
 
 /// The largest distance of the two, that without compensation and that as written.
@@ -299,8 +297,8 @@ impl Proved {
         let [leaves, commands, moved] = [written, commanded, rounded_mm].map(|length| millimetres(length, 4));
         (written > commanded + ROUNDINGS * rounded_mm + EXACT_MM).then(|| {
             format!(
-                "Do not run the written program: it leaves {leaves}, its commands leave {commands} and writing them moved none by more \
-                 than {moved}.\n"
+                "Do not run the written program: its residual error is {leaves}, that of its commands {commands}, and writing them moved \
+                 none by more than {moved}.\n"
             )
         })
     }

@@ -96,14 +96,14 @@ fn page(report: &Report<'_>) -> Description {
             ),
             Fact::new(
                 "Profile",
-                "the interval within which the others can be fitted anew with what is left growing no more than chance explains",
+                "the interval within which the others can be fitted anew with the residual growing no more than chance explains",
             ),
             Fact::new("Left out", "predicted without its own measurement, by the linear equations of the fit"),
         ],
         sections: vec![
             found.figures(&["answer"]).tables(["parameters.csv", "correlations.csv"]),
             Section::new("What is open?", "and what to measure next").text(&text::open(report)).tables(["open.csv"]),
-            Section::new("Does the model hold?", "what is left, and what other unknowns would do")
+            Section::new("Does the model hold?", "residuals, and what other unknowns would do")
                 .text(&text::models(report))
                 .text(&text::patterns(report))
                 .explorers(has_lengths.then_some(RESIDUALS))
@@ -115,7 +115,7 @@ fn page(report: &Report<'_>) -> Description {
             TableNote::new("parameters.csv", "The unknowns: value, interval, and what hinders."),
             TableNote::new("correlations.csv", "Correlations of the unknowns."),
             TableNote::new("open.csv", "Combinations of unknowns that the measurements leave open."),
-            TableNote::new("patterns.csv", "Rank correlations of what is left with order, load, direction and pose."),
+            TableNote::new("patterns.csv", "Rank correlations of the residuals with order, load, direction and pose."),
             TableNote::new("models.csv", "Sets of unknowns by how well they predict."),
             TableNote::ranked("residuals.csv", "Readings: mm, of rotations degrees.", "residual"),
         ],
@@ -124,7 +124,7 @@ fn page(report: &Report<'_>) -> Description {
 }
 
 /// Title of the view of what is left.
-const RESIDUALS: &str = "What is left of lengths, in the order of measuring";
+const RESIDUALS: &str = "Residuals of lengths, in the order of measuring";
 
 /// What is left of each length that was read.
 fn residuals(study: &IdentificationStudy) -> Explorer {
@@ -160,7 +160,7 @@ fn residuals(study: &IdentificationStudy) -> Explorer {
 fn setting(study: &IdentificationStudy) -> Vec<Fact> {
     let noise = match study.noise.length {
         Some(std) => format!("{std} mm"),
-        None if study.noise.is_estimated => "told by the scatter".into(),
+        None if study.noise.is_estimated => "estimated from the scatter".into(),
         None => "as the file of measurements says".into(),
     };
     vec![

@@ -122,7 +122,7 @@ fn over(report: &Report<'_>, [title, label]: [&str; 2], value: impl Fn(usize, &M
 }
 
 fn residuals(report: &Report<'_>) -> LineFigure {
-    over(report, ["What is left, in the order of measuring", "number of the measurement"], |order, _| {
+    over(report, ["Residuals of the fit, in the order of measuring", "number of the measurement"], |order, _| {
         (order + 1) as f64
     })
 }
@@ -132,14 +132,14 @@ fn force(own: &Measurement) -> Vector3<f64> {
 }
 
 fn over_load(report: &Report<'_>) -> LineFigure {
-    over(report, ["What is left, over the load", "size of the force [N]"], |_, own| force(own).norm())
+    over(report, ["Residuals of the fit against the load", "size of the force [N]"], |_, own| force(own).norm())
 }
 
 fn over_direction(report: &Report<'_>) -> LineFigure {
     let angle = |_, own: &Measurement| force(own).y.atan2(force(own).x).to_degrees();
     over(
         report,
-        ["What is left, over the direction of the force", "direction in the x–y plane of O, from x to y [°]"],
+        ["Residuals of the fit against the direction of the force", "direction in the x–y plane of O, from x to y [°]"],
         angle,
     )
 }
@@ -164,6 +164,6 @@ fn over_pose(report: &Report<'_>) -> LineFigure {
     };
     let all = report.study.machine.drive_labels().into_iter().enumerate().map(of);
     let all = all.filter(|series| !series.points.is_empty()).collect();
-    let labels = ["position of the drive, of the range in which it was measured", "size of what is left [mm]"];
-    figure(report, "What is left, over the pose", labels, all)
+    let labels = ["position of the drive, of the range in which it was measured", "size of the residual [mm]"];
+    figure(report, "Residuals of the fit against the pose", labels, all)
 }

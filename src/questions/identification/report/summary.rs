@@ -24,7 +24,7 @@ impl Report<'_> {
         self.found.found.iter().filter(|own| own.open.is_none())
     }
 
-    /// RMS of what is left over that of what was measured, of lengths that the load changes; `None` without any.
+    /// RMS of the residuals over that of what was measured, of lengths that the load changes; `None` without any.
     pub fn left_share(&self) -> Option<f64> {
         left_share(&self.found.fit.residuals, &self.study.measurements, &[])
     }

@@ -26,17 +26,17 @@ pub(super) fn headline(report: &Report<'_>) -> Headline {
     let are = |count: usize| if count == 1 { "is" } else { "are" };
     let told = match (all - known, known) {
         _ if !report.found.fit.is_found => {
-            "The search for the numbers did not end: nothing is identified; the values in parameters.csv are the best found".into()
+            "The search for the parameters did not end: nothing is identified; the values in parameters.csv are the best found".into()
         }
         _ if report.found.fit.is_beyond_noise => {
-            "Nothing is identified: more is left of what was measured than the noise that was given explains".into()
+            "Nothing is identified: the residual is larger than the noise that was given explains".into()
         }
-        (0, 1) => format!("The number is identified: {}", few(report)),
-        (0, _) => format!("All {all} numbers are identified: {}", few(report)),
-        (1, 0) if all == 1 => "The number is not identified: the measurements leave it open".into(),
-        (_, 0) => format!("None of {all} numbers is identified: the measurements leave them open"),
+        (0, 1) => format!("The parameter is identified: {}", few(report)),
+        (0, _) => format!("All {all} parameters are identified: {}", few(report)),
+        (1, 0) if all == 1 => "The parameter is not identified: the measurements leave it open".into(),
+        (_, 0) => format!("None of {all} parameters is identified: the measurements leave them open"),
         (open, _) => format!(
-            "{known} of {all} numbers {} identified: {}; the measurements leave {open} open",
+            "{known} of {all} parameters {} identified: {}; the measurements leave {open} open",
             are(known),
             few(report)
         ),
@@ -51,11 +51,7 @@ pub(super) fn headline(report: &Report<'_>) -> Headline {
     };
     Headline::new(sentence, basis(report.study))
         .with_cautions(&cautions(report))
-        .with_all(
-            report
-                .left_mm()
-                .map(|left| KeyNumber::new(&millimetres(left, 3), "left of what was measured, RMS", share(left))),
-        )
+        .with_all(report.left_mm().map(|left| KeyNumber::new(&millimetres(left, 3), "residual, RMS", share(left))))
         .with_all(predicted.map(|value| {
             let what = format!("error of what was not fitted, RMS, {} parts", report.study.folds);
             KeyNumber::new(&millimetres(value, 3), what, share(value))
@@ -156,20 +152,23 @@ fn profiles(report: &Report<'_>) -> Option<String> {
     (!all.is_empty()).then(|| format!("By the profile of the likelihood, intervals are others: {}.", all.join("; ")))
 }
 
-/// What the residuals hang on.
+/// What the residuals correlate with.
 pub(super) fn patterns(report: &Report<'_>) -> String {
     let said = |own: &Pattern| {
-        format!("{} hangs on {} (rank correlation {:+.2}), as by {}", own.of, own.with, own.correlation, own.hint)
+        format!(
+            "{} correlates with {} (rank correlation {:+.2}), as by {}",
+            own.of, own.with, own.correlation, own.hint
+        )
     };
     let seen: Vec<String> = report.found.patterns.iter().filter(|own| own.is_seen()).map(said).collect();
     match (report.found.patterns.is_empty(), seen.is_empty()) {
-        (true, _) => "There are too few measurements to show a pattern in what is left.".into(),
+        (true, _) => "There are too few measurements to show a pattern in the residuals.".into(),
         (_, true) => {
-            "What is left shows no pattern over order, load, direction and pose: no rank correlation is larger than chance makes once \
-             in a thousand times."
+            "The residuals show no pattern over order, load, direction and pose: no rank correlation is larger than chance makes once in a \
+             thousand times."
                 .into()
         }
-        _ => format!("A pattern in what is left: {}.", seen.join("; ")),
+        _ => format!("A pattern in the residuals: {}.", seen.join("; ")),
     }
 }
 
@@ -180,9 +179,9 @@ pub(super) fn open(report: &Report<'_>) -> String {
         let names: Vec<&str> = all.iter().map(|own| &*own.unknown.name).collect();
         let farther = if all.iter().all(|own| own.profile.is_some()) { " near the best fit" } else { "" };
         return match names[..] {
-            [] => "All combinations of the unknowns are told.".into(),
+            [] => "All parameter combinations are identifiable.".into(),
             _ => format!(
-                "All combinations of the unknowns are told{farther}; not identified all the same: {}.",
+                "All parameter combinations are identifiable{farther}; not identified all the same: {}.",
                 listed(&names)
             ),
         };
@@ -195,13 +194,13 @@ pub(super) fn open(report: &Report<'_>) -> String {
             let pose = &report.study.measurements[advice.measurement].name;
             let known = |std: f64| if std.is_finite() { format!("{std:.2}") } else { "not at all".into() };
             format!(
-                " A force of {size} N along {along} at pose {pose} would tell most of the least known one: its standard deviation \
+                " A force of {size} N along {along} at pose {pose} would inform most about the least known one: its standard deviation \
                  would fall from {} to {}.",
                 known(advice.std[0]),
                 known(advice.std[1])
             )
         }
-        None => " No force on the tool tip at these poses would tell them.".into(),
+        None => " No force on the tool tip at these poses would identify them.".into(),
     };
     format!("Open, the least known first: {}.{next}", each.join("; "))
 }
@@ -223,8 +222,8 @@ pub(super) fn models(report: &Report<'_>) -> String {
         })
         .collect();
     match report.study.folds {
-        0 | 1 => format!("RMS of what is left: {}.", lines.join("; ")),
-        folds => format!("RMS of what is left in {folds} parts: {}.", lines.join("; ")),
+        0 | 1 => format!("RMS of the residuals: {}.", lines.join("; ")),
+        folds => format!("RMS of the residuals in {folds} parts: {}.", lines.join("; ")),
     }
 }
 
@@ -251,7 +250,7 @@ fn far_off(report: &Report<'_>) -> Option<String> {
         LossSpec::Squares => "; look there, or let such count less (loss = \"cauchy\")",
         LossSpec::Huber | LossSpec::Cauchy => "",
     };
-    (!all.is_empty()).then(|| format!("{what} far off all others: {}{advice}.", first(NAMED, all.iter().map(said))))
+    (!all.is_empty()).then(|| format!("{what} stand out as outliers: {}{advice}.", first(NAMED, all.iter().map(said))))
 }
 
 /// Numbers that fit best where they are no longer sought.
@@ -289,7 +288,7 @@ pub(super) fn misfit(report: &Report<'_>) -> Option<String> {
     let others = report.left_share_of_others().unwrap_or(share);
     let far = if share > NOTEWORTHY && others < 0.5 * share { far_off(report) } else { None };
     if let Some(far) = far {
-        let far = format!("What is left is {words} of what was measured, {} without {far}", percent(others));
+        let far = format!("The residual is {words} of what was measured, {} without {far}", percent(others));
         if fit.is_beyond_noise {
             return Some(format!(
                 "{far} It is {:.1} times the noise that was given, which chance makes less than once in a hundred times: nothing is identified.",
@@ -303,33 +302,33 @@ pub(super) fn misfit(report: &Report<'_>) -> Option<String> {
     }
     if share > FOLLOWED {
         return Some(format!(
-            "What is left is nearly as large as what was measured ({words}): are the units, signs and axes of loads and readings those of \
+            "The residual is nearly as large as what was measured ({words}): are the units, signs and axes of loads and readings those of \
              their columns?"
         ));
     }
     if fit.is_beyond_noise {
         return Some(format!(
-            "What is left is {:.1} times the noise that was given, which chance makes less than once in a hundred times: the model lacks \
+            "The residual is {:.1} times the noise that was given, which chance makes less than once in a hundred times: the model lacks \
              something, and nothing is identified. {TRY}",
             fit.scale
         ));
     }
     if report.study.noise.is_estimated && share > NOTEWORTHY {
         return Some(format!(
-            "What is left is {words} of what was measured: the model lacks something, or readings scatter so; intervals are as wide as if they \
-             did. {TRY}"
+            "The residual is {words} of what was measured: the model lacks something, or readings scatter so; intervals are as wide as if \
+             they did. {TRY}"
         ));
     }
     if !report.study.noise.is_estimated && fit.scale < TOO_QUIET && report.study.reading_count() >= fit.x.len() + MANY {
         return Some(format!(
-            "What is left is but {} times the noise that was given: are std_mm and std_deg in these units? Intervals are as wide as that noise \
-             makes them.",
+            "The residual is only {} times the noise that was given: are std_mm and std_deg in these units? Intervals are as wide as that \
+             noise makes them.",
             number(fit.scale)
         ));
     }
     let is_widened = report.study.loss == LossSpec::Squares && !report.study.noise.is_estimated && fit.scale > 1.5;
     is_widened
-        .then(|| format!("What is left is {:.1} times the noise that was given; intervals are wider by it.", fit.scale))
+        .then(|| format!("The residual is {:.1} times the noise that was given; intervals are wider by it.", fit.scale))
 }
 
 /// Stiffnesses that look like those of another unit.

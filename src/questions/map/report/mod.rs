@@ -32,7 +32,7 @@ impl Answered for WorkspaceMapStudy {
         let machine = &self.scene.machine;
         let image = Image {
             grid: self.grid.clone(),
-            layers: vec![Layer { table: "map", keys: &["source"], vectors: &["deflection", "departure"] }],
+            layers: vec![Layer { table: "map", keys: &["source"], vectors: &["deflection", "superposition_error"] }],
         };
         let of_block = |points: &[MapPoint]| table(machine, points);
         let mut streams = Streams::new(run, Some(image)).with("map", table(machine, &[]), of_block)?;
@@ -82,8 +82,8 @@ fn page(summary: &Summary<'_>, text: &Said) -> Description {
                 "cutting force, chain errors and weight one by one; stiffness; what adding them misses",
             )
             .text(&text.cause)
-            .figures(&["slices_deflection", "slices_stiffness", "slices_departure", "machine_bent"]),
-            Section::new("What to tell the drives?", "the corrections that keep the tool on its path")
+            .figures(&["slices_deflection", "slices_stiffness", "slices_superposition", "machine_bent"]),
+            Section::new("Which drive commands compensate it?", "the corrections that keep the tool on its path")
                 .text(&text.remedy)
                 .figures(&["slices_delta_rho"]),
         ],

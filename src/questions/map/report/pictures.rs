@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use super::{
     Summary,
-    quantities::{ANGLE, DEFLECTION, DEPARTURE, STIFFNESS, drives},
+    quantities::{ANGLE, DEFLECTION, STIFFNESS, SUPERPOSITION_ERROR, drives},
 };
 use crate::{
     answer::{Drawn, GridMap, Quantity, Tolerance, deflected_pose::deflected_pose},
@@ -41,9 +41,9 @@ fn drawn(study: &WorkspaceMapStudy) -> Vec<Drawn<MapPoint>> {
     };
     let [together, added] = match Source::parts(machine).contains(&Source::Weight) {
         true => {
-            ["How far cutting force, weight and chain errors move the tool", "How wrong it is to add the three effects"]
+            ["How far cutting force, weight and chain errors move the tool", "Superposition error of the three effects"]
         }
-        false => ["How far cutting force and chain errors move the tool", "How wrong it is to add the two effects"],
+        false => ["How far cutting force and chain errors move the tool", "Superposition error of the two effects"],
     };
     let mut all = vec![
         of("deflection_cutting", "How far the cutting force moves the tool", Source::Cutting, DEFLECTION),
@@ -64,10 +64,10 @@ fn drawn(study: &WorkspaceMapStudy) -> Vec<Drawn<MapPoint>> {
             "hinges" => ("delta_rho_hinges_all", "hinges"),
             drives => ("delta_rho_all", drives),
         };
-        all.push(of(stem, &format!("What the {drives} must be told instead"), Source::All, correction));
+        all.push(of(stem, &format!("Corrections of the {drives}"), Source::All, correction));
     }
-    let departure = of("departure_all", added, Source::All, DEPARTURE);
-    all.push(Drawn { label: "departure at the worst angle [mm]".into(), ..departure });
+    let superposition_error = of("superposition_all", added, Source::All, SUPERPOSITION_ERROR);
+    all.push(Drawn { label: "superposition error at the worst angle [mm]".into(), ..superposition_error });
     let [smallest, ..] = STIFFNESS;
     let title = "How stiff the tool tip is in its softest direction";
     all.push(of("stiffness_min_cutting", title, Source::Cutting, smallest));

@@ -32,15 +32,15 @@ pub(super) const STIFFNESS: [Of; 3] = [
         Some(e.principal_stiffness_n_per_mm[2])
     }),
 ];
-pub(super) const DEPARTURE: Of =
-    Of::new("departure_mm", "departure of superposition", Smaller, SourceEffect::departure_mm);
-pub(super) const DEPARTURE_SHARE: Of =
-    Of::new("departure_over_deflection", "departure over deflection", Smaller, |effect| {
-        Some(effect.departure_mm().filter(|_| effect.deflection_mm > 0.0)? / effect.deflection_mm)
+pub(super) const SUPERPOSITION_ERROR: Of =
+    Of::new("superposition_error_mm", "superposition error", Smaller, SourceEffect::superposition_error_mm);
+pub(super) const SUPERPOSITION_ERROR_SHARE: Of =
+    Of::new("superposition_error_over_deflection", "superposition error over deflection", Smaller, |effect| {
+        Some(effect.superposition_error_mm().filter(|_| effect.deflection_mm > 0.0)? / effect.deflection_mm)
     });
 /// What corrected drives leave.
 pub(super) const LEFT: Of =
-    Of::in_table("error_left_mm", |effect| effect.delta_rho.as_ref().ok().map(|_| effect.left_mm));
+    Of::in_table("residual_error_mm", |effect| effect.delta_rho.as_ref().ok().map(|_| effect.left_mm));
 
 fn deflection_along() -> [Of; 3] {
     Of::vector_mm("deflection", "deflection", |effect| Some(effect.deflection_vector_mm))
@@ -57,7 +57,7 @@ pub(super) fn on_page(drives: &OfDrives<SourceEffect>) -> Vec<Of> {
     let mut all = vec![DEFLECTION];
     all.extend(drives.largest().cloned());
     all.extend(STIFFNESS);
-    all.extend([DEPARTURE, DEPARTURE_SHARE, ANGLE]);
+    all.extend([SUPERPOSITION_ERROR, SUPERPOSITION_ERROR_SHARE, ANGLE]);
     all.extend(deflection_along());
     all.extend(drives.each.iter().cloned());
     all
@@ -75,9 +75,9 @@ pub(super) fn columns(machine: &Machine) -> TableOf<SourceEffect> {
     all.extend(deflection_along());
     all.push(ANGLE);
     all.extend(STIFFNESS);
-    all.push(DEPARTURE);
-    all.extend(Of::vector_mm("departure", "", |effect| effect.departure_vector_mm));
-    all.push(DEPARTURE_SHARE);
+    all.push(SUPERPOSITION_ERROR);
+    all.extend(Of::vector_mm("superposition_error", "", |effect| effect.superposition_error_vector_mm));
+    all.push(SUPERPOSITION_ERROR_SHARE);
     all.extend(drives(machine).each);
     // The drives cannot put all of the error right.
     all.extend(machine.uncontrolled_axes().next().map(|_| LEFT));

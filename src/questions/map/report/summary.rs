@@ -3,7 +3,7 @@
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 
-use super::quantities::{DEFLECTION, DEPARTURE, DEPARTURE_SHARE, LEFT, drives};
+use super::quantities::{DEFLECTION, LEFT, SUPERPOSITION_ERROR, SUPERPOSITION_ERROR_SHARE, drives};
 use crate::{
     answer::{Found, OfDrives, OfQuantities, Quantity, ShareWithin},
     files::StatusCount,
@@ -57,8 +57,8 @@ impl<'a> Summary<'a> {
         let of_source = |_| OfSource {
             known: 0,
             uncorrected: 0,
-            told: OfQuantities::new([DEFLECTION, DEPARTURE].into_iter().chain(drives.largest().cloned())),
-            said: OfQuantities::new([LEFT, DEPARTURE_SHARE]),
+            told: OfQuantities::new([DEFLECTION, SUPERPOSITION_ERROR].into_iter().chain(drives.largest().cloned())),
+            said: OfQuantities::new([LEFT, SUPERPOSITION_ERROR_SHARE]),
         };
         let sources = BySource::of(machine, of_source);
         Self { study, drives, sources, points: 0, within: ShareWithin::default(), statuses: Vec::new() }

@@ -1,14 +1,14 @@
 //! A map in sentences, and at a glance: how far the tool moves at best and at worst, and what the drives need.
 
 use super::{
-    quantities::{DEFLECTION, DEPARTURE, DEPARTURE_SHARE, LEFT},
+    quantities::{DEFLECTION, LEFT, SUPERPOSITION_ERROR, SUPERPOSITION_ERROR_SHARE},
     summary::{AtAngle, OfSource, Summary},
 };
 use crate::{
     answer::{Found, Quantity, Said, Tolerance, acting},
     files::{
         table::kind_word,
-        words::{counted, millimetres, percent},
+        words::{counted, millimetres},
     },
     machine::{Machine, Motion},
     page::headline::{Extreme, Headline, InTable, KeyNumber},
@@ -66,8 +66,8 @@ fn tolerance(summary: &Summary<'_>) -> String {
         return String::new();
     };
     let is_all_known = summary.of(Source::All).known == study.grid.len();
-    let solved = if is_all_known { "" } else { " as far as it was solved" };
-    Tolerance(tolerance).kept_without_compensation(&format!("in {} of the box{solved}", percent(share)))
+    let solved = if is_all_known { "" } else { "As far as it was solved: " };
+    solved.to_string() + &Tolerance(tolerance).met_without_compensation(share, "in … of the box")
 }
 
 /// The single sources, and how wrong it is to add them.
@@ -82,17 +82,17 @@ fn cause(summary: &Summary<'_>) -> String {
         text += "The sources are worst at different places and in different directions: these largest values do not \
                  add up to that of all.\n";
     }
-    text + &departure(summary)
+    text + &superposition_error(summary)
 }
 
-fn departure(summary: &Summary<'_>) -> String {
+fn superposition_error(summary: &Summary<'_>) -> String {
     let both = summary.of(Source::All);
     let (true, Some([_, absolute]), Some([_, relative])) =
-        (summary.is_enough(both.known), both.of(&DEPARTURE), both.of(&DEPARTURE_SHARE))
+        (summary.is_enough(both.known), both.of(&SUPERPOSITION_ERROR), both.of(&SUPERPOSITION_ERROR_SHARE))
     else {
         return String::new();
     };
-    let meaning = "Departure of superposition (the effects computed one by one and added, less all at once)";
+    let meaning = "Superposition error (the effects computed one by one and added, less all at once)";
     if absolute.value <= ROUNDING_MM {
         return format!("{meaning}: none.\n");
     }
@@ -146,7 +146,7 @@ fn drives_of_kind(
 fn left(both: &OfSource, machine: &Machine) -> String {
     let (Some(axes), Some([_, most])) = (machine.uncontrolled_names(), both.of(&LEFT)) else { return String::new() };
     let left = millimetres(most.value, 3);
-    format!("Compensation leaves up to {left}, at {}: the drives do not control {axes}.\n", most.place())
+    format!("The residual error is up to {left}, at {}: the drives do not control {axes}.\n", most.place())
 }
 
 /// The answer at a glance.
@@ -170,7 +170,7 @@ pub(super) fn headline(summary: &Summary<'_>, text: &Said) -> Headline {
         true => format!("{under}, the tool of the {name} moves by {high} everywhere."),
         false => format!(
             "{under}, the tool of the {name} moves by {low} at best and {high} at worst; {} near {}.",
-            kept(summary).unwrap_or_else(|| "cut".into()),
+            met(summary).unwrap_or_else(|| "cut".into()),
             least.place()
         ),
     };
@@ -186,14 +186,11 @@ pub(super) fn headline(summary: &Summary<'_>, text: &Said) -> Headline {
         .with_all(correction(all, summary))
 }
 
-/// Where the tolerance is kept, if there is one, up to the place that is best.
-fn kept(summary: &Summary<'_>) -> Option<String> {
-    let tolerance = summary.study.scene.tolerance_mm?;
-    Some(match summary.within.get()? {
-        0.0 => format!("{tolerance} mm is kept nowhere, least missed"),
-        1.0 => format!("{tolerance} mm is kept everywhere, best"),
-        share => format!("{tolerance} mm is kept in {} of the box,", percent(share)),
-    })
+/// Where the tolerance is met, if there is one, up to the place that is best.
+fn met(summary: &Summary<'_>) -> Option<String> {
+    let (tolerance, share) = (Tolerance(summary.study.scene.tolerance_mm?), summary.within.get()?);
+    let end = if share == 0.0 || share == 1.0 { ", best" } else { "," };
+    Some(format!("{}{end}", tolerance.met(share, "in … of the box")))
 }
 
 fn in_map(quantity: &Quantity<SourceEffect>, extreme: Extreme, value: f64) -> InTable {
@@ -202,11 +199,7 @@ fn in_map(quantity: &Quantity<SourceEffect>, extreme: Extreme, value: f64) -> In
 
 fn worst(summary: &Summary<'_>, [least, most]: [&Found<AtAngle>; 2], high: &str) -> KeyNumber {
     let against = match (summary.study.scene.tolerance_mm, summary.within.get()) {
-        (Some(tolerance), Some(share)) => Tolerance(tolerance).kept(&match share {
-            0.0 => "nowhere".into(),
-            1.0 => "everywhere".into(),
-            share => format!("in {} of the box", percent(share)),
-        }),
+        (Some(tolerance), Some(share)) => Tolerance(tolerance).met(share, "in … of the box"),
         _ if least.value > ROUNDING_MM => format!("{:.1} times the smallest", most.value / least.value),
         _ => String::new(),
     };

@@ -108,7 +108,7 @@ fn without_answer(study: &MeasurementDesignStudy) -> Description {
 /// Sections, setting and tables; first screen, figures and question are added by the run.
 fn page(report: &Report<'_>) -> Description {
     let lines = text::parameters(report).into_iter().chain(text::tested(report)).chain(text::target(report));
-    let known = Section::new("How far will the numbers be known?", "half 95 % intervals, if the model holds");
+    let known = Section::new("How well will the parameters be known?", "half 95 % intervals, if the model holds");
     let known = lines.fold(known, |section, line| section.text(&line));
     Description {
         terms: vec![
@@ -119,19 +119,19 @@ fn page(report: &Report<'_>) -> Description {
             Fact::new("Random", "as many candidates drawn by chance: the median over all draws"),
         ],
         sections: vec![
-            Section::new("What to measure", "that which tells most first; print this, and fill in what is read")
+            Section::new("What to measure", "the most informative first; print this, and fill in what is read")
                 .small_tables([printed(report)])
                 .tables(["sheet.csv", "chosen.csv"]),
             known.explorers([WIDTHS]).figures(&["answer"]).tables(["widths.csv"]),
-            Section::new("What was there to choose from?", "every candidate, with its order where it was chosen")
+            Section::new("Which candidates were there?", "every candidate measurement, with its rank if chosen")
                 .tables(["candidates.csv"]),
         ],
         explorers: vec![widths(report.study)],
         tables: vec![
-            TableNote::new("chosen.csv", "The measurements, that which tells most first."),
+            TableNote::new("chosen.csv", "The measurements, the most informative first."),
             TableNote::new("sheet.csv", "The same to be filled in, in the columns of an identification."),
             TableNote::new("widths.csv", "Half intervals with more and more measurements."),
-            TableNote::new("candidates.csv", "Everything there was to choose from."),
+            TableNote::new("candidates.csv", "All candidate measurements."),
         ],
         ..without_answer(report.study)
     }

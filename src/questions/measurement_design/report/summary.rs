@@ -103,7 +103,7 @@ fn figure(report: &Report<'_>, series: Vec<LineSeries>) -> LineFigure {
     let study = report.study;
     let note = format!("intervals wider than {DRAWN} are not drawn");
     LineFigure {
-        title: "How far the numbers will be known".into(),
+        title: "How well the parameters will be known".into(),
         subtitle: format!("{}, {} candidates", study.machine.short_title(), study.candidates.len()),
         x_label: "number of measurements".into(),
         y_label: "half 95 % interval [ln, mm, °]".into(),

@@ -78,7 +78,8 @@ impl Answered for OnlineStudy {
 /// Sections, setting, views and tables; first screen, figures and question are added by the run.
 fn page(compared: &Compared<'_>) -> Description {
     let study = compared.study;
-    let of_cut = "by how much the cutting force changes as the tool leaves its depth, N per mm; a loop whose gain is below 1 settles";
+    let of_cut =
+        "change of the cutting force per mm of depth of cut, N/mm; a control loop whose gain is below 1 converges";
     Description {
         setting: setting(study),
         terms: vec![
@@ -91,10 +92,10 @@ fn page(compared: &Compared<'_>) -> Description {
         explorers: vec![over_error()],
         tables: vec![
             TableNote::new("bands.csv", "One row per force error and way to correct: rms distances over seeds."),
-            TableNote::new("trials.csv", "One row per force error and seed: what both ways to correct leave."),
+            TableNote::new("trials.csv", "One row per force error and seed: residual errors of both ways to correct."),
         ],
         sections: vec![
-            Section::new("What does each correction leave?", "over the error of the predicted force")
+            Section::new("What is the residual error of each correction?", "against the error of the predicted force")
                 .text(&text::details(compared))
                 .explorers([OVER_ERROR])
                 .tables(["bands.csv", "trials.csv"]),
@@ -103,7 +104,7 @@ fn page(compared: &Compared<'_>) -> Description {
     }
 }
 
-const OVER_ERROR: &str = "What corrections leave over the force error";
+const OVER_ERROR: &str = "Residual error against the force error";
 
 fn setting(study: &OnlineStudy) -> Vec<Fact> {
     let (path, sensor) = (&study.path, &study.sensor);

@@ -80,7 +80,7 @@ pub(super) fn picture(compared: &Compared<'_>) -> Option<Figure> {
     let (name, seeds) = (compared.study.path.machine.short_title(), counted(compared.study.seeds, "seed"));
     series.iter().any(|series| !series.points.is_empty()).then(|| {
         Figure::Lines(LineFigure {
-            title: "What corrections leave, by how wrong the predicted force is".into(),
+            title: "Residual error against the error of the predicted force".into(),
             subtitle: format!("{name}, {seeds}: median and 5 % to 95 %"),
             x_label: "standard deviation of the force error [%]".into(),
             y_label: "rms distance from the path [mm]".into(),

@@ -25,11 +25,11 @@ fn unsafe_loop(compared: &Compared<'_>) -> String {
     };
     match found.gain {
         Some(gain) if gain.is_infinite() => format!(
-            "Not safe: at {stiffness} N/mm the cut does not settle where the tool is drawn in, with or without correction.\n"
+            "Not safe: at {stiffness} N/mm the cut does not converge where the tool is drawn in, with or without correction.\n"
         ),
         Some(gain) if gain >= 1.0 => format!(
-            "Not safe: at {stiffness} N/mm the gain of the loop is {gain:.2}, and the correction feeds on itself where the tool \
-             is drawn in. What the trials leave is not what such a loop leaves.\n"
+            "Not safe: at {stiffness} N/mm the gain of the loop is {gain:.2}, and the control loop diverges where the tool is drawn \
+             in. The residual errors of the trials are not those of such a loop.\n"
         ),
         _ => String::new(),
     }
@@ -40,7 +40,7 @@ fn unsolved(compared: &Compared<'_>) -> String {
     let partly = trials.iter().filter(|trial| quantities::status(trial) != SOLVED);
     match partly.count() {
         0 => String::new(),
-        count => format!("In {count} of {} trials the machine does not settle at every point.\n", trials.len()),
+        count => format!("In {count} of {} trials the machine has no equilibrium at some point.\n", trials.len()),
     }
 }
 
@@ -83,16 +83,16 @@ fn sentence(compared: &Compared<'_>) -> String {
     let name = compared.study.path.machine.short_title();
     match compared.break_even {
         Some(BreakEven::Always) => format!(
-            "On this path of the {name} correcting by measured forces leaves less than correcting by predicted ones even if the \
-             prediction is right."
+            "On this path of the {name} the residual error is smaller when measured forces correct than when predicted ones do, even if \
+             the prediction is right."
         ),
         Some(BreakEven::From(error)) => format!(
-            "On this path of the {name} it pays to measure the force and to correct in the controller once its prediction is \
-             wrong by more than {}.",
+            "On this path of the {name} it pays to measure the force and to correct in the controller once its prediction is off by more \
+             than {}.",
             percent_of(error)
         ),
         Some(BreakEven::Never(error)) => format!(
-            "On this path of the {name} correcting beforehand leaves less, even if the predicted force is wrong by {}: \
+            "On this path of the {name} correcting beforehand has the smaller residual error, even if the predicted force is off by {}: \
              measuring it does not pay.",
             percent_of(error)
         ),
@@ -111,7 +111,7 @@ fn break_even(compared: &Compared<'_>) -> Option<KeyNumber> {
 fn residual(compared: &Compared<'_>) -> Option<KeyNumber> {
     let [offline, online] = compared.at_the_largest()?;
     let largest = percent_of(compared.study.force_errors.last().copied()?);
-    let what = format!("rms distance left by measured forces if their prediction is wrong by {largest}, in the median");
+    let what = format!("rms residual error by measured forces if their prediction is off by {largest}, in the median");
     let plain = if_any(compared.results.plain.rms_mm, |rms| format!("; {} without correction", millimetres(rms, 4)));
     Some(KeyNumber::new(
         &millimetres(online, 4),
@@ -124,8 +124,8 @@ fn loop_gain(found: &LoopGain) -> KeyNumber {
     let shown = format!("{:.0} N/mm", found.largest_stiffness_N_per_mm);
     let against = match found.gain {
         Some(gain) if gain.is_finite() => format!("the loop has a gain of {gain:.2} at the stiffness that is given"),
-        Some(_) => "at the stiffness that is given the cut itself does not settle".into(),
+        Some(_) => "at the stiffness that is given the cut itself does not converge".into(),
         None => "no cutting stiffness is given".into(),
     };
-    KeyNumber::new(&shown, "cutting stiffness from which on the correction feeds on itself", against)
+    KeyNumber::new(&shown, "cutting stiffness from which on the control loop diverges", against)
 }

@@ -65,7 +65,7 @@ impl Answered for PathStudy {
         };
         if let Some((found, how)) = turn_found(study) {
             let arc_lengths_mm = study.stations.iter().map(|station| station.arc_length_mm);
-            output.tables.push(("tool_turn".into(), redundancy::report::table(found, arc_lengths_mm)));
+            output.tables.push(("redundancy".into(), redundancy::report::table(found, arc_lengths_mm)));
             output.summary["tool_turn"] = redundancy::report::json(found, how);
             output.details += &redundancy::report::text(found, how);
         }
@@ -88,8 +88,8 @@ fn page(study: &PathStudy, shown: &Shown, text: &Said) -> Description {
         TableNote::ranked("points.csv", points, &DISPLACEMENT.name),
     ];
     if study.turn.is_some() {
-        let turns = "One row per point: the turn about the tool's axis, and what it leaves, beside the programmed and the best constant one.";
-        tables.push(TableNote::ranked("tool_turn.csv", turns, "cost_mm"));
+        let turns = "One row per point: the rotation γ about the tool axis and its cost, beside the programmed and the best constant one.";
+        tables.push(TableNote::ranked("redundancy.csv", turns, "cost_mm"));
     }
     Description {
         setting: setting(study, shown),
@@ -109,16 +109,16 @@ fn sections(study: &PathStudy, text: &Said) -> Vec<Section> {
         Section::new("Why?", "cutting force, chain errors and weight one by one; the machine bent")
             .text(&text.cause)
             .figures(&["cutting_force", "delta_rho_sources", "machine_bent"]),
-        Section::new("What to tell the drives?", "corrections and drive forces along the path; how each method does")
+        Section::new("Which drive commands compensate it?", "corrections, drive forces, and how each method does")
             .text(&text.remedy)
             .explorers([METHODS])
             .figures(&["delta_rho", "drive_"])
             .tables(["methods.csv"]),
     ];
     sections.extend(turn_found(study).map(|(found, how)| {
-        Section::new("How is the tool turned?", "the turn about its axis, which is free")
+        Section::new("Which γ?", "the rotation about the tool axis, which is redundant")
             .text(&redundancy::report::sentence(found, how))
-            .tables(["tool_turn.csv"])
+            .tables(["redundancy.csv"])
     }));
     sections
 }
@@ -141,7 +141,7 @@ fn setting(study: &PathStudy, shown: &Shown) -> Vec<Fact> {
     let force = if high > 0.0 { format!("{low:.1} N to {high:.1} N along the path") } else { "none".into() };
     own.push(Fact::new("force on the tool", force));
     own.extend(study.demands.first().map(|demand| Fact::new("compensation holds", demand.target.words())));
-    own.extend(study.turn.as_ref().map(|turn| Fact::new("turn about the tool's axis", turn.redundancy().words())));
+    own.extend(study.turn.as_ref().map(|turn| Fact::new("rotation about the tool axis", turn.redundancy().words())));
     facts_of(&study.machine, &study.errors, own)
 }
 

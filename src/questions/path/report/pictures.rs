@@ -172,7 +172,7 @@ fn drawn(study: &PathStudy) -> Vec<Drawn> {
             false => "delta_rho".into(),
             true => format!("delta_rho_{}", kind_word(machine, kind)),
         },
-        title: format!("What the {} must be told instead", kind_word(machine, kind)),
+        title: format!("Corrections of the {}", kind_word(machine, kind)),
         y_label: format!("Δρ [{}]", kind.shown_position_unit()),
         lines: of_drives(kind, corrections),
     }));

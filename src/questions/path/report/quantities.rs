@@ -19,7 +19,7 @@ type Of = Quantity<AtPoint>;
 pub(crate) const DISPLACEMENT: Of =
     Of::new("displacement_mm", "displacement without compensation", Smaller, |at| Some(at.displacement()?.norm()));
 pub(super) const LEFT: Of =
-    Of::new("error_left_mm", "error left by compensation", Smaller, |at| Some(at.compensated()?.position_error.norm()));
+    Of::new("residual_error_mm", "residual error", Smaller, |at| Some(at.compensated()?.position_error.norm()));
 
 pub(crate) fn displacement_along() -> [Of; 3] {
     Of::vector_mm("displacement", "displacement", |at| Some(at.displacement()?.into()))
@@ -45,8 +45,8 @@ pub(crate) const ANGLE: [&str; 2] = ["phi_deg", "tool angle φ"];
 pub(crate) fn points_table(study: &PathStudy, part: &PathPart) -> Table {
     let machine = &study.machine;
     let moved: Vec<Of> = [DISPLACEMENT].into_iter().chain(displacement_along()).collect();
-    let leftover = Of::vector("leftover_rotation", "deg", "", |at| {
-        Some(at.compensated()?.leftover_rotation.map(f64::to_degrees).into())
+    let leftover = Of::vector("residual_rotation", "deg", "", |at| {
+        Some(at.compensated()?.residual_rotation.map(f64::to_degrees).into())
     });
     let left: Vec<Of> = leftover.into_iter().chain([LEFT]).collect();
     let drives = drives(machine).each;
@@ -87,10 +87,11 @@ type OfMethod = Quantity<MethodAlongPath>;
 const CORRECTIONS: OfMethod =
     OfMethod::new("corrections_mean", "steps per point", Smaller, |method| method.summary.mean_corrections);
 const ERROR_MAX: OfMethod =
-    OfMethod::new("error_max_mm", "largest error left", Smaller, |method| method.summary.max_mm);
-const ERROR_RMS: OfMethod = OfMethod::new("error_rms_mm", "rms error left", Smaller, |method| method.summary.rms_mm);
-const ROTATION: OfMethod = OfMethod::new("leftover_rotation_max_deg", "leftover rotation", Neither, |method| {
-    method.summary.max_leftover_rotation.map(f64::to_degrees)
+    OfMethod::new("error_max_mm", "largest residual error", Smaller, |method| method.summary.max_mm);
+const ERROR_RMS: OfMethod =
+    OfMethod::new("error_rms_mm", "rms residual error", Smaller, |method| method.summary.rms_mm);
+const ROTATION: OfMethod = OfMethod::new("residual_rotation_max_deg", "residual rotation", Neither, |method| {
+    method.summary.max_residual_rotation.map(f64::to_degrees)
 });
 
 /// Those of a page, in its order.

@@ -13,7 +13,7 @@ use crate::{
     files::{
         table::kind_word,
         text_table::text_table,
-        words::{counted, if_any, listed, millimetres, millimetres_in_table, percent},
+        words::{counted, if_any, listed, millimetres, millimetres_in_table},
     },
     machine::Motion,
     page::headline::{Extreme, Headline, InTable, KeyNumber},
@@ -70,14 +70,14 @@ fn displacement(summary: &Summary<'_>, source: Source) -> String {
     }
 }
 
-/// Where the tolerance is kept, if there is one: "at 12 % of the points".
-pub(super) fn kept(summary: &Summary<'_>) -> Option<(Tolerance, String)> {
-    let share = summary.within.get()?;
-    Some((Tolerance(summary.study.tolerance_mm?), format!("at {} of the points", percent(share))))
-}
+/// Of what the tolerance is met in a share.
+pub(super) const POINTS: &str = "at … of the points";
 
 fn tolerance(summary: &Summary<'_>) -> String {
-    kept(summary).map_or_else(String::new, |(tolerance, part)| tolerance.kept_without_compensation(&part))
+    match (summary.study.tolerance_mm, summary.within.get()) {
+        (Some(tolerance), Some(share)) => Tolerance(tolerance).met_without_compensation(share, POINTS),
+        _ => String::new(),
+    }
 }
 
 /// The single sources: their largest displacements, and what each does where all together are worst.
@@ -119,7 +119,7 @@ fn remedy(summary: &Summary<'_>) -> String {
     let mut text: String = summary.drives.corrections.iter().zip(&summary.drives.forces).filter_map(of).collect();
     if let (Some(axes), Some((left, k))) = (machine.uncontrolled_names(), largest(&LEFT)) {
         let (left, place) = (millimetres(left, 3), place(summary, k));
-        text += &format!("Compensation leaves up to {left}, {place}: the drives do not control {axes}.\n");
+        text += &format!("The residual error is up to {left}, {place}: the drives do not control {axes}.\n");
     }
     text
 }
@@ -184,7 +184,8 @@ pub(super) fn headline(summary: &Summary<'_>, text: &Said) -> Headline {
     let verdict = Outside::of(&study.machine, study.positions()).verdict(&study.machine, "this path");
     let place = place(summary, k);
     let sentence = format!("{verdict}{under}, the tool of the {name} is off this path by up to {off}, {place}{then}.");
-    let against = kept(summary).map(|(tolerance, part)| tolerance.kept(&part)).unwrap_or_default();
+    let met = study.tolerance_mm.zip(summary.within.get());
+    let against = met.map_or_else(String::new, |(tolerance, share)| Tolerance(tolerance).met(share, POINTS));
     let number = KeyNumber::new(&off, "largest distance from the path without compensation", against);
     Headline::new(sentence, basis)
         .with_cautions(&text.cautions)
@@ -202,9 +203,9 @@ fn remaining(summary: &Summary<'_>, left: f64) -> KeyNumber {
     let against = summary.study.tolerance_mm.map(|tolerance| Tolerance(tolerance).against(left)).unwrap_or_default();
     let points = summary.study.stations.len();
     let what = match summary.failed() {
-        0 => "largest distance left by compensation".to_string(),
+        0 => "largest residual error, with compensation".to_string(),
         failed => {
-            format!("largest distance left at the {} of {points} points that could be compensated", points - failed)
+            format!("largest residual error at the {} of {points} points that could be compensated", points - failed)
         }
     };
     KeyNumber::new(&millimetres(left, 4), what, against).found(in_points(&LEFT, left))

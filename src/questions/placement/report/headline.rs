@@ -1,11 +1,11 @@
-//! The first screen of a placement study: where to put the workpiece, what that brings, and how much room there is.
+//! The first screen of a placement study: the best place of the workpiece, the gain, and the margin around it.
 
 use super::{
     quantities::{of_entry, verdicts},
     text::{NO_DEFLECTION, at, best_entry, nowhere, towards},
 };
 use crate::{
-    answer::cautions,
+    answer::{Tolerance, cautions},
     files::words::{counted, percent, signed, typographic},
     page::headline::{Extreme, Headline, InTable, KeyNumber},
     process::file::NOT_CONTROLLED,
@@ -84,10 +84,10 @@ fn turned(study: &PlacementStudy, entry: &Entry) -> String {
     let turns: Vec<(String, String)> = study.features.iter().zip(&entry.turns).filter_map(turn).collect();
     match turns.as_slice() {
         [] => String::new(),
-        [(_, turn)] => format!(", the arm turned by {turn} about its tool"),
+        [(_, turn)] => format!(", the arm rotated about its tool by γ = {turn}"),
         several => {
             let each: Vec<String> = several.iter().map(|(name, turn)| format!("{turn} in {name}")).collect();
-            format!(", the arm turned about its tool by {}", each.join(", "))
+            format!(", the arm rotated about its tool by γ = {}", each.join(", "))
         }
     }
 }
@@ -116,13 +116,12 @@ fn tolerance(study: &PlacementStudy) -> Option<f64> {
     all.all(|other| other == first).then_some(first)
 }
 
-fn kept(study: &PlacementStudy, share: Option<f64>) -> String {
-    let Some(share) = share else { return String::new() };
-    let what = match tolerance(study) {
-        Some(tolerance) => format!("tolerance {tolerance} mm"),
-        None => "tolerances of the features".into(),
-    };
-    format!("{what}: kept on {} of the path", percent(share))
+fn met(study: &PlacementStudy, share: Option<f64>) -> String {
+    match (share, tolerance(study)) {
+        (None, _) => String::new(),
+        (Some(share), Some(tolerance)) => Tolerance(tolerance).met(share, "on … of the path"),
+        (Some(share), None) => format!("within the tolerances of the features on {} of the path", percent(share)),
+    }
 }
 
 fn in_candidates(study: &PlacementStudy, entry: &Entry, metric: Metric, value: f64) -> InTable {
@@ -132,7 +131,7 @@ fn in_candidates(study: &PlacementStudy, entry: &Entry, metric: Metric, value: f
 
 fn before(study: &PlacementStudy, entry: &Entry, evaluation: &Evaluation) -> Option<KeyNumber> {
     let metric = Metric::WorstDeflection;
-    let against = kept(study, evaluation.metrics.get(Metric::ShareWithin));
+    let against = met(study, evaluation.metrics.get(Metric::ShareWithin));
     let number = KeyNumber::new(
         &value(study, evaluation, metric)?,
         "largest distance of the tool from its path, without compensation",
@@ -151,7 +150,7 @@ fn after(study: &PlacementStudy, entry: &Entry, evaluation: &Evaluation) -> Opti
     let (what, against) = match metric {
         Metric::WorstResidual => (
             "largest distance after compensation within the limits given".to_string(),
-            kept(study, evaluation.metrics.get(Metric::ShareWithinCorrected)),
+            met(study, evaluation.metrics.get(Metric::ShareWithinCorrected)),
         ),
         _ => {
             let force = of(Metric::WorstDriveForce).map(|force| format!("drives carry up to {force}"));
@@ -180,13 +179,13 @@ fn room(results: &PlacementResults) -> Option<KeyNumber> {
     let Some(least) = free.min_by(|a, b| a.distance.total_cmp(&b.distance)) else {
         let is_blocked = blocked.iter().any(|room| !is_angle(room.coordinate));
         return is_blocked
-            .then(|| KeyNumber::new("0.0 mm", "room: the part fits there alone".to_owned(), none.join("; ")));
+            .then(|| KeyNumber::new("0.0 mm", "margin: the part fits there alone".to_owned(), none.join("; ")));
     };
     // What is said can be done.
     let distance = (10.0 * least.distance).floor() / 10.0;
     let what = match &least.end {
-        End::Worse => format!("room where it is least ({}), before the objective is 5 % worse", towards(least)),
-        _ => format!("room where it is least ({}), then {}", towards(least), end(least)),
+        End::Worse => format!("least margin ({}), before the objective is 5 % worse", towards(least)),
+        _ => format!("least margin ({}), then {}", towards(least), end(least)),
     };
     Some(KeyNumber::new(&format!("{distance:.1} mm"), what, none.join("; ")))
 }

@@ -170,7 +170,7 @@ fn setting(study: &PlacementStudy) -> Vec<Fact> {
         }
     }
     facts.extend(study.machine.uncontrolled_words().map(|words| Fact::new(NOT_CONTROLLED, words)));
-    facts.extend(study.machine.held_words().map(|words| Fact::new("held", words)));
+    facts.extend(study.machine.locked_words().map(|words| Fact::new("locked", words)));
     facts.push(Fact::new("P on all paths within", {
         let (low, high) = (corner(study.machine.workspace.min), corner(study.machine.workspace.max));
         format!("{low} to {high} mm, the machine's workspace box")

@@ -94,7 +94,7 @@ pub fn candidates_table(study: &PlacementStudy, entries: &[Entry]) -> Table {
     }
     let turn = |entry: &Entry, f: usize| entry.turns[f].map(f64::to_degrees);
     let turned = named().filter(|(_, (job, _))| job.turn.is_some());
-    quantities.extend(turned.map(|(f, (_, name))| of_feature(format!("turn_{name}_deg"), turn, f)));
+    quantities.extend(turned.map(|(f, (_, name))| of_feature(format!("gamma_{name}_deg"), turn, f)));
     quantities.push(Quantity::text("correction_within_limits", |entry| {
         entry.ok().and_then(|entry| entry.outcome.as_ref().ok()?.not_corrected.clone()).into()
     }));
@@ -109,7 +109,7 @@ pub fn candidates_table(study: &PlacementStudy, entries: &[Entry]) -> Table {
     table(lead.concat(), quantities, entries.iter().enumerate().map(|(rank, entry)| (row((rank, entry)), entry)))
 }
 
-/// One row per place of the sweep, in grid order. `status` is `solved`, `given_up` (not looked at on all points: the
+/// One row per place of the sweep, in grid order. `status` is `solved`, `pruned` (not looked at on all points: the
 /// metrics are no better than the numbers shown, which are worse than what was found elsewhere) or why the workpiece cannot be cut there.
 pub fn sweep_table(results: &PlacementResults) -> Table {
     let mut ranks = vec![None; results.cells.len()];
@@ -119,7 +119,7 @@ pub fn sweep_table(results: &PlacementResults) -> Table {
     let row = |(cell, rank): (&'_ Cell, Option<usize>)| {
         let reason = match &cell.verdict {
             Verdict::Complete(_) => "",
-            Verdict::GivenUp(_) => "cannot be the best place",
+            Verdict::Pruned(_) => "cannot be the best place",
             Verdict::Infeasible(Failure { reason, .. }) => reason,
         };
         coordinates(&cell.site).chain([cell_status(cell).into(), reason.into(), rank.into()]).collect()
@@ -133,7 +133,7 @@ pub fn sweep_table(results: &PlacementResults) -> Table {
 pub(super) fn cell_status(cell: &Cell) -> &str {
     match &cell.verdict {
         Verdict::Complete(_) => SOLVED,
-        Verdict::GivenUp(_) => "given_up",
+        Verdict::Pruned(_) => "pruned",
         Verdict::Infeasible(failure) => &failure.status,
     }
 }
@@ -191,7 +191,7 @@ pub(super) fn verdicts(results: &PlacementResults) -> [usize; 3] {
     for cell in &results.cells {
         counts[match cell.verdict {
             Verdict::Complete(_) => 0,
-            Verdict::GivenUp(_) => 1,
+            Verdict::Pruned(_) => 1,
             Verdict::Infeasible(_) => 2,
         }] += 1;
     }
@@ -228,7 +228,7 @@ fn entry_json(study: &PlacementStudy, entry: &Entry) -> Value {
 /// Best place, how it was found, how flat it is, and all entries.
 pub fn summary_json(results: &PlacementResults) -> Value {
     let study = &results.study;
-    let [complete, given_up, infeasible] = verdicts(results);
+    let [complete, pruned, infeasible] = verdicts(results);
     let best = results.best.as_ref().map(|best| {
         json!({
             "place": site_json(&best.site),
@@ -250,12 +250,12 @@ pub fn summary_json(results: &PlacementResults) -> Value {
         json!({ "direction": format!("{sign}{}", COORDINATES[i]), "distance": in_unit(i, room.distance), "unit": UNITS[i], "end": end })
     };
     json!({
-        "schema": 2,
+        "schema": 3,
         "objective": study.objective.words(&study.machine),
         "sweep": {
             "places": results.cells.len(),
             "evaluated": complete,
-            "given_up": given_up,
+            "pruned": pruned,
             "infeasible": infeasible,
             "places_between": results.gaps.sites.len(),
             "too_coarse_along": results.gaps.coarse.iter().map(|&i| COORDINATES[i]).collect::<Vec<_>>(),

@@ -211,7 +211,7 @@ fn room_words(results: &PlacementResults) -> Option<String> {
     }
     match parts.as_slice() {
         [] => None,
-        parts => Some(format!("room until it is 5 % worse (orange): {}", parts.join(", "))),
+        parts => Some(format!("margin until it is 5 % worse (orange): {}", parts.join(", "))),
     }
 }
 

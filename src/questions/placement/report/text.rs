@@ -104,8 +104,8 @@ fn coarseness(results: &PlacementResults) -> String {
         };
         let steps: Vec<String> = gaps.coarse.iter().map(step).collect();
         text += &format!(
-            "The sweep is coarser than the room that it found: its steps along {} are wider than some of it. More such \
-             room may lie between; a finer [placement.search] grid would show it.\n",
+            "The sweep is coarser than the regions that it found: its steps along {} are wider than some of them. More such regions may \
+             lie between; a finer [placement.search] grid would show it.\n",
             steps.join(", ")
         );
     }

@@ -26,10 +26,10 @@ use crate::{
         Answered,
         over_workspace::Shown,
         superposition::{
-            DeparturePoint, LocationResult, SuperpositionStudy,
+            GridPoint, LocationResult, SuperpositionStudy,
             ablation::{Ablation, Cause},
-            departure::{Followed, Sum},
             run_locations, run_map,
+            superposition_error::{Followed, Sum},
         },
     },
     simulation::{ROUNDING_MM, status_of},
@@ -37,11 +37,11 @@ use crate::{
 
 impl Answered for SuperpositionStudy {
     fn answer(&self, shown: &Shown, run: &Run<'_>) -> Result<Output> {
-        let departures = Layer { table: "map", keys: &["sum", "followed"], vectors: &["departure"] };
+        let errors = Layer { table: "map", keys: &["sum", "followed"], vectors: &["superposition_error"] };
         let safe = Layer { table: "safe_load", keys: &[], vectors: &[] };
-        let image = Image { grid: self.grid.clone(), layers: vec![departures, safe] };
+        let image = Image { grid: self.grid.clone(), layers: vec![errors, safe] };
         let mut streams = Streams::new(run, Some(image))
-            .with("map", map_table(&[]), |points: &[DeparturePoint]| map_table(points))?
+            .with("map", map_table(&[]), |points: &[GridPoint]| map_table(points))?
             .with("safe_load", safe_load_table(self, &[]), |points| safe_load_table(self, points))?;
         let (mut summary, mut pictures) = (Summary::new(self), pictures::pictures(self, &shown.slices_z));
         run_map(self, run.work, |points| {
@@ -54,7 +54,7 @@ impl Answered for SuperpositionStudy {
         let locations = run_locations(self, run.work)?;
         let mut statuses = summary.statuses.clone();
         for location in &locations {
-            StatusCount::add(&mut statuses, status_of(&location.departures));
+            StatusCount::add(&mut statuses, status_of(&location.superposition_errors));
             StatusCount::add(&mut statuses, status_of(&location.ablation));
         }
         Ok(Output {
@@ -85,15 +85,15 @@ impl Answered for SuperpositionStudy {
 }
 
 /// Titles of the views.
-const DEPARTURE: &str = "Departure of superposition";
-const SAFE: &str = "Largest load that keeps the tolerance";
+const SUPERPOSITION_ERROR: &str = "Superposition error";
+const SAFE: &str = "Largest load within tolerance";
 
 /// Sections, setting, views and tables; first screen, figures and question are added by the run.
 fn page(summary: &Summary<'_>, locations: &[LocationResult]) -> Description {
     let SuperpositionStudy { scene, grid, locations: asked, tolerance, .. } = summary.study;
-    let departures = "departure of the sum from both at once, worst over the tool angle";
+    let meaning = "sum of the effects less both at once, worst over φ";
     let names: Vec<&str> = asked.iter().map(|location| location.name.as_str()).collect();
-    let largest = &quantities::DEPARTURE.name;
+    let largest = &quantities::SUPERPOSITION_ERROR.name;
     let safe = scene.view(SAFE, "safe_load.csv", None, layers(&[quantities::LARGEST_LOAD]));
     Description {
         setting: scene.facts([
@@ -103,36 +103,36 @@ fn page(summary: &Summary<'_>, locations: &[LocationResult]) -> Description {
             Fact::new("tolerance", format!("{tolerance} mm")),
         ]),
         sections: sections(summary, locations),
-        explorers: vec![departure_map(summary.study), safe],
+        explorers: vec![superposition_error_map(summary.study), safe],
         tables: vec![
-            TableNote::new("largest_factors.csv", "Largest factors on load, errors and both that keep the tolerance."),
-            TableNote::new("locations.csv", &format!("Locations: {departures}.")),
-            TableNote::new("slopes.csv", "Exponents with which the departure grows."),
-            TableNote::ranked("map.csv", &format!("Grid points: {departures}."), largest),
-            TableNote::new("safe_load.csv", "Grid points: whether adding keeps the tolerance, and up to which load."),
-            TableNote::new("scaling.csv", "Departure at each factor on load, errors and both."),
-            TableNote::ranked("ablation.csv", "What makes the departure, at each tool angle.", &quantities::PART.name),
+            TableNote::new("largest_factors.csv", "Largest factors on load, errors and both within tolerance."),
+            TableNote::new("locations.csv", &format!("Locations: {meaning}.")),
+            TableNote::new("slopes.csv", "Exponents with which the superposition error grows."),
+            TableNote::ranked("map.csv", &format!("Grid points: {meaning}."), largest),
+            TableNote::new("safe_load.csv", "Grid points: whether effects may be added, and up to which load."),
+            TableNote::new("scaling.csv", "Superposition error at each factor on load, errors and both."),
+            TableNote::ranked("ablation.csv", "Causes of the superposition error, at each φ.", &quantities::PART.name),
         ],
         ..scene.description("superposition", "the platform point P")
     }
 }
 
 fn sections(summary: &Summary<'_>, locations: &[LocationResult]) -> Vec<Section> {
-    let meaning = "Departure of superposition: the displacement by each effect alone, added, less that by all at once.";
+    let meaning = "Superposition error: the displacement by each effect alone, added, less that by all at once.";
     let at = |location: &LocationResult| format!("{} at {}", location.location.name, place(location));
     let points = locations.iter().map(at).collect::<Vec<_>>().join(", ");
     vec![
-        Section::new("Where is adding wrong by how much?", "the map, at the tool tip and at the platform point")
+        Section::new("How large is the superposition error?", "the map, at the tool tip and at the platform point")
             .text(meaning)
-            .text(&text::departures(summary))
-            .explorers([DEPARTURE])
-            .figures(&["slices_departure", "slices_ratio", "slices_aggregation"]),
-        Section::new("Up to which load?", "where adding keeps the tolerance, and by how much load may grow")
+            .text(&text::superposition_errors(summary))
+            .explorers([SUPERPOSITION_ERROR])
+            .figures(&["slices_superposition", "slices_ratio", "slices_aggregation"]),
+        Section::new("Up to which load?", "where effects may be added, and by how much the load may grow")
             .text(&text::safety(summary))
             .explorers([SAFE])
             .figures(&["slices_safe", "growth_"])
             .tables(["largest_factors.csv"]),
-        Section::new("Why?", "what the departure is made of")
+        Section::new("Why?", "its causes")
             .text(&format!("Looked at closely: {points}."))
             .text(&text::causes(locations))
             .figures(&["ablation"])
@@ -140,7 +140,7 @@ fn sections(summary: &Summary<'_>, locations: &[LocationResult]) -> Vec<Section>
     ]
 }
 
-fn departure_map(study: &SuperpositionStudy) -> Explorer {
+fn superposition_error_map(study: &SuperpositionStudy) -> Explorer {
     let value = |(sum, followed): (Sum, Followed)| GroupValue {
         cells: vec![sum.label().into(), followed.label().into()],
         label: format!(
@@ -154,7 +154,7 @@ fn departure_map(study: &SuperpositionStudy) -> Explorer {
         label: "sum and point followed".into(),
         values: quantities::kinds().map(value).collect(),
     };
-    study.scene.view(DEPARTURE, "map.csv", Some(group), layers(&quantities::on_page()))
+    study.scene.view(SUPERPOSITION_ERROR, "map.csv", Some(group), layers(&quantities::on_page()))
 }
 
 /// Where a location is.
@@ -173,19 +173,19 @@ fn words(cause: Cause) -> &'static str {
     }
 }
 
-/// The tool angle at which the departure of the tool tip is largest, how much each part contributes there, and the whole; `None`
+/// The tool angle at which the superposition error of the tool tip is largest, how much each part contributes there, and the whole; `None`
 /// where that is not known or nothing.
 fn worst_ablation(location: &LocationResult) -> Option<(&Ablation, [f64; 5], f64)> {
-    let size = |ablation: &Ablation| ablation.departure.tool.norm();
+    let size = |ablation: &Ablation| ablation.superposition_error.tool.norm();
     let all = location.ablation.as_ref().ok()?.iter();
     let worst = all.reduce(|worst, here| if size(worst) >= size(here) { worst } else { here })?;
     Some((worst, contributions(worst, Followed::Tool)?, size(worst)))
 }
 
-/// How much each part contributes to the length of the departure, mm: its component along the departure. They add up to
-/// the length; `None` where there is no departure.
+/// How much each part contributes to the length of the superposition error, mm: its component along the superposition error. They add up to
+/// the length; `None` where there is no superposition error.
 fn contributions(ablation: &Ablation, followed: Followed) -> Option<[f64; 5]> {
-    let departure = ablation.departure.of(followed);
-    let direction = departure.try_normalize(ROUNDING_MM)?;
+    let superposition_error = ablation.superposition_error.of(followed);
+    let direction = superposition_error.try_normalize(ROUNDING_MM)?;
     Some(ablation.parts.map(|part| part.of(followed).dot(&direction)))
 }

@@ -2,26 +2,26 @@
 
 use super::{
     Summary, contributions, place,
-    quantities::{DEPARTURE, LARGEST_LOAD, RELATIVE},
+    quantities::{LARGEST_LOAD, RELATIVE, SUPERPOSITION_ERROR},
     words,
 };
 use crate::{
     answer::{Drawn, GridMap, Tolerance},
     figures::{Figure, LineFigure, LineSeries, Shading},
     questions::superposition::{
-        DeparturePoint, LocationResult, Scaled, SuperpositionStudy,
+        GridPoint, LocationResult, Scaled, SuperpositionStudy,
         ablation::Cause,
-        departure::{Followed, Sum, Worst},
+        superposition_error::{Followed, Sum, Worst},
     },
 };
 
 /// The pictures of the map of `study`, none of its points seen.
-pub(super) fn pictures<'a>(study: &'a SuperpositionStudy, slices_z: &[f64]) -> GridMap<'a, DeparturePoint> {
+pub(super) fn pictures<'a>(study: &'a SuperpositionStudy, slices_z: &[f64]) -> GridMap<'a, GridPoint> {
     GridMap::new(&study.scene, &study.grid, slices_z, drawn(study))
 }
 
-fn drawn(study: &SuperpositionStudy) -> Vec<Drawn<DeparturePoint>> {
-    let of = |stem, title: &str, label: &str, value: fn(&DeparturePoint) -> Option<f64>| Drawn {
+fn drawn(study: &SuperpositionStudy) -> Vec<Drawn<GridPoint>> {
+    let of = |stem, title: &str, label: &str, value: fn(&GridPoint) -> Option<f64>| Drawn {
         stem,
         title: title.into(),
         label: label.into(),
@@ -36,47 +36,53 @@ fn drawn(study: &SuperpositionStudy) -> Vec<Drawn<DeparturePoint>> {
         of("safe_load", "Largest load for which adding is safe", "largest load / load of the study [1]", |point| {
             LARGEST_LOAD.value(&point.largest_load)
         });
-    let title = "Error of adding aggregated chain errors, eqs. (14), (15)";
-    let share = "departure / displacement, both at their largest [%]";
+    let title = "Superposition error with aggregated chain errors, eqs. (14), (15)";
+    let share = "superposition error / displacement, both at their largest [%]";
     vec![
         tolerance(of(
-            "departure_tool",
-            "Error of adding at the tool tip T",
-            "departure of the tool tip [mm]",
-            |point| DEPARTURE.value(worst(point, Sum::Superposition, Followed::Tool)?),
+            "superposition_tool",
+            "Superposition error at the tool tip T",
+            "superposition error of the tool tip [mm]",
+            |point| SUPERPOSITION_ERROR.value(worst(point, Sum::Superposition, Followed::Tool)?),
         )),
-        of("departure_platform", "Error of adding at the platform point P", "departure of P [mm]", |point| {
-            DEPARTURE.value(worst(point, Sum::Superposition, Followed::Platform)?)
-        }),
-        of("ratio_tool", "Error of adding as a share of the displacement", share, |point| {
+        of(
+            "superposition_platform",
+            "Superposition error at the platform point P",
+            "superposition error of P [mm]",
+            |point| SUPERPOSITION_ERROR.value(worst(point, Sum::Superposition, Followed::Platform)?),
+        ),
+        of("ratio_tool", "Superposition error as a share of the displacement", share, |point| {
             Some(100.0 * RELATIVE.value(worst(point, Sum::Superposition, Followed::Tool)?)?)
         }),
-        tolerance(of("aggregation_tool", title, "departure of the tool tip [mm]", |point| {
-            DEPARTURE.value(worst(point, Sum::Aggregation, Followed::Tool)?)
+        tolerance(of("aggregation_tool", title, "superposition error of the tool tip [mm]", |point| {
+            SUPERPOSITION_ERROR.value(worst(point, Sum::Aggregation, Followed::Tool)?)
         })),
         Drawn {
             contour: Some(1.0),
-            line: format!("; line: the load of the study; departure of the tool tip up to {} mm", study.tolerance),
+            line: format!(
+                "; contour: the load of the study; superposition error of the tool tip up to {} mm",
+                study.tolerance
+            ),
             ..load
         },
     ]
 }
 
-fn worst(point: &DeparturePoint, sum: Sum, followed: Followed) -> Option<&Worst> {
-    point.departures.as_ref().ok()?.worst(sum, followed).ok()
+fn worst(point: &GridPoint, sum: Sum, followed: Followed) -> Option<&Worst> {
+    point.superposition_errors.as_ref().ok()?.worst(sum, followed).ok()
 }
 
-/// All pictures with their file stems: the slice through the largest departure, slices of departures and of the largest safe load, and
-/// of each location how the departure grows and where it comes from.
+/// All pictures with their file stems: the slice through the largest superposition error, slices of superposition errors and of the largest safe load, and
+/// of each location how the superposition error grows and where it comes from.
 pub(super) fn figures(
-    map: &GridMap<'_, DeparturePoint>,
+    map: &GridMap<'_, GridPoint>,
     summary: &Summary<'_>,
     locations: &[LocationResult],
 ) -> Vec<(String, Figure)> {
     let study = summary.study;
-    let largest = summary.largest(Sum::Superposition, Followed::Tool, &DEPARTURE);
+    let largest = summary.largest(Sum::Superposition, Followed::Tool, &SUPERPOSITION_ERROR);
     let ends: Vec<_> = largest.map(|found| (found.value, found.position_mm, "largest")).into_iter().collect();
-    let answer = map.through(0, "Where adding the effects is most wrong", &ends, Some(Tolerance(study.tolerance)));
+    let answer = map.through(0, "Where the superposition error is largest", &ends, Some(Tolerance(study.tolerance)));
     let mut figures = vec![("answer".to_string(), answer)];
     figures.extend(map.slices());
     for (index, location) in locations.iter().enumerate() {
@@ -89,7 +95,7 @@ pub(super) fn figures(
     figures
 }
 
-/// Departures of the tool tip over the factor on the sources; `None` where there are none.
+/// Superposition errors of the tool tip over the factor on the sources; `None` where there are none.
 fn growth(study: &SuperpositionStudy, location: &LocationResult) -> Option<LineFigure> {
     let mut series = Vec::new();
     // Load and errors alone often give the same curve, and so do aggregated errors: dashes over the solid line, and dots over
@@ -119,7 +125,7 @@ fn growth(study: &SuperpositionStudy, location: &LocationResult) -> Option<LineF
         }
     }
     (!series.is_empty()).then(|| LineFigure {
-        title: format!("How the error of adding grows at {}", location.location.name),
+        title: format!("How the superposition error grows at {}", location.location.name),
         subtitle: format!(
             "{}, {}, {}; factor 1: load and errors of the study",
             study.scene.machine.short_title(),
@@ -127,7 +133,7 @@ fn growth(study: &SuperpositionStudy, location: &LocationResult) -> Option<LineF
             study.scene.worst_words()
         ),
         x_label: "factor on the scaled sources [1]".into(),
-        y_label: "departure of the tool tip [mm]".into(),
+        y_label: "superposition error of the tool tip [mm]".into(),
         series,
         log_x: true,
         log_y: true,
@@ -142,32 +148,32 @@ fn closed(values: impl Iterator<Item = (f64, f64)>) -> Vec<(f64, f64)> {
     values
 }
 
-/// Contributions to the departure of the tool tip over φ; `None` where there is none.
+/// Contributions to the superposition error of the tool tip over φ; `None` where there is none.
 fn ablation(study: &SuperpositionStudy, location: &LocationResult) -> Option<LineFigure> {
     let angles = location.ablation.as_ref().ok()?;
     let found: Vec<(f64, f64, [f64; 5])> = angles
         .iter()
-        .filter_map(|a| Some((a.phi_deg, a.departure.tool.norm(), contributions(a, Followed::Tool)?)))
+        .filter_map(|a| Some((a.phi_deg, a.superposition_error.tool.norm(), contributions(a, Followed::Tool)?)))
         .collect();
     if found.is_empty() {
         return None;
     }
     let all = found.iter().map(|(phi, length, _)| (*phi, *length));
-    let mut series = vec![LineSeries::new("departure", closed(all), false)];
+    let mut series = vec![LineSeries::new("superposition error", closed(all), false)];
     for (index, cause) in Cause::ALL.into_iter().enumerate() {
         let points = closed(found.iter().map(|(phi, _, parts)| (*phi, parts[index])));
         series.push(LineSeries::new(words(cause), points, index > 1));
     }
     Some(LineFigure {
-        title: format!("What makes adding wrong at {}", location.location.name),
+        title: format!("Causes of the superposition error at {}", location.location.name),
         subtitle: format!(
-            "{}, {}, {}; parts along the departure of the tool tip, which at each angle add up to it",
+            "{}, {}, {}; parts along the superposition error of the tool tip, which at each angle add up to it",
             study.scene.machine.short_title(),
             place(location),
             study.scene.force_words()
         ),
         x_label: "tool angle φ [°]".into(),
-        y_label: "part of the departure [mm]".into(),
+        y_label: "part of the superposition error [mm]".into(),
         series,
         ..LineFigure::default()
     })

@@ -3,17 +3,17 @@
 use serde_json::{Map, Value, json};
 
 use super::{
-    quantities::{DEPARTURE, RATIO, RELATIVE, kinds},
+    quantities::{RATIO, RELATIVE, SUPERPOSITION_ERROR, kinds},
     worst_ablation,
 };
 use crate::{
     answer::{Extremes, Found, OfQuantities, Quantity, ShareWithin},
     files::StatusCount,
     questions::superposition::{
-        DeparturePoint, LocationResult, Scaled, SuperpositionStudy,
+        GridPoint, LocationResult, Scaled, SuperpositionStudy,
         ablation::Cause,
-        departure::{Followed, Sum, Worst},
         safe::LargestFactor,
+        superposition_error::{Followed, Sum, Worst},
     },
     simulation::status_of,
 };
@@ -22,12 +22,12 @@ use crate::{
 pub struct Summary<'a> {
     pub(super) study: &'a SuperpositionStudy,
     /// By sum and followed point.
-    departures: [[OfQuantities<Worst, Worst>; 2]; 2],
+    superposition_errors: [[OfQuantities<Worst, Worst>; 2]; 2],
     /// Up to which factor on the load points keep within the tolerance.
     loads: Extremes<LargestFactor>,
     pub(super) points: usize,
     pub(super) solved: usize,
-    /// Points at which the equilibrium ends before the departure reaches the tolerance.
+    /// Points at which the equilibrium ends before the superposition error reaches the tolerance.
     pub(super) ended: usize,
     /// Of the box, where the sum keeps within the tolerance.
     within: ShareWithin,
@@ -38,10 +38,10 @@ pub struct Summary<'a> {
 impl<'a> Summary<'a> {
     /// Of the map of `study`, none of its points seen.
     pub fn new(study: &'a SuperpositionStudy) -> Self {
-        let of_kind = |_| OfQuantities::new([DEPARTURE, RELATIVE, RATIO]);
+        let of_kind = |_| OfQuantities::new([SUPERPOSITION_ERROR, RELATIVE, RATIO]);
         Self {
             study,
-            departures: Sum::ALL.map(|_| Followed::ALL.map(of_kind)),
+            superposition_errors: Sum::ALL.map(|_| Followed::ALL.map(of_kind)),
             loads: Extremes::default(),
             points: 0,
             solved: 0,
@@ -52,16 +52,16 @@ impl<'a> Summary<'a> {
     }
 
     /// Takes the next point, in grid order, into account.
-    pub fn add(&mut self, point: &DeparturePoint) {
-        StatusCount::add(&mut self.statuses, status_of(&point.departures));
-        if let Ok(departures) = &point.departures {
+    pub fn add(&mut self, point: &GridPoint) {
+        StatusCount::add(&mut self.statuses, status_of(&point.superposition_errors));
+        if let Ok(superposition_errors) = &point.superposition_errors {
             self.solved += 1;
             // Each grid point stands for the cell around it.
-            let is_within = departures.superposed_tool_mm() < self.study.tolerance;
+            let is_within = superposition_errors.superposed_tool_mm() < self.study.tolerance;
             self.within.add(self.study.grid.cell_share(self.points), is_within);
             for (sum, followed) in kinds() {
-                if let Ok(worst) = departures.worst(sum, followed) {
-                    self.departures[sum as usize][followed as usize].see(worst, point.position_mm, worst);
+                if let Ok(worst) = superposition_errors.worst(sum, followed) {
+                    self.superposition_errors[sum as usize][followed as usize].see(worst, point.position_mm, worst);
                 }
             }
         }
@@ -72,9 +72,9 @@ impl<'a> Summary<'a> {
         self.points += 1;
     }
 
-    /// Where `quantity` of the departure of `sum` at `followed` is largest.
+    /// Where `quantity` of the superposition error of `sum` at `followed` is largest.
     pub(super) fn largest(&self, sum: Sum, followed: Followed, quantity: &Quantity<Worst>) -> Option<&Found<Worst>> {
-        self.departures[sum as usize][followed as usize].of(quantity).map(|[_, largest]| largest)
+        self.superposition_errors[sum as usize][followed as usize].of(quantity).map(|[_, largest]| largest)
     }
 
     /// The smallest and the largest factor on the load.
@@ -88,7 +88,7 @@ impl<'a> Summary<'a> {
         self.within.get()
     }
 
-    /// Largest departures over the grid, where superposition is safe, and what was found at each location.
+    /// Largest superposition errors over the grid, where superposition is safe, and what was found at each location.
     pub fn json(&self, locations: &[LocationResult]) -> Value {
         let largest = |sum, followed, quantity: &Quantity<Worst>, phi: fn(&Worst) -> Option<f64>| {
             let found = self.largest(sum, followed, quantity)?;
@@ -96,7 +96,7 @@ impl<'a> Summary<'a> {
         };
         let of_kind = |(sum, followed): (Sum, Followed)| {
             let entries = [
-                (&*DEPARTURE.name, largest(sum, followed, &DEPARTURE, |worst| Some(worst.phi_deg))),
+                (&*SUPERPOSITION_ERROR.name, largest(sum, followed, &SUPERPOSITION_ERROR, |worst| Some(worst.phi_deg))),
                 ("relative_to_largest_displacement", largest(sum, followed, &RELATIVE, |worst| Some(worst.phi_deg))),
                 ("ratio_at_same_phi", largest(sum, followed, &RATIO, |worst| worst.ratio_phi_deg)),
             ];
@@ -114,7 +114,7 @@ impl<'a> Summary<'a> {
             "schema": 1,
             "grid_points": self.points,
             "grid_points_solved": self.solved,
-            "departures": kinds().map(of_kind).collect::<Map<_, _>>(),
+            "superposition_errors": kinds().map(of_kind).collect::<Map<_, _>>(),
             "safe": safe,
             "locations": locations.iter().map(location_json).collect::<Vec<_>>(),
         })
@@ -129,11 +129,11 @@ fn object<'a>(entries: impl IntoIterator<Item = (&'a str, Option<Value>)>) -> Va
 fn location_json(location: &LocationResult) -> Value {
     let mut entry =
         json!({ "name": location.location.name, "position_mm": <[f64; 3]>::from(location.location.position) });
-    entry["status"] = status_of(&location.departures).into();
-    match &location.departures {
-        Ok(departures) => {
+    entry["status"] = status_of(&location.superposition_errors).into();
+    match &location.superposition_errors {
+        Ok(superposition_errors) => {
             for followed in Followed::ALL {
-                entry[followed.label()] = worst_json(&departures.superposition[followed as usize]);
+                entry[followed.label()] = worst_json(&superposition_errors.superposition[followed as usize]);
             }
         }
         Err(failure) => entry["reason"] = json!(failure.reason),
@@ -149,15 +149,16 @@ fn location_json(location: &LocationResult) -> Value {
     }));
     if let Some((worst, parts, whole)) = worst_ablation(location) {
         let shares = Cause::ALL.map(|cause| (cause.label(), Some(json!(parts[cause as usize] / whole))));
-        entry["causes"] = json!({ "phi_deg": worst.phi_deg, "departure_mm": whole, "shares": object(shares) });
+        entry["causes"] =
+            json!({ "phi_deg": worst.phi_deg, "superposition_error_mm": whole, "shares": object(shares) });
     }
     entry
 }
 
 fn worst_json(worst: &Worst) -> Value {
     let mut entry = json!({
-        "departure_mm": worst.departure_mm,
-        "departure_vector_mm": worst.departure_vector_mm,
+        "superposition_error_mm": worst.superposition_error_mm,
+        "superposition_error_vector_mm": worst.superposition_error_vector_mm,
         "phi_deg": worst.phi_deg,
         "simultaneous_mm": worst.simultaneous_mm,
     });

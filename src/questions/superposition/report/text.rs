@@ -1,7 +1,7 @@
 //! The study's answer in sentences, and at a glance: whether the effects may be added, and what that costs.
 
 use super::{
-    quantities::{DEPARTURE, LARGEST_LOAD, RATIO, RELATIVE},
+    quantities::{LARGEST_LOAD, RATIO, RELATIVE, SUPERPOSITION_ERROR},
     summary::Summary,
     words, worst_ablation,
 };
@@ -12,35 +12,35 @@ use crate::{
     questions::superposition::{
         LocationResult, Scaled, SuperpositionStudy,
         ablation::Cause,
-        departure::{Followed, Sum, Worst},
         safe::LargestFactor,
+        superposition_error::{Followed, Sum, Worst},
     },
     simulation::{ROUNDING_MM, Source},
 };
 
-fn shown(departure_mm: f64) -> String {
-    millimetres(departure_mm, 4)
+fn shown(superposition_error_mm: f64) -> String {
+    millimetres(superposition_error_mm, 4)
 }
 
 /// Everything that is said: how wrong adding is, where and up to which load it is safe, and why it is wrong.
 pub fn summary_text(summary: &Summary<'_>, locations: &[LocationResult]) -> String {
-    departures(summary) + &safety(summary) + &causes(locations)
+    superposition_errors(summary) + &safety(summary) + &causes(locations)
 }
 
-/// Where the departure comes from, location by location.
+/// Where the superposition error comes from, location by location.
 pub(super) fn causes(locations: &[LocationResult]) -> String {
     locations.iter().map(location_sentences).collect::<String>() + &main_causes(locations)
 }
 
 /// How far the sum is from the effects at once.
-pub(super) fn departures(summary: &Summary<'_>) -> String {
+pub(super) fn superposition_errors(summary: &Summary<'_>) -> String {
     let mut text = String::new();
     for (followed, name) in [(Followed::Tool, "the tool tip"), (Followed::Platform, "the platform point P")] {
         let by = |quantity| Sum::ALL.map(|sum| summary.largest(sum, followed, quantity));
-        let ([Some(most), aggregated], [Some(share), _]) = (by(&DEPARTURE), by(&RELATIVE)) else { continue };
+        let ([Some(most), aggregated], [Some(share), _]) = (by(&SUPERPOSITION_ERROR), by(&RELATIVE)) else { continue };
         text += &format!(
-            "Departure of superposition at {name}: up to {}, at {} (tool angle φ = {:.0}°), and up to {:.1} % of the \
-             largest displacement at the same place, at {}; each the largest over all tool angles",
+            "Superposition error at {name}: up to {}, at {} (tool angle φ = {:.0}°), and up to {:.1} % of the largest displacement at the \
+             same place, at {}; each the largest over all tool angles",
             shown(most.value),
             most.place(),
             most.at.phi_deg,
@@ -58,8 +58,8 @@ pub(super) fn departures(summary: &Summary<'_>) -> String {
     }
     if let Some(most) = summary.largest(Sum::Superposition, Followed::Tool, &RATIO) {
         text += &format!(
-            "Where the effects nearly cancel at a tool angle, the departure is up to {:.1} % of what remains, at {} (tool \
-             angle φ = {:.0}°).\n",
+            "Where the effects nearly cancel at one φ, the superposition error is up to {:.1} % of what remains, at {} (tool angle φ = \
+             {:.0}°).\n",
             100.0 * most.value,
             most.place(),
             most.at.ratio_phi_deg.unwrap_or_default()
@@ -71,13 +71,13 @@ pub(super) fn departures(summary: &Summary<'_>) -> String {
 /// Where and up to which load adding keeps the tolerance.
 pub(super) fn safety(summary: &Summary<'_>) -> String {
     let (Some(share), Some([least, most])) = (summary.safe_share(), summary.loads()) else {
-        return "Nothing can be said about where superposition is safe: no grid point was solved.\n".into();
+        return "Nothing can be said about where effects may be added: no grid point was solved.\n".into();
     };
     let is_solved = summary.solved == summary.points;
     let (of, there) = if is_solved { ("the box", "") } else { ("the part of the box that was solved", "there ") };
     let mut text = format!(
-        "At the load of the study, adding keeps the tolerance of {} mm at the tool tip in {} of {of}. It keeps it \
-         everywhere {there}up to ",
+        "At the load of the study, the superposition error at the tool tip is within the tolerance of {} mm in {} of {of}. It stays within \
+         it everywhere {there}up to ",
         summary.study.tolerance,
         percent(share)
     );
@@ -93,7 +93,7 @@ pub(super) fn safety(summary: &Summary<'_>) -> String {
     };
     if summary.ended > 0 {
         text += &format!(
-            "At {} there is no equilibrium any more before the departure reaches the tolerance.\n",
+            "At {} there is no equilibrium any more before the superposition error reaches the tolerance.\n",
             counted(summary.ended, "point")
         );
     }
@@ -102,23 +102,23 @@ pub(super) fn safety(summary: &Summary<'_>) -> String {
 
 fn location_sentences(location: &LocationResult) -> String {
     let name = &location.location.name;
-    let departures = match &location.departures {
-        Ok(departures) => departures,
+    let superposition_errors = match &location.superposition_errors {
+        Ok(superposition_errors) => superposition_errors,
         Err(failure) => return format!("{name}: {}: {}.\n", failure.status, failure.reason),
     };
-    let tool = &departures.superposition[Followed::Tool as usize];
-    let mut text = format!("{name}: departure up to {}", shown(tool.departure_mm));
+    let tool = &superposition_errors.superposition[Followed::Tool as usize];
+    let mut text = format!("{name}: superposition error up to {}", shown(tool.superposition_error_mm));
     if tool.simultaneous_mm > ROUNDING_MM {
         text += &format!(
             " ({:.1} % of {})",
-            100.0 * tool.departure_mm / tool.simultaneous_mm,
+            100.0 * tool.superposition_error_mm / tool.simultaneous_mm,
             millimetres(tool.simultaneous_mm, 3)
         );
     }
     text += &growth_words(location);
     let largest = |scaled: Scaled| largest_words(&location.largest[scaled as usize]);
     text += &format!(
-        "; the tolerance is kept up to {} × load, {} × errors, {} × both.\n",
+        "; within tolerance up to {} × load, {} × errors, {} × both.\n",
         largest(Scaled::Load),
         largest(Scaled::Errors),
         largest(Scaled::Both)
@@ -126,7 +126,7 @@ fn location_sentences(location: &LocationResult) -> String {
     text + &ablation_sentence(location)
 }
 
-/// How the departure grows with each of the sources for which that is known.
+/// How the superposition error grows with each of the sources for which that is known.
 fn growth_words(location: &LocationResult) -> String {
     let words = |(scaled, of): (Scaled, &str)| {
         let fit = location.growth[scaled as usize].fit(Sum::Superposition, Followed::Tool)?;
@@ -148,7 +148,7 @@ fn largest_words(largest: &LargestFactor) -> String {
 
 fn ablation_sentence(location: &LocationResult) -> String {
     if let Err(failure) = &location.ablation {
-        return format!("  The causes cannot be told apart: {}: {}.\n", failure.status, failure.reason);
+        return format!("  The causes cannot be separated: {}: {}.\n", failure.status, failure.reason);
     }
     let Some((worst, parts, whole)) = worst_ablation(location) else { return String::new() };
     let share = |cause: Cause| {
@@ -183,7 +183,7 @@ pub(super) fn headline(summary: &Summary<'_>, not_used: &[&str]) -> Headline {
     let places = counted(summary.points, "place");
     let basis = format!("{places}, {}", counted(scene.phis.len(), "tool angle"));
     let cautions = scene.cautions(not_used, "grid point", (0..grid.len()).map(|index| grid.position(index)));
-    let most = summary.largest(Sum::Superposition, Followed::Tool, &DEPARTURE);
+    let most = summary.largest(Sum::Superposition, Followed::Tool, &SUPERPOSITION_ERROR);
     let (Some(most), Some(share)) = (most, summary.safe_share()) else {
         let sentence = format!("Nothing can be said about adding effects: none of the {places} was solved.");
         return Headline::new(sentence, basis).with_cautions(&cautions);
@@ -193,26 +193,28 @@ pub(super) fn headline(summary: &Summary<'_>, not_used: &[&str]) -> Headline {
     let wrong = millimetres(most.value, 4);
     let relative = most.at.relative().map_or_else(String::new, |r| format!(" ({:.1} %)", 100.0 * r));
     let verdict = match share {
-        1.0 => format!("may be added: wrong by at most {wrong}{relative}, within the tolerance of {tolerance} mm."),
+        1.0 => format!(
+            "may be added: the superposition error is at most {wrong}{relative}, within the tolerance of {tolerance} mm."
+        ),
         0.0 => format!(
-            "may not be added: nowhere is the tolerance of {tolerance} mm kept, and adding is wrong by up to {wrong}{relative}."
+            "may not be added: the superposition error is out of tolerance ({tolerance} mm) everywhere, up to {wrong}{relative}."
         ),
         share => format!(
-            "may be added in {} of the box; elsewhere adding is wrong by up to {wrong}{relative}, more than the tolerance of \
+            "may be added in {} of the box; elsewhere the superposition error is up to {wrong}{relative}, more than the tolerance of \
              {tolerance} mm.",
             percent(share)
         ),
     };
     Headline::new(format!("The effects of {effects} {verdict}"), basis)
         .with_cautions(&cautions)
-        .with(departure(Tolerance(*tolerance), most, &wrong))
+        .with(superposition_error(Tolerance(*tolerance), most, &wrong))
         .with_all(load(summary))
 }
 
-fn departure(tolerance: Tolerance, most: &Found<Worst>, wrong: &str) -> KeyNumber {
-    let what = format!("largest departure of the sum, at the tool tip, at {}", most.place());
+fn superposition_error(tolerance: Tolerance, most: &Found<Worst>, wrong: &str) -> KeyNumber {
+    let what = format!("largest superposition error, at the tool tip, at {}", most.place());
     let rows = [["sum", Sum::Superposition.label()], ["followed", Followed::Tool.label()]];
-    let found = DEPARTURE.found_in("map.csv", &rows, Extreme::Largest, most.value);
+    let found = SUPERPOSITION_ERROR.found_in("map.csv", &rows, Extreme::Largest, most.value);
     KeyNumber::new(wrong, what, tolerance.against(most.value)).found(found)
 }
 
@@ -223,7 +225,7 @@ fn load(summary: &Summary<'_>) -> Option<KeyNumber> {
         LargestFactor::BelowToLimit(_) => ", at least".to_string(),
         _ => format!("; the limit is at {}", least.place()),
     };
-    let what = format!("of the load of the study keeps the tolerance everywhere{end}");
+    let what = format!("of the load of the study stays within tolerance everywhere{end}");
     let against = format!("up to {} × where it is best", largest_words(&most.at));
     let found = LARGEST_LOAD.found_in("safe_load.csv", &[], Extreme::Smallest, least.value);
     Some(KeyNumber::new(&format!("{:.2} ×", least.value), what, against).found(found))

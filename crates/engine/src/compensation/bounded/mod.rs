@@ -179,13 +179,13 @@ fn corrected_points(
     let iterate = &found.iterate;
     let own = iterate.corrections.chunks_exact(bounds.drive_count());
     let corrected = points.iter().zip(&iterate.answers).zip(own).map(|((point, answer), correction)| {
-        let (position_error, leftover_rotation) = point.errors(machine, &answer.state);
+        let (position_error, residual_rotation) = point.errors(machine, &answer.state);
         CorrectedPoint {
             drives: answer.drives.clone(),
             correction: correction.to_vec(),
             error: answer.error.norm(),
             position_error,
-            leftover_rotation,
+            residual_rotation,
             drive_forces: answer.forces.clone(),
             binding: Vec::new(),
         }

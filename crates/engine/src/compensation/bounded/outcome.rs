@@ -49,7 +49,7 @@ pub struct CorrectedPoint {
     /// Position error of the point put right, O axes, mm.
     pub position_error: Vector3<f64>,
     /// Rotation of the platform from the wanted orientation, rotation vector in O axes, rad.
-    pub leftover_rotation: Vector3<f64>,
+    pub residual_rotation: Vector3<f64>,
     /// Forces of the drives τ, N or N·mm.
     pub drive_forces: Vec<f64>,
     /// Limits that bind at this point.

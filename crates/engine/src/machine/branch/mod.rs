@@ -1,4 +1,4 @@
-//! Branches of six-axis arms with a spherical wrist: the eight ways to stand with the flange in one pose, in words.
+//! Branches of six-axis arms with a spherical wrist: the eight joint configurations for one pose of the flange, in words.
 //!
 //! `arm` says which machines are such arms and on which branch they stand, `closed_form` finds the joints of all branches at a
 //! pose, `postures` what drives and limits make of them, `change` what becomes of a path that would change branch.

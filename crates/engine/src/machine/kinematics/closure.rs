@@ -57,14 +57,14 @@ pub(in crate::machine) struct Closure<'a> {
     /// The Jacobian where the last search began.
     pub(super) begun: DMatrix<f64>,
     normal_step: NormalStep<f64>,
-    /// Drives of a redundant machine that stay where they are: index and value, mm or rad; first those of [`Machine::held`](crate::machine::Model::held).
-    pub held: Vec<(usize, f64)>,
+    /// Drives of a redundant machine that stay where they are: index and value, mm or rad; first those of [`Machine::locked`](crate::machine::Model::locked).
+    pub locked: Vec<(usize, f64)>,
 }
 
 impl<'a> Closure<'a> {
     pub fn new(machine: &'a Machine) -> Self {
         Self {
-            held: machine.held.clone(),
+            locked: machine.locked.clone(),
             machine,
             equations: Equations::new(machine),
             jacobian: DMatrix::zeros(0, 0),

@@ -79,7 +79,7 @@ pub enum Unreachable {
         span_mm: f64,
     },
     /// The chains do not close at the target: the straight way there ends before it.
-    #[error("chain {chain} cannot close there; the straight way ends {short_mm:.1} mm before")]
+    #[error("chain {chain} cannot close there; continuation from home stops {short_mm:.1} mm before")]
     TooFar {
         /// The chain that closes worst.
         chain: String,
@@ -91,7 +91,7 @@ pub enum Unreachable {
     #[error("only on another assembly mode than home, or beyond a singularity")]
     OtherMode,
     /// Neither the straight line from home nor another way leads there.
-    #[error("{straight}; ways around tried: {tried}")]
+    #[error("{straight}; alternative solution branches tried: {tried}")]
     NoWay {
         /// What the straight line ends with.
         straight: Box<Unreachable>,
@@ -127,8 +127,8 @@ pub enum Unreachable {
     },
     /// The platform turns with its position, and the point that is to be led is not where it should be.
     #[error(
-        "the platform turns with its position: no place of it was found that puts the point of the path where it is asked for \
-         (the nearest leaves {beside_mm:.3} mm)"
+        "the platform has a parasitic rotation (its orientation depends on its position): no position was found that brings the point of \
+         the path where it is asked for (the nearest is {beside_mm:.3} mm off)"
     )]
     Turned {
         /// How far the point is from where it is asked for, mm.

@@ -41,7 +41,7 @@ impl Search {
         self.iteration > 1 && self.later_steps > NEAR * self.first_step
     }
 
-    /// By the largest error left, mm, or NaN.
+    /// By the largest residual error, mm, or NaN.
     pub fn judge(&self, error: f64, reach: f64) -> Judged {
         let stalled = error < CLOSURE_ROUNDING * reach && error > 0.3 * self.best;
         match error {

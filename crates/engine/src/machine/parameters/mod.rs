@@ -57,8 +57,8 @@ pub(super) struct Written {
     errors: Vec<(MountErrors, ChainError)>,
     /// Errors built in otherwise, in this order.
     built_in: Vec<Vec<ChainError>>,
-    /// Drives held, by name, in shown units.
-    pub held: Vec<(String, f64)>,
+    /// Drives locked, by name, in shown units.
+    pub locked: Vec<(String, f64)>,
     /// Those of them that a path moves, and between which positions.
     pub along_path: Vec<(String, [f64; 2])>,
 }
@@ -70,7 +70,7 @@ impl Written {
             origin: origin.into(),
             errors: Vec::new(),
             built_in: Vec::new(),
-            held: Vec::new(),
+            locked: Vec::new(),
             along_path: Vec::new(),
         }
     }
@@ -201,9 +201,9 @@ impl Machine {
         self.resolved(spec)?.with_all_errors(self.mount_errors(), &[], &self.written.built_in)
     }
 
-    /// The machine of a file on the branch of this one, with the same drives held.
+    /// The machine of a file on the branch of this one, with the same drives locked.
     fn resolved(&self, spec: MachineSpec) -> Result<Machine> {
-        resolve::machine(spec, &self.written.origin)?.on(self.branch)?.with_drives_held(&self.written.held)
+        resolve::machine(spec, &self.written.origin)?.on(self.branch)?.with_locked_drives(&self.written.locked)
     }
 
     fn with_all_errors(
@@ -219,7 +219,7 @@ impl Machine {
     /// The machine without errors of chains, by which this one is commanded.
     ///
     /// # Errors
-    /// None, as long as its numbers make a machine whose drives can be held where they are.
+    /// None, as long as its numbers make a machine whose drives can be locked where they are.
     pub fn nominal(&self) -> Result<Machine> {
         self.resolved(MachineSpec::clone(&self.written.spec))
     }

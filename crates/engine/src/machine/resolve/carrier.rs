@@ -53,7 +53,7 @@ pub(super) fn carrier(written: &CarrierSpec, spec: &MachineSpec, machine: &Machi
         platform_mass: None,
         tool_compliance: None,
         carrier: None,
-        held: Vec::new(),
+        locked: Vec::new(),
         arm: None,
         branch: None,
         redundancy: 0,

@@ -57,7 +57,7 @@ pub(super) fn machine(written: MachineSpec, origin: &str) -> Result<Machine> {
         reach: kinematics::reach(&chains, &Configuration::start(&chains, home_pose)),
         redundancy: 0,
         turns_with_position: false,
-        held: Vec::new(),
+        locked: Vec::new(),
         carrier: None,
         arm: None,
         branch: None,

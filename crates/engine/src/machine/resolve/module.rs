@@ -1,4 +1,4 @@
-//! Parallel modules of a chain, from a machine file as written.
+//! Closed loops within a chain (parallel modules), from a machine file.
 //!
 //! One of a module's chains becomes part of the route that goes on behind it; each of the others is a loop between the
 //! frames where the module starts and ends. The route takes the chain that leaves its end the least freedom: a rigid one

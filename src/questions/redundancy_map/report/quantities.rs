@@ -1,4 +1,4 @@
-//! The numbers of a map of turns and what is asked of them: at each place, each direction of the tool at its best turn; over all directions, the
+//! The numbers of a redundancy map and what is asked of them: at each place, each direction of the tool at its best turn; over all directions, the
 //! worst of them. Its table, and its pictures: slices at the heights asked for, and the places in 3-D.
 
 use serde_json::{Value, json};
@@ -9,20 +9,20 @@ use crate::{
     files::exchange::{Cell, Kind, Row, Table, cells, numbers, texts},
     machine::Branch,
     page::Better::{Larger, Neither, Smaller},
-    questions::turn_map::{TurnMap, TurnMapPoint, TurnMapStudy, Turns},
+    questions::redundancy_map::{RedundancyMap, RedundancyMapPoint, RedundancyMapStudy, Turns},
 };
 
 type Of = Quantity<Turns>;
 
 pub(super) const BEST: Of =
-    Of::new("best_deflection_mm", "deflection at the best turn", Smaller, |turns| Some(turns.best.deflection_mm));
-const BEST_TURN: Of = Of::new("best_turn_deg", "best turn", Neither, |turns| tidy(turns.best.turn_deg));
+    Of::new("best_deflection_mm", "deflection at the best γ", Smaller, |turns| Some(turns.best.deflection_mm));
+const BEST_TURN: Of = Of::new("best_gamma_deg", "best γ", Neither, |turns| tidy(turns.best.gamma_deg));
 const WORST: Of =
-    Of::new("worst_deflection_mm", "deflection at the worst turn", Smaller, |turns| Some(turns.worst.deflection_mm));
+    Of::new("worst_deflection_mm", "deflection at the worst γ", Smaller, |turns| Some(turns.worst.deflection_mm));
 pub(super) const WORST_OVER_BEST: Of = Of::new("worst_over_best", "worst over best", Neither, |turns| {
     Some(turns.best.deflection_mm).filter(|best| *best > 0.0).map(|best| turns.worst.deflection_mm / best)
 });
-const POSSIBLE: Of = Of::cell("turns_possible", "turns that are possible", Larger, Kind::Count, |turns| {
+const POSSIBLE: Of = Of::cell("gammas_possible", "values of γ that are possible", Larger, Kind::Count, |turns| {
     turns.map_or(0, |turns| turns.possible).into()
 });
 
@@ -31,7 +31,7 @@ pub(super) fn on_page() -> [Of; 5] {
     [BEST, WORST, WORST_OVER_BEST, BEST_TURN, POSSIBLE]
 }
 
-/// Turns are told to a thousandth of a degree.
+/// Angles γ are written to a thousandth of a degree.
 fn tidy(degrees: f64) -> Option<f64> {
     Some((degrees * 1e3).round() / 1e3 + 0.0)
 }
@@ -56,7 +56,7 @@ pub(super) fn table(report: &Report<'_>) -> Table {
         Of::text("best_branch", |turns| turns.map_or(Cell::Missing, |turns| word(turns.best.branch))),
         Of::in_table("best_phi_deg", |turns| tidy(turns.best.phi_deg)),
         WORST,
-        Of::in_table("worst_turn_deg", |turns| tidy(turns.worst.turn_deg)),
+        Of::in_table("worst_gamma_deg", |turns| tidy(turns.worst.gamma_deg)),
         Of::text("worst_branch", |turns| turns.map_or(Cell::Missing, |turns| word(turns.worst.branch))),
         Of::in_table("worst_phi_deg", |turns| tidy(turns.worst.phi_deg)),
         WORST_OVER_BEST,
@@ -69,7 +69,7 @@ pub(super) fn table(report: &Report<'_>) -> Table {
         let worst = report.all_axes(place).map(|found| found.point).or_else(failed);
         worst.unwrap_or_else(|| report.point(0, place))
     };
-    let row = |direction: String, point: &'_ TurnMapPoint| {
+    let row = |direction: String, point: &'_ RedundancyMapPoint| {
         let mut lead: Row = cells(point.position_mm).collect();
         lead.push(direction.into());
         lead.extend(cells(report.axis(point.axis)));
@@ -91,26 +91,23 @@ pub(super) fn figures(report: &Report<'_>, slices_z: &[f64]) -> Vec<(String, Fig
         stem,
         title: title.into(),
         label,
-        under: format!("{tool}, {}, {} turns", study.scene.force_words(), study.turns()),
+        under: format!("{tool}, {}, {} values of γ", study.scene.force_words(), study.turns()),
         contour: None,
         line: String::new(),
         shading: Shading::Ordered,
         value: Box::new(move |turns: &Option<Turns>| value(turns.as_ref()?)),
     };
-    let best = drawn("best", "How far the tool moves, turned well about its axis", BEST.axis_label(), |turns| {
-        BEST.value(turns)
+    let best = drawn("best", "How far the tool moves at the best γ", BEST.axis_label(), |turns| BEST.value(turns));
+    let turn = drawn("gamma", "The best rotation γ about the tool axis", BEST_TURN.axis_label(), |turns| {
+        Some(turns.best.gamma_deg.rem_euclid(360.0))
     });
-    let turn = drawn("turn", "How to turn the tool about its axis", BEST_TURN.axis_label(), |turns| {
-        Some(turns.best.turn_deg.rem_euclid(360.0))
+    let gain = drawn("gain", "How much γ matters", "deflection at the worst γ over the best".into(), |turns| {
+        WORST_OVER_BEST.value(turns)
     });
-    let gain =
-        drawn("gain", "How much the turn counts", "deflection at the worst turn over the best".into(), |turns| {
-            WORST_OVER_BEST.value(turns)
-        });
     let drawn =
         vec![Drawn { contour: study.scene.tolerance_mm, ..best }, Drawn { shading: Shading::Cyclic, ..turn }, gain];
     let mut map = GridMap::new(&study.scene, &study.grid, slices_z, drawn);
-    (map.missing, map.has_points) = ("no turn", false);
+    (map.missing, map.has_points) = ("no γ", false);
     (0..study.grid.len()).for_each(|place| map.add(&report.all_axes(place).map(|found| *found.turns)));
     let slices: Vec<(String, Figure)> = map.slices().collect();
     let answer = ("answer".to_string(), slices[0].1.clone());
@@ -120,21 +117,21 @@ pub(super) fn figures(report: &Report<'_>, slices_z: &[f64]) -> Vec<(String, Fig
 
 /// A map of turns with what is asked of it.
 pub(super) struct Report<'a> {
-    pub study: &'a TurnMapStudy,
-    pub map: &'a TurnMap,
+    pub study: &'a RedundancyMapStudy,
+    pub map: &'a RedundancyMap,
 }
 
 /// A value of a quantity, and the place at which it is found.
 #[derive(Clone, Copy)]
 pub(super) struct Found<'a> {
     pub value: f64,
-    pub point: &'a TurnMapPoint,
+    pub point: &'a RedundancyMapPoint,
     pub turns: &'a Turns,
 }
 
 impl<'a> Report<'a> {
     /// The point with this direction at a place of the grid.
-    pub fn point(&self, axis: usize, place: usize) -> &'a TurnMapPoint {
+    pub fn point(&self, axis: usize, place: usize) -> &'a RedundancyMapPoint {
         &self.map.points[axis * self.study.grid.len() + place]
     }
 
@@ -208,7 +205,7 @@ fn largest<'a>(all: impl IntoIterator<Item = Found<'a>>) -> Option<Found<'a>> {
 
 impl<'a> Found<'a> {
     /// At `point`, if there is a value of `quantity`.
-    fn of(quantity: &Quantity<Turns>, point: &'a TurnMapPoint) -> Option<Self> {
+    fn of(quantity: &Quantity<Turns>, point: &'a RedundancyMapPoint) -> Option<Self> {
         let turns = point.turns.as_ref().ok()?;
         Some(Found { value: quantity.value(turns)?, point, turns })
     }

@@ -5,7 +5,7 @@ use serde::Deserialize;
 /// A grid of places of the tool tip, at which the tool has given directions.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct TurnMapSpec {
+pub struct RedundancyMapSpec {
     /// Number of grid points along x, y, z, both ends included.
     pub grid: [usize; 3],
     /// Lower corner of the places of the tool tip, O; if not given, the machine's workspace box moved from P to the tip as it stands at home.
@@ -17,7 +17,7 @@ pub struct TurnMapSpec {
     /// Directions on a cone.
     pub cone: Option<ConeSpec>,
     /// Step between turns about the tool's axis; 10 if not given.
-    pub turn_step_deg: Option<f64>,
+    pub gamma_step_deg: Option<f64>,
     /// Least distance to a singularity, an inverse condition number; 0.01 if not given.
     pub min_singularity_distance: Option<f64>,
     /// Step between directions of the cutting force about the tool's axis; 45 if not given.

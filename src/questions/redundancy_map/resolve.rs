@@ -5,8 +5,8 @@ use std::f64::consts::TAU;
 use nalgebra::Vector3;
 
 use super::{
-    TurnMapStudy, blocks, run,
-    spec::{ConeSpec, TurnMapSpec},
+    RedundancyMapStudy, blocks, run,
+    spec::{ConeSpec, RedundancyMapSpec},
 };
 use crate::{
     input::{
@@ -31,18 +31,18 @@ const MAX_POINTS: usize = 1_000_000;
 const TURN_STEP_DEG: f64 = 10.0;
 const PHI_STEP_DEG: f64 = 45.0;
 
-impl Question for TurnMapStudy {
-    type Spec = TurnMapSpec;
+impl Question for RedundancyMapStudy {
+    type Spec = RedundancyMapSpec;
     type Shown = Shown;
-    const NAME: &str = "a map of turns";
+    const NAME: &str = "a redundancy map";
     const TEMPLATE: Template = Template {
-        name: "turns",
-        about: "How a six-axis machine should turn its tool about the tool's axis, place by place",
+        name: "redundancy",
+        about: "How a six-axis machine should rotate about its tool axis (γ), point by point",
         files: &[("study.toml", include_str!("template/study.toml"))],
     };
-    const TABLES: &[&str] = &["turns"];
+    const TABLES: &[&str] = &["redundancy_map"];
 
-    fn resolve(spec: &TurnMapSpec, given: &Given<'_>) -> Result<Resolved<Self>> {
+    fn resolve(spec: &RedundancyMapSpec, given: &Given<'_>) -> Result<Resolved<Self>> {
         given.overrides.refuse_points(given.name)?;
         let phi_step_deg = Some(spec.phi_step_deg.unwrap_or(PHI_STEP_DEG));
         let (scene, not_used, inputs) = scene(given, OwnKeys { phi_step_deg, uses_target: true })?;
@@ -55,9 +55,9 @@ impl Question for TurnMapStudy {
         let region =
             Region { min_mm: spec.min_mm, max_mm: spec.max_mm, grid: spec.grid, slices_z_mm: &spec.slices_z_mm };
         let (grid, slices_z, size) = region.checked(given, around_home, MAX_POINTS / axes.len())?;
-        let step_deg = spec.turn_step_deg.unwrap_or(TURN_STEP_DEG);
+        let step_deg = spec.gamma_step_deg.unwrap_or(TURN_STEP_DEG);
         if !(1.0..=180.0).contains(&step_deg) {
-            return check.key("turn_step_deg").fail(format!("must be from 1 to 180, got {step_deg}"));
+            return check.key("gamma_step_deg").fail(format!("must be from 1 to 180, got {step_deg}"));
         }
         let default = ToolTurn::default();
         let min_singularity_distance = match spec.min_singularity_distance {
@@ -66,7 +66,7 @@ impl Question for TurnMapStudy {
         };
         let turn = ToolTurn { step_deg, min_singularity_distance, ..default };
         let shown = Shown { slices_z, not_used };
-        Ok(Resolved { study: TurnMapStudy { scene, grid, axes, turn }, shown, inputs: inputs.and(size) })
+        Ok(Resolved { study: RedundancyMapStudy { scene, grid, axes, turn }, shown, inputs: inputs.and(size) })
     }
 
     fn items(&self) -> (usize, &'static str) {
@@ -98,7 +98,7 @@ const MOST: usize = 64;
 const AROUND: usize = 8;
 
 /// The directions from the tip to the spindle, unit vectors in O.
-pub(super) fn axes(spec: &TurnMapSpec, machine: &Machine, check: &Check) -> Result<Vec<Vector3<f64>>> {
+pub(super) fn axes(spec: &RedundancyMapSpec, machine: &Machine, check: &Check) -> Result<Vec<Vector3<f64>>> {
     match (&spec.tool_axes, &spec.cone) {
         (Some(_), Some(_)) => check.key("cone").fail("give one of tool_axes and cone".into()),
         (Some(given), None) => {

@@ -7,7 +7,7 @@ use kinetostat::{
     process::{Placement, cutting::PathFrame},
     questions::{
         Overrides, Study, StudyKind,
-        turn_map::{AtTurn, TurnMap, TurnMapPoint, TurnMapStudy, run},
+        redundancy_map::{AtTurn, RedundancyMap, RedundancyMapPoint, RedundancyMapStudy, run},
     },
     simulation::{Machines, Source},
     spatial::{frame_about, rotation_exp},
@@ -18,29 +18,29 @@ use nalgebra::Vector3;
 
 use crate::support::command::told;
 
-fn study(machine: &str, table: &str) -> TurnMapStudy {
+fn study(machine: &str, table: &str) -> RedundancyMapStudy {
     let text = format!(
-        "schema = 2\nquestion = \"?\"\nmachine = \"{machine}\"\n[process.force.path_frame]\nradial_force_N = 300.0\n\
-         tangential_force_N = -200.0\naxial_force_N = -100.0\n[turn_map]\n{table}\n"
+        "schema = 3\nquestion = \"?\"\nmachine = \"{machine}\"\n[process.force.path_frame]\nradial_force_N = 300.0\n\
+         tangential_force_N = -200.0\naxial_force_N = -100.0\n[redundancy_map]\n{table}\n"
     );
     let study = Study::from_toml(&text, "study.toml", Path::new("."), &Overrides::default()).unwrap();
-    let StudyKind::TurnMap(study, _) = study.kind else { panic!("a map of turns") };
+    let StudyKind::RedundancyMap(study, _) = study.kind else { panic!("a redundancy map") };
     *study
 }
 
-fn map(study: &TurnMapStudy) -> TurnMap {
+fn map(study: &RedundancyMapStudy) -> RedundancyMap {
     run(study, &Work::default()).unwrap()
 }
 
 /// The largest deflection over the directions of the force with the platform turned so, by the machine led there on its own.
-fn alone(study: &TurnMapStudy, point: &TurnMapPoint, at: &AtTurn) -> f64 {
+fn alone(study: &RedundancyMapStudy, point: &RedundancyMapPoint, at: &AtTurn) -> f64 {
     let machine =
         at.branch.map_or_else(|| study.scene.machine.clone(), |branch| study.scene.machine.on_branch(branch).unwrap());
     let machines = Machines::new(&machine, &study.scene.errors).unwrap();
     let axis = study.axes[point.axis];
     let placed = Placement::default().on(&study.scene.machine.home.pose.rotation, &study.scene.machine.tool());
     let placed = placed.oriented(&Orientation::ToolAxis(axis));
-    let turned = rotation_exp(-axis * at.turn_deg.to_radians()) * placed.orientation();
+    let turned = rotation_exp(-axis * at.gamma_deg.to_radians()) * placed.orientation();
     let placed = placed.turned(&turned);
     let pose = placed.platform_pose(point.position_mm.into());
     assert!((pose.rotation * machine.tool_axes.column(2) + axis).norm() < 1e-9);
@@ -59,11 +59,11 @@ fn best_and_worst_turns_are_what_the_machine_does_there() {
     for (machine, table) in [
         (
             "fanuc_r2000ic",
-            "grid = [2, 1, 2]\ntool_axes = [[0.0, 0.0, 1.0], [-0.5, 0.2, 0.8]]\nturn_step_deg = 60.0\nslices_z_mm = [700.0]",
+            "grid = [2, 1, 2]\ntool_axes = [[0.0, 0.0, 1.0], [-0.5, 0.2, 0.8]]\ngamma_step_deg = 60.0\nslices_z_mm = [700.0]",
         ),
         (
             "hexapod",
-            "grid = [1, 2, 1]\nturn_step_deg = 90.0\nmin_mm = [0.0, -20.0, 880.0]\nmax_mm = [0.0, 20.0, 880.0]\nslices_z_mm = [880.0]",
+            "grid = [1, 2, 1]\ngamma_step_deg = 90.0\nmin_mm = [0.0, -20.0, 880.0]\nmax_mm = [0.0, 20.0, 880.0]\nslices_z_mm = [880.0]",
         ),
     ] {
         let study = study(machine, table);
@@ -83,36 +83,40 @@ fn best_and_worst_turns_are_what_the_machine_does_there() {
 
 #[test]
 fn a_place_without_a_turn_says_what_hinders() {
-    let table = "grid = [1, 1, 2]\nturn_step_deg = 90.0\nmin_mm = [2000.0, 0.0, 700.0]\nmax_mm = [2000.0, 0.0, 9000.0]\nslices_z_mm = [700.0]";
+    let table = "grid = [1, 1, 2]\ngamma_step_deg = 90.0\nmin_mm = [2000.0, 0.0, 700.0]\nmax_mm = [2000.0, 0.0, 9000.0]\nslices_z_mm = [700.0]";
     let study = study("fanuc_r2000ic", table);
     let map = map(&study);
     assert!(map.points[0].is_solved());
     let failure = map.points[1].turns.as_ref().unwrap_err();
     assert_eq!((&*failure.status, map.points[1].status()), ("unreachable", "unreachable"));
-    assert_eq!(failure.reason, "none of 4 turns is possible on any branch: 8 out of reach");
+    assert_eq!(failure.reason, "none of 4 values of γ is possible on any branch: 8 out of reach");
 }
 
 #[test]
 fn a_map_of_turns_is_a_study_with_tables_pictures_and_a_page() {
     let folder = tempfile::tempdir().unwrap();
     let place = folder.path().display().to_string();
-    assert_eq!(told(&["new", "turns", &format!("{place}/t")]).0, Some(0));
+    assert_eq!(told(&["new", "redundancy", &format!("{place}/t")]).0, Some(0));
     let run =
         |extra: &[&str]| told(&[&["run", &format!("{place}/t"), "--out", &format!("{place}/out")], extra].concat());
     let (code, text, said) = run(&["--grid", "2", "--no-figures"]);
     assert!(matches!(code, Some(0 | 1)), "{text}{said}");
-    assert!(text.contains("Turned well about its tool"), "{text}");
-    let table = std::fs::read_to_string(format!("{place}/out/turns.csv")).unwrap();
+    assert!(text.contains("At the best rotation γ about its tool"), "{text}");
+    let table = std::fs::read_to_string(format!("{place}/out/redundancy_map.csv")).unwrap();
     // Two directions and the worst of them, at eight places.
     assert_eq!(table.lines().count(), 1 + 3 * 8);
     assert!(table.starts_with("x_mm,y_mm,z_mm,direction,tool_axis_x,"));
     let text = std::fs::read_to_string(format!("{place}/t/study.toml")).unwrap();
     for (given, wrong, expected) in [
         ("\"fanuc_r2000ic\"", "\"orthoglide\"", "machine orthoglide controls 3 coordinates"),
-        ("[-0.5, 0.0, 0.866]", "[0.0, 0.0, 0.0]", "turn_map.tool_axes[1]: has no length: expected a direction"),
-        ("turn_step_deg = 15.0", "turn_step_deg = 0.5", "turn_map.turn_step_deg: must be from 1 to 180, got 0.5"),
-        ("# cone =", "cone =", "turn_map.cone: give one of tool_axes and cone"),
-        ("slices_z_mm = [700.0]", "slices_z_mm = [7000.0]", "turn_map.slices_z_mm: must be within the map's box"),
+        ("[-0.5, 0.0, 0.866]", "[0.0, 0.0, 0.0]", "redundancy_map.tool_axes[1]: has no length: expected a direction"),
+        (
+            "gamma_step_deg = 15.0",
+            "gamma_step_deg = 0.5",
+            "redundancy_map.gamma_step_deg: must be from 1 to 180, got 0.5",
+        ),
+        ("# cone =", "cone =", "redundancy_map.cone: give one of tool_axes and cone"),
+        ("slices_z_mm = [700.0]", "slices_z_mm = [7000.0]", "redundancy_map.slices_z_mm: must be within the map's box"),
     ] {
         assert!(text.contains(given), "{given}");
         std::fs::write(format!("{place}/t/study.toml"), text.replacen(given, wrong, 1)).unwrap();
@@ -124,7 +128,7 @@ fn a_map_of_turns_is_a_study_with_tables_pictures_and_a_page() {
 
 #[test]
 fn threads_change_nothing() {
-    let table = "grid = [2, 1, 1]\nturn_step_deg = 45.0\nslices_z_mm = [700.0]";
+    let table = "grid = [2, 1, 1]\ngamma_step_deg = 45.0\nslices_z_mm = [700.0]";
     let study = study("kr270", &table.replace("700.0", "500.0"));
     let on = |threads: usize| {
         rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap().install(|| map(&study).points)

@@ -1,15 +1,15 @@
-//! Reports of a map of turns: on the first screen how far the tool moves at the best turns and what a badly chosen one costs.
+//! Reports of a redundancy map: on the first screen how far the tool moves at the best γ and what a badly chosen one costs.
 
 mod quantities;
 
 use serde_json::json;
 
 use crate::{
-    answer::{Output, Quantity, Run, layers, size_words},
+    answer::{Output, Quantity, Run, Tolerance, layers, size_words},
     files::{
         Manifest,
         text_table::text_table,
-        words::{counted, if_any, millimetres, millimetres_in_table, percent, position, typographic},
+        words::{counted, if_any, millimetres, millimetres_in_table, position, typographic},
     },
     input::error::Result,
     page::{
@@ -19,27 +19,27 @@ use crate::{
     questions::{
         Answered,
         over_workspace::Shown,
-        turn_map::{TurnMapPoint, TurnMapStudy, Turns, run},
+        redundancy_map::{RedundancyMapPoint, RedundancyMapStudy, Turns, run},
     },
 };
 use quantities::{BEST, Found, Report, WORST_OVER_BEST};
 
-impl Answered for TurnMapStudy {
+impl Answered for RedundancyMapStudy {
     fn answer(&self, shown: &Shown, asked: &Run<'_>) -> Result<Output> {
         let map = run(self, asked.work)?;
         let report = Report { study: self, map: &map };
         Ok(Output {
-            tables: vec![("turns".into(), quantities::table(&report))],
+            tables: vec![("redundancy_map".into(), quantities::table(&report))],
             figures: asked.drawn(|| quantities::figures(&report, &shown.slices_z)),
             details: details(&report),
             ..Output::of(
                 json!({
                     "grid": self.grid.counts(),
                     "directions": self.axes.len(),
-                    "turns": self.turns(),
+                    "gammas": self.turns(),
                     "tool_angles": self.scene.phis.len(),
                 }),
-                Manifest::count(map.points.iter().map(TurnMapPoint::status)),
+                Manifest::count(map.points.iter().map(RedundancyMapPoint::status)),
                 report.json(),
                 Description { headline: headline(&report, &shown.not_used), ..page(&report) },
             )
@@ -48,13 +48,13 @@ impl Answered for TurnMapStudy {
 }
 
 /// Title of the view.
-const MAP: &str = "Map of turns";
+const MAP: &str = "Redundancy map";
 
 /// Sections, setting, views and tables; first screen, figures and question are added by the run.
 fn page(report: &Report<'_>) -> Description {
     let caption =
         "One row per place and direction of the tool; of several directions, then one per place for the worst of them.";
-    let mut description = report.study.scene.description("turn_map", "the tool tip");
+    let mut description = report.study.scene.description("redundancy_map", "the tool tip");
     description.terms.push(Fact::new(
         "Turn",
         "of the platform about the tool's axis, right-handed about the direction from the spindle to the tip, counted from \
@@ -63,13 +63,13 @@ fn page(report: &Report<'_>) -> Description {
     Description {
         setting: setting(report),
         explorers: vec![explorer(report)],
-        tables: vec![TableNote::ranked("turns.csv", caption, &quantities::BEST.name)],
+        tables: vec![TableNote::ranked("redundancy_map.csv", caption, &quantities::BEST.name)],
         sections: vec![
-            Section::new("Where does the tool move how far, turned well?", "the map, to slice, turn and click")
+            Section::new("How far does the tool move at the best γ?", "the map, to slice, turn and click")
                 .text(&details(report))
                 .explorers([MAP])
-                .figures(&["slices_best", "turns_"]),
-            Section::new("How to turn?", "the best turn, and how much it counts").figures(&[
+                .figures(&["slices_best", "gamma_"]),
+            Section::new("Which γ?", "the best γ, and how much it matters").figures(&[
                 "slices_turn",
                 "slices_gain",
                 "slices_possible",
@@ -80,11 +80,11 @@ fn page(report: &Report<'_>) -> Description {
 }
 
 fn setting(report: &Report<'_>) -> Vec<Fact> {
-    let TurnMapStudy { scene, grid, axes, turn } = report.study;
+    let RedundancyMapStudy { scene, grid, axes, turn } = report.study;
     let directions: Vec<String> = (0..axes.len()).map(|axis| report.axis_name(axis)).collect();
     scene.facts([
         Fact::new("directions of the tool", typographic(&format!("{}, from tip to spindle", directions.join(", ")))),
-        Fact::new("turns", format!("{} in steps of {}°", report.study.turns(), turn.step_deg)),
+        Fact::new("values of γ", format!("{} in steps of {}°", report.study.turns(), turn.step_deg)),
         Fact::new(
             "kept from singularities",
             format!("inverse condition number of {} at least", turn.min_singularity_distance),
@@ -105,17 +105,17 @@ fn explorer(report: &Report<'_>) -> Explorer {
         values: all.into_iter().chain(own).collect(),
     };
     let layers = layers(&quantities::on_page());
-    Explorer { marks: Vec::new(), ..report.study.scene.view(MAP, "turns.csv", Some(group), layers) }
+    Explorer { marks: Vec::new(), ..report.study.scene.view(MAP, "redundancy_map.csv", Some(group), layers) }
 }
 
 /// The answer at a glance.
 fn headline(report: &Report<'_>, not_used: &[&str]) -> Headline {
-    let TurnMapStudy { scene, grid, axes, .. } = report.study;
+    let RedundancyMapStudy { scene, grid, axes, .. } = report.study;
     let basis = format!(
         "{}, {} of the tool, {}, {} of the force",
         counted(grid.len(), "place"),
         counted(axes.len(), "direction"),
-        counted(report.study.turns(), "turn"),
+        format!("{} values of γ", report.study.turns()),
         counted(scene.phis.len(), "direction"),
     );
     let tip = scene.machine.home.pose.rotation * scene.machine.tool_tip;
@@ -124,7 +124,7 @@ fn headline(report: &Report<'_>, not_used: &[&str]) -> Headline {
         |found: Option<Found<'_>>, what: &str, extreme| found.map(|found| at_best_turn(report, &found, what, extreme));
     Headline::new(sentence(report), basis)
         .with_cautions(&scene.cautions(not_used, "place", positions))
-        .with_all(at_best(report.most(), "largest deflection at the best turn", Extreme::Largest))
+        .with_all(at_best(report.most(), "largest deflection at the best γ", Extreme::Largest))
         .with_all(at_best(report.least(), "smallest", Extreme::Smallest))
         .with_all(report.widest().map(|widest| gain(report, &widest)))
 }
@@ -132,17 +132,19 @@ fn headline(report: &Report<'_>, not_used: &[&str]) -> Headline {
 fn sentence(report: &Report<'_>) -> String {
     let name = report.study.scene.machine.short_title();
     let (Some(least), Some(most)) = (report.least(), report.most()) else {
-        return format!("The {name} has no turn about its tool at any of the places and directions.");
+        return format!("The {name} can be rotated about its tool at none of the grid points and directions.");
     };
-    let kept = match (report.study.scene.tolerance_mm, report.share_within()) {
-        (Some(tolerance), Some(share)) => format!(" {tolerance} mm is kept in {} of the places.", percent(share)),
+    let met = match (report.study.scene.tolerance_mm, report.share_within()) {
+        (Some(tolerance), Some(share)) => {
+            format!(" It is {}.", Tolerance(tolerance).met(share, "at … of the grid points"))
+        }
         _ => String::new(),
     };
     let gain = report
         .widest()
-        .map_or_else(String::new, |widest| format!(" Turned badly it moves up to {:.1} times as far.", widest.value));
+        .map_or_else(String::new, |widest| format!(" At the worst γ it moves up to {:.1} times as far.", widest.value));
     format!(
-        "Turned well about its tool, the {name} is moved by {} at best and {} at worst.{gain}{kept}",
+        "At the best rotation γ about its tool, the {name} moves by {} at best and {} at worst.{gain}{met}",
         millimetres(least.value, 3),
         millimetres(most.value, 3),
     )
@@ -158,28 +160,28 @@ fn place(report: &Report<'_>, found: &Found<'_>) -> String {
 }
 
 fn in_table(report: &Report<'_>, found: &Found<'_>, quantity: &Quantity<Turns>, extreme: Extreme) -> InTable {
-    quantity.found_in("turns.csv", &[["direction", &report.axis_name(found.point.axis)]], extreme, found.value)
+    quantity.found_in("redundancy_map.csv", &[["direction", &report.axis_name(found.point.axis)]], extreme, found.value)
 }
 
 fn at_best_turn(report: &Report<'_>, found: &Found<'_>, what: &str, extreme: Extreme) -> KeyNumber {
     let best = &found.turns.best;
     let branch = best.branch.map_or_else(String::new, |branch| format!(", {}", branch.label()));
-    let against = format!("turn {:.0}°{branch}", best.turn_deg);
+    let against = format!("γ = {:.0}°{branch}", best.gamma_deg);
     let what = format!("{what}, at {}", place(report, found));
     KeyNumber::new(&millimetres(found.value, 3), what, against).found(in_table(report, found, &BEST, extreme))
 }
 
 fn gain(report: &Report<'_>, found: &Found<'_>) -> KeyNumber {
     let [worst, best] = [&found.turns.worst, &found.turns.best]
-        .map(|turn| format!("{} at {:.0}°", millimetres(turn.deflection_mm, 3), turn.turn_deg));
-    let what = format!("times as far at the worst turn as at the best, at {}", place(report, found));
+        .map(|turn| format!("{} at {:.0}°", millimetres(turn.deflection_mm, 3), turn.gamma_deg));
+    let what = format!("times as far at the worst γ as at the best, at {}", place(report, found));
     let number = KeyNumber::new(&format!("{:.2}", found.value), what, format!("{worst} against {best}"));
     number.found(in_table(report, found, &WORST_OVER_BEST, Extreme::Largest))
 }
 
 /// A row for each direction of the tool.
 fn details(report: &Report<'_>) -> String {
-    let mut table = text_table(["tool along", "solved", "least", "most", "worst turn", "turns"], 1);
+    let mut table = text_table(["tool along", "solved", "least", "most", "worst γ", "values of γ"], 1);
     let places = report.study.grid.len();
     for (axis, points) in report.map.points.chunks(places).enumerate() {
         let turns: Vec<&Turns> = points.iter().filter_map(|point| point.turns.as_ref().ok()).collect();
@@ -197,7 +199,7 @@ fn details(report: &Report<'_>) -> String {
         ]);
     }
     format!(
-        "Deflection of the tool at the best turn of each place (least, most), at the worst turn of any, and turns that are possible on \
-         some branch:\n{table}\n"
+        "Deflection of the tool at the best γ of each grid point (least, most), at the worst γ of any, and values of γ that are possible \
+         on some branch:\n{table}\n"
     )
 }

@@ -98,20 +98,20 @@ impl Sum {
     }
 }
 
-/// Departure of one sum at one followed point, worst over φ.
+/// Superposition error of one sum at one followed point, worst over φ.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Worst {
-    /// Largest departure, mm.
-    pub departure_mm: f64,
-    /// The departure itself, O axes, mm.
-    pub departure_vector_mm: [f64; 3],
+    /// Largest superposition error, mm.
+    pub superposition_error_mm: f64,
+    /// The superposition error itself, O axes, mm.
+    pub superposition_error_vector_mm: [f64; 3],
     /// φ at which it occurs, degrees.
     pub phi_deg: f64,
     /// Displacement by both sources at once at that φ, mm.
     pub simultaneous_mm: f64,
     /// Largest displacement by both sources at once over φ, mm.
     pub largest_simultaneous_mm: f64,
-    /// Largest ratio of departure to displacement by both sources at the same φ; `None` where nothing moves. Large where
+    /// Largest ratio of superposition error to displacement by both sources at the same φ; `None` where nothing moves. Large where
     /// the sources nearly cancel at some φ.
     pub ratio: Option<f64>,
     /// φ at which the ratio is largest, degrees; `None` where nothing moves.
@@ -119,28 +119,28 @@ pub struct Worst {
 }
 
 impl Worst {
-    /// Largest departure over largest displacement; `None` where nothing moves.
+    /// Largest superposition error over largest displacement; `None` where nothing moves.
     pub fn relative(&self) -> Option<f64> {
-        Some(self.departure_mm / self.largest_simultaneous_mm).filter(|ratio| ratio.is_finite())
+        Some(self.superposition_error_mm / self.largest_simultaneous_mm).filter(|ratio| ratio.is_finite())
     }
 }
 
-/// Departures at a location, worst over φ.
+/// Superposition errors at a location, worst over φ.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Departures {
+pub struct SuperpositionErrors {
     /// Of superposition, in the order of [`Followed::ALL`].
     pub superposition: [Worst; 2],
     /// Of linear aggregation, in the same order, or why it cannot be had.
     pub aggregation: Result<[Worst; 2], Failure>,
 }
 
-impl Departures {
-    /// Departure of superposition at the tool tip, mm: what is held against the tolerance.
+impl SuperpositionErrors {
+    /// Superposition error at the tool tip, mm: what is held against the tolerance.
     pub fn superposed_tool_mm(&self) -> f64 {
-        self.superposition[0].departure_mm
+        self.superposition[0].superposition_error_mm
     }
 
-    /// Departure of `sum` at `followed`.
+    /// Superposition error of `sum` at `followed`.
     pub fn worst(&self, sum: Sum, followed: Followed) -> Result<&Worst, &Failure> {
         match sum {
             Sum::Superposition => Ok(&self.superposition[followed as usize]),
@@ -163,7 +163,7 @@ pub(super) struct Displacements {
 
 impl Displacements {
     /// `d` at each φ, with `errors` as the displacement by chain errors.
-    pub fn departures(&self, errors: Displacement) -> impl Iterator<Item = Displacement> {
+    pub fn superposition_errors(&self, errors: Displacement) -> impl Iterator<Item = Displacement> {
         let weight = self.weight;
         self.cutting.iter().zip(&self.both).map(move |(cutting, both)| *cutting + errors + weight - *both)
     }
@@ -250,32 +250,32 @@ impl<'a> Case<'a> {
         }
     }
 
-    /// Departures under the cutting force times `load` and the errors of `real`.
-    pub fn departures(&self, machines: &Machines, load: f64) -> Result<Departures, Failure> {
+    /// Superposition errors under the cutting force times `load` and the errors of `real`.
+    pub fn superposition_errors(&self, machines: &Machines, load: f64) -> Result<SuperpositionErrors, Failure> {
         let displacements = self.displacements(machines, load)?;
         let worst = |errors| Followed::ALL.map(|followed| self.worst(&displacements, errors, followed));
-        Ok(Departures {
+        Ok(SuperpositionErrors {
             superposition: worst(displacements.assembly),
             aggregation: self.aggregated(machines).map(worst),
         })
     }
 
-    /// Departure of superposition at the tool tip, worst over φ, mm.
+    /// Superposition error at the tool tip, worst over φ, mm.
     pub fn superposed_tool_mm(&self, machines: &Machines, load: f64) -> Result<f64, Failure> {
         let displacements = self.displacements(machines, load)?;
-        Ok(displacements.departures(displacements.assembly).map(|d| d.tool.norm()).fold(0.0, f64::max))
+        Ok(displacements.superposition_errors(displacements.assembly).map(|d| d.tool.norm()).fold(0.0, f64::max))
     }
 
     fn worst(&self, displacements: &Displacements, errors: Displacement, followed: Followed) -> Worst {
         let mut worst = Worst::default();
-        let departures = displacements.departures(errors);
-        for (index, ((departure, both), phi)) in
-            departures.zip(&displacements.both).zip(&self.study.scene.phis).enumerate()
+        let superposition_errors = displacements.superposition_errors(errors);
+        for (index, ((superposition_error, both), phi)) in
+            superposition_errors.zip(&displacements.both).zip(&self.study.scene.phis).enumerate()
         {
-            let (vector, simultaneous) = (departure.of(followed), both.of(followed).norm());
-            if index == 0 || vector.norm() > worst.departure_mm {
-                worst.departure_mm = vector.norm();
-                worst.departure_vector_mm = vector.into();
+            let (vector, simultaneous) = (superposition_error.of(followed), both.of(followed).norm());
+            if index == 0 || vector.norm() > worst.superposition_error_mm {
+                worst.superposition_error_mm = vector.norm();
+                worst.superposition_error_vector_mm = vector.into();
                 worst.phi_deg = phi.to_degrees();
                 worst.simultaneous_mm = simultaneous;
             }

@@ -27,7 +27,7 @@ use crate::{
 
 /// A checked map of turns.
 #[derive(Debug, Clone)]
-pub struct TurnMapStudy {
+pub struct RedundancyMapStudy {
     /// Of what machine, under what.
     pub scene: Scene,
     /// Places of the tool tip, O.
@@ -38,7 +38,7 @@ pub struct TurnMapStudy {
     pub turn: ToolTurn,
 }
 
-impl TurnMapStudy {
+impl RedundancyMapStudy {
     /// Turns of a place.
     pub fn turns(&self) -> usize {
         (360.0 / self.turn.step_deg - 1e-9).ceil() as usize
@@ -49,7 +49,7 @@ impl TurnMapStudy {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct AtTurn {
     /// γ from the least turn of the platform from home, degrees.
-    pub turn_deg: f64,
+    pub gamma_deg: f64,
     /// The branch, of an arm.
     pub branch: Option<Branch>,
     /// Largest displacement of the tool tip over the directions of the force, mm.
@@ -71,7 +71,7 @@ pub struct Turns {
 
 /// A place of the tool tip with a direction of the tool.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct TurnMapPoint {
+pub struct RedundancyMapPoint {
     /// Place of the tool tip, O, mm.
     pub position_mm: [f64; 3],
     /// Index of the direction.
@@ -80,7 +80,7 @@ pub struct TurnMapPoint {
     pub turns: std::result::Result<Turns, Failure>,
 }
 
-impl TurnMapPoint {
+impl RedundancyMapPoint {
     /// Word for tables.
     pub fn status(&self) -> &str {
         status_of(&self.turns)
@@ -92,11 +92,11 @@ impl TurnMapPoint {
     }
 }
 
-/// Results of a map of turns: of each direction the places in grid order.
+/// Results of a redundancy map: of each direction the places in grid order.
 #[derive(Debug, Clone, Serialize)]
-pub struct TurnMap {
+pub struct RedundancyMap {
     /// The points.
-    pub points: Vec<TurnMapPoint>,
+    pub points: Vec<RedundancyMapPoint>,
 }
 
 /// Places computed together.
@@ -106,7 +106,7 @@ const BLOCK: usize = 64;
 ///
 /// # Errors
 /// A machine that cannot turn its tool freely, and those of `work`.
-pub fn run(study: &TurnMapStudy, work: &Work) -> Result<TurnMap> {
+pub fn run(study: &RedundancyMapStudy, work: &Work) -> Result<RedundancyMap> {
     let mut points = Vec::with_capacity(study.grid.len() * study.axes.len());
     for axis in 0..study.axes.len() {
         let work = work.after(axis * blocks_of_axis(study));
@@ -117,19 +117,24 @@ pub fn run(study: &TurnMapStudy, work: &Work) -> Result<TurnMap> {
         }
     }
     work.gathered()?;
-    Ok(TurnMap { points })
+    Ok(RedundancyMap { points })
 }
 
-fn blocks_of_axis(study: &TurnMapStudy) -> usize {
+fn blocks_of_axis(study: &RedundancyMapStudy) -> usize {
     study.grid.len().div_ceil(BLOCK)
 }
 
 /// Blocks of all directions.
-pub(super) fn blocks(study: &TurnMapStudy) -> usize {
+pub(super) fn blocks(study: &RedundancyMapStudy) -> usize {
     study.axes.len() * blocks_of_axis(study)
 }
 
-fn block(study: &TurnMapStudy, axis: usize, places: std::ops::Range<usize>, work: &Work) -> Result<Vec<TurnMapPoint>> {
+fn block(
+    study: &RedundancyMapStudy,
+    axis: usize,
+    places: std::ops::Range<usize>,
+    work: &Work,
+) -> Result<Vec<RedundancyMapPoint>> {
     let positions: Vec<Vector3<f64>> = places.map(|index| study.grid.position(index)).collect();
     let path = path(study, axis, &positions);
     let frame = PathFrame { force: study.scene.force };
@@ -145,8 +150,8 @@ fn block(study: &TurnMapStudy, axis: usize, places: std::ops::Range<usize>, work
     };
     let found = at_points(asked, || work.check())?;
     let of_places = found.nodes.chunks(study.scene.phis.len()).zip(&positions);
-    let points: Vec<TurnMapPoint> = of_places
-        .map(|(nodes, position)| TurnMapPoint {
+    let points: Vec<RedundancyMapPoint> = of_places
+        .map(|(nodes, position)| RedundancyMapPoint {
             position_mm: (*position).into(),
             axis,
             turns: turns(study, &found.turns, &found.branches, nodes),
@@ -161,7 +166,7 @@ fn block(study: &TurnMapStudy, axis: usize, places: std::ops::Range<usize>, work
 }
 
 /// Each of `positions` with the force in each direction.
-fn path(study: &TurnMapStudy, axis: usize, positions: &[Vector3<f64>]) -> Toolpath {
+fn path(study: &RedundancyMapStudy, axis: usize, positions: &[Vector3<f64>]) -> Toolpath {
     let axis = study.axes[axis];
     let tool_axes = frame_about(-axis);
     let point = |(segment, (position, phi)): (usize, (&Vector3<f64>, f64))| {
@@ -187,7 +192,7 @@ fn path(study: &TurnMapStudy, axis: usize, positions: &[Vector3<f64>]) -> Toolpa
 
 /// What the nodes of a place, one list for each direction of the force, come to.
 fn turns(
-    study: &TurnMapStudy,
+    study: &RedundancyMapStudy,
     turns: &[f64],
     branches: &[Option<Branch>],
     nodes: &[Vec<Node>],
@@ -200,8 +205,8 @@ fn turns(
             match over_phis(study, nodes, k * branches.len() + s) {
                 Ok((deflection_mm, phi)) => {
                     is_possible = true;
-                    let (turn_deg, phi_deg) = (turn.to_degrees(), phi.to_degrees());
-                    let here = AtTurn { turn_deg, branch: *branch, deflection_mm, phi_deg };
+                    let (gamma_deg, phi_deg) = (turn.to_degrees(), phi.to_degrees());
+                    let here = AtTurn { gamma_deg, branch: *branch, deflection_mm, phi_deg };
                     if best.is_none_or(|best| deflection_mm < best.deflection_mm) {
                         best = Some(here);
                     }
@@ -218,7 +223,11 @@ fn turns(
 }
 
 /// The largest deflection of a node over the directions of the force, and its direction, rad.
-fn over_phis(study: &TurnMapStudy, nodes: &[Vec<Node>], node: usize) -> std::result::Result<(f64, f64), Hindrance> {
+fn over_phis(
+    study: &RedundancyMapStudy,
+    nodes: &[Vec<Node>],
+    node: usize,
+) -> std::result::Result<(f64, f64), Hindrance> {
     let mut largest = (-1.0, 0.0);
     for (nodes, phi) in nodes.iter().zip(&study.scene.phis) {
         let cost_mm = nodes[node]?.cost_mm;
@@ -236,6 +245,6 @@ fn none_of(turns: usize, hindered: &BTreeMap<Hindrance, usize>) -> Failure {
     let most = told.max_by_key(|(_, count)| **count).map_or(Hindrance::Unreachable, |(hindrance, _)| *hindrance);
     let counts: Vec<String> =
         hindered.iter().map(|(hindrance, count)| format!("{count} {}", hindrance.words())).collect();
-    let reason = format!("none of {turns} turns is possible on any branch: {}", counts.join(", "));
+    let reason = format!("none of {turns} values of γ is possible on any branch: {}", counts.join(", "));
     Failure { status: most.label().into(), reason }
 }

@@ -1,4 +1,4 @@
-//! Drives that are told where to stand, whatever the task: a rail before an arm, the drives under a workpiece.
+//! Locked drives stand where they are set, whatever the task: a rail before an arm, the drives under a workpiece.
 
 use super::{Coordinate, Drive, Machine, refused};
 use crate::{
@@ -9,8 +9,8 @@ use crate::{
 /// How far the machine is moved to see whether the other drives meet its task, as a share of its reach.
 const TRIAL: f64 = 1e-4;
 
-/// A drive that can be held.
-struct Holdable {
+/// A drive that can be locked.
+struct Lockable {
     label: String,
     drive: Drive,
     /// Its place among the drives of the machine, or of the workpiece carrier.
@@ -23,40 +23,40 @@ impl Machine {
     /// label in tables ([`Machine::drive_labels`]), or by its own name if no other has it. Drives of the workpiece carrier
     /// that are not named stay where they are.
     ///
-    /// Home is with these drives where they are held and the others as near to their home as they can with the platform
+    /// Home is with these drives where they are locked and the others as near to their home as they can with the platform
     /// turned as before; it moves with a rail.
     ///
     /// # Errors
     /// A drive that is unknown, ambiguous or named twice, a position beyond its travel, and drives without which the task cannot be
     /// met; messages begin with the name.
-    pub fn with_drives_held<N: AsRef<str>>(&self, positions: &[(N, f64)]) -> Result<Machine> {
+    pub fn with_locked_drives<N: AsRef<str>>(&self, positions: &[(N, f64)]) -> Result<Machine> {
         let mut machine = self.clone();
-        let all = self.holdable();
+        let all = self.lockable();
         let mut carried = self.carrier.as_ref().map_or_else(Vec::new, |carrier| carrier.home.drives.clone());
         let mut named: Vec<&str> = Vec::new();
         for (name, value) in positions {
             let name = name.as_ref();
             let found = find(&all, name)?;
             if named.contains(&found.label.as_str()) {
-                return Err(refused(name, "is held twice".into()));
+                return Err(refused(name, "is locked twice".into()));
             }
             named.push(&found.label);
             let position = within_travel(&found.drive, name, *value)?;
             match found.carries {
                 true => carried[found.index] = position,
                 false => {
-                    machine.held.retain(|(index, _)| *index != found.index);
-                    machine.held.push((found.index, position));
+                    machine.locked.retain(|(index, _)| *index != found.index);
+                    machine.locked.push((found.index, position));
                 }
             }
-            machine.written.held.retain(|(other, _)| *other != found.label);
-            machine.written.held.push((found.label.clone(), *value));
+            machine.written.locked.retain(|(other, _)| *other != found.label);
+            machine.written.locked.push((found.label.clone(), *value));
         }
         if let Some(carrier) = &mut machine.carrier {
             carrier.home = carrier.serial_posture(&carried);
         }
-        if machine.held != self.held {
-            machine.hold_at_home(&named.join(", "))?;
+        if machine.locked != self.locked {
+            machine.lock_at_home(&named.join(", "))?;
         }
         Ok(machine)
     }
@@ -66,20 +66,20 @@ impl Machine {
     /// # Errors
     /// No drive, or several.
     pub fn drive_label(&self, name: &str) -> Result<String> {
-        find(&self.holdable(), name).map(|found| found.label.clone())
+        find(&self.lockable(), name).map(|found| found.label.clone())
     }
 
-    /// Labels of the drives that [`Machine::with_drives_held`] was told where to hold.
+    /// Labels of the drives that [`Machine::with_locked_drives`] locked.
     pub fn told_drives(&self) -> impl Iterator<Item = &str> {
-        self.written.held.iter().map(|(label, _)| label.as_str())
+        self.written.locked.iter().map(|(label, _)| label.as_str())
     }
 
-    /// Labels and positions (mm or degrees, as shown) of the drives that are told where to stand: those held, and all of the
+    /// Labels and positions (mm or degrees, as shown) of the locked drives, and of all of the
     /// workpiece carrier.
-    pub fn held_drives(&self) -> Vec<(String, f64, &Drive)> {
+    pub fn locked_drives(&self) -> Vec<(String, f64, &Drive)> {
         let labels = self.drive_labels();
         let drives: Vec<&Drive> = self.drives().map(|(_, drive)| drive).collect();
-        let own = self.held.iter().map(|&(index, value)| (labels[index].clone(), value, drives[index]));
+        let own = self.locked.iter().map(|&(index, value)| (labels[index].clone(), value, drives[index]));
         let carried = self.carrier.iter().flat_map(|carrier| {
             let positions = carrier.drive_labels().into_iter().zip(carrier.home.drives.iter().copied());
             positions.zip(carrier.drives()).map(|((label, value), (_, drive))| (label, value, drive))
@@ -89,55 +89,55 @@ impl Machine {
         own.chain(carried).map(|(label, value, drive)| (label, shown(drive, value), drive)).collect()
     }
 
-    /// [`Machine::held_drives`] in words; `None` if there are none.
-    pub fn held_words(&self) -> Option<String> {
-        let held = self.held_drives().into_iter();
-        let held = held.map(|(label, value, drive)| {
+    /// [`Machine::locked_drives`] in words; `None` if there are none.
+    pub fn locked_words(&self) -> Option<String> {
+        let locked = self.locked_drives().into_iter();
+        let locked = locked.map(|(label, value, drive)| {
             let unit = drive.motion.position_suffix();
             match self.written.along_path.iter().find(|(own, _)| *own == label) {
                 Some((_, [low, high])) => format!("{label} at {low} to {high}{unit} as the path says"),
                 None => format!("{label} at {value}{unit}"),
             }
         });
-        let words = held.collect::<Vec<_>>().join(", ");
+        let words = locked.collect::<Vec<_>>().join(", ");
         (!words.is_empty()).then_some(words)
     }
 
-    fn holdable(&self) -> Vec<Holdable> {
-        let of = |machine: &Machine, carries: bool| -> Vec<Holdable> {
+    fn lockable(&self) -> Vec<Lockable> {
+        let of = |machine: &Machine, carries: bool| -> Vec<Lockable> {
             let drives = machine.drives().zip(machine.drive_labels()).enumerate();
-            let holdable = |(index, ((_, drive), label)): (usize, ((usize, &Drive), String))| Holdable {
+            let lockable = |(index, ((_, drive), label)): (usize, ((usize, &Drive), String))| Lockable {
                 label,
                 drive: drive.clone(),
                 index,
                 carries,
             };
-            drives.map(holdable).collect()
+            drives.map(lockable).collect()
         };
         let mut all = of(self, false);
         all.extend(self.carrier.iter().flat_map(|carrier| of(carrier, true)));
         all
     }
 
-    /// Moves home to where the drives held stand, and sees whether the others meet the task there.
-    pub(super) fn hold_at_home(&mut self, named: &str) -> Result<()> {
-        if self.held.len() > self.redundancy {
+    /// Moves home to where the locked drives stand, and sees whether the others meet the task there.
+    pub(super) fn lock_at_home(&mut self, named: &str) -> Result<()> {
+        if self.locked.len() > self.redundancy {
             let spare = match self.redundancy {
                 0 => "no drive more than its task needs".into(),
                 count => format!("{count} more than its task needs"),
             };
-            let problem = format!("machine {} has {spare}, and {} would be held", self.name, self.held.len());
+            let problem = format!("machine {} has {spare}, and {} would be locked", self.name, self.locked.len());
             return Err(refused(named, problem));
         }
         let mut drives = self.home.drives.clone();
-        for &(drive, value) in &self.held {
+        for &(drive, value) in &self.locked {
             drives[drive] = value;
         }
-        let at = self.forward_kinematics(&drives).map_err(|why| refused(named, format!("held there: {why}")))?;
+        let at = self.forward_kinematics(&drives).map_err(|why| refused(named, format!("locked there: {why}")))?;
         let pose = Pose { rotation: self.home.pose.rotation, ..at.pose };
         self.home = at;
         let home = self.inverse_kinematics_from(&self.home, &pose);
-        self.home = home.map_err(|why| refused(named, format!("held there, home cannot be met: {why}")))?;
+        self.home = home.map_err(|why| refused(named, format!("locked there, home cannot be met: {why}")))?;
         for coordinate in self.controls.clone() {
             let mut beside = self.home.pose;
             match coordinate {
@@ -149,7 +149,7 @@ impl Machine {
                 }
             }
             if self.unlimited_inverse_kinematics_from(&self.home, &beside).is_err() {
-                let problem = format!("held there, the other drives cannot control {}", coordinate.name());
+                let problem = format!("locked there, the other drives cannot control {}", coordinate.name());
                 return Err(refused(named, problem));
             }
         }
@@ -158,7 +158,7 @@ impl Machine {
 }
 
 /// The drive with this label, or the only one of this name.
-fn find<'a>(all: &'a [Holdable], name: &str) -> Result<&'a Holdable> {
+fn find<'a>(all: &'a [Lockable], name: &str) -> Result<&'a Lockable> {
     if let Some(found) = all.iter().find(|drive| drive.label == name) {
         return Ok(found);
     }

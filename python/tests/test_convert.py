@@ -1,0 +1,63 @@
+"""Studies of version 2 are changed to version 3 by ``packaging/convert.py``; what is no such study stays."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+CONVERT = Path(__file__).parents[2] / "packaging" / "convert.py"
+
+OLD = """# A study.
+schema = 2  # of version 2
+question = "How far, [held] or not?"
+machine = "cell.toml"
+[held]
+rail = 100.0  # departure of the rail
+[[validation.quoted]]
+quantity = "departure"
+[placement.objective]
+weights = { departure = 1.0, error_left_over = 2.0 }
+"""
+NEW = """# A study.
+schema = 3  # of version 2
+question = "How far, [held] or not?"
+machine = "cell.toml"
+[locked]
+rail = 100.0  # departure of the rail
+[[validation.quoted]]
+quantity = "superposition_error"
+[placement.objective]
+weights = { superposition_error = 1.0, error_left_over = 2.0 }
+"""
+
+
+def converted(path: Path, *options: str) -> tuple[int, str]:
+    done = subprocess.run([sys.executable, CONVERT, *options, path], capture_output=True, text=True, check=False)
+    return done.returncode, done.stdout + done.stderr
+
+
+def test_a_study_of_version_2_becomes_one_of_version_3(tmp_path: Path) -> None:
+    study = tmp_path / "study.toml"
+    study.write_text(OLD, encoding="utf-8")
+    assert converted(study) == (0, f"{study}: changed\n")
+    assert study.read_text(encoding="utf-8") == NEW
+    assert converted(study) == (0, f"{study}: no study of version 2, left as it is\n")
+    assert study.read_text(encoding="utf-8") == NEW
+
+
+def test_machine_and_process_files_stay(tmp_path: Path) -> None:
+    process = tmp_path / "process.toml"
+    process.write_text("schema = 1\n[tool_turn]\nredundancy = \"best\"\n", encoding="utf-8")
+    before = process.read_bytes()
+    assert converted(process)[0] == 0
+    assert process.read_bytes() == before
+    code, said = converted(tmp_path / "none.toml")
+    assert code == 2
+    assert "none.toml" in said
+
+
+def test_columns_of_results_get_their_names(tmp_path: Path) -> None:
+    table = tmp_path / "points.csv"
+    table.write_text("x_mm,error_left_mm,departure_x_mm,status,turn_pocket_deg\n1,2,3,given_up,4\n", encoding="utf-8")
+    assert converted(table, "--columns")[0] == 0
+    head = "x_mm,residual_error_mm,superposition_error_x_mm,status,gamma_pocket_deg"
+    assert table.read_text(encoding="utf-8") == f"{head}\n1,2,3,pruned,4\n"
