@@ -1,10 +1,11 @@
 """Studies of version 2 are changed to version 3 by ``packaging/convert.py``; what is no such study stays."""
 
+import os
 import subprocess
 import sys
 from pathlib import Path
 
-CONVERT = Path(__file__).parents[2] / "packaging" / "convert.py"
+CONVERT = Path(os.environ.get("REPOSITORY", Path(__file__).parents[2])) / "packaging" / "convert.py"
 
 OLD = """# A study.
 schema = 2  # of version 2
@@ -46,7 +47,7 @@ def test_a_study_of_version_2_becomes_one_of_version_3(tmp_path: Path) -> None:
 
 def test_machine_and_process_files_stay(tmp_path: Path) -> None:
     process = tmp_path / "process.toml"
-    process.write_text("schema = 1\n[tool_turn]\nredundancy = \"best\"\n", encoding="utf-8")
+    process.write_text('schema = 1\n[tool_turn]\nredundancy = "best"\n', encoding="utf-8")
     before = process.read_bytes()
     assert converted(process)[0] == 0
     assert process.read_bytes() == before

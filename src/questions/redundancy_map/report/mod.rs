@@ -112,10 +112,10 @@ fn explorer(report: &Report<'_>) -> Explorer {
 fn headline(report: &Report<'_>, not_used: &[&str]) -> Headline {
     let RedundancyMapStudy { scene, grid, axes, .. } = report.study;
     let basis = format!(
-        "{}, {} of the tool, {}, {} of the force",
+        "{}, {} of the tool, {} values of γ, {} of the force",
         counted(grid.len(), "place"),
         counted(axes.len(), "direction"),
-        format!("{} values of γ", report.study.turns()),
+        report.study.turns(),
         counted(scene.phis.len(), "direction"),
     );
     let tip = scene.machine.home.pose.rotation * scene.machine.tool_tip;
