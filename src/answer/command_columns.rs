@@ -1,4 +1,4 @@
-//! Columns of commands: where P and its drives are told to be, without and with compensation.
+//! Columns of commands: where P and its drives are commanded to be, without and with compensation.
 
 use crate::{
     compensation::Demand,

@@ -56,10 +56,10 @@ impl Map {
         let pose = scene.machine.command(asked.position.into())?.pose;
         let demand = scene.demand(pose, phi);
         let found = settled(machines, asked.source, &demand)?;
-        let commanding = machines.commanding(asked.source);
+        let nominal = machines.nominal(asked.source);
         // Weight itself is measured from the rigid machine.
         let is_load = asked.source != Source::Weight;
-        let rests = is_load && commanding.zeroed == Zeroed::AtRest && commanding.own_forces().is_some();
+        let rests = is_load && nominal.zeroed == Zeroed::AtRest && nominal.own_forces().is_some();
         let before = if rests { settled(machines, Source::Weight, &demand)?.loaded } else { found.commanded };
         Ok(EffectAnswer {
             status: SOLVED.into(),

@@ -86,7 +86,7 @@ pub struct Header {
     pub machine: String,
     /// The branch on which an arm is to stand, such as `front-up-noflip`; any if not given.
     pub branch: Option<String>,
-    /// Drives that are told where to stand, mm or degrees, by name.
+    /// Locked drives, mm or degrees, by name.
     pub locked: BTreeMap<String, f64>,
     /// Force, chain errors, placement and what else is said of a process.
     pub process: Option<ProcessRef>,

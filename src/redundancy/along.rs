@@ -1,4 +1,4 @@
-//! The loaded tool along a path that has been turned, by exact equilibria, led from point to point as every path is.
+//! The loaded tool along a path that has been turned, by exact equilibria, tracked from point to point as every path is.
 
 use nalgebra::Vector3;
 use serde::Serialize;
@@ -15,7 +15,7 @@ use crate::{
 /// What the loaded tool does along a path, where it counts.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct TurnedAlong {
-    /// What counts of the distance from the path at each point, mm; `None` where the machine does not settle or cannot be led.
+    /// What counts of the distance from the path at each point, mm; `None` where the machine does not settle or cannot be tracked.
     #[serde(skip)]
     pub cost_mm: Vec<Option<f64>>,
     /// The largest, mm; `None` where no point is solved.
@@ -28,7 +28,7 @@ pub struct TurnedAlong {
     pub points: usize,
     /// See `points`.
     pub solved: usize,
-    /// The first point at which the machine does not settle or cannot be led, and why.
+    /// The first point at which the machine does not settle or cannot be tracked, and why.
     pub first_failure: Option<(usize, String)>,
 }
 

@@ -4,7 +4,7 @@
 use serde::Serialize;
 
 use super::{
-    nodes::{Hindrance, Node, Standing},
+    nodes::{Infeasible, Node, Standing},
     turnable::MOST_DRIVES,
 };
 use crate::{
@@ -45,7 +45,7 @@ pub struct Shape {
 /// Costs that differ by no more are the same, mm: what solving the machine leaves open.
 pub const TIE_MM: f64 = 1e-9;
 
-/// A hinge that moves by a larger share of a full turn from one point to the next is not led there: it has swung about.
+/// A hinge that moves by a larger share of a full turn from one point to the next is not tracked there: it has swung about.
 const SWUNG: f64 = 0.25;
 
 impl Shape {
@@ -60,8 +60,8 @@ impl Shape {
     #[must_use]
     pub fn allows(&self, before: &[f64; MOST_DRIVES], after: &[f64; MOST_DRIVES], seconds: f64) -> bool {
         let way = |k: usize| (after[k] - before[k]).abs();
-        let is_led = |(k, turn): (usize, &Option<f64>)| turn.is_none_or(|turn| way(k) <= SWUNG * turn);
-        self.full_turns.iter().enumerate().all(is_led)
+        let is_tracked = |(k, turn): (usize, &Option<f64>)| turn.is_none_or(|turn| way(k) <= SWUNG * turn);
+        self.full_turns.iter().enumerate().all(is_tracked)
             && self.speeds.iter().enumerate().all(|(k, most)| way(k) <= most * seconds)
     }
 
@@ -111,33 +111,33 @@ pub struct DeadEnd {
     pub point: usize,
     /// What hinders most turns there; `None` if there are some, but none that is reached from the point before within the band of
     /// turns and the speeds of the drives.
-    pub hindrance: Option<Hindrance>,
+    pub infeasible: Option<Infeasible>,
 }
 
 impl DeadEnd {
     /// Word in tables.
     #[must_use]
     pub fn label(&self) -> &'static str {
-        self.hindrance.map_or("no_continuous_path", Hindrance::label)
+        self.infeasible.map_or("no_continuous_path", Infeasible::label)
     }
 
     /// In words.
     #[must_use]
     pub fn reason(&self) -> String {
-        let why = match self.hindrance {
-            Some(Hindrance::Unreachable) => "no rotation γ can be reached",
-            Some(Hindrance::Limits) => "the travel of the drives allows no γ",
-            Some(Hindrance::Singularity) => "all γ are nearer to a singularity than is allowed",
-            Some(Hindrance::NotStable) => "the loaded machine has no equilibrium at any γ",
+        let why = match self.infeasible {
+            Some(Infeasible::Unreachable) => "no rotation γ can be reached",
+            Some(Infeasible::Limits) => "the travel of the drives allows no γ",
+            Some(Infeasible::Singularity) => "all γ are nearer to a singularity than is allowed",
+            Some(Infeasible::NotStable) => "the loaded machine has no equilibrium at any γ",
             None => "no γ continues from the point before within max_step_deg_per_mm and the speeds of the drives",
         };
         format!("point {}: {why}", self.point)
     }
 
     pub(super) fn of(point: usize, nodes: &[Node]) -> Self {
-        let count = |hindrance: Hindrance| nodes.iter().filter(|node| **node == Err(hindrance)).count();
-        let most = Hindrance::ALL.into_iter().rev().max_by_key(|hindrance| count(*hindrance));
-        Self { point, hindrance: most.filter(|_| nodes.iter().all(Result::is_err)) }
+        let count = |infeasible: Infeasible| nodes.iter().filter(|node| **node == Err(infeasible)).count();
+        let most = Infeasible::ALL.into_iter().rev().max_by_key(|infeasible| count(*infeasible));
+        Self { point, infeasible: most.filter(|_| nodes.iter().all(Result::is_err)) }
     }
 }
 
@@ -252,12 +252,12 @@ impl Walk {
 
     fn hold(&mut self, nodes: &[Node], weight: f64, seconds: f64, is_first: bool) {
         for (k, (held, node)) in self.held.iter_mut().zip(nodes).enumerate() {
-            let is_led = |at: &Standing| match self.before.get(k) {
+            let is_tracked = |at: &Standing| match self.before.get(k) {
                 Some(Ok(before)) => self.shape.allows(&before.drives, &at.drives, seconds),
                 _ => is_first,
             };
             *held = match (*held, node) {
-                (Some(held), Ok(at)) if is_led(at) => Some(Held {
+                (Some(held), Ok(at)) if is_tracked(at) => Some(Held {
                     squares: held.squares + weight * at.cost_mm * at.cost_mm,
                     weight: held.weight + weight,
                     worst: if weight > 0.0 { held.worst.max(at.cost_mm) } else { held.worst },

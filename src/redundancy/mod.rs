@@ -3,7 +3,7 @@
 //! A machine that controls all six coordinates, with a tool that rotates, may turn its platform about the tool's axis by any angle γ at
 //! each point. Where a lattice of points, turns and branches has nodes, the loaded machine is solved exactly (`nodes`); the cheapest
 //! way through it within a band of turns is found by dynamic programming (`lattice`), and turns between its own are found point by
-//! point (`refine`). What is said of the result is what the machine does when it is led along the turned path (`along`).
+//! point (`refine`). What is said of the result is what the machine does when it is tracked along the turned path (`along`).
 
 mod along;
 #[cfg(not(target_family = "wasm"))]
@@ -26,7 +26,7 @@ pub use along::TurnedAlong;
 #[cfg(not(target_family = "wasm"))]
 pub(crate) use at_points::at_points;
 pub use lattice::DeadEnd;
-pub use nodes::Hindrance;
+pub use nodes::Infeasible;
 #[cfg(not(target_family = "wasm"))]
 pub(crate) use nodes::Node;
 #[cfg(not(target_family = "wasm"))]
@@ -112,7 +112,7 @@ pub struct FreeTurn {
     pub best: std::result::Result<Turned, DeadEnd>,
     /// What the lattice came to.
     pub on_lattice: std::result::Result<OnLattice, DeadEnd>,
-    /// Branches that are left out since the machine cannot be told to stand on them, and why.
+    /// Branches that are left out since the machine cannot stand on them, and why.
     pub refused: Vec<(Branch, String)>,
     /// Points that count.
     pub counted: Vec<bool>,
@@ -144,7 +144,7 @@ pub fn seek(asked: TurnAsked<'_>, work: &Work) -> Result<FreeTurn> {
             let turn = constant::refined(&path, &lattice.shape, stance, lattice.turns[turn], lattice.step, work)?;
             Ok(turned(&path, stance, vec![turn; path.points().len()]))
         }
-        None => Err(walk.dead_end.clone().unwrap_or(DeadEnd { point: 0, hindrance: None })),
+        None => Err(walk.dead_end.clone().unwrap_or(DeadEnd { point: 0, infeasible: None })),
     };
     let (on_lattice, best) = if asked.turn.redundancy == Redundancy::Best {
         best(&path, &lattice, walk, &best_constant, work)?
@@ -207,14 +207,14 @@ pub fn turns_by_cost(asked: TurnAsked<'_>, work: &Work) -> Result<std::result::R
 /// Why the machine cannot go on to a point at which it stands `here`, from the point `before`: the room that turns leave to the ends of
 /// travel and to singularities, and how far and how fast drives move.
 #[cfg(not(target_family = "wasm"))]
-pub(crate) fn hindered(
+pub(crate) fn infeasible_turns(
     turn: &ToolTurn,
     machine: &Machine,
     before: Option<(&PathPoint, &Configuration)>,
     here: (&PathPoint, &Configuration),
 ) -> Option<&'static str> {
-    if let Err(hindrance) = nodes::room(turn, machine, here.1) {
-        return Some(hindrance.words());
+    if let Err(infeasible) = nodes::room(turn, machine, here.1) {
+        return Some(infeasible.words());
     }
     let (before, last) = before?;
     let (_, seconds) = knots::way(before, here.0);
@@ -223,8 +223,8 @@ pub(crate) fn hindered(
         drives.iter_mut().zip(&at.drives).for_each(|(own, rho)| *own = *rho);
         drives
     };
-    let is_led = Shape::of(machine, turn).allows(&drives(last), &drives(here.1), seconds);
-    (!is_led).then_some("reached from the point before only by a swing of a hinge, or faster than the drives move")
+    let is_tracked = Shape::of(machine, turn).allows(&drives(last), &drives(here.1), seconds);
+    (!is_tracked).then_some("reached from the point before only by a swing of a hinge, or faster than the drives move")
 }
 
 /// The path of `asked` with its platform turned by `turn`, rad, all along.
@@ -365,7 +365,7 @@ impl<'a> Lattice<'a> {
 
     /// What `walk` has found: the way to stand, and the turns at the knots.
     fn found(&self, walk: &Walk, objective: TurnObjective) -> std::result::Result<(usize, OnLattice), DeadEnd> {
-        let dead_end = || walk.dead_end.clone().unwrap_or(DeadEnd { point: 0, hindrance: None });
+        let dead_end = || walk.dead_end.clone().unwrap_or(DeadEnd { point: 0, infeasible: None });
         let (value, places, stance) = walk.cheapest().ok_or_else(dead_end)?;
         let counted: f64 = self.knots.iter().map(|knot| knot.weight).sum();
         let value_mm = match objective {

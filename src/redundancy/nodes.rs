@@ -16,7 +16,7 @@ use crate::{
 /// Why a turn cannot be at a point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Hindrance {
+pub enum Infeasible {
     /// The machine does not reach there.
     Unreachable,
     /// A drive or joint would be beyond its travel.
@@ -27,7 +27,7 @@ pub enum Hindrance {
     NotStable,
 }
 
-impl Hindrance {
+impl Infeasible {
     pub(super) const ALL: [Self; 4] = [Self::Unreachable, Self::Limits, Self::Singularity, Self::NotStable];
 
     /// Word in tables.
@@ -63,7 +63,7 @@ pub struct Standing {
 }
 
 /// A node.
-pub type Node = std::result::Result<Standing, Hindrance>;
+pub type Node = std::result::Result<Standing, Infeasible>;
 
 /// How closely equilibria of the lattice are solved.
 const SETTINGS: statics::Settings = statics::Settings { tolerance: 1e-9, max_iterations: 12 };
@@ -81,7 +81,7 @@ impl<'a> Solver<'a> {
         let source = crate::simulation::Source::All;
         let batches = path.stances.iter().map(|stance| {
             let rests = stance.machine.zeroed == Zeroed::AtRest && stance.machine.own_forces().is_some();
-            (stance.machines.batch(source), rests.then(|| Batch::new(stance.machines.resting())))
+            (stance.machines.batch(source), rests.then(|| Batch::new(stance.machines.unloaded())))
         });
         Self { path, batches: batches.collect() }
     }
@@ -91,7 +91,7 @@ impl<'a> Solver<'a> {
         let demands: Vec<Demand> = turns.iter().map(|turn| self.path.demand(k, *turn)).collect();
         let found = postures(self.path, turns, &demands);
         let count = self.path.stances.len();
-        let mut nodes = vec![Err(Hindrance::Unreachable); turns.len() * count];
+        let mut nodes = vec![Err(Infeasible::Unreachable); turns.len() * count];
         for (s, own) in found.into_iter().enumerate() {
             for (turn, node) in self.solved(k, s, &demands, own).into_iter().enumerate() {
                 nodes[turn * count + s] = node;
@@ -113,17 +113,17 @@ impl<'a> Solver<'a> {
         k: usize,
         s: usize,
         demands: &[Demand],
-        found: Vec<Result<Configuration, Hindrance>>,
+        found: Vec<Result<Configuration, Infeasible>>,
     ) -> Vec<Node> {
         let stance = &self.path.stances[s];
         let allowed = |at: Configuration| room(self.path.asked.turn, &stance.machine, &at).map(|()| at);
         let found: Vec<_> = found.into_iter().map(|at| at.and_then(allowed)).collect();
         let at: Vec<(&Demand, &Configuration)> =
             demands.iter().zip(&found).filter_map(|(demand, at)| at.as_ref().ok().map(|at| (demand, at))).collect();
-        let (batch, resting) = &mut self.batches[s];
+        let (batch, unloaded) = &mut self.batches[s];
         let loaded = settled(stance, batch, at.iter().map(|(demand, at)| (demand.load, *at)));
-        let rest = match resting {
-            Some(resting) => settled(stance, resting, at.iter().map(|(_, at)| (Wrench::zero(), *at))),
+        let rest = match unloaded {
+            Some(unloaded) => settled(stance, unloaded, at.iter().map(|(_, at)| (Wrench::zero(), *at))),
             None => at.iter().map(|(_, at)| Some(State::rigid(&stance.machine, at))).collect(),
         };
         let errors = at.iter().zip(loaded).zip(rest).map(|(((demand, _), loaded), rest)| {
@@ -131,9 +131,9 @@ impl<'a> Solver<'a> {
             Some(loaded?.pose.transform(offset) - rest?.pose.transform(offset))
         });
         let mut errors: std::vec::IntoIter<Option<Vector3<f64>>> = errors.collect::<Vec<_>>().into_iter();
-        let node = |at: Result<Configuration, Hindrance>| {
+        let node = |at: Result<Configuration, Infeasible>| {
             let at = at?;
-            let error = errors.next().flatten().ok_or(Hindrance::NotStable)?;
+            let error = errors.next().flatten().ok_or(Infeasible::NotStable)?;
             let mut drives = [0.0; MOST_DRIVES];
             drives.iter_mut().zip(&at.drives).for_each(|(own, rho)| *own = *rho);
             Ok(Standing { drives, cost_mm: self.path.cost(k, &error) })
@@ -143,11 +143,11 @@ impl<'a> Solver<'a> {
 }
 
 /// Whether a machine stands as far from the ends of travel and from singularities as turns must leave it.
-pub(super) fn room(turn: &ToolTurn, machine: &Machine, at: &Configuration) -> Result<(), Hindrance> {
+pub(super) fn room(turn: &ToolTurn, machine: &Machine, at: &Configuration) -> Result<(), Infeasible> {
     match turn.travel_margin > 0.0 && machine.limit_room(at) < turn.travel_margin {
-        true => Err(Hindrance::Limits),
+        true => Err(Infeasible::Limits),
         false if machine.is_conditioned(at, turn.min_singularity_distance) => Ok(()),
-        false => Err(Hindrance::Singularity),
+        false => Err(Infeasible::Singularity),
     }
 }
 
@@ -172,17 +172,17 @@ fn settled<'b>(
 }
 
 /// Where the machine stands at each demand, for each way to stand.
-fn postures(path: &Turnable<'_>, turns: &[f64], demands: &[Demand]) -> Vec<Vec<Result<Configuration, Hindrance>>> {
+fn postures(path: &Turnable<'_>, turns: &[f64], demands: &[Demand]) -> Vec<Vec<Result<Configuration, Infeasible>>> {
     match path.stances.as_slice() {
-        [only] if only.branch.is_none() => vec![led(only, turns, demands)],
+        [only] if only.branch.is_none() => vec![track(only, turns, demands)],
         stances => {
-            let mut found: Vec<Vec<_>> = vec![vec![Err(Hindrance::Unreachable); demands.len()]; stances.len()];
+            let mut found: Vec<Vec<_>> = vec![vec![Err(Infeasible::Unreachable); demands.len()]; stances.len()];
             for (turn, demand) in demands.iter().enumerate() {
                 for (branch, mut drives) in path.asked.machine.postures_in_closed_form(&demand.pose) {
                     let own = stances.iter().position(|stance| stance.branch == Some(branch));
                     if let Some(s) = own {
                         let at = stances[s].machine.posture_within_travel(&mut drives, &path.full_turns);
-                        found[s][turn] = at.ok_or(Hindrance::Limits);
+                        found[s][turn] = at.ok_or(Infeasible::Limits);
                     }
                 }
             }
@@ -193,9 +193,9 @@ fn postures(path: &Turnable<'_>, turns: &[f64], demands: &[Demand]) -> Vec<Vec<R
 
 /// A machine without branches: the least turn is gone to from home, and from there one after another as far as they lead. Beyond a turn
 /// that cannot be reached there are none.
-fn led(stance: &Stance, turns: &[f64], demands: &[Demand]) -> Vec<Result<Configuration, Hindrance>> {
+fn track(stance: &Stance, turns: &[f64], demands: &[Demand]) -> Vec<Result<Configuration, Infeasible>> {
     let least = (0..turns.len()).min_by(|a, b| turns[*a].abs().total_cmp(&turns[*b].abs())).unwrap_or_default();
-    let mut found = vec![Err(Hindrance::Unreachable); demands.len()];
+    let mut found = vec![Err(Infeasible::Unreachable); demands.len()];
     let (up, down): (Vec<usize>, Vec<usize>) = ((least..demands.len()).collect(), (0..least).rev().collect());
     found_along(stance, demands, None, &up, &mut found);
     let near = found.get(least).and_then(|at| at.as_ref().ok().cloned());
@@ -209,7 +209,7 @@ fn found_along(
     demands: &[Demand],
     mut near: Option<Configuration>,
     places: &[usize],
-    found: &mut [Result<Configuration, Hindrance>],
+    found: &mut [Result<Configuration, Infeasible>],
 ) {
     let machine = &stance.machine;
     for (done, place) in places.iter().enumerate() {
@@ -224,13 +224,13 @@ fn found_along(
                 found[*place] = Ok(at);
             }
             Err(unreachable) => {
-                let hindrance = match unreachable {
-                    Unreachable::Travel { .. } | Unreachable::JointLimit { .. } => Hindrance::Limits,
-                    _ => Hindrance::Unreachable,
+                let infeasible = match unreachable {
+                    Unreachable::Travel { .. } | Unreachable::JointLimit { .. } => Infeasible::Limits,
+                    _ => Infeasible::Unreachable,
                 };
                 // One after another only from where the machine stands.
                 let beyond = if near.is_some() { &places[done..] } else { &places[done..=done] };
-                beyond.iter().for_each(|place| found[*place] = Err(hindrance));
+                beyond.iter().for_each(|place| found[*place] = Err(infeasible));
                 if near.is_some() {
                     return;
                 }

@@ -97,7 +97,7 @@ impl Refined<'_> {
             (low, high) = (low.max(turns[beside] - self.rate * length), high.min(turns[beside] + self.rate * length));
             ways.push((beside, seconds));
         }
-        let is_led = |at: &Standing| {
+        let is_tracked = |at: &Standing| {
             ways.iter().all(|(beside, seconds)| {
                 standing[*beside].as_ref().map_or(true, |there| self.shape.allows(&there.drives, &at.drives, *seconds))
             })
@@ -112,7 +112,7 @@ impl Refined<'_> {
             let tried: Vec<f64> = (0..TRIED).map(|i| low + width * i as f64).collect();
             for (turn, node) in tried.iter().zip(solver.on_stance(k, self.stance, &tried)) {
                 let Ok(at) = node else { continue };
-                if best.is_none_or(|(_, best)| at.cost_mm < best.cost_mm - TIE_MM) && is_led(&at) {
+                if best.is_none_or(|(_, best)| at.cost_mm < best.cost_mm - TIE_MM) && is_tracked(&at) {
                     best = Some((*turn, at));
                     is_found = true;
                 }

@@ -14,8 +14,8 @@ use crate::{
     machine::{Configuration, Machine},
     simulation::{
         Machines, Source,
-        led_along::{LedPoint, join, last_of, led_along},
         path_blocks::blocks,
+        tracking::{TrackPoint, join, last_of, tracked},
     },
     spatial::Pose,
     statics::Batch,
@@ -34,7 +34,7 @@ pub struct PathCase<'a> {
     /// The machine that answers.
     pub real: &'a Machine,
     /// From whose rest deflections are measured, if the nominal machine is zeroed there.
-    pub resting: &'a Machine,
+    pub unloaded: &'a Machine,
     /// Where the nominal machine stands at the point before, from which it goes on; `None` at the beginning of the path.
     pub before: Option<&'a Configuration>,
     /// What is wanted at each point, in path order.
@@ -44,8 +44,8 @@ pub struct PathCase<'a> {
 impl<'a> PathCase<'a> {
     /// A whole path on `machines`, answered for `source`.
     pub(crate) fn new(machines: &'a Machines, source: Source, demands: &'a [Demand]) -> Self {
-        let (nominal, real) = (machines.commanding(source), machines.answering(source));
-        Self { nominal, real, resting: machines.resting(), before: None, demands }
+        let (nominal, real) = (machines.nominal(source), machines.actual(source));
+        Self { nominal, real, unloaded: machines.unloaded(), before: None, demands }
     }
 }
 
@@ -117,36 +117,36 @@ pub fn run_in_parts<E>(
     let mut before = case.before.cloned();
     for part in parts(case.demands.len()) {
         let first = part.start / BLOCK;
-        let led = lead(case.nominal, before.as_ref(), &case.demands[part], |_, _| true);
-        before = last_of_blocks(&led).cloned().or(before);
-        take(side_by_side(case, commands, first, &led, done))?;
+        let track = lead(case.nominal, before.as_ref(), &case.demands[part], |_, _| true);
+        before = last_of_blocks(&track).cloned().or(before);
+        take(side_by_side(case, commands, first, &track, done))?;
     }
     Ok(())
 }
 
-/// `nominal` led along the blocks of `demands`, behind the point at which it stands as in `before`. A block ends early where `goes_on`, told
+/// `nominal` tracked along the blocks of `demands`, behind the point at which it stands as in `before`. A block ends early where `goes_on`, told
 /// the index of its first point and the points so far, says no.
 pub(crate) fn lead(
     nominal: &Machine,
     before: Option<&Configuration>,
     demands: &[Demand],
-    goes_on: impl Fn(usize, &[LedPoint]) -> bool + Sync,
-) -> Vec<Vec<LedPoint>> {
+    goes_on: impl Fn(usize, &[TrackPoint]) -> bool + Sync,
+) -> Vec<Vec<TrackPoint>> {
     let starts: Vec<usize> = (0..demands.len()).step_by(BLOCK).collect();
     let groups = starts.par_chunks(together(starts.len()));
-    let mut led: Vec<Vec<LedPoint>> = groups
+    let mut track: Vec<Vec<TrackPoint>> = groups
         .flat_map_iter(|starts| {
             let blocks: Vec<&[Demand]> = starts.iter().map(|&start| block(demands, start)).collect();
-            led_along(nominal, &blocks, |k, points| goes_on(starts[k], points))
+            tracked(nominal, &blocks, |k, points| goes_on(starts[k], points))
         })
         .collect();
-    join(nominal, before, demands.chunks(BLOCK).zip(&mut led));
-    led
+    join(nominal, before, demands.chunks(BLOCK).zip(&mut track));
+    track
 }
 
-/// Where the machine stands at the last point of `led` to which it can be led.
-pub(crate) fn last_of_blocks(led: &[Vec<LedPoint>]) -> Option<&Configuration> {
-    led.iter().rev().find_map(|points| last_of(points))
+/// Where the machine stands at the last point of `tracked` to which it can be tracked.
+pub(crate) fn last_of_blocks(track: &[Vec<TrackPoint>]) -> Option<&Configuration> {
+    track.iter().rev().find_map(|points| last_of(points))
 }
 
 fn block(demands: &[Demand], start: usize) -> &[Demand] {
@@ -158,31 +158,31 @@ pub(crate) fn together(blocks: usize) -> usize {
     blocks.div_ceil(rayon::current_num_threads()).clamp(1, Batch::WIDTH)
 }
 
-/// As [`run`], of a machine that was led along the same poses before.
-pub(crate) fn run_where_led(
+/// As [`run`], of a machine that was tracked along the same poses before.
+pub(crate) fn run_tracked(
     case: &PathCase<'_>,
     commands: &Commands<'_>,
-    led: &[Vec<LedPoint>],
+    track: &[Vec<TrackPoint>],
     done: &(dyn Fn() + Sync),
 ) -> Vec<PathAnswer> {
-    side_by_side(case, commands, 0, led, done)
+    side_by_side(case, commands, 0, track, done)
 }
 
-/// The blocks of the path from `first` on, along which the machine is led as `led` says.
+/// The blocks of the path from `first` on, along which the machine is tracked as `tracked` says.
 fn side_by_side(
     case: &PathCase<'_>,
     commands: &Commands<'_>,
     first: usize,
-    led: &[Vec<LedPoint>],
+    track: &[Vec<TrackPoint>],
     done: &(dyn Fn() + Sync),
 ) -> Vec<PathAnswer> {
     let done = || {
         done();
         Ok::<(), Infallible>(())
     };
-    let together = together(led.len());
-    let groups = led.par_chunks(together).enumerate().map(|(group, led)| {
-        let answers = blocks(case, commands, first + group * together, led, &done);
+    let together = together(track.len());
+    let groups = track.par_chunks(together).enumerate().map(|(group, track)| {
+        let answers = blocks(case, commands, first + group * together, track, &done);
         answers.unwrap_or_else(|never| match never {})
     });
     groups.flatten_iter().flatten().collect()
@@ -199,16 +199,16 @@ pub fn run(case: &PathCase<'_>, commands: &Commands<'_>, done: &(dyn Fn() + Sync
     answers
 }
 
-/// Where the nominal machine is led along points of a path: of a machine whose hinges count their turns found for all at once, of others block
+/// Where the nominal machine is tracked along points of a path: of a machine whose hinges count their turns found for all at once, of others block
 /// by block, as each is asked for.
 #[derive(Debug)]
-pub(crate) struct LedBlocks<'a> {
+pub(crate) struct TrackBlocks<'a> {
     nominal: &'a Machine,
     demands: &'a [Demand],
-    blocks: Vec<OnceLock<Vec<LedPoint>>>,
+    blocks: Vec<OnceLock<Vec<TrackPoint>>>,
 }
 
-impl<'a> LedBlocks<'a> {
+impl<'a> TrackBlocks<'a> {
     /// Along `demands`, behind the point at which `nominal` stands as in `before`.
     pub fn new(nominal: &'a Machine, before: Option<&Configuration>, demands: &'a [Demand]) -> Self {
         let blocks = match nominal.may_change_posture() {
@@ -223,20 +223,20 @@ impl<'a> LedBlocks<'a> {
         self.blocks.iter().rev().filter_map(OnceLock::get).find_map(|points| last_of(points)).cloned()
     }
 
-    fn block(&self, start: usize) -> &Vec<LedPoint> {
-        let found = || led_along(self.nominal, &[block(self.demands, start)], |_, _| true).swap_remove(0);
+    fn block(&self, start: usize) -> &Vec<TrackPoint> {
+        let found = || tracked(self.nominal, &[block(self.demands, start)], |_, _| true).swap_remove(0);
         self.blocks[start / BLOCK].get_or_init(found)
     }
 }
 
-/// Pieces of `work` along the part of the path that begins at `first`, along which the machine is `led`: what `keep` takes of the answers of a
+/// Pieces of `work` along the part of the path that begins at `first`, along which the machine is `tracked`: what `keep` takes of the answers of a
 /// method, but for those that another part of the work computes. The pieces of `passes` along the path are numbered together.
 ///
 /// # Errors
 /// Of `work`.
 pub(crate) fn kept<T: Serialize + DeserializeOwned + Send>(
     case: &PathCase<'_>,
-    led: &LedBlocks<'_>,
+    track: &TrackBlocks<'_>,
     (first, passes): (usize, usize),
     method: Method,
     work: &Work,
@@ -249,8 +249,8 @@ pub(crate) fn kept<T: Serialize + DeserializeOwned + Send>(
                 work.tell(Event::Computed(1));
                 work.check()
             };
-            let led = std::slice::from_ref(led.block(start));
-            let answers = blocks(case, &Commands::Method(method), start / BLOCK, led, &done)?.concat();
+            let track = std::slice::from_ref(track.block(start));
+            let answers = blocks(case, &Commands::Method(method), start / BLOCK, track, &done)?.concat();
             let unsolved = answers.iter().filter(|answer| !answer.is_settled).count();
             if unsolved > 0 {
                 work.tell(Event::Unsolved(unsolved));

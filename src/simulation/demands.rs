@@ -16,8 +16,8 @@ use crate::{
     toolpath::{Orientation, PathPoint, Toolpath},
 };
 
-/// The machine being led along positions of a path, each from the one before.
-pub(crate) struct Led<'a> {
+/// The machine being tracked along positions of a path, each from the one before.
+pub(crate) struct Tracked<'a> {
     machine: &'a Machine,
     placement: &'a Placement,
     placed: Placed,
@@ -25,7 +25,7 @@ pub(crate) struct Led<'a> {
     near: Configuration,
 }
 
-impl<'a> Led<'a> {
+impl<'a> Tracked<'a> {
     /// A machine at home, and where the workpiece is.
     pub fn new(machine: &'a Machine, placement: &'a Placement) -> Self {
         let placed = placed(machine, placement);
@@ -122,12 +122,12 @@ pub(crate) fn unloaded<'a>(
     target: Target,
     path: &'a Toolpath,
 ) -> impl FnMut(&PathPoint) -> (Demand, Placed) + use<'a> {
-    let mut led = Led::new(machine, placement);
+    let mut track = Tracked::new(machine, placement);
     let external = along(machine, path);
     move |point| {
         let external = external(point);
-        let pose = led.pose(point.position_mm, point.orientation.as_ref(), external);
-        let there = led.placed(external).turned(&pose.rotation);
+        let pose = track.pose(point.position_mm, point.orientation.as_ref(), external);
+        let there = track.placed(external).turned(&pose.rotation);
         (Demand { pose, load: Wrench::zero(), target, wanted: None, external }, there)
     }
 }

@@ -31,11 +31,11 @@ pub(crate) fn locked_along(machine: &Machine, path: &Toolpath, origin: &str) -> 
         }
         positions.push((drive, value));
     }
-    // A head is told where to stand, and how the tool stands is no task then.
+    // A head is commanded, and how the tool stands is no task then.
     let rotary = if path.is_oriented() { Vec::new() } else { machine.rotary_drives().drives };
     let is_of_head = |label: &String| rotary.iter().any(|drive| !drive.carries && drive.label == *label);
     let locked = match positions.iter().any(|(label, _)| is_of_head(label)) {
-        true => machine.with_drives_told(&positions),
+        true => machine.with_commanded_drives(&positions),
         false => machine.with_locked_drives(&positions),
     };
     let mut locked = locked.map_err(|why| fault(origin, "external axes", why.to_string()))?;

@@ -1,11 +1,10 @@
 //! A path through the loaded machine: sources of error, tracking, commands, residual errors. Which machine answers for each source,
-//! where it is led, what is commanded and what is left, block after block.
+//! where it is tracked, what is commanded and what is left, block after block.
 
 pub mod along_path;
 pub mod blocks;
 pub mod demands;
 pub(crate) mod external_axes;
-pub(crate) mod led_along;
 mod path_blocks;
 mod path_sums;
 pub(crate) mod program_file;
@@ -13,6 +12,7 @@ mod scene;
 pub(crate) mod settled;
 pub(crate) mod sources;
 mod status;
+pub(crate) mod tracking;
 pub(crate) mod within_limits;
 
 pub use program_file::{ProgramFile, Sent};

@@ -3,8 +3,8 @@
 
 use super::{
     along_path::{BLOCK, Commands, PathAnswer, PathCase},
-    led_along::LedPoint,
     settings,
+    tracking::TrackPoint,
 };
 use crate::{
     compensation::{
@@ -21,13 +21,13 @@ struct Block<'a> {
     session: Session,
     /// Index of its first point.
     first: usize,
-    led: &'a [LedPoint],
-    /// Where the nominal machine was last led.
+    track: &'a [TrackPoint],
+    /// Where the nominal machine was last tracked.
     near: &'a Configuration,
     answers: Vec<PathAnswer>,
 }
 
-/// Solves the blocks of the path of `case` from number `first` on, along which the nominal machine is led as `led` says. `done` is
+/// Solves the blocks of the path of `case` from number `first` on, along which the nominal machine is tracked as `tracked` says. `done` is
 /// called after each point and may end all.
 ///
 /// # Errors
@@ -36,23 +36,24 @@ pub(crate) fn blocks<'a, E>(
     case: &PathCase<'a>,
     commands: &Commands<'_>,
     first: usize,
-    led: &'a [Vec<LedPoint>],
+    track: &'a [Vec<TrackPoint>],
     done: &(dyn Fn() -> Result<(), E> + Sync),
 ) -> Result<Vec<Vec<PathAnswer>>, E> {
-    let begin = |(k, led): (usize, &'a Vec<LedPoint>)| {
-        let mut session = Session::new(case.nominal, case.real, settings()).from_rest_of(case.resting);
+    let begin = |(k, track): (usize, &'a Vec<TrackPoint>)| {
+        let mut session = Session::new(case.nominal, case.real, settings()).from_rest_of(case.unloaded);
         let first = (first + k) * BLOCK;
         // From home the way would be long, and might end on another branch.
-        let near = led.first().and_then(|point| point.at.as_ref()).filter(|_| case.demands[first].external.is_none());
+        let near = track.first().and_then(|point| point.at.as_ref()).filter(|_| case.demands[first].external.is_none());
         if let Some(at) = near {
             session.stand(at, &State::rigid(case.nominal, at));
         }
-        Block { session, first, led, near: near.unwrap_or(&case.nominal.home), answers: Vec::with_capacity(led.len()) }
+        let (near, answers) = (near.unwrap_or(&case.nominal.home), Vec::with_capacity(track.len()));
+        Block { session, first, track, near, answers }
     };
-    let mut blocks: Vec<Block<'a>> = led.iter().enumerate().map(begin).collect();
+    let mut blocks: Vec<Block<'a>> = track.iter().enumerate().map(begin).collect();
     let mut batch = Batch::new(case.real);
-    for point in 0..led.iter().map(Vec::len).max().unwrap_or(0) {
-        let mut going: Vec<&mut Block<'a>> = blocks.iter_mut().filter(|block| point < block.led.len()).collect();
+    for point in 0..track.iter().map(Vec::len).max().unwrap_or(0) {
+        let mut going: Vec<&mut Block<'a>> = blocks.iter_mut().filter(|block| point < block.track.len()).collect();
         let found = at_points(case, commands, point, &mut going, &mut batch);
         for (block, found) in going.into_iter().zip(found) {
             let answer = block.answer(point, found);
@@ -84,7 +85,7 @@ fn at_points(
     found
 }
 
-/// What is commanded at the next point of each block, and what it leads to; where the machine cannot be led, the reason.
+/// What is commanded at the next point of each block, and what it leads to; where the machine cannot be tracked, the reason.
 fn solve(
     case: &PathCase<'_>,
     commands: &Commands<'_>,
@@ -94,19 +95,19 @@ fn solve(
     batch: &mut Batch,
 ) -> Vec<Compensation> {
     let places: Vec<usize> = blocks.iter().map(|block| block.first + point).collect();
-    let led: Vec<usize> = (0..blocks.len()).filter(|&k| blocks[k].led[point].asked.is_ok()).collect();
-    let demands: Vec<Demand> = led.iter().map(|&k| asked[k]).collect();
+    let track: Vec<usize> = (0..blocks.len()).filter(|&k| blocks[k].track[point].asked.is_ok()).collect();
+    let demands: Vec<Demand> = track.iter().map(|&k| asked[k]).collect();
     let mut sessions: Vec<&mut Session> =
-        blocks.iter_mut().filter(|block| block.led[point].asked.is_ok()).map(|block| &mut block.session).collect();
+        blocks.iter_mut().filter(|block| block.track[point].asked.is_ok()).map(|block| &mut block.session).collect();
     let solved = match commands {
         Commands::Method(method) => compensate_batch(&mut sessions, &demands, *method, batch),
         Commands::Program(poses) => {
-            let targets: Vec<Pose> = led.iter().map(|&k| poses[places[k]]).collect();
+            let targets: Vec<Pose> = track.iter().map(|&k| poses[places[k]]).collect();
             let simulated = simulate_batch(&mut sessions, &demands, &targets, batch);
             let with_points = sessions.iter().zip(&demands).zip(&targets).zip(simulated);
             // The controller leads the same point of the platform.
             let checked = with_points.map(|(((session, demand), target), simulated)| {
-                match case.nominal.check_led(target, session.command()) {
+                match case.nominal.check_tracked(target, session.command()) {
                     Err(unreachable) if simulated.outcome.is_some() => {
                         session.refuse(demand, CompensationStatus::Unreachable(unreachable))
                     }
@@ -116,7 +117,7 @@ fn solve(
             checked.collect()
         }
         Commands::Drives(drives) => {
-            let given = sessions.iter_mut().zip(&demands).zip(&led);
+            let given = sessions.iter_mut().zip(&demands).zip(&track);
             given.map(|((session, demand), &k)| simulate_drives(session, demand, &drives[places[k]])).collect()
         }
     };
@@ -124,7 +125,7 @@ fn solve(
         find_targets(&mut sessions);
     }
     let mut solved = solved.into_iter();
-    let answers = blocks.iter().zip(asked).map(|(block, demand)| match &block.led[point].asked {
+    let answers = blocks.iter().zip(asked).map(|(block, demand)| match &block.track[point].asked {
         Err(reason) => Some(block.session.refuse(demand, reason.clone())),
         Ok(()) => solved.next().map(|found| match block.turned_back(case.nominal, point, commands, &found) {
             Some(change) => block.session.refuse(demand, change),
@@ -135,9 +136,9 @@ fn solve(
 }
 
 impl<'a> Block<'a> {
-    /// Tells the session where the nominal machine is led at `point`.
+    /// Tells the session where the nominal machine is tracked at `point`.
     fn know(&mut self, point: usize, demand: &Demand) {
-        if let (Some(at), None) = (&self.led[point].at, demand.external) {
+        if let (Some(at), None) = (&self.track[point].at, demand.external) {
             self.session.know(self.near, &demand.pose, at);
             self.near = at;
         }
@@ -151,7 +152,7 @@ impl<'a> Block<'a> {
         commands: &Commands<'_>,
         found: &Compensation,
     ) -> Option<CompensationStatus> {
-        let at = self.led[point]
+        let at = self.track[point]
             .at
             .as_ref()
             .filter(|_| found.outcome.is_some() && !matches!(commands, Commands::Drives(_)))?;
@@ -167,7 +168,7 @@ impl<'a> Block<'a> {
             target: found.outcome.as_ref().and_then(|_| self.session.target().ok()),
             status: found.status,
             drives: found.drives,
-            nominal_drives: self.led[point].at.as_ref().map(|at| at.drives.clone()).unwrap_or_default(),
+            nominal_drives: self.track[point].at.as_ref().map(|at| at.drives.clone()).unwrap_or_default(),
             position_error: found.position_error,
             residual_rotation: found.residual_rotation,
             drive_forces: found.drive_forces,

@@ -25,7 +25,7 @@ pub(crate) struct Settled {
 /// # Errors
 /// It does not, or cannot go there.
 pub(crate) fn settled(machines: &Machines, source: Source, demand: &Demand) -> Result<Settled, Failure> {
-    let (nominal, answering) = (machines.commanding(source), machines.answering(source));
+    let (nominal, actual) = (machines.nominal(source), machines.actual(source));
     let at = nominal.inverse_kinematics(&demand.pose)?;
     let mut session = machines.session(source);
     session.stand(&at, &State::rigid(nominal, &at));
@@ -35,7 +35,7 @@ pub(crate) fn settled(machines: &Machines, source: Source, demand: &Demand) -> R
     }
     let state = session.state();
     let mut first = 0;
-    let chains: Vec<Vec<f64>> = answering
+    let chains: Vec<Vec<f64>> = actual
         .chains
         .iter()
         .zip(&state.chains)
@@ -48,7 +48,7 @@ pub(crate) fn settled(machines: &Machines, source: Source, demand: &Demand) -> R
         .collect();
     Ok(Settled {
         commanded: nominal.rigid_skeleton(&at),
-        loaded: answering.skeleton(&chains, &state.pose),
+        loaded: actual.skeleton(&chains, &state.pose),
         tool_displacement_mm: answer.tool_displacement,
     })
 }

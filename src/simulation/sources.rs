@@ -183,7 +183,7 @@ impl Machines {
         Self { real: self.zeroed.with_errors(errors), ..self.clone() }
     }
 
-    /// The same machines at home at `at`: drives to spare stand as near to it as they can.
+    /// The same machines at home at `at`: redundant drives stand as near to it as they can.
     pub(crate) fn at_home_at(&self, at: &Configuration) -> Self {
         let mut machines = self.clone();
         machines.nominal.home.clone_from(at);
@@ -191,35 +191,35 @@ impl Machines {
         machines
     }
 
-    /// The machine that commands what `source` is asked for: cutting and chain errors act from where it rests, whatever it is zeroed to.
-    pub fn commanding(&self, source: Source) -> &Machine {
+    /// The nominal machine, which commands for `source`: cutting and chain errors act from its static equilibrium, however it is calibrated.
+    pub fn nominal(&self, source: Source) -> &Machine {
         match source {
             Source::Cutting | Source::Errors => &self.at_rest,
             Source::Weight | Source::All => &self.nominal,
         }
     }
 
-    /// The machine that answers for `source`.
-    pub fn answering(&self, source: Source) -> &Machine {
+    /// The actual machine, which answers for `source`.
+    pub fn actual(&self, source: Source) -> &Machine {
         match source {
             Source::Cutting | Source::Weight => &self.zeroed,
             Source::Errors | Source::All => &self.real,
         }
     }
 
-    /// The machine without chain errors, from whose rest deflections are measured where the commanding one is zeroed at rest.
-    pub fn resting(&self) -> &Machine {
+    /// The machine without chain errors, from whose unloaded equilibrium deflections are measured where the nominal one is calibrated at rest.
+    pub fn unloaded(&self) -> &Machine {
         &self.zeroed
     }
 
     /// A session that answers for `source`, standing at home.
     pub fn session(&self, source: Source) -> Session {
-        Session::new(self.commanding(source), self.answering(source), settings()).from_rest_of(&self.zeroed)
+        Session::new(self.nominal(source), self.actual(source), settings()).from_rest_of(&self.zeroed)
     }
 
     /// Storage for many cases of what answers for `source`.
     pub(crate) fn batch(&self, source: Source) -> Batch {
-        Batch::new(self.answering(source))
+        Batch::new(self.actual(source))
     }
 }
 

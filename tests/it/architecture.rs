@@ -188,16 +188,16 @@ fn no_test_stands_in_the_sources() {
 /// Most lines of folders, and of them all: no more than there were when this was written. What must have more says in
 /// ARCHITECTURE.md why; what has become shorter lowers its number.
 const MOST_LINES: [(&[&str], usize); 10] = [
-    (&["crates/engine/src"], 20_482),
+    (&["crates/engine/src"], 20_487),
     (&["src/toolpath"], 15_618),
     (&["src/process", "crates/input/src", "src/input", "src/urdf"], 6_680),
-    (&["src/simulation", "src/redundancy"], 3_663),
+    (&["src/simulation", "src/redundancy"], 3_669),
     (&["src/answer", "src/files", "src/work", "src/run"], 4_952),
     (&["src/figures", "src/page"], 9_110),
-    (&["src/questions"], 21_204),
+    (&["src/questions"], 21_205),
     (&["src/products", "src/inspect", "src/explore"], 8_842),
     (&["src/cli"], 2_890),
-    (&["crates/engine/src", "crates/input/src", "src"], 93_625),
+    (&["crates/engine/src", "crates/input/src", "src"], 93_638),
 ];
 
 #[test]

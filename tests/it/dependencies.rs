@@ -52,8 +52,8 @@ fn every_package_has_a_row_and_every_row_a_package() {
     assert_eq!(told.len(), rows.len(), "a package has one row");
     let named: BTreeSet<String> = manifests().iter().flat_map(|file| named(file)).collect();
     assert!(named.len() > 30, "{named:?}");
-    let untold: Vec<_> = named.difference(&told).collect();
-    assert!(untold.is_empty(), "CONTRIBUTING.md does not say what these are for: {untold:?}");
+    let null_space: Vec<_> = named.difference(&told).collect();
+    assert!(null_space.is_empty(), "CONTRIBUTING.md does not say what these are for: {null_space:?}");
     let gone: Vec<_> = told.difference(&named).collect();
     assert!(gone.is_empty(), "no manifest names these, of which CONTRIBUTING.md has a row: {gone:?}");
 }

@@ -55,7 +55,7 @@ fn answered(question: &CorrectionQuestion) -> CorrectionAnswer {
 }
 
 /// How far the tool is from where it is wanted, by a session of the library alone.
-fn left_mm(
+fn residual_mm(
     question: &CorrectionQuestion,
     session: &mut Session,
     corrector: &Corrector<'_>,
@@ -93,7 +93,7 @@ fn largest_at_random(question: &CorrectionQuestion, corrector: &Corrector<'_>, c
                 }
             };
             let case = (min + (max - min).component_mul(&share), force);
-            largest = largest.max(left_mm(question, &mut session, corrector, case));
+            largest = largest.max(residual_mm(question, &mut session, corrector, case));
         }
         largest
     };
@@ -148,7 +148,7 @@ fn one_node_less_along_any_axis_breaks_the_tolerance() {
         let CorrectionAnswer { with_table: worst, table, .. } = answered(&fixed);
         // Looked at once more, by a session of the library alone.
         let case = (Vector3::from(worst.position_mm), Vector3::from(worst.force_N));
-        let left = left_mm(asked, &mut machines.session(Source::All), &Corrector::Table(&table), case);
+        let left = residual_mm(asked, &mut machines.session(Source::All), &Corrector::Table(&table), case);
         assert!(
             left > TOLERANCE_MM && (left - worst.error_mm).abs() < 1e-9,
             "{fewer:?} of {counts:?}: {left} {worst:?}"
@@ -181,7 +181,7 @@ fn machines_of_all_kinds_have_tables_that_are_exact_at_their_nodes() {
         let mut session = machines.session(Source::All);
         for node in 0..found.table.grid.len() {
             let case = (found.table.grid.position(node), Vector3::zeros());
-            let left = left_mm(&asked, &mut session, &Corrector::Table(&found.table), case);
+            let left = residual_mm(&asked, &mut session, &Corrector::Table(&found.table), case);
             assert!(left < 1e-6, "{name}: {left}");
         }
         assert!(found.with_table.error_mm < found.without.error_mm, "{name}: {found:?}");

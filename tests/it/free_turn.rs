@@ -8,7 +8,7 @@ use kinetostat::{
     compensation::Target,
     machine::{Branch, Machine},
     process::{Placement, Process, Redundancy, ToolTurn, TurnCost, TurnObjective, cutting::PathLoad},
-    redundancy::{FreeTurn, Hindrance, OnLattice, TurnAsked, lattice_cost, seek},
+    redundancy::{FreeTurn, Infeasible, OnLattice, TurnAsked, lattice_cost, seek},
     spatial::{Pose, Wrench},
     statics::{State, Status, Workspace, equilibrium},
     toolpath::{Load, Orientation, Toolpath, polyline::Polyline},
@@ -289,12 +289,12 @@ fn where_no_turn_goes_all_along_it_is_said_why() {
         let found = seek(asked(&process.machine, &process.placement, &path, &loads, turn), &Work::default()).unwrap();
         let dead_end = found.best.unwrap_err();
         assert!(found.best_constant.is_err());
-        (dead_end.point, dead_end.label(), dead_end.hindrance)
+        (dead_end.point, dead_end.label(), dead_end.infeasible)
     };
     let turn = ToolTurn { step_deg: 15.0, ..seeking(TurnObjective::Rms) };
-    assert_eq!(reason(&turn, 5000.0), (1, "unreachable", Some(Hindrance::Unreachable)));
+    assert_eq!(reason(&turn, 5000.0), (1, "unreachable", Some(Infeasible::Unreachable)));
     let picky = ToolTurn { min_singularity_distance: 0.9, ..turn.clone() };
-    assert_eq!(reason(&picky, 2.0), (0, "singularity", Some(Hindrance::Singularity)));
+    assert_eq!(reason(&picky, 2.0), (0, "singularity", Some(Infeasible::Singularity)));
     let slow = ToolTurn { speed_limits_deg_per_s: vec![1e-6; 6], ..turn };
     assert_eq!(reason(&slow, 2.0), (1, "no_continuous_path", None));
 }

@@ -45,7 +45,7 @@ fn job(machine: &Machine, text: String, tangential: f64) -> ProgramJob {
 }
 
 /// The drives that the nominal machine gets at the ends of moves of a program that drives it along `drives`, and what is not solved.
-fn led(machine: &Machine, drives: &[Vec<f64>]) -> (Vec<Vec<f64>>, Vec<String>) {
+fn track(machine: &Machine, drives: &[Vec<f64>]) -> (Vec<Vec<f64>>, Vec<String>) {
     let job = job(machine, program(machine, drives), -60.0);
     let (mut at_ends, mut failed) = (Vec::new(), Vec::new());
     job.pass_by(Method::None, &|| (), |part, answers| {
@@ -83,7 +83,7 @@ fn sweep(machine: &Machine, number: usize, by_way_of: &[f64], moves: usize) -> V
 
 #[track_caller]
 fn is_driven(machine: &Machine, drives: &[Vec<f64>], what: &str) {
-    let (at_ends, failed) = led(machine, drives);
+    let (at_ends, failed) = track(machine, drives);
     assert_eq!(failed, Vec::<String>::new(), "{what}");
     assert_eq!(at_ends.len(), drives.len(), "{what}");
     for (k, (found, wanted)) in at_ends.iter().zip(drives).enumerate() {
@@ -109,7 +109,7 @@ fn a_joint_without_end_counts_its_turns_and_one_with_an_end_says_where_it_is() {
     is_driven(&arm(&[("A6", far)]), &sweep(&arm(&[("A6", far)]), 5, &[1100.0, -900.0], 4500), "A6");
     // Beyond 350° it has to be turned back once, and goes on from there.
     let machine = arm(&[]);
-    let (at_ends, failed) = led(&machine, &sweep(&arm(&[("A6", far)]), 5, &[700.0], 1400));
+    let (at_ends, failed) = track(&machine, &sweep(&arm(&[("A6", far)]), 5, &[700.0], 1400));
     assert_eq!(failed.len(), 1, "{failed:?}");
     assert!(failed[0].starts_with("move 701: drive arm_A6 jumps from "), "{failed:?}");
     let last = at_ends.last().unwrap()[5].to_degrees();

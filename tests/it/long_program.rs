@@ -65,7 +65,7 @@ fn parts_answer_as_the_whole_does() {
     assert_eq!(demands.len(), job.path.len());
     assert!(demands.len() > 4096);
     let case =
-        PathCase { nominal: &job.machine, real: &job.real, resting: &job.machine, before: None, demands: &demands };
+        PathCase { nominal: &job.machine, real: &job.real, unloaded: &job.machine, before: None, demands: &demands };
     let nothing_to_tell = || ();
     let mut corrected = Corrected::new(&job);
     let mut answers: Vec<PathAnswer> = Vec::new();
@@ -77,7 +77,7 @@ fn parts_answer_as_the_whole_does() {
     assert_eq!(own.unwrap().summary.solved, job.path.len() - 1);
     assert!(answers == run(&case, &Commands::Method(Method::Direct), &nothing_to_tell));
 
-    // What is led once for all passes of a part is what each would have been led to.
+    // What is tracked once for all passes of a part is what each would have been tracked to.
     let written = job.write(&corrected).unwrap();
     let (mut before, mut as_written) = (Vec::new(), Vec::new());
     let asked = Asked { compared: vec![Method::Linear], sources_apart: true, ..Asked::by(Method::Direct) };

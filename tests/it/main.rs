@@ -2,6 +2,7 @@
 
 mod support;
 
+mod alternative_branches;
 #[cfg(feature = "report")]
 mod answer;
 mod architecture;
@@ -126,7 +127,6 @@ mod turning_platforms;
 mod units;
 mod urdf_import;
 mod validation_study;
-mod ways_around;
 mod weight_closed_forms;
 mod words;
 mod workpiece_carrier;

@@ -142,7 +142,7 @@ fn what_no_candidate_tells_is_said() {
         [measurement_design.candidate]\nposes = 5\nforces_N = [[0.0, 0.0, -500.0]]\n";
     let plan = planned("fanuc_r2000ic", keys, &[]);
     let reached = plan.widths.last().unwrap();
-    assert!(plan.most_told[0] < 1e-6 && reached.each[0] > 100.0, "{plan:?}");
+    assert!(plan.most_information[0] < 1e-6 && reached.each[0] > 100.0, "{plan:?}");
     assert!(reached.each[1] < 0.1, "{plan:?}");
 }
 

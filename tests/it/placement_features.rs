@@ -77,7 +77,7 @@ fn the_tool_of_a_tilted_workpiece_and_its_force_tilt_with_it() {
         .metrics
         .get(Metric::WorstDeflection)
         .unwrap();
-    // The same by hand: the arm is led to each point with its tool along z of W.
+    // The same by hand: the arm is tracked to each point with its tool along z of W.
     let workpiece = Pose {
         translation: Vector3::new(640.0, 0.0, 400.0),
         ..Pose::from_roll_pitch_yaw(Vector3::new(roll, pitch, yaw))

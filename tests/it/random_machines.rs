@@ -256,7 +256,7 @@ fn check_compensation(machine: &Machine, trial: &Trial, at: &Configuration) {
     let wanted = Some(if machine.own_forces().is_some() { rest.pose } else { at.pose });
     for target in [Target::ToolTip, Target::FullPose] {
         let own = Demand { pose: at.pose, load: trial.load(), target, wanted: None, external: None };
-        // Where a machine rests is known to the tolerance of equilibria, and the session finds another one than we: asked for ours, it is led
+        // Where a machine rests is known to the tolerance of equilibria, and the session finds another one than we: asked for ours, it is tracked
         // there; asked for its own, it is near.
         let is_at_rest = machine.own_forces().is_some() && at_rest.status == Status::Solved;
         let ours = Demand { wanted: wanted.filter(|_| is_at_rest), ..own };

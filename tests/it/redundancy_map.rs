@@ -32,7 +32,7 @@ fn map(study: &RedundancyMapStudy) -> RedundancyMap {
     run(study, &Work::default()).unwrap()
 }
 
-/// The largest deflection over the directions of the force with the platform turned so, by the machine led there on its own.
+/// The largest deflection over the directions of the force with the platform turned so, by the machine tracked there on its own.
 fn alone(study: &RedundancyMapStudy, point: &RedundancyMapPoint, at: &AtTurn) -> f64 {
     let machine =
         at.branch.map_or_else(|| study.scene.machine.clone(), |branch| study.scene.machine.on_branch(branch).unwrap());

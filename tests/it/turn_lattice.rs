@@ -3,7 +3,7 @@
 use kinetostat::{
     process::TurnObjective,
     redundancy::{
-        Hindrance,
+        Infeasible,
         internals::{Layer, MOST_DRIVES, Shape, Standing, Walk},
     },
 };
@@ -15,7 +15,7 @@ const STANCES: usize = 2;
 
 fn layer(turns: usize) -> impl Strategy<Value = Layer> {
     let node = prop_oneof![
-        1 => Just(Err(Hindrance::Limits)),
+        1 => Just(Err(Infeasible::Limits)),
         4 => (0.0..1.0f64, 0.0..2.0f64).prop_map(|(cost_mm, drive)| {
             let mut drives = [0.0; MOST_DRIVES];
             drives[0] = drive;

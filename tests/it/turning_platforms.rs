@@ -78,7 +78,7 @@ impl Rows {
     }
 }
 
-/// The tool tip in O where the nominal machine stands with its drives there: forward kinematics, nothing of how paths are led.
+/// The tool tip in O where the nominal machine stands with its drives there: forward kinematics, nothing of how paths are tracked.
 fn tip(machine: &Machine, drives: &[f64]) -> Vector3<f64> {
     machine.forward_kinematics(drives).unwrap().pose.transform(machine.tool_tip)
 }

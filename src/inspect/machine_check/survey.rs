@@ -132,7 +132,7 @@ fn droop(machine: &Machine, places: &[Configuration], workspace: &mut Workspace)
     Some(droop)
 }
 
-/// The force by which elements' shares in the compliance of the tool are told, N.
+/// The force at which elements' shares in the compliance of the tool are found, N.
 const FORCE_N: f64 = 1.0;
 
 /// The tool tip's compliance at a place.

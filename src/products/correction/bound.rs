@@ -118,7 +118,7 @@ impl Search<'_> {
     /// How far the tool is off there, mm.
     fn error(&self, loaded: &mut Loaded<'_>, (position, force): &Case) -> Result<f64> {
         let at = loaded.stand(*position)?;
-        loaded.left_mm(&at, *force, &self.corrector.correction(&at, *position, *force))
+        loaded.residual_mm(&at, *force, &self.corrector.correction(&at, *position, *force))
     }
 
     /// The worst cases, no two of them in the same cell.

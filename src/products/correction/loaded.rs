@@ -38,7 +38,7 @@ impl<'a> Loaded<'a> {
         let reached = machine.inverse_kinematics(&pose).and_then(|at| {
             match machine.turns_with_position {
                 true => machine.check_asked(pose.translation, &at)?,
-                false => machine.check_led(&pose, &at)?,
+                false => machine.check_tracked(&pose, &at)?,
             }
             Ok(at)
         });
@@ -61,7 +61,7 @@ impl<'a> Loaded<'a> {
     ///
     /// # Errors
     /// The machine does not stand there.
-    pub fn left_mm(&mut self, at: &Configuration, force: Vector3<f64>, correction: &[f64]) -> Result<f64> {
+    pub fn residual_mm(&mut self, at: &Configuration, force: Vector3<f64>, correction: &[f64]) -> Result<f64> {
         let demand = self.stand_at(at, force);
         let drives: Vec<f64> = at.drives.iter().zip(correction).map(|(nominal, own)| nominal + own).collect();
         let found = simulate_drives(&mut self.session, &demand, &drives);
@@ -132,7 +132,7 @@ pub struct ResidualPoint {
     pub position_mm: [f64; 3],
     /// Distance of the tool from where it is wanted, worst over no force and the largest one along each axis, mm: by
     /// [`ResidualPoint::WAYS`].
-    pub left_mm: Vec<f64>,
+    pub residual_mm: Vec<f64>,
 }
 
 impl ResidualPoint {
@@ -164,15 +164,15 @@ pub fn residuals(
         let by = |loaded: &mut Loaded<'_>, corrector: Corrector<'_>| {
             worst(loaded, &at, question, |_, force| Ok(corrector.correction(&at, position, force)))
         };
-        let mut left_mm = vec![
+        let mut residual_mm = vec![
             by(loaded, Corrector::Nothing)?,
             by(loaded, Corrector::Table(&answer.table))?,
             worst(loaded, &at, question, |loaded, force| loaded.exact(&at, force))?,
         ];
         if let Ok((tables, _)) = &answer.per_joint {
-            left_mm.push(by(loaded, Corrector::PerJoint(tables))?);
+            residual_mm.push(by(loaded, Corrector::PerJoint(tables))?);
         }
-        Ok(ResidualPoint { position_mm: position.into(), left_mm })
+        Ok(ResidualPoint { position_mm: position.into(), residual_mm })
     })
 }
 
@@ -185,6 +185,6 @@ fn worst(
 ) -> Result<f64> {
     axis_forces(question.largest_force_N).into_iter().try_fold(0.0, |most: f64, force| {
         let correction = correction(loaded, force)?;
-        Ok(most.max(loaded.left_mm(at, force, &correction)?))
+        Ok(most.max(loaded.residual_mm(at, force, &correction)?))
     })
 }

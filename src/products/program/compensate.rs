@@ -21,7 +21,7 @@ pub struct Asked {
     pub compared: Vec<Method>,
     /// Whether each source of errors is simulated alone, too.
     pub sources_apart: bool,
-    /// Whether it ends with the first points that have no command, those to which the rigid machine cannot be led before anything is
+    /// Whether it ends with the first points that have no command, those to which the rigid machine cannot be tracked before anything is
     /// computed; else all of them are sought.
     pub ends_early: bool,
 }
@@ -101,7 +101,7 @@ impl Proved {
 /// Why there is no program.
 #[derive(Debug)]
 pub struct Refused {
-    /// Whether the rigid machine cannot be led there.
+    /// Whether the rigid machine cannot be tracked there.
     pub is_out_of_reach: bool,
     /// Index of each point and reason.
     pub failures: Vec<(usize, String)>,

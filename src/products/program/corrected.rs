@@ -10,7 +10,7 @@ use crate::{
         ProgramFile,
         along_path::PathAnswer,
         blocks::BlocksBeforeAfter,
-        demands::Led,
+        demands::Tracked,
         program_file::{Rewritten, Sent},
     },
     spatial::Pose,
@@ -44,11 +44,11 @@ impl Corrected {
 
     /// Takes the next part of the pass that is to be written.
     pub fn add(&mut self, job: &ProgramJob, part: &Part<'_>, answers: &[PathAnswer]) {
-        let mut led = job.led();
+        let mut track = job.track();
         for ((point, demand), answer) in part.points.iter().zip(part.demands()).zip(answers) {
             let k = self.seen();
             let target = answer.target.filter(|_| answer.status.is_success());
-            let commanded = target.map(|pose| job.commanded(&mut led, point, demand.external, pose));
+            let commanded = target.map(|pose| job.commanded(&mut track, point, demand.external, pose));
             match commanded {
                 Some(_) => {}
                 None if point.cutting => self.failures.push((k, answer.status.reason(&job.machine))),
@@ -82,12 +82,12 @@ impl ProgramJob {
     /// program, and so is its orientation if that is not corrected.
     pub(super) fn commanded(
         &self,
-        led: &mut Led<'_>,
+        track: &mut Tracked<'_>,
         point: &PathPoint,
         external: Option<ExternalAxes>,
         target: Pose,
     ) -> PathPoint {
-        let placed = led.placed(external);
+        let placed = track.placed(external);
         let workpiece = placed.workpiece();
         let own = workpiece.transform(point.position_mm);
         let mut position = target.transform(placed.reference());

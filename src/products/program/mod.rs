@@ -17,7 +17,7 @@ use std::{path::Path, sync::OnceLock};
 
 use serde::Serialize;
 
-use self::part::LedPart;
+use self::part::TrackPart;
 pub use compensate::{Asked, Compensated, InMemory, Proved, Receiver, Refused, Way};
 pub use corrected::{Corrected, Written, WrittenCalls};
 pub use part::Part;
@@ -32,8 +32,8 @@ use crate::{
     process::{cutting::LoadError, file::Process},
     simulation::{
         Machines, ProgramFile, Sent,
-        along_path::{Commands, Left, PathAnswer, PathSummary, PathSums, run_where_led},
-        demands::Led,
+        along_path::{Commands, Left, PathAnswer, PathSummary, PathSums, run_tracked},
+        demands::Tracked,
         external_axes::locked_along,
     },
     spatial::Pose,
@@ -55,13 +55,13 @@ pub struct ProgramJob {
     pub path: Toolpath,
     /// Its name in errors.
     name: String,
-    /// What is wanted at each point, if that is not found again whenever it is needed: a platform that turns with its position is led
+    /// What is wanted at each point, if that is not found again whenever it is needed: a platform that turns with its position is tracked
     /// from point to point, which takes long.
     kept: Option<Vec<Demand>>,
-    /// Where the machine is led along each part of a program that is not too long to keep it.
-    led: Vec<OnceLock<LedPart>>,
+    /// Where the machine is tracked along each part of a program that is not too long to keep it.
+    track: Vec<OnceLock<TrackPart>>,
     cuts_nowhere: bool,
-    begins_twice: bool,
+    is_closed: bool,
 }
 
 /// How the points of a program get their commands.
@@ -124,15 +124,15 @@ impl ProgramJob {
         let kept = machine.turns_with_position.then(all).transpose().map_err(faulty)?;
         let real = Machines::new(&machine, &process.errors)?.real;
         let cuts_nowhere = !path.points().iter().any(|point| point.cutting);
-        let begins_twice = path.begins_twice();
-        let (name, led) = (name.to_string(), part::led(&path));
-        Ok(Self { real, machine, process, file: program, path, name, kept, led, cuts_nowhere, begins_twice })
+        let is_closed = path.is_closed();
+        let (name, track) = (name.to_string(), part::track(&path));
+        Ok(Self { real, machine, process, file: program, path, name, kept, track, cuts_nowhere, is_closed })
     }
 
     /// Whether point `k` counts in what is left: the tool cuts there, if it does anywhere, and it is not a closed path's begin,
     /// which comes once more at its end.
     pub fn counts(&self, k: usize) -> bool {
-        (self.path.points()[k].cutting || self.cuts_nowhere) && (k > 0 || !self.begins_twice)
+        (self.path.points()[k].cutting || self.cuts_nowhere) && (k > 0 || !self.is_closed)
     }
 
     /// Whether the tool is turned as well as moved.
@@ -140,9 +140,9 @@ impl ProgramJob {
         turns_tool(&self.process)
     }
 
-    /// The machine at home, to be led along the program.
-    fn led(&self) -> Led<'_> {
-        Led::new(&self.machine, &self.process.placement)
+    /// The machine at home, to be tracked along the program.
+    fn track(&self) -> Tracked<'_> {
+        Tracked::new(&self.machine, &self.process.placement)
     }
 
     /// One pass over the program; `take` gets some points that follow one another, and their answers. `done` is called after each
@@ -157,24 +157,24 @@ impl ProgramJob {
         done: &(dyn Fn() + Sync),
         mut take: impl FnMut(&Part<'_>, &[PathAnswer]) -> Result<()>,
     ) -> Result<Pass> {
-        let (mut sums, mut led, mut before) = (PathSums::default(), self.led(), None);
+        let (mut sums, mut track, mut before) = (PathSums::default(), self.track(), None);
         for part in self.parts() {
             let part = part?;
             let case = part.case([&self.machine, &self.real, &self.machine]);
-            let along = self.led_along(&part, &mut before);
+            let along = self.tracking(&part, &mut before);
             let answers =
-                self.answers(&part, &mut led, commands, &|commands| run_where_led(&case, commands, &along, done));
+                self.answers(&part, &mut track, commands, &|commands| run_tracked(&case, commands, &along, done));
             self.sum_up(&mut sums, part.first, &answers);
             take(&part, &answers)?;
         }
         Ok(Pass { name: name.into(), summary: sums.summary() })
     }
 
-    /// What `run` answers to `commands` at the points of `part`, as poses if they are positions; `led` comes from the part before.
+    /// What `run` answers to `commands` at the points of `part`, as poses if they are positions; `tracked` comes from the part before.
     fn answers(
         &self,
         part: &Part<'_>,
-        led: &mut Led<'_>,
+        track: &mut Tracked<'_>,
         commands: &ProgramCommands<'_>,
         run: &dyn Fn(&Commands<'_>) -> Vec<PathAnswer>,
     ) -> Vec<PathAnswer> {
@@ -185,7 +185,7 @@ impl ProgramJob {
                 let asked = part.range().zip(part.points).zip(part.demands());
                 let pose = |((k, point), demand): ((usize, &PathPoint), &Demand)| {
                     let turned = sent.orientations.as_ref().map(|orientations| &orientations[k]);
-                    led.pose(sent.positions[k], turned.or(point.orientation.as_ref()), demand.external)
+                    track.pose(sent.positions[k], turned.or(point.orientation.as_ref()), demand.external)
                 };
                 let poses: Vec<Pose> = asked.map(pose).collect();
                 run(&Commands::Program(&poses))

@@ -11,7 +11,7 @@ use crate::{
     simulation::{
         along_path::{BLOCK, PART, PathCase, last_of_blocks, lead, parts},
         demands::unloaded,
-        led_along::LedPoint,
+        tracking::TrackPoint,
     },
     toolpath::{PathPoint, Toolpath},
 };
@@ -37,9 +37,9 @@ impl Part<'_> {
         self.first..self.first + self.points.len()
     }
 
-    /// These points to be solved: `nominal` computes commands, `real` answers them, deflections are measured from the rest of `resting`.
-    pub(super) fn case<'a>(&'a self, [nominal, real, resting]: [&'a Machine; 3]) -> PathCase<'a> {
-        PathCase { nominal, real, resting, before: None, demands: &self.demands }
+    /// These points to be solved: `nominal` computes commands, `real` answers them, deflections are measured from the rest of `unloaded`.
+    pub(super) fn case<'a>(&'a self, [nominal, real, unloaded]: [&'a Machine; 3]) -> PathCase<'a> {
+        PathCase { nominal, real, unloaded, before: None, demands: &self.demands }
     }
 
     /// The same points, something else wanted of them.
@@ -51,14 +51,14 @@ impl Part<'_> {
 /// Most points of a program that is corrected within limits: of all of them at once.
 const MOST_AT_ONCE: usize = 200_000;
 
-/// Where the nominal machine is led along a part, block by block.
-pub(super) type LedPart = Vec<Vec<LedPoint>>;
+/// Where the nominal machine is tracked along a part, block by block.
+pub(super) type TrackPart = Vec<Vec<TrackPoint>>;
 
-/// Of a program of at most so many points, where the machine is led is found once; of a longer one whenever it is needed.
+/// Of a program of at most so many points, where the machine is tracked is found once; of a longer one whenever it is needed.
 const LED_ONCE: usize = 200_000;
 
-/// Where the machine is led along the parts of `path`, none found yet.
-pub(super) fn led(path: &Toolpath) -> Vec<OnceLock<LedPart>> {
+/// Where the machine is tracked along the parts of `path`, none found yet.
+pub(super) fn track(path: &Toolpath) -> Vec<OnceLock<TrackPart>> {
     if path.len() > LED_ONCE { Vec::new() } else { parts(path.len()).map(|_| OnceLock::new()).collect() }
 }
 
@@ -76,23 +76,23 @@ pub(super) fn demanding<'a>(
 }
 
 impl ProgramJob {
-    /// Where the machine is led along `part`, which follows what it was led along `before`; `before` then stands at its end.
-    pub(super) fn led_along(&self, part: &Part<'_>, before: &mut Option<Configuration>) -> Cow<'_, [Vec<LedPoint>]> {
+    /// Where the machine is tracked along `part`, which follows what it was tracked along `before`; `before` then stands at its end.
+    pub(super) fn tracking(&self, part: &Part<'_>, before: &mut Option<Configuration>) -> Cow<'_, [Vec<TrackPoint>]> {
         let find = || lead(&self.machine, before.as_ref(), part.demands(), |_, _| true);
-        let led = match self.led.get(part.first / PART) {
-            Some(led) => Cow::Borrowed(led.get_or_init(find).as_slice()),
+        let track = match self.track.get(part.first / PART) {
+            Some(track) => Cow::Borrowed(track.get_or_init(find).as_slice()),
             None => Cow::Owned(find()),
         };
-        if let Some(last) = last_of_blocks(&led) {
+        if let Some(last) = last_of_blocks(&track) {
             *before = Some(last.clone());
         }
-        led
+        track
     }
 
-    /// Notes where the machine is led along `part`.
-    pub(super) fn keep_led(&self, part: &Part<'_>, found: LedPart) {
-        if let Some(led) = self.led.get(part.first / PART) {
-            led.get_or_init(|| found);
+    /// Notes where the machine is tracked along `part`.
+    pub(super) fn keep_tracked(&self, part: &Part<'_>, found: TrackPart) {
+        if let Some(track) = self.track.get(part.first / PART) {
+            track.get_or_init(|| found);
         }
     }
 
@@ -136,7 +136,7 @@ impl ProgramJob {
         Ok(demands)
     }
 
-    /// The first points at which the tool cuts and to which the rigid machine cannot be led: index and reason. Their number is at most
+    /// The first points at which the tool cuts and to which the rigid machine cannot be tracked: index and reason. Their number is at most
     /// `most`, and nothing is looked at far beyond them. `done` is called with the number of points looked at, after each part.
     ///
     /// # Errors
@@ -160,23 +160,23 @@ impl ProgramJob {
         before: &mut Option<Configuration>,
         most: usize,
     ) -> Vec<(usize, String)> {
-        let is_out = |k: usize, at: &LedPoint| part.points[k].cutting && at.asked.is_err();
-        let out = |start: usize, led: &[LedPoint]| (start..).zip(led).filter(|(k, at)| is_out(*k, at)).count();
+        let is_out = |k: usize, at: &TrackPoint| part.points[k].cutting && at.asked.is_err();
+        let out = |start: usize, track: &[TrackPoint]| (start..).zip(track).filter(|(k, at)| is_out(*k, at)).count();
         // What is out of reach takes longest.
-        let led = lead(&self.machine, before.as_ref(), part.demands(), |start, led| {
-            led.last().is_none_or(|at| at.asked.is_ok()) || out(start, led) < most
+        let track = lead(&self.machine, before.as_ref(), part.demands(), |start, track| {
+            track.last().is_none_or(|at| at.asked.is_ok()) || out(start, track) < most
         });
         let mut found = Vec::new();
-        for (start, led) in (0..).step_by(BLOCK).zip(&led) {
-            for (k, at) in (start..).zip(led) {
+        for (start, track) in (0..).step_by(BLOCK).zip(&track) {
+            for (k, at) in (start..).zip(track) {
                 if let (true, Err(status)) = (is_out(k, at), &at.asked) {
                     found.push((part.first + k, status.reason(&self.machine)));
                 }
             }
         }
         if found.is_empty() {
-            *before = last_of_blocks(&led).cloned().or(before.take());
-            self.keep_led(part, led);
+            *before = last_of_blocks(&track).cloned().or(before.take());
+            self.keep_tracked(part, track);
         }
         found.truncate(most);
         found

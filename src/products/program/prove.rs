@@ -9,8 +9,8 @@ use crate::{
     process::cutting::PathLoad,
     simulation::{
         BySource, Machines, Source,
-        along_path::{Commands, PathAnswer, PathSums, run_where_led},
-        demands::Led,
+        along_path::{Commands, PathAnswer, PathSums, run_tracked},
+        demands::Tracked,
     },
     spatial::Wrench,
     toolpath::Load,
@@ -44,31 +44,32 @@ impl ProgramJob {
         let machines = Machines::new(&self.machine, &self.process.errors)?;
         let methods: Vec<Method> = [Method::None].into_iter().chain(asked.compared.iter().copied()).collect();
         let (mut sums, mut as_written) = (vec![PathSums::default(); methods.len()], PathSums::default());
-        let (mut written_led, mut law, mut led_before) = (self.led(), LawBehind::new(self), None);
+        let (mut written_tracked, mut law, mut tracked_before) = (self.track(), LawBehind::new(self), None);
         for part in self.parts() {
             let part = part?;
             law.holds(&part)?;
             let case = part.case([&self.machine, &self.real, &self.machine]);
-            let led = self.led_along(&part, &mut led_before);
+            let track = self.tracking(&part, &mut tracked_before);
             let before = BySource::of(&self.machine, |source| {
                 if source != Source::All && !asked.sources_apart {
                     return Vec::new();
                 }
                 let alone = part.asked(|demand| source.demand(demand));
-                let case = alone.case([machines.commanding(source), machines.answering(source), machines.resting()]);
-                let answers = run_where_led(&case, &Commands::Method(Method::None), &led, done);
+                let case = alone.case([machines.nominal(source), machines.actual(source), machines.unloaded()]);
+                let answers = run_tracked(&case, &Commands::Method(Method::None), &track, done);
                 if source == Source::All {
                     self.sum_up(&mut sums[0], part.first, &answers);
                 }
                 answers.iter().map(PathAnswer::settled_error).collect()
             });
             for (method, sums) in methods.iter().zip(&mut sums).skip(1) {
-                let answers = run_where_led(&case, &Commands::Method(*method), &led, done);
+                let answers = run_tracked(&case, &Commands::Method(*method), &track, done);
                 self.sum_up(sums, part.first, &answers);
             }
             let commands = ProgramCommands::Sent(&written.sent);
-            let answers = self
-                .answers(&part, &mut written_led, &commands, &|commands| run_where_led(&case, commands, &led, done));
+            let answers = self.answers(&part, &mut written_tracked, &commands, &|commands| {
+                run_tracked(&case, commands, &track, done)
+            });
             self.sum_up(&mut as_written, part.first, &answers);
             take(&ProvedPart { part: &part, before: &before, written: &answers })?;
         }
@@ -82,7 +83,7 @@ impl ProgramJob {
 /// the proof holds it against the law itself.
 pub struct LawBehind<'a> {
     job: &'a ProgramJob,
-    led: Led<'a>,
+    track: Tracked<'a>,
     /// The move of the point before, the length of the path up to it, and the six components there, N and N·mm.
     before: Option<(usize, f64, [f64; 6])>,
     ends: Vec<(f64, [f64; 6])>,
@@ -94,7 +95,7 @@ const ROUNDING: f64 = 1e-9;
 impl<'a> LawBehind<'a> {
     /// Of `job`, none of whose points are seen.
     pub fn new(job: &'a ProgramJob) -> Self {
-        Self { job, led: job.led(), before: None, ends: Vec::new() }
+        Self { job, track: job.track(), before: None, ends: Vec::new() }
     }
 
     /// Checks that on each axis of W the load at the points of the next `part` is between those of the law there and at the ends of moves
@@ -106,7 +107,7 @@ impl<'a> LawBehind<'a> {
         for (point, demand) in part.points.iter().zip(part.demands()) {
             let law =
                 self.job.process.load(point).map_err(|fault| Error::argument(&self.job.name, fault.to_string()))?;
-            let there = self.led.placed(demand.external).turned(&demand.pose.rotation);
+            let there = self.track.placed(demand.external).turned(&demand.pose.rotation);
             let (segment, at) = (point.source.segment, point.arc_length_mm);
             let own = components(&law.on_tool(point.tangent, there.tool_axes()));
             if !point.cutting || matches!(law, PathLoad::Workpiece(_)) {

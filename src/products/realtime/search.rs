@@ -58,7 +58,7 @@ pub(super) struct Search<'a> {
 type Functions<'a> = (&'a Function, Option<&'a Function>);
 
 impl Search<'_> {
-    /// The errors at a place; infinite where the machine does not stand as it is told.
+    /// The errors at a place; infinite where the machine does not stand as commanded.
     fn at(&self, (correct, whereabouts): Functions<'_>, place: &Place, asking: &mut Asking) -> Found {
         let (position, wrench) = self.domain.asked(place);
         let mut values = Vec::new();

@@ -79,10 +79,10 @@ pub struct Fit {
     pub weights: DVector<f64>,
     /// Scatter over what was given; where that was not given, the standard deviation itself.
     pub scale: f64,
-    /// Covariance of the coordinates; infinite along what is not told, which `untold` says.
+    /// Covariance of the coordinates; infinite along what is not told, which `null_space` says.
     pub covariance: DMatrix<f64>,
     /// Directions of coordinates that are not told at all, unit vectors.
-    pub untold: Vec<DVector<f64>>,
+    pub null_space: Vec<DVector<f64>>,
     /// By how much robust losses, and what is left beyond the noise that was given, make the covariance larger than that of squares.
     pub inflation: f64,
     /// Whether the residual is more than the noise that was given makes once in a hundred times.
@@ -243,9 +243,9 @@ impl Search<'_> {
         let told = SymmetricEigen::new(information.clone());
         let most = told.eigenvalues.amax();
         let count = self.unknowns.len();
-        let is_told = |value: f64| value > RANK * most && value > 0.0;
-        let told_count = told.eigenvalues.iter().filter(|value| is_told(**value)).count();
-        let free = (values.len() + self.priors.len()).saturating_sub(told_count);
+        let is_identifiable = |value: f64| value > RANK * most && value > 0.0;
+        let identifiable_count = told.eigenvalues.iter().filter(|value| is_identifiable(**value)).count();
+        let free = (values.len() + self.priors.len()).saturating_sub(identifiable_count);
         let of_priors: f64 = self.priors.iter().map(|&(k, at, std)| ((x[k] - at) / std).powi(2)).sum();
         let squares: f64 = r.iter().zip(weights.iter()).map(|(r, weight)| weight * r * r).sum::<f64>() + of_priors;
         let mean_square = squares / free.max(1) as f64;
@@ -255,11 +255,11 @@ impl Search<'_> {
             LossSpec::Squares if is_given => mean_square.max(1.0),
             loss => loss.inflation(&r, self.unknowns.len()),
         };
-        let (mut covariance, mut untold) = (DMatrix::zeros(count, count), Vec::new());
+        let (mut covariance, mut null_space) = (DMatrix::zeros(count, count), Vec::new());
         for (value, vector) in told.eigenvalues.iter().zip(told.eigenvectors.column_iter()) {
-            match is_told(*value) {
+            match is_identifiable(*value) {
                 true => covariance += vector * vector.transpose() * (inflation / value),
-                false => untold.push(vector.into_owned()),
+                false => null_space.push(vector.into_owned()),
             }
         }
         Fit {
@@ -272,7 +272,7 @@ impl Search<'_> {
             weights,
             covariance,
             inflation,
-            untold,
+            null_space,
             information,
             steps,
             is_found,
@@ -280,7 +280,7 @@ impl Search<'_> {
     }
 }
 
-/// A step down along the directions that are told.
+/// A step down along the identifiable directions.
 fn damped_step(told: &SymmetricEigen<f64, nalgebra::Dyn>, gradient: &DVector<f64>, damping: f64) -> DVector<f64> {
     let most = told.eigenvalues.amax();
     let mut step = DVector::zeros(gradient.len());
@@ -302,20 +302,20 @@ impl Fit {
         slopes
     }
 
-    /// How much of some readings' predictions is told by themselves, as a matrix.
+    /// Leverage of some readings on their own predictions, as a matrix.
     pub(super) fn hat(&self, first: usize, count: usize) -> DMatrix<f64> {
         let own = self.weighted_slopes(first, count);
         &own * &self.covariance * own.transpose() / self.inflation
     }
 
     /// How an unknown enters the directions that are not told: 0 where not at all.
-    pub fn untold_part(&self, unknown: usize) -> f64 {
-        self.untold.iter().map(|direction| direction[unknown] * direction[unknown]).sum::<f64>().sqrt()
+    pub fn null_space_part(&self, unknown: usize) -> f64 {
+        self.null_space.iter().map(|direction| direction[unknown] * direction[unknown]).sum::<f64>().sqrt()
     }
 
     /// Standard deviation of a coordinate; infinite where it is not told.
     pub fn std(&self, unknown: usize) -> f64 {
-        if self.untold_part(unknown) > 1e-3 { f64::INFINITY } else { self.covariance[(unknown, unknown)].sqrt() }
+        if self.null_space_part(unknown) > 1e-3 { f64::INFINITY } else { self.covariance[(unknown, unknown)].sqrt() }
     }
 
     /// Correlation of two coordinates; `None` where one is not told.

@@ -111,7 +111,7 @@ pub struct Mixed {
     /// Those others that were sought with them, by index.
     pub kept: Vec<usize>,
     /// RMS of what it leaves of lengths, mm; or why that is not known.
-    pub left_mm: std::result::Result<Option<f64>, Failure>,
+    pub residual_mm: std::result::Result<Option<f64>, Failure>,
 }
 
 /// What was found.
@@ -206,11 +206,11 @@ fn mixed(
     }
     let x = DVector::from_fn(found.len(), |k, _| if kept.contains(&k) { 0.0 } else { fit.x[k] });
     let there = values_at(search.machine, search.unknowns, &x, all);
-    let left_mm = match there {
+    let residual_mm = match there {
         Ok(there) => Ok(validate::rms_mm((measured(all) - there).as_slice(), &study.measurements)),
         Err((at, failure)) => Err(of_measurement(study, at, failure)),
     };
-    Some(Mixed { kept, left_mm })
+    Some(Mixed { kept, residual_mm })
 }
 
 /// Adds the intervals by the profile of the likelihood to what is identified.
@@ -334,7 +334,7 @@ fn why_open(study: &IdentificationStudy, fit: &Fit, k: usize, half_width: f64) -
             fit.scale
         ));
     }
-    // One that is told, and would go farther, holds the others where they do not fit best.
+    // One that is identifiable, and would go farther, holds the others where they do not fit best.
     let quantile = scatter::half_width(free(study, fit));
     let is_stuck = |own: &usize| study.unknowns[*own].is_at_end(fit.x[*own]) && quantile * fit.std(*own) <= WIDE;
     if let Some(stuck) = (0..fit.x.len()).find(is_stuck) {
@@ -348,7 +348,7 @@ fn why_open(study: &IdentificationStudy, fit: &Fit, k: usize, half_width: f64) -
         return Some("nothing that was measured depends on it".into());
     }
     if !half_width.is_finite() {
-        let together = (0..fit.x.len()).filter(|&other| other != k && fit.untold_part(other) > 0.1);
+        let together = (0..fit.x.len()).filter(|&other| other != k && fit.null_space_part(other) > 0.1);
         let names: Vec<&str> = together.map(|other| study.unknowns[other].name.as_str()).collect();
         return Some(match names.is_empty() {
             true => "what was measured hardly depends on it".into(),

@@ -42,16 +42,16 @@ pub fn predict(
         poses.iter().map(|own| Measurement { readings: readings(own), ..own.clone() }).collect();
     let asked: Vec<&Measurement> = asked.iter().collect();
     let model = LoadedModel::new(&study.machine, &study.unknowns, &fit.x, &study.unknowns)?;
-    let untold = DMatrix::from_fn(fit.x.len(), fit.untold.len(), |i, j| fit.untold[j][i]);
+    let null_space = DMatrix::from_fn(fit.x.len(), fit.null_space.len(), |i, j| fit.null_space[j][i]);
     let quantile = scatter::half_width(free(study, fit));
     let left = [false, true].map(|is_rotation| Left::of(study, fit, is_rotation));
     let of = |(predicted, (own, pose)): (Predicted, (&&Measurement, &Measurement))| {
         let each = own.readings.iter().enumerate().map(|(i, reading)| {
             let slopes: DVector<f64> = predicted.slopes.row(i).transpose();
             let by_numbers = slopes.dot(&(&fit.covariance * &slopes)).max(0.0).sqrt();
-            let is_untold = (untold.transpose() * &slopes).amax() > UNTOLD * slopes.amax();
+            let is_unidentifiable = (null_space.transpose() * &slopes).amax() > UNIDENTIFIABLE * slopes.amax();
             let [misfit, noise] = left[usize::from(reading.quantity.is_rotation())].of_reading(study.noise, reading);
-            let stds = [if is_untold { f64::INFINITY } else { by_numbers }, misfit, noise];
+            let stds = [if is_unidentifiable { f64::INFINITY } else { by_numbers }, misfit, noise];
             let half_width = quantile * stds.iter().map(|std| std * std).sum::<f64>().sqrt();
             let measured = pose.readings.get(i).map(|reading| reading.value);
             Answer { column: reading.column, value: predicted.values[i], half_width, stds, measured }
@@ -63,7 +63,7 @@ pub fn predict(
 }
 
 /// A reading that changes by less along what was not told, over what it changes by most, does not depend on it.
-const UNTOLD: f64 = 1e-6;
+const UNIDENTIFIABLE: f64 = 1e-6;
 
 fn readings(pose: &Measurement) -> Vec<Reading> {
     if pose.readings.is_empty() { Reading::displacements_to_come() } else { pose.readings.clone() }

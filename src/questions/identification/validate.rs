@@ -11,7 +11,7 @@ use super::{
 };
 use crate::{input::error::Result, simulation::Failure, work::Work};
 
-/// A reading of which less than this is told by others is not predicted without its own measurement.
+/// A reading of which the others determine less than this is not predicted without its own measurement.
 const OWN: f64 = 1e-6;
 
 /// Residual of each reading, mm and rad, as predicted without its measurement: by the linear equations of the fit, `(1 − H)⁻¹ r` block by block.
@@ -26,8 +26,8 @@ pub fn left_one_out(fit: &Fit, measurements: &[Measurement]) -> Vec<f64> {
         });
         // Where the others tell nothing of it, it predicts itself: the smallest part that is not its own is none.
         let others = DMatrix::identity(count, count) - hat;
-        let is_told = SymmetricEigen::new(others.clone()).eigenvalues.min() > OWN;
-        let left = if is_told { others.lu().solve(&scaled) } else { None };
+        let is_identifiable = SymmetricEigen::new(others.clone()).eigenvalues.min() > OWN;
+        let left = if is_identifiable { others.lu().solve(&scaled) } else { None };
         for i in 0..count {
             let back = fit.stds[first + i] / fit.weights[first + i].sqrt().max(1e-9);
             residuals.push(left.as_ref().map_or(f64::INFINITY, |left| left[i] * back));

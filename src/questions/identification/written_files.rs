@@ -165,7 +165,7 @@ pub(super) fn mixed_words(study: &IdentificationStudy, found: &Identified) -> Op
     let (are, they) = if names.len() == 1 { ("is", "it is") } else { ("are", "they are") };
     let kept = format!("{} {are} not identified, and {they} in the file as before", listed(&names));
     let all = rms_mm(found.fit.residuals.as_slice(), &study.measurements);
-    Some(match (&mixed.left_mm, all) {
+    Some(match (&mixed.residual_mm, all) {
         (Ok(Some(mixed)), Some(all)) => {
             format!(
                 "{kept}: so the machine leaves {} RMS, with all parameters as fitted {}.",

@@ -52,7 +52,7 @@ pub struct SourceEffect {
     pub delta_rho: Result<Vec<f64>, Failure>,
     /// Largest distance of the point put right from where it is wanted, with the drives corrected, mm: what they cannot put
     /// right.
-    pub left_mm: f64,
+    pub residual_mm: f64,
     /// Largest |τ| of each drive over φ at the nominal command, N or N·mm.
     pub drive_force: Vec<f64>,
     /// Principal stiffnesses of the tool tip at the worst φ, ascending, N/mm.
@@ -414,7 +414,7 @@ impl Tally {
             deflection_vector_mm: worst.displacement.into(),
             phi_deg: worst.phi.map(f64::to_degrees),
             delta_rho: self.delta_rho,
-            left_mm: self.left,
+            residual_mm: self.left,
             drive_force: self.drive_force,
             principal_stiffness_n_per_mm: tool_stiffnesses(worst.outcome.as_ref(), worst.lever, carried),
             superposition_error_vector_mm: None,

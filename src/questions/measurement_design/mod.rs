@@ -60,7 +60,7 @@ pub struct Plan {
     /// The same of random choices of as many: the median of each over all draws.
     pub random: Vec<Widths>,
     /// Most that any candidate's readings change with each unknown, standard deviations per unit of its coordinate.
-    pub most_told: Vec<f64>,
+    pub most_information: Vec<f64>,
 }
 
 /// Nothing is known of an unknown beforehand but that it is within a factor of e^1000, 1000 mm, 1000 degrees.
@@ -122,7 +122,7 @@ pub fn run(study: &MeasurementDesignStudy, work: &Work) -> Result<std::result::R
     Ok(Ok(Plan {
         widths: widths(&choice, &chosen),
         random: choose::random(&choice, chosen.len(), study.draws),
-        most_told: (0..study.unknowns.len()).map(most).collect(),
+        most_information: (0..study.unknowns.len()).map(most).collect(),
         chosen: chosen.into_iter().map(|i| of[i]).collect(),
         failures,
     }))

@@ -210,8 +210,8 @@ impl Cut<'_> {
     /// From the largest compliance of the tool in the cut.
     fn loop_gain(&self) -> Option<LoopGain> {
         let machines = self.machines;
-        let mut session = Session::new(machines.commanding(Source::All), machines.answering(Source::All), settings())
-            .from_rest_of(machines.resting());
+        let mut session = Session::new(machines.nominal(Source::All), machines.actual(Source::All), settings())
+            .from_rest_of(machines.unloaded());
         let compliance = |demand: &Demand| {
             let outcome = compensate(&mut session, demand, Method::Direct).outcome?;
             let offset = demand.pose.rotation * demand.offset(&self.study.path.machine);

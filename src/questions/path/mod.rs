@@ -20,7 +20,7 @@ use crate::{
     machine::{ChainError, Configuration, Machine},
     simulation::{
         BySource, Machines, Source,
-        along_path::{self, LedBlocks, Left, PathAnswer, PathCase, PathSummary, PathSums, kept},
+        along_path::{self, Left, PathAnswer, PathCase, PathSummary, PathSums, TrackBlocks, kept},
     },
     work::{Work, overlapped},
 };
@@ -61,7 +61,7 @@ pub struct PathStudy {
     pub methods: Vec<Method>,
     /// Whether the path is that of a file and its last point is the first once more, so that it is counted only once in what
     /// methods leave. Circles count their closing point.
-    pub begins_twice: bool,
+    pub is_closed: bool,
     /// Where the workpiece stands and what is cut: [`Process::facts`](crate::process::Process::facts).
     pub facts: Vec<(&'static str, String)>,
     /// What of them nobody may have meant: [`Process::assumed`](crate::process::Process::assumed).
@@ -204,10 +204,10 @@ pub fn run_in_parts(
     let mut methods = vec![PathSums::default(); study.methods.len()];
     let mut before: Option<Configuration> = None;
     let compute = |points: Range<usize>| {
-        let led = LedBlocks::new(&machines.nominal, before.as_ref(), &study.demands[points.clone()]);
-        before = led.last().or(before.take());
-        let (next, left) = part(study, &machines, &led, points, work)?;
-        let counted_before = usize::from(study.begins_twice && next.first == 0);
+        let track = TrackBlocks::new(&machines.nominal, before.as_ref(), &study.demands[points.clone()]);
+        before = track.last().or(before.take());
+        let (next, left) = part(study, &machines, &track, points, work)?;
+        let counted_before = usize::from(study.is_closed && next.first == 0);
         for (sums, left) in methods.iter_mut().zip(left) {
             left.iter().skip(counted_before).for_each(|left| sums.add(left));
         }
@@ -230,9 +230,9 @@ type LeftByMethods = Vec<Vec<Left>>;
 pub fn run_range(study: &PathStudy, points: Range<usize>, work: &Work) -> Result<PathPart> {
     let points = points.start.min(study.demands.len())..points.end.min(study.demands.len());
     let machines = Machines::new(&study.machine, &study.errors)?;
-    let passed = LedBlocks::new(&machines.nominal, None, &study.demands[..points.start]);
-    let led = LedBlocks::new(&machines.nominal, passed.last().as_ref(), &study.demands[points.clone()]);
-    let part = sources(study, &machines, &led, points, work)?;
+    let passed = TrackBlocks::new(&machines.nominal, None, &study.demands[..points.start]);
+    let track = TrackBlocks::new(&machines.nominal, passed.last().as_ref(), &study.demands[points.clone()]);
+    let part = sources(study, &machines, &track, points, work)?;
     work.gathered()?;
     Ok(part)
 }
@@ -240,7 +240,7 @@ pub fn run_range(study: &PathStudy, points: Range<usize>, work: &Work) -> Result
 fn part(
     study: &PathStudy,
     machines: &Machines,
-    led: &LedBlocks<'_>,
+    track: &TrackBlocks<'_>,
     points: Range<usize>,
     work: &Work,
 ) -> Result<(PathPart, LeftByMethods)> {
@@ -248,10 +248,10 @@ fn part(
     let case = PathCase::new(machines, Source::All, &study.demands[points.clone()]);
     let left = |(index, &method): (usize, &Method)| {
         let work = work.part(&format!("method {index}")).after(passes_of_sources(study) + index);
-        kept(&case, led, (first, passes(study)), method, &work, |answer| Left::of(&answer, &study.machine))
+        kept(&case, track, (first, passes(study)), method, &work, |answer| Left::of(&answer, &study.machine))
     };
     let (part, left) = rayon::join(
-        || sources(study, machines, led, points, work),
+        || sources(study, machines, track, points, work),
         || study.methods.par_iter().enumerate().map(left).collect::<Result<LeftByMethods>>(),
     );
     Ok((part?, left?))
@@ -260,7 +260,7 @@ fn part(
 fn sources(
     study: &PathStudy,
     machines: &Machines,
-    led: &LedBlocks<'_>,
+    track: &TrackBlocks<'_>,
     points: Range<usize>,
     work: &Work,
 ) -> Result<PathPart> {
@@ -270,7 +270,7 @@ fn sources(
         let case = PathCase::new(machines, source, &demands);
         let pass = |method, number: usize, command: &str| -> Result<Vec<PathAnswer>> {
             let work = work.part(source.label()).part(command).after(number);
-            kept(&case, led, (first, passes(study)), method, &work, |answer| answer)
+            kept(&case, track, (first, passes(study)), method, &work, |answer| answer)
         };
         let (plain, compensated) = rayon::join(
             || pass(Method::None, 2 * number, "plain"),

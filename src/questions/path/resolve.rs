@@ -17,7 +17,7 @@ use crate::{
     },
     simulation::{
         ProgramFile,
-        demands::{Led, demands},
+        demands::{Tracked, demands},
         external_axes::locked_along,
     },
     toolpath::{Circle, PathPoint, Plane, Sampling, Toolpath, Turn},
@@ -84,7 +84,7 @@ pub(crate) fn path(
         demands,
         tolerance_mm: process.tolerance_mm,
         methods: methods(spec, &check.key("methods"))?,
-        begins_twice: spec.file.is_some() && toolpath.begins_twice(),
+        is_closed: spec.file.is_some() && toolpath.is_closed(),
         facts: process.facts(),
         assumed: process.assumed(),
         turn: PathTurn::of(process, &toolpath, &origin),
@@ -203,9 +203,9 @@ pub(crate) fn stations(
     demands: &[Demand],
     program: Option<&ProgramFile>,
 ) -> Vec<Station> {
-    let mut led = Led::new(&process.machine, &process.placement);
+    let mut track = Tracked::new(&process.machine, &process.placement);
     let station = |(point, demand): (&PathPoint, &Demand)| {
-        let placed = led.placed(demand.external);
+        let placed = track.placed(demand.external);
         let heading = placed.turned(&demand.pose.rotation).tool_axes().tr_mul(&point.tangent).xy().try_normalize(1e-6);
         Station {
             arc_length_mm: point.arc_length_mm,

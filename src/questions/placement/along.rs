@@ -185,7 +185,7 @@ fn trace(evaluator: &Evaluator, study: &PlacementStudy, entry: &Entry, index: us
     let feature = &job.feature;
     let demands = evaluator.demands(&entry.site, index);
     let case =
-        PathCase { nominal: machine, real: evaluator.real(index), resting: machine, before: None, demands: &demands };
+        PathCase { nominal: machine, real: evaluator.real(index), unloaded: machine, before: None, demands: &demands };
     let errors = |method| {
         let answers = run(&case, &Commands::Method(method), &|| {});
         answers.iter().map(PathAnswer::settled_error).collect::<Vec<_>>()

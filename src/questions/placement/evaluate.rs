@@ -82,7 +82,7 @@ pub struct Evaluation {
     pub features: Vec<Metrics>,
     /// Why there is no correction within limits, if one was sought and not found.
     pub not_corrected: Option<String>,
-    /// Where the path leaves the machine's workspace box, if it does: the numbers are those of a machine that is led
+    /// Where the path leaves the machine's workspace box, if it does: the numbers are those of a machine that is tracked
     /// there all the same.
     pub outside_workspace: Option<Failure>,
 }
@@ -150,8 +150,8 @@ impl Evaluator {
         let partial = self.unopened(site);
         // Only inverse kinematics says where a coordinate stands that the drives do not control.
         let machine = &self.study.machine;
-        let is_led = machine.uncontrolled_axes().next().is_none() && !machine.turns_with_position;
-        if !is_led {
+        let is_tracked = machine.uncontrolled_axes().next().is_none() && !machine.turns_with_position;
+        if !is_tracked {
             self.check_reach(&partial, |_, _| true)?;
         }
         Ok(partial)
@@ -191,7 +191,7 @@ impl Evaluator {
     ) -> Result<(), Failure> {
         self.study.features.iter().enumerate().try_for_each(|(f, job)| {
             let asked = |k| asked(f, k);
-            led(job, &self.demands(&partial.site, f), asked, |_, at| {
+            track(job, &self.demands(&partial.site, f), asked, |_, at| {
                 note(at);
                 Ok(())
             })
@@ -514,7 +514,7 @@ impl Prepared {
 ///
 /// # Errors
 /// The first point it does not reach, and why; those of `note`.
-pub(super) fn led(
+pub(super) fn track(
     job: &FeatureJob,
     demands: &[Demand],
     asked: impl Fn(usize) -> bool,
@@ -526,7 +526,7 @@ pub(super) fn led(
         let reached = machine.inverse_kinematics_from(&near, &demand.pose);
         near = reached
             .or_else(|_| machine.inverse_kinematics(&demand.pose))
-            .and_then(|at| machine.check_led(&demand.pose, &at).map(|()| at))
+            .and_then(|at| machine.check_tracked(&demand.pose, &at).map(|()| at))
             .map_err(|unreachable| located(job, k, Failure::from(unreachable)))?;
         note(k, &near)?;
     }

@@ -13,7 +13,7 @@ use std::{
 
 use super::{
     Evaluator, FeatureJob, Site,
-    evaluate::{led, located},
+    evaluate::{located, track},
     tally::{Corrected, Tally},
 };
 use crate::{
@@ -21,7 +21,7 @@ use crate::{
     input::error::Error,
     machine::Configuration,
     process::{Placement, ToolTurn},
-    redundancy::{TurnAsked, hindered, turned_by, turns_by_cost},
+    redundancy::{TurnAsked, infeasible_turns, turned_by, turns_by_cost},
     simulation::{Failure, demands::demands_under},
     toolpath::{PathPoint, Toolpath},
     work::Work,
@@ -82,10 +82,10 @@ impl FeatureJob {
         match turns_by_cost(asked, &Work::default()) {
             Ok(Ok(turns)) => Ok(turns),
             Ok(Err(dead_end)) => {
-                let hindrance = dead_end.hindrance.map_or("the γ before it lead to none there", |h| h.words());
+                let infeasible = dead_end.infeasible.map_or("the γ before it lead to none there", |h| h.words());
                 let [x, y, z]: [f64; 3] = path.points()[dead_end.point].position_mm.into();
                 let place = format!("feature {}, at ({x:.2}, {y:.2}, {z:.2}) mm of W", feature.name);
-                Err(no_turn(format!("{place}: no rotation about the tool axis goes on: {hindrance}")))
+                Err(no_turn(format!("{place}: no rotation about the tool axis goes on: {infeasible}")))
             }
             Err(error) => Err(no_turn(error.to_string())),
         }
@@ -187,16 +187,16 @@ impl Evaluator {
             }
         }
         let mut before: Option<(usize, Configuration)> = None;
-        led(
+        track(
             job,
             demands,
             |_| true,
             |k, at| {
                 let from = before.as_ref().map(|(last, from)| (&points[*last], from));
-                let hindrance =
-                    job.turn.as_ref().and_then(|turn| hindered(turn, job.machine(), from, (&points[k], at)));
+                let infeasible =
+                    job.turn.as_ref().and_then(|turn| infeasible_turns(turn, job.machine(), from, (&points[k], at)));
                 before = Some((k, at.clone()));
-                hindrance.map_or(Ok(()), |why| Err(located(job, k, no_turn(why.into()))))
+                infeasible.map_or(Ok(()), |why| Err(located(job, k, no_turn(why.into()))))
             },
         )?;
         // As a place is judged: in the order of the path.

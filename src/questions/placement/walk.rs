@@ -1,4 +1,4 @@
-//! The machine being led over points of a path, each solved from the one before.
+//! The machine being tracked over points of a path, each solved from the one before.
 
 use super::tally::{Needs, Seen};
 use crate::{

@@ -18,7 +18,7 @@ use crate::{
         Placement, ToolTurn,
         cutting::{PathFrame, PathLoad},
     },
-    redundancy::{Hindrance, Node, TurnAsked, at_points},
+    redundancy::{Infeasible, Node, TurnAsked, at_points},
     simulation::{Failure, Scene, status_of},
     spatial::{Grid, frame_about},
     toolpath::{Orientation, PathPoint, PointSource, Toolpath},
@@ -198,7 +198,7 @@ fn turns(
     nodes: &[Vec<Node>],
 ) -> std::result::Result<Turns, Failure> {
     let (mut best, mut worst): (Option<AtTurn>, Option<AtTurn>) = (None, None);
-    let (mut possible, mut hindered) = (0, BTreeMap::<Hindrance, usize>::new());
+    let (mut possible, mut infeasible_turns) = (0, BTreeMap::<Infeasible, usize>::new());
     for (k, turn) in turns.iter().enumerate() {
         let mut is_possible = false;
         for (s, branch) in branches.iter().enumerate() {
@@ -214,12 +214,14 @@ fn turns(
                         worst = Some(here);
                     }
                 }
-                Err(hindrance) => *hindered.entry(hindrance).or_default() += 1,
+                Err(infeasible) => *infeasible_turns.entry(infeasible).or_default() += 1,
             }
         }
         possible += usize::from(is_possible);
     }
-    best.zip(worst).map(|(best, worst)| Turns { best, worst, possible }).ok_or_else(|| none_of(turns.len(), &hindered))
+    best.zip(worst)
+        .map(|(best, worst)| Turns { best, worst, possible })
+        .ok_or_else(|| none_of(turns.len(), &infeasible_turns))
 }
 
 /// The largest deflection of a node over the directions of the force, and its direction, rad.
@@ -227,7 +229,7 @@ fn over_phis(
     study: &RedundancyMapStudy,
     nodes: &[Vec<Node>],
     node: usize,
-) -> std::result::Result<(f64, f64), Hindrance> {
+) -> std::result::Result<(f64, f64), Infeasible> {
     let mut largest = (-1.0, 0.0);
     for (nodes, phi) in nodes.iter().zip(&study.scene.phis) {
         let cost_mm = nodes[node]?.cost_mm;
@@ -239,12 +241,12 @@ fn over_phis(
 }
 
 /// Why none of `turns` turns is possible: what hinders most.
-fn none_of(turns: usize, hindered: &BTreeMap<Hindrance, usize>) -> Failure {
+fn none_of(turns: usize, infeasible_turns: &BTreeMap<Infeasible, usize>) -> Failure {
     // Branches that do not lead there say least.
-    let told = hindered.iter().filter(|(hindrance, _)| **hindrance != Hindrance::Unreachable);
-    let most = told.max_by_key(|(_, count)| **count).map_or(Hindrance::Unreachable, |(hindrance, _)| *hindrance);
+    let told = infeasible_turns.iter().filter(|(infeasible, _)| **infeasible != Infeasible::Unreachable);
+    let most = told.max_by_key(|(_, count)| **count).map_or(Infeasible::Unreachable, |(infeasible, _)| *infeasible);
     let counts: Vec<String> =
-        hindered.iter().map(|(hindrance, count)| format!("{count} {}", hindrance.words())).collect();
+        infeasible_turns.iter().map(|(infeasible, count)| format!("{count} {}", infeasible.words())).collect();
     let reason = format!("none of {turns} values of γ is possible on any branch: {}", counts.join(", "));
     Failure { status: most.label().into(), reason }
 }

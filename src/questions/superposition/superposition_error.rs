@@ -194,9 +194,9 @@ impl<'a> Case<'a> {
             rig.settle(&Wrench::zero())?;
             Ok(rig.state.pose)
         };
-        let rest = rest_of(machines.answering(Source::Cutting))?;
+        let rest = rest_of(machines.actual(Source::Cutting))?;
         let (zero, weight) = match Source::parts(machine).contains(&Source::Weight) {
-            true => (at.pose, Displacement::between(machine, &at.pose, &rest_of(machines.answering(Source::Weight))?)),
+            true => (at.pose, Displacement::between(machine, &at.pose, &rest_of(machines.actual(Source::Weight))?)),
             false => (rest, Displacement::default()),
         };
         Ok(Self { study, machines, at, rest, zero, weight })
@@ -220,8 +220,8 @@ impl<'a> Case<'a> {
         let moved_from = |from: Pose| move |pose: &Pose| Displacement::between(machine, &from, pose);
         let moved = moved_from(self.rest);
         let (loads, phis) = (self.loads(load), &self.study.scene.phis);
-        let cutting = Rig::rigid(machines.answering(Source::Cutting), &self.at).turn(&loads, phis)?;
-        let mut alone = Rig::rigid(machines.answering(Source::Errors), &self.at);
+        let cutting = Rig::rigid(machines.actual(Source::Cutting), &self.at).turn(&loads, phis)?;
+        let mut alone = Rig::rigid(machines.actual(Source::Errors), &self.at);
         alone.settle(&Wrench::zero())?;
         let assembly = moved(&alone.state.pose);
         let both = match Source::parts(machine).contains(&Source::Weight) {
@@ -239,8 +239,7 @@ impl<'a> Case<'a> {
     /// Displacement by linear aggregation of the errors of `real`, eq. (15).
     fn aggregated(&self, machines: &Machines) -> Result<Displacement, Failure> {
         let machine = &self.study.scene.machine;
-        let twist =
-            aggregate_errors(machine, machines.answering(Source::Errors), &self.at, &mut Workspace::new(machine));
+        let twist = aggregate_errors(machine, machines.actual(Source::Errors), &self.at, &mut Workspace::new(machine));
         match twist {
             Some(twist) => Ok(Displacement::by_twist(machine, twist, &self.at.pose)),
             None => {

@@ -121,7 +121,7 @@ impl Toolpath {
     /// Whether the path ends with its first point once more, on its way in the same direction: a closed loop, whose means
     /// must not depend on the corner it begins at.
     #[must_use]
-    pub fn begins_twice(&self) -> bool {
+    pub fn is_closed(&self) -> bool {
         let is_same = |a: &PathPoint, b: &PathPoint| {
             (a.position_mm, a.tangent, a.cutting) == (b.position_mm, b.tangent, b.cutting)
                 && (a.load, a.orientation) == (b.load, b.orientation)

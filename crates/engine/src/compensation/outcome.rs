@@ -26,7 +26,7 @@ pub enum CompensationStatus {
     },
     /// The modified target cannot be reached by the nominal machine.
     Unreachable(Unreachable),
-    /// The machine cannot be led here from an earlier point of the path: it stands in another posture.
+    /// The machine cannot be tracked here from an earlier point of the path: it stands in another posture.
     ChangesPosture {
         /// How it changes.
         change: PostureChange,

@@ -63,8 +63,8 @@ pub struct Session {
     pub settings: CompensationSettings,
     pub(super) workspace: Workspace,
     /// From whose rest deflections are measured, if the nominal machine is zeroed there.
-    resting: Machine,
-    resting_workspace: Option<Workspace>,
+    unloaded: Machine,
+    unloaded_workspace: Option<Workspace>,
     /// A nominal configuration near the present command; its own unless a method has moved `drives`.
     pub(super) command: Configuration,
     /// Drives at the present command.
@@ -104,8 +104,8 @@ impl Session {
             real: real.clone(),
             settings,
             workspace: Workspace::new(real),
-            resting: nominal.clone(),
-            resting_workspace: None,
+            unloaded: nominal.clone(),
+            unloaded_workspace: None,
             command: nominal.home.clone(),
             drives: nominal.home.drives.clone(),
             state: State::rigid(nominal, &nominal.home),
@@ -121,7 +121,7 @@ impl Session {
     /// drives as the nominal machine and other offsets of them.
     #[must_use]
     pub fn from_rest_of(self, machine: &Machine) -> Self {
-        Self { resting: machine.clone(), ..self }
+        Self { unloaded: machine.clone(), ..self }
     }
 
     /// Tells the session what the inverse kinematics of its nominal machine gives for `pose` if it is sought from `from`: that need
@@ -223,9 +223,9 @@ impl Session {
     fn rest_at(&mut self, pose: &Pose) -> Result<Pose, CompensationStatus> {
         let near = self.nominal.inverse_kinematics_from(&self.command, pose);
         let at = near.or_else(|_| self.nominal.inverse_kinematics(pose)).map_err(CompensationStatus::Unreachable)?;
-        let workspace = self.resting_workspace.get_or_insert_with(|| Workspace::new(&self.resting));
+        let workspace = self.unloaded_workspace.get_or_insert_with(|| Workspace::new(&self.unloaded));
         let (mut state, settings) = (State::rigid(&self.nominal, &at), &self.settings.equilibrium);
-        let outcome = equilibrium(&self.resting, &at.drives, &Wrench::zero(), &mut state, workspace, settings);
+        let outcome = equilibrium(&self.unloaded, &at.drives, &Wrench::zero(), &mut state, workspace, settings);
         Self::stable(outcome)?;
         Ok(state.pose)
     }
@@ -314,7 +314,7 @@ impl Session {
         if is_plain || self.command.drives != self.drives {
             return false;
         }
-        let workspace = self.resting_workspace.get_or_insert_with(|| Workspace::new(&self.resting));
+        let workspace = self.unloaded_workspace.get_or_insert_with(|| Workspace::new(&self.unloaded));
         statics::is_singular_place(&self.nominal, &self.command, workspace)
     }
 
@@ -350,7 +350,7 @@ impl Session {
         self.answered(demand, shift, gone)
     }
 
-    /// As [`Session::answer`], where a platform that turns with its position is led so that it is the point put right which is
+    /// As [`Session::answer`], where a platform that turns with its position is tracked so that it is the point put right which is
     /// shifted, and not P.
     pub(super) fn answer_led(
         &mut self,
@@ -361,8 +361,8 @@ impl Session {
             return self.answer(demand, shift);
         }
         let target = demand.shifted(&self.nominal, shift);
-        let led = self.nominal.lead(demand.offset(&self.nominal), &target, &self.command);
-        let gone = led.map_err(CompensationStatus::Unreachable).map(|at| {
+        let track = self.nominal.lead(demand.offset(&self.nominal), &target, &self.command);
+        let gone = track.map_err(CompensationStatus::Unreachable).map(|at| {
             self.drives.clone_from(&at.drives);
             self.command = at;
         });

@@ -1,4 +1,4 @@
-//! External axes: drives that are told where to stand at each point of a path, a rail before an arm or those under a workpiece;
+//! External axes: drives that a path commands point by point, a rail before an arm or those under a workpiece;
 //! and the carrier of a workpiece touched by the tool.
 
 use nalgebra::Vector3;
@@ -28,7 +28,7 @@ impl ExternalAxes {
 /// not depend on where it stood before.
 #[derive(Debug, Clone)]
 pub struct Standing {
-    as_it_came: Machine,
+    original: Machine,
     now: Machine,
     axes: ExternalAxes,
 }
@@ -36,12 +36,12 @@ pub struct Standing {
 impl Standing {
     /// `machine` as it comes.
     pub fn new(machine: &Machine) -> Self {
-        Self { as_it_came: machine.clone(), now: machine.clone(), axes: machine.external_axes() }
+        Self { original: machine.clone(), now: machine.clone(), axes: machine.external_axes() }
     }
 
     /// The machine as it came.
-    pub fn as_it_came(&self) -> &Machine {
-        &self.as_it_came
+    pub fn original(&self) -> &Machine {
+        &self.original
     }
 
     /// Moves the external axes to `axes`, or to where they came with. Whether they have moved.
@@ -49,11 +49,11 @@ impl Standing {
     /// # Errors
     /// As [`Machine::standing`]; the machine then stands where it did.
     pub fn move_to(&mut self, axes: Option<ExternalAxes>) -> Result<bool, Unreachable> {
-        let axes = axes.unwrap_or_else(|| self.as_it_came.external_axes());
+        let axes = axes.unwrap_or_else(|| self.original.external_axes());
         if axes == self.axes {
             return Ok(false);
         }
-        self.now = self.as_it_came.standing(&axes)?;
+        self.now = self.original.standing(&axes)?;
         self.axes = axes;
         Ok(true)
     }

@@ -5,6 +5,7 @@
 //! errors make another machine of it ([`Machine::with_errors`]): commands are computed with the nominal one, what happens
 //! is computed with the real one.
 
+mod alternative_branches;
 mod branch;
 pub mod catalogue;
 mod chain;
@@ -12,7 +13,6 @@ mod conditioning;
 mod errors;
 mod external_axes;
 mod kinematics;
-mod led_point;
 mod locked;
 mod mobility;
 mod other_tool;
@@ -29,8 +29,8 @@ mod skeleton;
 mod span;
 pub mod spec;
 mod task_space;
+mod tracked_point;
 mod unknown;
-mod ways_around;
 
 use std::{
     ops::{Deref, DerefMut},
@@ -202,7 +202,7 @@ pub struct Model {
     /// Whether rotations of the platform that the drives do not control change as it moves. A path then asks for the pose in
     /// which the machine stands with the path's point on it, see [`Machine::lead`].
     pub turns_with_position: bool,
-    /// Drives that stay where they are told and take no part in the task, with their positions, mm or rad: see
+    /// Locked drives, which take no part in the task, with their positions, mm or rad: see
     /// [`Machine::with_locked_drives`].
     pub locked: Vec<(usize, f64)>,
     /// What carries the workpiece, if it can move or bend: a machine of one chain from O to the workpiece frame W, whose P is the
@@ -313,7 +313,7 @@ impl Machine {
     }
 
     /// Of each drive, the least change that leaves all joints where they stand, see `Chain::full_turn`; none of one that is locked, which
-    /// stands where it is told.
+    /// stands where it is set.
     pub fn full_turns(&self) -> impl Iterator<Item = Option<f64>> {
         let turns = self.chains.iter().flat_map(|chain| (0..chain.drives.len()).map(|drive| chain.full_turn(drive)));
         turns.enumerate().map(|(index, turn)| turn.filter(|_| self.locked.iter().all(|&(locked, _)| locked != index)))

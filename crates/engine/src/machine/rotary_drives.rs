@@ -54,14 +54,14 @@ impl Machine {
         RotaryDrives { drives, platform, carrier: at }
     }
 
-    /// Whether its hinges called A, B and C may be told where to stand.
+    /// Whether its hinges called A, B and C may be commanded.
     fn has_told_head(&self) -> bool {
         let home = |(index, _): (usize, char)| {
             let (_, drive) = self.drives().nth(index)?;
             Some((self.drive_labels().swap_remove(index), drive.motion.shown(self.home.drives[index])))
         };
         let told: Option<Vec<(String, f64)>> = named(self).into_iter().map(home).collect();
-        self.chains.len() == 1 && told.is_some_and(|told| !told.is_empty() && self.with_drives_told(&told).is_ok())
+        self.chains.len() == 1 && told.is_some_and(|told| !told.is_empty() && self.with_commanded_drives(&told).is_ok())
     }
 
     /// As [`Machine::with_locked_drives`], of drives that turn the platform: rotations are then theirs, and its other drives control its
@@ -69,7 +69,7 @@ impl Machine {
     ///
     /// # Errors
     /// As there, and where the platform would turn as the others move it.
-    pub fn with_drives_told<N: AsRef<str>>(&self, positions: &[(N, f64)]) -> Result<Machine> {
+    pub fn with_commanded_drives<N: AsRef<str>>(&self, positions: &[(N, f64)]) -> Result<Machine> {
         let mut machine = self.clone();
         if self.controls.iter().any(|c| matches!(c, Coordinate::Rotation(_))) {
             machine.controls.retain(|c| matches!(c, Coordinate::Translation(_)));
@@ -96,7 +96,7 @@ impl Machine {
         })
     }
 
-    /// Whether the drives that are told where to stand decide how the platform is turned.
+    /// Whether the commanded drives decide how the platform is turned.
     pub fn is_turned_by_locked(&self) -> bool {
         let turns = |&(index, _): &(usize, f64)| {
             self.drives().nth(index).is_some_and(|(_, drive)| drive.motion == Motion::Revolute)

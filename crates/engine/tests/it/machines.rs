@@ -1,4 +1,4 @@
-//! Machines as they are drawn, led by a point and turned by errors.
+//! Machines as they are drawn, tracked by a point and turned by errors.
 
 use kinetostat_engine::{ChainError, Machine, Pose, machine::Unreachable, nalgebra::Vector3, spatial::rotation_exp};
 
@@ -42,7 +42,7 @@ fn a_platform_that_does_not_turn_stands_where_it_is_asked() {
     let at = orthoglide.lead(orthoglide.tool_tip, &asked, &orthoglide.home).unwrap();
     assert!((at.pose.translation - asked.translation).norm() < 1e-9);
     let turned = Pose { rotation: rotation_exp(Vector3::new(0.0, 0.01, 0.0)) * asked.rotation, ..asked };
-    assert!(matches!(orthoglide.check_led(&turned, &at), Err(Unreachable::Turned { .. })));
+    assert!(matches!(orthoglide.check_tracked(&turned, &at), Err(Unreachable::Turned { .. })));
 }
 
 #[test]

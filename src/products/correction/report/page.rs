@@ -91,7 +91,7 @@ fn shown(value: f64) -> f64 {
 
 fn explorer(report: &Report<'_>) -> Explorer {
     let labels = ["without correction", "with the table", "with exact corrections", "with a table for each joint"];
-    let ways = report.residuals.first().map_or(0, |point| point.left_mm.len());
+    let ways = report.residuals.first().map_or(0, |point| point.residual_mm.len());
     let value = |way: usize| GroupValue { cells: vec![ResidualPoint::WAYS[way].into()], label: labels[way].into() };
     let values = (0..ways).map(value).collect();
     let group = Group { columns: vec!["correction".into()], label: "correction".into(), values };
@@ -112,7 +112,7 @@ pub(super) fn figures(report: &Report<'_>) -> Vec<(String, Figure)> {
         "Residual error with exact corrections",
         "Residual error with a table for each joint",
     ];
-    let ways = report.residuals.first().map_or(0, |point| point.left_mm.len());
+    let ways = report.residuals.first().map_or(0, |point| point.residual_mm.len());
     let map = |way: usize| Figure::Slices(slices(report, plane, way, titles[way]));
     let table = ("answer".to_string(), map(TABLE));
     let all = (0..ways).map(|way| (format!("slices_error_{}", ResidualPoint::WAYS[way]), map(way)));
@@ -125,7 +125,7 @@ const EXACT: usize = 2;
 
 /// The colour scale of what the table and exact corrections leave is one, from none on.
 fn range(report: &Report<'_>, way: usize) -> Option<(f64, f64)> {
-    let left = report.residuals.iter().map(|point| point.left_mm[TABLE]);
+    let left = report.residuals.iter().map(|point| point.residual_mm[TABLE]);
     [TABLE, EXACT].contains(&way).then(|| (0.0, left.fold(report.question.tolerance_mm, f64::max)))
 }
 
@@ -141,7 +141,7 @@ fn slices(report: &Report<'_>, [across, up, through]: [usize; 3], way: usize, ti
     let value = |i: usize, j: usize, k: usize| {
         let mut node = [0; 3];
         (node[across], node[up], node[through]) = (i, j, k);
-        let left = report.residuals[grid.index(node)].left_mm[way];
+        let left = report.residuals[grid.index(node)].residual_mm[way];
         // Rounding is no pattern.
         Some(if left <= ROUNDING_MM { 0.0 } else { left })
     };

@@ -53,7 +53,7 @@ pub(super) fn residuals(report: &Report<'_>) -> Table {
     columns.extend(texts(["correction"]));
     columns.extend(numbers(["error_mm"]));
     let rows = report.residuals.iter().flat_map(|point| {
-        point.left_mm.iter().zip(ResidualPoint::WAYS).map(|(left, way)| {
+        point.residual_mm.iter().zip(ResidualPoint::WAYS).map(|(left, way)| {
             let mut row: Row = cells(point.position_mm).collect();
             row.extend([way.into(), (*left).into()]);
             row

@@ -63,7 +63,7 @@ pub fn program_table(job: &ProgramJob, proved: &ProvedPart<'_>, bounded: Option<
     let ProvedPart { part, before, written } = proved;
     let (points, demands) = (part.points, part.demands());
     let stations = stations(&job.process, points, demands, Some(&job.file));
-    let mut led = job.led();
+    let mut track = job.track();
     let row = |((i, answer), station): ((usize, &PathAnswer), Station)| {
         let (k, point, demand) = (part.first + i, &points[i], &demands[i]);
         let mut row: Row = vec![k.into(), job.file.line_of(point.source.segment).into()];
@@ -73,7 +73,7 @@ pub fn program_table(job: &ProgramJob, proved: &ProvedPart<'_>, bounded: Option<
         }
         row.extend([point.arc_length_mm.into(), station.phi_deg.into(), usize::from(point.cutting).into()]);
         row.extend(cells(point.position_mm.iter().copied()));
-        let commanded = answer.target.map(|pose| job.commanded(&mut led, point, demand.external, pose));
+        let commanded = answer.target.map(|pose| job.commanded(&mut track, point, demand.external, pose));
         row.extend((0..3).map(|i| commanded.map(|point| point.position_mm[i]).into()));
         row.extend(Source::of(machine).iter().map(|source| before[*source][i].map(|error| error.norm()).into()));
         let shown = |value: f64| Cell::from(answer.is_settled.then_some(value));

@@ -98,9 +98,9 @@ pub fn exceeded_text(job: &ProgramJob, exceeded: &[Exceeded]) -> String {
     exceeded.iter().map(sentence).collect()
 }
 
-/// What no drive can compensate, where there is such a thing; `left_mm` is left by the commands.
-pub fn left_text(machine: &Machine, left_mm: Option<f64>) -> String {
-    let (Some(axes), Some(left)) = (machine.uncontrolled_names(), left_mm) else { return String::new() };
+/// What no drive can compensate, where there is such a thing; `residual_mm` is left by the commands.
+pub fn left_text(machine: &Machine, residual_mm: Option<f64>) -> String {
+    let (Some(axes), Some(left)) = (machine.uncontrolled_names(), residual_mm) else { return String::new() };
     let left = millimetres(left, 4);
     format!("The residual error is up to {left}: the drives do not control {axes}.\n")
 }

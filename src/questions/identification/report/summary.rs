@@ -48,7 +48,7 @@ impl Report<'_> {
     }
 
     /// The same of what is left.
-    pub fn left_mm(&self) -> Option<f64> {
+    pub fn residual_mm(&self) -> Option<f64> {
         rms_mm(self.found.fit.residuals.as_slice(), &self.study.measurements)
     }
 
@@ -124,7 +124,7 @@ pub(super) fn json(report: &Report<'_>) -> Value {
         "converged": found.fit.is_found,
         "parameters": parameters.collect::<Vec<_>>(),
         "measured_mm": report.measured_mm(),
-        "residual_mm": report.left_mm(),
+        "residual_mm": report.residual_mm(),
         "left_one_out_mm": report.left_out_mm(),
         "noise_estimated": study.noise.is_estimated,
         "scatter": found.fit.scale,
@@ -136,7 +136,7 @@ pub(super) fn json(report: &Report<'_>) -> Value {
         })),
         "machine_file": found.mixed.as_ref().map(|mixed| json!({
             "as_before": mixed.kept.iter().map(|&k| &*study.unknowns[k].name).collect::<Vec<_>>(),
-            "residual_mm": mixed.left_mm.as_ref().ok(),
+            "residual_mm": mixed.residual_mm.as_ref().ok(),
         })),
         "patterns": found.patterns.iter().filter(|own| own.is_seen()).map(|own| json!({
             "of": own.of, "with": own.with, "rank_correlation": own.correlation, "hint": own.hint,

@@ -51,7 +51,7 @@ pub(super) fn headline(report: &Report<'_>) -> Headline {
     };
     Headline::new(sentence, basis(report.study))
         .with_cautions(&cautions(report))
-        .with_all(report.left_mm().map(|left| KeyNumber::new(&millimetres(left, 3), "residual, RMS", share(left))))
+        .with_all(report.residual_mm().map(|left| KeyNumber::new(&millimetres(left, 3), "residual, RMS", share(left))))
         .with_all(predicted.map(|value| {
             let what = format!("error of what was not fitted, RMS, {} parts", report.study.folds);
             KeyNumber::new(&millimetres(value, 3), what, share(value))

@@ -40,7 +40,7 @@ pub(super) const SUPERPOSITION_ERROR_SHARE: Of =
     });
 /// What corrected drives leave.
 pub(super) const LEFT: Of =
-    Of::in_table("residual_error_mm", |effect| effect.delta_rho.as_ref().ok().map(|_| effect.left_mm));
+    Of::in_table("residual_error_mm", |effect| effect.delta_rho.as_ref().ok().map(|_| effect.residual_mm));
 
 fn deflection_along() -> [Of; 3] {
     Of::vector_mm("deflection", "deflection", |effect| Some(effect.deflection_vector_mm))

@@ -70,15 +70,15 @@ fn reached(report: &Report<'_>) -> Option<String> {
 
 /// What no candidate tells, or not enough.
 fn open(report: &Report<'_>) -> String {
-    let (mut untold, mut wide) = (Vec::new(), Vec::new());
+    let (mut uninformed, mut wide) = (Vec::new(), Vec::new());
     for k in report.open() {
-        if report.plan.most_told[k] == 0.0 { untold.push(report.name(k)) } else { wide.push(report.name(k)) }
+        if report.plan.most_information[k] == 0.0 { uninformed.push(report.name(k)) } else { wide.push(report.name(k)) }
     }
     let mut said = Vec::new();
-    if !untold.is_empty() {
+    if !uninformed.is_empty() {
         said.push(format!(
             "No candidate informs about {}: other poses, loads or readings are needed.",
-            listed(&untold)
+            listed(&uninformed)
         ));
     }
     if !wide.is_empty() {

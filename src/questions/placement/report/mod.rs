@@ -33,7 +33,7 @@ use crate::{
             UNITS, site::unit_suffix,
         },
     },
-    simulation::{demands::Led, external_axes::along},
+    simulation::{demands::Tracked, external_axes::along},
 };
 
 impl Answered for PlacementStudy {
@@ -200,9 +200,9 @@ fn setting(study: &PlacementStudy) -> Vec<Fact> {
 fn feature(job: &FeatureJob) -> String {
     let (machine, feature) = (job.machine(), &job.feature);
     let (unplaced, external) = (Placement::default(), along(machine, &feature.path));
-    let mut led = Led::new(machine, &unplaced);
+    let mut track = Tracked::new(machine, &unplaced);
     let forces = feature.path.points().iter().zip(&feature.loads).map(|(point, load)| {
-        let placed = led.placed(external(point));
+        let placed = track.placed(external(point));
         let there = point.orientation.map_or(*placed, |orientation| placed.oriented(&orientation));
         load.on_tool(point.tangent, there.tool_axes()).force_N.norm()
     });

@@ -14,7 +14,7 @@ const SWUNG: f64 = 0.25;
 /// Configurations whose hinges and slides differ by less than this share of a full turn, and of the reach, are the same.
 const BESIDE: f64 = 1e-3;
 
-/// Why a machine cannot be led from one configuration to the next along a path.
+/// Why a machine cannot be tracked from one configuration to the next along a path.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum PostureChange {
     /// An arm stands on another branch: a singularity is between.
@@ -54,9 +54,14 @@ impl Machine {
     }
 
     /// How the posture changes from one point of a path, where the machine stands as in `before`, to the next, `after`; `None` where
-    /// it stays, and of machines that are no serial chain with hinges. `is_led`: whether the straight line leads there
+    /// it stays, and of machines that are no serial chain with hinges. `tracked`: whether the straight line leads there
     /// ([`Machine::inverse_kinematics_from`]). Postures at a singularity are on both branches that meet there.
-    pub fn posture_change(&self, before: &Configuration, after: &Configuration, is_led: bool) -> Option<PostureChange> {
+    pub fn posture_change(
+        &self,
+        before: &Configuration,
+        after: &Configuration,
+        tracked: bool,
+    ) -> Option<PostureChange> {
         if !self.may_change_posture() {
             return None;
         }
@@ -65,7 +70,7 @@ impl Machine {
         {
             return Some(PostureChange::Branch { from: Branch::of_signs(from), to: Branch::of_signs(to) });
         }
-        let most = if is_led { TURNED_BACK } else { SWUNG };
+        let most = if tracked { TURNED_BACK } else { SWUNG };
         self.jump(&before.drives, &after.drives, most)
     }
 

@@ -4,7 +4,7 @@
 //! and what is commanded (task coordinates in the inverse problem, drives in the forward one). They are solved by a damped
 //! least-squares Newton (Levenberg–Marquardt) that follows the straight line from a known configuration, usually home,
 //! in steps short enough to stay on its assembly mode. Where the drives control more than the task asks for, the module
-//! `redundancy` says what they do; where the straight line does not lead to the target, `ways_around` tries others.
+//! `redundancy` says what they do; where the straight line does not lead to the target, `alternative_branches` tries others.
 
 #[cfg(target_arch = "x86_64")]
 mod between;
@@ -125,7 +125,7 @@ pub enum Unreachable {
         /// The coordinates that are controlled.
         controls: String,
     },
-    /// The platform turns with its position, and the point that is to be led is not where it should be.
+    /// The platform turns with its position, and the point that is to be tracked is not where it should be.
     #[error(
         "the platform has a parasitic rotation (its orientation depends on its position): no position was found that brings the point of \
          the path where it is asked for (the nearest is {beside_mm:.3} mm off)"

@@ -1,4 +1,4 @@
-//! A point of the platform led to a position, on machines whose platform turns with its position.
+//! A point of the platform tracked to a position, on machines whose platform turns with its position.
 //!
 //! Where the drives do not control all rotations, the platform may turn as it moves: a Tricept tilts, an arm with a free turn
 //! has the orientation that leaves its drives nearest to home. A point beside P then moves by more than P does, and where P has
@@ -85,7 +85,7 @@ impl Machine {
     ///
     /// # Errors
     /// [`Unreachable::Uncontrolled`] as [`Machine::check_asked`], and [`Unreachable::Turned`].
-    pub fn check_led(&self, asked: &Pose, at: &Configuration) -> Result<(), Unreachable> {
+    pub fn check_tracked(&self, asked: &Pose, at: &Configuration) -> Result<(), Unreachable> {
         self.check_asked(asked.translation, at)?;
         let beside_mm = ((at.pose.rotation - asked.rotation) * self.tool_tip).norm();
         if beside_mm > super::task_space::SAME_PLACE * self.reach {

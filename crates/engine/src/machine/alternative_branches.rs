@@ -2,7 +2,7 @@
 //!
 //! The drives of a serial machine can be moved one by one from any posture to any other, so every posture that meets the
 //! target within travel will do: it is sought from home with the first hinge turned towards the target, then with each
-//! other hinge turned. A machine with closed loops must not pass a singularity: it is led around, through points beside
+//! other hinge turned. A machine with closed loops must not pass a singularity: it is tracked around, through points beside
 //! the straight line.
 
 use std::f64::consts::{PI, TAU};
