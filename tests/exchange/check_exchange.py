@@ -32,7 +32,7 @@ def same(found, expected, what):
 def check_parquet(file, rows, columns):
     table = pyarrow.parquet.read_table(file)
     metadata = {key.decode(): value.decode() for key, value in table.schema.metadata.items()}
-    if metadata["kinetostat.schema"] != "2":
+    if metadata["kinetostat.schema"] != "3":
         fail(f"{file}: schema {metadata['kinetostat.schema']}")
     if table.column_names != [column["titles"] for column in columns]:
         fail(f"{file}: columns {table.column_names}")
