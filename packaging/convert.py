@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """Changes study files of version 2 to version 3, comments and layout kept: packaging/convert.py STUDY.toml...
 
-A file that is no study of version 2 (machine and process files, which are read as before, studies of another version) is named and left as
-it is. With --columns, names of columns, statuses and keys in tables and JSON files of results are changed instead, as CHANGELOG.md lists
-them: packaging/convert.py --columns results/mine/*.csv results/mine/*.json
+A folder stands for the study.toml in it. A file that is no study of version 2 (machine and process files, which are read as before, studies of
+another version) is named and left as it is; one whose change cannot be proved right is refused. With --columns, columns and statuses in
+CSV tables of results are renamed instead, as CHANGELOG.md lists them: packaging/convert.py --columns results/mine/*.csv
 """
 
 import argparse
@@ -11,81 +11,127 @@ import os
 import re
 import sys
 import tempfile
+import tomllib
 from pathlib import Path
 
-# What studies of version 2 call otherwise: tables, keys, and values in quotes.
+# What studies of version 2 call otherwise: tables, keys, and what may be named as a quantity or a metric.
 TABLES = {"held": "locked", "turn_map": "redundancy_map"}
-KEYS = {"turn_step_deg": "gamma_step_deg", "departure": "superposition_error"}
-VALUES = {"error_left": "residual_error", "departure": "superposition_error"}
+QUANTITIES = {"error_left": "residual_error", "departure": "superposition_error"}
 # What results call otherwise, as parts of names.
 COLUMNS = [
-    (r"\brho_held_", "rho_locked_"),
+    (r"\brho_held_", "rho_carrier_"),
     (r"departures_fitted", "superposition_errors_fitted"),
     (r"departure", "superposition_error"),
     (r"error_left", "residual_error"),
     (r"leftover_rotation", "residual_rotation"),
-    (r"\bgiven_up\b", "pruned"),
-    (r"\bno_band\b", "no_continuous_path"),
-    (r"\bsnapped\b", "snap_through"),
     (r"\b(best_|worst_|constant_)?turn_deg\b", r"\1gamma_deg"),
-    (r"\bturn_(min|max)_deg\b", r"gamma_\1_deg"),
     (r"\bturn_(\w+)_deg\b", r"gamma_\1_deg"),
     (r"\bturns_possible\b", "gammas_possible"),
 ]
+STATUSES = {"given_up": "pruned", "no_band": "no_continuous_path", "snapped": "snap_through"}
+
+
+class Refused(Exception):
+    """Why a file is left as it is, in words for who gave it."""
+
+
+def renamed(tree):
+    """The study of version 3 that a parsed one of version 2 is."""
+    new = {TABLES.get(key, key): value for key, value in tree.items()}
+    new["schema"] = 3
+    if (own := new.get("redundancy_map")) is not None and "turn_step_deg" in own:
+        new["redundancy_map"] = {"gamma_step_deg" if key == "turn_step_deg" else key: value for key, value in own.items()}
+    if (own := new.get("validation")) is not None and "quoted" in own:
+        quoted = [{**one, "quantity": QUANTITIES.get(one.get("quantity"), one.get("quantity"))} for one in own["quoted"]]
+        new["validation"] = {**own, "quoted": quoted}
+    if (own := new.get("placement", {}).get("objective")) is not None:
+        own = dict(own)
+        if "weights" in own:
+            own["weights"] = {QUANTITIES.get(key, key): value for key, value in own["weights"].items()}
+        if "pareto" in own:
+            own["pareto"] = [QUANTITIES.get(one, one) for one in own["pareto"]]
+        new["placement"] = {**new["placement"], "objective": own}
+    return new
 
 
 def study(text):
-    """The text of version 3; None where it is no study of version 2."""
-    if not re.search(r"(?m)^\s*schema\s*=\s*2\b", text) or not re.search(r"(?m)^\s*question\s*=", text):
-        return None
+    """The text of version 3, which is read as the study that it was."""
+    text = text.removeprefix("\ufeff")
+    try:
+        tree = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as fault:
+        raise Refused(f"is not TOML: {fault}") from fault
+    if "question" not in tree:
+        raise Refused("is no study (no question)")
+    if tree.get("schema") != 2:
+        raise Refused(f"is of version {tree.get('schema')}, not of version 2")
     lines = []
     for line in text.splitlines(keepends=True):
-        code, mark, comment = line.partition("#")
-        code = re.sub(r"^(\s*schema\s*=\s*)2\b", r"\g<1>3", code)
-        code = re.sub(r"^(\s*\[+\s*)(\w+)", lambda m: m[1] + TABLES.get(m[2], m[2]), code)
-        code = re.sub(r"([\w]+)(?=\s*=)", lambda m: KEYS.get(m[1], m[1]), code)
-        code = re.sub(r"^(\s*)(\w+)(?=\.\w+\s*=)", lambda m: m[1] + TABLES.get(m[2], m[2]), code)
-        code = re.sub(r'(["\'])(\w+)\1', lambda m: m[1] + VALUES.get(m[2], m[2]) + m[1], code)
-        lines.append(code + mark + comment)
-    return "".join(lines)
+        line = re.sub(r'^(\s*"?schema"?\s*=\s*)2(?=\s|#|$)', r"\g<1>3", line)
+        line = re.sub(r"^(\s*\[+\s*)(held|turn_map)\b", lambda m: m[1] + TABLES[m[2]], line)
+        line = re.sub(r"^(\s*)(held|turn_map)(?=\s*[.=])", lambda m: m[1] + TABLES[m[2]], line)
+        if re.match(r"\s*(\w+\.)*(quantity|pareto)\s*=", line):
+            line = re.sub(r"([\"'])(error_left|departure)\1", lambda m: m[1] + QUANTITIES[m[2]] + m[1], line)
+        if not re.match(r"\s*(question|machine|branch|process|name)\s*=", line):
+            line = re.sub(r"^(\s*|.*[{,.]\s*)turn_step_deg(?=\s*=)", r"\1gamma_step_deg", line)
+            line = re.sub(r"(?<![\w\"'])departure(?=\s*=\s*[-+.\d])", QUANTITIES["departure"], line)
+        lines.append(line)
+    new = "".join(lines)
+    try:
+        is_right = tomllib.loads(new) == renamed(tree)
+    except tomllib.TOMLDecodeError:
+        is_right = False
+    if not is_right:
+        raise Refused("is written in a way that is not changed without a doubt: change it by hand, as CHANGELOG.md lists")
+    return new
 
 
 def columns(text):
-    """The text with the names of this version."""
+    """The CSV table with the names of this version: its header, and the statuses in its cells."""
+    header, end, rows = text.partition("\n")
     for old, new in COLUMNS:
-        text = re.sub(old, new, text)
-    return text
+        header = re.sub(old, new, header)
+    cell = "|".join(STATUSES)
+    return header + end + re.sub(rf"(?m)(?<=,)({cell})(?=,|\r?$)", lambda m: STATUSES[m[1]], rows)
 
 
 def put(path, text):
     """Writes the file whole or not at all."""
+    if not os.access(path, os.W_OK):
+        raise Refused("may not be written")
     with tempfile.NamedTemporaryFile("w", dir=path.parent, delete=False, encoding="utf-8", newline="") as new:
         new.write(text)
-    os.chmod(new.name, path.stat().st_mode)
-    os.replace(new.name, path)
+    try:
+        os.chmod(new.name, path.stat().st_mode)
+        os.replace(new.name, path)
+    except OSError:
+        os.unlink(new.name)
+        raise
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("files", nargs="+", metavar="FILE", type=Path)
-    parser.add_argument("--columns", action="store_true", help="files of results instead of studies")
+    parser.add_argument("--columns", action="store_true", help="CSV tables of results instead of studies")
     options = parser.parse_args()
-    failed = 0
+    code = 0
     for path in options.files:
         try:
-            old = path.read_bytes().decode()
+            file = (path / "study.toml" if path.is_dir() and not options.columns else path).resolve()
+            old = file.read_bytes().decode()
             new = columns(old) if options.columns else study(old)
-            if new is None:
-                print(f"{path}: no study of version 2, left as it is")
-            elif new == old:
+            if new == old:
                 print(f"{path}: nothing to change")
             else:
-                put(path, new)
+                put(file, new)
                 print(f"{path}: changed")
+        except Refused as fault:
+            print(f"{path}: {fault}; left as it is")
+            code = max(code, 1)
         except (OSError, UnicodeDecodeError) as fault:
             print(f"error: {path}: {fault}", file=sys.stderr)
-            failed = 2
-    return failed
+            code = 2
+    return code
 
 
 if __name__ == "__main__":

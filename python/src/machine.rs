@@ -98,7 +98,7 @@ fn as_dict(py: Python<'_>, settled: Settled, drives: usize) -> PyResult<Bound<'_
     Ok(dict)
 }
 
-/// What is put right, by its word.
+/// What is compensated, by its word.
 fn target_named(name: &str) -> PyResult<Target> {
     match name {
         "tool_tip" => Ok(Target::ToolTip),

@@ -41,7 +41,7 @@ pub const STATUSES: [&str; 15] = [
 pub struct Commanded {
     /// How commands are found.
     pub method: Method,
-    /// What is put right.
+    /// What is compensated.
     pub target: Target,
     /// Whether stiffnesses are wanted.
     pub stiffness: bool,
@@ -64,7 +64,7 @@ pub struct Settled {
     pub command: Vec<f64>,
     /// From where the tool tip is wanted to where it is, O, mm.
     pub deflection: Vec<f64>,
-    /// The same of the point put right.
+    /// The same of the compensated point.
     pub error: Vec<f64>,
     /// Rotation vector from the wanted orientation, O, rad.
     pub rotation: Vec<f64>,

@@ -9,25 +9,27 @@ CONVERT = Path(os.environ.get("REPOSITORY", Path(__file__).parents[2])) / "packa
 
 OLD = """# A study.
 schema = 2  # of version 2
-question = "How far, [held] or not?"
+question = "How far, [held] or not? departure = 3, turn_step_deg = 4"
 machine = "cell.toml"
 [held]
 rail = 100.0  # departure of the rail
 [[validation.quoted]]
 quantity = "departure"
 [placement.objective]
-weights = { departure = 1.0, error_left_over = 2.0 }
+weights = { departure = 1.0, worst_residual = 2.0 }
+pareto = ["departure", "worst_residual"]
 """
 NEW = """# A study.
 schema = 3  # of version 2
-question = "How far, [held] or not?"
+question = "How far, [held] or not? departure = 3, turn_step_deg = 4"
 machine = "cell.toml"
 [locked]
 rail = 100.0  # departure of the rail
 [[validation.quoted]]
 quantity = "superposition_error"
 [placement.objective]
-weights = { superposition_error = 1.0, error_left_over = 2.0 }
+weights = { superposition_error = 1.0, worst_residual = 2.0 }
+pareto = ["superposition_error", "worst_residual"]
 """
 
 
@@ -41,7 +43,7 @@ def test_a_study_of_version_2_becomes_one_of_version_3(tmp_path: Path) -> None:
     study.write_text(OLD, encoding="utf-8")
     assert converted(study) == (0, f"{study}: changed\n")
     assert study.read_text(encoding="utf-8") == NEW
-    assert converted(study) == (0, f"{study}: no study of version 2, left as it is\n")
+    assert converted(study) == (1, f"{study}: is of version 3, not of version 2; left as it is\n")
     assert study.read_text(encoding="utf-8") == NEW
 
 
@@ -49,8 +51,15 @@ def test_machine_and_process_files_stay(tmp_path: Path) -> None:
     process = tmp_path / "process.toml"
     process.write_text('schema = 1\n[tool_turn]\nredundancy = "best"\n', encoding="utf-8")
     before = process.read_bytes()
-    assert converted(process)[0] == 0
+    assert converted(process) == (1, f"{process}: is no study (no question); left as it is\n")
     assert process.read_bytes() == before
+    doubtful = tmp_path / "doubtful.toml"
+    doubtful.write_text(OLD.replace("[held]\nrail = 100.0", 'held."rail" = """\n[held]\n"""'), encoding="utf-8")
+    before = doubtful.read_bytes()
+    code, said = converted(doubtful)
+    assert code == 1
+    assert "change it by hand" in said
+    assert doubtful.read_bytes() == before
     code, said = converted(tmp_path / "none.toml")
     assert code == 2
     assert "none.toml" in said
@@ -58,7 +67,7 @@ def test_machine_and_process_files_stay(tmp_path: Path) -> None:
 
 def test_columns_of_results_get_their_names(tmp_path: Path) -> None:
     table = tmp_path / "points.csv"
-    table.write_text("x_mm,error_left_mm,departure_x_mm,status,turn_pocket_deg\n1,2,3,given_up,4\n", encoding="utf-8")
+    table.write_text("x_mm,error_left_mm,departure_x_mm,status,turn_pocket_deg\n1,2,3,given_up,departure\n", encoding="utf-8")
     assert converted(table, "--columns")[0] == 0
     head = "x_mm,residual_error_mm,superposition_error_x_mm,status,gamma_pocket_deg"
-    assert table.read_text(encoding="utf-8") == f"{head}\n1,2,3,pruned,4\n"
+    assert table.read_text(encoding="utf-8") == f"{head}\n1,2,3,pruned,departure\n"

@@ -61,7 +61,7 @@ impl Outside {
         match self.outside {
             0 => String::new(),
             outside => format!(
-                "As placed, {what} cannot be run: {outside} of {} points are outside the workspace box of the {}. Computed all the same: ",
+                "As placed, {what} cannot be run: {outside} of {} points are outside the workspace box of the {}. The results were computed all the same. ",
                 self.count,
                 machine.short_title()
             ),
@@ -95,7 +95,7 @@ pub fn zeroed(machine: &Machine) -> String {
     format!("Deflections of {} are measured {from}.\n", machine.name)
 }
 
-/// That deflections are those from the workpiece, where its carrier bends as well, and where drives are held.
+/// That deflections are those from the workpiece, where its carrier bends as well, and where other drives stand.
 pub fn carried(machine: &Machine) -> String {
     let mut text = String::new();
     if let Some(carrier) = &machine.carrier {
@@ -104,7 +104,7 @@ pub fn carried(machine: &Machine) -> String {
             carrier.name
         );
     }
-    text + &machine.locked_words().map_or_else(String::new, |words| format!("Locked: {words}.\n"))
+    text + &machine.locked_words().map_or_else(String::new, |words| format!("Locked or external axes: {words}.\n"))
 }
 
 /// A sentence for each chain of `machine` that `errors` turn far.

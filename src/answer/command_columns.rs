@@ -32,7 +32,7 @@ pub fn pose_cells(pose: Option<&Pose>) -> Row {
 /// workpiece carrier, where they stand.
 pub fn drive_columns(machine: &Machine) -> impl Iterator<Item = String> {
     let own = ["rho_nominal", "rho_compensated"].into_iter().flat_map(|what| position_columns(machine, what));
-    own.chain(machine.carrier.iter().flat_map(|carrier| position_columns(carrier, "rho_locked")))
+    own.chain(machine.carrier.iter().flat_map(|carrier| position_columns(carrier, "rho_carrier")))
 }
 
 /// The cells of [`drive_columns`]; those of the command only with `with_command`.

@@ -21,19 +21,20 @@ impl Tolerance {
         format!("; line: tolerance {} mm", self.0)
     }
 
-    /// Where it is met, beside a number: in the `share` of a `whole` such as "at … of the points".
-    pub fn met(self, share: f64, whole: &str) -> String {
+    /// Where it is met, beside a number: in the share of a `whole` such as "at … of the points"; `None` where that is not known.
+    pub fn met(self, within: ShareWithin, whole: &str) -> Option<String> {
         let Self(tolerance) = self;
-        match share {
-            0.0 => format!("out of tolerance ({tolerance} mm) everywhere"),
-            1.0 => format!("within tolerance ({tolerance} mm) everywhere"),
-            _ => format!("within tolerance ({tolerance} mm) {}", whole.replace('…', &percent(share))),
-        }
+        let solved = if within.is_all_known() { "" } else { ", as far as solved" };
+        Some(match within.get()? {
+            0.0 => format!("out of tolerance ({tolerance} mm) everywhere{solved}"),
+            1.0 => format!("within tolerance ({tolerance} mm) {}{solved}", whole.replace('…', "all")),
+            share => format!("within tolerance ({tolerance} mm) {}{solved}", whole.replace('…', &percent(share))),
+        })
     }
 
     /// The same as a sentence of what is not compensated.
-    pub fn met_without_compensation(self, share: f64, whole: &str) -> String {
-        format!("Without compensation the tool is {}.\n", self.met(share, whole))
+    pub fn met_without_compensation(self, within: ShareWithin, whole: &str) -> String {
+        self.met(within, whole).map_or_else(String::new, |met| format!("Without compensation the tool is {met}.\n"))
     }
 }
 
@@ -42,13 +43,29 @@ impl Tolerance {
 pub struct ShareWithin {
     within: f64,
     known: f64,
+    unknown: f64,
 }
 
 impl ShareWithin {
-    /// Takes a place that stands for this `part` of all.
-    pub fn add(&mut self, part: f64, is_within: bool) {
-        self.known += part;
-        self.within += if is_within { part } else { 0.0 };
+    /// Takes a place that stands for this `part` of all; `None` where it is not known.
+    pub fn add(&mut self, part: f64, is_within: impl Into<Option<bool>>) {
+        match is_within.into() {
+            None => self.unknown += part,
+            Some(is_within) => {
+                self.known += part;
+                self.within += if is_within { part } else { 0.0 };
+            }
+        }
+    }
+
+    /// Of all of a whole, such a share.
+    pub fn of_all(share: f64) -> Self {
+        Self { within: share, known: 1.0, unknown: 0.0 }
+    }
+
+    /// Whether it is known everywhere.
+    pub fn is_all_known(self) -> bool {
+        self.unknown == 0.0
     }
 
     /// The share; `None` where nothing is known.

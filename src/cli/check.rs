@@ -29,7 +29,7 @@ Examples:
 pub struct CheckArguments {
     /// Machine file, or name of a built-in machine
     machine: String,
-    /// Another number than the file has, by its name (kinetostat machines NAME --parameters); repeatable
+    /// Another value of a parameter of the machine, by its name (kinetostat machines NAME --parameters); repeatable
     #[arg(long, value_parser = on_machine::setting, value_name = "NAME=VALUE")]
     set: Vec<Setting>,
     /// Branch on which an arm with a spherical wrist is to stand [default: the one of home, and others where it does not reach]

@@ -230,7 +230,7 @@ fn refusal(job: &ProgramJob, refused: &Refused) -> Result<String> {
     let (count, seen) = (counted(refused.failures.len(), "cutting point"), refused.seen);
     let mut text = match seen < job.path.len() {
         _ if refused.is_out_of_reach => {
-            "The program cannot be tracked continuously; nothing was written. The first points:\n".into()
+            "The machine cannot reach or track every point; nothing was written. The first points:\n".into()
         }
         true => {
             let among = counted(seen, "point");

@@ -24,7 +24,7 @@ use super::{
     print, print_json, say,
 };
 
-/// Solve one location: how far the tool moves there and what to command instead.
+/// Solve one location: how far the tool moves there and which drive commands compensate that.
 #[derive(Debug, Args)]
 #[command(group(ArgGroup::new("place").args(["position", "at", "pose", "joints"]).required(true)), after_help = "\
 The milling force lives in the frame of the tool: z from the spindle to the tool tip (tool_axis in the machine file), x the

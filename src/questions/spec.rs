@@ -69,7 +69,7 @@ pub(crate) fn check_schema(schema: u32, check: &Check) -> Result<()> {
     match schema {
         SCHEMA => Ok(()),
         2 => check.key("schema").fail(format!(
-            "this program reads studies of version {SCHEMA}, got 2; packaging/convert.py of its repository changes files of version 2"
+            "this program reads studies of version {SCHEMA}, got 2; packaging/convert.py changes files of version 2"
         )),
         _ => check.key("schema").fail(format!("this program reads studies of version {SCHEMA}, got {schema}")),
     }

@@ -116,7 +116,7 @@ pub fn sentence(found: &FreeTurn, turn: &ToolTurn) -> String {
             share if share >= 0.0 => format!("{} less than {name}", percent(share)),
             share => format!("{} more than {name}", percent(-share)),
         },
-        _ => format!("{name} the machine cannot track the path continuously"),
+        _ => format!("{name} not every point of the path could be solved"),
     };
     let mut gains = gain(&found.as_programmed, PROGRAMMED);
     if let (Redundancy::Best, Ok(constant)) = (turn.redundancy, &found.best_constant) {

@@ -64,7 +64,7 @@ pub struct PathAnswer {
     pub nominal_drives: Vec<f64>,
     /// Pose of P that is commanded: the modified target; `None` where there is none.
     pub target: Option<Pose>,
-    /// Position error of the point put right at the end, O axes, mm.
+    /// Position error of the compensated point at the end, O axes, mm.
     pub position_error: Vector3<f64>,
     /// Rotation of the platform from the wanted orientation at the end, rotation vector in O axes, rad.
     pub residual_rotation: Vector3<f64>,

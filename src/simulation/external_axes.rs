@@ -26,7 +26,7 @@ pub(crate) fn locked_along(machine: &Machine, path: &Toolpath, origin: &str) -> 
             return Err(fault(
                 origin,
                 column,
-                "is already locked by [locked] or --lock: expected one of the two".into(),
+                "is locked by [locked] or --lock, and the path commands it as well: expected one of the two".into(),
             ));
         }
         positions.push((drive, value));
@@ -40,8 +40,11 @@ pub(crate) fn locked_along(machine: &Machine, path: &Toolpath, origin: &str) -> 
     };
     let mut locked = locked.map_err(|why| fault(origin, "external axes", why.to_string()))?;
     if locked.external_axis_count() > ExternalAxes::MOST {
-        let problem =
-            format!("{} drives are locked: expected at most {}", locked.external_axis_count(), ExternalAxes::MOST);
+        let problem = format!(
+            "{} external axes, locked or commanded by the path: expected at most {}",
+            locked.external_axis_count(),
+            ExternalAxes::MOST
+        );
         return Err(fault(origin, "external axes", problem));
     }
     let mut moved = Vec::new();

@@ -12,7 +12,7 @@ pub struct Left {
     /// Whether the machine settles.
     is_settled: bool,
     corrections: usize,
-    /// Square of the distance of the point put right from where it is wanted, mm².
+    /// Square of the distance of the compensated point from where it is wanted, mm².
     squared_error: f64,
     /// rad.
     residual_rotation: f64,
@@ -42,7 +42,7 @@ pub struct PathSummary {
     pub failed: usize,
     /// Why the first of them failed.
     pub first_failure: Option<Box<str>>,
-    /// Largest distance of the point put right from where it is wanted, over the solved points, mm.
+    /// Largest distance of the compensated point from where it is wanted, over the solved points, mm.
     pub max_mm: Option<f64>,
     /// Root mean square of that distance, mm.
     pub rms_mm: Option<f64>,

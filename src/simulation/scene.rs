@@ -1,4 +1,4 @@
-//! What a question over the workspace asks about: a machine, what acts on it, what is put right, and how well.
+//! What a question over the workspace asks about: a machine, what acts on it, what is compensated, and how well.
 
 use super::Machines;
 use crate::{

@@ -101,12 +101,12 @@ fn a_part_that_turns_under_the_tool_is_cut_where_it_has_turned_to() {
         assert!(off < 0.03, "{row:?}");
         assert!((number(row, "wanted_z_mm") - 680.0).abs() < 1e-9);
         assert_eq!(row["status"], "converged");
-        let (rail, table) = (number(row, "rho_nominal_robot_rail_mm"), number(row, "rho_locked_table_deg"));
+        let (rail, table) = (number(row, "rho_nominal_robot_rail_mm"), number(row, "rho_carrier_table_deg"));
         assert!((rail - table * 4.0).abs() < 1e-9 && (0.0..=30.0).contains(&table), "{rail} {table}");
         assert!((number(row, "rho_compensated_robot_rail_mm") - rail).abs() < 1e-12, "the rail is not corrected");
         assert!(number(row, "residual_error_mm") < 1e-6);
     }
-    assert!((number(&rows[rows.len() - 1], "rho_locked_table_deg") - 30.0).abs() < 1e-12);
+    assert!((number(&rows[rows.len() - 1], "rho_carrier_table_deg") - 30.0).abs() < 1e-12);
 }
 
 #[test]

@@ -403,7 +403,7 @@ fn progress_log_and_silence_are_as_asked_for() {
     let (said, lines) = ended(0, &[&run[..], &["--quiet"]].concat());
     assert_eq!((said.as_str(), lines.as_str()), ("", ""));
     let (said, lines) = ended(0, &[&run[..], &["--progress", "json"]].concat());
-    assert!(said.contains("Computed from 64 places"), "{said}");
+    assert!(said.contains("Computed from 64 grid points"), "{said}");
     let events: Vec<Value> = lines.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
     let names: Vec<&str> = events.iter().map(|event| event["event"].as_str().unwrap()).collect();
     assert_eq!(names.first(), Some(&"started"));

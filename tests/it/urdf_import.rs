@@ -393,9 +393,7 @@ fn the_command_writes_the_file_and_check_says_what_is_needed_to_go_on() {
     assert_eq!(fs::read_to_string(file).unwrap(), printed);
     let (code, found, error) = told(&["check", file]);
     assert_eq!(code, Some(2));
-    for expected in
-        ["6 drives", "characteristic length", "places reached     9 of 9", "stiffness          unknown of a1, a2"]
-    {
+    for expected in ["6 drives", "char. length", "places reached     9 of 9", "stiffness          unknown of a1, a2"] {
         assert!(found.contains(expected), "{expected}\n{found}");
     }
     for number in 1..=6 {

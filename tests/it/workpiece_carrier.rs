@@ -442,7 +442,7 @@ fn a_path_on_the_turned_table_is_cut_with_the_rail_held() {
     for words in ["Locked: robot_rail at 100 mm, table at 40°.", "origin at (0, 0, 0) mm of the table"] {
         assert!(said.contains(words), "{said}");
     }
-    let table = column(&folder, "points.csv", "rho_locked_table_deg");
+    let table = column(&folder, "points.csv", "rho_carrier_table_deg");
     assert!(!table.is_empty() && table.iter().all(|value| value.parse::<f64>().unwrap() == 40.0), "{table:?}");
     let rail = column(&folder, "points.csv", "rho_nominal_robot_rail_mm");
     assert!(rail.iter().all(|value| value.parse::<f64>().unwrap() == 100.0), "{rail:?}");

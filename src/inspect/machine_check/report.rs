@@ -145,7 +145,7 @@ fn rigid_text(machine: &Machine, findings: &Findings) -> String {
         text += &line("workpiece carrier", format!("{name}, {drives} ({at}), W at ({x}, {y}, {z}) mm of the base"));
     }
     text += &line("drives at home", position_list(machine, &findings.home_drives));
-    text += &line("characteristic length", format!("{:.1} mm", machine.reach));
+    text += &line("char. length", format!("{:.1} mm", machine.reach));
     let of_platform = direction(machine.tool_axes.column(2).into());
     let of_base = direction((machine.home.pose.rotation * machine.tool_axes).column(2).into());
     let assumed = tool_axis_words(machine.tool_axis_source);

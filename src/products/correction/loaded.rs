@@ -57,7 +57,7 @@ impl<'a> Loaded<'a> {
     }
 
     /// How far the tool is from where it is wanted with the drives corrected by `correction` (mm, rad) under a force on its tip (O
-    /// axes, N), in what is put right and controlled, mm (rotations at the machine's reach).
+    /// axes, N), in what is compensated and controlled, mm (rotations at the machine's reach).
     ///
     /// # Errors
     /// The machine does not stand there.

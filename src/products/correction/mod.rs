@@ -40,7 +40,7 @@ pub struct CorrectionQuestion {
     pub machine: Machine,
     /// Errors of each chain of the real machine.
     pub errors: Vec<ChainError>,
-    /// What is put right.
+    /// What is compensated.
     pub target: Target,
     /// `R_OP` at which the platform is commanded.
     pub orientation: Matrix3<f64>,

@@ -213,7 +213,7 @@ impl ProgramJob {
     }
 }
 
-/// Whether the orientation of the platform is put right.
+/// Whether the orientation of the platform is compensated.
 fn turns_tool(process: &Process) -> bool {
     let controls = &process.machine.controls;
     process.target == Target::FullPose && controls.iter().any(|c| matches!(c, Coordinate::Rotation(_)))

@@ -79,7 +79,7 @@ fn left(fit: &Fit, measurements: &[Measurement]) -> Vec<Option<Left>> {
 /// All rank correlations that can be formed.
 pub fn patterns(machine: &Machine, fit: &Fit, measurements: &[Measurement]) -> Vec<Pattern> {
     const ALONG: [&str; 3] = ["residual along x", "residual along y", "residual along z"];
-    const SIZE: &str = "what is left";
+    const SIZE: &str = "size of the residual";
     let left = left(fit, measurements);
     let mut patterns = Vec::new();
     const LOAD_SIGNED: &str = "lost motion, or a stiffness that changes with the load: the share is larger where the force is small (lost \

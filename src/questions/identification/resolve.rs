@@ -35,7 +35,7 @@ impl Question for IdentificationStudy {
     fn resolve(spec: &IdentificationSpec, given: &Given<'_>) -> Result<Resolved<Self>> {
         given.overrides.refuse_beside_measurements(given.name)?;
         let (check, machine) = (&given.check, &given.machine);
-        given.refuse_carrier("measurements of the tool do not identify")?;
+        given.refuse_carrier("measurements at the tool cannot identify")?;
         let (measured, inputs) = rows(given, &spec.data, "data", WhatFor::Readings)?;
         let found = unknowns(machine, &spec.unknowns, &check.key("unknowns"))?;
         if measured.iter().all(|own| own.load == own.reference && own.readings.iter().all(Reading::is_change)) {

@@ -90,7 +90,7 @@ impl PathStudy {
         self.demands.iter().map(|demand| demand.pose.translation)
     }
 
-    /// Where the point put right should be at each point of the path, O axes, mm.
+    /// Where the compensated point should be at each point of the path, O axes, mm.
     pub fn wanted(&self) -> Vec<Vector3<f64>> {
         self.demands.iter().map(|demand| demand.pose.transform(demand.offset(&self.machine))).collect()
     }
@@ -106,7 +106,7 @@ pub struct AtPoint {
 }
 
 impl AtPoint {
-    /// Displacement of the point put right at the nominal command, O axes, mm; `None` where there is no equilibrium.
+    /// Displacement of the compensated point at the nominal command, O axes, mm; `None` where there is no equilibrium.
     pub fn displacement(&self) -> Option<Vector3<f64>> {
         self.plain.settled_error()
     }

@@ -36,7 +36,7 @@ pub struct Along {
 pub struct AlongPoint {
     /// Its index in the path.
     pub index: usize,
-    /// Where the point put right should be, O axes, mm.
+    /// Where the compensated point should be, O axes, mm.
     pub wanted_mm: Vector3<f64>,
     /// Its error at the nominal command, O axes, mm; `None` where there is no equilibrium.
     pub before_mm: Option<Vector3<f64>>,
@@ -152,7 +152,7 @@ pub struct Trace {
     pub place: String,
     /// Index of the feature.
     pub feature: usize,
-    /// Where the point put right should be, O axes, mm.
+    /// Where the compensated point should be, O axes, mm.
     pub wanted: Vec<Vector3<f64>>,
     /// Its error at the nominal command, O axes, mm; `None` where there is no equilibrium.
     pub before: Vec<Option<Vector3<f64>>>,

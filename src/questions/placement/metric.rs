@@ -38,25 +38,25 @@ macro_rules! metrics {
 }
 
 metrics! {
-    /// Largest distance of the point put right from its path at the nominal command, both sources.
+    /// Largest distance of the compensated point from its path at the nominal command, both sources.
     WorstDeflection: "worst_deflection", "worst deflection", "worst", Length;
     /// Root mean square of that distance over the length of the path.
     RmsDeflection: "rms_deflection", "rms deflection", "rms", Length;
-    /// Largest |Δρ| of any drive that puts the path right exactly. Where a machine has slides and hinges, whose values have
+    /// Largest |Δρ| of any drive that compensates the path exactly. Where a machine has slides and hinges, whose values have
     /// no common unit: of any slide.
     WorstCorrection: "worst_correction", "largest drive correction", "correction", Correction;
-    /// Largest force of any drive when the path is put right exactly. Where a machine has slides and hinges: of any slide.
+    /// Largest force of any drive when the path is compensated exactly. Where a machine has slides and hinges: of any slide.
     WorstDriveForce: "worst_drive_force", "largest drive force", "drive force", Force;
-    /// Largest |Δρ| of any hinge that puts the path right exactly, where a machine has slides, too.
+    /// Largest |Δρ| of any hinge that compensates the path exactly, where a machine has slides, too.
     WorstHingeCorrection: "worst_hinge_correction", "largest correction of hinges", "of hinges", Correction;
-    /// Largest torque of any hinge when the path is put right exactly, where a machine has slides, too.
+    /// Largest torque of any hinge when the path is compensated exactly, where a machine has slides, too.
     WorstHingeTorque: "worst_hinge_torque", "largest torque of hinges", "hinge torque", Force;
     /// Smallest share of its force limit that a drive has left then. Larger is better.
     ForceMargin: "force_margin", "margin to the force limits", "force margin", Share;
     /// Largest residual error with the correction within limits.
-    WorstResidual: "worst_residual", "worst residual error within limits", "worst left", Length;
+    WorstResidual: "worst_residual", "worst residual error within limits", "worst residual", Length;
     /// Root mean square of that distance over the length of the path.
-    RmsResidual: "rms_residual", "rms residual error within limits", "rms left", Length;
+    RmsResidual: "rms_residual", "rms residual error within limits", "rms residual", Length;
     /// Largest difference between the sum of both sources' displacements and the displacement by both at once.
     SuperpositionError: "superposition_error", "superposition error", "superposition", Length;
     /// Smallest eigenvalue of the loaded stiffness, rotations at the machine's reach. Larger is better.

@@ -223,7 +223,7 @@ fn refusal(status: &CompensationStatus, reason: String) -> Refusal {
     Refusal { failure: Failure { status: status.label().into(), reason }, excess }
 }
 
-/// The point is in reach and the loaded machine stands there, but not with its error put right.
+/// The point is in reach and the loaded machine stands there, but not with its error compensated.
 fn uncorrected(machine: &Machine, status: &CompensationStatus) -> Refusal {
     let reason = match status {
         CompensationStatus::Unreachable(Unreachable::Travel { chain, drive, value, low, high, unit }) => format!(

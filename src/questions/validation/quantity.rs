@@ -20,7 +20,7 @@ pub enum Quantity {
     MomentXAtStart,
     /// Moment of the load about the y axis through P at the first point.
     MomentYAtStart,
-    /// Largest displacement by the cutting force alone of the point put right.
+    /// Largest displacement by the cutting force alone of the compensated point.
     DeflectionByCutting,
     /// Largest displacement by the chain errors alone.
     DeflectionByChainErrors,

@@ -9,7 +9,7 @@ use crate::{
     statics::TaskError,
 };
 
-/// What is put right. What is not, or what the drives do not control, is left over and reported.
+/// What is compensated. What is not, or what the drives do not control, is left over and reported.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Target {
@@ -23,7 +23,7 @@ pub enum Target {
 }
 
 impl Target {
-    /// What is put right, in words.
+    /// What is compensated, in words.
     pub fn words(self) -> &'static str {
         match self {
             Target::ToolTip => "position of the tool tip T",
@@ -40,7 +40,7 @@ pub struct Demand {
     pub pose: Pose,
     /// Dead wrench at P in O axes.
     pub load: Wrench,
-    /// What is put right.
+    /// What is compensated.
     pub target: Target,
     /// Where P should stand; `None`: at `pose`, or where the machine is zeroed for it, see [`Zeroed`](crate::machine::Zeroed).
     pub wanted: Option<Pose>,
@@ -54,7 +54,7 @@ impl Demand {
         self.wanted.as_ref().unwrap_or(&self.pose)
     }
 
-    /// The point put right, in platform axes from P, mm.
+    /// The compensated point, in platform axes from P, mm.
     pub fn offset(&self, machine: &Machine) -> Vector3<f64> {
         match self.target {
             Target::ToolTip | Target::FullPose => machine.tool_tip,
@@ -62,17 +62,17 @@ impl Demand {
         }
     }
 
-    /// The controlled coordinates that are put right, with their places among the controlled ones.
+    /// The controlled coordinates that are compensated, with their places among the controlled ones.
     pub fn coordinates(&self, machine: &Machine) -> impl Iterator<Item = (usize, Coordinate)> {
         machine.controls.iter().copied().enumerate().filter(|&(_, coordinate)| self.puts_right(coordinate))
     }
 
-    /// Whether a controlled coordinate is put right.
+    /// Whether a controlled coordinate is compensated.
     fn puts_right(&self, coordinate: Coordinate) -> bool {
         self.target == Target::FullPose || matches!(coordinate, Coordinate::Translation(_))
     }
 
-    /// Error of the coordinates put right when P stands at `pose`.
+    /// Error of the compensated coordinates when P stands at `pose`.
     pub fn task_error(&self, machine: &Machine, pose: &Pose) -> TaskError {
         let offset = self.offset(machine);
         let wanted = self.wanted();
@@ -104,8 +104,8 @@ impl Demand {
         TaskError { count, error, slope, lever: lever_arms }
     }
 
-    /// The commanded pose t₀ shifted by `shift` in the coordinates put right (mm, rad; one entry each): the modified
-    /// target `t₀^(F)`. The point put right is shifted, and the platform turned about it.
+    /// The commanded pose t₀ shifted by `shift` in the compensated coordinates (mm, rad; one entry each): the modified
+    /// target `t₀^(F)`. The compensated point is shifted, and the platform turned about it.
     pub fn shifted(&self, machine: &Machine, shift: &Vector6<f64>) -> Pose {
         let Twist { linear, angular } = self.shift_twist(machine, shift);
         let rotation = self.pose.rotation * rotation_exp(angular);
@@ -115,7 +115,7 @@ impl Demand {
     }
 
     /// Change of each controlled coordinate of the commanded frame (rows, of P and of the platform's axes) per unit of
-    /// each coordinate put right (columns), mm and rad.
+    /// each compensated coordinate (columns), mm and rad.
     pub fn control_changes(&self, machine: &Machine) -> DMatrix<f64> {
         let twists = self.shift_twists(machine);
         let change = |row: usize, column: usize| match machine.controls[row] {
@@ -125,7 +125,7 @@ impl Demand {
         DMatrix::from_fn(machine.controls.len(), self.coordinates(machine).count(), change)
     }
 
-    /// Twist of the commanded frame at P in O axes per unit of each coordinate put right, one column each; zero columns
+    /// Twist of the commanded frame at P in O axes per unit of each compensated coordinate, one column each; zero columns
     /// beyond them.
     pub fn shift_twists(&self, machine: &Machine) -> Matrix6<f64> {
         let offset = self.offset(machine);
@@ -143,7 +143,7 @@ impl Demand {
         twists
     }
 
-    /// Translation of the point put right in O axes and rotation in the commanded frame's axes of a shift of the coordinates put right.
+    /// Translation of the compensated point in O axes and rotation in the commanded frame's axes of a shift of the compensated coordinates.
     fn shift_twist(&self, machine: &Machine, shift: &Vector6<f64>) -> Twist {
         let mut twist = Twist::default();
         for ((_, coordinate), &value) in self.coordinates(machine).zip(shift.iter()) {

@@ -1,6 +1,6 @@
 //! Newton on the drives ρ themselves, with the exact sensitivities of the loaded machine.
 //!
-//! Where the drives control more than is put right (a six-drive machine whose tool tip is put right), the rest of the
+//! Where the drives control more than is compensated (a six-drive machine whose tool tip is compensated), the rest of the
 //! command stays as it was, and the target is shifted instead.
 
 use std::cell::RefCell;
@@ -37,7 +37,7 @@ pub(super) fn is_near(session: &Session, demand: &Demand) -> bool {
     way.norm() <= NEAR * session.nominal.reach
 }
 
-/// Whether all controlled coordinates are put right, and these determine the drives. Where only some are, the others stay
+/// Whether all controlled coordinates are compensated, and these determine the drives. Where only some are, the others stay
 /// commanded as they were; where there are more drives, they are commanded as the inverse kinematics would.
 pub(super) fn is_complete(session: &Session, demand: &Demand) -> bool {
     let nominal = (*session.nominal).clone();

@@ -1,7 +1,7 @@
 //! Eqs. (8), (9) and (12): the modified target at which the wrench that holds the platform where it is wanted is the load.
 //!
 //! The machine's drives control n ≤ 6 coordinates, so the platform pose t at which `F = f(t | t₀^(F))` is asked for keeps
-//! 6 − n free coordinates: motions of the platform that do not move the point put right. Unknowns are the shift s of the
+//! 6 − n free coordinates: motions of the platform that do not move the compensated point. Unknowns are the shift s of the
 //! target and those free coordinates u:
 //!
 //! ```text

@@ -101,11 +101,11 @@ pub struct Compensation {
     pub status: CompensationStatus,
     /// Drive positions ρ commanded, mm or rad.
     pub drives: Vec<f64>,
-    /// Length of the task error in mm (rotations at the machine's reach) before the first correction and after each.
+    /// Length of the task error in mm (rotations at the characteristic length) before the first correction and after each.
     pub history: Vec<f64>,
-    /// Position error of the point put right at the end, O axes, mm.
+    /// Position error of the compensated point at the end, O axes, mm.
     pub position_error: Vector3<f64>,
-    /// Displacement of the tool tip from where it is wanted, whatever is put right, O axes, mm.
+    /// Displacement of the tool tip from where it is wanted, whatever is compensated, O axes, mm.
     pub tool_displacement: Vector3<f64>,
     /// Rotation of the platform from the wanted orientation at the end, rotation vector in O axes, rad.
     pub residual_rotation: Vector3<f64>,

@@ -19,7 +19,7 @@ pub(super) type Ending = Result<(CompensationStatus, Outcome), CompensationStatu
 /// When a compensation stops.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CompensationSettings {
-    /// Task error accepted, as a fraction of the machine's reach (rotations at the characteristic length). At least three
+    /// Task error accepted, as a fraction of the machine's characteristic length, at which rotations count. At least three
     /// times the tolerance of the equilibria, see [`CompensationSettings::with_equilibria_to`].
     pub tolerance: f64,
     /// Most corrections.
@@ -350,7 +350,7 @@ impl Session {
         self.answered(demand, shift, gone)
     }
 
-    /// As [`Session::answer`], where a platform that turns with its position is tracked so that it is the point put right which is
+    /// As [`Session::answer`], where a platform that turns with its position is tracked so that it is the compensated point which is
     /// shifted, and not P.
     pub(super) fn answer_led(
         &mut self,

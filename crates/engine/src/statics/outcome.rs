@@ -155,10 +155,10 @@ impl Outcome {
     }
 }
 
-/// Error of the task coordinates that are put right, at a pose. Rows beyond `count` are zero.
+/// Error of the task coordinates that are compensated, at a pose. Rows beyond `count` are zero.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct TaskError {
-    /// Number of coordinates put right.
+    /// Number of compensated coordinates.
     pub count: usize,
     /// Actual less wanted: mm, and rad for rotations.
     pub error: Vector6<f64>,

@@ -37,7 +37,7 @@ pub(super) fn page(report: &Report<'_>) -> Description {
 }
 
 /// Title of the view of what is left.
-const MAP: &str = "What is left";
+const MAP: &str = "Residual error";
 
 fn sections(report: &Report<'_>) -> Vec<Section> {
     let mut table =

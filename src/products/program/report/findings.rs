@@ -110,12 +110,12 @@ impl Findings {
                 continue;
             }
             let tolerance_mm = job.process.tolerance_mm.unwrap_or(f64::INFINITY);
-            after.iter().for_each(|error| self.after.add(1.0, error.norm() <= tolerance_mm));
+            self.after.add(1.0, after.map(|error| error.norm() <= tolerance_mm));
+            self.before.add(1.0, before.map(|error| error.norm() <= tolerance_mm));
             let by_cutting = proved.before[Source::Cutting][i].map_or(0.0, |error| error.norm());
             self.most_by_cutting_mm = self.most_by_cutting_mm.max(by_cutting);
             let Some(error) = before else { continue };
             let size_mm = error.norm();
-            self.before.add(1.0, size_mm <= tolerance_mm);
             self.lines.add(job, point.source.segment, size_mm, after.map(|error| error.norm()));
             if self.worst.as_ref().is_none_or(|worst| worst.size_mm < size_mm) {
                 let by_source = BySource::of(&job.machine, |source| Some(proved.before[source][i]?.norm()));
@@ -134,7 +134,7 @@ impl Findings {
     }
 }
 
-/// Where the point put right should be, base axes, mm.
+/// Where the compensated point should be, base axes, mm.
 fn wanted_by(job: &ProgramJob, demand: &Demand) -> Vector3<f64> {
     demand.wanted().transform(demand.offset(&job.machine))
 }

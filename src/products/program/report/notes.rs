@@ -37,7 +37,10 @@ pub fn use_text(report: &Report<'_>) -> String {
     let mut text = format!("The program commands {point} in the frame of {name}{rest}");
     let turned = report.proved.passes.last().and_then(|written| written.summary.max_residual_rotation);
     if let Some(turned) = turned.filter(|angle| *angle > LEAST_TURN) {
-        text += &format!("Deflection also rotates the tool by up to {:.3}°, uncompensated.\n", turned.to_degrees());
+        text += &format!(
+            "Deflection also rotates the tool, by up to {:.3}°; the written program does not compensate this.\n",
+            turned.to_degrees()
+        );
     }
     if report.findings.outside.any() {
         let machine = report.job.machine.short_title();

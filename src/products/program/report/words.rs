@@ -247,8 +247,8 @@ fn sentence(report: &Report<'_>) -> String {
 }
 
 fn against(job: &ProgramJob, within: ShareWithin) -> String {
-    let verdict = job.process.tolerance_mm.and_then(|tolerance| Some((tolerance, within.get()?)));
-    verdict.map_or_else(String::new, |(tolerance, share)| Tolerance(tolerance).met(share, "at … of the points"))
+    let met = job.process.tolerance_mm.and_then(|tolerance| Tolerance(tolerance).met(within, "at … of the points"));
+    met.unwrap_or_default()
 }
 
 /// The largest distance of the two, that without compensation and that as written.

@@ -181,7 +181,7 @@ pub(super) fn open(report: &Report<'_>) -> String {
         return match names[..] {
             [] => "All parameter combinations are identifiable.".into(),
             _ => format!(
-                "All parameter combinations are identifiable{farther}; not identified all the same: {}.",
+                "The measurements constrain every parameter combination{farther}, but these intervals are too wide: {}.",
                 listed(&names)
             ),
         };
@@ -194,7 +194,7 @@ pub(super) fn open(report: &Report<'_>) -> String {
             let pose = &report.study.measurements[advice.measurement].name;
             let known = |std: f64| if std.is_finite() { format!("{std:.2}") } else { "not at all".into() };
             format!(
-                " A force of {size} N along {along} at pose {pose} would inform most about the least known one: its standard deviation \
+                " A force of {size} N along {along} at pose {pose} would improve the least known one most: its standard deviation \
                  would fall from {} to {}.",
                 known(advice.std[0]),
                 known(advice.std[1])
@@ -246,11 +246,12 @@ fn far_off(report: &Report<'_>) -> Option<String> {
         format!("{} of {} by {:.3} {unit}", own.column, report.study.place(own.measurement), own.by)
     };
     let what = counted(all.len(), "reading");
+    let are = if all.len() == 1 { "is an outlier" } else { "are outliers" };
     let advice = match report.study.loss {
         LossSpec::Squares => "; look there, or let such count less (loss = \"cauchy\")",
         LossSpec::Huber | LossSpec::Cauchy => "",
     };
-    (!all.is_empty()).then(|| format!("{what} stand out as outliers: {}{advice}.", first(NAMED, all.iter().map(said))))
+    (!all.is_empty()).then(|| format!("{what} {are}: {}{advice}.", first(NAMED, all.iter().map(said))))
 }
 
 /// Numbers that fit best where they are no longer sought.

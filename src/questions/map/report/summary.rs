@@ -66,9 +66,10 @@ impl<'a> Summary<'a> {
 
     /// Takes the next point, in grid order, into account.
     pub fn add(&mut self, point: &MapPoint) {
-        if let (Some(tolerance), Some(effect)) = (self.study.scene.tolerance_mm, point.effect(Source::All)) {
+        if let Some(tolerance) = self.study.scene.tolerance_mm {
             // Each grid point stands for the cell around it.
-            self.within.add(self.study.grid.cell_share(self.points), effect.deflection_mm <= tolerance);
+            let is_within = point.effect(Source::All).map(|effect| effect.deflection_mm <= tolerance);
+            self.within.add(self.study.grid.cell_share(self.points), is_within);
         }
         self.points += 1;
         for (source, sums) in self.sources.iter_mut() {

@@ -60,17 +60,15 @@ fn deflection(summary: &Summary<'_>, source: Source) -> String {
     }
 }
 
+/// Of what the tolerance is met in a share.
+const BOX: &str = "in … of the box";
+
 fn tolerance(summary: &Summary<'_>) -> String {
-    let study = summary.study;
-    let (Some(tolerance), Some(share)) = (study.scene.tolerance_mm, summary.within.get()) else {
-        return String::new();
-    };
-    let is_all_known = summary.of(Source::All).known == study.grid.len();
-    let solved = if is_all_known { "" } else { "As far as it was solved: " };
-    solved.to_string() + &Tolerance(tolerance).met_without_compensation(share, "in … of the box")
+    let tolerance = summary.study.scene.tolerance_mm.map(Tolerance);
+    tolerance.map_or_else(String::new, |tolerance| tolerance.met_without_compensation(summary.within, BOX))
 }
 
-/// The single sources, and how wrong it is to add them.
+/// The single sources, and the superposition error.
 fn cause(summary: &Summary<'_>) -> String {
     let parts = Source::parts(&summary.study.scene.machine);
     let mut text: String = parts.iter().map(|source| deflection(summary, *source)).collect();
@@ -153,7 +151,7 @@ fn left(both: &OfSource, machine: &Machine) -> String {
 pub(super) fn headline(summary: &Summary<'_>, text: &Said) -> Headline {
     let (scene, all) = (&summary.study.scene, summary.of(Source::All));
     let name = scene.machine.short_title();
-    let points = counted(summary.study.grid.len(), "place");
+    let points = counted(summary.study.grid.len(), "grid point");
     let basis = format!("{points}, {}", counted(scene.phis.len(), "tool angle"));
     let Some([least, most]) = all.of(&DEFLECTION).filter(|_| summary.is_enough(all.known)) else {
         let sentence = match all.known {
@@ -188,9 +186,8 @@ pub(super) fn headline(summary: &Summary<'_>, text: &Said) -> Headline {
 
 /// Where the tolerance is met, if there is one, up to the place that is best.
 fn met(summary: &Summary<'_>) -> Option<String> {
-    let (tolerance, share) = (Tolerance(summary.study.scene.tolerance_mm?), summary.within.get()?);
-    let end = if share == 0.0 || share == 1.0 { ", best" } else { "," };
-    Some(format!("{}{end}", tolerance.met(share, "in … of the box")))
+    let met = Tolerance(summary.study.scene.tolerance_mm?).met(summary.within, BOX)?;
+    Some(format!("{met}, best"))
 }
 
 fn in_map(quantity: &Quantity<SourceEffect>, extreme: Extreme, value: f64) -> InTable {
@@ -199,7 +196,7 @@ fn in_map(quantity: &Quantity<SourceEffect>, extreme: Extreme, value: f64) -> In
 
 fn worst(summary: &Summary<'_>, [least, most]: [&Found<AtAngle>; 2], high: &str) -> KeyNumber {
     let against = match (summary.study.scene.tolerance_mm, summary.within.get()) {
-        (Some(tolerance), Some(share)) => Tolerance(tolerance).met(share, "in … of the box"),
+        (Some(tolerance), Some(_)) => Tolerance(tolerance).met(summary.within, BOX).unwrap_or_default(),
         _ if least.value > ROUNDING_MM => format!("{:.1} times the smallest", most.value / least.value),
         _ => String::new(),
     };

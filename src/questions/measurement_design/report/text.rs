@@ -26,8 +26,8 @@ pub(super) fn headline(report: &Report<'_>) -> Headline {
     let reached = reached.map_or_else(String::new, |reached| format!(": {reached}"));
     let all = report.study.unknowns.len();
     let sentence = match report.open().len() {
-        0 => format!("{chosen} will identify all {}{reached}.", counted(all, "number")),
-        open => format!("{chosen} will identify {} of {}{reached}.", all - open, counted(all, "number")),
+        0 => format!("{chosen} will identify all {}{reached}.", counted(all, "parameter")),
+        open => format!("{chosen} will identify {} of {}{reached}.", all - open, counted(all, "parameter")),
     };
     let tested = report.reached().and_then(|own| own.tested_mm);
     Headline::new(sentence, basis(report.study))
@@ -77,7 +77,7 @@ fn open(report: &Report<'_>) -> String {
     let mut said = Vec::new();
     if !uninformed.is_empty() {
         said.push(format!(
-            "No candidate informs about {}: other poses, loads or readings are needed.",
+            "No candidate measurement identifies {}: other poses, loads or readings are needed.",
             listed(&uninformed)
         ));
     }

@@ -25,7 +25,7 @@ fn unsafe_loop(compared: &Compared<'_>) -> String {
     };
     match found.gain {
         Some(gain) if gain.is_infinite() => format!(
-            "Not safe: at {stiffness} N/mm the cut does not converge where the tool is drawn in, with or without correction.\n"
+            "Not safe: at {stiffness} N/mm the cut itself is unstable where it draws the tool in, with or without correction.\n"
         ),
         Some(gain) if gain >= 1.0 => format!(
             "Not safe: at {stiffness} N/mm the gain of the loop is {gain:.2}, and the control loop diverges where the tool is drawn \
@@ -40,7 +40,7 @@ fn unsolved(compared: &Compared<'_>) -> String {
     let partly = trials.iter().filter(|trial| quantities::status(trial) != SOLVED);
     match partly.count() {
         0 => String::new(),
-        count => format!("In {count} of {} trials the machine has no equilibrium at some point.\n", trials.len()),
+        count => format!("In {count} of {} trials some points were not solved.\n", trials.len()),
     }
 }
 
@@ -124,7 +124,7 @@ fn loop_gain(found: &LoopGain) -> KeyNumber {
     let shown = format!("{:.0} N/mm", found.largest_stiffness_N_per_mm);
     let against = match found.gain {
         Some(gain) if gain.is_finite() => format!("the loop has a gain of {gain:.2} at the stiffness that is given"),
-        Some(_) => "at the stiffness that is given the cut itself does not converge".into(),
+        Some(_) => "at the stiffness that is given the cut itself is unstable".into(),
         None => "no cutting stiffness is given".into(),
     };
     KeyNumber::new(&shown, "cutting stiffness from which on the control loop diverges", against)

@@ -39,7 +39,7 @@ pub(crate) const ARC_LENGTH: [&str; 2] = ["arc_length_mm", "length along the pat
 /// Column and label of the tool angle.
 pub(crate) const ANGLE: [&str; 2] = ["phi_deg", "tool angle φ"];
 
-/// One row per point and source: where the point put right should be, how far it is moved at the nominal command, the cutting force
+/// One row per point and source: where the compensated point should be, how far it is moved at the nominal command, the cutting force
 /// that the source has, the poses of P in O and the drive positions that are commanded without and with compensation, corrections and
 /// drive forces then, and the rotation left over.
 pub(crate) fn points_table(study: &PathStudy, part: &PathPart) -> Table {

@@ -62,10 +62,11 @@ impl<'a> Summary<'a> {
     /// Holds point `k` against the tolerance, and notes who is to blame if it is the worst so far.
     fn hold_against(&mut self, part: &PathPart, k: usize) {
         let size = |source: Source| DISPLACEMENT.value(part.at(source, k));
-        let Some(all) = size(Source::All) else { return };
+        let all = size(Source::All);
         if let Some(tolerance) = self.study.tolerance_mm {
-            self.within.add(1.0, all <= tolerance);
+            self.within.add(1.0, all.map(|all| all <= tolerance));
         }
+        let Some(all) = all else { return };
         if self.farthest().is_none_or(|(most, _)| all > most) {
             let parts = Source::parts(&self.study.machine).iter();
             self.blame = parts.filter_map(|source| Some((*source, size(*source)?))).collect();

@@ -74,10 +74,8 @@ fn displacement(summary: &Summary<'_>, source: Source) -> String {
 pub(super) const POINTS: &str = "at … of the points";
 
 fn tolerance(summary: &Summary<'_>) -> String {
-    match (summary.study.tolerance_mm, summary.within.get()) {
-        (Some(tolerance), Some(share)) => Tolerance(tolerance).met_without_compensation(share, POINTS),
-        _ => String::new(),
-    }
+    let tolerance = summary.study.tolerance_mm.map(Tolerance);
+    tolerance.map_or_else(String::new, |tolerance| tolerance.met_without_compensation(summary.within, POINTS))
 }
 
 /// The single sources: their largest displacements, and what each does where all together are worst.
@@ -184,8 +182,8 @@ pub(super) fn headline(summary: &Summary<'_>, text: &Said) -> Headline {
     let verdict = Outside::of(&study.machine, study.positions()).verdict(&study.machine, "this path");
     let place = place(summary, k);
     let sentence = format!("{verdict}{under}, the tool of the {name} is off this path by up to {off}, {place}{then}.");
-    let met = study.tolerance_mm.zip(summary.within.get());
-    let against = met.map_or_else(String::new, |(tolerance, share)| Tolerance(tolerance).met(share, POINTS));
+    let met = study.tolerance_mm.and_then(|tolerance| Tolerance(tolerance).met(summary.within, POINTS));
+    let against = met.unwrap_or_default();
     let number = KeyNumber::new(&off, "largest distance from the path without compensation", against);
     Headline::new(sentence, basis)
         .with_cautions(&text.cautions)

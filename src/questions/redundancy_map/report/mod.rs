@@ -56,9 +56,9 @@ fn page(report: &Report<'_>) -> Description {
         "One row per place and direction of the tool; of several directions, then one per place for the worst of them.";
     let mut description = report.study.scene.description("redundancy_map", "the tool tip");
     description.terms.push(Fact::new(
-        "Turn",
-        "of the platform about the tool's axis, right-handed about the direction from the spindle to the tip, counted from \
-         the least turn that brings the tool from home into its direction",
+        "γ",
+        "rotation of the platform about the tool axis, right-handed about the direction from the spindle to the tip, counted \
+         from the smallest rotation that brings the tool from home into its direction",
     ));
     Description {
         setting: setting(report),
@@ -69,11 +69,7 @@ fn page(report: &Report<'_>) -> Description {
                 .text(&details(report))
                 .explorers([MAP])
                 .figures(&["slices_best", "gamma_"]),
-            Section::new("Which γ?", "the best γ, and how much it matters").figures(&[
-                "slices_turn",
-                "slices_gain",
-                "slices_possible",
-            ]),
+            Section::new("Which γ?", "the best γ, and how much it matters").figures(&["slices_gamma", "slices_gain"]),
         ],
         ..description
     }
@@ -90,7 +86,7 @@ fn setting(report: &Report<'_>) -> Vec<Fact> {
             format!("inverse condition number of {} at least", turn.min_singularity_distance),
         ),
         scene.angles_fact("directions of the force"),
-        Fact::new("grid", format!("{}, {}", size_words(grid), counted(grid.len(), "place"))),
+        Fact::new("grid", format!("{}, {}", size_words(grid), counted(grid.len(), "grid point"))),
     ])
 }
 
@@ -113,7 +109,7 @@ fn headline(report: &Report<'_>, not_used: &[&str]) -> Headline {
     let RedundancyMapStudy { scene, grid, axes, .. } = report.study;
     let basis = format!(
         "{}, {} of the tool, {} values of γ, {} of the force",
-        counted(grid.len(), "place"),
+        counted(grid.len(), "grid point"),
         counted(axes.len(), "direction"),
         report.study.turns(),
         counted(scene.phis.len(), "direction"),
@@ -132,19 +128,18 @@ fn headline(report: &Report<'_>, not_used: &[&str]) -> Headline {
 fn sentence(report: &Report<'_>) -> String {
     let name = report.study.scene.machine.short_title();
     let (Some(least), Some(most)) = (report.least(), report.most()) else {
-        return format!("The {name} can be rotated about its tool at none of the grid points and directions.");
+        return format!(
+            "No γ is possible for the {name} at any grid point and direction; redundancy_map.csv says why."
+        );
     };
-    let met = match (report.study.scene.tolerance_mm, report.share_within()) {
-        (Some(tolerance), Some(share)) => {
-            format!(" It is {}.", Tolerance(tolerance).met(share, "at … of the grid points"))
-        }
-        _ => String::new(),
-    };
+    let met = report.study.scene.tolerance_mm.zip(report.share_within());
+    let met = met.and_then(|(tolerance, within)| Tolerance(tolerance).met(within, "at … of the grid points"));
+    let met = met.map_or_else(String::new, |met| format!(" So rotated, it is {met}."));
     let gain = report
         .widest()
         .map_or_else(String::new, |widest| format!(" At the worst γ it moves up to {:.1} times as far.", widest.value));
     format!(
-        "At the best rotation γ about its tool, the {name} moves by {} at best and {} at worst.{gain}{met}",
+        "At the best rotation γ about its tool, the {name} moves by {} at best and {} at worst.{met}{gain}",
         millimetres(least.value, 3),
         millimetres(most.value, 3),
     )

@@ -112,7 +112,7 @@ pub(super) fn figures(report: &Report<'_>, slices_z: &[f64]) -> Vec<(String, Fig
     let slices: Vec<(String, Figure)> = map.slices().collect();
     let answer = ("answer".to_string(), slices[0].1.clone());
     let in_3d = map.in_3d(0, format!("The places, coloured by {}", BEST.label));
-    std::iter::once(answer).chain(slices).chain(in_3d.map(|figure| ("turns_in_3d".into(), figure))).collect()
+    std::iter::once(answer).chain(slices).chain(in_3d.map(|figure| ("gamma_in_3d".into(), figure))).collect()
 }
 
 /// A map of turns with what is asked of it.
@@ -162,13 +162,13 @@ impl<'a> Report<'a> {
     }
 
     /// Share of the places at which every direction has a turn within the tolerance.
-    pub fn share_within(&self) -> Option<f64> {
+    pub fn share_within(&self) -> Option<ShareWithin> {
         let tolerance = self.study.scene.tolerance_mm?;
         let mut share = ShareWithin::default();
         for place in 0..self.study.grid.len() {
             share.add(1.0, self.all_axes(place).is_some_and(|found| found.value <= tolerance));
         }
-        share.get()
+        Some(share)
     }
 
     /// Name of a direction.
@@ -193,7 +193,7 @@ impl<'a> Report<'a> {
             "least": self.least().map(found),
             "most": self.most().map(found),
             "largest_gain": self.widest().map(found),
-            "share_within_tolerance": self.share_within(),
+            "share_within_tolerance": self.share_within().and_then(ShareWithin::get),
         })
     }
 }

@@ -132,7 +132,7 @@ fn sections(summary: &Summary<'_>, locations: &[LocationResult]) -> Vec<Section>
             .explorers([SAFE])
             .figures(&["slices_safe", "growth_"])
             .tables(["largest_factors.csv"]),
-        Section::new("Why?", "its causes")
+        Section::new("Why?", "causes of the superposition error")
             .text(&format!("Looked at closely: {points}."))
             .text(&text::causes(locations))
             .figures(&["ablation"])

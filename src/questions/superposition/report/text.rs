@@ -180,7 +180,7 @@ fn main_causes(locations: &[LocationResult]) -> String {
 /// The answer at a glance.
 pub(super) fn headline(summary: &Summary<'_>, not_used: &[&str]) -> Headline {
     let SuperpositionStudy { scene, grid, tolerance, .. } = summary.study;
-    let places = counted(summary.points, "place");
+    let places = counted(summary.points, "grid point");
     let basis = format!("{places}, {}", counted(scene.phis.len(), "tool angle"));
     let cautions = scene.cautions(not_used, "grid point", (0..grid.len()).map(|index| grid.position(index)));
     let most = summary.largest(Sum::Superposition, Followed::Tool, &SUPERPOSITION_ERROR);
@@ -218,14 +218,14 @@ fn superposition_error(tolerance: Tolerance, most: &Found<Worst>, wrong: &str) -
     KeyNumber::new(wrong, what, tolerance.against(most.value)).found(found)
 }
 
-/// How much the load may grow with the tolerance kept everywhere.
+/// How much the load may grow with the superposition error within tolerance everywhere.
 fn load(summary: &Summary<'_>) -> Option<KeyNumber> {
     let [least, most] = summary.loads()?;
     let end = match least.at {
         LargestFactor::BelowToLimit(_) => ", at least".to_string(),
         _ => format!("; the limit is at {}", least.place()),
     };
-    let what = format!("of the load of the study stays within tolerance everywhere{end}");
+    let what = format!("largest load within tolerance in the whole box, over that of the study{end}");
     let against = format!("up to {} × where it is best", largest_words(&most.at));
     let found = LARGEST_LOAD.found_in("safe_load.csv", &[], Extreme::Smallest, least.value);
     Some(KeyNumber::new(&format!("{:.2} ×", least.value), what, against).found(found))

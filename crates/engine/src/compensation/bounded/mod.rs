@@ -14,7 +14,7 @@
 //! is solved as a sequence of sparse convex programs (a quadratic one for the root mean square, a second-order cone
 //! program for the worst), linearised with the exact sensitivities `∂e/∂ρ`, `∂τ/∂ρ` at the equilibria of the last
 //! iterate, until the nonlinear errors stop improving. Where no limit binds the unbounded corrections are returned as
-//! [`Method::Direct`](super::Method::Direct) finds them. Where the drives control more than is put right, the rest is
+//! [`Method::Direct`](super::Method::Direct) finds them. Where the drives control more than is compensated, the rest is
 //! free: the drives move as little as serves the errors.
 //!
 //! The least root mean square may cost the worst point more than all corrections would gain it. It then is sought once more

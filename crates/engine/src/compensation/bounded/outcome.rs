@@ -46,7 +46,7 @@ pub struct CorrectedPoint {
     pub correction: Vec<f64>,
     /// Length ‖e‖₂ of the task error, mm; rotations that the drives control count at the machine's reach.
     pub error: f64,
-    /// Position error of the point put right, O axes, mm.
+    /// Position error of the compensated point, O axes, mm.
     pub position_error: Vector3<f64>,
     /// Rotation of the platform from the wanted orientation, rotation vector in O axes, rad.
     pub residual_rotation: Vector3<f64>,

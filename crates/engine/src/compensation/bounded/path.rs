@@ -113,7 +113,7 @@ impl Point {
         drives.iter().zip(&self.command.drives).map(|(rho, nominal)| rho - nominal)
     }
 
-    /// Position error of the point put right (mm) and rotation from the wanted orientation (rad), O axes.
+    /// Position error of the compensated point (mm) and rotation from the wanted orientation (rad), O axes.
     pub fn errors(&self, machine: &Machine, state: &State) -> (Vector3<f64>, Vector3<f64>) {
         let (wanted, offset) = (self.demand.wanted(), self.demand.offset(machine));
         let turn = rotation_log(&(state.pose.rotation * wanted.rotation.transpose()));

@@ -30,7 +30,7 @@ impl Machine {
     /// [`Branch::ALL`], whether or not travel allows them. What carries the arm, such as a rail, is where it is
     /// at home, unless freedom that is left leads it nearer. Empty for other machines, and where no posture reaches.
     ///
-    /// Joints are found in closed form and put right by the machine's own closure equations.
+    /// Joints are found in closed form and corrected by the machine's own closure equations.
     pub fn postures_at(&self, target: &Pose) -> Vec<Posture> {
         let is_finite = target.translation.iter().chain(target.rotation.iter()).all(|entry| entry.is_finite());
         let Some(arm) = self.arm.as_ref().filter(|_| is_finite) else { return Vec::new() };
