@@ -126,7 +126,7 @@ fn check_says_the_same_of_a_machine_and_of_its_printed_file() {
         for expected in [
             "mobility",
             "over-constraint",
-            "characteristic length",
+            "char. length",
             "round trip",
             "tool stiffness",
             "K_C at home",

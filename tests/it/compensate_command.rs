@@ -224,7 +224,8 @@ fn a_cut_beyond_reach_writes_nothing_and_says_where() {
         assert_eq!(output.status.code(), Some(1));
         let stdout = text(&output.stdout);
         assert!(
-            stdout.contains("cannot be tracked continuously; nothing was written") && stdout.contains("line 3, point"),
+            stdout.contains("cannot reach or track every point; nothing was written")
+                && stdout.contains("line 3, point"),
             "{stdout}"
         );
         assert_eq!(std::fs::read_dir(out.path()).unwrap().count(), 0);

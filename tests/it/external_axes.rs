@@ -90,7 +90,7 @@ fn a_part_that_turns_under_the_tool_is_cut_where_it_has_turned_to() {
         said.split_whitespace()
             .collect::<Vec<_>>()
             .join(" ")
-            .contains("Locked: robot_rail at 0 to 120 mm as the path says, table at 0 to 30° as the path says."),
+            .contains("Locked or external axes: robot_rail moved within 0 to 120 mm by the path, table moved within 0 to 30° by the path."),
         "{said}"
     );
     let rows = points(&folder);
@@ -130,7 +130,7 @@ fn a_program_keeps_its_axes_and_leaves_nothing() {
     };
     assert_eq!(compensated(0.0, "same.csv").1, path);
     let (said, program) = compensated(400.0, "out.csv");
-    assert!(said.contains("robot_rail at 0 to 200 mm as the path says"), "{said}");
+    assert!(said.contains("robot_rail moved within 0 to 200 mm by the path"), "{said}");
     let mut lines = program.lines();
     assert_eq!(lines.next(), path.lines().next());
     let rows: Vec<Vec<f64>> =
@@ -171,7 +171,7 @@ fn axes_that_cannot_be_commanded_are_refused_by_name() {
     );
     assert_eq!(
         refused("external_table_deg", ["0", "40"], "[locked]\ntable = 3.0\n"),
-        "error: path.csv: external_table_deg is already locked by [locked] or --lock: expected one of the two"
+        "error: path.csv: external_table_deg is locked by [locked] or --lock, and the path commands it as well: expected one of the two"
     );
     let needed = refused("external_rail_mm,external_A2_deg", ["0,20", "0,21"], "");
     assert!(needed.contains("path.csv: external axes") && needed.contains("1 more than its task needs"), "{needed}");

@@ -104,7 +104,7 @@ fn what_is_promised_is_kept() {
         format!("schema = 3\nquestion = \"Which?\"\nmachine = \"fanuc_r2000ic\"\n[measurement_design]\n{}", keys);
     std::fs::write(at("plan/study.toml"), text).unwrap();
     let said = printed(&["design-measurements", &at("plan"), "--out", &at("out"), "--no-figures"]);
-    assert!(said.contains("10 measurements will identify all 6 numbers"), "{said}");
+    assert!(said.contains("10 measurements will identify all 6 parameters"), "{said}");
     // A sheet in which nothing is filled in may be written over.
     printed(&["design-measurements", &at("plan"), "--out", &at("out"), "--no-figures"]);
     // What the machine itself would read, filled in.

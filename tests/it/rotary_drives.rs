@@ -450,7 +450,9 @@ fn the_command_reads_a_head_from_the_machine_file() {
     assert_eq!(code, Some(0), "{text}{said}");
     let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
     assert!(
-        text.contains("Locked: mill_C at 0 to 90° as the path says, mill_A at 0 to 20° as the path says."),
+        text.contains(
+            "Locked or external axes: mill_C moved within 0 to 90° by the path, mill_A moved within 0 to 20° by the path."
+        ),
         "{text}"
     );
     // At another place its angles would be of other axes.

@@ -359,7 +359,7 @@ fn a_point_is_solved_with_the_rail_and_the_table_held() {
     assert_eq!(code, Some(0), "{said}");
     for line in [
         "Deflections are of the tool from the workpiece: its carrier table bears the opposite load and bends as well.",
-        "Locked: robot_rail at 400 mm, table at 30°.",
+        "Locked or external axes: robot_rail at 400 mm, table at 30°.",
     ] {
         assert!(text.contains(line), "{text}");
     }
@@ -439,7 +439,8 @@ fn a_path_on_the_turned_table_is_cut_with_the_rail_held() {
     let (folder, said) = run(
         "[path]\ncircle = { centre_mm = [60.0, 0.0, 60.0], diameter_mm = 50.0, points = 9 }\nmethods = [\"none\", \"direct\"]\n",
     );
-    for words in ["Locked: robot_rail at 100 mm, table at 40°.", "origin at (0, 0, 0) mm of the table"] {
+    for words in ["Locked or external axes: robot_rail at 100 mm, table at 40°.", "origin at (0, 0, 0) mm of the table"]
+    {
         assert!(said.contains(words), "{said}");
     }
     let table = column(&folder, "points.csv", "rho_carrier_table_deg");
@@ -462,7 +463,7 @@ fn a_place_on_the_table_is_sought() {
          [placement.objective]\nweights = { worst_deflection = 1.0 }\n[placement.search]\ngrid = { x = 2, y = 2 }\nstarts = 1\n\
          max_iterations = 5\n",
     );
-    assert!(said.contains("Locked: robot_rail at 100 mm, table at 40°."), "{said}");
+    assert!(said.contains("Locked or external axes: robot_rail at 100 mm, table at 40°."), "{said}");
 }
 
 #[test]
@@ -493,7 +494,7 @@ fn a_program_on_the_turned_table_is_compensated_in_its_own_frame() {
         ];
         let (code, text, said) = told(&arguments);
         assert_eq!(code, Some(0), "{text}{said}");
-        assert!(text.contains(&format!("Locked: robot_rail at 50 mm, table at {table}°.")), "{text}");
+        assert!(text.contains(&format!("Locked or external axes: robot_rail at 50 mm, table at {table}°.")), "{text}");
         let report: serde_json::Value =
             serde_json::from_str(&std::fs::read_to_string(format!("{out}.report.json")).unwrap()).unwrap();
         assert!(report["workpiece"].as_str().unwrap().contains("mm of the table"), "{report}");

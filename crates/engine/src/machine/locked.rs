@@ -95,7 +95,7 @@ impl Machine {
         let locked = locked.map(|(label, value, drive)| {
             let unit = drive.motion.position_suffix();
             match self.written.along_path.iter().find(|(own, _)| *own == label) {
-                Some((_, [low, high])) => format!("{label} moved from {low} to {high}{unit} by the path"),
+                Some((_, [low, high])) => format!("{label} moved within {low} to {high}{unit} by the path"),
                 None => format!("{label} at {value}{unit}"),
             }
         });
