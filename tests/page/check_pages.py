@@ -158,7 +158,7 @@ class Page:
         plot = self.page.locator(".explorer .plot").first
         plot.scroll_into_view_if_needed()
         box = plot.locator(".nsewdrag").first.bounding_box()
-        for share in (0.5, 0.37, 0.62):
+        for share in (0.5, 0.37, 0.62, 0.2, 0.8):
             self.page.mouse.move(box["x"] + share * box["width"], box["y"] + 0.45 * box["height"], steps=4)
             self.page.wait_for_timeout(150)
             if plot.locator(".hovertext").count() > 0:
