@@ -198,7 +198,7 @@ impl<'a> Group<'a> {
     /// For at most `width` cases at a time.
     fn new(machines: &'a Machines, commanded: Commanded, width: usize) -> Self {
         let sessions = vec![machines.session(Source::All); width];
-        let batch = Batch::new(machines.answering(Source::All));
+        let batch = Batch::new(machines.actual(Source::All));
         Self { machine: &machines.nominal, commanded, sessions, batch }
     }
 

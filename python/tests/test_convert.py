@@ -67,7 +67,9 @@ def test_machine_and_process_files_stay(tmp_path: Path) -> None:
 
 def test_columns_of_results_get_their_names(tmp_path: Path) -> None:
     table = tmp_path / "points.csv"
-    table.write_text("x_mm,error_left_mm,departure_x_mm,status,turn_pocket_deg\n1,2,3,given_up,departure\n", encoding="utf-8")
+    table.write_text(
+        "x_mm,error_left_mm,departure_x_mm,status,turn_pocket_deg\n1,2,3,given_up,departure\n", encoding="utf-8"
+    )
     assert converted(table, "--columns")[0] == 0
     head = "x_mm,residual_error_mm,superposition_error_x_mm,status,gamma_pocket_deg"
     assert table.read_text(encoding="utf-8") == f"{head}\n1,2,3,pruned,departure\n"
