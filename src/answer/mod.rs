@@ -26,6 +26,6 @@ pub(crate) use of_sources::{acting, source_group};
 pub use output::{Output, Run};
 pub(crate) use quantity::{FoundOr, Quantity, layers};
 pub use said::Said;
-pub(crate) use setting::{direction, facts_of, grid_view, size_words, tool_axis_words};
+pub(crate) use setting::{direction, facts_of, grid_view, locked_fact, size_words, tool_axis_words};
 pub(crate) use table_of::{Streams, TableOf, status_cells};
 pub(crate) use tolerance::{ShareWithin, Tolerance};

@@ -62,13 +62,18 @@ impl Scene {
     }
 }
 
-/// The setting of any answer: `machine`, what is the question's `own`, drives locked, and `errors`.
+/// The setting of any answer: `machine`, what is the question's `own`, locked drives, and `errors`.
 pub(crate) fn facts_of(machine: &Machine, errors: &[ChainError], own: impl IntoIterator<Item = Fact>) -> Vec<Fact> {
     let mut facts = vec![Fact::new("machine", machine.title.clone())];
     facts.extend(own);
-    facts.extend(machine.locked_words().map(|words| Fact::new("locked", words)));
+    facts.extend(locked_fact(machine));
     facts.extend(error_facts(machine, errors));
     facts
+}
+
+/// Where the drives stand that serve no task: locked, or commanded by the path.
+pub(crate) fn locked_fact(machine: &Machine) -> Option<Fact> {
+    machine.locked_words().map(|words| Fact::new("locked or external axes", words))
 }
 
 /// A view of a table over a grid of positions of P: its title, and the file of the table.

@@ -20,22 +20,6 @@ impl Tolerance {
     pub fn line(self) -> String {
         format!("; line: tolerance {} mm", self.0)
     }
-
-    /// Where it is met, beside a number: in the share of a `whole` such as "at … of the points"; `None` where that is not known.
-    pub fn met(self, within: ShareWithin, whole: &str) -> Option<String> {
-        let Self(tolerance) = self;
-        let solved = if within.is_all_known() { "" } else { ", as far as solved" };
-        Some(match within.get()? {
-            0.0 => format!("out of tolerance ({tolerance} mm) everywhere{solved}"),
-            1.0 => format!("within tolerance ({tolerance} mm) {}{solved}", whole.replace('…', "all")),
-            share => format!("within tolerance ({tolerance} mm) {}{solved}", whole.replace('…', &percent(share))),
-        })
-    }
-
-    /// The same as a sentence of what is not compensated.
-    pub fn met_without_compensation(self, within: ShareWithin, whole: &str) -> String {
-        self.met(within, whole).map_or_else(String::new, |met| format!("Without compensation the tool is {met}.\n"))
-    }
 }
 
 /// The share of a box, a path or of places in which a tolerance is met, of where that is known.
@@ -63,13 +47,26 @@ impl ShareWithin {
         Self { within: share, known: 1.0, unknown: 0.0 }
     }
 
-    /// Whether it is known everywhere.
-    pub fn is_all_known(self) -> bool {
-        self.unknown == 0.0
-    }
-
     /// The share; `None` where nothing is known.
     pub fn get(self) -> Option<f64> {
         (self.known > 0.0).then(|| self.within / self.known)
+    }
+
+    /// In which share of a `whole`, such as "at … of the points", the tolerance is met, beside a number; `None` without a tolerance, or where
+    /// nothing is known.
+    pub fn words(self, tolerance_mm: Option<f64>, whole: &str) -> Option<String> {
+        let (tolerance, share) = (tolerance_mm?, self.get()?);
+        let solved = if self.unknown == 0.0 { "" } else { ", as far as solved" };
+        if share == 0.0 {
+            return Some(format!("out of tolerance ({tolerance} mm) everywhere{solved}"));
+        }
+        let part = if share == 1.0 { "all".into() } else { percent(share) };
+        Some(format!("within tolerance ({tolerance} mm) {}{solved}", whole.replace('…', &part)))
+    }
+
+    /// The same as a sentence of what is not compensated.
+    pub fn sentence(self, tolerance_mm: Option<f64>, whole: &str) -> String {
+        let met = self.words(tolerance_mm, whole);
+        met.map_or_else(String::new, |met| format!("Without compensation the tool is {met}.\n"))
     }
 }

@@ -66,12 +66,10 @@ pub(crate) fn renamed(word: &str) -> String {
 /// # Errors
 /// It is another than [`SCHEMA`].
 pub(crate) fn check_schema(schema: u32, check: &Check) -> Result<()> {
+    let more = if schema == 2 { "; packaging/convert.py changes files of version 2" } else { "" };
     match schema {
         SCHEMA => Ok(()),
-        2 => check.key("schema").fail(format!(
-            "this program reads studies of version {SCHEMA}, got 2; packaging/convert.py changes files of version 2"
-        )),
-        _ => check.key("schema").fail(format!("this program reads studies of version {SCHEMA}, got {schema}")),
+        _ => check.key("schema").fail(format!("this program reads studies of version {SCHEMA}, got {schema}{more}")),
     }
 }
 

@@ -95,14 +95,14 @@ fn solve(
     batch: &mut Batch,
 ) -> Vec<Compensation> {
     let places: Vec<usize> = blocks.iter().map(|block| block.first + point).collect();
-    let track: Vec<usize> = (0..blocks.len()).filter(|&k| blocks[k].track[point].asked.is_ok()).collect();
-    let demands: Vec<Demand> = track.iter().map(|&k| asked[k]).collect();
+    let reached: Vec<usize> = (0..blocks.len()).filter(|&k| blocks[k].track[point].asked.is_ok()).collect();
+    let demands: Vec<Demand> = reached.iter().map(|&k| asked[k]).collect();
     let mut sessions: Vec<&mut Session> =
         blocks.iter_mut().filter(|block| block.track[point].asked.is_ok()).map(|block| &mut block.session).collect();
     let solved = match commands {
         Commands::Method(method) => compensate_batch(&mut sessions, &demands, *method, batch),
         Commands::Program(poses) => {
-            let targets: Vec<Pose> = track.iter().map(|&k| poses[places[k]]).collect();
+            let targets: Vec<Pose> = reached.iter().map(|&k| poses[places[k]]).collect();
             let simulated = simulate_batch(&mut sessions, &demands, &targets, batch);
             let with_points = sessions.iter().zip(&demands).zip(&targets).zip(simulated);
             // The controller leads the same point of the platform.
@@ -117,7 +117,7 @@ fn solve(
             checked.collect()
         }
         Commands::Drives(drives) => {
-            let given = sessions.iter_mut().zip(&demands).zip(&track);
+            let given = sessions.iter_mut().zip(&demands).zip(&reached);
             given.map(|((session, demand), &k)| simulate_drives(session, demand, &drives[places[k]])).collect()
         }
     };

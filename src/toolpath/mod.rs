@@ -14,6 +14,7 @@ mod read;
 pub mod robot;
 mod write;
 
+pub(crate) use model::generate::cutting_point;
 pub use model::{
     generate::{Circle, GenerateError},
     number::{FormatError, NumberFormat},

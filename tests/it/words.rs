@@ -6,6 +6,8 @@ use std::{
     path::{Path, PathBuf},
 };
 
+use crate::architecture::{files, root};
+
 /// Phrases, as plain text in lower case, and what the field says. A phrase has its sense in it, so that words that have an ordinary one as well
 /// (told, left, place, reach, lead, hold) may be used in that.
 const PHRASES: [(&str, &str); 53] = [
@@ -64,30 +66,11 @@ const PHRASES: [(&str, &str); 53] = [
     ("corner goes over", "force blending at corners"),
 ];
 
-/// Where people read, and what of it is not read as a sentence of this program.
-const READ: [&str; 9] = [
-    "src",
-    "crates",
-    "docs",
-    "studies",
-    "examples",
-    "python/kinetostat",
-    "README.md",
-    "packaging/README.md",
-    "web/README.md",
-];
-
-fn files(of: &Path, all: &mut Vec<PathBuf>) {
-    if of.is_file() {
-        let read = ["rs", "md", "toml", "html", "js", "py"];
-        all.extend(of.extension().is_some_and(|own| read.iter().any(|word| own == *word)).then(|| of.to_path_buf()));
-        return;
-    }
-    let mut entries: Vec<PathBuf> = fs::read_dir(of).unwrap().map(|entry| entry.unwrap().path()).collect();
-    entries.sort();
-    entries.retain(|path| !["plotly", "target", "catalogue", "tests"].iter().any(|own| path.ends_with(own)));
-    entries.iter().for_each(|path| files(path, all));
-}
+/// Where people read: folders, and single files.
+const READ: [&str; 6] = ["src", "crates", "docs", "studies", "examples", "python/kinetostat"];
+const FILES: [&str; 3] = ["README.md", "packaging/README.md", "web/README.md"];
+/// What of it is not of this program, or quotes others.
+const NOT_OURS: [&str; 4] = ["plotly", "target", "catalogue", "tests"];
 
 /// The lines of `text` that are read by others than its programmers: of Rust what is no comment, or is one that makes a help text.
 fn is_read(file: &Path, line: &str) -> bool {
@@ -98,13 +81,13 @@ fn is_read(file: &Path, line: &str) -> bool {
 
 #[test]
 fn what_people_read_has_no_words_of_our_own() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let mut all = Vec::new();
-    READ.iter().for_each(|own| files(&root.join(own), &mut all));
+    let mut all: Vec<PathBuf> = FILES.map(PathBuf::from).into();
+    READ.iter().for_each(|own| files(&root().join(own), &["rs", "md", "toml", "html", "js", "py"], &mut all));
+    all.retain(|file| !file.iter().any(|part| NOT_OURS.iter().any(|own| part == *own)));
     assert!(all.len() > 400, "{} files", all.len());
     let mut found = String::new();
     for file in &all {
-        let text = fs::read_to_string(file).unwrap();
+        let text = fs::read_to_string(root().join(file)).unwrap();
         let lines: Vec<&str> = text.lines().map(|line| if is_read(file, line) { line } else { "" }).collect();
         for (k, line) in lines.iter().enumerate() {
             // A sentence may go on in the next line, behind the backslash of a text or the mark of a comment.
@@ -114,12 +97,7 @@ fn what_people_read_has_no_words_of_our_own() {
             let both = format!("{line} {next}").to_lowercase();
             for (phrase, field) in PHRASES {
                 if both.find(phrase).is_some_and(|at| at < line.len()) {
-                    let _ = writeln!(
-                        found,
-                        "{}:{}: \"{phrase}\": {field}",
-                        file.strip_prefix(root).unwrap().display(),
-                        k + 1
-                    );
+                    let _ = writeln!(found, "{}:{}: \"{phrase}\": {field}", file.display(), k + 1);
                 }
             }
         }

@@ -50,8 +50,8 @@ pub struct SourceEffect {
     pub phi_deg: Option<f64>,
     /// Largest |Δρ| of each drive over φ: compensated less nominal drive position, mm or rad; or why there is none.
     pub delta_rho: Result<Vec<f64>, Failure>,
-    /// Largest distance of the compensated point from where it is wanted, with the drives corrected, mm: what they cannot put
-    /// right.
+    /// Largest distance of the compensated point from where it is wanted, with the drives corrected, mm: what they cannot
+    /// compensate.
     pub residual_mm: f64,
     /// Largest |τ| of each drive over φ at the nominal command, N or N·mm.
     pub drive_force: Vec<f64>,

@@ -21,7 +21,7 @@ use crate::{
     redundancy::{Infeasible, Node, TurnAsked, at_points},
     simulation::{Failure, Scene, status_of},
     spatial::{Grid, frame_about},
-    toolpath::{Orientation, PathPoint, PointSource, Toolpath},
+    toolpath::{Orientation, PathPoint, PointSource, Toolpath, cutting_point},
     work::{Event, Work, here},
 };
 
@@ -171,19 +171,11 @@ fn path(study: &RedundancyMapStudy, axis: usize, positions: &[Vector3<f64>]) -> 
     let tool_axes = frame_about(-axis);
     let point = |(segment, (position, phi)): (usize, (&Vector3<f64>, f64))| {
         let heading = phi + FRAC_PI_2;
+        let tangent = tool_axes * Vector3::new(heading.cos(), heading.sin(), 0.0);
         PathPoint {
-            position_mm: *position,
             orientation: Some(Orientation::ToolAxis(axis)),
-            tangent: tool_axes * Vector3::new(heading.cos(), heading.sin(), 0.0),
-            arc_length_mm: 0.0,
-            cutting: true,
-            feed_mm_per_min: None,
-            spindle_rev_per_min: None,
-            tool: None,
-            feature: None,
-            load: None,
-            external: Default::default(),
             source: PointSource { segment, parameter: 1.0 },
+            ..cutting_point(*position, tangent, 0.0, 1.0)
         }
     };
     let all = positions.iter().flat_map(|position| study.scene.phis.iter().map(move |phi| (position, *phi)));

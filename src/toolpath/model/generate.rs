@@ -136,7 +136,13 @@ impl Toolpath {
     }
 }
 
-fn cutting_point(position_mm: Vector3<f64>, tangent: Vector3<f64>, arc_length_mm: f64, parameter: f64) -> PathPoint {
+/// A point at which the tool cuts, of which nothing else is known.
+pub(crate) fn cutting_point(
+    position_mm: Vector3<f64>,
+    tangent: Vector3<f64>,
+    arc_length_mm: f64,
+    parameter: f64,
+) -> PathPoint {
     PathPoint {
         position_mm,
         orientation: None,

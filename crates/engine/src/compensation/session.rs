@@ -361,8 +361,8 @@ impl Session {
             return self.answer(demand, shift);
         }
         let target = demand.shifted(&self.nominal, shift);
-        let track = self.nominal.lead(demand.offset(&self.nominal), &target, &self.command);
-        let gone = track.map_err(CompensationStatus::Unreachable).map(|at| {
+        let led = self.nominal.lead(demand.offset(&self.nominal), &target, &self.command);
+        let gone = led.map_err(CompensationStatus::Unreachable).map(|at| {
             self.drives.clone_from(&at.drives);
             self.command = at;
         });

@@ -2,7 +2,7 @@
 
 use super::{Report, notes_text, tables::before_column};
 use crate::{
-    answer::{ShareWithin, Tolerance, cautions},
+    answer::{ShareWithin, cautions},
     compensation::{BoundedPath, LimitKind, Price},
     files::{
         table::kind_word,
@@ -247,8 +247,7 @@ fn sentence(report: &Report<'_>) -> String {
 }
 
 fn against(job: &ProgramJob, within: ShareWithin) -> String {
-    let met = job.process.tolerance_mm.and_then(|tolerance| Tolerance(tolerance).met(within, "at … of the points"));
-    met.unwrap_or_default()
+    within.words(job.process.tolerance_mm, "at … of the points").unwrap_or_default()
 }
 
 /// The largest distance of the two, that without compensation and that as written.

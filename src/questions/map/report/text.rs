@@ -20,7 +20,7 @@ use crate::{
 pub fn text(summary: &Summary<'_>, not_used: &[&str]) -> Said {
     Said {
         cautions: cautions(summary, not_used),
-        place: deflection(summary, Source::All) + &tolerance(summary),
+        place: deflection(summary, Source::All) + &summary.within.sentence(summary.study.scene.tolerance_mm, BOX),
         cause: cause(summary),
         remedy: corrections(summary),
     }
@@ -62,11 +62,6 @@ fn deflection(summary: &Summary<'_>, source: Source) -> String {
 
 /// Of what the tolerance is met in a share.
 const BOX: &str = "in … of the box";
-
-fn tolerance(summary: &Summary<'_>) -> String {
-    let tolerance = summary.study.scene.tolerance_mm.map(Tolerance);
-    tolerance.map_or_else(String::new, |tolerance| tolerance.met_without_compensation(summary.within, BOX))
-}
 
 /// The single sources, and the superposition error.
 fn cause(summary: &Summary<'_>) -> String {
@@ -164,11 +159,12 @@ pub(super) fn headline(summary: &Summary<'_>, text: &Said) -> Headline {
     };
     let under = acting(&scene.machine, &scene.errors, !scene.force.is_zero());
     let [low, high] = [least, most].map(|found| millimetres(found.value, 3));
+    let met = summary.within.words(scene.tolerance_mm, BOX);
     let sentence = match low == high {
         true => format!("{under}, the tool of the {name} moves by {high} everywhere."),
         false => format!(
             "{under}, the tool of the {name} moves by {low} at best and {high} at worst; {} near {}.",
-            met(summary).unwrap_or_else(|| "cut".into()),
+            met.map_or_else(|| "cut".into(), |met| format!("{met}, best")),
             least.place()
         ),
     };
@@ -184,21 +180,15 @@ pub(super) fn headline(summary: &Summary<'_>, text: &Said) -> Headline {
         .with_all(correction(all, summary))
 }
 
-/// Where the tolerance is met, if there is one, up to the place that is best.
-fn met(summary: &Summary<'_>) -> Option<String> {
-    let met = Tolerance(summary.study.scene.tolerance_mm?).met(summary.within, BOX)?;
-    Some(format!("{met}, best"))
-}
-
 fn in_map(quantity: &Quantity<SourceEffect>, extreme: Extreme, value: f64) -> InTable {
     quantity.found_in("map.csv", &[["source", Source::All.label()]], extreme, value)
 }
 
 fn worst(summary: &Summary<'_>, [least, most]: [&Found<AtAngle>; 2], high: &str) -> KeyNumber {
-    let against = match (summary.study.scene.tolerance_mm, summary.within.get()) {
-        (Some(tolerance), Some(_)) => Tolerance(tolerance).met(summary.within, BOX).unwrap_or_default(),
-        _ if least.value > ROUNDING_MM => format!("{:.1} times the smallest", most.value / least.value),
-        _ => String::new(),
+    let against = match summary.within.words(summary.study.scene.tolerance_mm, BOX) {
+        Some(met) => met,
+        None if least.value > ROUNDING_MM => format!("{:.1} times the smallest", most.value / least.value),
+        None => String::new(),
     };
     let what = format!("largest tool deflection, at {}", most.place());
     KeyNumber::new(high, what, against).found(in_map(&DEFLECTION, Extreme::Largest, most.value))

@@ -26,7 +26,7 @@ use crate::{
 pub fn text(summary: &Summary<'_>) -> Said {
     Said {
         cautions: cautions(summary),
-        place: displacement(summary, Source::All) + &tolerance(summary),
+        place: displacement(summary, Source::All) + &summary.within.sentence(summary.study.tolerance_mm, POINTS),
         cause: cause(summary),
         remedy: remedy(summary),
     }
@@ -72,11 +72,6 @@ fn displacement(summary: &Summary<'_>, source: Source) -> String {
 
 /// Of what the tolerance is met in a share.
 pub(super) const POINTS: &str = "at … of the points";
-
-fn tolerance(summary: &Summary<'_>) -> String {
-    let tolerance = summary.study.tolerance_mm.map(Tolerance);
-    tolerance.map_or_else(String::new, |tolerance| tolerance.met_without_compensation(summary.within, POINTS))
-}
 
 /// The single sources: their largest displacements, and what each does where all together are worst.
 fn cause(summary: &Summary<'_>) -> String {
@@ -182,8 +177,7 @@ pub(super) fn headline(summary: &Summary<'_>, text: &Said) -> Headline {
     let verdict = Outside::of(&study.machine, study.positions()).verdict(&study.machine, "this path");
     let place = place(summary, k);
     let sentence = format!("{verdict}{under}, the tool of the {name} is off this path by up to {off}, {place}{then}.");
-    let met = study.tolerance_mm.and_then(|tolerance| Tolerance(tolerance).met(summary.within, POINTS));
-    let against = met.unwrap_or_default();
+    let against = summary.within.words(study.tolerance_mm, POINTS).unwrap_or_default();
     let number = KeyNumber::new(&off, "largest distance from the path without compensation", against);
     Headline::new(sentence, basis)
         .with_cautions(&text.cautions)

@@ -5,7 +5,7 @@ use super::{
     text::{NO_DEFLECTION, at, best_entry, nowhere, towards},
 };
 use crate::{
-    answer::{ShareWithin, Tolerance, cautions},
+    answer::{ShareWithin, cautions},
     files::words::{counted, percent, signed, typographic},
     page::headline::{Extreme, Headline, InTable, KeyNumber},
     process::file::NOT_CONTROLLED,
@@ -119,8 +119,8 @@ fn tolerance(study: &PlacementStudy) -> Option<f64> {
 fn met(study: &PlacementStudy, share: Option<f64>) -> String {
     match (share, tolerance(study)) {
         (None, _) => String::new(),
-        (Some(share), Some(tolerance)) => {
-            Tolerance(tolerance).met(ShareWithin::of_all(share), "on … of the path").unwrap_or_default()
+        (Some(share), tolerance @ Some(_)) => {
+            ShareWithin::of_all(share).words(tolerance, "on … of the path").unwrap_or_default()
         }
         (Some(share), None) => format!("within the tolerances of the features on {} of the path", percent(share)),
     }

@@ -17,7 +17,7 @@ use serde_json::{Value, json};
 
 use self::quantities::{available, cell_status, front_table, of_cells, of_entries, refinements_table};
 use crate::{
-    answer::{Output, Run, layers},
+    answer::{Output, Run, layers, locked_fact},
     files::{
         Manifest,
         words::{counted, typographic},
@@ -170,7 +170,7 @@ fn setting(study: &PlacementStudy) -> Vec<Fact> {
         }
     }
     facts.extend(study.machine.uncontrolled_words().map(|words| Fact::new(NOT_CONTROLLED, words)));
-    facts.extend(study.machine.locked_words().map(|words| Fact::new("locked", words)));
+    facts.extend(locked_fact(&study.machine));
     facts.push(Fact::new("P on all paths within", {
         let (low, high) = (corner(study.machine.workspace.min), corner(study.machine.workspace.max));
         format!("{low} to {high} mm, the machine's workspace box")

@@ -5,7 +5,7 @@ mod quantities;
 use serde_json::json;
 
 use crate::{
-    answer::{Output, Quantity, Run, Tolerance, layers, size_words},
+    answer::{Output, Quantity, Run, layers, size_words},
     files::{
         Manifest,
         text_table::text_table,
@@ -132,8 +132,7 @@ fn sentence(report: &Report<'_>) -> String {
             "No γ is possible for the {name} at any grid point and direction; redundancy_map.csv says why."
         );
     };
-    let met = report.study.scene.tolerance_mm.zip(report.share_within());
-    let met = met.and_then(|(tolerance, within)| Tolerance(tolerance).met(within, "at … of the grid points"));
+    let met = report.share_within().words(report.study.scene.tolerance_mm, "at … of the grid points");
     let met = met.map_or_else(String::new, |met| format!(" So rotated, it is {met}."));
     let gain = report
         .widest()

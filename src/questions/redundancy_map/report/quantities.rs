@@ -161,14 +161,15 @@ impl<'a> Report<'a> {
         largest(found.collect::<Option<Vec<_>>>()?)
     }
 
-    /// Share of the places at which every direction has a turn within the tolerance.
-    pub fn share_within(&self) -> Option<ShareWithin> {
-        let tolerance = self.study.scene.tolerance_mm?;
+    /// Share of the grid points at which every direction has a γ within the tolerance; of nothing without one.
+    pub fn share_within(&self) -> ShareWithin {
         let mut share = ShareWithin::default();
-        for place in 0..self.study.grid.len() {
-            share.add(1.0, self.all_axes(place).is_some_and(|found| found.value <= tolerance));
+        if let Some(tolerance) = self.study.scene.tolerance_mm {
+            for place in 0..self.study.grid.len() {
+                share.add(1.0, self.all_axes(place).is_some_and(|found| found.value <= tolerance));
+            }
         }
-        Some(share)
+        share
     }
 
     /// Name of a direction.
@@ -193,7 +194,7 @@ impl<'a> Report<'a> {
             "least": self.least().map(found),
             "most": self.most().map(found),
             "largest_gain": self.widest().map(found),
-            "share_within_tolerance": self.share_within().and_then(ShareWithin::get),
+            "share_within_tolerance": self.share_within().get(),
         })
     }
 }
