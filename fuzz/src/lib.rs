@@ -206,10 +206,10 @@ fn one_point(kind: StudyKind) {
             map.axes.truncate(1);
             map.turn.step_deg = map.turn.step_deg.max(90.0);
             if let Ok(found) = redundancy_map::run(&map, &Work::default()) {
-                let finite = |turns: &redundancy_map::Turns| {
-                    turns.best.deflection_mm.is_finite() && turns.worst.deflection_mm.is_finite()
+                let finite = |gammas: &redundancy_map::Gammas| {
+                    gammas.best.deflection_mm.is_finite() && gammas.worst.deflection_mm.is_finite()
                 };
-                assert!(found.points[0].turns.as_ref().map_or_else(|failure| !failure.reason.is_empty(), finite));
+                assert!(found.points[0].gammas.as_ref().map_or_else(|failure| !failure.reason.is_empty(), finite));
             }
         }
         StudyKind::Path(path, _) => first_point(&path),

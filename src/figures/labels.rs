@@ -112,8 +112,8 @@ fn radius(size: f64) -> f64 {
     0.3 * size
 }
 
-/// Draws each ring, and its label where it covers neither another mark nor, if possible, the border of `bounds`.
-pub(super) fn draw_marks(scene: &mut Scene, marks: &[PlacedMark<'_>], bounds: Rect, size: f64) {
+/// Draws each ring, and its label where it covers no other mark and, if possible, neither `lines` nor the border of `bounds`.
+pub(super) fn draw_marks(scene: &mut Scene, marks: &[PlacedMark<'_>], lines: &[[Point; 2]], bounds: Rect, size: f64) {
     let radius = radius(size);
     for mark in marks {
         scene.circle(mark.at, radius, RIM);
@@ -122,6 +122,7 @@ pub(super) fn draw_marks(scene: &mut Scene, marks: &[PlacedMark<'_>], bounds: Re
     let reach = radius + 2.0;
     let rings = marks.iter().map(|mark| around(mark.at, [reach; 2])).collect();
     let mut occupied = Occupied { marks: rings, ..Occupied::default() };
+    lines.iter().for_each(|line| occupied.add_line(line, RIM.width));
     for mark in marks.iter().filter(|mark| !mark.label.is_empty()) {
         draw_label(scene, &mut occupied, mark, bounds, size);
     }

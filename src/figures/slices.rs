@@ -6,7 +6,7 @@ use super::colours::{Colours, Shading};
 use super::error::{FigureError, check_ascending, check_drawable, check_grid};
 use super::field::{self, Picture};
 use super::labels::{self, PlacedMark};
-use super::scene::{Anchor, Rect, Scene, Stroke, Text};
+use super::scene::{Anchor, Point, Rect, Scene, Stroke, Text};
 use super::shapes::contour;
 use super::style::{self, BORDER, INK, PAGE_WIDTH, Sizes, WHITE};
 use super::text::{self, LINE_PITCH, Weight};
@@ -296,9 +296,7 @@ fn draw_panel(
     };
     let rect = plot.rect_of(&column_edges, &row_edges);
     scene.picture(Picture::new(rect.frame(), &column_edges, &row_edges, colour));
-    if let Some(level) = figure.contour {
-        draw_contour(scene, panel, plot, level);
-    }
+    let lines = figure.contour.map_or_else(Vec::new, |level| draw_contour(scene, panel, plot, level));
     plot.draw_frame(scene);
     draw_title(scene, panel, place, sizes);
     if place.labelled_x {
@@ -312,18 +310,19 @@ fn draw_panel(
         .iter()
         .map(|mark| PlacedMark { at: plot.place(mark.x, mark.y), label: &mark.label, hidden: false })
         .collect();
-    labels::draw_marks(scene, &placed, plot.rect, sizes.tick);
+    labels::draw_marks(scene, &placed, &lines, plot.rect, sizes.tick);
 }
 
 /// The level line, dark with a light rim, so that it shows on every colour.
-fn draw_contour(scene: &mut Scene, panel: &SlicePanel, plot: &Plot, level: f64) {
+fn draw_contour(scene: &mut Scene, panel: &SlicePanel, plot: &Plot, level: f64) -> Vec<[Point; 2]> {
     let pieces = contour(&panel.x, &panel.y, &panel.values, level);
+    let lines: Vec<[Point; 2]> = pieces.iter().map(|piece| piece.map(|(x, y)| plot.place(x, y))).collect();
     for (colour, width) in [(WHITE, 9.0), (INK, 4.5)] {
-        for piece in &pieces {
-            let line = piece.map(|(x, y)| plot.place(x, y));
+        for line in &lines {
             scene.line(line.to_vec(), Stroke { colour, width, dash: &[] });
         }
     }
+    lines
 }
 
 fn draw_title(scene: &mut Scene, panel: &SlicePanel, place: &Place, sizes: Sizes) {

@@ -325,6 +325,6 @@ fn draw_marks(scene: &mut Scene, figure: &VolumeFigure, view: &View) -> bool {
         }
         placed.push(PlacedMark { at, label: &mark.label, hidden });
     }
-    labels::draw_marks(scene, &placed, view.bounds, SIZES.tick);
+    labels::draw_marks(scene, &placed, &[], view.bounds, SIZES.tick);
     placed.iter().any(|mark| mark.hidden)
 }

@@ -422,45 +422,53 @@ fn brute_force(study: &PlacementStudy) -> (f64, Vec<(Site, Metrics)>) {
 /// The goal: within 0.1 % of brute force, and no compromise of the front beaten by more than that.
 const GOAL: f64 = 1e-3;
 
+/// By what share the best place of a random problem is worse than that of brute force, and the most by which all that a
+/// compromise shows is beaten there.
+fn against_brute_force(seed: u64) -> Option<[f64; 2]> {
+    let study = random_problem(seed);
+    let results = searched(&study);
+    let (least, all) = brute_force(&study);
+    let Some(best) = &results.best else {
+        assert!(all.is_empty(), "problem {seed}: nothing is found, but there is a place of {least}");
+        return None;
+    };
+    check_recommendation(&results);
+    let excess = best.value / least - 1.0;
+    let by = |front: &Metrics, other: &Metrics| {
+        let gain = |metric: &Metric| {
+            let (own, other) = (metric.cost(front.get(*metric).unwrap()), metric.cost(other.get(*metric).unwrap()));
+            (own - other) / own.abs()
+        };
+        study.objective.pareto.iter().map(gain).fold(f64::MAX, f64::min)
+    };
+    let compared = results.front.iter().flat_map(|(_, values)| all.iter().map(move |(_, other)| by(values, other)));
+    let beaten = compared.fold(0.0, f64::max);
+    println!(
+        "problem {seed}: {:.6} against {least:.6} ({:+.4} %); front of {} beaten by up to {:.4} %",
+        best.value,
+        100.0 * excess,
+        results.front.len(),
+        100.0 * beaten
+    );
+    Some([excess, beaten])
+}
+
 #[test]
 fn random_problems_are_solved_as_well_as_by_brute_force() {
     let drawn = cases(2);
     let RngSeed::Fixed(seed) = drawn.rng_seed else { panic!("INVARIANT_CASES: expected PROPTEST_RNG_SEED beside it") };
-    let (first, count) = (seed.saturating_sub(1), u64::from(drawn.cases));
-    let (mut worst, mut beaten_most) = (f64::MIN, 0.0f64);
-    for seed in first..first + count {
-        let study = random_problem(seed);
-        let results = searched(&study);
-        let (least, all) = brute_force(&study);
-        let Some(best) = &results.best else {
-            assert!(all.is_empty(), "problem {seed}: nothing is found, but there is a place of {least}");
-            continue;
-        };
-        check_recommendation(&results);
-        let excess = best.value / least - 1.0;
-        let by = |front: &Metrics, other: &Metrics| {
-            let gain = |metric: &Metric| {
-                let (own, other) = (metric.cost(front.get(*metric).unwrap()), metric.cost(other.get(*metric).unwrap()));
-                (own - other) / own.abs()
-            };
-            study.objective.pareto.iter().map(gain).fold(f64::MAX, f64::min)
-        };
-        let beaten =
-            results.front.iter().map(|(_, values)| all.iter().map(|(_, other)| by(values, other)).fold(0.0, f64::max));
-        let beaten: Vec<f64> = beaten.collect();
-        let most = beaten.iter().copied().fold(0.0, f64::max);
-        println!(
-            "problem {seed}: {:.6} against {least:.6} ({:+.4} %); front of {} beaten by up to {:.4} %",
-            best.value,
-            100.0 * excess,
-            beaten.len(),
-            100.0 * most
-        );
-        worst = worst.max(excess);
-        beaten_most = beaten_most.max(most);
-    }
+    let first = seed.saturating_sub(1);
+    let problems = (first..first + u64::from(drawn.cases)).filter_map(against_brute_force);
+    let [worst, beaten] = problems.fold([f64::MIN, 0.0], |all, one| [0, 1].map(|k| f64::max(all[k], one[k])));
     assert!(worst <= GOAL, "{:.3} % worse than brute force", 100.0 * worst);
-    assert!(beaten_most <= GOAL, "a compromise is beaten by {:.3} %", 100.0 * beaten_most);
+    assert!(beaten <= GOAL, "a compromise is beaten by {:.3} %", 100.0 * beaten);
+}
+
+/// Along a bound, on an edge of two worst values: from three compromises few ways lead on.
+#[test]
+fn a_compromise_in_a_corner_of_edges_and_bounds_is_polished_out_of_it() {
+    let [_, beaten] = against_brute_force(1_795_639_505).expect("a place");
+    assert!(beaten <= GOAL, "a compromise is beaten by {:.3} %", 100.0 * beaten);
 }
 
 /// The way of a quantity, and how often it was looked at.

@@ -1,4 +1,4 @@
-//! Maps of turns about the tool's axis, held against equilibria of single demands on the branches.
+//! Redundancy maps, held against equilibria of single demands on the branches.
 
 use std::path::Path;
 
@@ -7,7 +7,7 @@ use kinetostat::{
     process::{Placement, cutting::PathFrame},
     questions::{
         Overrides, Study, StudyKind,
-        redundancy_map::{AtTurn, RedundancyMap, RedundancyMapPoint, RedundancyMapStudy, run},
+        redundancy_map::{AtGamma, RedundancyMap, RedundancyMapPoint, RedundancyMapStudy, run},
     },
     simulation::{Machines, Source},
     spatial::{frame_about, rotation_exp},
@@ -33,7 +33,7 @@ fn map(study: &RedundancyMapStudy) -> RedundancyMap {
 }
 
 /// The largest deflection over the directions of the force with the platform turned so, by the machine tracked there on its own.
-fn alone(study: &RedundancyMapStudy, point: &RedundancyMapPoint, at: &AtTurn) -> f64 {
+fn alone(study: &RedundancyMapStudy, point: &RedundancyMapPoint, at: &AtGamma) -> f64 {
     let machine =
         at.branch.map_or_else(|| study.scene.machine.clone(), |branch| study.scene.machine.on_branch(branch).unwrap());
     let machines = Machines::new(&machine, &study.scene.errors).unwrap();
@@ -69,11 +69,11 @@ fn best_and_worst_turns_are_what_the_machine_does_there() {
         let study = study(machine, table);
         let map = map(&study);
         assert_eq!(map.points.len(), study.grid.len() * study.axes.len());
-        assert!(map.points.iter().filter(|point| point.is_solved()).count() * 2 > map.points.len(), "{machine}");
+        assert!(map.points.iter().filter(|point| point.gammas.is_ok()).count() * 2 > map.points.len(), "{machine}");
         for point in &map.points {
-            let Ok(turns) = &point.turns else { continue };
-            assert!(turns.best.deflection_mm <= turns.worst.deflection_mm && turns.possible <= study.turns());
-            for at in [&turns.best, &turns.worst] {
+            let Ok(gammas) = &point.gammas else { continue };
+            assert!(gammas.best.deflection_mm <= gammas.worst.deflection_mm && gammas.possible <= study.gammas());
+            for at in [&gammas.best, &gammas.worst] {
                 let found = alone(&study, point, at);
                 assert!((found - at.deflection_mm).abs() < 1e-6, "{machine} {found} {at:?}");
             }
@@ -86,9 +86,9 @@ fn a_place_without_a_turn_says_what_hinders() {
     let table = "grid = [1, 1, 2]\ngamma_step_deg = 90.0\nmin_mm = [2000.0, 0.0, 700.0]\nmax_mm = [2000.0, 0.0, 9000.0]\nslices_z_mm = [700.0]";
     let study = study("fanuc_r2000ic", table);
     let map = map(&study);
-    assert!(map.points[0].is_solved());
-    let failure = map.points[1].turns.as_ref().unwrap_err();
-    assert_eq!((&*failure.status, map.points[1].status()), ("unreachable", "unreachable"));
+    assert!(map.points[0].gammas.is_ok());
+    let failure = map.points[1].gammas.as_ref().unwrap_err();
+    assert_eq!(failure.status, "unreachable");
     assert_eq!(failure.reason, "none of 4 values of γ is possible on any branch: 8 out of reach");
 }
 

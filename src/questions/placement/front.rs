@@ -2,7 +2,7 @@
 //!
 //! What sweep and refinements happen to have seen lies near the front, not on it. Compromises spread along what they show
 //! are therefore polished: the largest loss, each metric in its range over the front, is made small, so that all metrics
-//! get better together. What is not polished is not shown.
+//! get better together. What is not polished is not shown, unless it dominates a place that is.
 
 use rayon::prelude::*;
 
@@ -23,7 +23,7 @@ use crate::{
 /// Most compromises that are polished.
 const POINTS: usize = 12;
 /// Steps of polishing.
-const POLISH: Steps = Steps { first: 0.1, last: 4e-3 };
+const POLISH: Steps = Steps { first: 0.1, last: 4e-3, bases: 10 };
 /// What all losses together count beside the largest: a loss that is not the largest is still one.
 const SUM: f64 = 1e-2;
 
@@ -61,7 +61,7 @@ pub(super) fn front(
         work.tell(Event::Computed(1));
     }
     let ranges = ranges(&rough, metrics);
-    let polished: Vec<(Site, Metrics)> = chosen
+    let polished: Vec<Vec<(Site, Metrics)>> = chosen
         .par_iter()
         .enumerate()
         .map(|(number, &index)| {
@@ -72,7 +72,11 @@ pub(super) fn front(
         })
         .collect();
     work.gathered()?;
-    Ok(undominated(&polished, metrics))
+    let ends: Vec<(Site, Metrics)> = polished.iter().filter_map(|found| found.last().copied()).collect();
+    known.extend(polished.into_iter().flatten());
+    let best = undominated(&known, metrics);
+    let shown = ends.iter().map(|end| *best.iter().find(|other| dominates(&other.1, &end.1, metrics)).unwrap_or(end));
+    Ok(undominated(&shown.collect::<Vec<_>>(), metrics))
 }
 
 /// The best known place for one metric, refined for it alone.
@@ -135,14 +139,14 @@ fn spread(front: &[(Site, Metrics)], metrics: &[Metric]) -> Vec<usize> {
     chosen
 }
 
-/// A place that is better than `start` in all metrics, as far as there is one nearby.
+/// `start` and ever better places nearby, the last of them better in all metrics as far as there is such a one.
 fn better(
     evaluator: &Evaluator,
     study: &PlacementStudy,
     start: &(Site, Metrics),
     ranges: &[f64],
     work: &Work,
-) -> (Site, Metrics) {
+) -> Vec<(Site, Metrics)> {
     let metrics = &study.objective.pareto;
     let from = costs(metrics, &start.1);
     let loss = |values: &Metrics| {
@@ -154,12 +158,12 @@ fn better(
         let losses: Vec<f64> = losses.collect();
         losses.iter().copied().fold(f64::NEG_INFINITY, f64::max) + SUM * losses.iter().sum::<f64>()
     };
-    let mut found = *start;
+    let mut found = vec![*start];
     polish(study, (start.0, 0.0), POLISH, f64::NEG_INFINITY, |site, below| {
         let Some(evaluation) = evaluator.kept_below(work, site, &loss, below) else { return f64::INFINITY };
         let value = loss(&evaluation.metrics);
         if value < below {
-            found = (*site, evaluation.metrics);
+            found.push((*site, evaluation.metrics));
         }
         value
     });

@@ -43,7 +43,7 @@ const SEARCHES: usize = 12;
 /// Fewer than one in so many places that can be cut at are few.
 const FEW: usize = 4;
 /// Steps of such a search.
-const STEPS: Steps = Steps { first: 1.0, last: 1e-7 };
+const STEPS: Steps = Steps { first: 1.0, last: 1e-7, bases: 0 };
 /// An interval narrower than this is none, mm.
 const NARROWEST: f64 = 1e-6;
 /// Most middles of intervals that are held against the boxes.

@@ -16,8 +16,11 @@ use crate::spatial::radical_inverse;
 pub(super) struct Steps {
     /// The first one, which none exceeds.
     pub first: f64,
-    /// The search ends below it.
+    /// Below it the search ends, or begins again with the first one.
     pub last: f64,
+    /// Bases along which no step may be better before the search ends: where several values have an edge, few ways lead
+    /// on, and the bases of one search may all miss them.
+    pub bases: usize,
 }
 
 /// Most places that are looked at.
@@ -34,7 +37,7 @@ pub(super) fn polish(
 ) -> (Site, f64) {
     let free = study.bounds.free();
     let units: Vec<f64> = free.iter().map(|&i| study.grid.step(i, &study.bounds)).collect();
-    let (mut found, mut size, mut looked) = (start, steps.first, 0);
+    let (mut found, mut size, mut looked, mut fruitless) = (start, steps.first, 0, 0);
     let mut last_way: Option<Vec<f64>> = None;
     for turn in 0.. {
         if size < steps.last || found.1 <= goal || looked >= MOST || free.is_empty() {
@@ -58,7 +61,11 @@ pub(super) fn polish(
                 break;
             }
         }
+        fruitless = if is_better { 0 } else { fruitless + 1 };
         size = if is_better { (2.0 * size).min(steps.first) } else { 0.5 * size };
+        if size < steps.last && fruitless < steps.bases {
+            size = steps.first;
+        }
     }
     found
 }

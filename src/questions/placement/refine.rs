@@ -89,7 +89,7 @@ const CONTENDS: f64 = 0.02;
 /// Most ends that are polished.
 const POLISHED: usize = 2;
 /// Steps of polishing.
-const POLISH: Steps = Steps { first: 0.1, last: 5e-4 };
+const POLISH: Steps = Steps { first: 0.1, last: 5e-4, bases: 0 };
 
 /// Refines each of `starts`, in their order, and polishes the best ends.
 ///

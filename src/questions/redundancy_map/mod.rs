@@ -1,12 +1,12 @@
-//! A map of turns: with the tool in given directions at places of its tip, how far the cutting force moves it at the best and at the
-//! worst turn about its axis, on which branch, and where no turn is possible.
+//! A redundancy map: with the tool in given directions at points of a grid, how far the cutting force moves it at the best and
+//! at the worst rotation γ about its axis, on which branch, and where no γ is possible.
 
 #[cfg(feature = "report")]
 pub mod report;
 mod resolve;
 pub(crate) mod spec;
 
-use std::{collections::BTreeMap, f64::consts::FRAC_PI_2};
+use std::{collections::BTreeMap, f64::consts::FRAC_PI_2, ops::Range};
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
@@ -19,13 +19,13 @@ use crate::{
         cutting::{PathFrame, PathLoad},
     },
     redundancy::{Infeasible, Node, TurnAsked, at_points},
-    simulation::{Failure, Scene, status_of},
+    simulation::{Failure, Scene},
     spatial::{Grid, frame_about},
     toolpath::{Orientation, PathPoint, PointSource, Toolpath, cutting_point},
     work::{Event, Work, here},
 };
 
-/// A checked map of turns.
+/// A checked redundancy map.
 #[derive(Debug, Clone)]
 pub struct RedundancyMapStudy {
     /// Of what machine, under what.
@@ -34,21 +34,21 @@ pub struct RedundancyMapStudy {
     pub grid: Grid,
     /// Directions of the tool from its tip to the spindle, unit vectors in O.
     pub axes: Vec<Vector3<f64>>,
-    /// The turns.
+    /// Which γ are looked at.
     pub turn: ToolTurn,
 }
 
 impl RedundancyMapStudy {
-    /// Turns of a place.
-    pub fn turns(&self) -> usize {
+    /// Number of values of γ.
+    pub fn gammas(&self) -> usize {
         (360.0 / self.turn.step_deg - 1e-9).ceil() as usize
     }
 }
 
-/// A turn at a place.
+/// One γ at a point.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct AtTurn {
-    /// γ from the least turn of the platform from home, degrees.
+pub struct AtGamma {
+    /// γ from the smallest rotation of the platform from home, degrees.
     pub gamma_deg: f64,
     /// The branch, of an arm.
     pub branch: Option<Branch>,
@@ -58,14 +58,14 @@ pub struct AtTurn {
     pub phi_deg: f64,
 }
 
-/// The turns at a place.
+/// What γ does at a point.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Turns {
+pub struct Gammas {
     /// The one at which the tool moves least.
-    pub best: AtTurn,
+    pub best: AtGamma,
     /// The one at which it moves most.
-    pub worst: AtTurn,
-    /// Turns that are possible on some branch.
+    pub worst: AtGamma,
+    /// Values of γ that are possible on some branch.
     pub possible: usize,
 }
 
@@ -76,20 +76,8 @@ pub struct RedundancyMapPoint {
     pub position_mm: [f64; 3],
     /// Index of the direction.
     pub axis: usize,
-    /// The turns there.
-    pub turns: std::result::Result<Turns, Failure>,
-}
-
-impl RedundancyMapPoint {
-    /// Word for tables.
-    pub fn status(&self) -> &str {
-        status_of(&self.turns)
-    }
-
-    /// Whether some turn is possible.
-    pub fn is_solved(&self) -> bool {
-        self.turns.is_ok()
-    }
+    /// What γ does there.
+    pub gammas: std::result::Result<Gammas, Failure>,
 }
 
 /// Results of a redundancy map: of each direction the places in grid order.
@@ -108,31 +96,26 @@ const BLOCK: usize = 64;
 /// A machine that cannot turn its tool freely, and those of `work`.
 pub fn run(study: &RedundancyMapStudy, work: &Work) -> Result<RedundancyMap> {
     let mut points = Vec::with_capacity(study.grid.len() * study.axes.len());
-    for axis in 0..study.axes.len() {
-        let work = work.after(axis * blocks_of_axis(study));
-        for (number, start) in (0..study.grid.len()).step_by(BLOCK).enumerate() {
-            let (work, places) = (work.dealt(number), start..study.grid.len().min(start + BLOCK));
-            let found = here(work.piece(&(axis, start), Vec::len, || block(study, axis, places, &work)))?;
-            points.extend(found.into_iter().flatten());
-        }
+    for (number, (axis, places)) in blocks(study).enumerate() {
+        let work = work.dealt(number);
+        let found = here(work.piece(&(axis, places.start), Vec::len, || block(study, axis, places, &work)))?;
+        points.extend(found.into_iter().flatten());
     }
     work.gathered()?;
     Ok(RedundancyMap { points })
 }
 
-fn blocks_of_axis(study: &RedundancyMapStudy) -> usize {
-    study.grid.len().div_ceil(BLOCK)
-}
-
-/// Blocks of all directions.
-pub(super) fn blocks(study: &RedundancyMapStudy) -> usize {
-    study.axes.len() * blocks_of_axis(study)
+/// Direction and places of each block.
+pub(super) fn blocks(study: &RedundancyMapStudy) -> impl Iterator<Item = (usize, Range<usize>)> {
+    let (axes, places) = (study.axes.len(), study.grid.len());
+    let of_axis = move |axis| (0..places).step_by(BLOCK).map(move |at| (axis, at..places.min(at + BLOCK)));
+    (0..axes).flat_map(of_axis)
 }
 
 fn block(
     study: &RedundancyMapStudy,
     axis: usize,
-    places: std::ops::Range<usize>,
+    places: Range<usize>,
     work: &Work,
 ) -> Result<Vec<RedundancyMapPoint>> {
     let positions: Vec<Vector3<f64>> = places.map(|index| study.grid.position(index)).collect();
@@ -154,11 +137,11 @@ fn block(
         .map(|(nodes, position)| RedundancyMapPoint {
             position_mm: (*position).into(),
             axis,
-            turns: turns(study, &found.turns, &found.branches, nodes),
+            gammas: gammas(study, &found.turns, &found.branches, nodes),
         })
         .collect();
     work.tell(Event::Computed(points.len()));
-    let unsolved = points.iter().filter(|point| !point.is_solved()).count();
+    let unsolved = points.iter().filter(|point| point.gammas.is_err()).count();
     if unsolved > 0 {
         work.tell(Event::Unsolved(unsolved));
     }
@@ -183,37 +166,33 @@ fn path(study: &RedundancyMapStudy, axis: usize, positions: &[Vector3<f64>]) -> 
 }
 
 /// What the nodes of a place, one list for each direction of the force, come to.
-fn turns(
+fn gammas(
     study: &RedundancyMapStudy,
-    turns: &[f64],
+    gammas: &[f64],
     branches: &[Option<Branch>],
     nodes: &[Vec<Node>],
-) -> std::result::Result<Turns, Failure> {
-    let (mut best, mut worst): (Option<AtTurn>, Option<AtTurn>) = (None, None);
-    let (mut possible, mut infeasible_turns) = (0, BTreeMap::<Infeasible, usize>::new());
-    for (k, turn) in turns.iter().enumerate() {
+) -> std::result::Result<Gammas, Failure> {
+    let (mut best, mut worst): (Option<AtGamma>, Option<AtGamma>) = (None, None);
+    let (mut possible, mut infeasible_gammas) = (0, BTreeMap::<Infeasible, usize>::new());
+    for (k, turn) in gammas.iter().enumerate() {
         let mut is_possible = false;
         for (s, branch) in branches.iter().enumerate() {
             match over_phis(study, nodes, k * branches.len() + s) {
                 Ok((deflection_mm, phi)) => {
                     is_possible = true;
                     let (gamma_deg, phi_deg) = (turn.to_degrees(), phi.to_degrees());
-                    let here = AtTurn { gamma_deg, branch: *branch, deflection_mm, phi_deg };
-                    if best.is_none_or(|best| deflection_mm < best.deflection_mm) {
-                        best = Some(here);
-                    }
-                    if worst.is_none_or(|worst| deflection_mm > worst.deflection_mm) {
-                        worst = Some(here);
-                    }
+                    let here = AtGamma { gamma_deg, branch: *branch, deflection_mm, phi_deg };
+                    best = best.filter(|best| best.deflection_mm <= deflection_mm).or(Some(here));
+                    worst = worst.filter(|worst| worst.deflection_mm >= deflection_mm).or(Some(here));
                 }
-                Err(infeasible) => *infeasible_turns.entry(infeasible).or_default() += 1,
+                Err(infeasible) => *infeasible_gammas.entry(infeasible).or_default() += 1,
             }
         }
         possible += usize::from(is_possible);
     }
     best.zip(worst)
-        .map(|(best, worst)| Turns { best, worst, possible })
-        .ok_or_else(|| none_of(turns.len(), &infeasible_turns))
+        .map(|(best, worst)| Gammas { best, worst, possible })
+        .ok_or_else(|| none_of(gammas.len(), &infeasible_gammas))
 }
 
 /// The largest deflection of a node over the directions of the force, and its direction, rad.
@@ -222,23 +201,19 @@ fn over_phis(
     nodes: &[Vec<Node>],
     node: usize,
 ) -> std::result::Result<(f64, f64), Infeasible> {
-    let mut largest = (-1.0, 0.0);
-    for (nodes, phi) in nodes.iter().zip(&study.scene.phis) {
+    nodes.iter().zip(&study.scene.phis).try_fold((-1.0, 0.0), |largest, (nodes, phi)| {
         let cost_mm = nodes[node]?.cost_mm;
-        if cost_mm > largest.0 {
-            largest = (cost_mm, *phi);
-        }
-    }
-    Ok(largest)
+        Ok(if cost_mm > largest.0 { (cost_mm, *phi) } else { largest })
+    })
 }
 
-/// Why none of `turns` turns is possible: what hinders most.
-fn none_of(turns: usize, infeasible_turns: &BTreeMap<Infeasible, usize>) -> Failure {
+/// Why none of `gammas` values of γ is possible: what hinders most.
+fn none_of(gammas: usize, infeasible_gammas: &BTreeMap<Infeasible, usize>) -> Failure {
     // Branches that do not lead there say least.
-    let told = infeasible_turns.iter().filter(|(infeasible, _)| **infeasible != Infeasible::Unreachable);
+    let told = infeasible_gammas.iter().filter(|(infeasible, _)| **infeasible != Infeasible::Unreachable);
     let most = told.max_by_key(|(_, count)| **count).map_or(Infeasible::Unreachable, |(infeasible, _)| *infeasible);
     let counts: Vec<String> =
-        infeasible_turns.iter().map(|(infeasible, count)| format!("{count} {}", infeasible.words())).collect();
-    let reason = format!("none of {turns} values of γ is possible on any branch: {}", counts.join(", "));
+        infeasible_gammas.iter().map(|(infeasible, count)| format!("{count} {}", infeasible.words())).collect();
+    let reason = format!("none of {gammas} values of γ is possible on any branch: {}", counts.join(", "));
     Failure { status: most.label().into(), reason }
 }

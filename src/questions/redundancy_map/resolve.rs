@@ -1,4 +1,4 @@
-//! A map of turns among the questions, and from a study as written to a checked one.
+//! A redundancy map among the questions, and from a study as written to a checked one.
 
 use std::f64::consts::TAU;
 
@@ -27,8 +27,8 @@ use crate::{
 
 /// Most places of a map, all directions together.
 const MAX_POINTS: usize = 1_000_000;
-/// Steps between turns and directions of the force if the study does not say them, degrees.
-const TURN_STEP_DEG: f64 = 10.0;
+/// Steps between values of γ and directions of the force if the study does not say them, degrees.
+const GAMMA_STEP_DEG: f64 = 10.0;
 const PHI_STEP_DEG: f64 = 45.0;
 
 impl Question for RedundancyMapStudy {
@@ -55,15 +55,13 @@ impl Question for RedundancyMapStudy {
         let region =
             Region { min_mm: spec.min_mm, max_mm: spec.max_mm, grid: spec.grid, slices_z_mm: &spec.slices_z_mm };
         let (grid, slices_z, size) = region.checked(given, around_home, MAX_POINTS / axes.len())?;
-        let step_deg = spec.gamma_step_deg.unwrap_or(TURN_STEP_DEG);
+        let step_deg = spec.gamma_step_deg.unwrap_or(GAMMA_STEP_DEG);
         if !(1.0..=180.0).contains(&step_deg) {
             return check.key("gamma_step_deg").fail(format!("must be from 1 to 180, got {step_deg}"));
         }
         let default = ToolTurn::default();
-        let min_singularity_distance = match spec.min_singularity_distance {
-            Some(given) => check.key("min_singularity_distance").not_negative(given)?,
-            None => default.min_singularity_distance,
-        };
+        let distance = spec.min_singularity_distance.unwrap_or(default.min_singularity_distance);
+        let min_singularity_distance = check.key("min_singularity_distance").not_negative(distance)?;
         let turn = ToolTurn { step_deg, min_singularity_distance, ..default };
         let shown = Shown { slices_z, not_used };
         Ok(Resolved { study: RedundancyMapStudy { scene, grid, axes, turn }, shown, inputs: inputs.and(size) })
@@ -74,7 +72,7 @@ impl Question for RedundancyMapStudy {
     }
 
     fn pieces(&self) -> usize {
-        blocks(self)
+        blocks(self).count()
     }
 
     fn compute(&self, work: &Work) -> Result<()> {

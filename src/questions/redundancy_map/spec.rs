@@ -1,4 +1,4 @@
-//! A map of turns as written: raw, units in the keys, unknown keys refused. Checked by [`crate::questions::Study`].
+//! A redundancy map as written: raw, units in the keys, unknown keys refused. Checked by [`crate::questions::Study`].
 
 use serde::Deserialize;
 
@@ -16,7 +16,7 @@ pub struct RedundancyMapSpec {
     pub tool_axes: Option<Vec<[f64; 3]>>,
     /// Directions on a cone.
     pub cone: Option<ConeSpec>,
-    /// Step between turns about the tool's axis; 10 if not given.
+    /// Step between values of γ, the rotation about the tool axis; 10 if not given.
     pub gamma_step_deg: Option<f64>,
     /// Least distance to a singularity, an inverse condition number; 0.01 if not given.
     pub min_singularity_distance: Option<f64>,

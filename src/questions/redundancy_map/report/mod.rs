@@ -19,8 +19,9 @@ use crate::{
     questions::{
         Answered,
         over_workspace::Shown,
-        redundancy_map::{RedundancyMapPoint, RedundancyMapStudy, Turns, run},
+        redundancy_map::{Gammas, RedundancyMapStudy, run},
     },
+    simulation::status_of,
 };
 use quantities::{BEST, Found, Report, WORST_OVER_BEST};
 
@@ -36,10 +37,10 @@ impl Answered for RedundancyMapStudy {
                 json!({
                     "grid": self.grid.counts(),
                     "directions": self.axes.len(),
-                    "gammas": self.turns(),
+                    "gammas": self.gammas(),
                     "tool_angles": self.scene.phis.len(),
                 }),
-                Manifest::count(map.points.iter().map(RedundancyMapPoint::status)),
+                Manifest::count(map.points.iter().map(|point| status_of(&point.gammas))),
                 report.json(),
                 Description { headline: headline(&report, &shown.not_used), ..page(&report) },
             )
@@ -80,7 +81,7 @@ fn setting(report: &Report<'_>) -> Vec<Fact> {
     let directions: Vec<String> = (0..axes.len()).map(|axis| report.axis_name(axis)).collect();
     scene.facts([
         Fact::new("directions of the tool", typographic(&format!("{}, from tip to spindle", directions.join(", ")))),
-        Fact::new("values of γ", format!("{} in steps of {}°", report.study.turns(), turn.step_deg)),
+        Fact::new("values of γ", format!("{} in steps of {}°", report.study.gammas(), turn.step_deg)),
         Fact::new(
             "kept from singularities",
             format!("inverse condition number of {} at least", turn.min_singularity_distance),
@@ -95,11 +96,8 @@ fn explorer(report: &Report<'_>) -> Explorer {
     let value = |cell: String, label: String| GroupValue { cells: vec![cell], label };
     let own = (0..axes).map(|axis| value(report.axis_name(axis), format!("along {}", report.axis_name(axis))));
     let all = (axes > 1).then(|| value(quantities::ALL.into(), "the worst of all directions".into()));
-    let group = Group {
-        columns: vec!["direction".into()],
-        label: "direction of the tool".into(),
-        values: all.into_iter().chain(own).collect(),
-    };
+    let (columns, label) = (vec!["direction".into()], "direction of the tool".into());
+    let group = Group { columns, label, values: all.into_iter().chain(own).collect() };
     let layers = layers(&quantities::on_page());
     Explorer { marks: Vec::new(), ..report.study.scene.view(MAP, "redundancy_map.csv", Some(group), layers) }
 }
@@ -111,13 +109,13 @@ fn headline(report: &Report<'_>, not_used: &[&str]) -> Headline {
         "{}, {} of the tool, {} values of γ, {} of the force",
         counted(grid.len(), "grid point"),
         counted(axes.len(), "direction"),
-        report.study.turns(),
+        report.study.gammas(),
         counted(scene.phis.len(), "direction"),
     );
     let tip = scene.machine.home.pose.rotation * scene.machine.tool_tip;
     let positions = (0..grid.len()).map(|place| grid.position(place) - tip);
     let at_best =
-        |found: Option<Found<'_>>, what: &str, extreme| found.map(|found| at_best_turn(report, &found, what, extreme));
+        |found: Option<Found<'_>>, what: &str, extreme| found.map(|found| at_best_gamma(report, &found, what, extreme));
     Headline::new(sentence(report), basis)
         .with_cautions(&scene.cautions(not_used, "place", positions))
         .with_all(at_best(report.most(), "largest deflection at the best γ", Extreme::Largest))
@@ -134,9 +132,8 @@ fn sentence(report: &Report<'_>) -> String {
     };
     let met = report.share_within().words(report.study.scene.tolerance_mm, "at … of the grid points");
     let met = met.map_or_else(String::new, |met| format!(" So rotated, it is {met}."));
-    let gain = report
-        .widest()
-        .map_or_else(String::new, |widest| format!(" At the worst γ it moves up to {:.1} times as far.", widest.value));
+    let times = |widest: Found<'_>| format!(" At the worst γ it moves up to {:.1} times as far.", widest.value);
+    let gain = report.widest().map_or_else(String::new, times);
     format!(
         "At the best rotation γ about its tool, the {name} moves by {} at best and {} at worst.{met}{gain}",
         millimetres(least.value, 3),
@@ -153,12 +150,12 @@ fn place(report: &Report<'_>, found: &Found<'_>) -> String {
     }
 }
 
-fn in_table(report: &Report<'_>, found: &Found<'_>, quantity: &Quantity<Turns>, extreme: Extreme) -> InTable {
+fn in_table(report: &Report<'_>, found: &Found<'_>, quantity: &Quantity<Gammas>, extreme: Extreme) -> InTable {
     quantity.found_in("redundancy_map.csv", &[["direction", &report.axis_name(found.point.axis)]], extreme, found.value)
 }
 
-fn at_best_turn(report: &Report<'_>, found: &Found<'_>, what: &str, extreme: Extreme) -> KeyNumber {
-    let best = &found.turns.best;
+fn at_best_gamma(report: &Report<'_>, found: &Found<'_>, what: &str, extreme: Extreme) -> KeyNumber {
+    let best = &found.gammas.best;
     let branch = best.branch.map_or_else(String::new, |branch| format!(", {}", branch.label()));
     let against = format!("γ = {:.0}°{branch}", best.gamma_deg);
     let what = format!("{what}, at {}", place(report, found));
@@ -166,7 +163,7 @@ fn at_best_turn(report: &Report<'_>, found: &Found<'_>, what: &str, extreme: Ext
 }
 
 fn gain(report: &Report<'_>, found: &Found<'_>) -> KeyNumber {
-    let [worst, best] = [&found.turns.worst, &found.turns.best]
+    let [worst, best] = [&found.gammas.worst, &found.gammas.best]
         .map(|turn| format!("{} at {:.0}°", millimetres(turn.deflection_mm, 3), turn.gamma_deg));
     let what = format!("times as far at the worst γ as at the best, at {}", place(report, found));
     let number = KeyNumber::new(&format!("{:.2}", found.value), what, format!("{worst} against {best}"));
@@ -178,18 +175,18 @@ fn details(report: &Report<'_>) -> String {
     let mut table = text_table(["tool along", "solved", "least", "most", "worst γ", "values of γ"], 1);
     let places = report.study.grid.len();
     for (axis, points) in report.map.points.chunks(places).enumerate() {
-        let turns: Vec<&Turns> = points.iter().filter_map(|point| point.turns.as_ref().ok()).collect();
-        let best = |of: fn(f64, f64) -> f64| turns.iter().map(|turns| turns.best.deflection_mm).reduce(of);
-        let worst = turns.iter().map(|turns| turns.worst.deflection_mm).reduce(f64::max);
-        let possible = turns.iter().map(|turns| turns.possible as f64).sum::<f64>() / turns.len().max(1) as f64;
+        let gammas: Vec<&Gammas> = points.iter().filter_map(|point| point.gammas.as_ref().ok()).collect();
+        let best = |of: fn(f64, f64) -> f64| gammas.iter().map(|gammas| gammas.best.deflection_mm).reduce(of);
+        let worst = gammas.iter().map(|gammas| gammas.worst.deflection_mm).reduce(f64::max);
+        let possible = gammas.iter().map(|gammas| gammas.possible as f64).sum::<f64>() / gammas.len().max(1) as f64;
         let shown = |value: Option<f64>| if_any(value, |value| millimetres_in_table(value, 3));
         table.add_row([
             report.axis_name(axis),
-            format!("{} of {places}", turns.len()),
+            format!("{} of {places}", gammas.len()),
             shown(best(f64::min)),
             shown(best(f64::max)),
             shown(worst),
-            format!("{possible:.0} of {}", report.study.turns()),
+            format!("{possible:.0} of {}", report.study.gammas()),
         ]);
     }
     format!(
