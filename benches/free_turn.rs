@@ -6,7 +6,7 @@ use std::time::Instant;
 use kinetostat::{
     machine::Machine,
     process::{Process, Redundancy, ToolTurn, TurnObjective},
-    redundancy::{FreeTurn, TurnAsked, TurnedAlong, seek},
+    redundancy::{FoundGamma, TurnAsked, TurnedAlong, seek},
     toolpath::polyline::Polyline,
     work::Work,
 };
@@ -103,7 +103,7 @@ fn on_machine(machine: &Machine, points: usize) {
             turn: &turn,
         };
         let (started, before) = (Instant::now(), processor_s());
-        let found: FreeTurn = pool.install(|| seek(asked, &Work::default())).expect("a machine that turns");
+        let found: FoundGamma = pool.install(|| seek(asked, &Work::default())).expect("a machine that turns");
         let (by_clock, of_processor) = (started.elapsed().as_secs_f64(), processor_s() - before);
         println!(
             "{objective:?}, {points} points: {by_clock:.1} s by the clock, {of_processor:.1} s of processor time on two threads, \

@@ -4,7 +4,7 @@
 use std::time::Instant;
 
 use kinetostat::{
-    compensation::{CompensationSettings, Demand, Method, Session, Target, compensate},
+    compensation::{CompensationSettings, Method, Session, Target, TaskPoint, compensate},
     machine::Machine,
     process::MillingForce,
 };
@@ -21,10 +21,10 @@ fn main() {
     let errors = nominal.assembly_errors(&[1.0, -1.0, 1.0]);
     let real = nominal.with_errors(&errors);
     let centre = nominal.point("Q1").expect("named point").position;
-    let demands: Vec<Demand> = (0..points)
+    let tasks: Vec<TaskPoint> = (0..points)
         .map(|i| {
             let phi = std::f64::consts::TAU * f64::from(i) / f64::from(points);
-            Demand {
+            TaskPoint {
                 pose: nominal.pose_at(centre + Vector3::new(phi.cos(), phi.sin(), 0.0) * 25.0),
                 load: MillingForce::PAPER.wrench(phi, &nominal.tool()),
                 target: Target::ToolTip,
@@ -39,8 +39,8 @@ fn main() {
         let mut session = Session::new(&nominal, &real, settings);
         let (mut corrections, mut worst) = (0, 0.0f64);
         let started = Instant::now();
-        for demand in &demands {
-            let done = compensate(&mut session, demand, method);
+        for task in &tasks {
+            let done = compensate(&mut session, task, method);
             assert!(done.status.is_success(), "{method:?}: {:?}", done.status);
             assert!(session.target().is_ok());
             corrections += done.iterations();

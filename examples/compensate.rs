@@ -4,12 +4,7 @@
 //! cargo run --release --example compensate
 //! ```
 
-use kinetostat::{
-    Folder, Machine, Method, Process,
-    products::program::{Asked, Compensated, InMemory, ProgramJob},
-    simulation::ProgramFile,
-    work::Work,
-};
+use kinetostat::{Asked, Compensated, Folder, InMemory, Machine, Method, Process, ProgramFile, ProgramJob, Work};
 
 const PROCESS: &str = r#"
 schema = 1
@@ -32,7 +27,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     // Files may be on disk, `Process::open`, or in memory; this process names none.
     let process = Process::from_toml(PROCESS, "process", Folder::in_memory([]), &machine)?;
     let program = ProgramFile::parse(PROGRAM.into(), "quarter.nc".as_ref(), &process)?;
-    let job = ProgramJob::new(process, program, "quarter.nc")?;
+    let job = ProgramJob::new(process, program, "quarter.nc", &Work::default())?;
 
     // Commands that put every point right, the program with these commands, and what it does as it is written, rounding included.
     let proved = match job.compensate(&Asked::by(Method::Direct), &mut InMemory, &Work::default())? {

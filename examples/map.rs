@@ -7,11 +7,7 @@
 
 use std::sync::Arc;
 
-use kinetostat::{
-    Event, Grid, Machine, MillingForce, Source, Target, Work,
-    questions::map::{self, WorkspaceMapStudy},
-    simulation::Scene,
-};
+use kinetostat::{Event, Grid, Machine, MillingForce, Scene, Source, Target, Work, WorkspaceMapStudy, map};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let machine = Machine::named("orthoglide")?;

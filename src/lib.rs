@@ -20,7 +20,8 @@
 //!
 //! # The doorway
 //!
-//! What a program needs that uses the library is named at the top of the crate. Everything it may want to hold is owned (a
+//! What a program needs that uses the library is named at the top of the crate, in fewer than sixty names; the modules are how it is made,
+//! for those who need more. Everything a program may want to hold is owned (a
 //! [`Machine`] is a handle that is cheap to clone), results can be serialized, and long computations take progress and stop
 //! as arguments ([`Work`]). `examples/` has a page each for an equilibrium, a map, a placement and a compensated program.
 //!
@@ -29,11 +30,11 @@
 //! | read a machine | [`Machine::named_or_file`], [`Machine::from_toml`] |
 //! | read and set its numbers by name | [`Machine::parameters`], [`Machine::with_parameters`] |
 //! | make a machine file of a URDF | [`urdf::import`] |
-//! | solve a loaded state | [`Solver`], many at once [`statics::Batch`] |
-//! | correct a command | [`compensate`] on a [`Session`], a whole path within limits [`compensation::compensate_bounded`] |
-//! | map a workspace, or a range of it | [`questions::map::run`], [`questions::map::run_range`] |
-//! | judge places for a workpiece | [`Evaluator`], [`questions::placement::run`] |
-//! | rewrite a program and prove it | [`products::program::ProgramJob`] |
+//! | solve a loaded state | [`Solver`], many at once [`Batch`] |
+//! | compensate a command | [`compensate`] on a [`Session`], a whole path within limits [`compensation::compensate_bounded`] |
+//! | map a workspace, or a range of it | [`map::run`], [`map::run_range`] |
+//! | judge places for a workpiece | [`Evaluator`], [`placement::run`] |
+//! | rewrite a program and prove it | [`ProgramJob::compensate`] |
 //! | run a study file into a folder | [`Study::open`], [`Study::run_into`] |
 //! | share it out, and merge the parts | [`Study::part`], [`Study::merge_into`] |
 //!
@@ -44,7 +45,7 @@
 //! `parquet` and `vtk` add formats of tables and maps. The engine alone is the package `kinetostat-engine`.
 //!
 //! ```
-//! use kinetostat::{Machine, MillingForce, Solver, nalgebra::Vector3, statics::Status};
+//! use kinetostat::{Machine, MillingForce, Solver, Status, nalgebra::Vector3};
 //!
 //! let machine = Machine::named("orthoglide")?;
 //! let commanded = machine.command(Vector3::new(30.0, -40.0, 75.0))?;
@@ -94,20 +95,28 @@ pub use nalgebra;
 #[cfg(feature = "report")]
 use kinetostat_engine::lanes;
 
-pub use compensation::{Compensation, Demand, Method, Session, Target, compensate};
+pub use compensation::{Compensation, CompensationSettings, Method, Session, Target, TaskPoint, compensate};
 pub use input::{
     Folder,
     error::{Error, Result},
 };
-pub use machine::{ChainError, Machine};
-pub use process::{MillingForce, Process};
+pub use machine::{Branch, ChainError, Machine};
+pub use process::{MillingForce, Placement, Process, Redundancy};
+pub use products::program::{Asked, Compensated, InMemory, ProgramJob, Proved, Receiver, Refused, Way};
 pub use questions::{
-    Overrides, Study, StudyKind,
-    placement::{Evaluator, Metric, Site},
+    Overrides, Study, StudyKind, map,
+    map::WorkspaceMapStudy,
+    placement,
+    placement::{Evaluator, Metric, PlacementStudy, Site},
 };
 #[cfg(feature = "report")]
 pub use run::{Begin, Finished, RunOptions};
-pub use simulation::{Failure, Source};
+pub use simulation::{Failure, ProgramFile, Scene, Source};
 pub use spatial::{Grid, Pose, Wrench};
-pub use statics::{Solution, Solver};
-pub use work::{Event, Work};
+pub use statics::{Batch, Case, Solution, Solver, Status};
+pub use toolpath::{Orientation, PathPoint, Toolpath};
+pub use work::{
+    Event, Work,
+    part_file::{Part, PartSource},
+    share::Share,
+};

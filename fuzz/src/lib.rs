@@ -6,12 +6,12 @@
 use std::{path::Path, sync::LazyLock};
 
 use kinetostat::{
-    compensation::{Compensation, CompensationSettings, Demand, Method, Session, compensate},
+    compensation::{Compensation, CompensationSettings, Method, Session, TaskPoint, compensate},
     inspect::machine_check,
     machine::Machine,
     process::Process,
     questions::{Overrides, Study, StudyKind, map, path::PathStudy, redundancy_map},
-    simulation::demands::demands,
+    simulation::tasks::tasks,
     toolpath::{
         Circle, Plane, Sampling, Toolpath, Turn,
         gcode::{Dialect, GcodeOptions, Program},
@@ -40,8 +40,8 @@ pub fn process_file(data: &[u8], folder: &Path) {
     static CIRCLE: LazyLock<Toolpath> = LazyLock::new(circle);
     let Ok(text) = std::str::from_utf8(data) else { return };
     match Process::from_toml(text, NAME, folder, &MACHINE) {
-        Ok(process) => match demands(&process, &CIRCLE, NAME) {
-            Ok(demands) => demands.iter().for_each(finite_demand),
+        Ok(process) => match tasks(&process, &CIRCLE, NAME) {
+            Ok(tasks) => tasks.iter().for_each(finite_task),
             Err(refusal) => named(&refusal.to_string()),
         },
         Err(refusal) => named(&refusal.to_string()),
@@ -222,11 +222,11 @@ fn one_point(kind: StudyKind) {
 }
 
 fn first_point(path: &PathStudy) {
-    path.demands.iter().for_each(finite_demand);
+    path.tasks.iter().for_each(finite_task);
     let real = path.machine.with_errors(&path.errors);
     let mut session = Session::new(&path.machine, &real, CompensationSettings::default());
-    if let Some(demand) = path.demands.first() {
-        finite_answer(&compensate(&mut session, demand, Method::Direct), &path.machine);
+    if let Some(task) = path.tasks.first() {
+        finite_answer(&compensate(&mut session, task, Method::Direct), &path.machine);
     }
 }
 
@@ -238,9 +238,9 @@ fn finite_answer(done: &Compensation, machine: &Machine) {
     assert!(numbers.all(|number| number.is_finite()) && done.task_error().is_finite(), "{done:?}");
 }
 
-fn finite_demand(demand: &Demand) {
-    let mut numbers = demand.pose.translation.iter().chain(demand.load.force.iter()).chain(demand.load.moment.iter());
-    assert!(numbers.all(|number| number.is_finite()), "{demand:?}");
+fn finite_task(task: &TaskPoint) {
+    let mut numbers = task.pose.translation.iter().chain(task.load.force.iter()).chain(task.load.moment.iter());
+    assert!(numbers.all(|number| number.is_finite()), "{task:?}");
 }
 
 fn finite_path(path: &Toolpath) {

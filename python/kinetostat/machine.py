@@ -132,9 +132,9 @@ class Machine:
         return self._machine.hinges
 
     @property
-    def reach_mm(self) -> float:
+    def characteristic_length_mm(self) -> float:
         """Largest distance from P to a joint at home, mm."""
-        return self._machine.reach_mm
+        return self._machine.characteristic_length_mm
 
     @property
     def workspace_mm(self) -> NDArray[np.float64]:

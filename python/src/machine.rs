@@ -199,8 +199,8 @@ impl Machine {
     }
 
     #[getter]
-    fn reach_mm(&self) -> f64 {
-        self.own.reach
+    fn characteristic_length_mm(&self) -> f64 {
+        self.own.characteristic_length
     }
 
     #[getter]

@@ -84,17 +84,15 @@ pub struct Program {
 impl Program {
     /// The program in the file `path`.
     #[staticmethod]
-    fn open(path: PathBuf, process: &Process) -> PyResult<Self> {
-        let job = ProgramJob::open(process.process.clone(), &path).map_err(raised)?;
-        Ok(Self { job })
+    fn open(py: Python<'_>, path: PathBuf, process: &Process) -> PyResult<Self> {
+        Self::sought(py, |work| ProgramJob::open(process.process.clone(), &path, work))
     }
 
     /// The program that `content` of a file called `name` is.
     #[staticmethod]
-    fn parse(content: Vec<u8>, name: &str, process: &Process) -> PyResult<Self> {
-        let program = ProgramFile::parse(content, name.as_ref(), &process.process);
-        let job = program.and_then(|program| ProgramJob::new(process.process.clone(), program, name));
-        Ok(Self { job: job.map_err(raised)? })
+    fn parse(py: Python<'_>, content: Vec<u8>, name: &str, process: &Process) -> PyResult<Self> {
+        let program = ProgramFile::parse(content, name.as_ref(), &process.process).map_err(raised)?;
+        Self::sought(py, |work| ProgramJob::new(process.process.clone(), program, name, work))
     }
 
     fn __len__(&self) -> usize {
@@ -107,10 +105,10 @@ impl Program {
         let (mut pose, mut wrench) = (vec![0.0; 16 * count], Vec::with_capacity(6 * count));
         let mut rows = pose.chunks_mut(16);
         for part in self.job.parts() {
-            for demand in part.map_err(raised)?.demands() {
-                wrench.extend(demand.load.to_array());
+            for task in part.map_err(raised)?.tasks() {
+                wrench.extend(task.load.to_array());
                 if let Some(row) = rows.next() {
-                    write_pose(&demand.pose, row);
+                    write_pose(&task.pose, row);
                 }
             }
         }
@@ -182,6 +180,16 @@ impl Program {
 }
 
 impl Program {
+    /// Waits for `make`, which seeks γ if the process asks for the best one.
+    fn sought(py: Python<'_>, make: impl FnOnce(&Work) -> Result<ProgramJob> + Send) -> PyResult<Self> {
+        let job = wait_for(
+            py,
+            |_| Ok(()),
+            |stop| make(&Work::new(None, Arc::clone(stop), Box::new(|_| ()))),
+        )?;
+        Ok(Self { job: job.map_err(raised)? })
+    }
+
     /// Lets `compute` work while `told` is told how many of so many `passes` over the points are done.
     fn wait<T: Send>(
         &self,

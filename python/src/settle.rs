@@ -7,7 +7,7 @@ use std::sync::{
 };
 
 use kinetostat::{
-    Compensation, Demand, Error, Machine, Method, Result, Session, Source, Target,
+    Compensation, TaskPoint, Error, Machine, Method, Result, Session, Source, Target,
     compensation::{CompensationStatus, compensate_batch},
     machine::{Configuration, Unreachable},
     simulation::Machines,
@@ -227,14 +227,14 @@ impl<'a> Group<'a> {
                 }
             }
         }
-        let mut demands = Vec::with_capacity(reached.len());
+        let mut tasks = Vec::with_capacity(reached.len());
         for (session, (case, _, at)) in self.sessions.iter_mut().zip(&reached) {
             session.stand(at, &State::rigid(self.machine, at));
             let (pose, load, target) = (at.pose, asked.load(*case), self.commanded.target);
-            demands.push(Demand { pose, load, target, wanted: None, external: None });
+            tasks.push(TaskPoint { pose, load, target, wanted: None, external: None });
         }
         let mut sessions: Vec<&mut Session> = self.sessions.iter_mut().take(reached.len()).collect();
-        let answers = compensate_batch(&mut sessions, &demands, self.commanded.method, &mut self.batch);
+        let answers = compensate_batch(&mut sessions, &tasks, self.commanded.method, &mut self.batch);
         for ((session, answer), (case, mut row, _)) in sessions.into_iter().zip(answers).zip(reached) {
             *row.status = number_of(&answer.status, self.commanded.method);
             match answer.status.is_success() {

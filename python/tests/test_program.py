@@ -70,6 +70,24 @@ def test_a_program_has_the_bytes_of_the_command_line(path: Path, tmp_path: FileP
     assert path.compensate().content == out.read_bytes()
 
 
+def test_a_process_that_asks_for_the_best_rotation_about_the_tool_gets_it() -> None:
+    machine = Machine("fanuc_r2000ic")
+    placed = {"origin_mm": [1900.0, 0.0, 800.0], "pitch_deg": -35.0}
+    force = {"path_frame": {"radial_force_N": 300.0, "tangential_force_N": -200.0, "axial_force_N": -150.0}}
+    text = "x_mm,y_mm,z_mm,feed_mm_per_min\n0,0,0,600\n8,0,0,600\n8,8,0,600\n"
+
+    def left(redundancy: str) -> float:
+        table = {"placement": placed, "force": force, "tool_turn": {"redundancy": redundancy, "step_deg": 30.0}}
+        rms: float = Path.from_text(text, Process(machine, table), "path.csv").follow("none").summary["rms_mm"]
+        return rms
+
+    assert left("best_constant") < left("as_programmed")
+    # G-code of a machine without rotary axes cannot say how the platform stands.
+    table = {"placement": placed, "force": force, "tool_turn": {"redundancy": "best"}}
+    with pytest.raises(Error, match="its rotations about the tool axis cannot be written"):
+        Path.from_text("G90 G21\nG1 X0 Y0 Z0 F600\nX8\n", Process(machine, table))
+
+
 def test_where_there_is_no_command_there_is_no_program(path: Path, tmp_path: FilePath) -> None:
     far = Path.from_text("G90 G21\nG0 X0 Y0 Z0\nG1 X2000 F300\n", path.process)
     written = far.compensate()

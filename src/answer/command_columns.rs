@@ -1,7 +1,7 @@
 //! Columns of commands: where P and its drives are commanded to be, without and with compensation.
 
 use crate::{
-    compensation::Demand,
+    compensation::TaskPoint,
     files::{
         exchange::{Cell, Row, cells},
         table::{position_columns, shown_positions},
@@ -36,7 +36,7 @@ pub fn drive_columns(machine: &Machine) -> impl Iterator<Item = String> {
 }
 
 /// The cells of [`drive_columns`]; those of the command only with `with_command`.
-pub fn drive_cells(machine: &Machine, demand: &Demand, answer: &PathAnswer, with_command: bool) -> Row {
+pub fn drive_cells(machine: &Machine, task: &TaskPoint, answer: &PathAnswer, with_command: bool) -> Row {
     let count = machine.drive_count();
     let mut row: Row = cells(shown_positions(machine, &answer.nominal_drives)).collect();
     row.resize(count, Cell::Missing);
@@ -44,7 +44,7 @@ pub fn drive_cells(machine: &Machine, demand: &Demand, answer: &PathAnswer, with
         row.extend(cells(shown_positions(machine, &answer.drives)));
     }
     row.resize(2 * count, Cell::Missing);
-    let there = demand.external.map_or_else(|| machine.clone(), |axes| machine.carried(&axes));
+    let there = task.external.map_or_else(|| machine.clone(), |axes| machine.carried(&axes));
     row.extend(there.carrier.iter().flat_map(|carrier| cells(shown_positions(carrier, &carrier.home.drives))));
     row
 }

@@ -13,15 +13,14 @@ use kinetostat::{
     input::error::{Error, Result},
     process::{Redundancy, file::Process},
     products::program::{
-        Asked, Pass, ProgramJob, Refused, TurnedProgram, Way,
+        Asked, Pass, ProgramJob, Refused, Way,
         files::{Left, ProgramFiles, Told, compensate_into},
         report::{holes_text, left_text, limits_text, outside_workspace, passes_table},
-        turned,
     },
     questions::path::report::{facts_text, failures_text},
-    redundancy::{self, FreeTurn},
-    simulation::{ProgramFile, Sent},
+    simulation::Sent,
     toolpath::{gcode::Expand, polyline::Polyline},
+    work::Work,
 };
 
 use super::{Ending, choice, headline, on_machine::OnMachine, reporting::Reporting};
@@ -96,8 +95,7 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
     if let Some(redundancy) = arguments.redundancy {
         process.tool_turn.redundancy = redundancy;
     }
-    let tool_turn = process.tool_turn.clone();
-    let (job, turns) = opened(process, &arguments.path, reporting)?;
+    let job = opened(process, &arguments.path, reporting)?;
     let way = match &arguments.measured {
         Some(file) => Way::Mirror(measured(file, &job)?),
         None => chosen,
@@ -109,8 +107,7 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
     let (name, passes) = (arguments.path.display().to_string(), asked.passes(&job));
     let progress = reporting.progress(&name, passes * job.path.len(), &format!("points in {passes} passes"));
     let file_name = arguments.path.file_name().unwrap_or_default().to_string_lossy();
-    let found = turns.as_ref().map(|found| redundancy::report::json(found, &tool_turn));
-    let left = compensate_into(job, &asked, &files, (&file_name, found), &progress.work());
+    let left = compensate_into(job, &asked, &files, &file_name, &progress.work());
     progress.end();
     let told = match left? {
         Left::Written(told) => told,
@@ -119,10 +116,10 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
             return Ok(Ending::SomeUnsolved);
         }
     };
-    let Told { headline, proved, machine, process, blocks, used, page } = *told;
+    let Told { headline, proved, machine, process, gamma, blocks, used, page } = *told;
     reporting.print_styled(&headline::words(&headline, &format!("{:.1} s", started.elapsed().as_secs_f64())))?;
-    if let Some(found) = &turns {
-        reporting.print(&format!("\n{}", redundancy::report::text(found, &tool_turn)))?;
+    if let Some(gamma) = gamma {
+        reporting.print(&format!("\n{gamma}"))?;
     }
     if reporting.is_verbose() {
         reporting.print(&format!("\n{}", facts_text(&process.facts())))?;
@@ -145,18 +142,15 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
     Ok(Ending::of(headline.unsolved.is_none() && proved.worse_as_written().is_none()))
 }
 
-/// The program to compensate, and what was found of the rotation about the tool axis, if that was sought.
-fn opened(process: Process, path: &Path, reporting: &Reporting) -> Result<(ProgramJob, Option<FreeTurn>)> {
+/// The program to compensate, with progress where γ is sought.
+fn opened(process: Process, path: &Path, reporting: &Reporting) -> Result<ProgramJob> {
     if !process.tool_turn.is_sought() {
-        return Ok((ProgramJob::open(process, path)?, None));
+        return ProgramJob::open(process, path, &Work::default());
     }
-    let name = path.display().to_string();
-    let program = ProgramFile::read(path, &process)?;
-    let progress = reporting.progress(&name, 0, "values of γ");
-    let sought = turned(&process, &program, &name, &progress.work());
+    let progress = reporting.progress(&path.display().to_string(), 0, "values of γ");
+    let job = ProgramJob::open(process, path, &progress.work());
     progress.end();
-    let TurnedProgram { process, file, found } = sought?;
-    Ok((ProgramJob::new(process, file, &name)?, Some(found)))
+    job
 }
 
 fn chosen(arguments: &CompensateArguments) -> Result<Way> {

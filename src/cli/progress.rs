@@ -151,7 +151,7 @@ impl Progress {
                 state.rate_from = (Instant::now(), state.computed);
             }
             // Told of parts by whoever watches them.
-            Event::Dealt { .. } => {}
+            Event::Shard { .. } => {}
             Event::Best(best) => {
                 state.best = Some(best);
                 self.bar.set_message(format!("refining, best {best:.6}"));

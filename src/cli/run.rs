@@ -182,8 +182,8 @@ fn compute_part(asked: &AskedPart<'_>, computing: &Computing) -> Result<Ending> 
     let progress = computing.reporting.progress(&name, own, "pieces");
     let (watcher, stop) = (Arc::clone(&progress), stop_flag()?);
     let watch = move |event| match event {
-        Event::Dealt { is_kept: true } => watcher.tell(Event::Kept(1)),
-        Event::Dealt { is_kept: false } => watcher.tell(Event::Computed(1)),
+        Event::Shard { is_kept: true } => watcher.tell(Event::Kept(1)),
+        Event::Shard { is_kept: false } => watcher.tell(Event::Computed(1)),
         Event::Resumed { .. } => watcher.tell(event),
         _ => {}
     };

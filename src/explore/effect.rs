@@ -54,13 +54,13 @@ impl Map {
     fn effect(&self, asked: &EffectAsked, phi: Option<f64>) -> std::result::Result<EffectAnswer, Failure> {
         let Self { study: WorkspaceMapStudy { scene, .. }, machines } = self;
         let pose = scene.machine.command(asked.position.into())?.pose;
-        let demand = scene.demand(pose, phi);
-        let found = settled(machines, asked.source, &demand)?;
+        let task = scene.task(pose, phi);
+        let found = settled(machines, asked.source, &task)?;
         let nominal = machines.nominal(asked.source);
         // Weight itself is measured from the rigid machine.
         let is_load = asked.source != Source::Weight;
         let rests = is_load && nominal.zeroed == Zeroed::AtRest && nominal.own_forces().is_some();
-        let before = if rests { settled(machines, Source::Weight, &demand)?.loaded } else { found.commanded };
+        let before = if rests { settled(machines, Source::Weight, &task)?.loaded } else { found.commanded };
         Ok(EffectAnswer {
             status: SOLVED.into(),
             reason: String::new(),

@@ -7,7 +7,7 @@ use super::{
     tool::{LoadAsked, shown},
 };
 use crate::{
-    compensation::{Demand, Method, Session, Target, compensate},
+    compensation::{Method, Session, Target, TaskPoint, compensate},
     input::{
         check::LARGEST,
         error::{Error, Result},
@@ -112,8 +112,8 @@ impl Explorer {
         let mut corrected = session.clone();
         for (index, load) in loads.iter().enumerate() {
             let load = load.wrench(&machine.tool_at(&at.pose.rotation));
-            let demand = Demand { pose: at.pose, load, target: Target::ToolTip, wanted: None, external: None };
-            let plain = compensate(&mut session, &demand, Method::None);
+            let task = TaskPoint { pose: at.pose, load, target: Target::ToolTip, wanted: None, external: None };
+            let plain = compensate(&mut session, &task, Method::None);
             if !plain.status.is_success() {
                 let reason = plain.status.reason(machine);
                 return Err(Failure { status: plain.status.label().into(), reason });
@@ -123,7 +123,7 @@ impl Explorer {
             if index == 0 {
                 corrected.stand(at, session.state());
             }
-            let exact = compensate(&mut corrected, &demand, Method::Direct);
+            let exact = compensate(&mut corrected, &task, Method::Direct);
             let added: Vec<f64> = exact.drives.iter().zip(&at.drives).map(|(rho, nominal)| rho - nominal).collect();
             let correction = exact.status.is_success().then(|| self.largest(&shown(machine, &added)));
             node.correction = node.correction.zip(correction).map(|(most, own)| most.max(own));

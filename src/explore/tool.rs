@@ -150,7 +150,7 @@ impl Explorer {
             Err(unreachable) => return Ok(ToolAnswer::refused(&Failure::from(unreachable))),
         };
         let machine = &question.machine;
-        let (commanded, bent) = match settled(&question.machines, Source::All, &answer.demand()) {
+        let (commanded, bent) = match settled(&question.machines, Source::All, &answer.task()) {
             Ok(settled) => (settled.commanded, Some(settled.loaded)),
             Err(_) => (machine.rigid_skeleton(&answer.nominal), None),
         };

@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use super::turnable::Turnable;
 use crate::{
-    compensation::{Demand, Method},
+    compensation::{Method, TaskPoint},
     simulation::{
         Machines, Source,
         along_path::{Commands, PathCase, run},
@@ -32,9 +32,9 @@ pub struct TurnedAlong {
     pub first_failure: Option<(usize, String)>,
 }
 
-/// Leads `machines` along `demands`, which `path` asks for at the turns that are looked at, uncompensated.
-pub(super) fn along(path: &Turnable<'_>, machines: &Machines, demands: &[Demand]) -> TurnedAlong {
-    let answers = run(&PathCase::new(machines, Source::All, demands), &Commands::Method(Method::None), &|| ());
+/// Leads `machines` along `tasks`, which `path` asks for at the turns that are looked at, uncompensated.
+pub(super) fn along(path: &Turnable<'_>, machines: &Machines, tasks: &[TaskPoint]) -> TurnedAlong {
+    let answers = run(&PathCase::new(machines, Source::All, tasks), &Commands::Method(Method::None), &|| ());
     let cost = |(k, error): (usize, Option<Vector3<f64>>)| error.map(|error| path.cost(k, &error));
     let failure = answers.iter().position(|answer| !answer.is_settled);
     let first_failure = failure.map(|k| (k, answers[k].status.reason(&machines.nominal)));

@@ -13,9 +13,9 @@ use crate::{input::error::Result, machine::Branch};
 pub(crate) struct AtPoints {
     /// The turns, rad.
     pub turns: Vec<f64>,
-    /// The ways to stand.
+    /// The branches.
     pub branches: Vec<Option<Branch>>,
-    /// Of each point, turn by turn, what each way to stand comes to.
+    /// Of each point, turn by turn, what each branch comes to.
     pub nodes: Vec<Vec<Node>>,
 }
 
@@ -37,5 +37,5 @@ pub(crate) fn at_points(asked: TurnAsked<'_>, check: impl Fn() -> Result<()> + S
             },
         )
         .collect();
-    Ok(AtPoints { nodes: nodes?, branches: path.stances.iter().map(|stance| stance.branch).collect(), turns })
+    Ok(AtPoints { nodes: nodes?, branches: path.on_branches.iter().map(|on_branch| on_branch.branch).collect(), turns })
 }

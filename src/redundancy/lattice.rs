@@ -1,4 +1,4 @@
-//! The cheapest way through a lattice of turns and ways to stand, knot after knot: dynamic programming. Of a knot that is passed, two
+//! The cheapest way through a lattice of turns and branches, knot after knot: dynamic programming. Of a knot that is passed, two
 //! bytes for each node are kept.
 
 use serde::Serialize;
@@ -21,7 +21,7 @@ pub struct Layer {
     pub band: usize,
     /// Time from there, s.
     pub seconds: f64,
-    /// Turn by turn, the ways to stand of each.
+    /// Turn by turn, the branches of each.
     pub nodes: Vec<Node>,
 }
 
@@ -29,7 +29,7 @@ pub struct Layer {
 #[derive(Debug, Clone, Default)]
 pub struct Shape {
     /// Ways to stand.
-    pub stances: usize,
+    pub on_branches: usize,
     /// Turns.
     pub turns: usize,
     /// Whether the last turn neighbours the first.
@@ -38,7 +38,7 @@ pub struct Shape {
     pub full_turns: Vec<Option<f64>>,
     /// Fastest motion of each drive, rad/s; none if empty.
     pub speeds: Vec<f64>,
-    /// Turn and way to stand that are nearest to as programmed; none is preferred without.
+    /// Turn and branch that are nearest to as programmed; none is preferred without.
     pub programmed: Option<(usize, usize)>,
 }
 
@@ -68,9 +68,9 @@ impl Shape {
     /// What a node costs more than one that is as programmed, mm: never more than a tie, together with [`Shape::motion`], beside which it is
     /// little, so that a path begins turned and does not turn on its way.
     fn aside(&self, node: usize) -> f64 {
-        let Some((turn, stance)) = self.programmed else { return 0.0 };
-        let stands_aside = node % self.stances != stance;
-        TIE_MM * (0.05 * self.apart(turn, node / self.stances) + if stands_aside { 0.25 } else { 0.0 })
+        let Some((turn, on_branch)) = self.programmed else { return 0.0 };
+        let stands_aside = node % self.on_branches != on_branch;
+        TIE_MM * (0.05 * self.apart(turn, node / self.on_branches) + if stands_aside { 0.25 } else { 0.0 })
     }
 
     /// What it costs more to turn from one turn to another than to stay, mm.
@@ -141,7 +141,7 @@ impl DeadEnd {
     }
 }
 
-/// What holding one turn on one way to stand comes to.
+/// What holding one turn on one branch comes to.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Held {
     /// Sum of squares of what counts, mm².
@@ -181,7 +181,7 @@ impl Walk {
     /// `ceiling_mm` for the least sum of squares.
     #[must_use]
     pub fn new(shape: Shape, objective: TurnObjective, ceiling_mm: f64) -> Self {
-        let held = vec![Some(Held { squares: 0.0, weight: 0.0, worst: 0.0 }); shape.turns * shape.stances];
+        let held = vec![Some(Held { squares: 0.0, weight: 0.0, worst: 0.0 }); shape.turns * shape.on_branches];
         let (value, before, back) = (Vec::new(), Vec::new(), Vec::new());
         Self { shape, objective, ceiling_mm, value, before, back, held, dead_end: None }
     }
@@ -233,10 +233,10 @@ impl Walk {
         seconds: f64,
         with: impl Fn(f64, f64) -> f64,
     ) -> Option<(f64, u16)> {
-        let (turn, stance) = (node / self.shape.stances, node % self.shape.stances);
+        let (turn, on_branch) = (node / self.shape.on_branches, node % self.shape.on_branches);
         let mut cheapest: Option<(f64, u16)> = None;
         for from in self.shape.near(turn, band) {
-            let before = from * self.shape.stances + stance;
+            let before = from * self.shape.on_branches + on_branch;
             let so_far = self.value[before];
             if so_far.is_finite()
                 && let value = with(so_far, self.shape.motion(from, turn))
@@ -267,23 +267,23 @@ impl Walk {
         }
     }
 
-    /// The cheapest way: what it comes to, the turn at each knot, and the way to stand.
+    /// The cheapest way: what it comes to, the turn at each knot, and the branch.
     #[must_use]
     pub fn cheapest(&self) -> Option<(f64, Vec<usize>, usize)> {
         let nodes = self.value.len();
         let (mut node, value) = least(self.value.iter().copied())?;
-        let stance = node % self.shape.stances;
-        let mut turns = vec![node / self.shape.stances];
+        let on_branch = node % self.shape.on_branches;
+        let mut turns = vec![node / self.shape.on_branches];
         for layer in self.back.chunks_exact(nodes).rev() {
             let from = layer[node] as usize;
             turns.push(from);
-            node = from * self.shape.stances + stance;
+            node = from * self.shape.on_branches + on_branch;
         }
         turns.reverse();
-        Some((value, turns, stance))
+        Some((value, turns, on_branch))
     }
 
-    /// The turn and way to stand that are best held all along; of those that are so within a tie, the nearest to as programmed.
+    /// The turn and branch that are best held all along; of those that are so within a tie, the nearest to as programmed.
     #[must_use]
     pub fn best_held(&self) -> Option<(usize, usize)> {
         let held = || self.held.iter().enumerate().filter_map(|(node, held)| Some((node, (*held)?)));
@@ -296,7 +296,7 @@ impl Walk {
         let least = within().map(|(_, rms)| rms).fold(f64::INFINITY, f64::min);
         let tied = within().filter(|(_, rms)| *rms <= least + TIE_MM).map(|(node, _)| node);
         let node = tied.reduce(|a, b| if self.shape.aside(b) < self.shape.aside(a) { b } else { a })?;
-        Some((node / self.shape.stances, node % self.shape.stances))
+        Some((node / self.shape.on_branches, node % self.shape.on_branches))
     }
 }
 

@@ -31,7 +31,7 @@ pub use nodes::Infeasible;
 pub(crate) use nodes::Node;
 #[cfg(not(target_family = "wasm"))]
 pub(crate) use turnable::check;
-pub use turnable::{Stance, TurnAsked};
+pub use turnable::{OnBranch, TurnAsked};
 
 use self::{
     knots::{Knot, knots},
@@ -41,7 +41,7 @@ use self::{
     turnable::Turnable,
 };
 use crate::{
-    compensation::Demand,
+    compensation::TaskPoint,
     input::error::{Error, Result},
     machine::{Branch, Machine},
     process::{Redundancy, TurnObjective},
@@ -103,7 +103,7 @@ pub struct OnLattice {
 
 /// Rotation about the tool axis along a path.
 #[derive(Debug, Clone)]
-pub struct FreeTurn {
+pub struct FoundGamma {
     /// At the orientations that the path gives.
     pub as_programmed: TurnedAlong,
     /// Turned by the same angle everywhere.
@@ -118,7 +118,7 @@ pub struct FreeTurn {
     pub counted: Vec<bool>,
 }
 
-impl FreeTurn {
+impl FoundGamma {
     /// The turns that `redundancy` asks for; `None` as programmed.
     #[must_use]
     pub fn chosen(&self, redundancy: Redundancy) -> Option<&std::result::Result<Turned, DeadEnd>> {
@@ -134,15 +134,15 @@ impl FreeTurn {
 ///
 /// # Errors
 /// A machine that cannot turn its tool freely, a lattice that is too large, and those of `work`.
-pub fn seek(asked: TurnAsked<'_>, work: &Work) -> Result<FreeTurn> {
+pub fn seek(asked: TurnAsked<'_>, work: &Work) -> Result<FoundGamma> {
     let path = Turnable::new(asked)?;
     let lattice = Lattice::new(&path)?;
     let as_programmed = along::along(&path, &Machines::new(asked.machine, asked.errors)?, &programmed(&path));
     let walk = lattice.walk(asked.turn.objective, f64::INFINITY, work)?;
     let best_constant = match walk.best_held() {
-        Some((turn, stance)) => {
-            let turn = constant::refined(&path, &lattice.shape, stance, lattice.turns[turn], lattice.step, work)?;
-            Ok(turned(&path, stance, vec![turn; path.points().len()]))
+        Some((turn, on_branch)) => {
+            let turn = constant::refined(&path, &lattice.shape, on_branch, lattice.turns[turn], lattice.step, work)?;
+            Ok(turned(&path, on_branch, vec![turn; path.points().len()]))
         }
         None => Err(walk.dead_end.clone().unwrap_or(DeadEnd { point: 0, infeasible: None })),
     };
@@ -152,7 +152,7 @@ pub fn seek(asked: TurnAsked<'_>, work: &Work) -> Result<FreeTurn> {
         (lattice.found(&walk, asked.turn.objective).map(|(_, found)| found), best_constant.clone())
     };
     let counted = (0..path.points().len()).map(|k| path.counts(k)).collect();
-    Ok(FreeTurn { as_programmed, best_constant, best, on_lattice, refused: path.refused, counted })
+    Ok(FoundGamma { as_programmed, best_constant, best, on_lattice, refused: path.refused, counted })
 }
 
 /// What the cheapest turns of the lattice come to along a path at a place, mm, as the objective says; without refinement. For searches
@@ -181,7 +181,7 @@ pub fn turns_by_cost(asked: TurnAsked<'_>, work: &Work) -> Result<std::result::R
         turns.push(0.0);
     }
     let mut solver = Solver::new(&path);
-    let mut costs = vec![Some(0.0f64); turns.len() * path.stances.len()];
+    let mut costs = vec![Some(0.0f64); turns.len() * path.on_branches.len()];
     for k in 0..path.points().len() {
         work.check()?;
         let nodes = solver.layer(k, &turns);
@@ -198,7 +198,7 @@ pub fn turns_by_cost(asked: TurnAsked<'_>, work: &Work) -> Result<std::result::R
         }
     }
     let least = |costs: &[Option<f64>]| costs.iter().flatten().copied().reduce(f64::min);
-    let of_turns = turns.into_iter().zip(costs.chunks(path.stances.len()).map(least));
+    let of_turns = turns.into_iter().zip(costs.chunks(path.on_branches.len()).map(least));
     let mut found: Vec<(f64, f64)> = of_turns.filter_map(|(turn, cost)| Some((cost?, turn))).collect();
     found.sort_by(|a, b| a.0.total_cmp(&b.0));
     Ok(Ok(found.into_iter().map(|(_, turn)| turn).collect()))
@@ -238,8 +238,8 @@ pub fn turned_by(asked: TurnAsked<'_>, turn: f64) -> Result<Toolpath> {
 }
 
 /// What the path asks for as it is.
-fn programmed(path: &Turnable<'_>) -> Vec<Demand> {
-    (0..path.points().len()).map(|k| path.demand(k, 0.0)).collect()
+fn programmed(path: &Turnable<'_>) -> Vec<TaskPoint> {
+    (0..path.points().len()).map(|k| path.task(k, 0.0)).collect()
 }
 
 /// The cheapest turns of the lattice, refined; never worse than the constant one.
@@ -257,7 +257,7 @@ fn best(
         }
         _ => (walk, None),
     };
-    let (stance, mut found) = match lattice.found(&walk, TurnObjective::Rms) {
+    let (on_branch, mut found) = match lattice.found(&walk, TurnObjective::Rms) {
         Ok(found) => found,
         Err(dead_end) => return Ok((Err(dead_end.clone()), Err(dead_end))),
     };
@@ -265,13 +265,13 @@ fn best(
     let refined = Refined {
         path,
         shape: &lattice.shape,
-        stance,
+        on_branch,
         rate: path.asked.turn.max_step_deg_per_mm.to_radians(),
         reach: lattice.step,
         work,
     };
     let turns = refined.refined(lattice.between(&found))?;
-    let best = turned(path, stance, turns);
+    let best = turned(path, on_branch, turns);
     let value = |turned: &Turned| match objective {
         TurnObjective::Rms => turned.along.rms_mm,
         TurnObjective::Worst => turned.along.worst_mm,
@@ -286,10 +286,10 @@ fn best(
     Ok((Ok(found), Ok(best)))
 }
 
-/// The path turned by `turns` (rad), and what the machine does along it on way to stand number `stance`.
-fn turned(path: &Turnable<'_>, stance: usize, turns: Vec<f64>) -> Turned {
-    let Stance { branch, machine, machines } = &path.stances[stance];
-    let demands: Vec<Demand> = turns.iter().enumerate().map(|(k, turn)| path.demand(k, *turn)).collect();
+/// The path turned by `turns` (rad), and what the machine does along it on branch number `on_branch`.
+fn turned(path: &Turnable<'_>, on_branch: usize, turns: Vec<f64>) -> Turned {
+    let OnBranch { branch, machine, machines } = &path.on_branches[on_branch];
+    let tasks: Vec<TaskPoint> = turns.iter().enumerate().map(|(k, turn)| path.task(k, *turn)).collect();
     let turns_deg: Vec<f64> = turns.iter().map(|turn| turn.to_degrees()).collect();
     let end = |of: fn(f64, f64) -> f64| turns_deg.iter().copied().reduce(of).unwrap_or_default();
     Turned {
@@ -298,7 +298,7 @@ fn turned(path: &Turnable<'_>, stance: usize, turns: Vec<f64>) -> Turned {
         range_deg: [end(f64::min), end(f64::max)],
         turns_deg,
         path: path.turned(&turns),
-        along: along::along(path, machines, &demands),
+        along: along::along(path, machines, &tasks),
     }
 }
 
@@ -322,17 +322,17 @@ impl<'a> Lattice<'a> {
         let of_drives = Shape::of(path.asked.machine, turn);
         let nearest = (0..turns.len()).min_by(|a, b| turns[*a].abs().total_cmp(&turns[*b].abs())).unwrap_or_default();
         let own = path.asked.machine.branch_of(&path.asked.machine.home);
-        let stance = path.stances.iter().position(|stance| stance.branch == own).unwrap_or_default();
-        let (stances, wraps, programmed) = (path.stances.len(), path.wraps(), Some((nearest, stance)));
-        let shape = Shape { stances, turns: turns.len(), wraps, programmed, ..of_drives };
-        let nodes = knots.len().saturating_mul(shape.turns * shape.stances);
+        let on_branch = path.on_branches.iter().position(|on_branch| on_branch.branch == own).unwrap_or_default();
+        let (on_branches, wraps, programmed) = (path.on_branches.len(), path.wraps(), Some((nearest, on_branch)));
+        let shape = Shape { on_branches, turns: turns.len(), wraps, programmed, ..of_drives };
+        let nodes = knots.len().saturating_mul(shape.turns * shape.on_branches);
         if nodes > MOST_NODES {
             let problem = format!(
                 "the lattice of {} points, {} values of γ and {} branches has {nodes} nodes: expected at most {MOST_NODES}; a larger \
                  tool_turn.step_deg or a part of the path has fewer",
                 knots.len(),
                 shape.turns,
-                shape.stances
+                shape.on_branches
             );
             return Err(Error::Argument { argument: "redundancy".into(), problem });
         }
@@ -363,10 +363,10 @@ impl<'a> Lattice<'a> {
         Ok(walk)
     }
 
-    /// What `walk` has found: the way to stand, and the turns at the knots.
+    /// What `walk` has found: the branch, and the turns at the knots.
     fn found(&self, walk: &Walk, objective: TurnObjective) -> std::result::Result<(usize, OnLattice), DeadEnd> {
         let dead_end = || walk.dead_end.clone().unwrap_or(DeadEnd { point: 0, infeasible: None });
-        let (value, places, stance) = walk.cheapest().ok_or_else(dead_end)?;
+        let (value, places, on_branch) = walk.cheapest().ok_or_else(dead_end)?;
         let counted: f64 = self.knots.iter().map(|knot| knot.weight).sum();
         let value_mm = match objective {
             TurnObjective::Rms => (value / counted.max(1.0)).sqrt(),
@@ -379,7 +379,7 @@ impl<'a> Lattice<'a> {
             turns_deg.push(before + steps as f64 * self.step.to_degrees());
         }
         let points = self.knots.iter().map(|knot| knot.point).collect();
-        Ok((stance, OnLattice { points, turns_deg, branch: self.path.stances[stance].branch, value_mm }))
+        Ok((on_branch, OnLattice { points, turns_deg, branch: self.path.on_branches[on_branch].branch, value_mm }))
     }
 
     /// Steps from one turn of the lattice to another, the shorter way round.

@@ -1,12 +1,12 @@
-//! Nodes of the lattice: at a point, for each turn and each way to stand, where the drives are and how far the loaded tool is from its
+//! Nodes of the lattice: at a point, for each turn and each branch, where the drives are and how far the loaded tool is from its
 //! path, or why it cannot be there.
 
 use nalgebra::Vector3;
 use serde::Serialize;
 
-use super::turnable::{MOST_DRIVES, Stance, Turnable};
+use super::turnable::{MOST_DRIVES, OnBranch, Turnable};
 use crate::{
-    compensation::Demand,
+    compensation::TaskPoint,
     machine::{Configuration, Machine, Unreachable, Zeroed},
     process::ToolTurn,
     spatial::Wrench,
@@ -72,62 +72,62 @@ const SETTINGS: statics::Settings = statics::Settings { tolerance: 1e-9, max_ite
 #[derive(Debug)]
 pub(super) struct Solver<'a> {
     path: &'a Turnable<'a>,
-    /// For each way to stand: of the machine that answers, and of the one from whose rest deflections are measured.
+    /// For each branch: of the machine that answers, and of the one from whose rest deflections are measured.
     batches: Vec<(Batch, Option<Batch>)>,
 }
 
 impl<'a> Solver<'a> {
     pub fn new(path: &'a Turnable<'a>) -> Self {
         let source = crate::simulation::Source::All;
-        let batches = path.stances.iter().map(|stance| {
-            let rests = stance.machine.zeroed == Zeroed::AtRest && stance.machine.own_forces().is_some();
-            (stance.machines.batch(source), rests.then(|| Batch::new(stance.machines.unloaded())))
+        let batches = path.on_branches.iter().map(|on_branch| {
+            let rests = on_branch.machine.zeroed == Zeroed::AtRest && on_branch.machine.own_forces().is_some();
+            (on_branch.machines.batch(source), rests.then(|| Batch::new(on_branch.machines.unloaded())))
         });
         Self { path, batches: batches.collect() }
     }
 
-    /// The nodes of point `k` at `turns` (rad) for all ways to stand, turn by turn.
+    /// The nodes of point `k` at `turns` (rad) for all branches, turn by turn.
     pub fn layer(&mut self, k: usize, turns: &[f64]) -> Vec<Node> {
-        let demands: Vec<Demand> = turns.iter().map(|turn| self.path.demand(k, *turn)).collect();
-        let found = postures(self.path, turns, &demands);
-        let count = self.path.stances.len();
+        let tasks: Vec<TaskPoint> = turns.iter().map(|turn| self.path.task(k, *turn)).collect();
+        let found = postures(self.path, turns, &tasks);
+        let count = self.path.on_branches.len();
         let mut nodes = vec![Err(Infeasible::Unreachable); turns.len() * count];
         for (s, own) in found.into_iter().enumerate() {
-            for (turn, node) in self.solved(k, s, &demands, own).into_iter().enumerate() {
+            for (turn, node) in self.solved(k, s, &tasks, own).into_iter().enumerate() {
                 nodes[turn * count + s] = node;
             }
         }
         nodes
     }
 
-    /// The nodes of point `k` at `turns` on way to stand number `s` alone.
-    pub fn on_stance(&mut self, k: usize, s: usize, turns: &[f64]) -> Vec<Node> {
-        let demands: Vec<Demand> = turns.iter().map(|turn| self.path.demand(k, *turn)).collect();
-        let mut found = postures(self.path, turns, &demands);
-        self.solved(k, s, &demands, found.swap_remove(s))
+    /// The nodes of point `k` at `turns` on branch number `s` alone.
+    pub fn nodes_on_branch(&mut self, k: usize, s: usize, turns: &[f64]) -> Vec<Node> {
+        let tasks: Vec<TaskPoint> = turns.iter().map(|turn| self.path.task(k, *turn)).collect();
+        let mut found = postures(self.path, turns, &tasks);
+        self.solved(k, s, &tasks, found.swap_remove(s))
     }
 
-    /// The loaded machine at what was `found` on way to stand number `s`.
+    /// The loaded machine at what was `found` on branch number `s`.
     fn solved(
         &mut self,
         k: usize,
         s: usize,
-        demands: &[Demand],
+        tasks: &[TaskPoint],
         found: Vec<Result<Configuration, Infeasible>>,
     ) -> Vec<Node> {
-        let stance = &self.path.stances[s];
-        let allowed = |at: Configuration| room(self.path.asked.turn, &stance.machine, &at).map(|()| at);
+        let on_branch = &self.path.on_branches[s];
+        let allowed = |at: Configuration| room(self.path.asked.turn, &on_branch.machine, &at).map(|()| at);
         let found: Vec<_> = found.into_iter().map(|at| at.and_then(allowed)).collect();
-        let at: Vec<(&Demand, &Configuration)> =
-            demands.iter().zip(&found).filter_map(|(demand, at)| at.as_ref().ok().map(|at| (demand, at))).collect();
+        let at: Vec<(&TaskPoint, &Configuration)> =
+            tasks.iter().zip(&found).filter_map(|(task, at)| at.as_ref().ok().map(|at| (task, at))).collect();
         let (batch, unloaded) = &mut self.batches[s];
-        let loaded = settled(stance, batch, at.iter().map(|(demand, at)| (demand.load, *at)));
+        let loaded = settled(on_branch, batch, at.iter().map(|(task, at)| (task.load, *at)));
         let rest = match unloaded {
-            Some(unloaded) => settled(stance, unloaded, at.iter().map(|(_, at)| (Wrench::zero(), *at))),
-            None => at.iter().map(|(_, at)| Some(State::rigid(&stance.machine, at))).collect(),
+            Some(unloaded) => settled(on_branch, unloaded, at.iter().map(|(_, at)| (Wrench::zero(), *at))),
+            None => at.iter().map(|(_, at)| Some(State::rigid(&on_branch.machine, at))).collect(),
         };
-        let errors = at.iter().zip(loaded).zip(rest).map(|(((demand, _), loaded), rest)| {
-            let offset = demand.offset(&stance.machine);
+        let errors = at.iter().zip(loaded).zip(rest).map(|(((task, _), loaded), rest)| {
+            let offset = task.offset(&on_branch.machine);
             Some(loaded?.pose.transform(offset) - rest?.pose.transform(offset))
         });
         let mut errors: std::vec::IntoIter<Option<Vector3<f64>>> = errors.collect::<Vec<_>>().into_iter();
@@ -153,12 +153,12 @@ pub(super) fn room(turn: &ToolTurn, machine: &Machine, at: &Configuration) -> Re
 
 /// Stable equilibria under dead wrenches at P, from rigid configurations.
 fn settled<'b>(
-    stance: &Stance,
+    on_branch: &OnBranch,
     batch: &mut Batch,
     cases: impl Iterator<Item = (Wrench, &'b Configuration)>,
 ) -> Vec<Option<State>> {
     let (loads, at): (Vec<Wrench>, Vec<&Configuration>) = cases.unzip();
-    let mut states: Vec<State> = at.iter().map(|at| State::rigid(&stance.machine, at)).collect();
+    let mut states: Vec<State> = at.iter().map(|at| State::rigid(&on_branch.machine, at)).collect();
     let mut drives: Vec<Vec<f64>> = at.iter().map(|at| at.drives.clone()).collect();
     let mut cases: Vec<Case<'_>> = loads
         .iter()
@@ -171,17 +171,17 @@ fn settled<'b>(
     stable.map(|(state, outcome)| (outcome.status == Status::Solved).then_some(state)).collect()
 }
 
-/// Where the machine stands at each demand, for each way to stand.
-fn postures(path: &Turnable<'_>, turns: &[f64], demands: &[Demand]) -> Vec<Vec<Result<Configuration, Infeasible>>> {
-    match path.stances.as_slice() {
-        [only] if only.branch.is_none() => vec![track(only, turns, demands)],
-        stances => {
-            let mut found: Vec<Vec<_>> = vec![vec![Err(Infeasible::Unreachable); demands.len()]; stances.len()];
-            for (turn, demand) in demands.iter().enumerate() {
-                for (branch, mut drives) in path.asked.machine.postures_in_closed_form(&demand.pose) {
-                    let own = stances.iter().position(|stance| stance.branch == Some(branch));
+/// Where the machine stands at each task, for each branch.
+fn postures(path: &Turnable<'_>, turns: &[f64], tasks: &[TaskPoint]) -> Vec<Vec<Result<Configuration, Infeasible>>> {
+    match path.on_branches.as_slice() {
+        [only] if only.branch.is_none() => vec![track(only, turns, tasks)],
+        on_branches => {
+            let mut found: Vec<Vec<_>> = vec![vec![Err(Infeasible::Unreachable); tasks.len()]; on_branches.len()];
+            for (turn, task) in tasks.iter().enumerate() {
+                for (branch, mut drives) in path.asked.machine.postures_in_closed_form(&task.pose) {
+                    let own = on_branches.iter().position(|on_branch| on_branch.branch == Some(branch));
                     if let Some(s) = own {
-                        let at = stances[s].machine.posture_within_travel(&mut drives, &path.full_turns);
+                        let at = on_branches[s].machine.posture_within_travel(&mut drives, &path.full_turns);
                         found[s][turn] = at.ok_or(Infeasible::Limits);
                     }
                 }
@@ -193,27 +193,27 @@ fn postures(path: &Turnable<'_>, turns: &[f64], demands: &[Demand]) -> Vec<Vec<R
 
 /// A machine without branches: the least turn is gone to from home, and from there one after another as far as they lead. Beyond a turn
 /// that cannot be reached there are none.
-fn track(stance: &Stance, turns: &[f64], demands: &[Demand]) -> Vec<Result<Configuration, Infeasible>> {
+fn track(on_branch: &OnBranch, turns: &[f64], tasks: &[TaskPoint]) -> Vec<Result<Configuration, Infeasible>> {
     let least = (0..turns.len()).min_by(|a, b| turns[*a].abs().total_cmp(&turns[*b].abs())).unwrap_or_default();
-    let mut found = vec![Err(Infeasible::Unreachable); demands.len()];
-    let (up, down): (Vec<usize>, Vec<usize>) = ((least..demands.len()).collect(), (0..least).rev().collect());
-    found_along(stance, demands, None, &up, &mut found);
+    let mut found = vec![Err(Infeasible::Unreachable); tasks.len()];
+    let (up, down): (Vec<usize>, Vec<usize>) = ((least..tasks.len()).collect(), (0..least).rev().collect());
+    found_along(on_branch, tasks, None, &up, &mut found);
     let near = found.get(least).and_then(|at| at.as_ref().ok().cloned());
-    found_along(stance, demands, near, &down, &mut found);
+    found_along(on_branch, tasks, near, &down, &mut found);
     found
 }
 
-/// The demands at `places`, each gone to from the one before, `near` at first; from home where there is none.
+/// The tasks at `places`, each gone to from the one before, `near` at first; from home where there is none.
 fn found_along(
-    stance: &Stance,
-    demands: &[Demand],
+    on_branch: &OnBranch,
+    tasks: &[TaskPoint],
     mut near: Option<Configuration>,
     places: &[usize],
     found: &mut [Result<Configuration, Infeasible>],
 ) {
-    let machine = &stance.machine;
+    let machine = &on_branch.machine;
     for (done, place) in places.iter().enumerate() {
-        let pose = &demands[*place].pose;
+        let pose = &tasks[*place].pose;
         let at = match &near {
             Some(near) => machine.inverse_kinematics_from(near, pose),
             None => machine.inverse_kinematics(pose),

@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use super::{DeadEnd, FreeTurn, Turned, TurnedAlong};
+use super::{DeadEnd, FoundGamma, Turned, TurnedAlong};
 use crate::{
     files::{
         exchange::{Table, counts, numbers, texts},
@@ -19,7 +19,7 @@ const BEST: &str = "best γ at each point";
 
 /// One row per point: whether it counts, and the turn and what counts of the distance from the path as programmed, at the best constant γ and at the best one. What is missing is so because the machine does not settle there, or no turn goes all along.
 #[must_use]
-pub fn table(found: &FreeTurn, arc_lengths_mm: impl Iterator<Item = f64>) -> Table {
+pub fn table(found: &FoundGamma, arc_lengths_mm: impl Iterator<Item = f64>) -> Table {
     let mut columns = counts(["point"]);
     columns.extend(numbers(["arc_length_mm", "counts"]));
     columns.extend(numbers(["programmed_cost_mm", "constant_gamma_deg", "constant_cost_mm", "gamma_deg", "cost_mm"]));
@@ -54,7 +54,7 @@ pub fn table(found: &FreeTurn, arc_lengths_mm: impl Iterator<Item = f64>) -> Tab
 /// What the tool does at some turns, with the least and the largest of them, degrees; or why there are none.
 type Compared<'a> = Result<(&'a TurnedAlong, [f64; 2]), &'a DeadEnd>;
 
-fn rows(found: &FreeTurn, redundancy: Redundancy) -> Vec<(&'static str, Compared<'_>)> {
+fn rows(found: &FoundGamma, redundancy: Redundancy) -> Vec<(&'static str, Compared<'_>)> {
     let mut rows = vec![(PROGRAMMED, Ok((&found.as_programmed, [0.0; 2])))];
     rows.push((CONSTANT, found.best_constant.as_ref().map(|own| (&own.along, own.range_deg))));
     if redundancy == Redundancy::Best {
@@ -65,7 +65,7 @@ fn rows(found: &FreeTurn, redundancy: Redundancy) -> Vec<(&'static str, Compared
 
 /// What the turn brings, in sentences and a table for a terminal.
 #[must_use]
-pub fn text(found: &FreeTurn, turn: &ToolTurn) -> String {
+pub fn text(found: &FoundGamma, turn: &ToolTurn) -> String {
     let mut text = sentence(found, turn);
     let mut table = text_table(["rotation about the tool axis", "γ", "largest", "mean", "rms", "solved"], 1);
     for (name, row) in rows(found, turn.redundancy) {
@@ -99,7 +99,7 @@ fn capital(words: &str) -> String {
 
 /// What the turn brings, in a sentence.
 #[must_use]
-pub fn sentence(found: &FreeTurn, turn: &ToolTurn) -> String {
+pub fn sentence(found: &FoundGamma, turn: &ToolTurn) -> String {
     let turned = match found.chosen(turn.redundancy) {
         None => return String::new(),
         Some(Err(dead_end)) => {
@@ -132,7 +132,7 @@ pub fn sentence(found: &FreeTurn, turn: &ToolTurn) -> String {
 
 /// What was found, for programs.
 #[must_use]
-pub fn json(found: &FreeTurn, turn: &ToolTurn) -> Value {
+pub fn json(found: &FoundGamma, turn: &ToolTurn) -> Value {
     let mut entries = serde_json::Map::new();
     let keys = ["as_programmed", "best_constant", "best"];
     for (key, (_, row)) in keys.into_iter().zip(rows(found, turn.redundancy)) {

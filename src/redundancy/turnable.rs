@@ -6,11 +6,11 @@ use std::f64::consts::TAU;
 use nalgebra::{Matrix3, Rotation3, Unit, UnitQuaternion, Vector3};
 
 use crate::{
-    compensation::{Demand, Target},
+    compensation::{Target, TaskPoint},
     input::error::{Error, Result},
     machine::{Branch, ChainError, Machine, ToolAxisSource},
     process::{PathReference, Placed, Placement, ToolTurn, cutting::PathLoad},
-    simulation::{Machines, demands::placed},
+    simulation::{Machines, tasks::placed},
     toolpath::{PathPoint, Toolpath},
 };
 
@@ -33,9 +33,9 @@ pub struct TurnAsked<'a> {
     pub turn: &'a ToolTurn,
 }
 
-/// A way to stand: the machine on a branch, or the machine that has none.
+/// A branch: the machine on a branch, or the machine that has none.
 #[derive(Debug, Clone)]
-pub struct Stance {
+pub struct OnBranch {
     /// Its branch, of an arm.
     pub branch: Option<Branch>,
     /// The machine on it.
@@ -51,8 +51,8 @@ pub(super) type Refused = Vec<(Branch, String)>;
 #[derive(Debug)]
 pub(super) struct Turnable<'a> {
     pub asked: TurnAsked<'a>,
-    /// The ways to stand, in the order of [`Branch::ALL`].
-    pub stances: Vec<Stance>,
+    /// The branches, in the order of [`Branch::ALL`].
+    pub on_branches: Vec<OnBranch>,
     /// Branches that the machine refuses, and why.
     pub refused: Refused,
     /// Of each drive, what a full turn of it is, rad; `None` of a slide.
@@ -137,10 +137,10 @@ impl<'a> Turnable<'a> {
             let there = point.orientation.as_ref().map_or(placed, |orientation| placed.oriented(orientation));
             workpiece.tr_mul(there.orientation())
         };
-        let (stances, refused) = stances(machine, errors)?;
+        let (on_branches, refused) = on_branches(machine, errors)?;
         Ok(Self {
             asked,
-            stances,
+            on_branches,
             refused,
             full_turns: machine.full_turns().collect(),
             axis: Unit::new_normalize(machine.tool_axes.column(2).into_owned()),
@@ -165,10 +165,10 @@ impl<'a> Turnable<'a> {
     }
 
     /// What is wanted at point `k`, turned by `turn` rad.
-    pub fn demand(&self, k: usize, turn: f64) -> Demand {
+    pub fn task(&self, k: usize, turn: f64) -> TaskPoint {
         let (point, load) = (&self.points()[k], &self.asked.loads[k]);
         let there = self.placed.turned(&(self.placed.workpiece().rotation * self.platform(k, turn)));
-        Demand {
+        TaskPoint {
             pose: there.platform_pose(point.position_mm),
             load: there.wrench(&load.on_tool(point.tangent, there.tool_axes())),
             target: self.asked.target,
@@ -213,26 +213,26 @@ impl<'a> Turnable<'a> {
     }
 }
 
-/// The ways in which `machine` may stand, and the branches that it refuses.
-fn stances(machine: &Machine, errors: &[ChainError]) -> Result<(Vec<Stance>, Refused)> {
-    let stance = |branch, machine: Machine| -> Result<Stance> {
-        Ok(Stance { branch, machines: Machines::new(&machine, errors)?, machine })
+/// The branches on which `machine` may stand, and those that it refuses.
+fn on_branches(machine: &Machine, errors: &[ChainError]) -> Result<(Vec<OnBranch>, Refused)> {
+    let on_branch = |branch, machine: Machine| -> Result<OnBranch> {
+        Ok(OnBranch { branch, machines: Machines::new(&machine, errors)?, machine })
     };
     let own = machine.branch.map_or_else(|| Branch::ALL.to_vec(), |branch| vec![branch]);
     if machine.branch_of(&machine.home).is_none() {
-        return Ok((vec![stance(None, machine.clone())?], Vec::new()));
+        return Ok((vec![on_branch(None, machine.clone())?], Vec::new()));
     }
-    let (mut stances, mut refused) = (Vec::new(), Vec::new());
+    let (mut on_branches, mut refused) = (Vec::new(), Vec::new());
     for branch in own {
-        let on_branch = match machine.branch {
+        let there = match machine.branch {
             Some(_) => Ok(machine.clone()),
             None => machine.on_branch(branch),
         };
-        match on_branch.and_then(|machine| stance(Some(branch), machine)) {
-            Ok(found) => stances.push(found),
+        match there.and_then(|machine| on_branch(Some(branch), machine)) {
+            Ok(found) => on_branches.push(found),
             Err(Error::Argument { problem, .. }) => refused.push((branch, problem)),
             Err(other) => return Err(other),
         }
     }
-    Ok((stances, refused))
+    Ok((on_branches, refused))
 }

@@ -17,9 +17,9 @@ use crate::{
     work::{
         Event, Work,
         checkpoint::{Checkpoint, Origin},
-        here,
         part_file::{Part, PartHead, PartSource, Parts},
         share::Share,
+        this_shard,
     },
 };
 
@@ -134,7 +134,7 @@ impl Study {
         before.as_ref().map_or(Ok(()), |before| same_division(before, share))?;
         let mut head = self.head(&origin, share, before.as_ref().map_or(1, |parts| parts.rounds() + 1));
         let work = Work::shared((Some(Checkpoint::unnamed(&origin)?), before, Some(share)), stop, Box::new(watch));
-        head.is_complete = here(self.kind.compute(&work))?.is_some();
+        head.is_complete = this_shard(self.kind.compute(&work))?.is_some();
         let mut bytes = Vec::new();
         work.write_part(head, &mut bytes)?;
         Ok(bytes)
@@ -177,7 +177,7 @@ impl Study {
         work.tell(found);
         let mut head = self.head(&origin, share, options.round);
         head.opened = options.opened.words()?;
-        match here(self.kind.compute(&work)) {
+        match this_shard(self.kind.compute(&work)) {
             Ok(whole) => head.is_complete = whole.is_some(),
             Err(error) => {
                 if work.pieces() == 0 {

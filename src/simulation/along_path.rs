@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 pub use super::path_sums::{Left, PathSummary, PathSums};
 use crate::{
-    compensation::{CompensationStatus, Demand, Method},
+    compensation::{CompensationStatus, Method, TaskPoint},
     input::error::Result,
     machine::{Configuration, Machine},
     simulation::{
@@ -19,7 +19,7 @@ use crate::{
     },
     spatial::Pose,
     statics::Batch,
-    work::{Event, Work, here},
+    work::{Event, Work, this_shard},
 };
 
 /// Points that are solved one after another, each from the one before. Blocks are solved in parallel; the division does
@@ -38,14 +38,14 @@ pub struct PathCase<'a> {
     /// Where the nominal machine stands at the point before, from which it goes on; `None` at the beginning of the path.
     pub before: Option<&'a Configuration>,
     /// What is wanted at each point, in path order.
-    pub demands: &'a [Demand],
+    pub tasks: &'a [TaskPoint],
 }
 
 impl<'a> PathCase<'a> {
     /// A whole path on `machines`, answered for `source`.
-    pub(crate) fn new(machines: &'a Machines, source: Source, demands: &'a [Demand]) -> Self {
+    pub(crate) fn new(machines: &'a Machines, source: Source, tasks: &'a [TaskPoint]) -> Self {
         let (nominal, real) = (machines.nominal(source), machines.actual(source));
-        Self { nominal, real, unloaded: machines.unloaded(), before: None, demands }
+        Self { nominal, real, unloaded: machines.unloaded(), before: None, tasks }
     }
 }
 
@@ -115,32 +115,32 @@ pub fn run_in_parts<E>(
     mut take: impl FnMut(Vec<PathAnswer>) -> std::result::Result<(), E>,
 ) -> std::result::Result<(), E> {
     let mut before = case.before.cloned();
-    for part in parts(case.demands.len()) {
+    for part in parts(case.tasks.len()) {
         let first = part.start / BLOCK;
-        let track = lead(case.nominal, before.as_ref(), &case.demands[part], |_, _| true);
+        let track = lead(case.nominal, before.as_ref(), &case.tasks[part], |_, _| true);
         before = last_of_blocks(&track).cloned().or(before);
         take(side_by_side(case, commands, first, &track, done))?;
     }
     Ok(())
 }
 
-/// `nominal` tracked along the blocks of `demands`, behind the point at which it stands as in `before`. A block ends early where `goes_on`, told
+/// `nominal` tracked along the blocks of `tasks`, behind the point at which it stands as in `before`. A block ends early where `goes_on`, told
 /// the index of its first point and the points so far, says no.
 pub(crate) fn lead(
     nominal: &Machine,
     before: Option<&Configuration>,
-    demands: &[Demand],
+    tasks: &[TaskPoint],
     goes_on: impl Fn(usize, &[TrackPoint]) -> bool + Sync,
 ) -> Vec<Vec<TrackPoint>> {
-    let starts: Vec<usize> = (0..demands.len()).step_by(BLOCK).collect();
+    let starts: Vec<usize> = (0..tasks.len()).step_by(BLOCK).collect();
     let groups = starts.par_chunks(together(starts.len()));
     let mut track: Vec<Vec<TrackPoint>> = groups
         .flat_map_iter(|starts| {
-            let blocks: Vec<&[Demand]> = starts.iter().map(|&start| block(demands, start)).collect();
+            let blocks: Vec<&[TaskPoint]> = starts.iter().map(|&start| block(tasks, start)).collect();
             tracked(nominal, &blocks, |k, points| goes_on(starts[k], points))
         })
         .collect();
-    join(nominal, before, demands.chunks(BLOCK).zip(&mut track));
+    join(nominal, before, tasks.chunks(BLOCK).zip(&mut track));
     track
 }
 
@@ -149,8 +149,8 @@ pub(crate) fn last_of_blocks(track: &[Vec<TrackPoint>]) -> Option<&Configuration
     track.iter().rev().find_map(|points| last_of(points))
 }
 
-fn block(demands: &[Demand], start: usize) -> &[Demand] {
-    &demands[start..demands.len().min(start + BLOCK)]
+fn block(tasks: &[TaskPoint], start: usize) -> &[TaskPoint] {
+    &tasks[start..tasks.len().min(start + BLOCK)]
 }
 
 /// Of so many blocks, how many at a time are worth it: which are solved together makes no difference to what is found.
@@ -190,7 +190,7 @@ fn side_by_side(
 
 /// As [`run_in_parts`], all answers at once.
 pub fn run(case: &PathCase<'_>, commands: &Commands<'_>, done: &(dyn Fn() + Sync)) -> Vec<PathAnswer> {
-    let mut answers = Vec::with_capacity(case.demands.len());
+    let mut answers = Vec::with_capacity(case.tasks.len());
     let taken = run_in_parts(case, commands, done, |part| {
         answers.extend(part);
         Ok::<(), Infallible>(())
@@ -204,18 +204,18 @@ pub fn run(case: &PathCase<'_>, commands: &Commands<'_>, done: &(dyn Fn() + Sync
 #[derive(Debug)]
 pub(crate) struct TrackBlocks<'a> {
     nominal: &'a Machine,
-    demands: &'a [Demand],
+    tasks: &'a [TaskPoint],
     blocks: Vec<OnceLock<Vec<TrackPoint>>>,
 }
 
 impl<'a> TrackBlocks<'a> {
-    /// Along `demands`, behind the point at which `nominal` stands as in `before`.
-    pub fn new(nominal: &'a Machine, before: Option<&Configuration>, demands: &'a [Demand]) -> Self {
+    /// Along `tasks`, behind the point at which `nominal` stands as in `before`.
+    pub fn new(nominal: &'a Machine, before: Option<&Configuration>, tasks: &'a [TaskPoint]) -> Self {
         let blocks = match nominal.may_change_posture() {
-            true => lead(nominal, before, demands, |_, _| true).into_iter().map(OnceLock::from).collect(),
-            false => demands.chunks(BLOCK).map(|_| OnceLock::new()).collect(),
+            true => lead(nominal, before, tasks, |_, _| true).into_iter().map(OnceLock::from).collect(),
+            false => tasks.chunks(BLOCK).map(|_| OnceLock::new()).collect(),
         };
-        Self { nominal, demands, blocks }
+        Self { nominal, tasks, blocks }
     }
 
     /// Where it stands at the last point, from which the next goes on.
@@ -224,7 +224,7 @@ impl<'a> TrackBlocks<'a> {
     }
 
     fn block(&self, start: usize) -> &Vec<TrackPoint> {
-        let found = || tracked(self.nominal, &[block(self.demands, start)], |_, _| true).swap_remove(0);
+        let found = || tracked(self.nominal, &[block(self.tasks, start)], |_, _| true).swap_remove(0);
         self.blocks[start / BLOCK].get_or_init(found)
     }
 }
@@ -242,8 +242,8 @@ pub(crate) fn kept<T: Serialize + DeserializeOwned + Send>(
     work: &Work,
     keep: impl Fn(PathAnswer) -> T + Sync,
 ) -> Result<Vec<T>> {
-    let blocks = (0..case.demands.len()).into_par_iter().step_by(BLOCK).filter_map(|start| {
-        let work = work.dealt((first + start) / BLOCK * passes);
+    let blocks = (0..case.tasks.len()).into_par_iter().step_by(BLOCK).filter_map(|start| {
+        let work = work.shard((first + start) / BLOCK * passes);
         let compute = || {
             let done = || {
                 work.tell(Event::Computed(1));
@@ -257,7 +257,7 @@ pub(crate) fn kept<T: Serialize + DeserializeOwned + Send>(
             }
             Ok(answers.into_iter().map(&keep).collect())
         };
-        here(work.piece(&(first + start), Vec::len, compute)).transpose()
+        this_shard(work.piece(&(first + start), Vec::len, compute)).transpose()
     });
     Ok(blocks.collect::<Result<Vec<Vec<T>>>>()?.into_iter().flatten().collect())
 }

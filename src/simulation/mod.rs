@@ -3,7 +3,6 @@
 
 pub mod along_path;
 pub mod blocks;
-pub mod demands;
 pub(crate) mod external_axes;
 mod path_blocks;
 mod path_sums;
@@ -12,6 +11,7 @@ mod scene;
 pub(crate) mod settled;
 pub(crate) mod sources;
 mod status;
+pub mod tasks;
 pub(crate) mod tracking;
 pub(crate) mod within_limits;
 

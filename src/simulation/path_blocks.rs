@@ -8,7 +8,7 @@ use super::{
 };
 use crate::{
     compensation::{
-        Compensation, CompensationStatus, Demand, Session, compensate_batch, find_targets, simulate_batch,
+        Compensation, CompensationStatus, Session, TaskPoint, compensate_batch, find_targets, simulate_batch,
         simulate_drives,
     },
     machine::{Configuration, Machine},
@@ -43,7 +43,7 @@ pub(crate) fn blocks<'a, E>(
         let mut session = Session::new(case.nominal, case.real, settings()).from_rest_of(case.unloaded);
         let first = (first + k) * BLOCK;
         // From home the way would be long, and might end on another branch.
-        let near = track.first().and_then(|point| point.at.as_ref()).filter(|_| case.demands[first].external.is_none());
+        let near = track.first().and_then(|point| point.at.as_ref()).filter(|_| case.tasks[first].external.is_none());
         if let Some(at) = near {
             session.stand(at, &State::rigid(case.nominal, at));
         }
@@ -72,12 +72,12 @@ fn at_points(
     blocks: &mut [&mut Block<'_>],
     batch: &mut Batch,
 ) -> Vec<Compensation> {
-    let asked: Vec<Demand> = blocks.iter().map(|block| case.demands[block.first + point]).collect();
-    for (block, demand) in blocks.iter_mut().zip(&asked) {
-        block.know(point, demand);
+    let asked: Vec<TaskPoint> = blocks.iter().map(|block| case.tasks[block.first + point]).collect();
+    for (block, task) in blocks.iter_mut().zip(&asked) {
+        block.know(point, task);
     }
     // With external axes each stands on a machine of its own.
-    let together = if asked.iter().any(|demand| demand.external.is_some()) { 1 } else { blocks.len() };
+    let together = if asked.iter().any(|task| task.external.is_some()) { 1 } else { blocks.len() };
     let mut found = Vec::with_capacity(blocks.len());
     for (blocks, asked) in blocks.chunks_mut(together.max(1)).zip(asked.chunks(together.max(1))) {
         found.extend(solve(case, commands, point, blocks, asked, batch));
@@ -91,25 +91,25 @@ fn solve(
     commands: &Commands<'_>,
     point: usize,
     blocks: &mut [&mut Block<'_>],
-    asked: &[Demand],
+    asked: &[TaskPoint],
     batch: &mut Batch,
 ) -> Vec<Compensation> {
     let places: Vec<usize> = blocks.iter().map(|block| block.first + point).collect();
     let reached: Vec<usize> = (0..blocks.len()).filter(|&k| blocks[k].track[point].asked.is_ok()).collect();
-    let demands: Vec<Demand> = reached.iter().map(|&k| asked[k]).collect();
+    let tasks: Vec<TaskPoint> = reached.iter().map(|&k| asked[k]).collect();
     let mut sessions: Vec<&mut Session> =
         blocks.iter_mut().filter(|block| block.track[point].asked.is_ok()).map(|block| &mut block.session).collect();
     let solved = match commands {
-        Commands::Method(method) => compensate_batch(&mut sessions, &demands, *method, batch),
+        Commands::Method(method) => compensate_batch(&mut sessions, &tasks, *method, batch),
         Commands::Program(poses) => {
             let targets: Vec<Pose> = reached.iter().map(|&k| poses[places[k]]).collect();
-            let simulated = simulate_batch(&mut sessions, &demands, &targets, batch);
-            let with_points = sessions.iter().zip(&demands).zip(&targets).zip(simulated);
+            let simulated = simulate_batch(&mut sessions, &tasks, &targets, batch);
+            let with_points = sessions.iter().zip(&tasks).zip(&targets).zip(simulated);
             // The controller leads the same point of the platform.
-            let checked = with_points.map(|(((session, demand), target), simulated)| {
+            let checked = with_points.map(|(((session, task), target), simulated)| {
                 match case.nominal.check_tracked(target, session.command()) {
                     Err(unreachable) if simulated.outcome.is_some() => {
-                        session.refuse(demand, CompensationStatus::Unreachable(unreachable))
+                        session.refuse(task, CompensationStatus::Unreachable(unreachable))
                     }
                     _ => simulated,
                 }
@@ -117,18 +117,18 @@ fn solve(
             checked.collect()
         }
         Commands::Drives(drives) => {
-            let given = sessions.iter_mut().zip(&demands).zip(&reached);
-            given.map(|((session, demand), &k)| simulate_drives(session, demand, &drives[places[k]])).collect()
+            let given = sessions.iter_mut().zip(&tasks).zip(&reached);
+            given.map(|((session, task), &k)| simulate_drives(session, task, &drives[places[k]])).collect()
         }
     };
     if let Commands::Method(_) = commands {
         find_targets(&mut sessions);
     }
     let mut solved = solved.into_iter();
-    let answers = blocks.iter().zip(asked).map(|(block, demand)| match &block.track[point].asked {
-        Err(reason) => Some(block.session.refuse(demand, reason.clone())),
+    let answers = blocks.iter().zip(asked).map(|(block, task)| match &block.track[point].asked {
+        Err(reason) => Some(block.session.refuse(task, reason.clone())),
         Ok(()) => solved.next().map(|found| match block.turned_back(case.nominal, point, commands, &found) {
-            Some(change) => block.session.refuse(demand, change),
+            Some(change) => block.session.refuse(task, change),
             None => found,
         }),
     });
@@ -137,9 +137,9 @@ fn solve(
 
 impl<'a> Block<'a> {
     /// Tells the session where the nominal machine is tracked at `point`.
-    fn know(&mut self, point: usize, demand: &Demand) {
-        if let (Some(at), None) = (&self.track[point].at, demand.external) {
-            self.session.know(self.near, &demand.pose, at);
+    fn know(&mut self, point: usize, task: &TaskPoint) {
+        if let (Some(at), None) = (&self.track[point].at, task.external) {
+            self.session.know(self.near, &task.pose, at);
             self.near = at;
         }
     }

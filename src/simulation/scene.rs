@@ -2,7 +2,7 @@
 
 use super::Machines;
 use crate::{
-    compensation::{Demand, Target},
+    compensation::{Target, TaskPoint},
     input::error::Result,
     machine::{ChainError, Machine},
     process::MillingForce,
@@ -36,9 +36,9 @@ impl Scene {
     }
 
     /// What is asked of a command to `pose`: the cutting force at the tool angle `phi` (rad), if there is one.
-    pub(crate) fn demand(&self, pose: Pose, phi: Option<f64>) -> Demand {
+    pub(crate) fn task(&self, pose: Pose, phi: Option<f64>) -> TaskPoint {
         let force = |phi| self.force.wrench(phi, &self.machine.tool_at(&pose.rotation));
         let load = phi.map_or(Wrench::zero(), force);
-        Demand { pose, load, target: self.target, wanted: None, external: None }
+        TaskPoint { pose, load, target: self.target, wanted: None, external: None }
     }
 }

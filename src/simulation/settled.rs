@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use crate::{
-    compensation::{Demand, Method, compensate},
+    compensation::{Method, TaskPoint, compensate},
     machine::Skeleton,
     simulation::{Failure, Machines, Source},
     statics::State,
@@ -20,16 +20,16 @@ pub(crate) struct Settled {
     pub tool_displacement_mm: Vector3<f64>,
 }
 
-/// How the machine that answers for `source` settles at the nominal command of `demand`.
+/// How the machine that answers for `source` settles at the nominal command of `task`.
 ///
 /// # Errors
 /// It does not, or cannot go there.
-pub(crate) fn settled(machines: &Machines, source: Source, demand: &Demand) -> Result<Settled, Failure> {
+pub(crate) fn settled(machines: &Machines, source: Source, task: &TaskPoint) -> Result<Settled, Failure> {
     let (nominal, actual) = (machines.nominal(source), machines.actual(source));
-    let at = nominal.inverse_kinematics(&demand.pose)?;
+    let at = nominal.inverse_kinematics(&task.pose)?;
     let mut session = machines.session(source);
     session.stand(&at, &State::rigid(nominal, &at));
-    let answer = compensate(&mut session, &source.demand(demand), Method::None);
+    let answer = compensate(&mut session, &source.task(task), Method::None);
     if !answer.status.is_success() {
         return Err(Failure { status: answer.status.label().into(), reason: answer.status.reason(nominal) });
     }

@@ -5,7 +5,7 @@ use std::ops::{Index, IndexMut};
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    compensation::{CompensationSettings, Demand, Method, Session, Target, compensate},
+    compensation::{CompensationSettings, Method, Session, Target, TaskPoint, compensate},
     input::error::{Error, Result},
     machine::{ChainError, Configuration, Machine, Zeroed},
     spatial::Wrench,
@@ -236,14 +236,14 @@ fn zeroed_at_home(nominal: &Machine) -> Result<Machine> {
     }
     let home = &nominal.home;
     let mut session = Session::new(nominal, nominal, settings());
-    let demand = Demand {
+    let task = TaskPoint {
         pose: home.pose,
         load: Wrench::zero(),
         target: Target::FullPose,
         wanted: Some(home.pose),
         external: None,
     };
-    let held = compensate(&mut session, &demand, Method::Direct);
+    let held = compensate(&mut session, &task, Method::Direct);
     if !held.status.is_success() {
         let problem =
             format!("at_home: no drives hold the machine there under its weight: {}", held.status.reason(nominal));
@@ -254,17 +254,17 @@ fn zeroed_at_home(nominal: &Machine) -> Result<Machine> {
 }
 
 impl Source {
-    /// `demand` as this source makes it: weight and chain errors act without load, and weight against the rigid model.
-    pub fn demand(self, demand: &Demand) -> Demand {
+    /// `task` as this source makes it: weight and chain errors act without load, and weight against the rigid model.
+    pub fn task(self, task: &TaskPoint) -> TaskPoint {
         match self {
-            Source::Errors => Demand { load: Wrench::zero(), ..*demand },
-            Source::Weight => Demand { load: Wrench::zero(), wanted: Some(demand.pose), ..*demand },
-            Source::Cutting | Source::All => *demand,
+            Source::Errors => TaskPoint { load: Wrench::zero(), ..*task },
+            Source::Weight => TaskPoint { load: Wrench::zero(), wanted: Some(task.pose), ..*task },
+            Source::Cutting | Source::All => *task,
         }
     }
 }
 
-/// With what questions compensate: to 3e-12 of the machine's reach, 1e-9 mm on the Orthoglide.
+/// With what questions compensate: to 3e-12 of the machine's characteristic length, 1e-9 mm on the Orthoglide.
 pub fn settings() -> CompensationSettings {
     CompensationSettings::with_equilibria_to(1e-12)
 }

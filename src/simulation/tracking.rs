@@ -1,7 +1,7 @@
 //! The nominal machine tracked along a path from point to point, and where it would have to change its posture.
 
 use crate::{
-    compensation::{CompensationStatus, Demand},
+    compensation::{CompensationStatus, TaskPoint},
     machine::{Configuration, Machine, SideBySide, Standing},
 };
 
@@ -23,12 +23,12 @@ impl TrackPoint {
 /// [`join`] puts them behind one another. A stretch ends where `goes_on`, told its number and its points so far, says no.
 pub(crate) fn tracked(
     nominal: &Machine,
-    stretches: &[&[Demand]],
+    stretches: &[&[TaskPoint]],
     goes_on: impl Fn(usize, &[TrackPoint]) -> bool,
 ) -> Vec<Vec<TrackPoint>> {
     let mut storage = SideBySide::new(nominal);
     let mut track: Vec<LedAlong> = stretches.iter().map(|_| LedAlong::new(nominal)).collect();
-    let mut points: Vec<Vec<TrackPoint>> = stretches.iter().map(|demands| Vec::with_capacity(demands.len())).collect();
+    let mut points: Vec<Vec<TrackPoint>> = stretches.iter().map(|tasks| Vec::with_capacity(tasks.len())).collect();
     step_by_step(&mut track, stretches, &mut storage, |k, point| {
         points[k].push(point);
         goes_on(k, &points[k])
@@ -41,12 +41,12 @@ pub(crate) fn tracked(
 pub(crate) fn join<'a>(
     nominal: &Machine,
     before: Option<&Configuration>,
-    stretches: impl Iterator<Item = (&'a [Demand], &'a mut Vec<TrackPoint>)>,
+    stretches: impl Iterator<Item = (&'a [TaskPoint], &'a mut Vec<TrackPoint>)>,
 ) {
     if nominal.may_change_posture() {
         let mut track = LedAlong::new(nominal);
         track.before = before.cloned();
-        stretches.for_each(|(demands, points)| track.go_on_with(demands, points));
+        stretches.for_each(|(tasks, points)| track.go_on_with(tasks, points));
     }
 }
 
@@ -55,27 +55,27 @@ pub(crate) fn last_of(track: &[TrackPoint]) -> Option<&Configuration> {
     track.iter().rev().find_map(TrackPoint::stands)
 }
 
-/// Leads each machine along its demands, all of them to their next points before any goes on. `take` gets each point with the number
+/// Leads each machine along its tasks, all of them to their next points before any goes on. `take` gets each point with the number
 /// of its machine, and says whether that goes on.
 fn step_by_step(
     track: &mut [LedAlong],
-    demands: &[&[Demand]],
+    tasks: &[&[TaskPoint]],
     storage: &mut SideBySide,
     mut take: impl FnMut(usize, TrackPoint) -> bool,
 ) {
     let mut going: Vec<usize> = (0..track.len()).collect();
     for point in 0.. {
-        going.retain(|&k| point < demands[k].len());
+        going.retain(|&k| point < tasks[k].len());
         if going.is_empty() {
             break;
         }
         // With external axes each stands on a machine of its own.
-        let plain: Vec<usize> = going.iter().copied().filter(|&k| demands[k][point].external.is_none()).collect();
-        let asked: Vec<_> = plain.iter().map(|&k| (&track[k].near, demands[k][point].pose)).collect();
+        let plain: Vec<usize> = going.iter().copied().filter(|&k| tasks[k][point].external.is_none()).collect();
+        let asked: Vec<_> = plain.iter().map(|&k| (&track[k].near, tasks[k][point].pose)).collect();
         let mut found = plain.iter().zip(storage.inverse_kinematics(&asked)).peekable();
         going.retain(|&k| {
             let straight = found.next_if(|(own, _)| **own == k).and_then(|(_, at)| at);
-            let (at, asked) = track[k].step(&demands[k][point], straight);
+            let (at, asked) = track[k].step(&tasks[k][point], straight);
             take(k, TrackPoint { at, asked })
         });
     }
@@ -96,12 +96,12 @@ impl LedAlong {
         Self { nominal: Standing::new(nominal), near: nominal.home.clone(), before: None }
     }
 
-    /// Puts `points` of `demands`, which were tracked from home, behind the point before; gives its place to the last of them.
-    fn go_on_with(&mut self, demands: &[Demand], points: &mut Vec<TrackPoint>) {
+    /// Puts `points` of `tasks`, which were tracked from home, behind the point before; gives its place to the last of them.
+    fn go_on_with(&mut self, tasks: &[TaskPoint], points: &mut Vec<TrackPoint>) {
         if let (Some(before), Some(first)) =
             (self.before.clone(), points.iter().position(|point| point.stands().is_some()))
         {
-            self.go_on_behind(&before, demands, points, first);
+            self.go_on_behind(&before, tasks, points, first);
         }
         if let Some(last) = last_of(points) {
             self.before = Some(last.clone());
@@ -109,10 +109,16 @@ impl LedAlong {
     }
 
     /// As `go_on_with`, where `first` of the points is the first to which the machine can be tracked, and the one before is known.
-    fn go_on_behind(&mut self, before: &Configuration, demands: &[Demand], points: &mut Vec<TrackPoint>, first: usize) {
-        let demand = &demands[first];
-        let there = match self.nominal.move_to(demand.external) {
-            Ok(_) => self.nominal.inverse_kinematics_from(before, &demand.pose).ok(),
+    fn go_on_behind(
+        &mut self,
+        before: &Configuration,
+        tasks: &[TaskPoint],
+        points: &mut Vec<TrackPoint>,
+        first: usize,
+    ) {
+        let task = &tasks[first];
+        let there = match self.nominal.move_to(task.external) {
+            Ok(_) => self.nominal.inverse_kinematics_from(before, &task.pose).ok(),
             Err(_) => None,
         };
         let Some(from_home) = points[first].at.as_ref() else { return };
@@ -121,7 +127,7 @@ impl LedAlong {
         if let (true, Some(at)) = (is_turned, points[first].at.clone())
             && there.as_ref().is_none_or(|there| self.nominal.is_beside(there, &at))
         {
-            points[first].asked = self.keep_posture(&at, there.is_some(), demand);
+            points[first].asked = self.keep_posture(&at, there.is_some(), task);
             return;
         }
         // From where the machine stands or, where no straight way leads on, from home at the same turn.
@@ -129,8 +135,8 @@ impl LedAlong {
             Some(_) => before.clone(),
             None => with_turns(self.nominal.original().home.clone(), &turns),
         };
-        for (demand, point) in demands.iter().zip(points) {
-            let (at, asked) = self.step(demand, None);
+        for (task, point) in tasks.iter().zip(points) {
+            let (at, asked) = self.step(task, None);
             *point = TrackPoint { at, asked };
         }
     }
@@ -140,41 +146,41 @@ impl LedAlong {
     /// it was found before.
     fn step(
         &mut self,
-        demand: &Demand,
+        task: &TaskPoint,
         straight: Option<Configuration>,
     ) -> (Option<Configuration>, Result<(), CompensationStatus>) {
-        if let Err(unreachable) = self.nominal.move_to(demand.external) {
+        if let Err(unreachable) = self.nominal.move_to(task.external) {
             return (None, Err(CompensationStatus::Unreachable(unreachable)));
         }
         let is_from_before = self.before.as_ref() == Some(&self.near);
         let straight = match straight {
             Some(at) => Ok(at),
-            None => self.nominal.inverse_kinematics_from(&self.near, &demand.pose),
+            None => self.nominal.inverse_kinematics_from(&self.near, &task.pose),
         };
         let is_tracked = straight.is_ok();
-        let at = match straight.or_else(|_| self.nominal.inverse_kinematics(&demand.pose)) {
+        let at = match straight.or_else(|_| self.nominal.inverse_kinematics(&task.pose)) {
             Ok(at) => at,
             Err(unreachable) => return (None, Err(CompensationStatus::Unreachable(unreachable))),
         };
         self.near.clone_from(&at);
-        let kept = match self.nominal.check_tracked(&demand.pose, &at) {
-            Ok(()) if self.nominal.may_change_posture() => self.keep_posture(&at, is_tracked && is_from_before, demand),
+        let kept = match self.nominal.check_tracked(&task.pose, &at) {
+            Ok(()) if self.nominal.may_change_posture() => self.keep_posture(&at, is_tracked && is_from_before, task),
             Ok(()) => Ok(()),
             Err(unreachable) => Err(CompensationStatus::Unreachable(unreachable)),
         };
         (Some(at), kept)
     }
 
-    /// Whether the machine at `at`, which meets `demand`, stands in the posture of the point before. `is_tracked`: whether the straight line
+    /// Whether the machine at `at`, which meets `task`, stands in the posture of the point before. `is_tracked`: whether the straight line
     /// is known to lead from there.
     fn keep_posture(
         &mut self,
         at: &Configuration,
         is_tracked: bool,
-        demand: &Demand,
+        task: &TaskPoint,
     ) -> Result<(), CompensationStatus> {
         let Some(before) = self.before.replace(at.clone()) else { return Ok(()) };
-        let is_tracked = is_tracked || self.nominal.inverse_kinematics_from(&before, &demand.pose).is_ok();
+        let is_tracked = is_tracked || self.nominal.inverse_kinematics_from(&before, &task.pose).is_ok();
         match self.nominal.posture_change(&before, at, is_tracked) {
             None => Ok(()),
             Some(change) => {

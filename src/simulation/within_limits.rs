@@ -1,26 +1,26 @@
 //! A path corrected within the limits of a process and those of the machine.
 
 use crate::{
-    compensation::{BoundedPath, BoundedSettings, Demand, Limits, compensate_bounded},
+    compensation::{BoundedPath, BoundedSettings, Limits, TaskPoint, compensate_bounded},
     input::error::{Error, Result},
     machine::{Machine, Motion},
     process::file::CorrectionLimits,
     simulation::settings,
 };
 
-/// Corrects the path `demands` within the limits `given` and those of the machine.
+/// Corrects the path `tasks` within the limits `given` and those of the machine.
 ///
 /// # Errors
 /// Limits that do not fit the machine, or that exclude one another: named with point, drive and values.
 pub(crate) fn correct(
     nominal: &Machine,
     real: &Machine,
-    demands: &[Demand],
+    tasks: &[TaskPoint],
     given: &CorrectionLimits,
 ) -> Result<BoundedPath> {
-    let limits = limits(nominal, demands, given)?;
+    let limits = limits(nominal, tasks, given)?;
     let settings = BoundedSettings { point: settings(), ..BoundedSettings::default() };
-    Ok(compensate_bounded(nominal, real, demands, &limits, given.objective, &settings, &|_| ())?)
+    Ok(compensate_bounded(nominal, real, tasks, &limits, given.objective, &settings, &|_| ())?)
 }
 
 /// Whether limits fit the drives of a machine.
@@ -44,11 +44,11 @@ fn refuse_locked(machine: &Machine) -> std::result::Result<(), String> {
     }
 }
 
-fn limits(machine: &Machine, demands: &[Demand], given: &CorrectionLimits) -> Result<Limits> {
+fn limits(machine: &Machine, tasks: &[TaskPoint], given: &CorrectionLimits) -> Result<Limits> {
     let fault = |problem: &str| Err(Error::Argument { argument: "limits".into(), problem: problem.into() });
     let checked = check(machine, given).and_then(|()| refuse_locked(machine));
     checked.map_err(|problem| Error::Argument { argument: "limits".into(), problem })?;
-    if demands.iter().any(|demand| demand.coordinates(machine).count() < machine.controls.len()) {
+    if tasks.iter().any(|task| task.coordinates(machine).count() < machine.controls.len()) {
         return fault("cannot be kept on a machine that controls rotations: a program commands positions only");
     }
     let each = |limit: Option<f64>| limit.map(|limit| vec![limit; machine.drive_count()]);

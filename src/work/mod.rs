@@ -1,9 +1,9 @@
 //! Long computations in pieces: kept, stopped, resumed and shared among computers. Pieces are kept as they finish, it can be
 //! stopped between them, and somebody is told how far it is.
 //!
-//! A computation that can be shared numbers pieces that do not need one another ([`Work::dealt`]). Where it is one part
-//! of several, a piece of another part is not computed: its place stays empty ([`here`]), and where all of them are
-//! needed the part ends ([`Work::gathered`]). All parts together are to the whole computation what an unfinished run is
+//! A computation that can be shared numbers pieces that do not need one another ([`Work::shard`]). Where it is one part
+//! of several, a piece of another part is not computed: its place stays empty ([`this_shard`]), and where all of them are
+//! needed the part ends ([`Work::barrier`]). All parts together are to the whole computation what an unfinished run is
 //! to the one that goes on with it.
 
 pub mod checkpoint;
@@ -56,7 +56,7 @@ pub enum Event {
     /// Another part of the work begins, whose items are counted anew.
     Stage(Stage),
     /// One of the pieces that a [`Share`] holds is there.
-    Dealt {
+    Shard {
         /// Whether a run before has computed it.
         is_kept: bool,
     },
@@ -77,9 +77,9 @@ pub struct Work {
     shared: Arc<Shared>,
     /// Part of the computation: begin of every key.
     part: String,
-    /// Number of its first piece that is dealt.
+    /// Number of its first piece.
     first: usize,
-    dealt: Option<Dealt>,
+    sharded: Option<Sharded>,
 }
 
 struct Shared {
@@ -88,7 +88,7 @@ struct Shared {
     parts: Option<Parts>,
     share: Option<Share>,
     /// Whether a piece was asked for that another part computes.
-    is_elsewhere: AtomicBool,
+    needs_other: AtomicBool,
     /// Set by somebody else.
     stop: Arc<AtomicBool>,
     /// Why pieces can no longer be kept.
@@ -100,11 +100,11 @@ type Watch = Box<dyn Fn(Event) + Send + Sync>;
 
 /// Work with a number, in a computation that is shared.
 #[derive(Clone)]
-struct Dealt {
+struct Sharded {
     /// Whether this part computes it.
-    is_here: bool,
+    is_own: bool,
     /// Whether a piece of it was asked for that is not known.
-    is_elsewhere: Arc<AtomicBool>,
+    needs_other: Arc<AtomicBool>,
 }
 
 /// An [`Error::Write`] or [`Error::Read`] that every thread can be told of.
@@ -144,16 +144,16 @@ impl Work {
         Self::shared((checkpoint, None, None), stop, watch)
     }
 
-    /// As [`Work::new`], but the pieces of `parts`, found before, need not be computed, and of those that are dealt only those are that `share`
+    /// As [`Work::new`], but the pieces of `parts`, found before, need not be computed, and of those that are sharded only those are that `share`
     /// holds.
     pub fn shared(
         (checkpoint, parts, share): (Option<Checkpoint>, Option<Parts>, Option<Share>),
         stop: Arc<AtomicBool>,
         watch: Watch,
     ) -> Self {
-        let (is_elsewhere, fault) = (AtomicBool::new(false), Mutex::new(None));
-        let shared = Shared { checkpoint: checkpoint.map(Mutex::new), parts, share, is_elsewhere, stop, fault, watch };
-        Self { shared: Arc::new(shared), part: String::new(), first: 0, dealt: None }
+        let (needs_other, fault) = (AtomicBool::new(false), Mutex::new(None));
+        let shared = Shared { checkpoint: checkpoint.map(Mutex::new), parts, share, needs_other, stop, fault, watch };
+        Self { shared: Arc::new(shared), part: String::new(), first: 0, sharded: None }
     }
 
     /// The part called `name`: its keys are its own.
@@ -171,10 +171,10 @@ impl Work {
     /// Piece number `number` of those that do not need one another: where the computation is shared, it belongs to one
     /// part, and so does everything that is asked of what is returned.
     #[must_use]
-    pub fn dealt(&self, number: usize) -> Self {
+    pub fn shard(&self, number: usize) -> Self {
         let mut own = self.clone();
-        if let (Some(share), None) = (self.shared.share, &self.dealt) {
-            own.dealt = Some(Dealt { is_here: share.holds(self.first + number), is_elsewhere: Arc::default() });
+        if let (Some(share), None) = (self.shared.share, &self.sharded) {
+            own.sharded = Some(Sharded { is_own: share.holds(self.first + number), needs_other: Arc::default() });
         }
         own
     }
@@ -182,11 +182,11 @@ impl Work {
     /// Whether all pieces are there that were asked for; what needs them asks this first.
     ///
     /// # Errors
-    /// [`Error::Elsewhere`] if another part computes one of them; as [`Work::check`].
-    pub fn gathered(&self) -> Result<()> {
+    /// [`Error::OtherShard`] if another part computes one of them; as [`Work::check`].
+    pub fn barrier(&self) -> Result<()> {
         self.check()?;
-        let is_elsewhere = self.dealt.is_none() && self.shared.is_elsewhere.load(Ordering::Relaxed);
-        if is_elsewhere { Err(Error::Elsewhere) } else { Ok(()) }
+        let needs_other = self.sharded.is_none() && self.shared.needs_other.load(Ordering::Relaxed);
+        if needs_other { Err(Error::OtherShard) } else { Ok(()) }
     }
 
     /// Writes the pieces that are kept as the part that `head` says.
@@ -213,8 +213,8 @@ impl Work {
     /// Whether it is to go on.
     ///
     /// # Errors
-    /// [`Error::Stopped`]; [`Error::Write`] or [`Error::Read`] once a piece could not be kept or read; [`Error::Elsewhere`] once
-    /// what was [dealt](Work::dealt) needs a piece of another part.
+    /// [`Error::Stopped`]; [`Error::Write`] or [`Error::Read`] once a piece could not be kept or read; [`Error::OtherShard`] once
+    /// what was [sharded](Work::shard) needs a piece of another part.
     pub fn check(&self) -> Result<()> {
         if let Some(fault) = &*lock(&self.shared.fault) {
             return Err(fault.error());
@@ -222,8 +222,8 @@ impl Work {
         if self.shared.stop.load(Ordering::Relaxed) {
             return Err(Error::Stopped);
         }
-        match &self.dealt {
-            Some(dealt) if dealt.is_elsewhere.load(Ordering::Relaxed) => Err(Error::Elsewhere),
+        match &self.sharded {
+            Some(sharded) if sharded.needs_other.load(Ordering::Relaxed) => Err(Error::OtherShard),
             _ => Ok(()),
         }
     }
@@ -255,7 +255,7 @@ impl Work {
                 self.tell(Event::Kept(items));
             }
             if is_own {
-                self.tell_dealt(true);
+                self.tell_shard(true);
             }
             return Ok(piece);
         }
@@ -263,7 +263,7 @@ impl Work {
         let piece = compute()?;
         let bytes = encoded(&piece).map_err(|source| self.fail(in_memory(source)))?;
         lock(checkpoint).keep(&key, &bytes).map_err(|error| self.fail(error))?;
-        self.tell_dealt(false);
+        self.tell_shard(false);
         Ok(piece)
     }
 
@@ -276,19 +276,19 @@ impl Work {
 
     /// Refuses to compute a piece of another part.
     fn begin_here(&self) -> Result<()> {
-        match &self.dealt {
-            Some(dealt) if !dealt.is_here => {
-                dealt.is_elsewhere.store(true, Ordering::Relaxed);
-                self.shared.is_elsewhere.store(true, Ordering::Relaxed);
-                Err(Error::Elsewhere)
+        match &self.sharded {
+            Some(sharded) if !sharded.is_own => {
+                sharded.needs_other.store(true, Ordering::Relaxed);
+                self.shared.needs_other.store(true, Ordering::Relaxed);
+                Err(Error::OtherShard)
             }
             _ => Ok(()),
         }
     }
 
-    fn tell_dealt(&self, is_kept: bool) {
-        if self.dealt.as_ref().is_some_and(|dealt| dealt.is_here) {
-            self.tell(Event::Dealt { is_kept });
+    fn tell_shard(&self, is_kept: bool) {
+        if self.sharded.as_ref().is_some_and(|sharded| sharded.is_own) {
+            self.tell(Event::Shard { is_kept });
         }
     }
 }
@@ -297,9 +297,9 @@ impl Work {
 ///
 /// # Errors
 /// All others.
-pub fn here<T>(result: Result<T>) -> Result<Option<T>> {
+pub fn this_shard<T>(result: Result<T>) -> Result<Option<T>> {
     match result {
-        Err(Error::Elsewhere) => Ok(None),
+        Err(Error::OtherShard) => Ok(None),
         other => other.map(Some),
     }
 }

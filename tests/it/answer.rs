@@ -1,7 +1,7 @@
 //! What answers are made of: the bent machine for its drawing, and points in words.
 
 use kinetostat::{
-    Demand, Machine, MillingForce, Target,
+    Machine, MillingForce, Target, TaskPoint,
     answer::{deflected_pose::deflected_pose, point_words::point},
 };
 use nalgebra::Vector3;
@@ -15,7 +15,7 @@ fn the_lines_of_a_loaded_machine_end_where_its_platform_settles() {
     let bent = deflected_pose(
         &machine,
         &errors,
-        &Demand { pose, load, target: Target::ToolTip, wanted: None, external: None },
+        &TaskPoint { pose, load, target: Target::ToolTip, wanted: None, external: None },
         "at Q1".into(),
     )
     .unwrap();

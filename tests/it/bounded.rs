@@ -3,7 +3,7 @@
 use kinetostat::{
     compensation::{
         BoundedError, BoundedPath, BoundedPoint, BoundedSettings, BoundedStatus, CompensationSettings, CorrectedPoint,
-        Demand, ErrorNorm, LimitKind, Limits, Method, Session, Target, compensate, compensate_bounded,
+        ErrorNorm, LimitKind, Limits, Method, Session, Target, TaskPoint, compensate, compensate_bounded,
     },
     machine::{ChainError, Machine},
     process::MillingForce,
@@ -16,7 +16,7 @@ use crate::support::cases::cases;
 struct Case {
     nominal: Machine,
     real: Machine,
-    demands: Vec<Demand>,
+    tasks: Vec<TaskPoint>,
 }
 
 impl Case {
@@ -36,19 +36,19 @@ impl Case {
         let error = |(chain, degrees): (_, f64)| ChainError::turn_about_drive_axis(chain, degrees.to_radians());
         let errors: Vec<ChainError> = nominal.chains.iter().zip(turns).map(error).collect();
         let real = nominal.with_errors(&errors);
-        let demand = |k: usize| {
+        let task = |k: usize| {
             let phi = std::f64::consts::TAU * k as f64 / points as f64;
             let position = Vector3::from(centre) + 25.0 * Vector3::new(phi.cos(), phi.sin(), 0.0);
             let load = force.wrench(phi, &nominal.tool());
-            Demand { pose: nominal.pose_at(position), load, target: Target::ToolTip, wanted: None, external: None }
+            TaskPoint { pose: nominal.pose_at(position), load, target: Target::ToolTip, wanted: None, external: None }
         };
-        let demands = (0..points).map(demand).collect();
-        Self { nominal, real, demands }
+        let tasks = (0..points).map(task).collect();
+        Self { nominal, real, tasks }
     }
 
     fn solve(&self, limits: &Limits, objective: ErrorNorm) -> Result<BoundedPath, BoundedError> {
         let settings = BoundedSettings::default();
-        compensate_bounded(&self.nominal, &self.real, &self.demands, limits, objective, &settings, &|_| {})
+        compensate_bounded(&self.nominal, &self.real, &self.tasks, limits, objective, &settings, &|_| {})
     }
 
     fn solved(&self, limits: &Limits, objective: ErrorNorm) -> BoundedPath {
@@ -61,13 +61,13 @@ impl Case {
     /// Unbounded corrections.
     fn direct(&self) -> Vec<Vec<f64>> {
         let mut session = Session::new(&self.nominal, &self.real, CompensationSettings::default());
-        self.demands.iter().map(|demand| compensate(&mut session, demand, Method::Direct).drives).collect()
+        self.tasks.iter().map(|task| compensate(&mut session, task, Method::Direct).drives).collect()
     }
 
     /// Nominal drives.
     fn commands(&self) -> Vec<Vec<f64>> {
-        let drives = |demand: &Demand| self.nominal.inverse_kinematics(&demand.pose).unwrap().drives;
-        self.demands.iter().map(drives).collect()
+        let drives = |task: &TaskPoint| self.nominal.inverse_kinematics(&task.pose).unwrap().drives;
+        self.tasks.iter().map(drives).collect()
     }
 
     /// Unbounded Δρ.
@@ -81,14 +81,14 @@ impl Case {
         use kinetostat::statics::{self, State, Workspace, equilibrium};
         let (mut workspace, tip) = (Workspace::new(&self.real), self.nominal.tool_tip);
         let settings = statics::Settings { tolerance: 1e-13, ..statics::Settings::default() };
-        let error = |(demand, drives): (&Demand, &Vec<f64>)| {
-            let at = self.nominal.inverse_kinematics(&demand.pose).unwrap();
+        let error = |(task, drives): (&TaskPoint, &Vec<f64>)| {
+            let at = self.nominal.inverse_kinematics(&task.pose).unwrap();
             let mut state = State::rigid(&self.nominal, &at);
-            let outcome = equilibrium(&self.real, drives, &demand.load, &mut state, &mut workspace, &settings);
+            let outcome = equilibrium(&self.real, drives, &task.load, &mut state, &mut workspace, &settings);
             assert_eq!(outcome.status, statics::Status::Solved);
-            (state.pose.transform(tip) - demand.pose.transform(tip)).norm()
+            (state.pose.transform(tip) - task.pose.transform(tip)).norm()
         };
-        self.demands.iter().zip(drives).map(error).collect()
+        self.tasks.iter().zip(drives).map(error).collect()
     }
 }
 
@@ -199,8 +199,8 @@ fn changes_from_point_to_point_are_limited() {
 fn a_change_limit_that_binds_in_one_place_leaves_the_rest_exact() {
     let mut case = Case::orthoglide(60);
     // A jump of the load in the middle of the path.
-    for demand in &mut case.demands[30..] {
-        demand.load.force.y += 300.0;
+    for task in &mut case.tasks[30..] {
+        task.load.force.y += 300.0;
     }
     let wanted = case.wanted();
     let elsewhere = largest_change(&wanted[..30]).max(largest_change(&wanted[30..]));
@@ -283,7 +283,7 @@ impl Random {
 #[test]
 fn random_search_finds_nothing_better() {
     for mut case in [Case::orthoglide(9), Case::tripteron(9)] {
-        case.demands.truncate(3);
+        case.tasks.truncate(3);
         let (commands, wanted) = (case.commands(), case.wanted());
         let (size, step) = (0.9 * largest(&wanted), 0.3 * largest_change(&wanted));
         let limits =
@@ -416,7 +416,7 @@ fn force_limits_that_cannot_be_kept_are_named() {
 #[test]
 fn points_without_a_solution_are_left_out_and_labelled() {
     let mut case = Case::orthoglide(12);
-    case.demands[5].pose.translation = Vector3::new(5e3, 0.0, 0.0);
+    case.tasks[5].pose.translation = Vector3::new(5e3, 0.0, 0.0);
     let path = case.solved(&correction(0.5), ErrorNorm::Rms);
     assert!(
         matches!(&path.points[5], BoundedPoint::LeftOut(status) if status.label() == "unreachable"),
@@ -424,7 +424,7 @@ fn points_without_a_solution_are_left_out_and_labelled() {
         path.points[5]
     );
     assert_eq!(path.points.iter().filter(|point| point.corrected().is_some()).count(), 11);
-    case.demands.clear();
+    case.tasks.clear();
     assert_eq!(case.solve(&correction(0.5), ErrorNorm::Worst).unwrap().summary.status, BoundedStatus::Empty);
 }
 
@@ -516,12 +516,12 @@ fn the_worst_point_is_never_worse_than_without_correction() {
         // Forces that turn round from point to point, as in the corners of a small square.
         for turning in [1, 2, 5] {
             let mut case = machine(24);
-            for (k, demand) in case.demands.iter_mut().enumerate() {
+            for (k, task) in case.tasks.iter_mut().enumerate() {
                 if (k / turning) % 2 == 1 {
-                    demand.load.force = -demand.load.force;
-                    demand.load.moment = -demand.load.moment;
+                    task.load.force = -task.load.force;
+                    task.load.moment = -task.load.moment;
                 }
-                demand.load.force *= 1.0 + k as f64 / 8.0;
+                task.load.force *= 1.0 + k as f64 / 8.0;
             }
             let (wanted, before) = (case.wanted(), case.errors(&case.commands()).into_iter().fold(0.0, f64::max));
             for share in [0.02, 0.1, 0.3] {

@@ -7,7 +7,7 @@ use crate::support::cases::cases;
 use crate::support::command::told;
 use crate::support::{engine::*, machines::machine_file};
 use kinetostat::{
-    compensation::{Demand, Method, Target},
+    compensation::{Method, Target, TaskPoint},
     machine::{Branch, Configuration, Elbow, Machine, Posture, Shoulder, Wrist},
     questions::{Overrides, Study, StudyKind},
     simulation::along_path::{Commands, PathCase, run},
@@ -273,7 +273,7 @@ const AHEAD: &str = "rotation_deg = [0.0, 90.0, 0.0]";
 
 /// What is wanted along a line upwards in front of `machine`, 0.5 mm from point to point; the wrist is straight half-way between point
 /// `changes` − 1 and it.
-fn upwards(machine: &Machine, points: usize, changes: usize) -> Vec<Demand> {
+fn upwards(machine: &Machine, points: usize, changes: usize) -> Vec<TaskPoint> {
     let pose = |z: f64| machine.pose_at(Vector3::new(1700.0, 0.0, z));
     let is_below =
         |z: f64| machine.branch_of(&machine.inverse_kinematics(&pose(z)).unwrap()) == machine.branch_of(&machine.home);
@@ -283,9 +283,14 @@ fn upwards(machine: &Machine, points: usize, changes: usize) -> Vec<Demand> {
         if is_below(middle) { low = middle } else { high = middle }
     }
     let at = |point: usize| pose(low + 0.5 * (point as f64 - changes as f64 + 0.5));
-    let demand =
-        |point| Demand { pose: at(point), load: Wrench::zero(), target: Target::ToolTip, wanted: None, external: None };
-    (0..points).map(demand).collect()
+    let task = |point| TaskPoint {
+        pose: at(point),
+        load: Wrench::zero(),
+        target: Target::ToolTip,
+        wanted: None,
+        external: None,
+    };
+    (0..points).map(task).collect()
 }
 
 #[test]
@@ -293,15 +298,15 @@ fn a_path_that_would_change_branch_says_where_and_only_there() {
     let machine = kr270(AHEAD, "[-120.0, 120.0]");
     // Within a block of points that are solved one after another, at its border, and beyond.
     for changes in [100, 255, 256, 257, 300] {
-        let demands = upwards(&machine, 320, changes);
-        let case = PathCase { nominal: &machine, real: &machine, unloaded: &machine, before: None, demands: &demands };
+        let tasks = upwards(&machine, 320, changes);
+        let case = PathCase { nominal: &machine, real: &machine, unloaded: &machine, before: None, tasks: &tasks };
         let answers = run(&case, &Commands::Method(Method::None), &|| {});
         for (point, answer) in answers.iter().enumerate() {
             let label = if point == changes { "changes_posture" } else { "applied" };
             assert_eq!(answer.status.label(), label, "point {point} of {changes}: {}", answer.status.reason(&machine));
         }
         let reason = answers[changes].status.reason(&machine);
-        let z = |point: usize| format!("{:.3}", demands[point].pose.translation.z);
+        let z = |point: usize| format!("{:.3}", tasks[point].pose.translation.z);
         assert_eq!(
             reason,
             format!(
@@ -312,10 +317,10 @@ fn a_path_that_would_change_branch_says_where_and_only_there() {
             )
         );
         // The rest of the path on its own begins where it stands.
-        let before = machine.inverse_kinematics(&demands[changes - 1].pose).unwrap();
-        let rest = &demands[changes..];
+        let before = machine.inverse_kinematics(&tasks[changes - 1].pose).unwrap();
+        let rest = &tasks[changes..];
         let case =
-            PathCase { nominal: &machine, real: &machine, unloaded: &machine, before: Some(&before), demands: rest };
+            PathCase { nominal: &machine, real: &machine, unloaded: &machine, before: Some(&before), tasks: rest };
         let answers = run(&case, &Commands::Method(Method::None), &|| {});
         assert_eq!(answers[0].status.reason(&machine), reason);
         assert!(answers[1..].iter().all(|answer| answer.status.is_success()));
@@ -326,8 +331,8 @@ fn a_path_that_would_change_branch_says_where_and_only_there() {
 fn an_arm_kept_on_its_branch_swings_its_wrist_and_that_is_said() {
     let machine = kr270(AHEAD, "[-120.0, 120.0]");
     let kept = machine.on_branch(machine.branch_of(&machine.home).unwrap()).unwrap();
-    let demands = upwards(&machine, 40, 20);
-    let case = PathCase { nominal: &kept, real: &kept, unloaded: &kept, before: None, demands: &demands };
+    let tasks = upwards(&machine, 40, 20);
+    let case = PathCase { nominal: &kept, real: &kept, unloaded: &kept, before: None, tasks: &tasks };
     let answers = run(&case, &Commands::Method(Method::None), &|| {});
     let failed: Vec<usize> = (0..40).filter(|&point| !answers[point].status.is_success()).collect();
     assert_eq!(failed, [20]);

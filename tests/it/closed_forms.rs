@@ -5,7 +5,7 @@ use crate::support::{
     planar::{Leg, diagonal_link, machine},
 };
 use kinetostat::{
-    compensation::{self, Demand, Method, Session, Target, compensate},
+    compensation::{self, Method, Session, Target, TaskPoint, compensate},
     machine::{Configuration, Machine, MoveScrew},
     spatial::{Pose, Wrench, rotation_exp, skew},
     statics::{Outcome, Solution, State, Status, Workspace, drive_force_sensitivity, drive_forces, unloaded_stiffness},
@@ -282,12 +282,12 @@ fn truss_balanced_where_it_does_not_stay_is_not_compensated() {
     assert!((state.pose.translation.y - upper).abs() < 1e-2, "{} instead of {upper}", state.pose.translation.y);
 
     let pose = machine.pose_at(Vector3::new(0.0, wanted, 0.0));
-    let demand = Demand { pose, load: down(force), target: Target::ToolTip, wanted: None, external: None };
+    let task = TaskPoint { pose, load: down(force), target: Target::ToolTip, wanted: None, external: None };
     // The matrix of the unloaded machine is several times too soft for longer steps.
     for method in [Method::Newton, Method::FixedMatrix { alpha: 0.2 }, Method::FixedMatrix { alpha: 0.1 }] {
         let done = compensate(
             &mut Session::new(&machine, &machine, compensation::CompensationSettings::default()),
-            &demand,
+            &task,
             method,
         );
         let unstable = compensation::CompensationStatus::NoEquilibrium(Status::Unstable);

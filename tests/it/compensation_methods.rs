@@ -2,7 +2,7 @@
 
 use kinetostat::{
     compensation::{
-        Compensation, CompensationSettings, CompensationStatus, Demand, Method, Session, Target, compensate,
+        Compensation, CompensationSettings, CompensationStatus, Method, Session, Target, TaskPoint, compensate,
     },
     machine::Machine,
     process::MillingForce,
@@ -24,13 +24,13 @@ fn machines() -> (Machine, Machine) {
     (nominal, real)
 }
 
-fn demand(machine: &Machine, position: [f64; 3], phi_deg: f64, target: Target) -> Demand {
+fn task(machine: &Machine, position: [f64; 3], phi_deg: f64, target: Target) -> TaskPoint {
     let load = MillingForce::PAPER.wrench(phi_deg.to_radians(), &machine.tool());
-    Demand { pose: machine.pose_at(position.into()), load, target, wanted: None, external: None }
+    TaskPoint { pose: machine.pose_at(position.into()), load, target, wanted: None, external: None }
 }
 
-fn solve(nominal: &Machine, real: &Machine, demand: &Demand, method: Method) -> Compensation {
-    compensate(&mut Session::new(nominal, real, CompensationSettings::default()), demand, method)
+fn solve(nominal: &Machine, real: &Machine, task: &TaskPoint, method: Method) -> Compensation {
+    compensate(&mut Session::new(nominal, real, CompensationSettings::default()), task, method)
 }
 
 fn compensating() -> Vec<Method> {
@@ -50,10 +50,10 @@ fn all_methods_meet_at_the_same_drives() {
     let (nominal, real) = machines();
     for target in [Target::ToolTip, Target::PlatformPoint] {
         for (position, phi) in POINTS.into_iter().zip([0.0, 130.0, 75.0, 210.0, 15.0]) {
-            let demand = demand(&nominal, position, phi, target);
-            let reference = solve(&nominal, &real, &demand, Method::Direct);
+            let task = task(&nominal, position, phi, target);
+            let reference = solve(&nominal, &real, &task, Method::Direct);
             for method in compensating() {
-                let done = solve(&nominal, &real, &demand, method);
+                let done = solve(&nominal, &real, &task, method);
                 assert_eq!(
                     done.status,
                     CompensationStatus::Converged,
@@ -72,8 +72,8 @@ fn all_methods_meet_at_the_same_drives() {
 #[test]
 fn newton_methods_converge_quadratically() {
     let (nominal, real) = machines();
-    let demand = demand(&nominal, POINTS[1], 130.0, Target::ToolTip);
-    let history = solve(&nominal, &real, &demand, Method::Newton).history;
+    let task = task(&nominal, POINTS[1], 130.0, Target::ToolTip);
+    let history = solve(&nominal, &real, &task, Method::Newton).history;
     assert!(history.len() <= 6, "{history:?}");
     for pair in history.windows(2).filter(|pair| pair[0] < 0.5 && pair[1] > 1e-9) {
         assert!(pair[1] < 2.0 * pair[0] * pair[0], "{history:?}");
@@ -84,9 +84,9 @@ fn newton_methods_converge_quadratically() {
 fn comparators_leave_less_than_nothing_done_and_more_than_compensation() {
     let (nominal, real) = machines();
     for (position, phi) in POINTS.into_iter().zip([0.0, 130.0, 75.0, 210.0, 15.0]) {
-        let demand = demand(&nominal, position, phi, Target::ToolTip);
+        let task = task(&nominal, position, phi, Target::ToolTip);
         let left = |method| {
-            let done = solve(&nominal, &real, &demand, method);
+            let done = solve(&nominal, &real, &task, method);
             assert_eq!(done.status, CompensationStatus::Applied, "{method:?}");
             done.task_error()
         };
@@ -97,9 +97,9 @@ fn comparators_leave_less_than_nothing_done_and_more_than_compensation() {
         assert!(twice > 1e-9, "{position:?}: mirroring is not exact");
         // Linear shifting knows nothing of chain errors; without them it leaves the nonlinear part.
         let linear =
-            compensate(&mut Session::new(&nominal, &nominal, CompensationSettings::default()), &demand, Method::Linear);
+            compensate(&mut Session::new(&nominal, &nominal, CompensationSettings::default()), &task, Method::Linear);
         let uncompensated =
-            compensate(&mut Session::new(&nominal, &nominal, CompensationSettings::default()), &demand, Method::None);
+            compensate(&mut Session::new(&nominal, &nominal, CompensationSettings::default()), &task, Method::None);
         assert!(linear.task_error() < 0.2 * uncompensated.task_error(), "{position:?}");
         assert!(linear.task_error() > 1e-6, "{position:?}");
     }
@@ -108,20 +108,20 @@ fn comparators_leave_less_than_nothing_done_and_more_than_compensation() {
 #[test]
 fn mirroring_once_is_one_step_of_the_matrix_free_scheme() {
     let (nominal, real) = machines();
-    let demand = demand(&nominal, POINTS[3], 40.0, Target::ToolTip);
-    let history = solve(&nominal, &real, &demand, Method::MatrixFree { alpha: 1.0 }).history;
-    let mirrored = solve(&nominal, &real, &demand, Method::Mirror { passes: 1 }).history;
+    let task = task(&nominal, POINTS[3], 40.0, Target::ToolTip);
+    let history = solve(&nominal, &real, &task, Method::MatrixFree { alpha: 1.0 }).history;
+    let mirrored = solve(&nominal, &real, &task, Method::Mirror { passes: 1 }).history;
     assert!((history[1] - mirrored[1]).abs() < 1e-9);
 }
 
 #[test]
 fn platform_point_compensation_leaves_the_tool_displaced() {
     let (nominal, real) = machines();
-    let demand = demand(&nominal, POINTS[1], 130.0, Target::PlatformPoint);
+    let task = task(&nominal, POINTS[1], 130.0, Target::PlatformPoint);
     let mut session = Session::new(&nominal, &real, CompensationSettings::default());
-    let done = compensate(&mut session, &demand, Method::Direct);
+    let done = compensate(&mut session, &task, Method::Direct);
     assert!(done.position_error.norm() < 1e-9);
-    let tool = nominal.tool_displacement(&demand.pose, &session.state().pose);
+    let tool = nominal.tool_displacement(&task.pose, &session.state().pose);
     let lever = nominal.tool_tip;
     let rotation = kinetostat::spatial::rotation_exp(done.residual_rotation);
     assert!((tool - (rotation * lever - lever)).norm() < 1e-9);
@@ -131,7 +131,7 @@ fn platform_point_compensation_leaves_the_tool_displaced() {
 #[test]
 fn every_bad_end_has_its_status() {
     let (nominal, real) = machines();
-    let near = demand(&nominal, POINTS[0], 0.0, Target::ToolTip);
+    let near = task(&nominal, POINTS[0], 0.0, Target::ToolTip);
     for alpha in [0.0, -0.5, 1.5, f64::NAN] {
         for method in [Method::MatrixFree { alpha }, Method::FixedMatrix { alpha }, Method::Procedure { alpha }] {
             let done = solve(&nominal, &real, &near, method);
@@ -143,12 +143,12 @@ fn every_bad_end_has_its_status() {
     let slow = solve(&nominal, &real, &near, Method::MatrixFree { alpha: 1e-3 });
     assert_eq!(slow.status, CompensationStatus::Slow);
     assert!(slow.history.windows(2).all(|pair| pair[1] < pair[0]), "still converging");
-    let far = Demand { pose: nominal.pose_at(Vector3::new(600.0, 0.0, 0.0)), ..near };
+    let far = TaskPoint { pose: nominal.pose_at(Vector3::new(600.0, 0.0, 0.0)), ..near };
     for method in Method::ALL {
         let done = solve(&nominal, &real, &far, method);
         assert_eq!(done.status.label(), "unreachable", "{method:?}");
     }
-    let crushed = Demand { load: near.load.scale(1e6), ..near };
+    let crushed = TaskPoint { load: near.load.scale(1e6), ..near };
     for method in Method::ALL {
         let done = solve(&nominal, &real, &crushed, method);
         assert!(!done.status.is_success(), "{method:?}: {:?}", done.status);
@@ -164,9 +164,9 @@ fn consecutive_points_may_start_from_one_another() {
         for i in 0..24 {
             let phi = 15.0 * f64::from(i);
             let (sin, cos) = phi.to_radians().sin_cos();
-            let demand = demand(&nominal, [80.0 + 25.0 * cos, 80.0 + 25.0 * sin, 60.0], phi, Target::ToolTip);
-            let warm = compensate(&mut session, &demand, method);
-            let cold = solve(&nominal, &real, &demand, method);
+            let task = task(&nominal, [80.0 + 25.0 * cos, 80.0 + 25.0 * sin, 60.0], phi, Target::ToolTip);
+            let warm = compensate(&mut session, &task, method);
+            let cold = solve(&nominal, &real, &task, method);
             for (a, b) in warm.drives.iter().zip(&cold.drives) {
                 assert!((a - b).abs() < 1e-9, "{method:?} point {i}");
             }

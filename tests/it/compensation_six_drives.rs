@@ -3,7 +3,7 @@
 use crate::support::{arm::ARM, engine::machine_from};
 use kinetostat::{
     compensation::{
-        Compensation, CompensationSettings, CompensationStatus, Demand, Method, Session, Target, compensate,
+        Compensation, CompensationSettings, CompensationStatus, Method, Session, Target, TaskPoint, compensate,
     },
     machine::{ChainError, Machine},
     spatial::{Pose, Twist, Wrench, rotation_log},
@@ -18,18 +18,18 @@ fn machines() -> (Machine, Machine) {
     (nominal, real)
 }
 
-fn demand(machine: &Machine, target: Target) -> Demand {
+fn task(machine: &Machine, target: Target) -> TaskPoint {
     let turned = Pose::from_rotation_vector(Vector3::new(0.1, -0.05, 0.2));
     let rotation = machine.home.pose.rotation * turned.rotation;
     let pose = Pose { rotation, translation: machine.home.pose.translation + Vector3::new(-60.0, 80.0, 30.0) };
-    Demand { pose, load: Wrench::new([300.0, -200.0, -400.0, 2e4, 1e4, -5e3]), target, wanted: None, external: None }
+    TaskPoint { pose, load: Wrench::new([300.0, -200.0, -400.0, 2e4, 1e4, -5e3]), target, wanted: None, external: None }
 }
 
 fn solve(method: Method, target: Target) -> (Compensation, Pose, Pose) {
     let (nominal, real) = machines();
-    let demand = demand(&nominal, target);
+    let task = task(&nominal, target);
     let mut session = Session::new(&nominal, &real, CompensationSettings::default());
-    let done = compensate(&mut session, &demand, method);
+    let done = compensate(&mut session, &task, method);
     assert_eq!(done.status, CompensationStatus::Converged, "{method:?}, {target:?}: {:?}", done.history);
     let commanded = session.target().unwrap();
     (done, commanded, session.state().pose)
@@ -54,7 +54,7 @@ fn all_methods_meet_for_every_target() {
 #[test]
 fn full_pose_leaves_nothing() {
     let (done, _, pose) = solve(Method::Direct, Target::FullPose);
-    let wanted = demand(&machines().0, Target::FullPose).pose;
+    let wanted = task(&machines().0, Target::FullPose).pose;
     assert!(done.residual_rotation.norm() < 1e-12);
     assert!((pose.translation - wanted.translation).norm() < 1e-9);
 }
@@ -62,7 +62,7 @@ fn full_pose_leaves_nothing() {
 #[test]
 fn tool_tip_alone_leaves_the_rotation_and_commands_the_wanted_orientation() {
     let (done, commanded, _) = solve(Method::Direct, Target::ToolTip);
-    let wanted = demand(&machines().0, Target::ToolTip).pose;
+    let wanted = task(&machines().0, Target::ToolTip).pose;
     assert!(done.position_error.norm() < 1e-9);
     assert!(done.residual_rotation.norm() > 1e-4);
     assert!(rotation_log(&(commanded.rotation * wanted.rotation.transpose())).norm() < 1e-12);
@@ -71,10 +71,10 @@ fn tool_tip_alone_leaves_the_rotation_and_commands_the_wanted_orientation() {
 #[test]
 fn the_linear_correction_of_the_full_pose_leaves_what_is_not_linear() {
     let (nominal, _) = machines();
-    let demand = demand(&nominal, Target::FullPose);
+    let task = task(&nominal, Target::FullPose);
     let error = |method| {
         let mut session = Session::new(&nominal, &nominal, CompensationSettings::default());
-        let done = compensate(&mut session, &demand, method);
+        let done = compensate(&mut session, &task, method);
         (done.position_error.norm(), done.residual_rotation.norm())
     };
     let (plain, linear) = (error(Method::None), error(Method::Linear));

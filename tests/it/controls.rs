@@ -100,9 +100,14 @@ fn the_reach_is_that_of_the_assembled_machine() {
         .replace("home_deg = 80.0", &format!("home_deg = {other:?}"))
         .replace("home_deg = -100.0", &format!("home_deg = {tip:?}"));
     let exact = machine_from(&exact);
-    assert!((exact.reach - rough.reach).abs() < 1e-9, "{} {}", exact.reach, rough.reach);
+    assert!(
+        (exact.characteristic_length - rough.characteristic_length).abs() < 1e-9,
+        "{} {}",
+        exact.characteristic_length,
+        rough.characteristic_length
+    );
     // From P to the farthest hinge: a motor, 100 mm aside.
-    assert!((rough.reach - 100f64.hypot(450.0)).abs() < 1e-6, "{}", rough.reach);
+    assert!((rough.characteristic_length - 100f64.hypot(450.0)).abs() < 1e-6, "{}", rough.characteristic_length);
 }
 
 /// What a command prints, and its exit code.

@@ -2,13 +2,14 @@
 //! itself; how jumps are spread is not known here but by what must hold of it.
 
 use kinetostat::{
-    compensation::Demand,
+    compensation::TaskPoint,
     input::Folder,
     machine::Machine,
     process::{Process, cutting::CuttingLaw},
     products::program::{LawBehind, Part, ProgramJob},
     simulation::ProgramFile,
     spatial::Wrench,
+    work::Work,
 };
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3, Vector6};
 use proptest::prelude::*;
@@ -110,7 +111,7 @@ fn job(machine: &Machine, process: &str, program: &str, name: &str) -> ProgramJo
         .unwrap_or_else(|error| panic!("{error}"));
     let folder = Folder::in_memory([(name.into(), program.into())]);
     let file = ProgramFile::in_folder(&folder, name, &process).unwrap_or_else(|error| panic!("{error}\n{program}"));
-    ProgramJob::new(process, file, name).unwrap_or_else(|error| panic!("{error}\n{program}"))
+    ProgramJob::new(process, file, name, &Work::default()).unwrap_or_else(|error| panic!("{error}\n{program}"))
 }
 
 /// A point of a program.
@@ -133,9 +134,9 @@ fn seen(job: &ProgramJob, workpiece: &Matrix3<f64>) -> Vec<Seen> {
     let mut all = Vec::new();
     for part in job.parts() {
         let part = part.unwrap();
-        for (point, demand) in part.points.iter().zip(part.demands()) {
-            let tool = job.machine.tool_at(&demand.pose.rotation);
-            let at_tip = demand.load.moment - tool.translation.cross(&demand.load.force);
+        for (point, task) in part.points.iter().zip(part.tasks()) {
+            let tool = job.machine.tool_at(&task.pose.rotation);
+            let at_tip = task.load.moment - tool.translation.cross(&task.load.force);
             all.push(Seen {
                 segment: point.source.segment,
                 parameter: point.source.parameter,
@@ -144,7 +145,7 @@ fn seen(job: &ProgramJob, workpiece: &Matrix3<f64>) -> Vec<Seen> {
                 cutting: point.cutting,
                 feature: point.feature,
                 axis: workpiece.tr_mul(&tool.rotation.column(2)),
-                load: six(workpiece.tr_mul(&demand.load.force), workpiece.tr_mul(&at_tip)),
+                load: six(workpiece.tr_mul(&task.load.force), workpiece.tr_mul(&at_tip)),
             });
         }
     }
@@ -498,20 +499,20 @@ fn a_force_that_the_law_does_not_give_is_no_proof() {
     let program = b"G21 G90 G17\nG0 X0 Y0 Z0\nG1 X10 F100\nG2 X10 Y0.6 I0 J0.3\nG1 X20\nG0 Z5\n";
     let folder = Folder::in_memory([("part.nc".into(), program.to_vec())]);
     let file = ProgramFile::in_folder(&folder, "part.nc", &process).unwrap();
-    let job = ProgramJob::new(process, file, "part.nc").unwrap();
+    let job = ProgramJob::new(process, file, "part.nc", &Work::default()).unwrap();
     let part = job.parts().next().unwrap().unwrap();
     let proof_of = |part: &Part<'_>| LawBehind::new(&job).holds(part);
     proof_of(&part).unwrap();
-    let first = part.demands()[1].load;
-    let wrong: [&dyn Fn(&Demand) -> Wrench; 4] = [
-        &|demand| demand.load.scale(1.000_001),
-        &|demand| Wrench { force: -demand.load.force, ..demand.load },
-        &|demand| Wrench { moment: demand.load.moment.add_scalar(0.01), ..demand.load },
+    let first = part.tasks()[1].load;
+    let wrong: [&dyn Fn(&TaskPoint) -> Wrench; 4] = [
+        &|task| task.load.scale(1.000_001),
+        &|task| Wrench { force: -task.load.force, ..task.load },
+        &|task| Wrench { moment: task.load.moment.add_scalar(0.01), ..task.load },
         // That of the first move all along.
         &|_| first,
     ];
     for load in wrong {
-        let refused = proof_of(&part.asked(|demand| Demand { load: load(demand), ..*demand })).unwrap_err().to_string();
+        let refused = proof_of(&part.asked(|task| TaskPoint { load: load(task), ..*task })).unwrap_err().to_string();
         assert!(refused.contains("is not between those of its law"), "{refused}");
     }
 }

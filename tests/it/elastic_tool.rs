@@ -144,8 +144,8 @@ fn lanes_the_dense_solver_and_the_inverse_agree() {
         let mut workspace = Workspace::new(&machine);
         if let Some(found) = wrench_at_pose(&machine, &at.drives, &state.pose, &mut held, &mut workspace, &EXACT) {
             let left = (found.wrench.to_vector() - load().to_vector())
-                .component_div(&Vector6::from_fn(|i, _| if i < 3 { 1.0 } else { machine.reach }));
-            assert!(left.amax() < 1e-5 * load().norm(machine.reach), "{}: {left}", machine.name);
+                .component_div(&Vector6::from_fn(|i, _| if i < 3 { 1.0 } else { machine.characteristic_length }));
+            assert!(left.amax() < 1e-5 * load().norm(machine.characteristic_length), "{}: {left}", machine.name);
         }
     }
 }

@@ -93,7 +93,7 @@ fn assert_same(what: &str, machine: &Machine, got: &Solved, expected: &Solved) {
     assert_eq!(got.outcome.status, expected.outcome.status, "{what}");
     let off = motion_between(&expected.state.pose, &got.state.pose);
     assert!(off.amax() < 1e-8, "{what}: pose off by {off}");
-    let reach = machine.reach;
+    let reach = machine.characteristic_length;
     for (kind, a, b, lever) in [
         ("stiffness", got.outcome.stiffness, expected.outcome.stiffness, 1.0 / reach),
         ("compliance", got.outcome.compliance, expected.outcome.compliance, reach),

@@ -8,7 +8,7 @@ use std::{
 };
 
 use kinetostat::{
-    compensation::{Demand, Session, simulate_drives},
+    compensation::{Session, TaskPoint, simulate_drives},
     machine::Machine,
     process::{Process, cutting::CuttingLaw},
     products::correction::{
@@ -66,11 +66,16 @@ fn residual_mm(
     let at = machine.inverse_kinematics(&pose).unwrap();
     session.stand(&at, &State::rigid(machine, &at));
     let moment = (at.pose.rotation * machine.tool_tip).cross(&force);
-    let demand =
-        Demand { pose: at.pose, load: Wrench { force, moment }, target: question.target, wanted: None, external: None };
+    let task = TaskPoint {
+        pose: at.pose,
+        load: Wrench { force, moment },
+        target: question.target,
+        wanted: None,
+        external: None,
+    };
     let correction = corrector.correction(&at, position, force);
     let drives: Vec<f64> = at.drives.iter().zip(&correction).map(|(nominal, own)| nominal + own).collect();
-    let found = simulate_drives(session, &demand, &drives);
+    let found = simulate_drives(session, &task, &drives);
     assert!(found.status.is_success(), "{position} {force}: {:?}", found.status);
     found.task_error()
 }

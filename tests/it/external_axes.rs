@@ -3,7 +3,7 @@
 use crate::support::command::told;
 use crate::support::engine::*;
 use kinetostat::{
-    compensation::{Demand, Method, Session, Target, compensate},
+    compensation::{Method, Session, Target, TaskPoint, compensate},
     machine::Machine,
     simulation::settings,
     spatial::Wrench,
@@ -58,13 +58,13 @@ fn a_machine_moved_by_its_path_answers_as_one_that_was_set_up_there() {
         let there = held(&machine, rail, table);
         let pose = there.pose_at(Vector3::new(1650.0, 40.0, 780.0));
         let load = Wrench { force: Vector3::new(300.0, -500.0, 200.0), moment: Vector3::zeros() };
-        let demand = Demand { pose, load, target: Target::ToolTip, wanted: None, external: None };
+        let task = TaskPoint { pose, load, target: Target::ToolTip, wanted: None, external: None };
         let external = Some(there.external_axes());
         for method in [Method::None, Method::Newton, Method::Direct] {
             let mut fixed = Session::new(&there, &there, settings());
-            let expected = compensate(&mut fixed, &demand, method);
+            let expected = compensate(&mut fixed, &task, method);
             assert!(expected.status.is_success(), "{:?}", expected.status);
-            let found = compensate(&mut session, &Demand { external, ..demand }, method);
+            let found = compensate(&mut session, &TaskPoint { external, ..task }, method);
             assert_eq!(found.status, expected.status);
             let apart = (found.tool_displacement - expected.tool_displacement).norm();
             assert!(apart < 1e-9, "{rail} {table} {method:?}: {apart}");

@@ -6,7 +6,7 @@ use crate::support::{
     engine::{EXACT, at_position, position_in_box},
 };
 use kinetostat::{
-    compensation::{Demand, Target},
+    compensation::{Target, TaskPoint},
     inspect::machine_check::{self, report::machine_text},
     machine::{Configuration, Machine},
     spatial::{Pose, Wrench},
@@ -67,7 +67,7 @@ fn trials(machine: &Machine, largest: f64) -> Vec<(Configuration, Wrench)> {
         let [a, b, c] = [0.8191725134, 0.6710436067, 0.5497004779].map(|step| 0.5 * (share(i, step) + 1.0));
         let at = at_position(machine, position_in_box(machine, 0.0, 1.0, [a, b, c]));
         let [x, y, z, l, m, n] = [0.755, 0.569, 0.4294, 0.3241, 0.2446, 0.1846].map(|step| share(i, step) * largest);
-        let lever = 0.1 * machine.reach;
+        let lever = 0.1 * machine.characteristic_length;
         (at, Wrench::new([x, y, z, l * lever, m * lever, n * lever]))
     };
     (1..=12).map(trial).collect()
@@ -109,7 +109,7 @@ fn assert_close(what: &str, got: &[f64], expected: &[f64], allowed: f64) {
 
 /// Compares what was found condensed and uncondensed, relative to the largest number of each kind.
 fn assert_same(what: &str, machine: &Machine, at: &Configuration, condensed: &Solved, uncondensed: &Solved) {
-    let reach = machine.reach;
+    let reach = machine.characteristic_length;
     let (got, expected) = (&condensed.outcome, &uncondensed.outcome);
     assert_eq!(got.status, expected.status, "{what}");
     let twist = |state: &State| {
@@ -177,7 +177,7 @@ fn the_hexapod_and_the_arm_have_a_stiffness_and_the_tricept_does_not() {
         assert_eq!(unloaded.stiffness.is_some(), has_stiffness, "{name}");
         assert!(unloaded.compliance.is_some(), "{name}");
         if let (Some(a), Some(b)) = (stiffness, unloaded.stiffness) {
-            let factor = 1.0 / machine.reach;
+            let factor = 1.0 / machine.characteristic_length;
             assert_close(name, scaled(&a, factor).as_slice(), scaled(&b, factor).as_slice(), 1e-10);
         }
     }
@@ -231,14 +231,14 @@ fn rigid_links_are_compensated_in_lanes() {
         let machine = machine(name);
         let target = if machine.drive_count() == 6 { Target::FullPose } else { Target::ToolTip };
         for (at, load) in trials(&machine, largest) {
-            let demand = Demand { pose: at.pose, load, target, wanted: None, external: None };
-            let task = |pose: &Pose| demand.task_error(&machine, pose);
+            let task = TaskPoint { pose: at.pose, load, target, wanted: None, external: None };
+            let task_error = |pose: &Pose| task.task_error(&machine, pose);
             let (mut state, mut drives) = (State::rigid(&machine, &at), at.drives.clone());
-            let mut cases = [Case { drives: &mut drives, load, state: &mut state, task: Some(&task) }];
+            let mut cases = [Case { drives: &mut drives, load, state: &mut state, task: Some(&task_error) }];
             let outcomes = Batch::new(&machine).equilibria_at_task(&mut cases, &EXACT);
             let outcome = outcomes[0].as_ref().unwrap_or_else(|| panic!("{name}: lanes gave up"));
             assert_eq!(outcome.status, Status::Solved, "{name}");
-            assert!(task(&state.pose).size() < 1e-9, "{name}");
+            assert!(task_error(&state.pose).size() < 1e-9, "{name}");
             let mut again = State::rigid(&machine, &at);
             let outcome =
                 equilibrium(&machine, &drives, &load, &mut again, &mut Workspace::uncondensed(&machine), &EXACT);
@@ -263,7 +263,7 @@ fn the_stiffness_of_the_hexapod_is_that_of_six_axial_springs() {
         expected += screw * screw.transpose() * chain.drives[0].stiffness;
     }
     let got = unloaded_stiffness(&machine, &at, &mut Workspace::new(&machine)).expect("a stiffness");
-    let factor = 1.0 / machine.reach;
+    let factor = 1.0 / machine.characteristic_length;
     assert_close("hexapod", scaled(&got, factor).as_slice(), scaled(&expected, factor).as_slice(), 1e-11);
 }
 

@@ -75,15 +75,15 @@ proptest! {
             let (there, moved) = settle(&carried(&machine, &x_mo), &carried_configuration(&at, &x_mo), &rotated(&x_mo, &load));
             prop_assert_eq!(&outcome.status, &Status::Solved);
             prop_assert_eq!(outcome.status, moved.status);
-            let off = pose_difference(&x_mo.compose(&here.pose), &there.pose, machine.reach);
+            let off = pose_difference(&x_mo.compose(&here.pose), &there.pose, machine.characteristic_length);
             prop_assert!(off < 1e-9, "{name}: pose off by {off:e} mm");
             let r = rotation_6(&x_mo);
             let off = stiffness_difference(&(r.transpose() * moved.stiffness.unwrap() * r), &outcome.stiffness.unwrap());
             prop_assert!(off < 1e-8, "{name}: stiffness off by {off:e}");
             for (a, b) in here.chains.iter().zip(&there.chains) {
-                let largest = a.wrench.norm(machine.reach).max(1.0);
+                let largest = a.wrench.norm(machine.characteristic_length).max(1.0);
                 let off = Wrench::from_vector(&(rotated(&x_mo, &a.wrench).to_vector() - b.wrench.to_vector()));
-                prop_assert!(off.norm(machine.reach) < 1e-7 * largest, "{name}: chain wrench off by {off:?}");
+                prop_assert!(off.norm(machine.characteristic_length) < 1e-7 * largest, "{name}: chain wrench off by {off:?}");
                 let off = a.coordinates.iter().zip(&b.coordinates).fold(0.0f64, |most, (a, b)| most.max((a - b).abs()));
                 prop_assert!(off < 1e-9, "{name}: chain coordinates off by {off:e}");
             }
@@ -144,7 +144,7 @@ fn equilibria_with_weight_springs_and_modules_are_carried_along() {
             let (there, moved) =
                 settle(&carried(&machine, &x_mo), &carried_configuration(&at, &x_mo), &rotated(&x_mo, &load));
             assert_eq!((&outcome.status, &moved.status), (&Status::Solved, &Status::Solved), "{name}");
-            let off = pose_difference(&x_mo.compose(&here.pose), &there.pose, machine.reach);
+            let off = pose_difference(&x_mo.compose(&here.pose), &there.pose, machine.characteristic_length);
             assert!(off < 1e-8, "{name}: pose off by {off:e} mm");
             let r = rotation_6(&x_mo);
             let off =
@@ -156,8 +156,11 @@ fn equilibria_with_weight_springs_and_modules_are_carried_along() {
                 // Wrenches of loops are in the axes of a frame of the machine.
                 let pairs = a.loops.iter().zip(&b.loops).map(|(a, b)| (*a, *b));
                 for (a, b) in pairs.chain([(rotated(&x_mo, &a.wrench), b.wrench)]) {
-                    let off = Wrench::from_vector(&(a.to_vector() - b.to_vector())).norm(machine.reach);
-                    assert!(off < 1e-7 * a.norm(machine.reach).max(1e3), "{name}: wrench off by {off:e} N");
+                    let off = Wrench::from_vector(&(a.to_vector() - b.to_vector())).norm(machine.characteristic_length);
+                    assert!(
+                        off < 1e-7 * a.norm(machine.characteristic_length).max(1e3),
+                        "{name}: wrench off by {off:e} N"
+                    );
                 }
                 let off = a.coordinates.iter().zip(&b.coordinates).fold(0.0f64, |most, (a, b)| most.max((a - b).abs()));
                 assert!(off < 1e-8, "{name}: chain coordinates off by {off:e}");

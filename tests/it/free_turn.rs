@@ -1,14 +1,15 @@
 //! The turn about the tool's axis: the lattice against all ways through it, limits kept, what cannot be told apart from what can be, and
 //! the commands that seek it.
 
-use std::f64::consts::TAU;
+use std::{f64::consts::TAU, path::PathBuf};
 
 use crate::support::{arm::ARM, command::told, engine::*};
 use kinetostat::{
-    compensation::Target,
+    compensation::{Method, Target},
     machine::{Branch, Machine},
     process::{Placement, Process, Redundancy, ToolTurn, TurnCost, TurnObjective, cutting::PathLoad},
-    redundancy::{FreeTurn, Infeasible, OnLattice, TurnAsked, lattice_cost, seek},
+    products::program::{Asked, Compensated, InMemory, ProgramJob},
+    redundancy::{FoundGamma, Infeasible, OnLattice, TurnAsked, lattice_cost, seek},
     spatial::{Pose, Wrench},
     statics::{State, Status, Workspace, equilibrium},
     toolpath::{Load, Orientation, Toolpath, polyline::Polyline},
@@ -53,7 +54,7 @@ fn asked<'a>(
     TurnAsked { machine, errors: &[], placement, target: Target::ToolTip, path, loads, turn }
 }
 
-fn sought(machine: &Machine, path: &Toolpath, turn: &ToolTurn) -> FreeTurn {
+fn sought(machine: &Machine, path: &Toolpath, turn: &ToolTurn) -> FoundGamma {
     let loads = loads(path);
     seek(asked(machine, &Placement::default(), path, &loads, turn), &Work::default()).unwrap()
 }
@@ -200,7 +201,7 @@ fn robot() -> (Process, Toolpath) {
     (process, path(&(0..40).map(at).collect::<Vec<_>>(), 600.0))
 }
 
-fn robot_sought(turn: &ToolTurn) -> FreeTurn {
+fn robot_sought(turn: &ToolTurn) -> FoundGamma {
     let (process, path) = robot();
     let loads = process.loads(&path).unwrap();
     seek(asked(&process.machine, &process.placement, &path, &loads, turn), &Work::default()).unwrap()
@@ -395,6 +396,14 @@ fn a_compensated_polyline_says_how_the_platform_stands() {
     let written = Polyline::read(std::fs::read(at("out.csv")).unwrap(), "out.csv").unwrap();
     assert_eq!(written.toolpath().len(), 17);
     assert!(written.toolpath().points().iter().all(|p| matches!(p.orientation, Some(Orientation::Platform(_)))));
+    // A process that asks for the best γ gets it from the library as well.
+    let process =
+        std::fs::read_to_string(at("process.toml")).unwrap() + "[tool_turn]\nredundancy = \"best_constant\"\n";
+    let process = Process::from_toml(&process, "process", PathBuf::new(), &catalogue_machine("fanuc_r2000ic")).unwrap();
+    let job = ProgramJob::open(process, at("path.csv").as_ref(), &Work::default()).unwrap();
+    let found = job.compensate(&Asked::by(Method::Direct), &mut InMemory, &Work::default()).unwrap();
+    let Compensated::Proved(proved) = found else { panic!("no command for some point") };
+    assert!(job.redundancy.is_some() && proved.written.bytes == std::fs::read(at("out.csv")).unwrap());
     std::fs::write(at("part.nc"), "G21 G90\nG1 X0 Y0 Z0 F600\nX8\nY8\n").unwrap();
     let (code, _, err) = compensate("part.nc", "out.nc");
     assert!(code == Some(2) && err.contains("expected a polyline (.csv)"), "{err}");

@@ -2,7 +2,7 @@
 
 use kinetostat::{
     compensation::Method, input::Folder, machine::Machine, process::file::Process, products::program::ProgramJob,
-    simulation::ProgramFile,
+    simulation::ProgramFile, work::Work,
 };
 use nalgebra::Rotation3;
 
@@ -41,7 +41,7 @@ fn job(machine: &Machine, text: String, tangential: f64) -> ProgramJob {
     let process = Process::from_toml(&process, "process", Folder::in_memory([]), machine).unwrap();
     let folder = Folder::in_memory([("turns.src".into(), text.into_bytes())]);
     let file = ProgramFile::in_folder(&folder, "turns.src", &process).unwrap();
-    ProgramJob::new(process, file, "turns.src").unwrap()
+    ProgramJob::new(process, file, "turns.src", &Work::default()).unwrap()
 }
 
 /// The drives that the nominal machine gets at the ends of moves of a program that drives it along `drives`, and what is not solved.

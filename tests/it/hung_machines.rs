@@ -31,10 +31,11 @@ fn solve(machine: &Machine, at: &Configuration, load: &Wrench, mut workspace: Wo
     Solved { state, outcome, force_sensitivity }
 }
 
-/// Largest difference of two states: mm, and mm of rotations at the machine's reach; and of wrenches, over the largest.
+/// Largest difference of two states: mm, and mm of rotations at the machine's characteristic length; and of wrenches, over the largest.
 fn differences(machine: &Machine, a: &State, b: &State) -> (f64, f64) {
     let motion = motion_between(&a.pose, &b.pose);
-    let mut place = motion.fixed_rows::<3>(0).amax().max(motion.fixed_rows::<3>(3).amax() * machine.reach);
+    let mut place =
+        motion.fixed_rows::<3>(0).amax().max(motion.fixed_rows::<3>(3).amax() * machine.characteristic_length);
     let (mut wrench, mut largest) = (0.0f64, 1.0f64);
     for (a, b) in a.chains.iter().zip(&b.chains) {
         for (x, y) in a.coordinates.iter().zip(&b.coordinates) {
@@ -42,7 +43,10 @@ fn differences(machine: &Machine, a: &State, b: &State) -> (f64, f64) {
         }
         for (x, y) in a.loops.iter().chain([&a.wrench]).zip(b.loops.iter().chain([&b.wrench])) {
             let off = Wrench::from_vector(&(x.to_vector() - y.to_vector()));
-            (wrench, largest) = (wrench.max(off.norm(machine.reach)), largest.max(x.norm(machine.reach)));
+            (wrench, largest) = (
+                wrench.max(off.norm(machine.characteristic_length)),
+                largest.max(x.norm(machine.characteristic_length)),
+            );
         }
     }
     (place, wrench / largest)
@@ -153,8 +157,9 @@ fn the_weight_alone_is_held_by_no_wrench() {
             let settings = Settings::default();
             let mut workspace = Workspace::new(&machine);
             let held = wrench_at_pose(&machine, &at.drives, &rest.pose, &mut state, &mut workspace, &settings).unwrap();
-            let largest = rest.chains.iter().map(|chain| chain.wrench.norm(machine.reach)).fold(1.0, f64::max);
-            assert!(held.wrench.norm(machine.reach) < 1e-7 * largest, "{name}: {:?}", held.wrench);
+            let largest =
+                rest.chains.iter().map(|chain| chain.wrench.norm(machine.characteristic_length)).fold(1.0, f64::max);
+            assert!(held.wrench.norm(machine.characteristic_length) < 1e-7 * largest, "{name}: {:?}", held.wrench);
             let (place, wrench) = differences(&machine, &rest, &state);
             assert!(place < 1e-8 && wrench < 1e-7, "{name}: off by {place:e} mm, {wrench:e}");
         }

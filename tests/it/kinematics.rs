@@ -134,23 +134,23 @@ proptest! {
             let machine = catalogue_machine(name);
             let direction = Vector3::from(direction);
             prop_assume!(direction.norm() > 0.1);
-            let target = machine.pose_at(direction.normalize() * machine.reach * far);
+            let target = machine.pose_at(direction.normalize() * machine.characteristic_length * far);
             match machine.inverse_kinematics(&target) {
                 Err(Unreachable::TooFar { short_mm, .. }) => {
                     if far > 50.0 {
-                        prop_assert!(short_mm.is_finite() && short_mm > 0.5 * far * machine.reach, "{name}: {short_mm}");
+                        prop_assert!(short_mm.is_finite() && short_mm > 0.5 * far * machine.characteristic_length, "{name}: {short_mm}");
                         continue;
                     }
                     // So much nearer to home, on the same line, the way is long enough. Its steps are not halved without end.
                     let home = machine.home.pose.translation;
                     let way = target.translation - home;
-                    let margin = 1e-2 * machine.reach + way.norm() / 4096.0;
+                    let margin = 1e-2 * machine.characteristic_length + way.norm() / 4096.0;
                     let share = 1.0 - (short_mm + margin) / way.norm();
                     let nearer = machine.inverse_kinematics(&machine.pose_at(home + way * share.max(0.0)));
                     prop_assert!(!matches!(nearer, Err(Unreachable::TooFar { .. })), "{name}, {short_mm}: {nearer:?}");
                 }
                 Err(Unreachable::BeyondSpan { away_mm, span_mm, .. }) => {
-                    prop_assert!(away_mm > span_mm && away_mm > 0.5 * far * machine.reach, "{away_mm}, {span_mm}");
+                    prop_assert!(away_mm > span_mm && away_mm > 0.5 * far * machine.characteristic_length, "{away_mm}, {span_mm}");
                 }
                 // Long rails lead a tripteron a little farther than twice its reach, with the elbows of home. Forward kinematics does not say
                 // so: it goes straight, where a leg may be folded.

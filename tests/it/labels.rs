@@ -73,8 +73,12 @@ fn a_wrench_is_not_found_for_a_pose_that_is_no_number() {
 
 fn balances(machine: &Machine, state: &State, load: &Wrench) -> bool {
     let sum: nalgebra::Vector6<f64> = state.chains.iter().map(|c| c.wrench.to_vector()).sum();
-    let largest = state.chains.iter().map(|c| c.wrench.norm(machine.reach)).fold(load.norm(machine.reach), f64::max);
-    Wrench::from_vector(&(sum - load.to_vector())).norm(machine.reach) < 1e-7 * largest.max(1.0)
+    let largest = state
+        .chains
+        .iter()
+        .map(|c| c.wrench.norm(machine.characteristic_length))
+        .fold(load.norm(machine.characteristic_length), f64::max);
+    Wrench::from_vector(&(sum - load.to_vector())).norm(machine.characteristic_length) < 1e-7 * largest.max(1.0)
 }
 
 proptest! {

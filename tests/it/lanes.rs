@@ -7,7 +7,7 @@ use crate::support::{
     planar::{Leg, machine},
 };
 use kinetostat::{
-    compensation::{self, Demand, Method, Session, Target, compensate, compensate_batch},
+    compensation::{self, Method, Session, Target, TaskPoint, compensate, compensate_batch},
     machine::{Configuration, Machine},
     process::MillingForce,
     spatial::Wrench,
@@ -191,10 +191,10 @@ fn sessions_compensated_together_end_as_each_alone() {
                 let mut batch = Batch::at_level(&real, level);
                 // The second round starts near, the third asks some sessions for places that are far or out of reach.
                 for (round, away) in [(0, 0.0), (1, 1.0), (2, 2e4)] {
-                    let demand = |(i, position): (usize, &Vector3<f64>)| {
+                    let task = |(i, position): (usize, &Vector3<f64>)| {
                         let shift = if i % 3 == 0 { away } else { f64::from(round) };
                         let load = MillingForce::PAPER.wrench(f64::from(round), &nominal.tool());
-                        Demand {
+                        TaskPoint {
                             pose: nominal.pose_at(position.add_scalar(shift)),
                             load,
                             target: Target::ToolTip,
@@ -202,11 +202,11 @@ fn sessions_compensated_together_end_as_each_alone() {
                             external: None,
                         }
                     };
-                    let demands: Vec<Demand> = positions.iter().enumerate().map(demand).collect();
-                    let pairs = alone.iter_mut().zip(&demands);
-                    let expected: Vec<_> = pairs.map(|(session, demand)| compensate(session, demand, method)).collect();
+                    let tasks: Vec<TaskPoint> = positions.iter().enumerate().map(task).collect();
+                    let pairs = alone.iter_mut().zip(&tasks);
+                    let expected: Vec<_> = pairs.map(|(session, task)| compensate(session, task, method)).collect();
                     let mut sessions: Vec<&mut Session> = grouped.iter_mut().collect();
-                    let got = compensate_batch(&mut sessions, &demands, method, &mut batch);
+                    let got = compensate_batch(&mut sessions, &tasks, method, &mut batch);
                     assert_eq!(got, expected, "{name}, {method:?}, {level:?}, round {round}");
                     assert_eq!(got.iter().filter(|c| !c.status.is_success()).count(), if round == 2 { 4 } else { 0 });
                 }
@@ -240,30 +240,33 @@ fn weight_springs_and_modules_are_compensated_in_lanes() {
         let places = &places(&nominal, 10)[1..];
         for level in Level::available() {
             let mut batch = Batch::at_level(&real, level);
-            let demand = |(seed, at): (usize, &Configuration)| {
+            let task = |(seed, at): (usize, &Configuration)| {
                 let load = some_load(&nominal, 800.0, seed);
-                Demand { pose: at.pose, load, target: Target::FullPose, wanted: None, external: None }
+                TaskPoint { pose: at.pose, load, target: Target::FullPose, wanted: None, external: None }
             };
-            let demands: Vec<Demand> = places.iter().enumerate().map(demand).collect();
-            let tasks: Vec<_> = demands
-                .iter()
-                .map(|demand| |pose: &kinetostat::spatial::Pose| demand.task_error(&nominal, pose))
-                .collect();
+            let tasks: Vec<TaskPoint> = places.iter().enumerate().map(task).collect();
+            let task_errors: Vec<_> =
+                tasks.iter().map(|task| |pose: &kinetostat::spatial::Pose| task.task_error(&nominal, pose)).collect();
             let mut problems: Vec<Problem> =
-                places.iter().zip(&demands).map(|(at, demand)| Problem::new(&nominal, at, demand.load)).collect();
+                places.iter().zip(&tasks).map(|(at, task)| Problem::new(&nominal, at, task.load)).collect();
             let mut cases: Vec<Case<'_>> = problems
                 .iter_mut()
-                .zip(&tasks)
-                .map(|(p, task)| Case { drives: &mut p.drives, load: p.load, state: &mut p.state, task: Some(task) })
+                .zip(&task_errors)
+                .map(|(p, task_error)| Case {
+                    drives: &mut p.drives,
+                    load: p.load,
+                    state: &mut p.state,
+                    task: Some(task_error),
+                })
                 .collect();
             let got = batch.equilibria_at_task(&mut cases, &Settings::default());
             let mut workspace = Workspace::new(&real);
-            for (i, (at, task)) in places.iter().zip(&tasks).enumerate() {
+            for (i, (at, task_error)) in places.iter().zip(&task_errors).enumerate() {
                 let (mut drives, mut state) = (at.drives.clone(), State::rigid(&nominal, at));
                 let settings = Settings::default();
-                let load = &demands[i].load;
+                let load = &tasks[i].load;
                 let expected =
-                    equilibrium_at_task(&real, task, &mut drives, load, &mut state, &mut workspace, &settings);
+                    equilibrium_at_task(&real, task_error, &mut drives, load, &mut state, &mut workspace, &settings);
                 assert!(expected.is_some(), "{name}, case {i}");
                 assert_eq!(got[i], expected, "{name}, {level:?}, case {i}");
                 assert_eq!(problems[i].state, state, "{name}, {level:?}, case {i}");
@@ -278,15 +281,15 @@ fn weight_springs_and_modules_are_compensated_in_lanes() {
 fn drives_that_a_task_has_moved_stay_without_one() {
     let machine = catalogue_machine("orthoglide");
     let at = &places(&machine, 9)[5];
-    let demand = Demand {
+    let task = TaskPoint {
         pose: at.pose,
         load: some_load(&machine, 800.0, 3),
         target: Target::ToolTip,
         wanted: None,
         external: None,
     };
-    let problem = Problem::new(&machine, at, demand.load);
-    let task = |pose: &kinetostat::spatial::Pose| demand.task_error(&machine, pose);
+    let problem = Problem::new(&machine, at, task.load);
+    let task_error = |pose: &kinetostat::spatial::Pose| task.task_error(&machine, pose);
     let mut solver: LaneSolver<f64> = LaneSolver::new(&machine);
     let mut solve = |problem: &mut Problem, task: Option<&dyn Fn(&kinetostat::spatial::Pose) -> TaskError>| {
         let case = Case { drives: &mut problem.drives, load: problem.load, state: &mut problem.state, task };
@@ -295,7 +298,7 @@ fn drives_that_a_task_has_moved_stay_without_one() {
         outcomes.remove(0)
     };
     let mut moved = problem.clone();
-    assert!(solve(&mut moved, Some(&task)).is_some());
+    assert!(solve(&mut moved, Some(&task_error)).is_some());
     assert_ne!(moved.drives, problem.drives);
     let (mut expected, mut got) = (problem.clone(), problem.clone());
     let alone = alone(&machine, std::slice::from_mut(&mut expected), &Settings::default()).remove(0);

@@ -10,6 +10,7 @@ use kinetostat::{
         ProgramFile, Source,
         along_path::{Commands, PathAnswer, PathCase, run},
     },
+    work::Work,
 };
 use nalgebra::Vector3;
 
@@ -47,7 +48,7 @@ fn job(lines: usize) -> ProgramJob {
     let machine = Machine::named("orthoglide").unwrap();
     let process = Process::from_toml(PROCESS, "process", Folder::in_memory([]), &machine).unwrap();
     let program = parsed(wave(lines), "wave.nc", &process);
-    ProgramJob::new(process, program, "wave.nc").unwrap()
+    ProgramJob::new(process, program, "wave.nc", &Work::default()).unwrap()
 }
 
 /// More than one part of 4096 points, the last block not full.
@@ -56,16 +57,15 @@ const LINES: usize = 4200;
 #[test]
 fn parts_answer_as_the_whole_does() {
     let job = job(LINES);
-    let mut demands = Vec::new();
+    let mut tasks = Vec::new();
     for part in job.parts() {
         let part = part.unwrap();
-        assert_eq!((part.first, part.points.len()), (demands.len(), part.demands().len()));
-        demands.extend_from_slice(part.demands());
+        assert_eq!((part.first, part.points.len()), (tasks.len(), part.tasks().len()));
+        tasks.extend_from_slice(part.tasks());
     }
-    assert_eq!(demands.len(), job.path.len());
-    assert!(demands.len() > 4096);
-    let case =
-        PathCase { nominal: &job.machine, real: &job.real, unloaded: &job.machine, before: None, demands: &demands };
+    assert_eq!(tasks.len(), job.path.len());
+    assert!(tasks.len() > 4096);
+    let case = PathCase { nominal: &job.machine, real: &job.real, unloaded: &job.machine, before: None, tasks: &tasks };
     let nothing_to_tell = || ();
     let mut corrected = Corrected::new(&job);
     let mut answers: Vec<PathAnswer> = Vec::new();
@@ -127,7 +127,7 @@ fn a_program_too_long_to_be_corrected_at_once_is_refused() {
     let text = format!("{PROCESS}\n[sampling]\nmax_segment_mm = 0.1\n");
     let process = Process::from_toml(&text, "process", Folder::in_memory([]), &machine).unwrap();
     let program = parsed(source, "long.nc", &process);
-    let job = ProgramJob::new(process, program, "long.nc").unwrap();
+    let job = ProgramJob::new(process, program, "long.nc", &Work::default()).unwrap();
     assert_eq!(job.path.len(), 250_001);
     let refused = job.bounded_pass(&|| (), |_, _| Ok(())).unwrap_err();
     assert_eq!(

@@ -3,7 +3,7 @@
 
 use crate::support::{Within, engine::*, reference};
 use kinetostat::{
-    compensation::{CompensationSettings, Demand, Method, Session, Target, compensate},
+    compensation::{CompensationSettings, Method, Session, Target, TaskPoint, compensate},
     machine::{Configuration, Machine, Zeroed},
     spatial::{Pose, Wrench, rotation_log},
     statics::{Outcome, State, Status, Workspace, equilibrium, unloaded_stiffness},
@@ -125,7 +125,7 @@ fn compensated_drives_are_met() {
             let target = Target::FullPose;
             let done = compensate(
                 &mut session,
-                &Demand { pose: case.at.pose, load: case.load, target, wanted: Some(case.at.pose), external: None },
+                &TaskPoint { pose: case.at.pose, load: case.load, target, wanted: Some(case.at.pose), external: None },
                 method,
             );
             assert!(done.status.is_success(), "{}: {:?}", case.label, done.status);

@@ -1,7 +1,7 @@
 //! Links that hardly yield stand where rigid ones do.
 
 use kinetostat::{
-    compensation::{Demand, Method, Session, Target, compensate},
+    compensation::{Method, Session, Target, TaskPoint, compensate},
     machine::{Machine, catalogue},
     simulation::settings,
     spatial::Wrench,
@@ -72,7 +72,7 @@ fn tip(machine: &Machine, position: Vector3<f64>, force: Vector3<f64>) -> (Statu
     let moment = (at.pose.rotation * machine.tool_tip).cross(&force);
     let load = Wrench { force, moment };
     let outcome = equilibrium(machine, &at.drives, &load, &mut state, &mut Workspace::new(machine), &EXACT);
-    let softest = outcome.softest(machine.reach).unwrap_or(f64::NAN);
+    let softest = outcome.softest(machine.characteristic_length).unwrap_or(f64::NAN);
     (outcome.status, state.pose.transform(machine.tool_tip), softest)
 }
 
@@ -129,8 +129,8 @@ fn an_arm_of_one_nearly_rigid_link_is_not_singular() {
         let outcome = equilibrium(machine, drives, &load, &mut state, &mut Workspace::new(machine), &EXACT);
         let mut session = Session::new(machine, machine, settings());
         let pose = machine.home.pose;
-        let demand = Demand { pose, load, target: Target::FullPose, wanted: None, external: None };
-        let corrected = compensate(&mut session, &demand, Method::Direct);
+        let task = TaskPoint { pose, load, target: Target::FullPose, wanted: None, external: None };
+        let corrected = compensate(&mut session, &task, Method::Direct);
         (outcome.status, state.pose.transform(machine.tool_tip), corrected)
     });
     assert_eq!(status, Status::Solved);

@@ -3,10 +3,10 @@
 use std::fs;
 
 use kinetostat::{
-    compensation::Demand,
+    compensation::TaskPoint,
     machine::Machine,
     process::file::Process,
-    simulation::demands::demands,
+    simulation::tasks::tasks,
     spatial::rotation_exp,
     toolpath::{Orientation, PathPoint, Sampling, Toolpath, polyline::Polyline},
 };
@@ -26,9 +26,9 @@ fn process(machine: &Machine, origin: [f64; 3], roll_pitch: [f64; 2]) -> Process
     Process::from_toml(&text, "process.toml", std::path::Path::new("."), machine).unwrap()
 }
 
-fn wanted(process: &Process, rows: &str) -> Vec<Demand> {
+fn wanted(process: &Process, rows: &str) -> Vec<TaskPoint> {
     let path = Polyline::read(rows, "path.csv").unwrap().sampled(process.sampling).unwrap();
-    demands(process, &path, "path.csv").unwrap()
+    tasks(process, &path, "path.csv").unwrap()
 }
 
 /// The rows turned by `turn`, with how the tool stands in these columns.
@@ -61,10 +61,10 @@ fn a_path_that_turns_its_tool_is_one_on_a_workpiece_that_is_tilted_so() {
                 let found = wanted(&level, &rows);
                 assert_eq!(found.len(), expected.len());
                 for (found, expected) in found.iter().zip(&expected) {
-                    let tip = |demand: &Demand| demand.pose.transform(machine.tool_tip);
+                    let tip = |task: &TaskPoint| task.pose.transform(machine.tool_tip);
                     assert!((tip(found) - tip(expected)).norm() < 1e-9, "{name}");
                     assert!((found.load.force - expected.load.force).norm() < 1e-9);
-                    let axis = |demand: &Demand| demand.pose.rotation * machine.tool_axes.column(2);
+                    let axis = |task: &TaskPoint| task.pose.rotation * machine.tool_axes.column(2);
                     assert!((axis(found) - axis(expected)).norm() < 1e-12);
                     // Of an axis, the turn about it is the least one from home.
                     if has_turn {

@@ -3,7 +3,7 @@
 use crate::support::command::told;
 use crate::support::engine::*;
 use kinetostat::{
-    compensation::{Demand, Method, Session, Target, compensate},
+    compensation::{Method, Session, Target, TaskPoint, compensate},
     inspect::{
         machine_check::check,
         point::{Place, PointLoad, PointQuestion, solve},
@@ -48,9 +48,9 @@ chain = "z"
 fn moved(machines: &Machines, source: Source, position: [f64; 3], force: [f64; 3]) -> f64 {
     let load = Wrench { force: force.into(), moment: Vector3::zeros() };
     let pose = machines.nominal.pose_at(position.into());
-    let demand = Demand { pose, load, target: Target::ToolTip, wanted: None, external: None };
+    let task = TaskPoint { pose, load, target: Target::ToolTip, wanted: None, external: None };
     let mut session = machines.session(source);
-    let answer = compensate(&mut session, &source.demand(&demand), Method::None);
+    let answer = compensate(&mut session, &source.task(&task), Method::None);
     assert!(answer.status.is_success(), "{:?}", answer.status);
     answer.tool_displacement.z
 }
@@ -110,11 +110,11 @@ fn every_method_works_with_a_tool_that_bends() {
         let home = machine.home.clone();
         let load = Wrench { force: Vector3::new(150.0, -80.0, 60.0), moment: Vector3::zeros() }
             .shift(-(home.pose.rotation * machine.tool_tip));
-        let demand = Demand { pose: home.pose, load, target: Target::ToolTip, wanted: None, external: None };
-        let direct = compensate(&mut Session::new(&machine, &machine, settings()), &demand, Method::Direct);
+        let task = TaskPoint { pose: home.pose, load, target: Target::ToolTip, wanted: None, external: None };
+        let direct = compensate(&mut Session::new(&machine, &machine, settings()), &task, Method::Direct);
         assert!(direct.status.is_success());
         for method in [Method::Newton, Method::FixedMatrix { alpha: 1.0 }, Method::MatrixFree { alpha: 1.0 }] {
-            let found = compensate(&mut Session::new(&machine, &machine, settings()), &demand, method);
+            let found = compensate(&mut Session::new(&machine, &machine, settings()), &task, method);
             assert!(found.status.is_success(), "{name} {method:?}: {:?}", found.status);
             for (a, b) in found.drives.iter().zip(&direct.drives) {
                 assert!((a - b).abs() < 1e-6, "{name} {method:?}: {a} {b}");
@@ -184,7 +184,7 @@ fn a_serial_arm_has_no_internal_force() {
     let drives = machine.home.drives.clone();
     let answer = solve(&question(&machine, Place::Drives(drives), Wrench::zero())).unwrap();
     let chain = &answer.loaded.chains[0];
-    let internal = chain.internal_wrench.unwrap().norm(machine.reach);
+    let internal = chain.internal_wrench.unwrap().norm(machine.characteristic_length);
     assert!(internal < 1e-6 && chain.wrench.force.norm() > 100.0, "{internal} {}", chain.wrench.force.norm());
 }
 

@@ -327,7 +327,7 @@ fn a_part_is_stopped_and_gone_on_with() {
     let part = |begin, stop: Arc<AtomicBool>| {
         let flag = Arc::clone(&stop);
         let watch = move |event| {
-            if event == (Event::Dealt { is_kept: false }) {
+            if event == (Event::Shard { is_kept: false }) {
                 flag.store(true, Ordering::Relaxed);
             }
         };

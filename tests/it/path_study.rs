@@ -73,7 +73,7 @@ methods = ["mirror_2", "direct"]
     assert_eq!(results.study.stations.len(), 21, "a point every millimetre");
     // Heading +y: φ = 0, the radial force points to +x.
     assert!(results.study.stations.iter().all(|station| station.phi_deg == Some(0.0)));
-    assert!(results.study.demands.iter().all(|demand| (demand.load.force.x - 215.0).abs() < 1e-9));
+    assert!(results.study.tasks.iter().all(|task| (task.load.force.x - 215.0).abs() < 1e-9));
     let labels: Vec<String> = results.methods.iter().map(|method| method.method.label()).collect();
     assert_eq!(labels, ["mirror_2", "direct"]);
     assert!(results.methods[1].summary.max_mm.unwrap() < 1e-9);

@@ -7,7 +7,7 @@ use crate::support::{
     placement::{searched, study_in},
 };
 use kinetostat::{
-    compensation::{CompensationSettings, Demand, Method, Session, Target, compensate},
+    compensation::{CompensationSettings, Method, Session, Target, TaskPoint, compensate},
     files::exchange::csv,
     questions::placement::{
         Evaluator, Metric, PlacementStudy, Site,
@@ -90,14 +90,14 @@ fn the_tool_of_a_tilted_workpiece_and_its_force_tilt_with_it() {
         let tip = workpiece.transform(Vector3::new(x, y, z));
         let force = workpiece.rotation * Vector3::new(fx, fy, fz);
         let load = Wrench { force, moment: lever.cross(&force) };
-        let demand = Demand {
+        let task = TaskPoint {
             pose: Pose { rotation, translation: tip - lever },
             load,
             target: Target::ToolTip,
             wanted: None,
             external: None,
         };
-        compensate(&mut session, &demand, Method::None).position_error.norm()
+        compensate(&mut session, &task, Method::None).position_error.norm()
     });
     let worst = errors.into_iter().fold(0.0, f64::max);
     assert!(worst > 1e-3 && (found - worst).abs() < 1e-9, "{found} {worst}");

@@ -12,6 +12,7 @@ use kinetostat::{
         blocks::{Blocks, BlocksBeforeAfter, Spread},
     },
     toolpath::gcode::Program,
+    work::Work,
 };
 use nalgebra::Vector6;
 
@@ -33,7 +34,7 @@ fn job(machine: &Machine, process: &str, program: &[u8], name: &str) -> ProgramJ
         .unwrap_or_else(|error| panic!("{error}"));
     let folder = Folder::in_memory([(name.into(), program.to_vec())]);
     let file = ProgramFile::in_folder(&folder, name, &process).unwrap();
-    ProgramJob::new(process, file, name).unwrap_or_else(|error| panic!("{error}"))
+    ProgramJob::new(process, file, name, &Work::default()).unwrap_or_else(|error| panic!("{error}"))
 }
 
 fn force(times: f64) -> String {
@@ -119,7 +120,7 @@ fn behind_a_corner_of_a_polyline_the_force_lies_between_those_before_and_after()
     let whole = nalgebra::Vector3::new(215.0, -10.0, -25.0).norm();
     let sizes: Vec<f64> = job
         .parts()
-        .flat_map(|part| part.unwrap().demands().iter().map(|demand| demand.load.force.norm()).collect::<Vec<_>>())
+        .flat_map(|part| part.unwrap().tasks().iter().map(|task| task.load.force.norm()).collect::<Vec<_>>())
         .collect();
     assert!(sizes.iter().all(|size| *size <= whole * (1.0 + 1e-9)), "{sizes:?}");
     assert!(sizes.iter().any(|size| *size < 0.8 * whole), "{sizes:?}");
@@ -171,8 +172,8 @@ fn wrenches(corner: &str) -> Vec<(f64, Vector6<f64>)> {
     let mut wrenches = Vec::new();
     for part in job.parts() {
         let part = part.unwrap();
-        let points = part.points.iter().zip(part.demands());
-        wrenches.extend(points.map(|(point, demand)| (point.arc_length_mm, demand.load.to_vector())));
+        let points = part.points.iter().zip(part.tasks());
+        wrenches.extend(points.map(|(point, task)| (point.arc_length_mm, task.load.to_vector())));
     }
     wrenches
 }

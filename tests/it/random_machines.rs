@@ -7,7 +7,7 @@ use crate::support::{
     random_machine::{RandomMachine, random_arm, random_machine},
 };
 use kinetostat::{
-    compensation::{self, Demand, Method, Session, Target, compensate},
+    compensation::{self, Method, Session, Target, TaskPoint, compensate},
     inspect::machine_check,
     machine::{Chain, ChainError, Configuration, Machine, Motion, SpringLaw},
     process::MillingForce,
@@ -26,7 +26,7 @@ use proptest::{
     test_runner::{Config, TestRunner},
 };
 
-/// Residual of any solved state: what [`Settings`] demand, or rounding.
+/// Residual of any solved state: what [`Settings`] task, or rounding.
 const RESIDUAL: f64 = 1e-8;
 
 /// A load up to some hundred newtons, chain errors up to a millimetre and a degree.
@@ -201,15 +201,15 @@ fn check_condensation(machine: &Machine, trial: &Trial, at: &Configuration) -> b
     if got.status != Status::Solved || got.load_steps > 1 {
         return false;
     }
-    let lever = |i: usize| if i < 3 { 1.0 } else { machine.reach };
+    let lever = |i: usize| if i < 3 { 1.0 } else { machine.characteristic_length };
     let twist = |from: &Pose, to: &Pose| {
-        let angular = rotation_log(&(to.rotation * from.rotation.transpose())) * machine.reach;
+        let angular = rotation_log(&(to.rotation * from.rotation.transpose())) * machine.characteristic_length;
         let linear = to.translation - from.translation;
         DVector::from_iterator(6, linear.iter().chain(&angular).copied())
     };
     let (moved, expected_moved) = (twist(&at.pose, &state.pose), twist(&at.pose, &expected_state.pose));
     let difference = (&moved - &expected_moved).amax();
-    assert!(difference <= 1e-7 * moved.amax() + 1e-9 * machine.reach, "{moved} {expected_moved}");
+    assert!(difference <= 1e-7 * moved.amax() + 1e-9 * machine.characteristic_length, "{moved} {expected_moved}");
     let mut workspace = Workspace::new(machine);
     let mut difference = |load_step: Wrench, drive_step: (usize, f64)| {
         let ends = [1.0, -1.0].map(|sign| {
@@ -238,7 +238,7 @@ fn check_condensation(machine: &Machine, trial: &Trial, at: &Configuration) -> b
         let Some(moved) = moved else { continue };
         let expected = DVector::from_fn(6, |i, _| column[i] * lever(i));
         // Differences of large motions are no derivatives.
-        if expected.amax() > 1e-4 * machine.reach {
+        if expected.amax() > 1e-4 * machine.characteristic_length {
             continue;
         }
         let off = (&moved - &expected).amax();
@@ -255,35 +255,36 @@ fn check_compensation(machine: &Machine, trial: &Trial, at: &Configuration) {
     let at_rest = equilibrium(machine, &at.drives, &Wrench::zero(), &mut rest, &mut Workspace::new(machine), &settings);
     let wanted = Some(if machine.own_forces().is_some() { rest.pose } else { at.pose });
     for target in [Target::ToolTip, Target::FullPose] {
-        let own = Demand { pose: at.pose, load: trial.load(), target, wanted: None, external: None };
+        let own = TaskPoint { pose: at.pose, load: trial.load(), target, wanted: None, external: None };
         // Where a machine rests is known to the tolerance of equilibria, and the session finds another one than we: asked for ours, it is tracked
         // there; asked for its own, it is near.
         let is_at_rest = machine.own_forces().is_some() && at_rest.status == Status::Solved;
-        let ours = Demand { wanted: wanted.filter(|_| is_at_rest), ..own };
-        let tight = 1e-10 + 1e-12 * machine.reach;
+        let ours = TaskPoint { wanted: wanted.filter(|_| is_at_rest), ..own };
+        let tight = 1e-10 + 1e-12 * machine.characteristic_length;
         let asked = Method::ALL.map(|method| (ours, method, tight));
-        for (demand, method, most) in asked.into_iter().chain([(own, Method::Direct, tight.max(1e-8 * machine.reach))])
+        for (task, method, most) in
+            asked.into_iter().chain([(own, Method::Direct, tight.max(1e-8 * machine.characteristic_length))])
         {
             let settings = compensation::CompensationSettings {
                 max_iterations: 30,
                 ..compensation::CompensationSettings::default()
             };
             let mut session = Session::new(machine, &real, settings);
-            let done = compensate(&mut session, &demand, method);
+            let done = compensate(&mut session, &task, method);
             finite(&method.label(), done.drives.iter().chain(&done.drive_forces));
             finite(&method.label(), done.position_error.iter().chain(done.residual_rotation.iter()));
             assert_eq!(done.status.reason(machine).is_empty(), done.status.is_success(), "{:?}", done.status);
             if done.status == compensation::CompensationStatus::Converged {
                 // What carries nothing of its own rests where it is rigid, also where it is singular there.
                 assert!(at_rest.status == Status::Solved || machine.own_forces().is_none(), "{at_rest:?}");
-                let left = Demand { wanted, ..demand }.task_error(machine, &session.state().pose).size();
+                let left = TaskPoint { wanted, ..task }.task_error(machine, &session.state().pose).size();
                 assert!(
                     left <= most && done.outcome.is_some(),
                     "{}: {left} mm left, {:?}",
                     method.label(),
                     done.history
                 );
-                assert_balanced(&real, &done.drives, &demand.load, session.state());
+                assert_balanced(&real, &done.drives, &task.load, session.state());
             }
         }
     }

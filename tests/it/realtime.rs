@@ -3,7 +3,7 @@
 use std::{collections::HashMap, sync::OnceLock};
 
 use kinetostat::{
-    compensation::{Demand, Method, Target, compensate},
+    compensation::{Method, Target, TaskPoint, compensate},
     machine::{Machine, catalogue},
     products::realtime::{Domain, MANIFEST, Question, Realtime, Start, files, generate},
     simulation::{Machines, Source},
@@ -130,8 +130,8 @@ fn machines_with_weight_are_corrected_as_they_are_zeroed() {
             let own = Wrench::new(wrench);
             let load = Wrench { force: own.force, moment: own.moment + lever.cross(&own.force) };
             let pose = nominal.pose_at(Vector3::from(position) - lever);
-            let demand = Demand { pose, load, target: Target::ToolTip, wanted: None, external: None };
-            let expected = compensate(&mut session, &demand, Method::Direct).drives;
+            let task = TaskPoint { pose, load, target: Target::ToolTip, wanted: None, external: None };
+            let expected = compensate(&mut session, &task, Method::Direct).drives;
             let drives = realtime.correct(&position, &wrench);
             let off = Vector3::from(drives) - Vector3::from_column_slice(&expected);
             assert!(off.norm() < 3.0 * realtime.correct.errors.stated_mm(), "{zeroed}: {off}");

@@ -1,9 +1,9 @@
-//! Redundancy maps, held against equilibria of single demands on the branches.
+//! Redundancy maps, held against equilibria of single tasks on the branches.
 
 use std::path::Path;
 
 use kinetostat::{
-    compensation::{Demand, Method, Target, compensate},
+    compensation::{Method, Target, TaskPoint, compensate},
     process::{Placement, cutting::PathFrame},
     questions::{
         Overrides, Study, StudyKind,
@@ -47,9 +47,9 @@ fn alone(study: &RedundancyMapStudy, point: &RedundancyMapPoint, at: &AtGamma) -
     let deflection = |phi: f64| {
         let force = frame_about(-axis) * PathFrame { force: study.scene.force }.force.force(phi);
         let load = placed.wrench(&kinetostat::toolpath::Load { force_N: force, moment_Nmm: Vector3::zeros() });
-        let demand = Demand { pose, load, target: Target::ToolTip, wanted: None, external: None };
+        let task = TaskPoint { pose, load, target: Target::ToolTip, wanted: None, external: None };
         let mut session = machines.session(Source::All);
-        compensate(&mut session, &demand, Method::None).position_error.norm()
+        compensate(&mut session, &task, Method::None).position_error.norm()
     };
     study.scene.phis.iter().map(|phi| deflection(*phi)).fold(0.0, f64::max)
 }

@@ -3,7 +3,7 @@
 
 use crate::support::engine::*;
 use kinetostat::{
-    compensation::{self, BoundedSettings, Demand, Limits, Method, Session, Target, compensate, compensate_bounded},
+    compensation::{self, BoundedSettings, Limits, Method, Session, Target, TaskPoint, compensate, compensate_bounded},
     machine::{Coordinate, Machine},
     spatial::{Pose, Wrench, rotation_log},
     statics::Status,
@@ -37,7 +37,7 @@ fn places() -> [Vector3<f64>; 3] {
 
 /// Squared length of the drives' way from home, hinges at the reach.
 fn way(machine: &Machine, drives: &[f64]) -> f64 {
-    let unit = |is_hinge: bool| if is_hinge { machine.reach } else { 1.0 };
+    let unit = |is_hinge: bool| if is_hinge { machine.characteristic_length } else { 1.0 };
     let terms = machine.drives().zip(drives).zip(&machine.home.drives).map(|(((_, drive), rho), home)| {
         ((rho - home) * unit(drive.motion == kinetostat::machine::Motion::Revolute)).powi(2)
     });
@@ -49,7 +49,7 @@ fn task_error(machine: &Machine, pose: &Pose, target: &Pose) -> f64 {
     let turn = rotation_log(&(target.rotation.transpose() * pose.rotation));
     let errors = machine.controls.iter().map(|coordinate| match *coordinate {
         Coordinate::Translation(axis) => pose.translation[axis] - target.translation[axis],
-        Coordinate::Rotation(axis) => turn[axis] * machine.reach,
+        Coordinate::Rotation(axis) => turn[axis] * machine.characteristic_length,
     });
     errors.fold(0.0, |most, error| most.max(error.abs()))
 }
@@ -78,7 +78,8 @@ fn the_drives_stand_as_near_to_home_as_the_task_allows() {
             for pushed in 0..machine.drive_count() {
                 for push in [1e-2, -1e-2] {
                     let mut drives = at.drives.clone();
-                    drives[pushed] += push * if pushed == 0 && drives.len() == 7 { machine.reach } else { 1.0 };
+                    drives[pushed] +=
+                        push * if pushed == 0 && drives.len() == 7 { machine.characteristic_length } else { 1.0 };
                     let start = machine.forward_kinematics_from(&at, &drives).unwrap();
                     let mut step = start.clone();
                     for _ in 0..20 {
@@ -174,7 +175,7 @@ fn every_method_puts_the_tool_of_a_redundant_machine_right_by_the_same_command()
             for position in places() {
                 let pose = machine.inverse_kinematics(&machine.pose_at(position)).unwrap().pose;
                 let load = Wrench::new([800.0, -500.0, 600.0, -1e5, 2e5, 5e4]);
-                let demand = Demand { pose, load, target, wanted: None, external: None };
+                let task = TaskPoint { pose, load, target, wanted: None, external: None };
                 let settings = compensation::CompensationSettings { tolerance: 5e-12, ..Default::default() };
                 let mut reference: Option<Vec<f64>> = None;
                 for method in [
@@ -185,7 +186,7 @@ fn every_method_puts_the_tool_of_a_redundant_machine_right_by_the_same_command()
                     Method::Procedure { alpha: 1.0 },
                 ] {
                     let mut session = Session::new(&machine, &real, settings);
-                    let done = compensate(&mut session, &demand, method);
+                    let done = compensate(&mut session, &task, method);
                     let case = format!("{:?}, {target:?}, {}: {:?}", machine.controls, method.label(), done.status);
                     assert!(
                         done.status.is_success() && done.task_error() < 1e-8 + settings.tolerance_mm(&machine),
@@ -194,7 +195,8 @@ fn every_method_puts_the_tool_of_a_redundant_machine_right_by_the_same_command()
                     );
                     let reference = reference.get_or_insert_with(|| done.drives.clone());
                     for (d, (a, b)) in reference.iter().zip(&done.drives).enumerate() {
-                        let unit = if machine.drive_count() == 7 && d == 0 { 1.0 } else { machine.reach };
+                        let unit =
+                            if machine.drive_count() == 7 && d == 0 { 1.0 } else { machine.characteristic_length };
                         assert!((a - b).abs() * unit < 1e-6, "{case}: drive {d} at {b}, direct {a}");
                     }
                 }
@@ -207,10 +209,10 @@ fn every_method_puts_the_tool_of_a_redundant_machine_right_by_the_same_command()
 fn corrections_of_a_redundant_machine_do_not_depend_on_the_path_before() {
     for (machine, _) in machines() {
         let real = machine.with_errors(&machine.assembly_errors(&[0.05]));
-        let demand = |x: f64| {
+        let task = |x: f64| {
             let pose =
                 machine.inverse_kinematics(&machine.pose_at(Vector3::new(1500.0 + x, 200.0, 950.0))).unwrap().pose;
-            Demand {
+            TaskPoint {
                 pose,
                 load: Wrench::new([500.0, 300.0, -200.0, 0.0, 0.0, 0.0]),
                 target: Target::ToolTip,
@@ -221,8 +223,8 @@ fn corrections_of_a_redundant_machine_do_not_depend_on_the_path_before() {
         let settings = compensation::CompensationSettings { tolerance: 1e-12, ..Default::default() };
         let mut session = Session::new(&machine, &real, settings);
         let along: Vec<Vec<f64>> =
-            (0..=10).map(|k| compensate(&mut session, &demand(5.0 * f64::from(k)), Method::Direct).drives).collect();
-        let alone = compensate(&mut Session::new(&machine, &real, settings), &demand(50.0), Method::Direct);
+            (0..=10).map(|k| compensate(&mut session, &task(5.0 * f64::from(k)), Method::Direct).drives).collect();
+        let alone = compensate(&mut Session::new(&machine, &real, settings), &task(50.0), Method::Direct);
         assert!(alone.status.is_success());
         for (a, b) in along[10].iter().zip(&alone.drives) {
             assert!((a - b).abs() < 1e-7, "{:?}: {a} along the path, {b} alone", machine.controls);
@@ -234,11 +236,11 @@ fn corrections_of_a_redundant_machine_do_not_depend_on_the_path_before() {
 fn a_whole_path_of_a_redundant_machine_is_corrected_within_limits() {
     for (machine, _) in machines() {
         let real = machine.with_errors(&machine.assembly_errors(&[0.02]));
-        let demands: Vec<Demand> = (0..12)
+        let tasks: Vec<TaskPoint> = (0..12)
             .map(|k| {
                 let pose = machine.pose_at(Vector3::new(1500.0 + 5.0 * f64::from(k), 200.0, 950.0));
                 let pose = machine.inverse_kinematics(&pose).unwrap().pose;
-                Demand {
+                TaskPoint {
                     pose,
                     load: Wrench::new([500.0, 300.0, -200.0, 0.0, 0.0, 0.0]),
                     target: Target::ToolTip,
@@ -248,10 +250,10 @@ fn a_whole_path_of_a_redundant_machine_is_corrected_within_limits() {
             })
             .collect();
         let mut largest = vec![1e-9f64; machine.drive_count()];
-        for demand in &demands {
+        for task in &tasks {
             let mut session = Session::new(&machine, &real, compensation::CompensationSettings::default());
-            let done = compensate(&mut session, demand, Method::Direct);
-            let nominal = machine.inverse_kinematics(&demand.pose).unwrap();
+            let done = compensate(&mut session, task, Method::Direct);
+            let nominal = machine.inverse_kinematics(&task.pose).unwrap();
             for (most, (rho, nominal)) in largest.iter_mut().zip(done.drives.iter().zip(&nominal.drives)) {
                 *most = most.max((rho - nominal).abs());
             }
@@ -264,7 +266,7 @@ fn a_whole_path_of_a_redundant_machine_is_corrected_within_limits() {
             let path = compensate_bounded(
                 &machine,
                 &real,
-                &demands,
+                &tasks,
                 limits,
                 compensation::ErrorNorm::Rms,
                 &BoundedSettings::default(),
@@ -304,9 +306,9 @@ fn a_square_machine_has_the_drive_jacobian_of_finite_differences_and_a_redundant
     }
     // Weighted pseudo-inverse: hinges in mm at the reach.
     let mut weighted = forward.clone();
-    weighted.columns_mut(1, 6).scale_mut(1.0 / machine.reach);
+    weighted.columns_mut(1, 6).scale_mut(1.0 / machine.characteristic_length);
     let mut expected = weighted.transpose() * (&weighted * weighted.transpose()).try_inverse().unwrap();
-    expected.rows_mut(1, 6).scale_mut(1.0 / machine.reach);
+    expected.rows_mut(1, 6).scale_mut(1.0 / machine.characteristic_length);
     let scale = expected.amax();
     assert!((&jacobian - &expected).amax() < 1e-6 * scale, "{jacobian}\n{expected}");
 }

@@ -2,7 +2,7 @@
 
 use crate::support::{Within, reference};
 use kinetostat::{
-    compensation::{CompensationSettings, CompensationStatus, Demand, Method, Session, Target, compensate},
+    compensation::{CompensationSettings, CompensationStatus, Method, Session, Target, TaskPoint, compensate},
     machine::{ChainError, Configuration, Machine},
     spatial::{Wrench, rotation_log},
     statics::{Outcome, Settings, Solution, State, Status, Workspace, equilibrium, unloaded_stiffness},
@@ -134,9 +134,9 @@ fn stiffness_is_met() {
 fn compensated_drives_are_met() {
     for case in Case::all("orthoglide") {
         let mut session = Session::new(&case.nominal, &case.real, CompensationSettings::default());
-        let demand =
-            Demand { pose: case.at.pose, load: case.load, target: Target::ToolTip, wanted: None, external: None };
-        let done = compensate(&mut session, &demand, Method::Direct);
+        let task =
+            TaskPoint { pose: case.at.pose, load: case.load, target: Target::ToolTip, wanted: None, external: None };
+        let done = compensate(&mut session, &task, Method::Direct);
         assert_eq!(done.status, CompensationStatus::Converged, "{}: error {:e} mm", case.label(), done.task_error());
         case.expect("rho_compensated_mm", &done.drives, Within::Absolute(1e-8));
         let change: Vec<f64> = done.drives.iter().zip(&case.at.drives).map(|(a, b)| a - b).collect();

@@ -41,7 +41,7 @@ fn folder(files: &[(&str, &str)]) -> Folder {
 fn compensated(process: Process, files: &[(&str, &str)]) -> (ProgramJob, Written) {
     let name = files[0].0;
     let file = ProgramFile::in_folder(&folder(files), name, &process).unwrap_or_else(|refused| panic!("{refused}"));
-    let job = ProgramJob::new(process, file, name).unwrap_or_else(|refused| panic!("{refused}"));
+    let job = ProgramJob::new(process, file, name, &Work::default()).unwrap_or_else(|refused| panic!("{refused}"));
     let mut corrected = Corrected::new(&job);
     let take = |part: &Part<'_>, answers: &[_]| {
         corrected.add(&job, part, answers);
@@ -96,7 +96,7 @@ fn files_of_a_program_tell_of_each_source() {
     let here = tempfile::tempdir().unwrap();
     let out = ProgramFiles::prepare(&here.path().join("part.src"), Foreign::Kept).unwrap();
     let work = Work::new(None, Arc::default(), Box::new(|_| ()));
-    let left = compensate_into(job, &Asked::by(Method::Direct), &out, ("part.src", None), &work).unwrap();
+    let left = compensate_into(job, &Asked::by(Method::Direct), &out, "part.src", &work).unwrap();
     assert!(matches!(left, Left::Written(_)));
     let points = std::fs::read_to_string(here.path().join("part.src.points.csv")).unwrap();
     let head: Vec<&str> = points.lines().next().unwrap().split(',').collect();
@@ -146,7 +146,7 @@ fn a_program_that_does_not_say_how_the_tool_stands_is_not_turned() {
     let files = [("part.nc", "G21 G90\nG0 X0 Y0 Z0\nG1 X20 F600\nM30\n")];
     let process = process(FULL_POSE);
     let file = ProgramFile::in_folder(&folder(&files), "part.nc", &process).unwrap();
-    let refused = ProgramJob::new(process, file, "part.nc").unwrap_err().to_string();
+    let refused = ProgramJob::new(process, file, "part.nc", &Work::default()).unwrap_err().to_string();
     assert!(
         refused.starts_with("part.nc: full_pose cannot be written: the program does not say how the tool stands"),
         "{refused}"

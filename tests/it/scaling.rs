@@ -58,7 +58,7 @@ impl Sources {
     }
 
     fn length(&self, motion: &Vector6<f64>) -> f64 {
-        motion.fixed_rows::<3>(0).norm() + motion.fixed_rows::<3>(3).norm() * self.nominal.reach
+        motion.fixed_rows::<3>(0).norm() + motion.fixed_rows::<3>(3).norm() * self.nominal.characteristic_length
     }
 }
 

@@ -97,9 +97,9 @@ fn variable(machine: &Machine) -> (Vec<String>, f64) {
     (names, share)
 }
 
-/// Largest difference of twists, rotations at the machine's reach.
+/// Largest difference of twists, rotations at the machine's characteristic length.
 fn size(machine: &Machine, twist: &Vector6<f64>) -> f64 {
-    twist.fixed_rows::<3>(0).norm() + twist.fixed_rows::<3>(3).norm() * machine.reach
+    twist.fixed_rows::<3>(0).norm() + twist.fixed_rows::<3>(3).norm() * machine.characteristic_length
 }
 
 /// Derivatives by all parameters that can be varied against the same differences of equilibria of the varied machines.
@@ -121,7 +121,7 @@ fn check_against_solves(machine: &Machine, at: &Configuration, load: &Wrench, na
             expected += weight * motion_between(&state.pose, &there.pose);
         }
         // How far whole solves are converged, over a step; and terms that the difference neglects.
-        let rounding = 1e-12 * machine.reach / variation.step;
+        let rounding = 1e-12 * machine.characteristic_length / variation.step;
         let off = size(machine, &(found.twist - expected));
         let allowed = rounding + 1e-6 * (size(machine, &expected) + 1e-3 * displaced / variation.step);
         assert!(

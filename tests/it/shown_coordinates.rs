@@ -6,7 +6,7 @@ use crate::support::{
     machines::{places, share, some_errors, some_load},
 };
 use kinetostat::{
-    compensation::{CompensationSettings, Demand, Method, Session, Target, compensate},
+    compensation::{CompensationSettings, Method, Session, Target, TaskPoint, compensate},
     machine::{Machine, Unreachable},
     spatial::{Pose, Wrench, rotation_exp},
     statics::{State, Status, Workspace, drive_force_sensitivity, drive_forces},
@@ -171,12 +171,12 @@ fn a_coupled_arm_is_compensated_by_the_same_joints() {
             let mut pose = pair.plain.home.pose;
             pose.translation += Vector3::from_fn(|i, _| 150.0 * share(seed, i));
             let load = some_load(&pair.plain, 1500.0, seed);
-            let demand = Demand { pose, load, target: Target::FullPose, wanted: None, external: None };
+            let task = TaskPoint { pose, load, target: Target::FullPose, wanted: None, external: None };
             for method in Method::ALL {
                 let [coupled, plain] = [&pair.coupled, &pair.plain].map(|machine| {
                     let real = machine.with_errors(&errors);
                     let mut session = Session::new(machine, &real, CompensationSettings::default());
-                    compensate(&mut session, &demand, method)
+                    compensate(&mut session, &task, method)
                 });
                 assert_eq!(coupled.status, plain.status, "{}", method.label());
                 let what = format!("{}: drives", method.label());

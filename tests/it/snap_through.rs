@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use kinetostat::{
-    compensation::{self, Demand, Method, Session, Target, compensate},
+    compensation::{self, Method, Session, Target, TaskPoint, compensate},
     machine::Machine,
     spatial::Wrench,
     statics::{Batch, Case, Outcome, Settings, State, Status, Workspace, equilibrium},
@@ -71,8 +71,8 @@ fn chain_errors_do_not_lead_away_from_a_singular_place() {
                 let mut session = Session::new(&nominal, &real, compensation::CompensationSettings::default());
                 let pose = nominal.pose_at(Vector3::new(0.0, y, 0.0));
                 let load = Wrench::new([force, -force, 0.5 * force, 0.0, 0.0, 0.0]);
-                let demand = Demand { pose, load, target: Target::ToolTip, wanted: None, external: None };
-                compensate(&mut session, &demand, Method::None).status.label().to_string()
+                let task = TaskPoint { pose, load, target: Target::ToolTip, wanted: None, external: None };
+                compensate(&mut session, &task, Method::None).status.label().to_string()
             };
             assert_eq!(
                 (status(0.0).as_str(), status(20.0).as_str()),

@@ -60,7 +60,7 @@ impl Loaded {
 
     /// Step in mm or rad along motion `index`.
     fn small_step(&self, index: usize) -> f64 {
-        if index < 3 { 1e-2 } else { 1e-2 / self.machine.reach }
+        if index < 3 { 1e-2 } else { 1e-2 / self.machine.characteristic_length }
     }
 
     fn wrench_after(&self, motion: &Vector6<f64>) -> Vector6<f64> {
@@ -108,7 +108,7 @@ impl Loaded {
     fn drive_step(&self, drive: usize) -> f64 {
         match self.machine.drives().nth(drive).unwrap().1.motion {
             Motion::Prismatic => 1e-2,
-            Motion::Revolute => 1e-2 / self.machine.reach,
+            Motion::Revolute => 1e-2 / self.machine.characteristic_length,
         }
     }
 
@@ -163,7 +163,7 @@ impl Loaded {
         let (pose, drives) = (&self.state.pose, &self.at.drives);
         let force = wrench_at_pose(&self.machine, drives, pose, &mut state, &mut workspace, &DIFFERENCES)
             .unwrap_or_else(|| panic!("{name}: no wrench at a solved pose"));
-        let reach = self.machine.reach;
+        let reach = self.machine.characteristic_length;
         let largest = self.state.chains.iter().map(|c| c.wrench.norm(reach)).fold(1.0, f64::max);
         let off = Wrench::from_vector(&(force.wrench.to_vector() - self.load.to_vector())).norm(reach);
         assert!(off < 1e-8 * largest, "{name}: f(f⁻¹(F)) is off F by {off:e} N");
@@ -248,7 +248,7 @@ proptest! {
                 &loaded.machine, &loaded.at.drives, &loaded.state, &loaded.outcome,
                 &mut Workspace::new(&loaded.machine),
             );
-            let reach = loaded.machine.reach;
+            let reach = loaded.machine.characteristic_length;
             let largest = solution.chains.iter().map(|c| c.wrench.norm(reach)).fold(1.0, f64::max);
             let sum: Vector6<f64> = solution.chains.iter().map(|c| c.wrench.to_vector()).sum();
             let off = Wrench::from_vector(&(sum - loaded.load.to_vector())).norm(reach);

@@ -5,7 +5,7 @@ use std::{path::Path, process::Command};
 use kinetostat::{
     machine::{Machine, ToolAxisSource},
     process::{ForceLaw, MillingForce, file::Process},
-    simulation::demands::demands,
+    simulation::tasks::tasks,
 };
 use nalgebra::Vector3;
 use serde_json::Value;
@@ -94,8 +94,8 @@ fn forces_of_a_process_follow_the_real_tool() {
     ] {
         let machine = arm(rotation, "");
         let process = Process::from_toml(process, "process.toml", Path::new("."), &machine).unwrap();
-        let demands = demands(&process, &path, "path.csv").unwrap();
-        assert!((demands[0].load.force - wanted).norm() < 1e-6, "{rotation}: {}", demands[0].load.force);
+        let tasks = tasks(&process, &path, "path.csv").unwrap();
+        assert!((tasks[0].load.force - wanted).norm() < 1e-6, "{rotation}: {}", tasks[0].load.force);
     }
 }
 

@@ -35,12 +35,12 @@ fn layer(turns: usize) -> impl Strategy<Value = Layer> {
 fn all_ways(layers: &[Layer], shape: &Shape) -> Option<(f64, (f64, f64))> {
     let mut found: Option<(f64, (f64, f64))> = None;
     let ways = shape.turns.pow(layers.len() as u32);
-    for stance in 0..STANCES {
+    for on_branch in 0..STANCES {
         'ways: for way in 0..ways {
             let turn = |k: usize| way / shape.turns.pow(k as u32) % shape.turns;
             let (mut squares, mut worst, mut before) = (0.0, 0.0f64, None);
             for (k, layer) in layers.iter().enumerate() {
-                let Ok(at) = &layer.nodes[turn(k) * STANCES + stance] else { continue 'ways };
+                let Ok(at) = &layer.nodes[turn(k) * STANCES + on_branch] else { continue 'ways };
                 if let Some((last, drives)) = before {
                     let apart = turn(k).abs_diff(last);
                     let apart = if shape.wraps { apart.min(shape.turns - apart) } else { apart };
@@ -80,7 +80,7 @@ fn indifferent(turns: usize, k: usize, step: f64) -> Layer {
 #[test]
 fn a_tie_goes_to_as_programmed_and_then_to_the_least_motion() {
     let turns = 8;
-    let shape = Shape { stances: STANCES, turns, wraps: true, programmed: Some((1, 1)), ..Shape::default() };
+    let shape = Shape { on_branches: STANCES, turns, wraps: true, programmed: Some((1, 1)), ..Shape::default() };
     for objective in [TurnObjective::Rms, TurnObjective::Worst] {
         for (step, expected) in [(0.0, 1), (1e-10, 1), (1e-6, 3)] {
             let layers: Vec<Layer> = (0..6).map(|k| indifferent(turns, k, step)).collect();
@@ -88,8 +88,8 @@ fn a_tie_goes_to_as_programmed_and_then_to_the_least_motion() {
             assert_eq!(walk.best_held(), Some((expected, 1)), "{objective:?} {step}");
             // A way may turn for less than a tie, if it need not turn back: what is found is held against the best constant γ.
             if objective == TurnObjective::Rms && step != 1e-10 {
-                let (_, way, stance) = walk.cheapest().unwrap();
-                assert_eq!((way, stance), (vec![expected; 6], 1), "{step}");
+                let (_, way, on_branch) = walk.cheapest().unwrap();
+                assert_eq!((way, on_branch), (vec![expected; 6], 1), "{step}");
             }
         }
     }
@@ -109,7 +109,7 @@ proptest! {
             .map(|layer| Layer { nodes: layer.nodes[..turns * STANCES].to_vec(), ..layer })
             .collect();
         let shape = Shape {
-            stances: STANCES,
+            on_branches: STANCES,
             turns,
             wraps,
             full_turns: vec![Some(5.0)],

@@ -297,7 +297,7 @@ fn home_is_regular_within_travel_and_where_the_file_says() {
         let geometry = Geometry::from_toml(&imported.toml, &name).unwrap();
         let machine = geometry.kinematics();
         let away = (machine.home.pose.translation - machine.home_sought.translation).norm();
-        assert!(away < 1e-9 * machine.reach, "{name}: home is {away} mm away");
+        assert!(away < 1e-9 * machine.characteristic_length, "{name}: home is {away} mm away");
         assert_eq!(machine.controlled_count(&machine.home), machine.controls.len(), "{name}");
         for (rho, (_, drive)) in machine.home.drives.iter().zip(machine.drives()) {
             assert!((rho - drive.home).abs() < 1e-12, "{name}: {} is {rho}, not {}", drive.name, drive.home);

@@ -3,11 +3,12 @@
 use crate::support::command::told;
 use crate::support::engine::*;
 use kinetostat::{
-    compensation::{Compensation, Demand, Method, Session, Target, compensate},
+    compensation::{Compensation, Method, Session, Target, TaskPoint, compensate},
     inspect::machine_check::check,
     machine::Machine,
     simulation::{Machines, Source, settings},
     spatial::{Pose, Wrench},
+    work::Work,
 };
 use nalgebra::{Matrix3, Vector3};
 
@@ -60,16 +61,16 @@ fn session(machine: &Machine) -> Session {
 }
 
 /// A force on the tool tip of a machine that is commanded to `position`.
-fn on_tip(machine: &Machine, position: [f64; 3], force: [f64; 3]) -> Demand {
+fn on_tip(machine: &Machine, position: [f64; 3], force: [f64; 3]) -> TaskPoint {
     let pose = machine.pose_at(position.into());
     let lever = pose.rotation * machine.tool_tip;
     let load = Wrench { force: force.into(), moment: Vector3::zeros() }.shift(-lever);
-    Demand { pose, load, target: Target::ToolTip, wanted: None, external: None }
+    TaskPoint { pose, load, target: Target::ToolTip, wanted: None, external: None }
 }
 
-fn answer(machine: &Machine, demand: &Demand, method: Method) -> (Compensation, Pose) {
+fn answer(machine: &Machine, task: &TaskPoint, method: Method) -> (Compensation, Pose) {
     let mut session = session(machine);
-    let answer = compensate(&mut session, demand, method);
+    let answer = compensate(&mut session, task, method);
     assert!(answer.status.is_success(), "{:?}", answer.status);
     let pose = session.state().pose;
     (answer, pose)
@@ -83,8 +84,8 @@ fn a_turntable_yields_by_force_times_lever_squared_over_its_stiffness() {
         format!("{{ revolute_drive = {{ name = \"C\", axis = \"z\", stiffness_Nmm_per_rad = {stiffness:e} }} }}");
     let machine = carried(&slides(1e12), "", &hinge);
     for force in [0.01, 100.0] {
-        let demand = on_tip(&machine, [100.0, 0.0, 0.0], [0.0, force, 0.0]);
-        let (plain, _) = answer(&machine, &demand, Method::None);
+        let task = on_tip(&machine, [100.0, 0.0, 0.0], [0.0, force, 0.0]);
+        let (plain, _) = answer(&machine, &task, Method::None);
         // The point turns by θ with k θ = F r cos θ.
         let mut turn: f64 = 0.0;
         for _ in 0..60 {
@@ -97,7 +98,7 @@ fn a_turntable_yields_by_force_times_lever_squared_over_its_stiffness() {
             let linear = force * 100.0 * 100.0 / stiffness;
             assert!((moved.y / linear - 1.0).abs() < 1e-4);
         }
-        let (corrected, pose) = answer(&machine, &demand, Method::Direct);
+        let (corrected, pose) = answer(&machine, &task, Method::Direct);
         assert!(corrected.position_error.norm() < 1e-9);
         // The tool stands at the point of the workpiece that it has pushed away.
         let tip = pose.transform(machine.tool_tip);
@@ -110,24 +111,24 @@ fn a_turntable_yields_by_force_times_lever_squared_over_its_stiffness() {
 fn a_slide_under_the_workpiece_is_in_series_with_that_of_the_machine() {
     let slide = r#"{ prismatic_drive = { name = "Z", axis = "z", stiffness_N_per_mm = 2e3 } }"#;
     let machine = carried(&slides(5e3), "", slide);
-    let demand = on_tip(&machine, [80.0, 30.0, -20.0], [0.0, 0.0, -400.0]);
-    let (plain, _) = answer(&machine, &demand, Method::None);
+    let task = on_tip(&machine, [80.0, 30.0, -20.0], [0.0, 0.0, -400.0]);
+    let (plain, _) = answer(&machine, &task, Method::None);
     assert!((plain.tool_displacement.z + 400.0 / 2e3 + 400.0 / 5e3).abs() < 1e-9, "{}", plain.tool_displacement);
     // The same springs, all before the tool.
     let soft = machine_from(&slides(5e3).replace(
         "name = \"z\", axis = \"z\", stiffness_N_per_mm = 5e3",
         "name = \"z\", axis = \"z\", stiffness_N_per_mm = 5e3, shaft_stiffness_N_per_mm = 2e3",
     ));
-    let (alike, _) = answer(&soft, &demand, Method::None);
+    let (alike, _) = answer(&soft, &task, Method::None);
     assert!((alike.tool_displacement - plain.tool_displacement).norm() < 1e-9);
-    let (corrected, _) = answer(&machine, &demand, Method::Direct);
-    let (all_before, _) = answer(&soft, &demand, Method::Direct);
+    let (corrected, _) = answer(&machine, &task, Method::Direct);
+    let (all_before, _) = answer(&soft, &task, Method::Direct);
     for (a, b) in corrected.drives.iter().zip(&all_before.drives) {
         assert!((a - b).abs() < 1e-9);
     }
     // And the tool has the stiffness of both, wherever it is told.
     let both = 1.0 / (1.0 / 2e3 + 1.0 / 5e3);
-    let carried = session(&machine).workpiece_compliance(&demand).unwrap();
+    let carried = session(&machine).workpiece_compliance(&task).unwrap();
     assert!((carried - Matrix3::from_diagonal(&Vector3::new(0.0, 0.0, 1.0 / 2e3))).amax() < 1e-15, "{carried}");
     let findings = check(&machine);
     for [least, ..] in
@@ -185,7 +186,7 @@ fn cell(by: &Pose) -> Machine {
     carried(&toml, &format!("base = {}", frame(&table)), elements)
 }
 
-fn cell_demand(machine: &Machine, by: &Pose) -> Demand {
+fn cell_task(machine: &Machine, by: &Pose) -> TaskPoint {
     let pose = by.compose(&Pose {
         translation: Vector3::new(1650.0, 120.0, 1050.0),
         ..Pose::from_roll_pitch_yaw(Vector3::new(0.1, 3.0, 0.2))
@@ -193,7 +194,7 @@ fn cell_demand(machine: &Machine, by: &Pose) -> Demand {
     let lever = pose.rotation * machine.tool_tip;
     let force = by.rotation * Vector3::new(700.0, -400.0, 900.0);
     let load = Wrench { force, moment: Vector3::zeros() }.shift(-lever);
-    Demand { pose, load, target: Target::FullPose, wanted: None, external: None }
+    TaskPoint { pose, load, target: Target::FullPose, wanted: None, external: None }
 }
 
 #[test]
@@ -204,9 +205,9 @@ fn a_cell_turned_as_a_whole_answers_alike() {
     };
     let answers = [Pose::identity(), turned].map(|by| {
         let machine = cell(&by);
-        let demand = cell_demand(&machine, &by);
-        let (plain, _) = answer(&machine, &demand, Method::None);
-        let (corrected, _) = answer(&machine, &demand, Method::Direct);
+        let task = cell_task(&machine, &by);
+        let (plain, _) = answer(&machine, &task, Method::None);
+        let (corrected, _) = answer(&machine, &task, Method::Direct);
         (by.rotation.transpose() * plain.tool_displacement, corrected.drives)
     });
     assert!((answers[0].0 - answers[1].0).norm() < 1e-7, "{} {}", answers[0].0, answers[1].0);
@@ -220,42 +221,42 @@ fn a_cell_turned_as_a_whole_answers_alike() {
 fn the_work_of_a_small_load_is_the_energy_of_machine_and_carrier() {
     // Of springs alone, 2 U = F · d: twice the energy is the sum over both.
     let machine = cell(&Pose::identity()).weightless();
-    let demand = cell_demand(&machine, &Pose::identity());
-    let demand = Demand { load: demand.load.scale(1e-3), ..demand };
-    let (both, _) = answer(&machine, &demand, Method::None);
+    let task = cell_task(&machine, &Pose::identity());
+    let task = TaskPoint { load: task.load.scale(1e-3), ..task };
+    let (both, _) = answer(&machine, &task, Method::None);
     let mut alone = machine.clone();
     alone.carrier = None;
-    let (own, _) = answer(&alone, &demand, Method::None);
+    let (own, _) = answer(&alone, &task, Method::None);
     let by_carrier = both.tool_displacement - own.tool_displacement;
     let energies = |force: Vector3<f64>, d: Vector3<f64>| 0.5 * force.dot(&d);
     let carrier = machine.carrier.as_ref().unwrap();
     // The carrier's own energy under the opposite load, at the point that the tool touches.
-    let tip = demand.pose.transform(machine.tool_tip);
+    let tip = task.pose.transform(machine.tool_tip);
     let mut touched = carrier.clone();
     let place = carrier.home.pose.inverse().transform(tip);
     touched.chains[0].route.attachment.translation = place;
     let mut at = touched.home.clone();
     at.pose.translation = tip;
-    let load = Wrench { force: -demand.load.force, moment: Vector3::zeros() };
+    let load = Wrench { force: -task.load.force, moment: Vector3::zeros() };
     let (state, _) = settle(&touched, &at, &load);
     let rigid = kinetostat::statics::State::rigid(&touched, &at);
     let energy: f64 =
         kinetostat::statics::deformation_energies(&touched, &at.drives, &rigid, &state).iter().map(|(_, u)| u).sum();
-    assert!((energies(demand.load.force, by_carrier) / energy - 1.0).abs() < 1e-5);
+    assert!((energies(task.load.force, by_carrier) / energy - 1.0).abs() < 1e-5);
 }
 
 #[test]
 fn weight_of_the_carrier_is_zeroed_with_that_of_the_machine() {
     let machine = cell(&Pose::identity());
-    let demand = Demand { load: Wrench::zero(), ..cell_demand(&machine, &Pose::identity()) };
-    let (still, _) = answer(&machine, &demand, Method::None);
+    let task = TaskPoint { load: Wrench::zero(), ..cell_task(&machine, &Pose::identity()) };
+    let (still, _) = answer(&machine, &task, Method::None);
     assert!(still.tool_displacement.norm() < 1e-8, "{}", still.tool_displacement);
     // Against the rigid model, the table sinks away from the tool.
     let machines = Machines::new(&machine, &[]).unwrap();
     let mut alone = machine.clone();
     alone.carrier = None;
     let sunk = |machines: &Machines| {
-        compensate(&mut machines.session(Source::Weight), &Source::Weight.demand(&demand), Method::None)
+        compensate(&mut machines.session(Source::Weight), &Source::Weight.task(&task), Method::None)
     };
     let (with, without) = (sunk(&machines), sunk(&Machines::new(&alone, &[]).unwrap()));
     assert!((with.tool_displacement - without.tool_displacement).norm() > 1e-3);
@@ -285,10 +286,10 @@ fn numbers_of_the_carrier_are_parameters() {
     for name in ["under.C.stiffness", "under.mass_1.kg", "table.base.position.x", "under.link_1.stiffness.x_x"] {
         assert!(names.iter().any(|other| other == name), "{name}: {names:?}");
     }
-    let demand = cell_demand(&machine, &Pose::identity());
+    let task = cell_task(&machine, &Pose::identity());
     let softer = machine.with_parameters(&[("under.B.stiffness", 1e8)]).unwrap();
-    let (before, _) = answer(&machine, &demand, Method::None);
-    let (after, _) = answer(&softer, &demand, Method::None);
+    let (before, _) = answer(&machine, &task, Method::None);
+    let (after, _) = answer(&softer, &task, Method::None);
     assert!(after.tool_displacement.norm() > before.tool_displacement.norm());
 }
 
@@ -312,9 +313,9 @@ fn a_rail_that_is_held_is_commanded_and_not_free() {
         assert!((back.pose.translation - pose.translation).norm() < 1e-9);
         assert!((back.pose.rotation - pose.rotation).norm() < 1e-10);
         // Every method commands it there.
-        let demand = on_tip(&held, [1650.0, 250.0, 950.0], [300.0, -200.0, 500.0]);
+        let task = on_tip(&held, [1650.0, 250.0, 950.0], [300.0, -200.0, 500.0]);
         for method in [Method::Direct, Method::Newton, Method::MatrixFree { alpha: 1.0 }] {
-            let (answer, _) = answer(&held, &demand, method);
+            let (answer, _) = answer(&held, &task, method);
             assert!((answer.drives[0] - value).abs() < 1e-9, "{method:?}: {}", answer.drives[0]);
             assert!(answer.position_error.norm() < 1e-7, "{method:?}");
         }
@@ -333,9 +334,9 @@ fn an_arm_with_its_rail_held_bends_as_one_that_is_bolted_there_and_has_the_rails
         .replace(rail, spring)
         .replace("position_mm = [1600.0, 0.0, 1000.0]\n#", "position_mm = [1600.0, 400.0, 1000.0]\n#");
     let bolted = machine_from(&bolted);
-    let demand = on_tip(&held, [1650.0, 250.0, 950.0], [300.0, -200.0, 500.0]);
-    let (a, _) = answer(&held, &demand, Method::None);
-    let (b, _) = answer(&bolted, &demand, Method::None);
+    let task = on_tip(&held, [1650.0, 250.0, 950.0], [300.0, -200.0, 500.0]);
+    let (a, _) = answer(&held, &task, Method::None);
+    let (b, _) = answer(&bolted, &task, Method::None);
     assert!(
         (a.tool_displacement - b.tool_displacement).norm() < 1e-6,
         "{} {}",
@@ -536,7 +537,7 @@ fn corrections_within_limits_do_not_move_what_is_held() {
         let text = b"x_mm,y_mm,z_mm\n0,0,0\n10,0,0\n".to_vec();
         let polyline = kinetostat::toolpath::polyline::Polyline::read(text, "path.csv").unwrap();
         let file = kinetostat::simulation::ProgramFile::Polyline(polyline);
-        kinetostat::products::program::ProgramJob::new(process, file, "path.csv").unwrap()
+        kinetostat::products::program::ProgramJob::new(process, file, "path.csv", &Work::default()).unwrap()
     };
     let machine = slides_on_a_rail();
     assert!(process(&machine).bounded_pass(&|| (), |_, _| Ok(())).is_ok());
@@ -549,8 +550,8 @@ fn corrections_within_limits_do_not_move_what_is_held() {
 fn a_carrier_that_topples_is_a_status_with_its_name() {
     let hinge = r#"{ revolute_drive = { name = "B", axis = "y", stiffness_Nmm_per_rad = 1e3 } }"#;
     let machine = carried(&slides(1e12), "", hinge);
-    let demand = on_tip(&machine, [0.0, 0.0, 150.0], [0.0, 0.0, 1000.0]);
-    let answer = compensate(&mut session(&machine), &demand, Method::Direct);
+    let task = on_tip(&machine, [0.0, 0.0, 150.0], [0.0, 0.0, 1000.0]);
+    let answer = compensate(&mut session(&machine), &task, Method::Direct);
     assert!(!answer.status.is_success());
     assert!(
         answer.status.reason(&machine).starts_with("workpiece carrier table: "),

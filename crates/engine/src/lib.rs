@@ -46,7 +46,7 @@ pub use kinetostat_input as input;
 /// The linear algebra in the types of this library.
 pub use nalgebra;
 
-pub use compensation::{Compensation, Demand, Method, Session, Target, compensate};
+pub use compensation::{Compensation, Method, Session, Target, TaskPoint, compensate};
 pub use input::error::{Error, Result};
 pub use machine::{ChainError, Machine};
 pub use spatial::{Grid, Pose, Wrench};

@@ -28,7 +28,7 @@ pub enum Error {
     Stopped,
     /// Another part of the work computes what is needed to go on: how a part ends that is not the only one.
     #[error("another part computes it")]
-    Elsewhere,
+    OtherShard,
     /// An unfinished run is in the way, or cannot be gone on with.
     #[error("{}: {problem}", file.display())]
     Resume {

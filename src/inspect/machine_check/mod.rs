@@ -77,9 +77,9 @@ const FAR_SOFTER: f64 = 100.0;
 /// Largest difference between the home sought and the home found that is not worth a word: rad, and fraction of the reach.
 const HOME_TOLERANCE: f64 = 1e-5;
 
-/// The machine's reach or the diagonal of its workspace, whichever is larger, mm.
+/// The machine's characteristic length or the diagonal of its workspace, whichever is larger, mm.
 fn size(machine: &Machine) -> f64 {
-    machine.reach.max((machine.workspace.max - machine.workspace.min).norm())
+    machine.characteristic_length.max((machine.workspace.max - machine.workspace.min).norm())
 }
 
 /// Examines `machine` at home, at its named points and at the corners of its workspace.
@@ -92,7 +92,10 @@ pub fn check(machine: &Machine) -> Findings {
         let home = State::rigid(machine, &machine.home);
         let chains = chain_stiffnesses(machine, &machine.home.drives, &home, &mut workspace);
         let rigid = machine.chains.iter().zip(chains).filter(|(_, stiffness)| stiffness.is_none());
-        (rigid_wrenches(&compliance, machine.reach), rigid.map(|(chain, _)| chain.name.clone()).collect())
+        (
+            rigid_wrenches(&compliance, machine.characteristic_length),
+            rigid.map(|(chain, _)| chain.name.clone()).collect(),
+        )
     });
     findings.rigid = rigid.unwrap_or_default();
     let mut status = Status::Solved;
@@ -176,7 +179,7 @@ fn other_home(machine: &Machine) -> Option<String> {
     let (found, sought) = (machine.home.pose, machine.home_sought);
     let shift = (found.translation - sought.translation).norm();
     let turn = rotation_log(&(found.rotation * sought.rotation.transpose())).norm();
-    if shift <= HOME_TOLERANCE * machine.reach && turn <= HOME_TOLERANCE {
+    if shift <= HOME_TOLERANCE * machine.characteristic_length && turn <= HOME_TOLERANCE {
         return None;
     }
     // Rounded first: what is nothing has no sign.

@@ -134,7 +134,7 @@ fn rigid_text(machine: &Machine, findings: &Findings) -> String {
             format!(
                 "by {}: {drives} for {controlled}; the drives stand as near to home as the task allows \
                  (least squares, hinges at {:.0} mm){others}",
-                machine.redundancy, machine.reach
+                machine.redundancy, machine.characteristic_length
             ),
         );
     }
@@ -145,7 +145,7 @@ fn rigid_text(machine: &Machine, findings: &Findings) -> String {
         text += &line("workpiece carrier", format!("{name}, {drives} ({at}), W at ({x}, {y}, {z}) mm of the base"));
     }
     text += &line("drives at home", position_list(machine, &findings.home_drives));
-    text += &line("char. length", format!("{:.1} mm", machine.reach));
+    text += &line("char. length", format!("{:.1} mm", machine.characteristic_length));
     let of_platform = direction(machine.tool_axes.column(2).into());
     let of_base = direction((machine.home.pose.rotation * machine.tool_axes).column(2).into());
     let assumed = tool_axis_words(machine.tool_axis_source);

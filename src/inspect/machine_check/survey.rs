@@ -207,7 +207,7 @@ fn taken_up(
 const TRIAL_KG: f64 = 1.0;
 /// The mass is corrected this often for how far it bends the machine.
 const CORRECTIONS: usize = 4;
-/// A drive whose force grows less by a kilogram does not carry it, as a share of that kilogram's weight, of a hinge at the machine's reach.
+/// A drive whose force grows less by a kilogram does not carry it, as a share of that kilogram's weight, of a hinge at the machine's characteristic length.
 const NOT_CARRIED: f64 = 1e-6;
 
 /// What the tool tip can carry where it can carry least.
@@ -256,7 +256,7 @@ fn held_beyond(machine: &Machine, at: &Configuration, kilograms: f64, workspace:
     let mut least: Option<Held> = None;
     for (drive, (limit, motion)) in limits.enumerate() {
         let Some(limit) = limit else { continue };
-        let lever = if motion == Motion::Revolute { machine.reach } else { 1.0 };
+        let lever = if motion == Motion::Revolute { machine.characteristic_length } else { 1.0 };
         if kilograms == 0.0 && start[drive].abs() > limit {
             return Some((0.0, drive));
         }

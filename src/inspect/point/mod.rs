@@ -7,7 +7,7 @@ use nalgebra::{Matrix6, Vector3};
 use serde::Serialize;
 
 use crate::{
-    compensation::{CompensationStatus, Demand, Method, Target, compensate},
+    compensation::{CompensationStatus, Method, Target, TaskPoint, compensate},
     machine::{Branch, ChainError, Clearance, Configuration, Machine, Unreachable},
     process::MillingForce,
     simulation::{Failure, Machines, Source, sources::TO_ROUNDING},
@@ -138,9 +138,9 @@ impl PointAnswer {
     }
 
     /// What was wanted at the commanded pose.
-    pub fn demand(&self) -> Demand {
+    pub fn task(&self) -> TaskPoint {
         let (pose, target) = (self.nominal.pose, self.question.target);
-        Demand { pose, load: self.wrench, target, wanted: None, external: None }
+        TaskPoint { pose, load: self.wrench, target, wanted: None, external: None }
     }
 }
 
@@ -163,15 +163,15 @@ pub fn solve(question: &PointQuestion) -> Result<PointAnswer, Unreachable> {
     let mut state = State::rigid(machine, &nominal);
     let outcome = equilibrium(real, &nominal.drives, &wrench, &mut state, &mut workspace, &TO_ROUNDING);
     let loaded = Solution::new(real, &nominal.drives, &state, &outcome, &mut workspace);
-    let demand = Demand { pose: nominal.pose, load: wrench, target: question.target, wanted: None, external: None };
+    let task = TaskPoint { pose: nominal.pose, load: wrench, target: question.target, wanted: None, external: None };
     let failed = |status: CompensationStatus| Failure { status: status.label().into(), reason: status.reason(machine) };
     let mut asked = machines.session(Source::All);
-    let zeroed = asked.zeroed(&demand);
-    let carried = asked.workpiece_compliance(&demand).ok();
+    let zeroed = asked.zeroed(&task);
+    let carried = asked.workpiece_compliance(&task).ok();
     let compensated = if outcome.is_equilibrium() {
         let mut session = machines.session(Source::All);
         session.stand(&nominal, &state);
-        let done = compensate(&mut session, &demand, Method::Direct);
+        let done = compensate(&mut session, &task, Method::Direct);
         match &done.outcome {
             Some(outcome) if done.status.is_success() => {
                 let solution = Solution::new(real, &done.drives, session.state(), outcome, &mut workspace);
@@ -183,11 +183,11 @@ pub fn solve(question: &PointQuestion) -> Result<PointAnswer, Unreachable> {
         Err(Failure { status: "not_tried".into(), reason: "there is no equilibrium to start from".into() })
     };
     Ok(PointAnswer {
-        zero: zeroed.map(|demand| *demand.wanted()).map_err(failed),
+        zero: zeroed.map(|task| *task.wanted()).map_err(failed),
         by_weight: machine.own_forces().is_some().then(|| {
             let mut session = machines.session(Source::Weight);
             session.stand(&nominal, &State::rigid(machine, &nominal));
-            let sunk = compensate(&mut session, &Source::Weight.demand(&demand), Method::None);
+            let sunk = compensate(&mut session, &Source::Weight.task(&task), Method::None);
             if sunk.status.is_success() { Ok(sunk.tool_displacement) } else { Err(failed(sunk.status)) }
         }),
         stiffness_unloaded: unloaded_stiffness(machine, &nominal, &mut workspace),

@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::{CorrectionAnswer, CorrectionQuestion, Corrector, bound::axis_forces};
 use crate::{
-    compensation::{Compensation, Demand, Method, Session, compensate, simulate_drives},
+    compensation::{Compensation, Method, Session, TaskPoint, compensate, simulate_drives},
     input::error::{Error, Result},
     machine::Configuration,
     questions::Overrides,
@@ -50,21 +50,21 @@ impl<'a> Loaded<'a> {
     /// # Errors
     /// There are no such commands.
     pub fn exact(&mut self, at: &Configuration, force: Vector3<f64>) -> Result<Vec<f64>> {
-        let demand = self.stand_at(at, force);
-        let found = compensate(&mut self.session, &demand, Method::Direct);
+        let task = self.stand_at(at, force);
+        let found = compensate(&mut self.session, &task, Method::Direct);
         self.checked(at, force, &found)?;
         Ok(found.drives.iter().zip(&at.drives).map(|(rho, nominal)| rho - nominal).collect())
     }
 
     /// How far the tool is from where it is wanted with the drives corrected by `correction` (mm, rad) under a force on its tip (O
-    /// axes, N), in what is compensated and controlled, mm (rotations at the machine's reach).
+    /// axes, N), in what is compensated and controlled, mm (rotations at the machine's characteristic length).
     ///
     /// # Errors
     /// The machine does not stand there.
     pub fn residual_mm(&mut self, at: &Configuration, force: Vector3<f64>, correction: &[f64]) -> Result<f64> {
-        let demand = self.stand_at(at, force);
+        let task = self.stand_at(at, force);
         let drives: Vec<f64> = at.drives.iter().zip(correction).map(|(nominal, own)| nominal + own).collect();
-        let found = simulate_drives(&mut self.session, &demand, &drives);
+        let found = simulate_drives(&mut self.session, &task, &drives);
         self.checked(at, force, &found)?;
         match found.task_error() {
             left if left.is_finite() => Ok(left),
@@ -72,12 +72,12 @@ impl<'a> Loaded<'a> {
         }
     }
 
-    fn stand_at(&mut self, at: &Configuration, force: Vector3<f64>) -> Demand {
+    fn stand_at(&mut self, at: &Configuration, force: Vector3<f64>) -> TaskPoint {
         let machine = &self.question.machine;
         self.session.stand(at, &State::rigid(machine, at));
         let moment = (at.pose.rotation * machine.tool_tip).cross(&force);
         let target = self.question.target;
-        Demand { pose: at.pose, load: Wrench { force, moment }, target, wanted: None, external: None }
+        TaskPoint { pose: at.pose, load: Wrench { force, moment }, target, wanted: None, external: None }
     }
 
     fn checked(&self, at: &Configuration, force: Vector3<f64>, found: &Compensation) -> Result<()> {

@@ -191,12 +191,13 @@ pub(super) fn probe(question: &CorrectionQuestion, machines: &Machines, work: &W
     Ok(Probe { terms, at_nodes_mm, bends_mm: [0, 1, 2].map(|axis| bend(question, &table, axis)) })
 }
 
-/// Largest second difference along an axis as an error of interpolation, hinges at the machine's reach.
+/// Largest second difference along an axis as an error of interpolation, hinges at the machine's characteristic length.
 fn bend(question: &CorrectionQuestion, table: &CorrectionTable, axis: usize) -> f64 {
     let (grid, machine) = (&table.grid, &question.machine);
     let steps = grid.axes[axis].len() - 1;
     let stride = grid.index([0, 1, 2].map(|other| usize::from(other == axis && steps > 0)));
-    let weights = machine.drives().map(|(_, drive)| if drive.motion == Motion::Revolute { machine.reach } else { 1.0 });
+    let length = machine.characteristic_length;
+    let weights = machine.drives().map(|(_, drive)| if drive.motion == Motion::Revolute { length } else { 1.0 });
     let weights: Vec<f64> = weights.collect();
     let mut largest = 0.0f64;
     for force in axis_forces(question.largest_force_N) {

@@ -101,7 +101,7 @@ impl ProgramJob {
         done: &(dyn Fn() + Sync),
         take: impl FnMut(&Part<'_>, &[PathAnswer]) -> Result<()>,
     ) -> Result<BoundedPass> {
-        let path = correct(&self.machine, &self.real, &self.all_demands()?, &self.process.limits)?;
+        let path = correct(&self.machine, &self.real, &self.all_tasks()?, &self.process.limits)?;
         // Of a point left out those of home, which its own failure then labels.
         let home = &self.machine.home.drives;
         let of = |point: &BoundedPoint| point.corrected().map_or(home, |corrected| &corrected.drives).clone();

@@ -10,8 +10,8 @@ use crate::{
         ProgramFile,
         along_path::PathAnswer,
         blocks::BlocksBeforeAfter,
-        demands::Tracked,
         program_file::{Rewritten, Sent},
+        tasks::Tracked,
     },
     spatial::Pose,
     toolpath::{
@@ -45,10 +45,10 @@ impl Corrected {
     /// Takes the next part of the pass that is to be written.
     pub fn add(&mut self, job: &ProgramJob, part: &Part<'_>, answers: &[PathAnswer]) {
         let mut track = job.track();
-        for ((point, demand), answer) in part.points.iter().zip(part.demands()).zip(answers) {
+        for ((point, task), answer) in part.points.iter().zip(part.tasks()).zip(answers) {
             let k = self.seen();
             let target = answer.target.filter(|_| answer.status.is_success());
-            let commanded = target.map(|pose| job.commanded(&mut track, point, demand.external, pose));
+            let commanded = target.map(|pose| job.commanded(&mut track, point, task.external, pose));
             match commanded {
                 Some(_) => {}
                 None if point.cutting => self.failures.push((k, answer.status.reason(&job.machine))),

@@ -30,6 +30,7 @@ use crate::{
     machine::Machine,
     page::{Description, ResultFolder, headline::Headline, page_with},
     process::Process,
+    redundancy,
     simulation::Sent,
     toolpath::gcode::CalledFile,
     work::Work,
@@ -46,6 +47,8 @@ pub struct Told {
     pub machine: Machine,
     /// The process.
     pub process: Process,
+    /// What the rotation about the tool axis brings, in sentences and a table, if the best one was sought.
+    pub gamma: Option<String>,
     /// What its blocks ask of a control, in sentences.
     pub blocks: String,
     /// How it is used, in sentences.
@@ -63,18 +66,11 @@ pub enum Left {
     Refused(Box<ProgramJob>, Refused),
 }
 
-/// Compensates `job`, the program called `name`, as `asked`, with each source apart, and leaves it in `files`; `turns` says for programs
-/// what was found of the turn about the tool's axis, if that was sought.
+/// Compensates `job`, the program called `name`, as `asked`, with each source apart, and leaves it in `files`.
 ///
 /// # Errors
 /// As [`ProgramJob::compensate`]; files that cannot be written: what is there then is known as ours.
-pub fn compensate_into(
-    job: ProgramJob,
-    asked: &Asked,
-    files: &ProgramFiles,
-    (name, turns): (&str, Option<Value>),
-    work: &Work,
-) -> Result<Left> {
+pub fn compensate_into(job: ProgramJob, asked: &Asked, files: &ProgramFiles, name: &str, work: &Work) -> Result<Left> {
     // The columns of the points need it.
     let asked = Asked { sources_apart: true, ..asked.clone() };
     let mut kept = Kept { job: &job, files, under_way: None };
@@ -89,9 +85,11 @@ pub fn compensate_into(
     let (headline, figures) = (report::headline(&report), report::figures(&report));
     let page = report::page(&report, headline.clone(), &files.points_name());
     let mut json = program_json(&report);
-    if let Some(turns) = turns {
-        json["tool_turn"] = turns;
+    let turn = &job.process.tool_turn;
+    if let Some(found) = &job.redundancy {
+        json["tool_turn"] = redundancy::report::json(found, turn);
     }
+    let gamma = job.redundancy.as_ref().map(|found| redundancy::report::text(found, turn));
     let (blocks, used) = (blocks_text(&job, proved.written.blocks.as_ref()), use_text(&report));
     let (machine, process) = (job.machine.clone(), job.process.clone());
     // A page takes memory; nothing more is asked of the points.
@@ -99,7 +97,7 @@ pub fn compensate_into(
     drop((job, findings));
     let bytes = std::mem::take(&mut proved.written.bytes);
     let page = files.write((bytes, proved.written.called(), points.finish()?, json), made.path(), (page, &figures))?;
-    Ok(Left::Written(Box::new(Told { headline, proved, machine, process, blocks, used, page })))
+    Ok(Left::Written(Box::new(Told { headline, proved, machine, process, gamma, blocks, used, page })))
 }
 
 /// What is proved, on its way into files.

@@ -10,34 +10,33 @@ mod part;
 mod prove;
 #[cfg(feature = "report")]
 pub mod report;
-#[cfg(not(target_family = "wasm"))]
 mod turned;
 
 use std::{path::Path, sync::OnceLock};
 
 use serde::Serialize;
 
-use self::part::TrackPart;
+use self::{part::TrackPart, turned::turned};
 pub use compensate::{Asked, Compensated, InMemory, Proved, Receiver, Refused, Way};
 pub use corrected::{Corrected, Written, WrittenCalls};
 pub use part::Part;
 pub use prove::{LawBehind, ProvedPart};
-#[cfg(not(target_family = "wasm"))]
-pub use turned::{TurnedProgram, turned};
 
 use crate::{
-    compensation::{Demand, Method, Target},
+    compensation::{Method, Target, TaskPoint},
     input::error::{Error, Result},
     machine::{Coordinate, Machine},
     process::{cutting::LoadError, file::Process},
+    redundancy::FoundGamma,
     simulation::{
         Machines, ProgramFile, Sent,
         along_path::{Commands, Left, PathAnswer, PathSummary, PathSums, run_tracked},
-        demands::Tracked,
         external_axes::locked_along,
+        tasks::Tracked,
     },
     spatial::Pose,
     toolpath::{PathPoint, Toolpath},
+    work::Work,
 };
 
 /// A program ready to be compensated on a machine.
@@ -49,15 +48,17 @@ pub struct ProgramJob {
     pub real: Machine,
     /// The process.
     pub process: Process,
-    /// The program.
+    /// The program; if γ was sought, as it says then how the platform stands.
     pub file: ProgramFile,
+    /// What was found of γ, the rotation about the tool axis, if the process asks for the best one.
+    pub redundancy: Option<FoundGamma>,
     /// Its points.
     pub path: Toolpath,
     /// Its name in errors.
     name: String,
     /// What is wanted at each point, if that is not found again whenever it is needed: a platform that turns with its position is tracked
     /// from point to point, which takes long.
-    kept: Option<Vec<Demand>>,
+    kept: Option<Vec<TaskPoint>>,
     /// Where the machine is tracked along each part of a program that is not too long to keep it.
     track: Vec<OnceLock<TrackPart>>,
     cuts_nowhere: bool,
@@ -89,17 +90,22 @@ impl ProgramJob {
     ///
     /// # Errors
     /// As [`ProgramFile::read`] and [`ProgramJob::new`].
-    pub fn open(process: Process, file: &Path) -> Result<Self> {
+    pub fn open(process: Process, file: &Path, work: &Work) -> Result<Self> {
         let program = ProgramFile::read(file, &process)?;
-        Self::new(process, program, &file.display().to_string())
+        Self::new(process, program, &file.display().to_string(), work)
     }
 
-    /// `program`, called `name` in errors, with the cutting force along it.
+    /// `program`, called `name` in errors, with the cutting force along it; γ is sought if the process asks for the best one, which is what
+    /// `work` is told of.
     ///
     /// # Errors
     /// A target that a program cannot command, a program that moves nowhere or has too many points, or a path that lacks what
-    /// the cutting force needs.
-    pub fn new(process: Process, program: ProgramFile, name: &str) -> Result<Self> {
+    /// the cutting force needs; no γ that is possible all along, or a format that cannot say it; those of `work`.
+    pub fn new(process: Process, program: ProgramFile, name: &str, work: &Work) -> Result<Self> {
+        let (process, program, redundancy) = match process.tool_turn.is_sought() {
+            true => turned(&process, &program, name, work)?,
+            false => (process, program, None),
+        };
         let path = program.long_toolpath(process.sampling)?;
         if path.is_empty() {
             let problem = match &program {
@@ -120,13 +126,14 @@ impl ProgramJob {
         let machine = process.machine.clone();
         let faulty = |fault: LoadError| Error::argument(name, fault.to_string());
         process.check_loads(&path).map_err(faulty)?;
-        let all = || (0..path.len()).map(part::demanding(&process, &path)).collect::<std::result::Result<_, _>>();
+        let all = || (0..path.len()).map(part::task_at(&process, &path)).collect::<std::result::Result<_, _>>();
         let kept = machine.turns_with_position.then(all).transpose().map_err(faulty)?;
         let real = Machines::new(&machine, &process.errors)?.real;
         let cuts_nowhere = !path.points().iter().any(|point| point.cutting);
         let is_closed = path.is_closed();
         let (name, track) = (name.to_string(), part::track(&path));
-        Ok(Self { real, machine, process, file: program, path, name, kept, track, cuts_nowhere, is_closed })
+        let file = program;
+        Ok(Self { real, machine, process, file, redundancy, path, name, kept, track, cuts_nowhere, is_closed })
     }
 
     /// Whether point `k` counts in what is left: the tool cuts there, if it does anywhere, and it is not a closed path's begin,
@@ -182,10 +189,10 @@ impl ProgramJob {
             ProgramCommands::Method(method) => run(&Commands::Method(*method)),
             ProgramCommands::Drives(drives) => run(&Commands::Drives(&drives[part.range()])),
             ProgramCommands::Sent(sent) => {
-                let asked = part.range().zip(part.points).zip(part.demands());
-                let pose = |((k, point), demand): ((usize, &PathPoint), &Demand)| {
+                let asked = part.range().zip(part.points).zip(part.tasks());
+                let pose = |((k, point), task): ((usize, &PathPoint), &TaskPoint)| {
                     let turned = sent.orientations.as_ref().map(|orientations| &orientations[k]);
-                    track.pose(sent.positions[k], turned.or(point.orientation.as_ref()), demand.external)
+                    track.pose(sent.positions[k], turned.or(point.orientation.as_ref()), task.external)
                 };
                 let poses: Vec<Pose> = asked.map(pose).collect();
                 run(&Commands::Program(&poses))

@@ -4,13 +4,13 @@ use std::{borrow::Cow, ops::Range, sync::OnceLock};
 
 use super::{ProgramJob, corners::Corners};
 use crate::{
-    compensation::Demand,
+    compensation::TaskPoint,
     input::error::{Error, Result},
     machine::{Configuration, Machine},
     process::{cutting::LoadError, file::Process},
     simulation::{
         along_path::{BLOCK, PART, PathCase, last_of_blocks, lead, parts},
-        demands::unloaded,
+        tasks::unloaded,
         tracking::TrackPoint,
     },
     toolpath::{PathPoint, Toolpath},
@@ -23,13 +23,13 @@ pub struct Part<'a> {
     pub first: usize,
     /// The points.
     pub points: &'a [PathPoint],
-    demands: Vec<Demand>,
+    tasks: Vec<TaskPoint>,
 }
 
 impl Part<'_> {
     /// What is wanted at its points, under load.
-    pub fn demands(&self) -> &[Demand] {
-        &self.demands
+    pub fn tasks(&self) -> &[TaskPoint] {
+        &self.tasks
     }
 
     /// Indices of its points.
@@ -39,12 +39,12 @@ impl Part<'_> {
 
     /// These points to be solved: `nominal` computes commands, `real` answers them, deflections are measured from the rest of `unloaded`.
     pub(super) fn case<'a>(&'a self, [nominal, real, unloaded]: [&'a Machine; 3]) -> PathCase<'a> {
-        PathCase { nominal, real, unloaded, before: None, demands: &self.demands }
+        PathCase { nominal, real, unloaded, before: None, tasks: &self.tasks }
     }
 
     /// The same points, something else wanted of them.
-    pub fn asked(&self, other: impl Fn(&Demand) -> Demand) -> Self {
-        Self { demands: self.demands.iter().map(other).collect(), ..self.clone() }
+    pub fn asked(&self, other: impl Fn(&TaskPoint) -> TaskPoint) -> Self {
+        Self { tasks: self.tasks.iter().map(other).collect(), ..self.clone() }
     }
 }
 
@@ -63,22 +63,22 @@ pub(super) fn track(path: &Toolpath) -> Vec<OnceLock<TrackPart>> {
 }
 
 /// What is wanted at points of `path`, asked for one after another by their indices: the force goes over from one move to the next.
-pub(super) fn demanding<'a>(
+pub(super) fn task_at<'a>(
     process: &'a Process,
     path: &'a Toolpath,
-) -> impl FnMut(usize) -> std::result::Result<Demand, LoadError> + use<'a> {
+) -> impl FnMut(usize) -> std::result::Result<TaskPoint, LoadError> + use<'a> {
     let mut unloaded = unloaded(&process.machine, &process.placement, process.target, path);
     let mut corners = Corners::new(process, path);
     move |k| {
-        let (demand, there) = unloaded(&path.points()[k]);
-        Ok(Demand { load: there.wrench(&corners.load(k, &there)?), ..demand })
+        let (task, there) = unloaded(&path.points()[k]);
+        Ok(TaskPoint { load: there.wrench(&corners.load(k, &there)?), ..task })
     }
 }
 
 impl ProgramJob {
     /// Where the machine is tracked along `part`, which follows what it was tracked along `before`; `before` then stands at its end.
     pub(super) fn tracking(&self, part: &Part<'_>, before: &mut Option<Configuration>) -> Cow<'_, [Vec<TrackPoint>]> {
-        let find = || lead(&self.machine, before.as_ref(), part.demands(), |_, _| true);
+        let find = || lead(&self.machine, before.as_ref(), part.tasks(), |_, _| true);
         let track = match self.track.get(part.first / PART) {
             Some(track) => Cow::Borrowed(track.get_or_init(find).as_slice()),
             None => Cow::Owned(find()),
@@ -102,17 +102,17 @@ impl ProgramJob {
     /// None in fact: there is a load at every point of a program that was read.
     pub fn parts(&self) -> impl Iterator<Item = Result<Part<'_>>> {
         let process = &self.process;
-        let mut demand = demanding(process, &self.path);
+        let mut task = task_at(process, &self.path);
         parts(self.path.len()).map(move |range| {
             let (first, points) = (range.start, &self.path.points()[range.clone()]);
-            let demands = match &self.kept {
+            let tasks = match &self.kept {
                 Some(kept) => kept[range].to_vec(),
                 None => range
-                    .map(&mut demand)
+                    .map(&mut task)
                     .collect::<std::result::Result<_, _>>()
                     .map_err(|fault| Error::argument(&self.name, fault.to_string()))?,
             };
-            Ok(Part { first, points, demands })
+            Ok(Part { first, points, tasks })
         })
     }
 
@@ -120,7 +120,7 @@ impl ProgramJob {
     ///
     /// # Errors
     /// Too many points.
-    pub(super) fn all_demands(&self) -> Result<Vec<Demand>> {
+    pub(super) fn all_tasks(&self) -> Result<Vec<TaskPoint>> {
         let points = self.path.len();
         if points > MOST_AT_ONCE {
             let problem = format!(
@@ -129,11 +129,11 @@ impl ProgramJob {
             );
             return Err(Error::argument("--method", problem));
         }
-        let mut demands = Vec::with_capacity(points);
+        let mut tasks = Vec::with_capacity(points);
         for part in self.parts() {
-            demands.extend_from_slice(part?.demands());
+            tasks.extend_from_slice(part?.tasks());
         }
-        Ok(demands)
+        Ok(tasks)
     }
 
     /// The first points at which the tool cuts and to which the rigid machine cannot be tracked: index and reason. Their number is at most
@@ -163,7 +163,7 @@ impl ProgramJob {
         let is_out = |k: usize, at: &TrackPoint| part.points[k].cutting && at.asked.is_err();
         let out = |start: usize, track: &[TrackPoint]| (start..).zip(track).filter(|(k, at)| is_out(*k, at)).count();
         // What is out of reach takes longest.
-        let track = lead(&self.machine, before.as_ref(), part.demands(), |start, track| {
+        let track = lead(&self.machine, before.as_ref(), part.tasks(), |start, track| {
             track.last().is_none_or(|at| at.asked.is_ok()) || out(start, track) < most
         });
         let mut found = Vec::new();

@@ -10,7 +10,7 @@ use crate::{
     simulation::{
         BySource, Machines, Source,
         along_path::{Commands, PathAnswer, PathSums, run_tracked},
-        demands::Tracked,
+        tasks::Tracked,
     },
     spatial::Wrench,
     toolpath::Load,
@@ -54,7 +54,7 @@ impl ProgramJob {
                 if source != Source::All && !asked.sources_apart {
                     return Vec::new();
                 }
-                let alone = part.asked(|demand| source.demand(demand));
+                let alone = part.asked(|task| source.task(task));
                 let case = alone.case([machines.nominal(source), machines.actual(source), machines.unloaded()]);
                 let answers = run_tracked(&case, &Commands::Method(Method::None), &track, done);
                 if source == Source::All {
@@ -79,7 +79,7 @@ impl ProgramJob {
     }
 }
 
-/// What the law of the cutting force gives at the ends of moves behind a point. Commands and proof take the force from the same demands, so
+/// What the law of the cutting force gives at the ends of moves behind a point. Commands and proof take the force from the same tasks, so
 /// the proof holds it against the law itself.
 pub struct LawBehind<'a> {
     job: &'a ProgramJob,
@@ -104,10 +104,10 @@ impl<'a> LawBehind<'a> {
     /// # Errors
     /// It is not.
     pub fn holds(&mut self, part: &Part<'_>) -> Result<()> {
-        for (point, demand) in part.points.iter().zip(part.demands()) {
+        for (point, task) in part.points.iter().zip(part.tasks()) {
             let law =
                 self.job.process.load(point).map_err(|fault| Error::argument(&self.job.name, fault.to_string()))?;
-            let there = self.track.placed(demand.external).turned(&demand.pose.rotation);
+            let there = self.track.placed(task.external).turned(&task.pose.rotation);
             let (segment, at) = (point.source.segment, point.arc_length_mm);
             let own = components(&law.on_tool(point.tangent, there.tool_axes()));
             if !point.cutting || matches!(law, PathLoad::Workpiece(_)) {
@@ -115,7 +115,7 @@ impl<'a> LawBehind<'a> {
             }
             self.ends.extend(self.before.filter(|before| before.0 != segment).map(|(_, at, load)| (at, load)));
             self.ends.retain(|end| end.0 > at - self.job.process.corner_mm);
-            let found = components(&there.load(&demand.load));
+            let found = components(&there.load(&task.load));
             let of_axis = |axis: usize| self.ends.iter().map(move |end| end.1[axis]).chain([own[axis]]);
             let most =
                 self.ends.iter().flat_map(|end| end.1).chain(own).fold(0.0, |most: f64, load| most.max(load.abs()));

@@ -1,42 +1,37 @@
-//! A program whose free turn about the tool's axis is sought before it is compensated.
+//! A program whose γ, the rotation about the tool axis, is sought before it is compensated.
 
 use crate::{
     input::error::{Error, Result},
     process::file::Process,
-    redundancy::{FreeTurn, TurnAsked, seek},
+    redundancy::{FoundGamma, TurnAsked, seek},
     simulation::{ProgramFile, external_axes::locked_along},
     toolpath::{
-        NumberFormat, Orientation, Toolpath,
+        NumberFormat, Toolpath,
         polyline::{self, Polyline},
     },
     work::Work,
 };
 
-/// A program as it is turned: what is compensated, and what was found.
-#[derive(Debug)]
-pub struct TurnedProgram {
-    /// The process, its machine on the branch that was found.
-    pub process: Process,
-    /// The program, which says how the platform stands: a polyline with a row for each point, or the program of a robot with other
-    /// orientations.
-    pub file: ProgramFile,
-    /// What was found.
-    pub found: FreeTurn,
-}
-
 /// Pieces of a path that is split once more are longer than the longest by at most this share: rounding of written positions.
 const ROUNDING: f64 = 1e-6;
 
-/// Seeks the turn about the tool's axis along `program`, called `name` in errors, as `process` says.
+/// Seeks γ along `program`, called `name` in errors, as `process` says. Returned are the process, its machine on the branch that was
+/// found; the program, which says how the platform stands (a polyline with a row for each point, or the program of a robot with other
+/// orientations); and what was found.
 ///
 /// # Errors
-/// A format that cannot say how the platform stands, a machine that cannot turn its tool freely, no turn that goes all along, and those
-/// of `work`.
-pub fn turned(process: &Process, program: &ProgramFile, name: &str, work: &Work) -> Result<TurnedProgram> {
+/// A format that cannot say how the platform stands, a machine that cannot rotate about its tool, no γ that is possible all along, and
+/// those of `work`.
+pub(super) fn turned(
+    process: &Process,
+    program: &ProgramFile,
+    name: &str,
+    work: &Work,
+) -> Result<(Process, ProgramFile, Option<FoundGamma>)> {
     let fault = |problem: String| Error::argument(name, problem);
     if matches!(program, ProgramFile::Gcode(_)) {
         let problem = "its rotations about the tool axis cannot be written: expected a polyline (.csv) or a program of a robot, which can \
-                       say how the platform stands, or --redundancy as_programmed";
+                       say how the platform stands, or redundancy = \"as_programmed\" in [tool_turn]";
         return Err(fault(problem.into()));
     }
     let path = process.with_cuts(program.toolpath(process.sampling)?, name)?;
@@ -61,9 +56,9 @@ pub fn turned(process: &Process, program: &ProgramFile, name: &str, work: &Work)
     };
     let mut process = Process { machine: turned.machine.clone(), ..process.clone() };
     let file = match program {
+        #[cfg(not(target_family = "wasm"))]
         ProgramFile::Robot(own) => {
-            let orientations: Vec<Orientation> =
-                turned.path.points().iter().filter_map(|point| point.orientation).collect();
+            let orientations: Vec<_> = turned.path.points().iter().filter_map(|point| point.orientation).collect();
             let writing = process.writing(own.own_format())?;
             let rewritten = own.rewrite(&path, &path.positions_mm(), Some(&orientations), writing)?;
             ProgramFile::Robot(Box::new(rewritten.read()?))
@@ -73,7 +68,7 @@ pub fn turned(process: &Process, program: &ProgramFile, name: &str, work: &Work)
             as_points(&turned.path, program, &mut process, name)?
         }
     };
-    Ok(TurnedProgram { process, file, found })
+    Ok((process, file, Some(found)))
 }
 
 /// The polyline `program` with a row for each point of `path`, which says how the platform stands there.

@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use super::domain::{Asked, Domain, Place};
 use crate::{
-    compensation::{CompensationStatus, Demand, Method, Session, Target, compensate},
+    compensation::{CompensationStatus, Method, Session, Target, TaskPoint, compensate},
     input::error::{Error, Result},
     machine::Machine,
     simulation::{Machines, Source, sources::TO_ROUNDING},
@@ -51,11 +51,11 @@ impl Exact {
         Asking { session: self.machines.session(Source::All), workspace: Workspace::new(self.real()) }
     }
 
-    fn demand(&self, (position, wrench): &Asked) -> Demand {
+    fn task(&self, (position, wrench): &Asked) -> TaskPoint {
         let nominal = &self.machines.nominal;
         let at = Vector3::from(*position) - nominal.home.pose.rotation * nominal.tool_tip;
         let (pose, load) = (nominal.pose_at(at), self.load(wrench));
-        Demand { pose, load, target: Target::ToolTip, wanted: None, external: None }
+        TaskPoint { pose, load, target: Target::ToolTip, wanted: None, external: None }
     }
 
     /// Equilibria with the tool tip where it is asked for.
@@ -76,7 +76,7 @@ impl Exact {
     }
 
     fn solve(&self, asking: &mut Asking, asked: Asked) -> Result<Solved> {
-        let done = compensate(&mut asking.session, &self.demand(&asked), Method::Direct);
+        let done = compensate(&mut asking.session, &self.task(&asked), Method::Direct);
         if !done.status.is_success() {
             return Err(self.does_not_stand(&asked, &done.status));
         }

@@ -95,7 +95,7 @@ fn words(realtime: &Realtime) -> Vec<(&'static str, String)> {
         ("DRIVE_STEP", format!("{:?}", realtime.correct.largest_last_step)),
         ("NOMINAL_STEP", format!("{:?}", realtime.nominal.largest_last_step)),
         ("PLATFORM_STEP", format!("{:?}", realtime.whereabouts.largest_last_step)),
-        ("ON_FACE", number(10.0 * realtime.whereabouts.errors.stated_mm().max(1e-9 * machine.reach))),
+        ("ON_FACE", number(10.0 * realtime.whereabouts.errors.stated_mm().max(1e-9 * machine.characteristic_length))),
         ("TIP", format!("{:?}", <[f64; 3]>::from(machine.tool_tip))),
         ("CORRECT_ERROR", stated(&realtime.correct)),
         ("WHERE_ERROR", stated(&realtime.whereabouts)),

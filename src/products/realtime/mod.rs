@@ -88,7 +88,7 @@ pub struct Made {
 
 impl Made {
     fn new(function: Function, found_mm: Vec<f64>, last_step: [f64; 3], machine: &Machine) -> Self {
-        let allowed = |step: f64| STEP_MARGIN * step + ROUNDING * machine.reach;
+        let allowed = |step: f64| STEP_MARGIN * step + ROUNDING * machine.characteristic_length;
         Self { errors: Errors { found_mm }, largest_last_step: last_step.map(allowed), function }
     }
 
@@ -106,7 +106,7 @@ pub const AIM_MM: f64 = 1e-6;
 const MARGIN: f64 = 0.25;
 /// The last step may be so many times the largest that was found.
 const STEP_MARGIN: f64 = 4.0;
-/// A last step of this share of the machine's reach is rounding, mm; of a hinge, rad.
+/// A last step of this share of the machine's characteristic length is rounding, mm; of a hinge, rad.
 const ROUNDING: f64 = 1e-12;
 /// Polynomials that are tried, the shortest first.
 const DEGREES: [Degrees; 13] = [

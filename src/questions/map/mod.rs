@@ -13,13 +13,13 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    compensation::{Compensation, Demand, Method, Session, compensate_batch},
+    compensation::{Compensation, Method, Session, TaskPoint, compensate_batch},
     input::error,
     machine::{Configuration, Machine, Unreachable},
     simulation::{BySource, Failure, Machines, Scene, Source, status_of},
     spatial::Grid,
     statics::{self, Batch, Outcome, State, tool_compliance},
-    work::{Event, Work, here, overlapped},
+    work::{Event, Work, overlapped, this_shard},
 };
 
 /// A checked workspace-map study.
@@ -138,11 +138,11 @@ pub fn run_in_blocks(
     let machines = study.scene.machines()?;
     let (total, size) = (study.grid.len(), block_size(study));
     let compute = |start: usize| {
-        let work = work.dealt(start / size);
-        here(work.piece(&start, Vec::len, || block(study, &machines, start..total.min(start + size), &work)))
+        let work = work.shard(start / size);
+        this_shard(work.piece(&start, Vec::len, || block(study, &machines, start..total.min(start + size), &work)))
     };
     overlapped((0..total).step_by(size), compute, take)?;
-    work.gathered()
+    work.barrier()
 }
 
 /// Number of blocks.
@@ -279,11 +279,11 @@ fn turn(
     let machine = &study.scene.machine;
     let mut tallies: Vec<Result<Tally, Failure>> =
         configurations.iter().map(|_| Ok(Tally::new(machine, phis.len()))).collect();
-    let demand_at = |phi: Option<f64>, i: usize| source.demand(&study.scene.demand(configurations[i].pose, phi));
+    let task_at = |phi: Option<f64>, i: usize| source.task(&study.scene.task(configurations[i].pose, phi));
     for (index, &phi) in phis.iter().enumerate() {
-        let demand = |i: usize| demand_at(phi, i);
+        let task = |i: usize| task_at(phi, i);
         let command = |sessions: &mut [Session], batch: &mut Batch, method, places: &[usize]| {
-            let answers = command(sessions, batch, method, places, demand);
+            let answers = command(sessions, batch, method, places, task);
             let judged = answers.into_iter().map(|answer| judged(machine, phi, answer));
             places.iter().copied().zip(judged).collect::<Vec<_>>()
         };
@@ -310,7 +310,7 @@ fn turn(
     let conclude = |(i, tally): (usize, Result<Tally, Failure>)| {
         let tally = tally?;
         let phi = tally.worst.as_ref().and_then(|worst| worst.phi);
-        match group.plain[i].workpiece_compliance(&demand_at(phi, i)) {
+        match group.plain[i].workpiece_compliance(&task_at(phi, i)) {
             Ok(carried) => tally.conclude(&carried),
             Err(status) => Err(Failure { status: status.label().into(), reason: status.reason(machine) }),
         }
@@ -329,12 +329,12 @@ fn command(
     batch: &mut Batch,
     method: Method,
     places: &[usize],
-    demand: impl Fn(usize) -> Demand,
+    task: impl Fn(usize) -> TaskPoint,
 ) -> Vec<Compensation> {
-    let demands: Vec<Demand> = places.iter().map(|&i| demand(i)).collect();
+    let tasks: Vec<TaskPoint> = places.iter().map(|&i| task(i)).collect();
     let chosen = sessions.iter_mut().enumerate().filter(|(i, _)| places.contains(i));
     let mut sessions: Vec<&mut Session> = chosen.map(|(_, session)| session).collect();
-    compensate_batch(&mut sessions, &demands, method, batch)
+    compensate_batch(&mut sessions, &tasks, method, batch)
 }
 
 /// The answer, if it is what was asked for; else why it is not.

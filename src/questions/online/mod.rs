@@ -27,7 +27,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    compensation::{Demand, Method, Session, compensate},
+    compensation::{Method, Session, TaskPoint, compensate},
     input::error::{Error, Result},
     machine::ChainError,
     process::file::CorrectionLimits,
@@ -39,7 +39,7 @@ use crate::{
     },
     spatial::Wrench,
     statics::tool_compliance,
-    work::{Event, Work, here},
+    work::{Event, Work, this_shard},
 };
 
 /// A checked online study.
@@ -117,26 +117,26 @@ pub fn run(study: &OnlineStudy, work: &Work) -> Result<OnlineResults> {
     let model = Machines::new(&study.path.machine, &study.known_errors)?;
     let cut = Cut { study, machines: &machines, model: &model };
     let plain = || {
-        let answers = cut.answers(&machines, &study.path.demands, &Commands::Method(Method::None));
+        let answers = cut.answers(&machines, &study.path.tasks, &Commands::Method(Method::None));
         work.tell(Event::Computed(1));
         Ok(cut.residual(&answers))
     };
-    let plain = here(work.dealt(0).piece(&"plain", |_| 1, plain))?;
-    let offline = cut.commands(&study.path.demands);
+    let plain = this_shard(work.shard(0).piece(&"plain", |_| 1, plain))?;
+    let offline = cut.commands(&study.path.tasks);
     let trials: Vec<(f64, usize)> =
         study.force_errors.iter().flat_map(|error| (0..study.seeds).map(|seed| (*error, seed))).collect();
     let trial = |(number, &(force_error, seed)): (usize, &(f64, usize))| {
-        let work = work.part("trials").after(1).dealt(number);
+        let work = work.part("trials").after(1).shard(number);
         let compute = || {
             let trial = cut.trial(force_error, seed, &offline);
             work.tell(Event::Computed(1));
             Ok(trial)
         };
-        here(work.piece(&(force_error.to_bits(), seed), |_| 1, compute)).transpose()
+        this_shard(work.piece(&(force_error.to_bits(), seed), |_| 1, compute)).transpose()
     };
     let trials = trials.par_iter().enumerate().filter_map(trial).collect::<Result<Vec<Trial>>>()?;
-    work.gathered()?;
-    let plain = plain.ok_or(Error::Elsewhere)?;
+    work.barrier()?;
+    let plain = plain.ok_or(Error::OtherShard)?;
     Ok(OnlineResults { plain, trials, loop_gain: cut.loop_gain() })
 }
 
@@ -154,25 +154,25 @@ impl Cut<'_> {
         let chance: f64 = StandardNormal.sample(&mut random);
         // A force that changes its sign is no error of prediction.
         let force_factor = (1.0 + force_error * chance).max(0.0);
-        let demands: Vec<Demand> = study.path.demands.iter().map(|demand| times(demand, force_factor)).collect();
-        let forces: Vec<Vector3<f64>> = demands.iter().map(|demand| demand.load.force).collect();
+        let tasks: Vec<TaskPoint> = study.path.tasks.iter().map(|task| times(task, force_factor)).collect();
+        let forces: Vec<Vector3<f64>> = tasks.iter().map(|task| task.load.force).collect();
         let measured = study.sensor.measured(&study.times_s, &forces, &mut random);
-        let read: Vec<Demand> = demands.iter().zip(measured).map(|(demand, force)| self.read(demand, force)).collect();
+        let read: Vec<TaskPoint> = tasks.iter().zip(measured).map(|(task, force)| self.read(task, force)).collect();
         let residual =
-            |drives: &[Vec<f64>]| self.residual(&self.answers(self.machines, &demands, &Commands::Drives(drives)));
+            |drives: &[Vec<f64>]| self.residual(&self.answers(self.machines, &tasks, &Commands::Drives(drives)));
         Trial { force_error, seed, force_factor, offline: residual(offline), online: residual(&self.commands(&read)) }
     }
 
-    /// `demand` with the force that was measured, and the moment of that at P.
-    fn read(&self, demand: &Demand, force: Vector3<f64>) -> Demand {
-        let lever = demand.pose.rotation * self.study.path.machine.tool_tip;
-        let Wrench { force: real, moment } = demand.load;
-        Demand { load: Wrench { force, moment: moment + lever.cross(&(force - real)) }, ..*demand }
+    /// `task` with the force that was measured, and the moment of that at P.
+    fn read(&self, task: &TaskPoint, force: Vector3<f64>) -> TaskPoint {
+        let lever = task.pose.rotation * self.study.path.machine.tool_tip;
+        let Wrench { force: real, moment } = task.load;
+        TaskPoint { load: Wrench { force, moment: moment + lever.cross(&(force - real)) }, ..*task }
     }
 
-    /// Drives that the model commands for `demands`, within the limits; those of the rigid machine where it finds none.
-    fn commands(&self, demands: &[Demand]) -> Vec<Vec<f64>> {
-        let softened: Vec<Demand> = demands.iter().map(|demand| times(demand, 1.0 + self.study.too_soft)).collect();
+    /// Drives that the model commands for `tasks`, within the limits; those of the rigid machine where it finds none.
+    fn commands(&self, tasks: &[TaskPoint]) -> Vec<Vec<f64>> {
+        let softened: Vec<TaskPoint> = tasks.iter().map(|task| times(task, 1.0 + self.study.too_soft)).collect();
         let answers = self.answers(self.model, &softened, &Commands::Method(Method::Direct));
         let limits = &self.study.limits;
         let mut before: Option<Vec<f64>> = None;
@@ -193,8 +193,8 @@ impl Cut<'_> {
         answers.iter().map(command).collect()
     }
 
-    fn answers(&self, machines: &Machines, demands: &[Demand], commands: &Commands<'_>) -> Vec<PathAnswer> {
-        along_path(&PathCase::new(machines, Source::All, demands), commands, &|| ())
+    fn answers(&self, machines: &Machines, tasks: &[TaskPoint], commands: &Commands<'_>) -> Vec<PathAnswer> {
+        along_path(&PathCase::new(machines, Source::All, tasks), commands, &|| ())
     }
 
     fn residual(&self, answers: &[PathAnswer]) -> Residual {
@@ -212,21 +212,21 @@ impl Cut<'_> {
         let machines = self.machines;
         let mut session = Session::new(machines.nominal(Source::All), machines.actual(Source::All), settings())
             .from_rest_of(machines.unloaded());
-        let compliance = |demand: &Demand| {
-            let outcome = compensate(&mut session, demand, Method::Direct).outcome?;
-            let offset = demand.pose.rotation * demand.offset(&self.study.path.machine);
+        let compliance = |task: &TaskPoint| {
+            let outcome = compensate(&mut session, task, Method::Direct).outcome?;
+            let offset = task.pose.rotation * task.offset(&self.study.path.machine);
             let of_tool = tool_compliance(&outcome.compliance?, offset);
             Some(((of_tool + of_tool.transpose()) * 0.5).symmetric_eigenvalues().max())
         };
-        let largest = self.study.path.demands.iter().filter_map(compliance).fold(0.0, f64::max);
+        let largest = self.study.path.tasks.iter().filter_map(compliance).fold(0.0, f64::max);
         (largest > 0.0).then(|| LoopGain::new(largest, self.study.too_soft, self.study.cutting_stiffness))
     }
 }
 
-/// `demand` under `factor` times its load.
-fn times(demand: &Demand, factor: f64) -> Demand {
-    let Wrench { force, moment } = demand.load;
-    Demand { load: Wrench { force: force * factor, moment: moment * factor }, ..*demand }
+/// `task` under `factor` times its load.
+fn times(task: &TaskPoint, factor: f64) -> TaskPoint {
+    let Wrench { force, moment } = task.load;
+    TaskPoint { load: Wrench { force: force * factor, moment: moment * factor }, ..*task }
 }
 
 /// The correction nearest to `wanted`, drive by drive, that keeps the limits after the one `before`.

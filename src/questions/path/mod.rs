@@ -15,7 +15,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::{
-    compensation::{Demand, Method},
+    compensation::{Method, TaskPoint},
     input::error::Result,
     machine::{ChainError, Configuration, Machine},
     simulation::{
@@ -54,7 +54,7 @@ pub struct PathStudy {
     /// The path's points.
     pub stations: Vec<Station>,
     /// What is wanted at each, under load.
-    pub demands: Vec<Demand>,
+    pub tasks: Vec<TaskPoint>,
     /// How far the tool may be from its path, mm, if the process says it.
     pub tolerance_mm: Option<f64>,
     /// Methods compared.
@@ -87,12 +87,12 @@ impl PathStudy {
 
     /// Positions of P at each point of the path, O axes, mm.
     pub fn positions(&self) -> impl Iterator<Item = Vector3<f64>> {
-        self.demands.iter().map(|demand| demand.pose.translation)
+        self.tasks.iter().map(|task| task.pose.translation)
     }
 
     /// Where the compensated point should be at each point of the path, O axes, mm.
     pub fn wanted(&self) -> Vec<Vector3<f64>> {
-        self.demands.iter().map(|demand| demand.pose.transform(demand.offset(&self.machine))).collect()
+        self.tasks.iter().map(|task| task.pose.transform(task.offset(&self.machine))).collect()
     }
 }
 
@@ -150,7 +150,7 @@ impl PathPart {
     /// How far P is commanded from where it should be to put both sources right, O axes, mm.
     pub fn command_shift(&self, study: &PathStudy, point: usize) -> Option<Vector3<f64>> {
         let target = self.at(Source::All, point).compensated()?.target?;
-        Some(target.translation - study.demands[point].pose.translation)
+        Some(target.translation - study.tasks[point].pose.translation)
     }
 }
 
@@ -204,7 +204,7 @@ pub fn run_in_parts(
     let mut methods = vec![PathSums::default(); study.methods.len()];
     let mut before: Option<Configuration> = None;
     let compute = |points: Range<usize>| {
-        let track = TrackBlocks::new(&machines.nominal, before.as_ref(), &study.demands[points.clone()]);
+        let track = TrackBlocks::new(&machines.nominal, before.as_ref(), &study.tasks[points.clone()]);
         before = track.last().or(before.take());
         let (next, left) = part(study, &machines, &track, points, work)?;
         let counted_before = usize::from(study.is_closed && next.first == 0);
@@ -213,8 +213,8 @@ pub fn run_in_parts(
         }
         Ok(Some(next))
     };
-    overlapped(along_path::parts(study.demands.len()), compute, take)?;
-    work.gathered()?;
+    overlapped(along_path::parts(study.tasks.len()), compute, take)?;
+    work.barrier()?;
     let along = |(&method, sums): (&Method, PathSums)| MethodAlongPath { method, summary: sums.summary() };
     Ok(study.methods.iter().zip(methods).map(along).collect())
 }
@@ -228,12 +228,12 @@ type LeftByMethods = Vec<Vec<Left>>;
 /// # Errors
 /// Of `work`.
 pub fn run_range(study: &PathStudy, points: Range<usize>, work: &Work) -> Result<PathPart> {
-    let points = points.start.min(study.demands.len())..points.end.min(study.demands.len());
+    let points = points.start.min(study.tasks.len())..points.end.min(study.tasks.len());
     let machines = Machines::new(&study.machine, &study.errors)?;
-    let passed = TrackBlocks::new(&machines.nominal, None, &study.demands[..points.start]);
-    let track = TrackBlocks::new(&machines.nominal, passed.last().as_ref(), &study.demands[points.clone()]);
+    let passed = TrackBlocks::new(&machines.nominal, None, &study.tasks[..points.start]);
+    let track = TrackBlocks::new(&machines.nominal, passed.last().as_ref(), &study.tasks[points.clone()]);
     let part = sources(study, &machines, &track, points, work)?;
-    work.gathered()?;
+    work.barrier()?;
     Ok(part)
 }
 
@@ -245,7 +245,7 @@ fn part(
     work: &Work,
 ) -> Result<(PathPart, LeftByMethods)> {
     let first = points.start;
-    let case = PathCase::new(machines, Source::All, &study.demands[points.clone()]);
+    let case = PathCase::new(machines, Source::All, &study.tasks[points.clone()]);
     let left = |(index, &method): (usize, &Method)| {
         let work = work.part(&format!("method {index}")).after(passes_of_sources(study) + index);
         kept(&case, track, (first, passes(study)), method, &work, |answer| Left::of(&answer, &study.machine))
@@ -266,8 +266,8 @@ fn sources(
 ) -> Result<PathPart> {
     let first = points.start;
     let along = |(number, &source): (usize, &Source)| -> Result<Vec<AtPoint>> {
-        let demands: Vec<Demand> = study.demands[points.clone()].iter().map(|demand| source.demand(demand)).collect();
-        let case = PathCase::new(machines, source, &demands);
+        let tasks: Vec<TaskPoint> = study.tasks[points.clone()].iter().map(|task| source.task(task)).collect();
+        let case = PathCase::new(machines, source, &tasks);
         let pass = |method, number: usize, command: &str| -> Result<Vec<PathAnswer>> {
             let work = work.part(source.label()).part(command).after(number);
             kept(&case, track, (first, passes(study)), method, &work, |answer| answer)
@@ -293,5 +293,5 @@ fn passes_of_sources(study: &PathStudy) -> usize {
 
 /// Blocks of all passes.
 pub(super) fn blocks(study: &PathStudy) -> usize {
-    study.demands.len().div_ceil(along_path::BLOCK) * passes(study)
+    study.tasks.len().div_ceil(along_path::BLOCK) * passes(study)
 }

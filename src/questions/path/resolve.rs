@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use crate::{
-    compensation::{Demand, Method},
+    compensation::{Method, TaskPoint},
     input::{Inputs, check::Check, error::Result},
     machine::Machine,
     process::Process,
@@ -17,8 +17,8 @@ use crate::{
     },
     simulation::{
         ProgramFile,
-        demands::{Tracked, demands},
         external_axes::locked_along,
+        tasks::{Tracked, tasks},
     },
     toolpath::{Circle, PathPoint, Plane, Sampling, Toolpath, Turn},
     work::Work,
@@ -77,11 +77,11 @@ pub(crate) fn path(
     let origin = spec.file.as_ref().map_or_else(|| check.place(), |file| given.folder.path(file).display().to_string());
     let toolpath = process.with_cuts(toolpath, &origin)?;
     let process = &Process { machine: locked_along(&process.machine, &toolpath, &origin)?, ..process.clone() };
-    let demands = demands(process, &toolpath, &origin)?;
+    let tasks = tasks(process, &toolpath, &origin)?;
     let study = PathStudy {
         errors: process.errors.clone(),
-        stations: stations(process, toolpath.points(), &demands, program.as_ref()),
-        demands,
+        stations: stations(process, toolpath.points(), &tasks, program.as_ref()),
+        tasks,
         tolerance_mm: process.tolerance_mm,
         methods: methods(spec, &check.key("methods"))?,
         is_closed: spec.file.is_some() && toolpath.is_closed(),
@@ -200,13 +200,13 @@ fn methods(spec: &PathSpec, check: &Check) -> Result<Vec<Method>> {
 pub(crate) fn stations(
     process: &Process,
     points: &[PathPoint],
-    demands: &[Demand],
+    tasks: &[TaskPoint],
     program: Option<&ProgramFile>,
 ) -> Vec<Station> {
     let mut track = Tracked::new(&process.machine, &process.placement);
-    let station = |(point, demand): (&PathPoint, &Demand)| {
-        let placed = track.placed(demand.external);
-        let heading = placed.turned(&demand.pose.rotation).tool_axes().tr_mul(&point.tangent).xy().try_normalize(1e-6);
+    let station = |(point, task): (&PathPoint, &TaskPoint)| {
+        let placed = track.placed(task.external);
+        let heading = placed.turned(&task.pose.rotation).tool_axes().tr_mul(&point.tangent).xy().try_normalize(1e-6);
         Station {
             arc_length_mm: point.arc_length_mm,
             phi_deg: heading.map(|h| tidy(h.y.atan2(h.x).to_degrees() - 90.0)),
@@ -215,7 +215,7 @@ pub(crate) fn stations(
             file: program.map_or(0, |program| program.file_of(point.source.segment)),
         }
     };
-    points.iter().zip(demands).map(station).collect()
+    points.iter().zip(tasks).map(station).collect()
 }
 
 /// An angle in [0, 360), without the rounding of its way through radians.

@@ -7,8 +7,8 @@ use crate::{
     input::error::{Error, Result},
     process::{Redundancy, file::Process},
     questions::question::Question,
-    redundancy::{FreeTurn, TurnAsked, seek},
-    simulation::demands::demands_under,
+    redundancy::{FoundGamma, TurnAsked, seek},
+    simulation::tasks::tasks_under,
     toolpath::Toolpath,
     work::{Event, Stage, Work},
 };
@@ -20,7 +20,7 @@ pub struct PathTurn {
     path: Toolpath,
     origin: String,
     /// What was found; `None` before it is sought.
-    pub found: Option<Arc<FreeTurn>>,
+    pub found: Option<Arc<FoundGamma>>,
 }
 
 impl PathTurn {
@@ -46,7 +46,7 @@ impl PathTurn {
 }
 
 impl PathStudy {
-    /// The study of the path as it is turned about the tool's axis, if that is sought: of machine and demands. Where no turn goes all
+    /// The study of the path as it is turned about the tool's axis, if that is sought: of machine and tasks. Where no turn goes all
     /// along, they stay as programmed, and what was found says why.
     ///
     /// # Errors
@@ -71,7 +71,7 @@ impl PathStudy {
         let mut study = self.clone();
         if let Some(Ok(turned)) = found.chosen(turn.redundancy()) {
             study.machine = turned.machine.clone();
-            study.demands = demands_under(&turned.machine, &process.placement, process.target, &turned.path, &loads);
+            study.tasks = tasks_under(&turned.machine, &process.placement, process.target, &turned.path, &loads);
         }
         study.turn = Some(PathTurn { found: Some(Arc::new(found)), ..turn.clone() });
         Ok(Cow::Owned(study))

@@ -11,7 +11,7 @@ use super::{
     walk::{Answers, Refusal},
 };
 use crate::{
-    compensation::{Compensation, Demand, Method},
+    compensation::{Compensation, Method, TaskPoint},
     machine::Machine,
     questions::placement::FeatureJob,
     simulation::{
@@ -65,14 +65,14 @@ impl Evaluator {
         let mut partial = opened.unwrap_or_else(|_| self.unopened(site));
         let mut features = Vec::new();
         for (f, (prepared, job)) in self.features.iter().zip(&self.study.features).enumerate() {
-            let demands = self.demands(site, f);
+            let tasks = self.tasks(site, f);
             let mut walk = self.walk(f);
             let last = prepared.counted.len().saturating_sub(1);
             let looked_at = prepared.counted.iter().enumerate().filter(|(i, _)| whole || i % stride == 0 || *i == last);
             let (mut points, mut refusals) = (Vec::new(), 0);
             for (_, &k) in looked_at {
-                let seen = walk.visit(&demands[k]);
-                let seen = seen.map(|seen| self.with_parts(seen, &partial.site, job, (k, &demands[k]), &walk));
+                let seen = walk.visit(&tasks[k]);
+                let seen = seen.map(|seen| self.with_parts(seen, &partial.site, job, (k, &tasks[k]), &walk));
                 let refused = match &seen {
                     Ok(seen) => {
                         partial.tallies[f].add(seen, prepared.shares[k], job.feature.tolerance_mm);
@@ -87,7 +87,7 @@ impl Evaluator {
                     );
                 }
                 refusals += usize::from(refused.is_some());
-                points.push(point(k, &demands[k], job.machine(), &walk.last, refused));
+                points.push(point(k, &tasks[k], job.machine(), &walk.last, refused));
                 if refusals == MOST_REFUSALS {
                     break;
                 }
@@ -119,7 +119,7 @@ impl Evaluator {
     }
 }
 
-fn point(index: usize, demand: &Demand, machine: &Machine, answers: &Answers, failure: Option<Failure>) -> AlongPoint {
+fn point(index: usize, task: &TaskPoint, machine: &Machine, answers: &Answers, failure: Option<Failure>) -> AlongPoint {
     let settled = |answer: &Option<Compensation>| answer.clone().filter(|answer| answer.outcome.is_some());
     let plain = settled(&answers.plain);
     let exact = settled(&answers.exact).filter(|exact| exact.status.is_success());
@@ -129,7 +129,7 @@ fn point(index: usize, demand: &Demand, machine: &Machine, answers: &Answers, fa
     };
     AlongPoint {
         index,
-        wanted_mm: demand.pose.transform(demand.offset(machine)),
+        wanted_mm: task.pose.transform(task.offset(machine)),
         before_mm: error(&plain),
         after_mm: error(&exact),
         corrections: exact.as_ref().zip(plain.as_ref()).map(|(exact, plain)| added(exact, plain)),
@@ -183,18 +183,18 @@ fn trace(evaluator: &Evaluator, study: &PlacementStudy, entry: &Entry, index: us
     let job = &study.features[index];
     let machine = job.machine();
     let feature = &job.feature;
-    let demands = evaluator.demands(&entry.site, index);
+    let tasks = evaluator.tasks(&entry.site, index);
     let case =
-        PathCase { nominal: machine, real: evaluator.real(index), unloaded: machine, before: None, demands: &demands };
+        PathCase { nominal: machine, real: evaluator.real(index), unloaded: machine, before: None, tasks: &tasks };
     let errors = |method| {
         let answers = run(&case, &Commands::Method(method), &|| {});
         answers.iter().map(PathAnswer::settled_error).collect::<Vec<_>>()
     };
-    let limited = job.limits.is_limited().then(|| evaluator.features[index].errors_left(job, &demands).ok()).flatten();
+    let limited = job.limits.is_limited().then(|| evaluator.features[index].errors_left(job, &tasks).ok()).flatten();
     Trace {
         place: entry.name.clone(),
         feature: index,
-        wanted: demands.iter().map(|demand| demand.pose.transform(demand.offset(machine))).collect(),
+        wanted: tasks.iter().map(|task| task.pose.transform(task.offset(machine))).collect(),
         before: errors(Method::None),
         after: limited.unwrap_or_else(|| errors(Method::Direct)),
         cutting: feature.path.points().iter().map(|point| point.cutting).collect(),

@@ -7,7 +7,7 @@ use super::{
     evaluate::{Evaluator, located},
     site::Site,
 };
-use crate::{compensation::Demand, simulation::Failure, spatial::Pose};
+use crate::{compensation::TaskPoint, simulation::Failure, spatial::Pose};
 
 impl Evaluator {
     pub(super) fn check_boxes(&self, site: &Site) -> Result<(), Failure> {
@@ -28,14 +28,14 @@ impl Evaluator {
 
     /// P stays within the machine's workspace box on the whole path.
     pub(super) fn check_workspace(&self, site: &Site) -> Result<(), Failure> {
-        (0..self.features.len()).try_for_each(|f| self.check_within(f, &self.demands(site, f)))
+        (0..self.features.len()).try_for_each(|f| self.check_within(f, &self.tasks(site, f)))
     }
 
     /// P stays within the machine's workspace box on the path of feature `f`.
-    pub(super) fn check_within(&self, f: usize, demands: &[Demand]) -> Result<(), Failure> {
+    pub(super) fn check_within(&self, f: usize, tasks: &[TaskPoint]) -> Result<(), Failure> {
         let job = &self.study.features[f];
-        let outside = |demand: &Demand| self.study.machine.outside_workspace(demand.pose.translation);
-        let Some((k, outside)) = demands.iter().enumerate().find_map(|(k, demand)| Some((k, outside(demand)?))) else {
+        let outside = |task: &TaskPoint| self.study.machine.outside_workspace(task.pose.translation);
+        let Some((k, outside)) = tasks.iter().enumerate().find_map(|(k, task)| Some((k, outside(task)?))) else {
             return Ok(());
         };
         let reason = format!("P at {outside}{}", job.at_every_turn());
@@ -54,8 +54,8 @@ impl Evaluator {
         let boxes = study.forbidden.iter().map(|b| b.extent.grown(study.clearance_mm));
         let inside = boxes.filter(|b| study.extent.overlaps(&workpiece, b)).map(|b| -study.extent.gap(&workpiece, &b));
         let machine = &study.machine;
-        let outside = (0..study.features.len()).flat_map(|f| self.demands(site, f)).filter_map(|demand| {
-            let outside = machine.outside_workspace(demand.pose.translation)?;
+        let outside = (0..study.features.len()).flat_map(|f| self.tasks(site, f)).filter_map(|task| {
+            let outside = machine.outside_workspace(task.pose.translation)?;
             Some(f64::max(outside.ends[0] - outside.value, outside.value - outside.ends[1]))
         });
         let off = study.table.as_ref().map(|table| table.off(&workpiece).0);
@@ -64,8 +64,8 @@ impl Evaluator {
 
     /// Positions of P on all paths, O, mm.
     fn positions(&self, site: &Site) -> Vec<Vector3<f64>> {
-        let demands = (0..self.features.len()).flat_map(|f| self.demands(site, f));
-        demands.map(|demand| demand.pose.translation).collect()
+        let tasks = (0..self.features.len()).flat_map(|f| self.tasks(site, f));
+        tasks.map(|task| task.pose.translation).collect()
     }
 
     /// How far the workpiece may at least move before it meets a box or the edge of the table, mm; 0 where it touches one.

@@ -14,14 +14,14 @@ use super::{
     walk::{Exact, Refusal, UNMEASURED, Walk, excess},
 };
 use crate::{
-    compensation::Demand,
+    compensation::TaskPoint,
     input::error::Error,
     machine::{Configuration, Machine},
     process::TurnCost,
     questions::placement::FeatureJob,
     simulation::{
         Failure, Machines,
-        demands::{demands_under, placed},
+        tasks::{placed, tasks_under},
         within_limits,
     },
     work::Work,
@@ -163,15 +163,15 @@ impl Evaluator {
     }
 
     /// What is wanted at each point of a feature. Made anew whenever it is needed: a sweep has too many places to keep it.
-    pub(super) fn demands(&self, site: &Site, f: usize) -> Vec<Demand> {
+    pub(super) fn tasks(&self, site: &Site, f: usize) -> Vec<TaskPoint> {
         #[cfg(not(target_family = "wasm"))]
-        if let Some(turned) = self.demands_at_best_turn(site, f) {
+        if let Some(turned) = self.tasks_at_best_turn(site, f) {
             return turned;
         }
         let job = &self.study.features[f];
         let feature = &job.feature;
         let placement = site.placement(feature.reference);
-        demands_under(job.machine(), &placement, job.target, &feature.path, &feature.loads)
+        tasks_under(job.machine(), &placement, job.target, &feature.path, &feature.loads)
     }
 
     /// The rigid machine reaches every point for which `asked` (feature, point) is true.
@@ -191,7 +191,7 @@ impl Evaluator {
     ) -> Result<(), Failure> {
         self.study.features.iter().enumerate().try_for_each(|(f, job)| {
             let asked = |k| asked(f, k);
-            track(job, &self.demands(&partial.site, f), asked, |_, at| {
+            track(job, &self.tasks(&partial.site, f), asked, |_, at| {
                 note(at);
                 Ok(())
             })
@@ -221,9 +221,9 @@ impl Evaluator {
         for (f, job) in self.study.features.iter().enumerate() {
             let machine = job.machine();
             let mut near = machine.home.clone();
-            for demand in self.demands(site, f) {
-                let reached = machine.unlimited_inverse_kinematics_from(&near, &demand.pose);
-                match reached.or_else(|_| machine.unlimited_inverse_kinematics_from(&machine.home, &demand.pose)) {
+            for task in self.tasks(site, f) {
+                let reached = machine.unlimited_inverse_kinematics_from(&near, &task.pose);
+                match reached.or_else(|_| machine.unlimited_inverse_kinematics_from(&machine.home, &task.pose)) {
                     Ok(at) => {
                         most = most.max(machine.limit_excess(&at));
                         near = at;
@@ -240,9 +240,9 @@ impl Evaluator {
         let mut most: f64 = 0.0;
         for f in 0..self.features.len() {
             let mut walk = self.walk(f);
-            let demands = self.demands(site, f);
+            let tasks = self.tasks(site, f);
             for &k in &self.features[f].counted {
-                most = walk.visit(&demands[k]).map_or_else(|refusal| most.max(refusal.excess), |_| most);
+                most = walk.visit(&tasks[k]).map_or_else(|refusal| most.max(refusal.excess), |_| most);
                 if most >= UNMEASURED {
                     return most;
                 }
@@ -283,9 +283,9 @@ impl Evaluator {
         for (f, (prepared, job)) in self.features.iter().zip(&self.study.features).enumerate() {
             let mut walk = self.walk(f);
             walk.shares = shares.take();
-            let demands = self.demands(&partial.site, f);
+            let tasks = self.tasks(&partial.site, f);
             for &k in points(prepared) {
-                let seen = self.seen(&partial.site, job, (k, &demands[k]), &mut walk)?;
+                let seen = self.seen(&partial.site, job, (k, &tasks[k]), &mut walk)?;
                 partial.tallies[f].add(&seen, prepared.shares[k], job.feature.tolerance_mm);
             }
             *shares = walk.shares.take();
@@ -301,11 +301,11 @@ impl Evaluator {
         &self,
         site: &Site,
         job: &FeatureJob,
-        (k, demand): (usize, &Demand),
+        (k, task): (usize, &TaskPoint),
         walk: &mut Walk<'_>,
     ) -> Result<Seen, Failure> {
-        let seen = walk.visit(demand).map_err(|Refusal { failure, .. }| located(job, k, failure))?;
-        Ok(self.with_parts(seen, site, job, (k, demand), walk))
+        let seen = walk.visit(task).map_err(|Refusal { failure, .. }| located(job, k, failure))?;
+        Ok(self.with_parts(seen, site, job, (k, task), walk))
     }
 
     /// `seen` at point `k` of a feature with the parts of its deflection across the direction of motion, if they are asked for.
@@ -314,17 +314,17 @@ impl Evaluator {
         seen: Seen,
         site: &Site,
         job: &FeatureJob,
-        (k, demand): (usize, &Demand),
+        (k, task): (usize, &TaskPoint),
         walk: &Walk<'_>,
     ) -> Seen {
         let Some(plain) = walk.last.plain.as_ref().filter(|_| self.needs.across) else { return seen };
         let machine = job.machine();
-        let workpiece = match demand.external {
+        let workpiece = match task.external {
             Some(axes) => *placed(&machine.carried(&axes), &site.placement(job.feature.reference)).workpiece(),
             None => self.study.workpiece(site),
         };
         let along = workpiece.rotation * job.feature.path.points()[k].tangent;
-        let axis = demand.pose.rotation * machine.tool_axes.column(2);
+        let axis = task.pose.rotation * machine.tool_axes.column(2);
         let part = |part: TurnCost| part.of(&plain.position_error, along, axis);
         Seen { across: [part(TurnCost::AcrossPath), part(TurnCost::AcrossSurface)], ..seen }
     }
@@ -449,7 +449,7 @@ impl Evaluator {
     fn correct_within_limits(&self, partial: &Partial, evaluation: &mut Evaluation) {
         let mut all = Corrected::default();
         for (f, (prepared, job)) in self.features.iter().zip(&self.study.features).enumerate() {
-            match prepared.corrected(job, &self.demands(&partial.site, f)) {
+            match prepared.corrected(job, &self.tasks(&partial.site, f)) {
                 Ok(corrected) => {
                     corrected.normalised(prepared.share).enter(&mut evaluation.features[f]);
                     all = all.merged(&corrected);
@@ -484,9 +484,9 @@ impl Prepared {
     ///
     /// # Errors
     /// Why there is no such correction.
-    pub(super) fn corrected(&self, job: &FeatureJob, demands: &[Demand]) -> Result<Corrected, String> {
+    pub(super) fn corrected(&self, job: &FeatureJob, tasks: &[TaskPoint]) -> Result<Corrected, String> {
         let located = |reason: String| format!("feature {}: {reason}", job.feature.name);
-        let errors = self.errors_left(job, demands).map_err(located)?;
+        let errors = self.errors_left(job, tasks).map_err(located)?;
         let mut left = Corrected::default();
         for (k, (error, share)) in errors.iter().zip(&self.shares).enumerate().filter(|(_, (_, share))| **share > 0.0) {
             let none = || located(format!("point {k} has no correction within the limits"));
@@ -502,9 +502,9 @@ impl Prepared {
     pub(super) fn errors_left(
         &self,
         job: &FeatureJob,
-        demands: &[Demand],
+        tasks: &[TaskPoint],
     ) -> Result<Vec<Option<Vector3<f64>>>, String> {
-        let path = within_limits::correct(job.machine(), &self.machines.real, demands, &job.limits);
+        let path = within_limits::correct(job.machine(), &self.machines.real, tasks, &job.limits);
         let points = path.map_err(|error| error.to_string())?.points;
         Ok(points.iter().map(|point| point.corrected().map(|point| point.position_error)).collect())
     }
@@ -516,17 +516,17 @@ impl Prepared {
 /// The first point it does not reach, and why; those of `note`.
 pub(super) fn track(
     job: &FeatureJob,
-    demands: &[Demand],
+    tasks: &[TaskPoint],
     asked: impl Fn(usize) -> bool,
     mut note: impl FnMut(usize, &Configuration) -> Result<(), Failure>,
 ) -> Result<(), Failure> {
     let machine = job.machine();
     let mut near = machine.home.clone();
-    for (k, demand) in demands.iter().enumerate().filter(|(k, _)| asked(*k)) {
-        let reached = machine.inverse_kinematics_from(&near, &demand.pose);
+    for (k, task) in tasks.iter().enumerate().filter(|(k, _)| asked(*k)) {
+        let reached = machine.inverse_kinematics_from(&near, &task.pose);
         near = reached
-            .or_else(|_| machine.inverse_kinematics(&demand.pose))
-            .and_then(|at| machine.check_tracked(&demand.pose, &at).map(|()| at))
+            .or_else(|_| machine.inverse_kinematics(&task.pose))
+            .and_then(|at| machine.check_tracked(&task.pose, &at).map(|()| at))
             .map_err(|unreachable| located(job, k, Failure::from(unreachable)))?;
         note(k, &near)?;
     }

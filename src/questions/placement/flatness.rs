@@ -21,7 +21,7 @@ use super::{
 use crate::{
     input::error,
     simulation::Failure,
-    work::{Event, Work, here},
+    work::{Event, Work, this_shard},
 };
 
 /// The objective counts as worse beyond this share of its best value.
@@ -100,10 +100,10 @@ pub(super) fn flatness(
         Ok(Room { coordinate, direction, distance, end })
     };
     let kept = |(number, way): (usize, &(usize, f64))| {
-        here(work.part("room").dealt(number).piece(&(best.0, way), |_| 1, || room(way))).transpose()
+        this_shard(work.part("room").shard(number).piece(&(best.0, way), |_| 1, || room(way))).transpose()
     };
     let rooms = ways.par_iter().enumerate().filter_map(kept).collect::<error::Result<_>>()?;
-    work.gathered()?;
+    work.barrier()?;
     Ok(rooms)
 }
 

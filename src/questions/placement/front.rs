@@ -17,7 +17,7 @@ use super::{
 };
 use crate::{
     input::error::Result,
-    work::{Event, Work, here},
+    work::{Event, Work, this_shard},
 };
 
 /// Most compromises that are polished.
@@ -49,11 +49,11 @@ pub(super) fn front(
         .par_iter()
         .enumerate()
         .filter_map(|(k, metric)| {
-            let work = work.part(&format!("end {k}")).dealt(k);
-            here(end(evaluator, study, *metric, &known, &work)).map(Option::flatten).transpose()
+            let work = work.part(&format!("end {k}")).shard(k);
+            this_shard(end(evaluator, study, *metric, &known, &work)).map(Option::flatten).transpose()
         })
         .collect::<Result<_>>()?;
-    work.gathered()?;
+    work.barrier()?;
     known.extend(ends.iter().flat_map(|end| &end.visited));
     let rough = undominated(&known, metrics);
     let chosen = spread(&rough, metrics);
@@ -65,13 +65,13 @@ pub(super) fn front(
         .par_iter()
         .enumerate()
         .map(|(number, &index)| {
-            let work = work.part(&format!("compromise {index}")).dealt(number);
+            let work = work.part(&format!("compromise {index}")).shard(number);
             let better = better(evaluator, study, &rough[index], &ranges, &work);
             work.tell(Event::Computed(1));
             better
         })
         .collect();
-    work.gathered()?;
+    work.barrier()?;
     let ends: Vec<(Site, Metrics)> = polished.iter().filter_map(|found| found.last().copied()).collect();
     known.extend(polished.into_iter().flatten());
     let best = undominated(&known, metrics);

@@ -68,10 +68,10 @@ pub(super) fn gaps(evaluator: &Evaluator, study: &PlacementStudy, cells: &[Cell]
         }
     }
     let value = |(number, site): (usize, Site)| {
-        Some((study.objective.value(&evaluator.kept(&work.dealt(number), &site).ok()?.metrics), site))
+        Some((study.objective.value(&evaluator.kept(&work.shard(number), &site).ok()?.metrics), site))
     };
     let mut ranked: Vec<(f64, Site)> = distinct.into_par_iter().enumerate().filter_map(value).collect();
-    work.gathered()?;
+    work.barrier()?;
     ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
     let sites: Vec<Site> = ranked.into_iter().map(|(_, site)| site).collect();
     let coarse = study.bounds.free().into_iter().filter(|&i| is_coarse(study, cells, &sites, i)).collect();
@@ -173,7 +173,7 @@ fn middles(evaluator: &Evaluator, study: &PlacementStudy, turned: &Site, axis: u
     }
     let workspace = &study.machine.workspace;
     for f in 0..study.features.len() {
-        let along = evaluator.demands(turned, f).into_iter().map(|demand| demand.pose.translation[axis]);
+        let along = evaluator.tasks(turned, f).into_iter().map(|task| task.pose.translation[axis]);
         let (path_low, path_high) = along.fold((f64::MAX, f64::MIN), |(low, high), v| (low.min(v), high.max(v)));
         ends.extend([workspace.min[axis] - path_low, workspace.max[axis] - path_high]);
     }
@@ -187,9 +187,9 @@ fn middles(evaluator: &Evaluator, study: &PlacementStudy, turned: &Site, axis: u
 /// Ends of searches, from places that cannot be cut at, for one that can.
 fn within_limits(evaluator: &Evaluator, study: &PlacementStudy, cells: &[Cell], work: &Work) -> Result<Vec<Site>> {
     let cannot: Vec<Site> = cells.iter().filter(|cell| cell.metrics().is_none()).map(|cell| cell.site).collect();
-    let violation = |(number, site): (usize, &Site)| (evaluator.violation(&work.dealt(number), site), *site);
+    let violation = |(number, site): (usize, &Site)| (evaluator.violation(&work.shard(number), site), *site);
     let mut ranked: Vec<(f64, Site)> = thinned(cannot, RANKED).par_iter().enumerate().map(violation).collect();
-    work.gathered()?;
+    work.barrier()?;
     // Nothing leads away from where the loaded machine has no equilibrium.
     ranked.retain(|(violation, _)| violation.is_finite() && !(UNMEASURED..NOT_RIGID).contains(violation));
     ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -203,12 +203,12 @@ fn within_limits(evaluator: &Evaluator, study: &PlacementStudy, cells: &[Cell], 
         work.tell(Event::Stage(Stage { of: "searches for room", items: starts.len() }));
     }
     let search = |(number, &(violation, site)): (usize, &(f64, Site))| {
-        let work = work.dealt(number);
+        let work = work.shard(number);
         let (end, left) = polish(study, (site, violation), STEPS, 0.0, |site, _| evaluator.violation(&work, site));
         work.tell(Event::Computed(1));
         (left == 0.0).then_some(end)
     };
     let found = starts.par_iter().enumerate().filter_map(search).collect();
-    work.gathered()?;
+    work.barrier()?;
     Ok(found)
 }

@@ -59,7 +59,7 @@ metrics! {
     RmsResidual: "rms_residual", "rms residual error within limits", "rms residual", Length;
     /// Largest difference between the sum of both sources' displacements and the displacement by both at once.
     SuperpositionError: "superposition_error", "superposition error", "superposition", Length;
-    /// Smallest eigenvalue of the loaded stiffness, rotations at the machine's reach. Larger is better.
+    /// Smallest eigenvalue of the loaded stiffness, rotations at the machine's characteristic length. Larger is better.
     StabilityMargin: "stability_margin", "stability margin", "stability", Stiffness;
     /// Share of the path's length within tolerance at the nominal command. Larger is better.
     ShareWithin: "share_within_tolerance", "share of the path within tolerance", "within", Share;

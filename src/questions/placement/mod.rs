@@ -53,7 +53,7 @@ use crate::{
     input::error::Result,
     machine::{ChainError, Machine},
     process::{CuttingRule, Extent, Feature, ForbiddenBox, PathReference, file::CorrectionLimits},
-    simulation::{Machines, demands::placed},
+    simulation::{Machines, tasks::placed},
     spatial::Pose,
     work::{Event, Stage, Work},
 };
@@ -159,7 +159,7 @@ pub fn run(study: &PlacementStudy, work: &Work) -> Result<PlacementResults> {
     let front = front::front(&evaluator, study, &cells, &refinements, work)?;
     let everything = Evaluator::new(study, &Metric::ALL);
     let entries = outcome::entries(&everything, study, work, (&cells, &ranking, &refinements));
-    work.gathered()?;
+    work.barrier()?;
     let best = outcome::best(study, &entries, &refinements);
     work.tell(Event::Stage(Stage { of: "ways from the best place", items: 2 * study.bounds.free().len() }));
     let flatness = best.as_ref().map(|best| flatness::flatness(&evaluator, study, work, best)).transpose()?;

@@ -178,7 +178,7 @@ pub(super) fn entries(
         }
     }
     let entry = |(number, (name, found, site)): (usize, (String, Found, Site))| {
-        let outcome = evaluator.examine_kept(&work.dealt(number), &site);
+        let outcome = evaluator.examine_kept(&work.shard(number), &site);
         let value = outcome.as_ref().map_or(f64::INFINITY, |evaluation| study.objective.value(&evaluation.metrics));
         let turns = evaluator.turns_of(&site);
         Entry { name, found, site, turns, outcome, value }

@@ -103,22 +103,22 @@ pub(super) fn refine(
     work: &Work,
 ) -> error::Result<Vec<Refinement>> {
     let run = |(number, (from, start)): (usize, &(Start, Site))| {
-        let search = Search { evaluator, study, objective, work: &work.dealt(number) };
+        let search = Search { evaluator, study, objective, work: &work.shard(number) };
         let refinement = search.run(*from, *start);
         search.tell(Event::Computed(1));
         refinement
     };
     let mut refinements: Vec<Refinement> = starts.par_iter().enumerate().filter_map(run).collect();
-    work.gathered()?;
+    work.barrier()?;
     // The ends of a front are polished with the rest of it.
     let is_sought = *objective == study.objective;
     let contenders = if is_sought { contenders(study, &refinements) } else { Vec::new() };
     refinements.par_iter_mut().enumerate().for_each(|(index, found)| {
         if let Some(rank) = contenders.iter().position(|contender| *contender == index) {
-            Search { evaluator, study, objective, work: &work.dealt(rank) }.polish(found);
+            Search { evaluator, study, objective, work: &work.shard(rank) }.polish(found);
         }
     });
-    work.gathered()?;
+    work.barrier()?;
     Ok(refinements)
 }
 

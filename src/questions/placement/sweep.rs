@@ -20,7 +20,7 @@ use super::{
 use crate::{
     input::error,
     simulation::Failure,
-    work::{Event, Work, here},
+    work::{Event, Work, this_shard},
 };
 
 /// What became of a place.
@@ -95,14 +95,14 @@ pub(super) fn sweep(evaluator: &Evaluator, study: &PlacementStudy, work: &Work) 
     for level in 0..evaluator.levels {
         each(&mut states, &work.part(&format!("level {level}")), |state| advance(evaluator, state, work))?;
         if study.search.coarse_to_fine {
-            work.gathered()?;
+            work.barrier()?;
             complete_best(evaluator, study, &mut states, &work.part(&format!("best of level {level}")))?;
-            work.gathered()?;
+            work.barrier()?;
             give_up(evaluator, study, &mut states, work);
         }
     }
     each(&mut states, &work.part("rest"), |state| complete(evaluator, state, work))?;
-    work.gathered()?;
+    work.barrier()?;
     let verdict = |(site, state)| match state {
         State::Closed(verdict) => Cell { site, verdict },
         // No state is open once all are complete.
@@ -115,7 +115,7 @@ pub(super) fn sweep(evaluator: &Evaluator, study: &PlacementStudy, work: &Work) 
 fn each(states: &mut [State], work: &Work, step: impl Fn(&mut State) + Sync) -> error::Result<()> {
     states.par_chunks_mut(PIECE).enumerate().filter(|(_, states)| !states.iter().all(State::is_closed)).try_for_each(
         |(piece, states)| {
-            let work = work.dealt(piece);
+            let work = work.shard(piece);
             let count = |states: &[State]| states.iter().filter(|state| state.is_closed()).count();
             let before = count(states);
             let stepped = || {
@@ -126,7 +126,7 @@ fn each(states: &mut [State], work: &Work, step: impl Fn(&mut State) + Sync) -> 
                 }
                 Ok(states)
             };
-            let after = here(work.piece(&piece, |after: &Vec<State>| count(after) - before, stepped))?;
+            let after = this_shard(work.piece(&piece, |after: &Vec<State>| count(after) - before, stepped))?;
             after.iter().for_each(|after| states.clone_from_slice(after));
             Ok(())
         },
@@ -181,7 +181,7 @@ fn complete_best(
             complete(evaluator, &mut state, work);
             Ok(state)
         };
-        let after = here(work.dealt(rank).piece(&index, |_| 1, completed))?;
+        let after = this_shard(work.shard(rank).piece(&index, |_| 1, completed))?;
         after.into_iter().for_each(|after| *state = after);
         Ok(())
     })

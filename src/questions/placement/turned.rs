@@ -17,12 +17,12 @@ use super::{
     tally::{Corrected, Tally},
 };
 use crate::{
-    compensation::Demand,
+    compensation::TaskPoint,
     input::error::Error,
     machine::Configuration,
     process::{Placement, ToolTurn},
     redundancy::{TurnAsked, infeasible_turns, turned_by, turns_by_cost},
-    simulation::{Failure, demands::demands_under},
+    simulation::{Failure, tasks::tasks_under},
     toolpath::{PathPoint, Toolpath},
     work::Work,
 };
@@ -95,7 +95,7 @@ impl FeatureJob {
     ///
     /// # Errors
     /// Why it cannot be turned.
-    pub(super) fn demands_turned(&self, site: &Site, turn: f64) -> Result<Vec<Demand>, Failure> {
+    pub(super) fn tasks_turned(&self, site: &Site, turn: f64) -> Result<Vec<TaskPoint>, Failure> {
         let feature = &self.feature;
         let placement = site.placement(feature.reference);
         let path = match &self.turn {
@@ -104,7 +104,7 @@ impl FeatureJob {
             }
             None => &feature.path,
         };
-        Ok(demands_under(self.machine(), &placement, self.target, path, &feature.loads))
+        Ok(tasks_under(self.machine(), &placement, self.target, path, &feature.loads))
     }
 }
 
@@ -114,9 +114,9 @@ fn no_turn(reason: String) -> Failure {
 
 impl Evaluator {
     /// What is wanted at each point of feature `f` at `site`, turned as is best there; `None` if no turn is sought or possible.
-    pub(super) fn demands_at_best_turn(&self, site: &Site, f: usize) -> Option<Vec<Demand>> {
+    pub(super) fn tasks_at_best_turn(&self, site: &Site, f: usize) -> Option<Vec<TaskPoint>> {
         let turn = self.turn_at(site, f)?.ok()?;
-        self.study.features[f].demands_turned(site, turn).ok()
+        self.study.features[f].tasks_turned(site, turn).ok()
     }
 
     /// The turn of feature `f` at `site`, rad: the constant one at which it can be cut there and the objective, of this feature alone, is
@@ -139,15 +139,15 @@ impl Evaluator {
 
     fn best_of(&self, turns: &[f64], site: &Site, f: usize) -> Result<f64, Failure> {
         let job = &self.study.features[f];
-        let demands = |turn: &f64| job.demands_turned(site, *turn).map(|demands| (*turn, demands));
-        let all: Vec<(f64, Vec<Demand>)> = turns.iter().map(demands).collect::<Result<_, _>>()?;
+        let tasks = |turn: &f64| job.tasks_turned(site, *turn).map(|tasks| (*turn, tasks));
+        let all: Vec<(f64, Vec<TaskPoint>)> = turns.iter().map(tasks).collect::<Result<_, _>>()?;
         let (within, outside): (Vec<_>, Vec<_>) =
-            all.into_iter().partition(|(_, demands)| self.check_within(f, demands).is_ok());
+            all.into_iter().partition(|(_, tasks)| self.check_within(f, tasks).is_ok());
         let mut refused = None;
         for turns in [within, outside] {
             let mut best: Option<(f64, f64)> = None;
-            for (turn, demands) in turns {
-                match self.value_turned(site, f, &demands, best.map_or(f64::INFINITY, |(value, _)| value + SAME)) {
+            for (turn, tasks) in turns {
+                match self.value_turned(site, f, &tasks, best.map_or(f64::INFINITY, |(value, _)| value + SAME)) {
                     Ok(Some(value)) => {
                         let is_better = best.is_none_or(|(least, of)| match (value - least).abs() <= SAME {
                             true => turn.abs() < of.abs(),
@@ -172,14 +172,14 @@ impl Evaluator {
     ///
     /// # Errors
     /// Why it cannot be cut there.
-    fn value_turned(&self, site: &Site, f: usize, demands: &[Demand], below: f64) -> Result<Option<f64>, Failure> {
+    fn value_turned(&self, site: &Site, f: usize, tasks: &[TaskPoint], below: f64) -> Result<Option<f64>, Failure> {
         let (prepared, job) = (&self.features[f], &self.study.features[f]);
         let (points, objective) = (job.feature.path.points(), &self.study.objective);
         let mut tally = Tally::default();
         for level in &prepared.levels {
             let mut walk = self.walk(f);
             for &k in level {
-                let seen = self.seen(site, job, (k, &demands[k]), &mut walk)?;
+                let seen = self.seen(site, job, (k, &tasks[k]), &mut walk)?;
                 tally.add(&seen, prepared.shares[k], job.feature.tolerance_mm);
                 if below.is_finite() && objective.value(&self.at_best(&tally, prepared.share)) >= below {
                     return Ok(None);
@@ -189,7 +189,7 @@ impl Evaluator {
         let mut before: Option<(usize, Configuration)> = None;
         track(
             job,
-            demands,
+            tasks,
             |_| true,
             |k, at| {
                 let from = before.as_ref().map(|(last, from)| (&points[*last], from));
@@ -202,12 +202,12 @@ impl Evaluator {
         // As a place is judged: in the order of the path.
         let (mut walk, mut tally) = (self.walk(f), Tally::default());
         for &k in &prepared.counted {
-            let seen = self.seen(site, job, (k, &demands[k]), &mut walk)?;
+            let seen = self.seen(site, job, (k, &tasks[k]), &mut walk)?;
             tally.add(&seen, prepared.shares[k], job.feature.tolerance_mm);
         }
         let mut metrics = self.at_best(&tally, prepared.share);
         if self.needs.bounded {
-            match prepared.corrected(job, demands) {
+            match prepared.corrected(job, tasks) {
                 Ok(corrected) => corrected.normalised(prepared.share).enter(&mut metrics),
                 Err(reason) if self.asks_bounded => return Err(Failure { status: "limits".into(), reason }),
                 Err(_) => Corrected::forget(&mut metrics),

@@ -2,7 +2,7 @@
 
 use super::tally::{Needs, Seen};
 use crate::{
-    compensation::{Compensation, CompensationStatus, Demand, Method, Session, compensate},
+    compensation::{Compensation, CompensationStatus, Method, Session, TaskPoint, compensate},
     machine::{Configuration, Machine, Motion, PostureChange, Unreachable},
     simulation::{Failure, Machines, Source},
 };
@@ -102,15 +102,15 @@ impl<'a> Walk<'a> {
     }
 
     /// What happens at one point.
-    pub fn visit(&mut self, demand: &Demand) -> Result<Seen, Refusal> {
+    pub fn visit(&mut self, task: &TaskPoint) -> Result<Seen, Refusal> {
         self.last.exact = None;
-        let plain = compensate(&mut self.both, demand, Method::None);
-        let seen = self.judge(demand, &plain);
+        let plain = compensate(&mut self.both, task, Method::None);
+        let seen = self.judge(task, &plain);
         self.last.plain = Some(plain);
         seen
     }
 
-    fn judge(&mut self, demand: &Demand, plain: &Compensation) -> Result<Seen, Refusal> {
+    fn judge(&mut self, task: &TaskPoint, plain: &Compensation) -> Result<Seen, Refusal> {
         if !plain.status.is_success() {
             return Err(refusal(&plain.status, plain.status.reason(self.nominal)));
         }
@@ -118,18 +118,19 @@ impl<'a> Walk<'a> {
         self.note_limits();
         let mut seen = Seen { deflection: plain.position_error.norm(), ..Seen::default() };
         if self.needs.stability {
-            seen.stability = plain.outcome.as_ref().and_then(|outcome| outcome.softest(self.nominal.reach));
+            seen.stability =
+                plain.outcome.as_ref().and_then(|outcome| outcome.softest(self.nominal.characteristic_length));
         }
         if !self.apart.is_empty() {
             let mut superposition_error = -plain.position_error;
             for (source, session) in &mut self.apart {
-                let alone = solved(self.nominal, compensate(session, &source.demand(demand), Method::None))?;
+                let alone = solved(self.nominal, compensate(session, &source.task(task), Method::None))?;
                 superposition_error += alone.position_error;
             }
             seen.superposition_error = superposition_error.norm();
         }
         if self.exact != Exact::NotAsked {
-            self.correct(demand, plain, &mut seen)?;
+            self.correct(task, plain, &mut seen)?;
         }
         Ok(seen)
     }
@@ -154,8 +155,8 @@ impl<'a> Walk<'a> {
         }
     }
 
-    fn correct(&mut self, demand: &Demand, plain: &Compensation, seen: &mut Seen) -> Result<(), Refusal> {
-        let exact = compensate(&mut self.both, demand, Method::Direct);
+    fn correct(&mut self, task: &TaskPoint, plain: &Compensation, seen: &mut Seen) -> Result<(), Refusal> {
+        let exact = compensate(&mut self.both, task, Method::Direct);
         let judged = self.judge_correction(plain, &exact, seen);
         self.last.exact = Some(exact);
         judged

@@ -22,7 +22,7 @@ use crate::{
     simulation::{Failure, Scene},
     spatial::{Grid, frame_about},
     toolpath::{Orientation, PathPoint, PointSource, Toolpath, cutting_point},
-    work::{Event, Work, here},
+    work::{Event, Work, this_shard},
 };
 
 /// A checked redundancy map.
@@ -97,11 +97,11 @@ const BLOCK: usize = 64;
 pub fn run(study: &RedundancyMapStudy, work: &Work) -> Result<RedundancyMap> {
     let mut points = Vec::with_capacity(study.grid.len() * study.axes.len());
     for (number, (axis, places)) in blocks(study).enumerate() {
-        let work = work.dealt(number);
-        let found = here(work.piece(&(axis, places.start), Vec::len, || block(study, axis, places, &work)))?;
+        let work = work.shard(number);
+        let found = this_shard(work.piece(&(axis, places.start), Vec::len, || block(study, axis, places, &work)))?;
         points.extend(found.into_iter().flatten());
     }
-    work.gathered()?;
+    work.barrier()?;
     Ok(RedundancyMap { points })
 }
 

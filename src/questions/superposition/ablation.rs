@@ -32,7 +32,7 @@ use super::{
     superposition_error::{Case, Displacement},
 };
 use crate::{
-    compensation::{CompensationSettings, Demand, Method, Session, Target, compensate},
+    compensation::{CompensationSettings, Method, Session, Target, TaskPoint, compensate},
     machine::{Machine, Motion, Step},
     simulation::{Failure, Source},
     spatial::{Pose, Twist, Wrench},
@@ -112,9 +112,14 @@ impl AtRest {
         let (nominal, real) = (without_tool(&case.study.scene.machine), without_tool(machine));
         let mut session = Session::new(&nominal, &real, CompensationSettings::default());
         session.stand(&case.at, &State::rigid(&nominal, &case.at));
-        let demand =
-            Demand { pose: *pose, load: Wrench::zero(), target: Target::FullPose, wanted: Some(*pose), external: None };
-        let done = compensate(&mut session, &demand, Method::Direct);
+        let task = TaskPoint {
+            pose: *pose,
+            load: Wrench::zero(),
+            target: Target::FullPose,
+            wanted: Some(*pose),
+            external: None,
+        };
+        let done = compensate(&mut session, &task, Method::Direct);
         if !done.status.is_success() {
             let reason =
                 format!("P cannot be commanded to its place for the ablation: {}", done.status.reason(&nominal));

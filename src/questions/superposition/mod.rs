@@ -40,7 +40,7 @@ use crate::{
     input::error,
     simulation::Scene,
     spatial::Grid,
-    work::{Event, Work, here, overlapped},
+    work::{Event, Work, overlapped, this_shard},
 };
 
 /// A named location of P.
@@ -172,7 +172,7 @@ pub fn run_map(
     let (map, total) = (work.part("map"), study.grid.len());
     let compute = |start: usize| map_part(study, &machines, start..total.min(start + PART), &map).map(Some);
     overlapped((0..total).step_by(PART), compute, take)?;
-    map.gathered()
+    map.barrier()
 }
 
 /// Pieces of the map.
@@ -188,7 +188,7 @@ pub(super) fn map_pieces(study: &SuperpositionStudy) -> usize {
 pub fn run_range(study: &SuperpositionStudy, indices: Range<usize>, work: &Work) -> error::Result<Vec<GridPoint>> {
     let indices = indices.start.min(study.grid.len())..indices.end.min(study.grid.len());
     let points = map_part(study, &study.scene.machines()?, indices, work)?;
-    work.gathered()?;
+    work.barrier()?;
     Ok(points)
 }
 
@@ -200,7 +200,7 @@ fn map_part(
     work: &Work,
 ) -> error::Result<Vec<GridPoint>> {
     let pieces = indices.clone().into_par_iter().step_by(PIECE).filter_map(|start| {
-        let work = work.dealt(start / PIECE);
+        let work = work.shard(start / PIECE);
         let compute = || {
             let solve = |index| {
                 work.check()?;
@@ -213,7 +213,7 @@ fn map_part(
             };
             (start..indices.end.min(start + PIECE)).into_par_iter().map(solve).collect()
         };
-        here(work.piece(&start, Vec::len, compute)).transpose()
+        this_shard(work.piece(&start, Vec::len, compute)).transpose()
     });
     Ok(pieces.collect::<error::Result<Vec<Vec<GridPoint>>>>()?.into_iter().flatten().collect())
 }
@@ -231,10 +231,10 @@ pub fn run_locations(study: &SuperpositionStudy, work: &Work) -> error::Result<V
             named.tell(Event::Computed(1));
             Ok(result)
         };
-        here(named.dealt(index).piece(&index, |_| 1, compute)).transpose()
+        this_shard(named.shard(index).piece(&index, |_| 1, compute)).transpose()
     });
     let locations = locations.collect::<error::Result<_>>()?;
-    named.gathered()?;
+    named.barrier()?;
     Ok(locations)
 }
 

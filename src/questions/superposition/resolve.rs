@@ -13,7 +13,7 @@ use crate::{
         path::resolve::named_point,
     },
     simulation::ROUNDING_MM,
-    work::{Work, here},
+    work::{Work, this_shard},
 };
 
 /// Most points of the map.
@@ -77,9 +77,9 @@ impl Question for SuperpositionStudy {
     }
 
     fn compute(&self, work: &Work) -> Result<()> {
-        here(run_map(self, work, |_| Ok(())))?;
-        here(run_locations(self, work))?;
-        work.gathered()
+        this_shard(run_map(self, work, |_| Ok(())))?;
+        this_shard(run_locations(self, work))?;
+        work.barrier()
     }
 }
 

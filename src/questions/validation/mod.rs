@@ -15,7 +15,7 @@ use crate::{
     input::error,
     machine::{Machine, Motion},
     questions::path::{self, PathResults, PathStudy},
-    work::{Work, here},
+    work::{Work, this_shard},
 };
 
 /// A process under a name, with every case cut by it.
@@ -201,10 +201,10 @@ pub fn run(study: &ValidationStudy, work: &Work) -> error::Result<ValidationResu
     for (index, variant) in study.variants.iter().enumerate() {
         let mut paths: Vec<PathResults> = Vec::with_capacity(variant.paths.len());
         for (case, path) in variant.paths.iter().enumerate() {
-            paths.extend(here(path::run(path, &work.part(&format!("{index}/{case}")).after(pieces)))?);
+            paths.extend(this_shard(path::run(path, &work.part(&format!("{index}/{case}")).after(pieces)))?);
             pieces += path::blocks(path);
         }
-        if here(work.gathered())?.is_none() {
+        if this_shard(work.barrier())?.is_none() {
             continue;
         }
         for (quoted, ours) in study.quoted.iter().zip(&mut ours) {
@@ -214,7 +214,7 @@ pub fn run(study: &ValidationStudy, work: &Work) -> error::Result<ValidationResu
             shown = paths;
         }
     }
-    work.gathered()?;
+    work.barrier()?;
     let compared = study.quoted.iter().zip(ours).map(|(quoted, ours)| {
         let agrees = ours.first().and_then(|value| value.as_ref().ok()).is_some_and(|&value| quoted.agrees(value));
         Compared { ours, agrees }

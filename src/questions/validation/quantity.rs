@@ -213,7 +213,7 @@ fn beyond_rounding(size: f64, otherwise: &str) -> Result<f64, String> {
 }
 
 fn first_load(path: &PathResults) -> Option<&crate::spatial::Wrench> {
-    path.study.demands.first().map(|demand| &demand.load)
+    path.study.tasks.first().map(|task| &task.load)
 }
 
 fn largest(vectors: &[Vector3<f64>]) -> f64 {
@@ -225,7 +225,7 @@ fn moved(path: &PathResults, source: Source) -> Vec<Vector3<f64>> {
 }
 
 fn superposed(path: &PathResults) -> Vec<Vector3<f64>> {
-    let mut sum = vec![Vector3::zeros(); path.study.demands.len()];
+    let mut sum = vec![Vector3::zeros(); path.study.tasks.len()];
     for source in Source::parts(&path.study.machine) {
         sum.iter_mut().zip(moved(path, *source)).for_each(|(sum, own)| *sum += own);
     }

@@ -10,7 +10,7 @@ use nalgebra::{DMatrix, Vector3, Vector6};
 
 /// Largest imbalance, over the largest force there is: wrenches of chains and loops, load, and weight of all masses.
 const BALANCE: f64 = 1e-6;
-/// Largest gap over the machine's reach.
+/// Largest gap over the machine's characteristic length.
 const GAP: f64 = 1e-7;
 
 /// An elementary motion: coordinate, axis point and direction in O, and whether it turns.
@@ -84,7 +84,7 @@ pub fn drives_by_chain<'a>(machine: &Machine, drives: &'a [f64]) -> Vec<&'a [f64
 /// What is left of closure and balance in one chain.
 struct Checked<'a> {
     values: &'a [f64],
-    reach: f64,
+    length: f64,
     /// Power of the wrenches per unit of each coordinate.
     power: Vec<f64>,
     /// Largest gap, mm.
@@ -104,7 +104,7 @@ impl Checked<'_> {
     /// A route from `start` to `target` that receives `wrench` there; `loops`: what its loops receive.
     fn route(&mut self, route: &Route, start: &Pose, target: &Pose, wrench: &Wrench, loops: &[Wrench]) {
         let Walked { end, moved, frames } = walked(route, start, self.values);
-        let turn = rotation_log(&(end.rotation * target.rotation.transpose())).norm() * self.reach;
+        let turn = rotation_log(&(end.rotation * target.rotation.transpose())).norm() * self.length;
         self.gap = self.gap.max((end.translation - target.translation).norm()).max(turn);
         self.add_power(&moved, &end.translation, wrench, 1.0);
         let mut first = 0;
@@ -112,7 +112,7 @@ impl Checked<'_> {
             let ((from, before), (to, until)) = (frames[inner.from], frames[inner.to]);
             let own = loops[first];
             let received = Wrench { force: from.rotation * own.force, moment: from.rotation * own.moment };
-            self.largest = self.largest.max(received.norm(self.reach));
+            self.largest = self.largest.max(received.norm(self.length));
             let within = inner.route.loop_count();
             self.add_power(&moved[before..until], &to.translation, &received, -1.0);
             self.route(&inner.route, &from, &to, &received, &loops[first + 1..first + 1 + within]);
@@ -157,22 +157,22 @@ fn energy_slope(machine: &Machine, drives: &[f64], state: &mut State, c: usize, 
 
 /// Fails unless `state` is in equilibrium under `load`, the drives at `drives`.
 pub fn assert_balanced(machine: &Machine, drives: &[f64], load: &Wrench, state: &State) {
-    let reach = machine.reach;
-    let mut scale = load.norm(reach).max(1.0).max(weight_of_all(machine));
+    let length = machine.characteristic_length;
+    let mut scale = load.norm(length).max(1.0).max(weight_of_all(machine));
     let mut left = load.to_vector() + platform_weight(machine, &state.pose).to_vector();
     let mut found = Vec::new();
     for ((chain, own), drives) in machine.chains.iter().zip(&state.chains).zip(drives_by_chain(machine, drives)) {
         left -= own.wrench.to_vector();
         let values = joint_values(chain, drives, &own.coordinates);
         let power = vec![0.0; values.len()];
-        let mut checked = Checked { values: &values, reach, power, gap: 0.0, largest: own.wrench.norm(reach) };
+        let mut checked = Checked { values: &values, length, power, gap: 0.0, largest: own.wrench.norm(length) };
         checked.route(&chain.route, &Pose::identity(), &state.pose, &own.wrench, &own.loops);
-        assert!(checked.gap <= GAP * reach, "chain {} gapes by {} mm", chain.name, checked.gap);
+        assert!(checked.gap <= GAP * length, "chain {} gapes by {} mm", chain.name, checked.gap);
         scale = scale.max(checked.largest);
         found.push(checked.power);
     }
     // Energies are sums of numbers of this size.
-    let height = reach + state.pose.translation.norm();
+    let height = length + state.pose.translation.norm();
     let springs = spring_energies(machine, drives, state).into_iter().map(|(_, energy)| energy.abs()).sum::<f64>();
     let rounding = 10.0 * f64::EPSILON * (springs + weight_of_all(machine) * height);
     let mut state = state.clone();
@@ -180,9 +180,9 @@ pub fn assert_balanced(machine: &Machine, drives: &[f64], load: &Wrench, state: 
         let turns = rotations(&machine.chains[c]);
         // Slides may stand many times the reach away: a turn then moves what is behind it as much farther.
         let slid = state.chains[c].coordinates.iter().zip(&turns).filter(|(_, turns)| !**turns);
-        let far = reach + slid.map(|(value, _)| value.abs()).sum::<f64>();
+        let far = length + slid.map(|(value, _)| value.abs()).sum::<f64>();
         for (i, power) in power.iter().enumerate() {
-            let (step, lever) = if turns[i] { (1e-4 * reach / far, reach) } else { (1e-3, 1.0) };
+            let (step, lever) = if turns[i] { (1e-4 * length / far, length) } else { (1e-3, 1.0) };
             let slope = energy_slope(machine, drives, &mut state, c, i, step);
             let off = ((power - slope).abs() - rounding / step).max(0.0) / lever;
             assert!(
@@ -191,7 +191,7 @@ pub fn assert_balanced(machine: &Machine, drives: &[f64], load: &Wrench, state: 
             );
         }
     }
-    let left = Wrench::from_vector(&left).norm(reach);
+    let left = Wrench::from_vector(&left).norm(length);
     assert!(left <= BALANCE * scale, "the platform is out of balance by {left} N of {scale} N");
 }
 
@@ -217,7 +217,15 @@ pub fn is_determinate(machine: &Machine, drives: &[f64], state: &State) -> bool 
             jacobian[(row + i, i)] = -1.0;
         }
         let values = joint_values(chain, drives, &own.coordinates);
-        closure_rows(&chain.route, &Pose::identity(), &values, &mut jacobian, &mut row, first, machine.reach);
+        closure_rows(
+            &chain.route,
+            &Pose::identity(),
+            &values,
+            &mut jacobian,
+            &mut row,
+            first,
+            machine.characteristic_length,
+        );
         first += chain.coordinate_count();
     }
     let values = jacobian.singular_values();
@@ -231,15 +239,15 @@ fn closure_rows(
     jacobian: &mut DMatrix<f64>,
     row: &mut usize,
     first: usize,
-    reach: f64,
+    length: f64,
 ) {
     let Walked { end, moved, frames } = walked(route, start, values);
     let own = *row;
     let mut add = |row: usize, moved: &[Moved], place: &Vector3<f64>, sign: f64| {
         for motion in moved {
             let Twist { linear, angular } = motion.twist_at(place);
-            let unit = if motion.motion == Motion::Revolute { 1.0 / reach } else { 1.0 };
-            let twist = Twist { linear: linear * unit, angular: angular * unit * reach };
+            let unit = if motion.motion == Motion::Revolute { 1.0 / length } else { 1.0 };
+            let twist = Twist { linear: linear * unit, angular: angular * unit * length };
             let mut entries = jacobian.fixed_view_mut::<6, 1>(row, first + motion.coordinate);
             entries += Vector6::from(twist.to_vector()) * sign;
         }
@@ -253,6 +261,6 @@ fn closure_rows(
         loop_rows += 6 * (1 + inner.route.loop_count());
     }
     for inner in &route.loops {
-        closure_rows(&inner.route, &frames[inner.from].0, values, jacobian, row, first, reach);
+        closure_rows(&inner.route, &frames[inner.from].0, values, jacobian, row, first, length);
     }
 }

@@ -37,9 +37,9 @@ pub fn places(machine: &Machine, count: usize) -> Vec<Configuration> {
     std::iter::once(machine.home.clone()).chain((1..count).map(place)).collect()
 }
 
-/// A wrench of up to `newtons` in each direction at half the machine's reach.
+/// A wrench of up to `newtons` in each direction at half the machine's characteristic length.
 pub fn some_load(machine: &Machine, newtons: f64, seed: usize) -> Wrench {
-    let lever = |i: usize| if i < 3 { 1.0 } else { 0.5 * machine.reach };
+    let lever = |i: usize| if i < 3 { 1.0 } else { 0.5 * machine.characteristic_length };
     Wrench::new(std::array::from_fn(|i| newtons * lever(i) * share(seed, 10 + i)))
 }
 

@@ -1,15 +1,14 @@
-//! One demand or target for each of several sessions, solved several at a time.
+//! One task or target for each of several sessions, solved several at a time.
 
 use std::cell::RefCell;
 
 use nalgebra::Vector6;
 
 use super::{
-    Method, compensate,
-    demand::Demand,
-    direct,
+    Method, compensate, direct,
     outcome::{Compensation, CompensationStatus},
     session::{Progress, Session},
+    task_point::TaskPoint,
 };
 use crate::{
     machine::{Configuration, Machine, SideBySide},
@@ -17,24 +16,24 @@ use crate::{
     statics::{Batch, Case, Outcome, TaskError},
 };
 
-/// [`compensate`] of each demand by its session, with the same results to the last bit.
+/// [`compensate`] of each task by its session, with the same results to the last bit.
 ///
 /// The sessions share their settings and their machines, and `batch` is one of their real machine. Without compensation
 /// and with the direct method, as many equilibria are solved at a time as the processor can; sessions that come with the
 /// same `batch` in the same places again save work.
 pub fn compensate_batch(
     sessions: &mut [&mut Session],
-    asked: &[Demand],
+    asked: &[TaskPoint],
     method: Method,
     batch: &mut Batch,
 ) -> Vec<Compensation> {
     debug_assert_eq!(sessions.len(), asked.len());
-    let zeroed: Vec<_> = sessions.iter_mut().zip(asked).map(|(session, demand)| session.zeroed(demand)).collect();
-    let all = zeroed.iter().zip(asked).map(|(zeroed, demand)| *zeroed.as_ref().unwrap_or(demand));
-    let demands: &[Demand] = &all.collect::<Vec<_>>();
-    let histories: Vec<History> = demands.iter().map(|_| History::default()).collect();
+    let zeroed: Vec<_> = sessions.iter_mut().zip(asked).map(|(session, task)| session.zeroed(task)).collect();
+    let all = zeroed.iter().zip(asked).map(|(zeroed, task)| *zeroed.as_ref().unwrap_or(task));
+    let tasks: &[TaskPoint] = &all.collect::<Vec<_>>();
+    let histories: Vec<History> = tasks.iter().map(|_| History::default()).collect();
     let outcomes = match method {
-        Method::None | Method::Direct => solve(sessions, demands, method, &histories, batch),
+        Method::None | Method::Direct => solve(sessions, tasks, method, &histories, batch),
         _ => vec![None; sessions.len()],
     };
     if method == Method::Direct && sessions.first().is_some_and(|session| session.nominal.has_limits()) {
@@ -42,10 +41,10 @@ pub fn compensate_batch(
         find_targets(&mut solved.map(|(session, _)| &mut **session).collect::<Vec<_>>());
     }
     let mut answers = Vec::with_capacity(sessions.len());
-    let answered = sessions.iter_mut().zip(asked.iter().zip(demands)).zip(outcomes).zip(histories).zip(zeroed);
-    for ((((session, (asked, demand)), outcome), history), zeroed) in answered {
+    let answered = sessions.iter_mut().zip(asked.iter().zip(tasks)).zip(outcomes).zip(histories).zip(zeroed);
+    for ((((session, (asked, task)), outcome), history), zeroed) in answered {
         if let Err(status) = zeroed {
-            answers.push(session.conclude(demand, Err(status), Vec::new()));
+            answers.push(session.conclude(task, Err(status), Vec::new()));
             continue;
         }
         let Some(outcome) = outcome else {
@@ -55,40 +54,40 @@ pub fn compensate_batch(
         let mut progress = Progress::new();
         let ending = if method == Method::Direct {
             progress.history = history.into_inner();
-            direct::conclude(session, demand, Some(outcome), &mut progress)
+            direct::conclude(session, task, Some(outcome), &mut progress)
         } else {
-            session.accept_or_settle_anew(demand, outcome).map(|outcome| {
-                progress.history.push(session.task_error(demand).size());
+            session.accept_or_settle_anew(task, outcome).map(|outcome| {
+                progress.history.push(session.task_error(task).size());
                 (CompensationStatus::Applied, outcome)
             })
         };
-        answers.push(session.conclude(demand, ending, progress.history));
+        answers.push(session.conclude(task, ending, progress.history));
     }
     answers
 }
 
-/// [`super::simulate`] of the target of each demand by its session, with the same results to the last bit.
+/// [`super::simulate`] of the target of each task by its session, with the same results to the last bit.
 ///
 /// Sessions and `batch` as for [`compensate_batch`].
 pub fn simulate_batch(
     sessions: &mut [&mut Session],
-    asked: &[Demand],
+    asked: &[TaskPoint],
     targets: &[Pose],
     batch: &mut Batch,
 ) -> Vec<Compensation> {
     debug_assert!(sessions.len() == asked.len() && sessions.len() == targets.len());
     let Some(settings) = sessions.first().map(|session| session.settings.equilibrium) else { return Vec::new() };
-    let zeroed: Vec<_> = sessions.iter_mut().zip(asked).map(|(session, demand)| session.zeroed(demand)).collect();
+    let zeroed: Vec<_> = sessions.iter_mut().zip(asked).map(|(session, task)| session.zeroed(task)).collect();
     know_poses(sessions, targets);
     let mut begun = Vec::with_capacity(sessions.len());
     for ((session, zeroed), target) in sessions.iter_mut().zip(zeroed).zip(targets) {
-        begun.push(zeroed.map(|demand| (demand, session.go_to(target))));
+        begun.push(zeroed.map(|task| (task, session.go_to(target))));
     }
     let mut cases: Vec<Case<'_>> = Vec::with_capacity(sessions.len());
     for (session, begun) in sessions.iter_mut().zip(&begun) {
-        if let Ok((demand, Ok(()))) = begun {
+        if let Ok((task, Ok(()))) = begun {
             let (drives, state) = (&mut session.drives, &mut session.state);
-            cases.push(Case { drives, load: demand.load, state, task: None });
+            cases.push(Case { drives, load: task.load, state, task: None });
         }
     }
     let mut outcomes = batch.equilibria(&mut cases, &settings).into_iter();
@@ -96,14 +95,14 @@ pub fn simulate_batch(
     for ((session, asked), begun) in sessions.iter_mut().zip(asked).zip(begun) {
         let answer = match begun {
             Err(status) => session.conclude(asked, Err(status), Vec::new()),
-            Ok((demand, gone)) => {
+            Ok((task, gone)) => {
                 let settled = gone.and_then(|()| match outcomes.next() {
-                    Some(outcome) => session.accept_or_settle_anew(&demand, outcome),
-                    None => session.settle(&demand),
+                    Some(outcome) => session.accept_or_settle_anew(&task, outcome),
+                    None => session.settle(&task),
                 });
-                let history = vec![session.task_error(&demand).size()];
+                let history = vec![session.task_error(&task).size()];
                 let ending = settled.map(|outcome| (CompensationStatus::Applied, outcome));
-                session.conclude(&demand, ending, history)
+                session.conclude(&task, ending, history)
             }
         };
         answers.push(answer);
@@ -114,11 +113,11 @@ pub fn simulate_batch(
 /// Sizes of the task errors of an iteration, mm.
 type History = RefCell<Vec<f64>>;
 
-/// Equilibria at the nominal commands, or at drives that meet the demands in one iteration, which `histories` then follow.
-/// `None` where there is no command, where the iteration fails, or where it does not suit the demand.
+/// Equilibria at the nominal commands, or at drives that meet the tasks in one iteration, which `histories` then follow.
+/// `None` where there is no command, where the iteration fails, or where it does not suit the task.
 fn solve(
     sessions: &mut [&mut Session],
-    demands: &[Demand],
+    tasks: &[TaskPoint],
     method: Method,
     histories: &[History],
     batch: &mut Batch,
@@ -126,19 +125,18 @@ fn solve(
     let Some(first) = sessions.first() else { return Vec::new() };
     let (nominal, settings) = ((*first.nominal).clone(), first.settings.equilibrium);
     let is_direct = method == Method::Direct;
-    let begin = |(session, demand): (&mut &mut Session, &Demand)| match is_direct {
-        true => direct::is_near(session, demand) && direct::is_complete(session, demand),
-        false => session.go_to(&demand.shifted(&session.nominal, &Vector6::zeros())).is_ok(),
+    let begin = |(session, task): (&mut &mut Session, &TaskPoint)| match is_direct {
+        true => direct::is_near(session, task) && direct::is_complete(session, task),
+        false => session.go_to(&task.shifted(&session.nominal, &Vector6::zeros())).is_ok(),
     };
-    let begun: Vec<bool> = sessions.iter_mut().zip(demands).map(begin).collect();
-    let tasks: Vec<_> =
-        demands.iter().zip(histories).map(|(demand, history)| task(&nominal, demand, history)).collect();
+    let begun: Vec<bool> = sessions.iter_mut().zip(tasks).map(begin).collect();
+    let errors: Vec<_> = tasks.iter().zip(histories).map(|(task, history)| error_of(&nominal, task, history)).collect();
     let mut cases: Vec<Case<'_>> = Vec::with_capacity(sessions.len());
-    for (((session, demand), task), _) in
-        sessions.iter_mut().zip(demands).zip(&tasks).zip(&begun).filter(|(_, begun)| **begun)
+    for (((session, TaskPoint { load, .. }), error), _) in
+        sessions.iter_mut().zip(tasks).zip(&errors).zip(&begun).filter(|(_, begun)| **begun)
     {
-        let task: Option<&dyn Fn(&Pose) -> TaskError> = if is_direct { Some(task) } else { None };
-        cases.push(Case { drives: &mut session.drives, load: demand.load, state: &mut session.state, task });
+        let task: Option<&dyn Fn(&Pose) -> TaskError> = if is_direct { Some(error) } else { None };
+        cases.push(Case { drives: &mut session.drives, load: *load, state: &mut session.state, task });
     }
     let mut outcomes = match is_direct {
         true => batch.equilibria_at_task(&mut cases, &settings).into_iter(),
@@ -147,10 +145,14 @@ fn solve(
     begun.into_iter().map(|begun| if begun { outcomes.next().flatten() } else { None }).collect()
 }
 
-/// The task of `demand`, followed by `history`.
-fn task<'a>(nominal: &'a Machine, demand: &'a Demand, history: &'a History) -> impl Fn(&Pose) -> TaskError + use<'a> {
+/// The task error of `task` at a pose, followed by `history`.
+fn error_of<'a>(
+    nominal: &'a Machine,
+    task: &'a TaskPoint,
+    history: &'a History,
+) -> impl Fn(&Pose) -> TaskError + use<'a> {
     move |pose| {
-        let error = demand.task_error(nominal, pose);
+        let error = task.task_error(nominal, pose);
         history.borrow_mut().push(error.size());
         error
     }

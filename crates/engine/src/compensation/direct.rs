@@ -8,9 +8,9 @@ use std::cell::RefCell;
 use nalgebra::Vector6;
 
 use super::{
-    demand::Demand,
     outcome::CompensationStatus,
     session::{Ending, Progress, Session},
+    task_point::TaskPoint,
 };
 use crate::{
     machine::Unreachable,
@@ -18,68 +18,68 @@ use crate::{
     statics::{self, Outcome, equilibrium_at_task},
 };
 
-/// Farther than this share of the machine's reach from the last point, the nominal command is the better start.
+/// Farther than this share of the machine's characteristic length from the last point, the nominal command is the better start.
 const NEAR: f64 = 0.05;
 
 /// Drives and equilibrium in one Newton iteration; where that fails, the target corrected between equilibria.
-pub(super) fn compensate(session: &mut Session, demand: &Demand, progress: &mut Progress) -> Ending {
-    if !is_near(session, demand) {
-        session.go_to(&demand.pose)?;
-        session.settle(demand)?;
+pub(super) fn compensate(session: &mut Session, task: &TaskPoint, progress: &mut Progress) -> Ending {
+    if !is_near(session, task) {
+        session.go_to(&task.pose)?;
+        session.settle(task)?;
     }
-    let outcome = if is_complete(session, demand) { in_one_iteration(session, demand, progress) } else { None };
-    conclude(session, demand, outcome, progress)
+    let outcome = if is_complete(session, task) { in_one_iteration(session, task, progress) } else { None };
+    conclude(session, task, outcome, progress)
 }
 
 /// Whether the last point is the better start.
-pub(super) fn is_near(session: &Session, demand: &Demand) -> bool {
-    let way = demand.pose.translation - session.state.pose.translation;
-    way.norm() <= NEAR * session.nominal.reach
+pub(super) fn is_near(session: &Session, task: &TaskPoint) -> bool {
+    let way = task.pose.translation - session.state.pose.translation;
+    way.norm() <= NEAR * session.nominal.characteristic_length
 }
 
 /// Whether all controlled coordinates are compensated, and these determine the drives. Where only some are, the others stay
 /// commanded as they were; where there are more drives, they are commanded as the inverse kinematics would.
-pub(super) fn is_complete(session: &Session, demand: &Demand) -> bool {
+pub(super) fn is_complete(session: &Session, task: &TaskPoint) -> bool {
     let nominal = (*session.nominal).clone();
-    nominal.redundancy == 0 && demand.coordinates(&nominal).count() == nominal.controls.len()
+    nominal.redundancy == 0 && task.coordinates(&nominal).count() == nominal.controls.len()
 }
 
-/// Takes the equilibrium that one iteration found if it is stable and meets the demand; else goes between equilibria.
+/// Takes the equilibrium that one iteration found if it is stable and meets the task; else goes between equilibria.
 pub(super) fn conclude(
     session: &mut Session,
-    demand: &Demand,
+    task: &TaskPoint,
     outcome: Option<Outcome>,
     progress: &mut Progress,
 ) -> Ending {
     let is_met = |outcome: &Outcome| {
-        outcome.status == statics::Status::Solved && session.task_error(demand).size() <= session.tolerance_mm()
+        outcome.status == statics::Status::Solved && session.task_error(task).size() <= session.tolerance_mm()
     };
     if let Some(outcome) = outcome.filter(is_met) {
         // The iteration moves the drives freely: past their travel, and even to where the nominal chains do not close.
         match session.check_limits() {
             Ok(()) => return Ok((CompensationStatus::Converged, outcome)),
-            Err(Unreachable::Closure { .. } | Unreachable::OtherMode) => session.begin_again(demand)?,
+            Err(Unreachable::Closure { .. } | Unreachable::OtherMode) => session.begin_again(task)?,
             Err(limit) => return Err(CompensationStatus::Unreachable(limit)),
         }
     }
     progress.history.clear();
-    between_equilibria(session, demand, progress)
+    between_equilibria(session, task, progress)
 }
 
 /// `None` if the iteration fails.
-fn in_one_iteration(session: &mut Session, demand: &Demand, progress: &mut Progress) -> Option<Outcome> {
+fn in_one_iteration(session: &mut Session, task: &TaskPoint, progress: &mut Progress) -> Option<Outcome> {
     let nominal = (*session.nominal).clone();
     let history = RefCell::new(&mut progress.history);
-    let task = |pose: &Pose| {
-        let error = demand.task_error(&nominal, pose);
+    let residual = |pose: &Pose| {
+        let error = task.task_error(&nominal, pose);
         history.borrow_mut().push(error.size());
         error
     };
     equilibrium_at_task(
         &session.real,
-        &task,
+        &residual,
         &mut session.drives,
-        &demand.load,
+        &task.load,
         &mut session.state,
         &mut session.workspace,
         &session.settings.equilibrium,
@@ -87,17 +87,18 @@ fn in_one_iteration(session: &mut Session, demand: &Demand, progress: &mut Progr
 }
 
 /// From the nominal command: equilibrium, then the target shifted by the sensitivity, and so on.
-fn between_equilibria(session: &mut Session, demand: &Demand, progress: &mut Progress) -> Ending {
-    let changes = demand.control_changes(&session.nominal);
+fn between_equilibria(session: &mut Session, task: &TaskPoint, progress: &mut Progress) -> Ending {
+    let changes = task.control_changes(&session.nominal);
     let mut shift = Vector6::zeros();
     loop {
-        let (task, outcome) = session.answer(demand, &shift)?;
-        if let Some(status) = session.is_over(progress, task.size()) {
+        let (residual, outcome) = session.answer(task, &shift)?;
+        if let Some(status) = session.is_over(progress, residual.size()) {
             return Ok((status, outcome));
         }
         let by_shift = session.nominal.drive_motions(&session.command, &changes).ok_or(CompensationStatus::Singular)?;
-        let response = task.slope.rows(0, task.count) * &outcome.drive_sensitivity * by_shift;
-        let correction = response.lu().solve(&task.error.rows(0, task.count)).ok_or(CompensationStatus::Singular)?;
+        let response = residual.slope.rows(0, residual.count) * &outcome.drive_sensitivity * by_shift;
+        let correction =
+            response.lu().solve(&residual.error.rows(0, residual.count)).ok_or(CompensationStatus::Singular)?;
         for (value, change) in shift.iter_mut().zip(correction.iter()) {
             *value -= change;
         }

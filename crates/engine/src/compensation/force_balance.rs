@@ -13,9 +13,9 @@
 use nalgebra::{Matrix6, Vector6};
 
 use super::{
-    demand::Demand,
     outcome::CompensationStatus,
     session::{Ending, Progress, Session},
+    task_point::TaskPoint,
 };
 use crate::{
     spatial::{Pose, Twist, rotation_exp},
@@ -36,13 +36,13 @@ pub(super) enum Matrix {
 }
 
 /// Runs the iteration and then lets the machine settle at the command found.
-pub(super) fn iterate(session: &mut Session, demand: &Demand, matrix: Matrix, progress: &mut Progress) -> Ending {
-    let status = solve(session, demand, matrix, progress)?;
-    let (outcome, left) = match session.settle_from_present_state(demand) {
+pub(super) fn iterate(session: &mut Session, task: &TaskPoint, matrix: Matrix, progress: &mut Progress) -> Ending {
+    let status = solve(session, task, matrix, progress)?;
+    let (outcome, left) = match session.settle_from_present_state(task) {
         Ok(outcome) => (outcome, None),
-        Err(reason) => (session.settle(demand)?, Some(reason)),
+        Err(reason) => (session.settle(task)?, Some(reason)),
     };
-    let error = session.task_error(demand).size();
+    let error = session.task_error(task).size();
     if let Some(last) = progress.history.last_mut() {
         *last = error;
     }
@@ -55,17 +55,17 @@ pub(super) fn iterate(session: &mut Session, demand: &Demand, matrix: Matrix, pr
 
 fn solve(
     session: &mut Session,
-    demand: &Demand,
+    task: &TaskPoint,
     matrix: Matrix,
     progress: &mut Progress,
 ) -> Result<CompensationStatus, CompensationStatus> {
     let nominal = (*session.nominal).clone();
     let mut shift = Vector6::zeros();
-    let mut pose = start(session, demand)?;
+    let mut pose = start(session, task)?;
     let mut state: Option<State> = None;
     let mut kept: Option<Linearised> = None;
     loop {
-        session.go_to(&demand.shifted(&nominal, &shift))?;
+        session.go_to(&task.shifted(&nominal, &shift))?;
         let mut at = state.take().unwrap_or_else(|| State::rigid(&nominal, &session.command));
         let force = wrench_at_pose(
             &session.real,
@@ -76,21 +76,21 @@ fn solve(
             &session.settings.equilibrium,
         );
         let Some(force) = force else { return Err(why_no_force(session)) };
-        let unbalanced = demand.load.to_vector() - force.wrench.to_vector();
+        let unbalanced = task.load.to_vector() - force.wrench.to_vector();
         session.state.clone_from(&at);
         state = Some(at);
-        let error = as_displacement(session, demand, &force, &unbalanced)?;
+        let error = as_displacement(session, task, &force, &unbalanced)?;
         if let Some(status) = session.is_over(progress, error) {
             return Ok(status);
         }
         let (linear, alpha) = match (matrix, kept) {
-            (Matrix::Exact, _) => (Linearised::exact(session, demand, &force, &pose)?, 1.0),
+            (Matrix::Exact, _) => (Linearised::exact(session, task, &force, &pose)?, 1.0),
             (Matrix::Fixed { alpha }, Some(linear)) => (linear, alpha),
-            (Matrix::Fixed { alpha }, None) => (Linearised::unloaded(session, demand, &pose)?, alpha),
+            (Matrix::Fixed { alpha }, None) => (Linearised::unloaded(session, task, &pose)?, alpha),
         };
         kept = Some(linear);
         let step = linear.matrix.lu().solve(&unbalanced).ok_or(CompensationStatus::Singular)? * alpha;
-        let count = demand.coordinates(&nominal).count();
+        let count = task.coordinates(&nominal).count();
         for i in 0..count {
             shift[i] += step[i];
         }
@@ -98,17 +98,17 @@ fn solve(
         for i in count..6 {
             coordinates[i] = step[i];
         }
-        pose = moved_freely(demand, session, &pose, &(linear.free * coordinates));
+        pose = moved_freely(task, session, &pose, &(linear.free * coordinates));
     }
 }
 
 /// The pose from which the balance is sought: the wanted one, turned as the nominal machine stands where that is free.
-fn start(session: &mut Session, demand: &Demand) -> Result<Pose, CompensationStatus> {
+fn start(session: &mut Session, task: &TaskPoint) -> Result<Pose, CompensationStatus> {
     if session.nominal.redundancy == 0 {
-        return Ok(demand.pose);
+        return Ok(task.pose);
     }
-    session.go_to(&demand.pose)?;
-    Ok(moved_freely(demand, session, &session.command.pose, &Vector6::zeros()))
+    session.go_to(&task.pose)?;
+    Ok(moved_freely(task, session, &session.command.pose, &Vector6::zeros()))
 }
 
 /// Why no wrench holds the platform where it is wanted.
@@ -122,45 +122,45 @@ fn why_no_force(session: &mut Session) -> CompensationStatus {
 /// The point's displacement by the wrench that is out of balance, mm: what the iteration still has to put right.
 fn as_displacement(
     session: &Session,
-    demand: &Demand,
+    task: &TaskPoint,
     force: &PlatformForce,
     unbalanced: &Vector6<f64>,
 ) -> Result<f64, CompensationStatus> {
     let twist = force.stiffness.lu().solve(unbalanced).ok_or(CompensationStatus::Singular)?;
-    let mut task = session.task_error(demand);
-    task.error = task.slope * twist;
-    Ok(task.size())
+    let mut residual = session.task_error(task);
+    residual.error = residual.slope * twist;
+    Ok(residual.size())
 }
 
 /// Twists of P that leave the controlled coordinates where they are: columns n..6; the first n are zero.
-fn free_motions(demand: &Demand, session: &Session, pose: &Pose) -> Matrix6<f64> {
-    let task = demand.task_error(&session.nominal, pose);
-    let mut slope = task.slope;
-    // Rotations at the machine's reach, so that the null space is well scaled.
-    slope.fixed_columns_mut::<3>(3).scale_mut(1.0 / session.nominal.reach);
+fn free_motions(task: &TaskPoint, session: &Session, pose: &Pose) -> Matrix6<f64> {
+    let residual = task.task_error(&session.nominal, pose);
+    let mut slope = residual.slope;
+    // Rotations at the machine's characteristic length, so that the null space is well scaled.
+    slope.fixed_columns_mut::<3>(3).scale_mut(1.0 / session.nominal.characteristic_length);
     let eigen = (slope.transpose() * slope).symmetric_eigen();
     let mut order: Vec<usize> = (0..6).collect();
     order.sort_by(|&a, &b| eigen.eigenvalues[b].total_cmp(&eigen.eigenvalues[a]));
     let mut free = Matrix6::zeros();
-    for (column, &least) in order.iter().enumerate().skip(task.count) {
+    for (column, &least) in order.iter().enumerate().skip(residual.count) {
         let mut twist: Vector6<f64> = eigen.eigenvectors.column(least).into();
-        twist.fixed_rows_mut::<3>(3).scale_mut(1.0 / session.nominal.reach);
+        twist.fixed_rows_mut::<3>(3).scale_mut(1.0 / session.nominal.characteristic_length);
         free.set_column(column, &twist);
     }
     free
 }
 
 /// `pose` moved by `twist`, then put back onto the wanted controlled coordinates, which a finite twist leaves.
-fn moved_freely(demand: &Demand, session: &Session, pose: &Pose, twist: &Vector6<f64>) -> Pose {
+fn moved_freely(task: &TaskPoint, session: &Session, pose: &Pose, twist: &Vector6<f64>) -> Pose {
     let apply = |pose: &Pose, twist: &Vector6<f64>| {
         let Twist { linear, angular } = Twist::from_vector(twist);
         Pose { rotation: rotation_exp(angular) * pose.rotation, translation: pose.translation + linear }
     };
     let mut moved = apply(pose, twist);
     for _ in 0..3 {
-        let task = demand.task_error(&session.nominal, &moved);
-        let rows = task.slope.rows(0, task.count).into_owned();
-        let error = task.error.rows(0, task.count).into_owned();
+        let residual = task.task_error(&session.nominal, &moved);
+        let rows = residual.slope.rows(0, residual.count).into_owned();
+        let error = residual.error.rows(0, residual.count).into_owned();
         // Rows of a task slope are independent, so this always has a solution.
         let Ok(inverse) = rows.pseudo_inverse(1e-14) else { return moved };
         let back: Vector6<f64> = Vector6::from_iterator((inverse * error).iter().map(|v| -v));
@@ -181,12 +181,12 @@ impl Linearised {
     /// `[K_t.p. | K_C U]`, exact.
     fn exact(
         session: &Session,
-        demand: &Demand,
+        task: &TaskPoint,
         force: &PlatformForce,
         pose: &Pose,
     ) -> Result<Self, CompensationStatus> {
-        let free = free_motions(demand, session, pose);
-        let changes = demand.control_changes(&session.nominal);
+        let free = free_motions(task, session, pose);
+        let changes = task.control_changes(&session.nominal);
         let by_shift = session.nominal.drive_motions(&session.command, &changes).ok_or(CompensationStatus::Singular)?;
         let target_stiffness = &force.drive_wrench * by_shift;
         let mut matrix = force.stiffness * free;
@@ -197,10 +197,10 @@ impl Linearised {
     }
 
     /// `[−K_C T | K_C U]` with T the twists of the commanded frame and the unloaded stiffness of the nominal machine.
-    fn unloaded(session: &mut Session, demand: &Demand, pose: &Pose) -> Result<Self, CompensationStatus> {
-        let free = free_motions(demand, session, pose);
+    fn unloaded(session: &mut Session, task: &TaskPoint, pose: &Pose) -> Result<Self, CompensationStatus> {
+        let free = free_motions(task, session, pose);
         let stiffness = unloaded_stiffness(&session.nominal, &session.command, &mut session.workspace)
             .ok_or(CompensationStatus::Rigid)?;
-        Ok(Self { matrix: stiffness * (free - demand.shift_twists(&session.nominal)), free })
+        Ok(Self { matrix: stiffness * (free - task.shift_twists(&session.nominal)), free })
     }
 }

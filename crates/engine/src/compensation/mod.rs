@@ -1,19 +1,19 @@
 //! Compensation: the drive commands that bring the loaded tool to its target.
 //!
 //! A [`Session`] holds the nominal machine, by which commands are computed, and the real one, which answers. A
-//! [`Demand`] says what is wanted at a point, a [`Method`] how the command is found; every method returns the same
+//! [`TaskPoint`] says what is wanted at a point, a [`Method`] how the command is found; every method returns the same
 //! [`Compensation`]; [`compensate_batch`] and
 //! [`simulate_batch`] serve several sessions at a time. Where the drives are limited, [`compensate_bounded`] corrects a whole
 //! path at once.
 
 mod batch;
 mod bounded;
-mod demand;
 mod direct;
 mod force_balance;
 mod outcome;
 mod session;
 mod shifted;
+mod task_point;
 mod workpiece;
 
 use nalgebra::Vector6;
@@ -26,10 +26,10 @@ pub use bounded::{
     Binding, BoundedError, BoundedPath, BoundedPoint, BoundedSettings, BoundedStatus, BoundedSummary, CorrectedPoint,
     ErrorNorm, Errors, LimitKind, Limits, Price, Side, compensate_bounded,
 };
-pub use demand::{Demand, Target};
 pub use outcome::{Compensation, CompensationStatus};
 pub use session::{CompensationSettings, Session};
 use session::{Ending, Progress};
+pub use task_point::{Target, TaskPoint};
 
 /// How a command is found.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -125,67 +125,67 @@ impl Method {
     }
 }
 
-/// Finds the command for `demand` by `method`, starting from where `session` stands; leaves it at the compensated
+/// Finds the command for `task` by `method`, starting from where `session` stands; leaves it at the compensated
 /// equilibrium.
-pub fn compensate(session: &mut Session, demand: &Demand, method: Method) -> Compensation {
-    zeroed(session, demand, |session, demand| {
+pub fn compensate(session: &mut Session, task: &TaskPoint, method: Method) -> Compensation {
+    zeroed(session, task, |session, task| {
         let mut progress = Progress::new();
-        let ending = run(session, demand, method, &mut progress);
+        let ending = run(session, task, method, &mut progress);
         (ending, progress.history)
     })
 }
 
-/// The result that `end` leads to, once it is known what of `demand` is wanted.
+/// The result that `end` leads to, once it is known what of `task` is wanted.
 fn zeroed(
     session: &mut Session,
-    demand: &Demand,
-    end: impl FnOnce(&mut Session, &Demand) -> (Ending, Vec<f64>),
+    task: &TaskPoint,
+    end: impl FnOnce(&mut Session, &TaskPoint) -> (Ending, Vec<f64>),
 ) -> Compensation {
-    match session.zeroed(demand) {
-        Ok(demand) => {
-            let (ending, history) = end(session, &demand);
-            session.conclude(&demand, ending, history)
+    match session.zeroed(task) {
+        Ok(task) => {
+            let (ending, history) = end(session, &task);
+            session.conclude(&task, ending, history)
         }
-        Err(status) => session.refuse(demand, status),
+        Err(status) => session.refuse(task, status),
     }
 }
 
-/// Commands `target` instead of what `demand` wants, and lets the machine settle under its load: what a given program does.
-pub fn simulate(session: &mut Session, demand: &Demand, target: &Pose) -> Compensation {
-    zeroed(session, demand, |session, demand| {
-        let ending = session.go_to(target).and_then(|()| Ok((CompensationStatus::Applied, session.settle(demand)?)));
-        (ending, vec![session.task_error(demand).size()])
+/// Commands `target` instead of what `task` wants, and lets the machine settle under its load: what a given program does.
+pub fn simulate(session: &mut Session, task: &TaskPoint, target: &Pose) -> Compensation {
+    zeroed(session, task, |session, task| {
+        let ending = session.go_to(target).and_then(|()| Ok((CompensationStatus::Applied, session.settle(task)?)));
+        (ending, vec![session.task_error(task).size()])
     })
 }
 
-/// Commands `drives` (mm or rad) whatever they lead to, and lets the machine settle under the load of `demand`.
-pub fn simulate_drives(session: &mut Session, demand: &Demand, drives: &[f64]) -> Compensation {
-    zeroed(session, demand, |session, demand| {
-        let ending = session.go_to(&demand.pose).and_then(|()| {
+/// Commands `drives` (mm or rad) whatever they lead to, and lets the machine settle under the load of `task`.
+pub fn simulate_drives(session: &mut Session, task: &TaskPoint, drives: &[f64]) -> Compensation {
+    zeroed(session, task, |session, task| {
+        let ending = session.go_to(&task.pose).and_then(|()| {
             session.drives.copy_from_slice(drives);
-            Ok((CompensationStatus::Applied, session.settle(demand)?))
+            Ok((CompensationStatus::Applied, session.settle(task)?))
         });
-        (ending, vec![session.task_error(demand).size()])
+        (ending, vec![session.task_error(task).size()])
     })
 }
 
-fn run(session: &mut Session, demand: &Demand, method: Method, progress: &mut Progress) -> Ending {
+fn run(session: &mut Session, task: &TaskPoint, method: Method, progress: &mut Progress) -> Ending {
     if let Some(alpha) = method.step_length().filter(|alpha| !(*alpha > 0.0 && *alpha <= 1.0)) {
         return Err(CompensationStatus::BadStepLength { alpha });
     }
     match method {
-        Method::None => shifted::mirror(session, demand, 0, progress),
-        Method::Linear => shifted::linear(session, demand, progress),
-        Method::Mirror { passes } => shifted::mirror(session, demand, passes, progress),
-        Method::MatrixFree { alpha } => shifted::iterate(session, demand, alpha, Vector6::zeros(), progress),
+        Method::None => shifted::mirror(session, task, 0, progress),
+        Method::Linear => shifted::linear(session, task, progress),
+        Method::Mirror { passes } => shifted::mirror(session, task, passes, progress),
+        Method::MatrixFree { alpha } => shifted::iterate(session, task, alpha, Vector6::zeros(), progress),
         Method::FixedMatrix { alpha } => {
-            force_balance::iterate(session, demand, force_balance::Matrix::Fixed { alpha }, progress)
+            force_balance::iterate(session, task, force_balance::Matrix::Fixed { alpha }, progress)
         }
-        Method::Newton => force_balance::iterate(session, demand, force_balance::Matrix::Exact, progress),
-        Method::Direct => direct::compensate(session, demand, progress),
+        Method::Newton => force_balance::iterate(session, task, force_balance::Matrix::Exact, progress),
+        Method::Direct => direct::compensate(session, task, progress),
         Method::Procedure { alpha } => {
-            let start = shifted::linear_shift(session, demand, true)?;
-            shifted::iterate(session, demand, alpha, start, progress)
+            let start = shifted::linear_shift(session, task, true)?;
+            shifted::iterate(session, task, alpha, start, progress)
         }
     }
 }

@@ -3,8 +3,8 @@
 use nalgebra::{Matrix3, Vector3, Vector6};
 
 use super::{
-    demand::Demand,
     outcome::{Compensation, CompensationStatus},
+    task_point::TaskPoint,
     workpiece::Workpiece,
 };
 use crate::{
@@ -32,7 +32,7 @@ pub struct CompensationSettings {
 const EQUILIBRIA: f64 = 3.0;
 
 impl CompensationSettings {
-    /// Equilibria to `tolerance` of the reach, and task errors as small as these allow.
+    /// Equilibria to `tolerance` of the characteristic length, and task errors as small as these allow.
     pub fn with_equilibria_to(tolerance: f64) -> Self {
         let equilibrium = statics::Settings { tolerance, ..statics::Settings::default() };
         Self { tolerance: EQUILIBRIA * tolerance, max_iterations: 200, equilibrium }
@@ -40,7 +40,7 @@ impl CompensationSettings {
 
     /// Task error accepted on `machine`, mm.
     pub fn tolerance_mm(&self, machine: &Machine) -> f64 {
-        self.tolerance * machine.reach
+        self.tolerance * machine.characteristic_length
     }
 }
 
@@ -147,9 +147,9 @@ impl Session {
         self.command.pose != *pose && !self.known.as_ref().is_some_and(|known| known.serves(&self.command, pose))
     }
 
-    /// Moves the external axes to where `demand` has them.
-    fn move_external(&mut self, demand: &Demand) -> Result<(), CompensationStatus> {
-        if self.nominal.move_to(demand.external).map_err(CompensationStatus::Unreachable)? {
+    /// Moves the external axes to where `task` has them.
+    fn move_external(&mut self, task: &TaskPoint) -> Result<(), CompensationStatus> {
+        if self.nominal.move_to(task.external).map_err(CompensationStatus::Unreachable)? {
             if let Some(workpiece) = &mut self.workpiece {
                 workpiece.stand(&self.nominal);
             }
@@ -179,44 +179,44 @@ impl Session {
         &self.command
     }
 
-    /// `demand` with what is wanted: where the nominal machine stands under its weight alone at the command, if it is zeroed
+    /// `task` with what is wanted: where the nominal machine stands under its weight alone at the command, if it is zeroed
     /// at rest; else the pose that is commanded. Where the workpiece is carried, that pose goes with it as the load moves it.
     ///
-    /// Of a demand as it was asked; what is wanted is not moved twice.
+    /// Of a task as it was asked; what is wanted is not moved twice.
     ///
     /// # Errors
     /// The pose cannot be commanded, or the machine does not stand there under its weight, or the workpiece's carrier under the
     /// load.
-    pub fn zeroed(&mut self, demand: &Demand) -> Result<Demand, CompensationStatus> {
-        self.move_external(demand)?;
-        let unmoved = self.zeroed_machine(demand)?;
+    pub fn zeroed(&mut self, task: &TaskPoint) -> Result<TaskPoint, CompensationStatus> {
+        self.move_external(task)?;
+        let unmoved = self.zeroed_machine(task)?;
         let Some(workpiece) = &mut self.workpiece else { return Ok(unmoved) };
-        let at_rest = demand.wanted.is_none() && self.nominal.zeroed == Zeroed::AtRest;
-        let moved = workpiece.moved(demand, self.nominal.tool_tip, at_rest, &self.settings.equilibrium)?;
-        Ok(Demand { wanted: Some(moved.compose(unmoved.wanted())), ..unmoved })
+        let at_rest = task.wanted.is_none() && self.nominal.zeroed == Zeroed::AtRest;
+        let moved = workpiece.moved(task, self.nominal.tool_tip, at_rest, &self.settings.equilibrium)?;
+        Ok(TaskPoint { wanted: Some(moved.compose(unmoved.wanted())), ..unmoved })
     }
 
-    /// Compliance of the workpiece where the tool touches it under the load of `demand`: displacement in O per force, mm/N; zero where
+    /// Compliance of the workpiece where the tool touches it under the load of `task`: displacement in O per force, mm/N; zero where
     /// it stands fast.
     ///
     /// # Errors
     /// The workpiece's carrier has no stable equilibrium.
-    pub fn workpiece_compliance(&mut self, demand: &Demand) -> Result<Matrix3<f64>, CompensationStatus> {
+    pub fn workpiece_compliance(&mut self, task: &TaskPoint) -> Result<Matrix3<f64>, CompensationStatus> {
         let Some(workpiece) = &mut self.workpiece else { return Ok(Matrix3::zeros()) };
-        workpiece.compliance(demand, self.nominal.tool_tip, &self.settings.equilibrium)
+        workpiece.compliance(task, self.nominal.tool_tip, &self.settings.equilibrium)
     }
 
     /// As [`Session::zeroed`], as if the workpiece stood fast.
-    fn zeroed_machine(&mut self, demand: &Demand) -> Result<Demand, CompensationStatus> {
-        if demand.wanted.is_some() || !self.sags_at_rest {
-            return Ok(*demand);
+    fn zeroed_machine(&mut self, task: &TaskPoint) -> Result<TaskPoint, CompensationStatus> {
+        if task.wanted.is_some() || !self.sags_at_rest {
+            return Ok(*task);
         }
         let rest = match self.rest {
-            Some((pose, rest)) if pose == demand.pose => rest,
-            _ => self.rest_at(&demand.pose)?,
+            Some((pose, rest)) if pose == task.pose => rest,
+            _ => self.rest_at(&task.pose)?,
         };
-        self.rest = Some((demand.pose, rest));
-        Ok(Demand { wanted: Some(rest), ..*demand })
+        self.rest = Some((task.pose, rest));
+        Ok(TaskPoint { wanted: Some(rest), ..*task })
     }
 
     /// Where the nominal machine stands under its weight alone when it is commanded to `pose`.
@@ -282,15 +282,15 @@ impl Session {
     }
 
     /// Loaded equilibrium at the present drives, sought from the present state and then from the nominal one.
-    pub(super) fn settle(&mut self, demand: &Demand) -> Result<Outcome, CompensationStatus> {
-        let outcome = self.equilibrium(demand);
-        self.accept_or_settle_anew(demand, outcome)
+    pub(super) fn settle(&mut self, task: &TaskPoint) -> Result<Outcome, CompensationStatus> {
+        let outcome = self.equilibrium(task);
+        self.accept_or_settle_anew(task, outcome)
     }
 
     /// Takes an equilibrium from where the session stood; if it is not stable, one from the rigid configuration.
     pub(super) fn accept_or_settle_anew(
         &mut self,
-        demand: &Demand,
+        task: &TaskPoint,
         outcome: Outcome,
     ) -> Result<Outcome, CompensationStatus> {
         let outcome = Self::stable(outcome).or_else(|status| {
@@ -299,7 +299,7 @@ impl Session {
                 return Err(status);
             }
             self.state = rigid;
-            self.settle_from_present_state(demand)
+            self.settle_from_present_state(task)
         });
         match self.is_at_singular_place(&outcome) {
             true => Err(CompensationStatus::NoEquilibrium(statics::Status::SingularPlace)),
@@ -319,8 +319,8 @@ impl Session {
     }
 
     /// Loaded equilibrium at the present drives, near the present state.
-    pub(super) fn settle_from_present_state(&mut self, demand: &Demand) -> Result<Outcome, CompensationStatus> {
-        Self::stable(self.equilibrium(demand))
+    pub(super) fn settle_from_present_state(&mut self, task: &TaskPoint) -> Result<Outcome, CompensationStatus> {
+        Self::stable(self.equilibrium(task))
     }
 
     fn stable(outcome: Outcome) -> Result<Outcome, CompensationStatus> {
@@ -330,72 +330,72 @@ impl Session {
         }
     }
 
-    fn equilibrium(&mut self, demand: &Demand) -> Outcome {
+    fn equilibrium(&mut self, task: &TaskPoint) -> Outcome {
         let settings = &self.settings.equilibrium;
-        equilibrium(&self.real, &self.drives, &demand.load, &mut self.state, &mut self.workspace, settings)
+        equilibrium(&self.real, &self.drives, &task.load, &mut self.state, &mut self.workspace, settings)
     }
 
     /// Task error at the present equilibrium.
-    pub(super) fn task_error(&self, demand: &Demand) -> TaskError {
-        demand.task_error(&self.nominal, &self.state.pose)
+    pub(super) fn task_error(&self, task: &TaskPoint) -> TaskError {
+        task.task_error(&self.nominal, &self.state.pose)
     }
 
     /// Commands the target shifted by `shift`, lets the machine settle, and says how far it is from what is wanted.
     pub(super) fn answer(
         &mut self,
-        demand: &Demand,
+        task: &TaskPoint,
         shift: &Vector6<f64>,
     ) -> Result<(TaskError, Outcome), CompensationStatus> {
-        let gone = self.go_to(&demand.shifted(&self.nominal, shift));
-        self.answered(demand, shift, gone)
+        let gone = self.go_to(&task.shifted(&self.nominal, shift));
+        self.answered(task, shift, gone)
     }
 
     /// As [`Session::answer`], where a platform that turns with its position is tracked so that it is the compensated point which is
     /// shifted, and not P.
     pub(super) fn answer_led(
         &mut self,
-        demand: &Demand,
+        task: &TaskPoint,
         shift: &Vector6<f64>,
     ) -> Result<(TaskError, Outcome), CompensationStatus> {
         if !self.nominal.turns_with_position {
-            return self.answer(demand, shift);
+            return self.answer(task, shift);
         }
-        let target = demand.shifted(&self.nominal, shift);
-        let led = self.nominal.lead(demand.offset(&self.nominal), &target, &self.command);
+        let target = task.shifted(&self.nominal, shift);
+        let led = self.nominal.lead(task.offset(&self.nominal), &target, &self.command);
         let gone = led.map_err(CompensationStatus::Unreachable).map(|at| {
             self.drives.clone_from(&at.drives);
             self.command = at;
         });
-        self.answered(demand, shift, gone)
+        self.answered(task, shift, gone)
     }
 
     fn answered(
         &mut self,
-        demand: &Demand,
+        task: &TaskPoint,
         shift: &Vector6<f64>,
         gone: Result<(), CompensationStatus>,
     ) -> Result<(TaskError, Outcome), CompensationStatus> {
-        let is_far = shift.norm() > self.nominal.reach;
+        let is_far = shift.norm() > self.nominal.characteristic_length;
         gone.map_err(|status| if is_far { CompensationStatus::Diverged } else { status })?;
-        let outcome = self.settle(demand)?;
-        Ok((self.task_error(demand), outcome))
+        let outcome = self.settle(task)?;
+        Ok((self.task_error(task), outcome))
     }
 
     /// Goes to the nominal command, the machine undeflected.
-    pub(super) fn begin_again(&mut self, demand: &Demand) -> Result<(), CompensationStatus> {
-        self.go_to(&demand.pose)?;
+    pub(super) fn begin_again(&mut self, task: &TaskPoint) -> Result<(), CompensationStatus> {
+        self.go_to(&task.pose)?;
         self.state = State::rigid(&self.nominal, &self.command);
         Ok(())
     }
 
-    /// The result where `demand` is not even asked of the machine: it cannot be met.
-    pub fn refuse(&self, demand: &Demand, reason: CompensationStatus) -> Compensation {
-        self.conclude(demand, Err(reason), Vec::new())
+    /// The result where `task` is not even asked of the machine: it cannot be met.
+    pub fn refuse(&self, task: &TaskPoint, reason: CompensationStatus) -> Compensation {
+        self.conclude(task, Err(reason), Vec::new())
     }
 
     /// The result at the present command and equilibrium.
-    pub(super) fn conclude(&self, demand: &Demand, ending: Ending, history: Vec<f64>) -> Compensation {
-        let offset = demand.offset(&self.nominal);
+    pub(super) fn conclude(&self, task: &TaskPoint, ending: Ending, history: Vec<f64>) -> Compensation {
+        let offset = task.offset(&self.nominal);
         let (status, outcome) = match ending {
             Ok((status, outcome)) => (status, Some(outcome)),
             Err(status) => (status, None),
@@ -404,11 +404,11 @@ impl Session {
         Compensation {
             drives: self.drives.clone(),
             history,
-            tool_displacement: shown(self.nominal.tool_displacement(demand.wanted(), &self.state.pose)),
-            position_error: shown(self.state.pose.transform(offset) - demand.wanted().transform(offset)),
+            tool_displacement: shown(self.nominal.tool_displacement(task.wanted(), &self.state.pose)),
+            position_error: shown(self.state.pose.transform(offset) - task.wanted().transform(offset)),
             residual_rotation: shown(rotation_log(&product(
                 &self.state.pose.rotation,
-                &demand.wanted().rotation.transpose(),
+                &task.wanted().rotation.transpose(),
             ))),
             drive_forces: statics::drive_forces(&self.real, &self.state),
             status,

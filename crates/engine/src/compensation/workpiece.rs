@@ -5,7 +5,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::{demand::Demand, outcome::CompensationStatus};
+use super::{outcome::CompensationStatus, task_point::TaskPoint};
 use crate::{
     machine::Machine,
     spatial::{Pose, Wrench},
@@ -34,7 +34,7 @@ impl Workpiece {
         self.real.home.clone_from(&carrier.home);
     }
 
-    /// How the load of `demand` has moved the workpiece in O: a pose `X` that takes what it carried from where it was to `X` times
+    /// How the load of `task` has moved the workpiece in O: a pose `X` that takes what it carried from where it was to `X` times
     /// that. It was where the nominal carrier rests under its weight, if it is zeroed `at_rest`, or else where the rigid one stands.
     /// `tool_tip`: `p_PT` in platform axes, mm.
     ///
@@ -42,12 +42,12 @@ impl Workpiece {
     /// The carrier has no stable equilibrium.
     pub fn moved(
         &mut self,
-        demand: &Demand,
+        task: &TaskPoint,
         tool_tip: Vector3<f64>,
         at_rest: bool,
         settings: &statics::Settings,
     ) -> Result<Pose, CompensationStatus> {
-        let (touched, load) = on_workpiece(demand, tool_tip);
+        let (touched, load) = on_workpiece(task, tool_tip);
         let before = match at_rest {
             true => settled(&mut self.nominal, touched, &Wrench::zero(), &mut self.workspace, settings)?.0,
             false => Pose { translation: touched, ..self.real.home.pose },
@@ -56,28 +56,28 @@ impl Workpiece {
         Ok(after.compose(&before.inverse()))
     }
 
-    /// Compliance of the workpiece where the tool of `demand` touches it under its load: displacement in O per force, mm/N.
+    /// Compliance of the workpiece where the tool of `task` touches it under its load: displacement in O per force, mm/N.
     ///
     /// # Errors
     /// The carrier has no stable equilibrium.
     pub fn compliance(
         &mut self,
-        demand: &Demand,
+        task: &TaskPoint,
         tool_tip: Vector3<f64>,
         settings: &statics::Settings,
     ) -> Result<Matrix3<f64>, CompensationStatus> {
-        let (touched, load) = on_workpiece(demand, tool_tip);
+        let (touched, load) = on_workpiece(task, tool_tip);
         let (_, outcome) = settled(&mut self.real, touched, &load, &mut self.workspace, settings)?;
         let compliance = outcome.compliance.map(|compliance| tool_compliance(&compliance, Vector3::zeros()));
         Ok(compliance.unwrap_or_else(Matrix3::zeros))
     }
 }
 
-/// Where the tool of `demand` touches (O, mm), and the load on the workpiece there.
-fn on_workpiece(demand: &Demand, tool_tip: Vector3<f64>) -> (Vector3<f64>, Wrench) {
-    let lever = demand.pose.rotation * tool_tip;
-    let on_tool = demand.load.shift(lever);
-    (demand.pose.translation + lever, Wrench { force: -on_tool.force, moment: -on_tool.moment })
+/// Where the tool of `task` touches (O, mm), and the load on the workpiece there.
+fn on_workpiece(task: &TaskPoint, tool_tip: Vector3<f64>) -> (Vector3<f64>, Wrench) {
+    let lever = task.pose.rotation * tool_tip;
+    let on_tool = task.load.shift(lever);
+    (task.pose.translation + lever, Wrench { force: -on_tool.force, moment: -on_tool.moment })
 }
 
 /// Where the point of a `carrier` that is `touched` (O, mm) without load settles under a dead wrench there.

@@ -22,7 +22,7 @@ const SERIAL_ALL: &str = "the first hinge turned towards it and away from it, ea
 /// Distance of points beside the straight line, as shares of its length.
 const DETOURS: [f64; 2] = [0.5, 1.0];
 const DETOURS_TRIED: &str = "detours through points beside the straight line, by half its length and by all of it";
-/// A line shorter than this share of the machine's reach has no sides.
+/// A line shorter than this share of the machine's characteristic length has no sides.
 const SHORTEST_LINE: f64 = 1e-3;
 
 impl Machine {
@@ -90,7 +90,7 @@ impl Machine {
         let from_axis = screw.twist.linear.cross(&axis);
         let way = target.translation - (self.home.pose.translation - from_axis);
         let to_target = way - axis * axis.dot(&way);
-        let least = 1e-9 * self.reach;
+        let least = 1e-9 * self.characteristic_length;
         if from_axis.norm() < least || to_target.norm() < least {
             return 0.0;
         }
@@ -129,7 +129,7 @@ impl Machine {
     fn detour(&self, target: &Pose) -> Option<Configuration> {
         let home = self.home.pose;
         let line = self.as_controlled(target.translation) - home.translation;
-        if line.norm() < SHORTEST_LINE * self.reach {
+        if line.norm() < SHORTEST_LINE * self.characteristic_length {
             return None;
         }
         let sides: Vec<Vector3<f64>> = sides(&line, |axis| self.controls_translation(axis));

@@ -6,19 +6,19 @@ use super::{Configuration, Coordinate, Machine, Motion, MoveScrew};
 
 impl Machine {
     /// Inverse condition number of the Jacobian between the drives and the controlled task coordinates at `at`: its smallest singular
-    /// value as a share of the largest, hinges and rotations in mm at [`Machine::reach`](crate::machine::Model::reach). 0 where the
-    /// machine is singular, be it that the drives do not hold the platform or that they cannot move it in some way, and 1 where all
+    /// value as a share of the largest, hinges and rotations in mm at the [characteristic length](crate::machine::Model::characteristic_length).
+    /// 0 where the machine is singular, be it that the drives do not hold the platform or that they cannot move it in some way, and 1 where all
     /// directions are alike (the local conditioning index of Gosselin and Angeles 1991). Redundant drives move as little as they can.
     pub fn conditioning(&self, at: &Configuration) -> f64 {
         let Some(mut jacobian) = self.drive_jacobian(at) else { return 0.0 };
         for (mut row, (_, drive)) in jacobian.row_iter_mut().zip(self.drives()) {
             if drive.motion == Motion::Revolute {
-                row *= self.reach;
+                row *= self.characteristic_length;
             }
         }
         for (mut column, coordinate) in jacobian.column_iter_mut().zip(&self.controls) {
             if matches!(coordinate, Coordinate::Rotation(_)) {
-                column /= self.reach;
+                column /= self.characteristic_length;
             }
         }
         if !jacobian.iter().all(|entry| entry.is_finite()) {
@@ -53,7 +53,7 @@ impl Machine {
         let mut joints = Matrix6::zeros();
         for (column, drive) in chain.drives[first..].iter().enumerate() {
             let twist = screws.iter().find(|screw| screw.coordinate == drive.coordinate)?.twist;
-            let [v, w] = [twist.linear / self.reach, twist.angular];
+            let [v, w] = [twist.linear / self.characteristic_length, twist.angular];
             joints.set_column(column, &Vector6::new(v.x, v.y, v.z, w.x, w.y, w.z));
         }
         let coupled = Matrix6::from_fn(|joint, drive| chain.joint_per_drive(first + joint, first + drive));

@@ -24,7 +24,7 @@ impl ExternalAxes {
     }
 }
 
-/// A machine that stands with its external axes where demands have them: made, each time, of the machine as it came, so that it does
+/// A machine that stands with its external axes where tasks have them: made, each time, of the machine as it came, so that it does
 /// not depend on where it stood before.
 #[derive(Debug, Clone)]
 pub struct Standing {

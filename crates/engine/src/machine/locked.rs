@@ -6,7 +6,7 @@ use crate::{
     spatial::{Pose, rotation_exp},
 };
 
-/// How far the machine is moved to see whether the other drives meet its task, as a share of its reach.
+/// How far the machine is moved to see whether the other drives meet its task, as a share of its characteristic length.
 const TRIAL: f64 = 1e-4;
 
 /// A drive that can be locked.
@@ -141,7 +141,7 @@ impl Machine {
         for coordinate in self.controls.clone() {
             let mut beside = self.home.pose;
             match coordinate {
-                Coordinate::Translation(axis) => beside.translation[axis] += TRIAL * self.reach,
+                Coordinate::Translation(axis) => beside.translation[axis] += TRIAL * self.characteristic_length,
                 Coordinate::Rotation(axis) => {
                     let mut turn = nalgebra::Vector3::zeros();
                     turn[axis] = TRIAL;

@@ -67,7 +67,7 @@ impl Machine {
         if motions.ncols() == 0 { 0.0 } else { uncontrolled.map(turn).fold(0.0, f64::max) }
     }
 
-    /// Twists of P that the chains allow, drives free: 6 × motions of the mechanism, O axes, mm and rad × reach. Dependent where a joint is idle.
+    /// Twists of P that the chains allow, drives free: 6 × motions of the mechanism, O axes, mm and rad × characteristic length. Dependent where a joint is idle.
     fn platform_motions(&self, at: &Configuration) -> DMatrix<f64> {
         RankRevealing::new(self.closure_jacobian(at), RANK_TOLERANCE).null_space().rows(0, 6).into_owned()
     }

@@ -191,12 +191,12 @@ pub struct Model {
     pub home_sought: Pose,
     /// Largest distance in mm from P to a chain's base or joint axis at home: the length by which rotations and moments are made comparable
     /// with displacements and forces in residuals and eigenvalues.
-    pub reach: f64,
+    pub characteristic_length: f64,
     /// Number of independent motions of the drives beyond those that the controlled coordinates take: 0 for most machines.
     ///
     /// The drives of a redundant machine stand as near to home as the task allows: the sum of squares of their ways from
-    /// home is least, slides in mm and hinges in mm at [`Machine::reach`](crate::machine::Model::reach). That is a function of the target alone, so a path
-    /// has the same commands from wherever it is begun. A drive that would leave its travel stays at its end, and the others
+    /// home is least, slides in mm and hinges in mm at the [characteristic length](crate::machine::Model::characteristic_length).
+    /// That is a function of the target alone, so a path has the same commands from wherever it is begun. A drive that would leave its travel stays at its end, and the others
     /// make up for it. Motions of the platform that are not controlled follow.
     pub redundancy: usize,
     /// Whether rotations of the platform that the drives do not control change as it moves. A path then asks for the pose in

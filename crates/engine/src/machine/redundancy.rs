@@ -2,7 +2,7 @@
 //!
 //! With the unknowns of the closure equations split into drives d and the rest r (twist of P, passive joints), a step of
 //! Newton's method solves `A r + B d = −e`. The rest is eliminated by the projector `P` onto what A does not reach; of the
-//! drive motions left, `P B d = −P e`, the shortest is taken, hinges in mm at the machine's reach. Motions in the null space
+//! drive motions left, `P B d = −P e`, the shortest is taken, hinges in mm at the machine's characteristic length. Motions in the null space
 //! of `P B` are free: along them the drives go towards home.
 
 use nalgebra::{DMatrix, DVector};
@@ -18,13 +18,13 @@ const RANK_TOLERANCE: f64 = 1e-9;
 /// Steps towards home, and halvings of each.
 const MAX_STEPS: usize = 60;
 const HALVINGS: usize = 6;
-/// What is left to go towards home where the drives count as nearest to it, as a fraction of the machine's reach.
+/// What is left to go towards home where the drives count as nearest to it, as a fraction of the machine's characteristic length.
 const NEAREST: f64 = 1e-12;
 
 /// Equations are changed as they should be if this share is missing at most.
 const MET: f64 = 1e-6;
 
-/// A drive is moved to the end of its travel in steps of this share of the machine's reach.
+/// A drive is moved to the end of its travel in steps of this share of the machine's characteristic length.
 const LONGEST_HOLD: f64 = 0.1;
 
 /// `None` where the entries are not finite.
@@ -120,13 +120,13 @@ impl Closure<'_> {
     /// Goes along the free motions towards home, the task met, until nothing is gained. From `at`, which meets the task.
     fn towards_home(&mut self, mut at: Configuration, target: &Pose) -> Configuration {
         let command = Command::Task(target);
-        let reach = self.machine.reach;
+        let scale = self.machine.characteristic_length;
         let mut last = f64::INFINITY;
         for _ in 0..MAX_STEPS {
             self.linearise(&at, &command);
             let way_home = self.way_home(&at);
             let Some((_, left)) = self.step_with(&at, Some(&way_home)) else { return at };
-            if left <= NEAREST * reach {
+            if left <= NEAREST * scale {
                 return at;
             }
             let (before, mut share) = (way_home.norm_squared(), 1.0);
@@ -138,10 +138,10 @@ impl Closure<'_> {
                 let met = self.met(moved, &command);
                 share *= 0.5;
                 // Near the end the sums of squares differ by rounding only, and what is left to go decides.
-                met.filter(|met| left < 1e-6 * reach || self.way_home(met).norm_squared() < before)
+                met.filter(|met| left < 1e-6 * scale || self.way_home(met).norm_squared() < before)
             });
             match next {
-                Some(next) if left < last || left > 1e-6 * reach => at = next,
+                Some(next) if left < last || left > 1e-6 * scale => at = next,
                 _ => return at,
             }
             last = left;
@@ -153,7 +153,8 @@ impl Closure<'_> {
     fn lock(&mut self, at: &Configuration, locked: (usize, f64), target: &Pose) -> Option<Configuration> {
         let (drive, value) = locked;
         let (from, command) = (at.drives[drive], Command::Task(target));
-        let steps = (self.way(at, drive, value).abs() / (LONGEST_HOLD * self.machine.reach)).ceil().clamp(1.0, 100.0);
+        let longest = LONGEST_HOLD * self.machine.characteristic_length;
+        let steps = (self.way(at, drive, value).abs() / longest).ceil().clamp(1.0, 100.0);
         let mut at = at.clone();
         self.locked.push(locked);
         for step in 1..=steps as usize {
@@ -174,7 +175,7 @@ impl Closure<'_> {
         for _ in 0..3 {
             at = self.approach(&at, command);
             self.linearise(&at, command);
-            if self.residual.amax() < CLOSURE_ROUNDING * self.machine.reach {
+            if self.residual.amax() < CLOSURE_ROUNDING * self.machine.characteristic_length {
                 return Some(at);
             }
         }
@@ -212,7 +213,7 @@ impl Machine {
         mobility.mechanism.saturating_sub(mobility.uncontrolled).saturating_sub(self.controls.len())
     }
 
-    /// Length of the drives' way from home to `at`: slides in mm, hinges in mm at the machine's reach.
+    /// Length of the drives' way from home to `at`: slides in mm, hinges in mm at the machine's characteristic length.
     pub(super) fn way_from_home(&self, at: &Configuration) -> f64 {
         Closure::new(self).way_home(at).norm()
     }

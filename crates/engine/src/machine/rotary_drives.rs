@@ -36,7 +36,7 @@ pub struct RotaryDrives {
 
 /// How far a hinge is turned to see its axis, rad.
 const TRIAL_RAD: f64 = 0.3;
-/// How far the platform is moved to see whether it turns, as a share of the reach, and a turn that is none, rad.
+/// How far the platform is moved to see whether it turns, as a share of the characteristic length, and a turn that is none, rad.
 const BESIDE: f64 = 0.01;
 const STILL_RAD: f64 = 1e-9;
 
@@ -89,7 +89,7 @@ impl Machine {
     fn turns_beside_held(&self) -> bool {
         (0..3).any(|axis| {
             let mut beside = self.home.pose;
-            beside.translation[axis] += BESIDE * self.reach;
+            beside.translation[axis] += BESIDE * self.characteristic_length;
             let there = self.unlimited_inverse_kinematics_from(&self.home, &beside);
             let turn = |at: Configuration| rotation_log(&self.home.pose.rotation.tr_mul(&at.pose.rotation)).norm();
             there.map_or(true, |at| turn(at) > STILL_RAD)

@@ -10,13 +10,13 @@ use crate::spatial::rotation_log;
 /// Names of the axes of O.
 const AXES: [&str; 3] = ["x", "y", "z"];
 
-/// A difference below this share of the machine's reach is none: machine files are written with so many digits.
+/// A difference below this share of the machine's characteristic length is none: machine files are written with so many digits.
 pub(super) const SAME_PLACE: f64 = 1e-6;
 
 /// Orientations nearer to each other are the same, rad: angles are given with so many digits.
 const SAME_ORIENTATION: f64 = 1e-5;
 
-/// A position between the corners of the workspace box but for rounding, as a share of the machine's reach.
+/// A position between the corners of the workspace box but for rounding, as a share of the machine's characteristic length.
 const ROUNDING: f64 = 1e-9;
 
 impl Coordinate {
@@ -100,7 +100,9 @@ impl Machine {
             stands: stands[axis],
         });
         let size = |d: &UncontrolledDifference| (d.asked - d.stands).abs();
-        differences.filter(|d| size(d) > SAME_PLACE * self.reach).max_by(|a, b| size(a).total_cmp(&size(b)))
+        differences
+            .filter(|d| size(d) > SAME_PLACE * self.characteristic_length)
+            .max_by(|a, b| size(a).total_cmp(&size(b)))
     }
 
     /// Refuses `asked` (P in O, mm) where the machine at `at`, which stands there as far as its drives control, is
@@ -152,7 +154,7 @@ impl Machine {
         let (min, max) = (self.workspace.min, self.workspace.max);
         let excess = |axis: usize| (min[axis] - position[axis]).max(position[axis] - max[axis]);
         let axis = (0..3).max_by(|&a, &b| excess(a).total_cmp(&excess(b)))?;
-        let is_outside = excess(axis) > ROUNDING * self.reach;
+        let is_outside = excess(axis) > ROUNDING * self.characteristic_length;
         is_outside.then(|| OutsideWorkspace { axis, value: position[axis], ends: [min[axis], max[axis]] })
     }
 }

@@ -9,13 +9,13 @@ use nalgebra::{Matrix3, Vector3};
 use super::{Configuration, Machine, Unreachable};
 use crate::spatial::Pose;
 
-/// A distance below this share of the machine's reach is none.
+/// A distance below this share of the machine's characteristic length is none.
 const MET: f64 = 1e-13;
-/// A distance above this share of the machine's reach is too much where the search ends.
+/// A distance above this share of the machine's characteristic length is too much where the search ends.
 const MISSED: f64 = 1e-9;
 /// Places of P tried.
 const MAX_STEPS: usize = 40;
-/// How far the machine is moved to see whether its platform turns, as shares of its reach, and the direction.
+/// How far the machine is moved to see whether its platform turns, as shares of its characteristic length, and the direction.
 const TRIALS: [f64; 4] = [0.02, -0.02, 0.005, -0.005];
 const TRIAL_WAY: [f64; 3] = [0.61, -0.52, 0.43];
 
@@ -27,7 +27,7 @@ impl Machine {
             return true;
         }
         let beside = TRIALS.iter().find_map(|share| {
-            let way = Vector3::from(TRIAL_WAY) * (share * self.reach);
+            let way = Vector3::from(TRIAL_WAY) * (share * self.characteristic_length);
             let asked = self.as_controlled(self.home.pose.translation + way);
             self.unlimited_inverse_kinematics_from(&self.home, &self.pose_at(asked)).ok()
         });
@@ -56,10 +56,10 @@ impl Machine {
             let distance = missed.norm();
             if distance < least {
                 (best, least) = (Some(at.clone()), distance);
-            } else if least <= MISSED * self.reach {
+            } else if least <= MISSED * self.characteristic_length {
                 break;
             }
-            if distance <= MET * self.reach {
+            if distance <= MET * self.characteristic_length {
                 break;
             }
             if let Some((step, before)) = last {
@@ -75,7 +75,7 @@ impl Machine {
             place += step;
         }
         match best {
-            Some(at) if least <= MISSED * self.reach => Ok(at),
+            Some(at) if least <= MISSED * self.characteristic_length => Ok(at),
             _ => Err(Unreachable::Turned { beside_mm: least }),
         }
     }
@@ -88,7 +88,7 @@ impl Machine {
     pub fn check_tracked(&self, asked: &Pose, at: &Configuration) -> Result<(), Unreachable> {
         self.check_asked(asked.translation, at)?;
         let beside_mm = ((at.pose.rotation - asked.rotation) * self.tool_tip).norm();
-        if beside_mm > super::task_space::SAME_PLACE * self.reach {
+        if beside_mm > super::task_space::SAME_PLACE * self.characteristic_length {
             return Err(Unreachable::Turned { beside_mm });
         }
         Ok(())

@@ -72,7 +72,7 @@ pub(super) fn adjoints(
 fn condensed(machine: &Machine, solver: &mut LaneSolver) -> Option<Vec<Adjoint>> {
     let LaneSolver { systems: chains, rigid, tangent, .. } = solver;
     let transposed = platform::rows(&platform::matrix(tangent).transpose());
-    if rigid.factorise(chains, &transposed, machine.reach) == 0 {
+    if rigid.factorise(chains, &transposed, machine.characteristic_length) == 0 {
         return None;
     }
     let mut adjoints = Vec::with_capacity(6);

@@ -61,7 +61,7 @@ pub fn equilibrium(
 ///
 /// `task`, asked once per iteration, gives the task error at a pose of P, in as many coordinates as there are drives. `drives` and `state` are
 /// where the search starts, and where it ends; the residual of the outcome includes the task error over the machine's
-/// reach. `None` if the iteration fails; `drives` and `state` are then as they were.
+/// characteristic length. `None` if the iteration fails; `drives` and `state` are then as they were.
 pub fn equilibrium_at_task(
     machine: &Machine,
     task: &dyn Fn(&Pose) -> TaskError,
@@ -291,21 +291,21 @@ impl<'a> Newton<'a> {
     /// The platform's softest direction at an equilibrium, part of the load held back.
     fn softest(&mut self, state: &State) -> Softest {
         self.workspace.solver.put(0, self.drives, state);
-        let reach = self.machine.reach;
+        let scale = self.machine.characteristic_length;
         if self.linearise().is_condensed {
             let LaneSolver { rigid, tangent, .. } = &mut self.workspace.solver;
             let matrix = platform::matrix(tangent);
-            let is_stable = platform_status(&matrix, reach) == Status::Solved;
+            let is_stable = platform_status(&matrix, scale) == Status::Solved;
             if rigid.is_empty() {
-                return Softest::of_stiffness(&matrix, reach, is_stable);
+                return Softest::of_stiffness(&matrix, scale, is_stable);
             }
             let (compliance, regular) = platform::compliance(rigid, *tangent);
             let compliance = (regular == 1).then(|| platform::matrix(&compliance));
-            return Softest::of_compliance(compliance.as_ref(), reach, is_stable, rigid);
+            return Softest::of_compliance(compliance.as_ref(), scale, is_stable, rigid);
         }
         let full = self.full_tangent();
         let is_stable = full.status == Status::Solved;
-        let softest = Softest::of_compliance(full.compliance.as_ref(), reach, is_stable, &self.workspace.solver.rigid);
+        let softest = Softest::of_compliance(full.compliance.as_ref(), scale, is_stable, &self.workspace.solver.rigid);
         Softest { has_idle_motion: full.has_idle_motion, ..softest }
     }
 
@@ -325,7 +325,7 @@ impl<'a> Newton<'a> {
     fn linearise(&mut self) -> Balance {
         let is_condensed = self.workspace.fill(self.machine, &self.gravity, self.held, true);
         let Workspace { solver, held_imbalance, .. } = &*self.workspace;
-        let (body, reach) = (solver.platform.into(), self.machine.reach);
+        let (body, scale) = (solver.platform.into(), self.machine.characteristic_length);
         let load = tool::load_on_body(self.machine, &body, self.load).to_array();
         let mut imbalance = solver.imbalance(self.machine, Vec3::splat(&self.gravity), load);
         if self.held > 0.0 {
@@ -334,8 +334,8 @@ impl<'a> Newton<'a> {
             }
         }
         let task = self.task.map(|task| task(&tool::bend(self.machine, &body, self.load)));
-        let task_error = task.as_ref().map_or(0.0, |task| task.size() / reach);
-        let residual = larger(task_error, solver.residual(reach, load, imbalance));
+        let task_error = task.as_ref().map_or(0.0, |task| task.size() / scale);
+        let residual = larger(task_error, solver.residual(scale, load, imbalance));
         Balance { imbalance, task, is_condensed, residual }
     }
 
@@ -358,7 +358,8 @@ impl<'a> Newton<'a> {
         }
         let solver = &mut self.workspace.solver;
         if self.iterations == 0 {
-            self.is_plainly_stable = platform::plainly_definite(&solver.tangent, self.machine.reach) == 1;
+            self.is_plainly_stable =
+                platform::plainly_definite(&solver.tangent, self.machine.characteristic_length) == 1;
         }
         let task = match &balance.task {
             // Where the drives are not as many as the task coordinates, there is no step.
@@ -386,14 +387,14 @@ impl<'a> Newton<'a> {
 
     /// Tangent and stability at the equilibrium just linearised.
     fn finish(&mut self, residual: f64, load_steps: usize) -> Outcome {
-        let reach = self.machine.reach;
+        let scale = self.machine.characteristic_length;
         if self.workspace.solver.condensed == 1 {
             let solver = &mut self.workspace.solver;
             // Most by far need no eigenvalues.
-            let is_definite = platform::plainly_definite(&solver.tangent, reach) == 1;
+            let is_definite = platform::plainly_definite(&solver.tangent, scale) == 1;
             self.is_plainly_stable &= is_definite;
             let stiffness = platform::matrix(&solver.tangent);
-            let status = if is_definite { Status::Solved } else { platform_status(&stiffness, reach) };
+            let status = if is_definite { Status::Solved } else { platform_status(&stiffness, scale) };
             let (compliance, regular) = solver.compliance();
             if status == Status::Singular || regular == 0 {
                 return Outcome { load_steps, stiffness: Some(stiffness), ..self.failed(status, residual) };
@@ -404,11 +405,11 @@ impl<'a> Newton<'a> {
         let full = self.full_tangent();
         self.has_idle_motion = full.has_idle_motion;
         let rigid = &self.workspace.solver.rigid;
-        if full.compliance.is_some_and(|compliance| is_free(&compliance, reach, rigid)) {
+        if full.compliance.is_some_and(|compliance| is_free(&compliance, scale, rigid)) {
             return Outcome { load_steps, ..self.failed(Status::Singular, residual) };
         }
         let stiffness =
-            full.compliance.as_ref().and_then(|compliance| full_system::invert_if_regular(compliance, reach));
+            full.compliance.as_ref().and_then(|compliance| full_system::invert_if_regular(compliance, scale));
         let FullTangent { status, compliance, drive_sensitivity, .. } = full;
         Outcome { status, iterations: self.iterations, residual, load_steps, stiffness, compliance, drive_sensitivity }
     }
@@ -420,7 +421,7 @@ const FREE: f64 = 1e-11;
 /// A compliance below this fraction of the largest is that of a rigid direction.
 const RIGID: f64 = 1e-12;
 
-/// The softest direction of the platform, rotations taken at the machine's reach.
+/// The softest direction of the platform, rotations taken at the machine's characteristic length.
 #[derive(Debug, Clone, Copy)]
 struct Softest {
     /// Its stiffness, and that of the stiffest direction that is not rigid, N/mm; NaN where there is none.
@@ -434,17 +435,17 @@ struct Softest {
 }
 
 impl Softest {
-    fn of_stiffness(stiffness: &Matrix6<f64>, reach: f64, is_stable: bool) -> Self {
-        let stiffness = at_reach(stiffness, reach);
+    fn of_stiffness(stiffness: &Matrix6<f64>, scale: f64, is_stable: bool) -> Self {
+        let stiffness = at_length(stiffness, scale);
         let values = stiffness.map(|stiffness| stiffness.symmetric_eigenvalues());
         let (value, largest) = values.map_or((f64::NAN, f64::NAN), |values| (values.min(), values.amax()));
         Self { value, largest, stiffness, is_stable, has_idle_motion: false }
     }
 
-    /// From the compliance at P; `None` for a free platform. Rotations are taken at `reach`, mm; a slack yields as drives do.
-    fn of_compliance(compliance: Option<&Matrix6<f64>>, reach: f64, is_stable: bool, rigid: &RigidDirections) -> Self {
+    /// From the compliance at P; `None` for a free platform. Rotations are taken at `scale`, mm; a slack yields as drives do.
+    fn of_compliance(compliance: Option<&Matrix6<f64>>, scale: f64, is_stable: bool, rigid: &RigidDirections) -> Self {
         let (mut value, mut largest, mut stiffness) = (0.0, 1.0, None);
-        if let Some(compliance) = compliance.and_then(|compliance| at_reach(compliance, 1.0 / reach)) {
+        if let Some(compliance) = compliance.and_then(|compliance| at_length(compliance, 1.0 / scale)) {
             let values = compliance.symmetric_eigenvalues();
             let (least, most) = (values.min(), values.max());
             let is_rigid = least <= rigid.nearly_rigid().max(RIGID * most);
@@ -472,20 +473,20 @@ impl Softest {
     }
 }
 
-/// The symmetric part of a stiffness in N/mm, rotations taken at `reach` mm (of a compliance: 1/`reach`); `None` where an
+/// The symmetric part of a stiffness in N/mm, rotations taken at `scale` mm (of a compliance: 1/`scale`); `None` where an
 /// entry is not finite, with which eigenvalue iterations do not end.
-fn at_reach(stiffness: &Matrix6<f64>, reach: f64) -> Option<Matrix6<f64>> {
+fn at_length(stiffness: &Matrix6<f64>, scale: f64) -> Option<Matrix6<f64>> {
     let mut scaled = (stiffness + stiffness.transpose()) * 0.5;
     for i in 3..6 {
-        scaled.row_mut(i).unscale_mut(reach);
-        scaled.column_mut(i).unscale_mut(reach);
+        scaled.row_mut(i).unscale_mut(scale);
+        scaled.column_mut(i).unscale_mut(scale);
     }
     scaled.iter().all(|entry| entry.is_finite()).then_some(scaled)
 }
 
 /// Whether a compliance is that of a platform which only rounding holds in some direction; a slack yields as drives do.
-fn is_free(compliance: &Matrix6<f64>, reach: f64, rigid: &RigidDirections) -> bool {
-    at_reach(compliance, 1.0 / reach).is_some_and(|compliance| {
+fn is_free(compliance: &Matrix6<f64>, scale: f64, rigid: &RigidDirections) -> bool {
+    at_length(compliance, 1.0 / scale).is_some_and(|compliance| {
         let values = compliance.symmetric_eigenvalues().abs();
         let is_rigid = values.min() <= rigid.nearly_rigid().max(RIGID * values.max());
         let stiffest = if is_rigid { rigid.slack_compliance() } else { values.min() };
@@ -493,9 +494,9 @@ fn is_free(compliance: &Matrix6<f64>, reach: f64, rigid: &RigidDirections) -> bo
     })
 }
 
-/// Stability of the platform from its tangent stiffness; `reach` in mm makes rotations comparable.
-fn platform_status(tangent: &Matrix6<f64>, reach: f64) -> Status {
-    let Some(values) = at_reach(tangent, reach).map(|scaled| scaled.symmetric_eigenvalues()) else {
+/// Stability of the platform from its tangent stiffness; `scale` in mm makes rotations comparable.
+fn platform_status(tangent: &Matrix6<f64>, scale: f64) -> Status {
+    let Some(values) = at_length(tangent, scale).map(|scaled| scaled.symmetric_eigenvalues()) else {
         return Status::Singular;
     };
     match values.min() {

@@ -53,13 +53,14 @@ pub fn wrench_at_pose(
         let in_series = (Matrix6::identity() + force.stiffness * own).try_inverse()?;
         let change = in_series * left;
         wrench = Wrench::from_vector(&(wrench.to_vector() + change));
-        if !wrench.norm(machine.reach).is_finite() {
+        if !wrench.norm(machine.characteristic_length).is_finite() {
             return None;
         }
-        let changed = Wrench::from_vector(&change).norm(machine.reach);
-        let is_found = changed <= settings.tolerance * wrench.norm(machine.reach).max(1.0);
+        let changed = Wrench::from_vector(&change).norm(machine.characteristic_length);
+        let is_found = changed <= settings.tolerance * wrench.norm(machine.characteristic_length).max(1.0);
         // The wrench of a stiff machine is known to rounding of its pose: it is found where it no longer comes nearer.
-        let is_rounding = changed >= 0.5 * last && is_short(&force.stiffness, &left, machine.reach, settings.tolerance);
+        let is_rounding = changed >= 0.5 * last
+            && is_short(&force.stiffness, &left, machine.characteristic_length, settings.tolerance);
         last = changed;
         if is_found || is_rounding {
             (state.pose, state.body) = (*pose, Some(body));
@@ -71,10 +72,10 @@ pub fn wrench_at_pose(
     None
 }
 
-/// Whether a body that is out of balance by `left` is so by a displacement below `tolerance` times the machine's reach.
-fn is_short(stiffness: &Matrix6<f64>, left: &Vector6<f64>, reach: f64, tolerance: f64) -> bool {
+/// Whether a body that is out of balance by `left` is so by a displacement below `tolerance` times the machine's characteristic length.
+fn is_short(stiffness: &Matrix6<f64>, left: &Vector6<f64>, scale: f64, tolerance: f64) -> bool {
     let Some(twist) = stiffness.lu().solve(left) else { return false };
-    twist.fixed_rows::<3>(0).amax().max(twist.fixed_rows::<3>(3).amax() * reach) <= tolerance * reach
+    twist.fixed_rows::<3>(0).amax().max(twist.fixed_rows::<3>(3).amax() * scale) <= tolerance * scale
 }
 
 /// The same with P held by the platform's body.
@@ -104,9 +105,9 @@ fn wrench_on_body(
         let mut iterations = 0;
         let stiffness = loop {
             system.linearise(chain, own_drives, chain_state, pose, &machine.gravity);
-            let residual = system.residual(machine.reach);
-            let scale = chain_state.wrench.norm(machine.reach).max(1.0);
-            let error = larger(residual.gap / machine.reach, residual.force / scale);
+            let residual = system.residual(machine.characteristic_length);
+            let scale = chain_state.wrench.norm(machine.characteristic_length).max(1.0);
+            let error = larger(residual.gap / machine.characteristic_length, residual.force / scale);
             let stiffness = system.condense()?;
             if error <= settings.tolerance {
                 break stiffness;

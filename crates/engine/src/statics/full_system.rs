@@ -260,12 +260,12 @@ pub(super) fn tangent(machine_chains: &[Chain], chains: &[ChainSystem], weight: 
     FullTangent { status, has_idle_motion, compliance, drive_sensitivity, joint_deflection }
 }
 
-/// Stiffness from a compliance, unless the machine is rigid in some direction; `reach` in mm makes rotations comparable.
-pub(super) fn invert_if_regular(compliance: &Matrix6<f64>, reach: f64) -> Option<Matrix6<f64>> {
+/// Stiffness from a compliance, unless the machine is rigid in some direction; `scale` in mm makes rotations comparable.
+pub(super) fn invert_if_regular(compliance: &Matrix6<f64>, scale: f64) -> Option<Matrix6<f64>> {
     let mut scaled = *compliance;
     for i in 3..6 {
-        scaled.row_mut(i).scale_mut(reach);
-        scaled.column_mut(i).scale_mut(reach);
+        scaled.row_mut(i).scale_mut(scale);
+        scaled.column_mut(i).scale_mut(scale);
     }
     let values = scaled.singular_values();
     if values.min() > RANK_TOLERANCE * values.max() { compliance.try_inverse() } else { None }

@@ -217,7 +217,7 @@ impl<R: Real> LaneSolver<R> {
                         .enumerate()
                 {
                     fill(number, system, chain, &self.platform, &own.carried(&self.drives, gravity));
-                    *residual = system.residual(machine.reach);
+                    *residual = system.residual(machine.characteristic_length);
                     if condenses {
                         self.condensed &= system.eliminate();
                     }
@@ -230,7 +230,7 @@ impl<R: Real> LaneSolver<R> {
                 if machine.tool_compliance.is_some() {
                     self.add_tool_stiffness(machine);
                 }
-                self.condensed &= self.rigid.factorise(&self.systems, &self.tangent, machine.reach);
+                self.condensed &= self.rigid.factorise(&self.systems, &self.tangent, machine.characteristic_length);
             },
         );
         self.is_linearised = condenses;
@@ -253,7 +253,7 @@ impl<R: Real> LaneSolver<R> {
     fn plainly_stable(&self, machine: &Machine) -> u8 {
         R::vectorized(
             #[inline(always)]
-            || platform::plainly_definite(&self.tangent, machine.reach),
+            || platform::plainly_definite(&self.tangent, machine.characteristic_length),
         )
     }
 
@@ -302,12 +302,12 @@ impl<R: Real> LaneSolver<R> {
             #[inline(always)]
             || {
                 let imbalance = self.imbalance(machine, Vec3::splat(&machine.gravity), load);
-                (imbalance, self.residual(machine.reach, load, imbalance))
+                (imbalance, self.residual(machine.characteristic_length, load, imbalance))
             },
         );
         progress.active &= self.condensed & tasks.map_or(u8::MAX, |tasks| tasks.fitting);
         for lane in lanes(progress.active) {
-            let task_error = tasks.map_or(0.0, |tasks| tasks.sizes[lane] / machine.reach);
+            let task_error = tasks.map_or(0.0, |tasks| tasks.sizes[lane] / machine.characteristic_length);
             let residual = task_error.larger(residuals.lane(lane));
             progress.residuals[lane] = residual;
             match progress.iterations[lane].judge(residual, settings) {
@@ -322,22 +322,22 @@ impl<R: Real> LaneSolver<R> {
         imbalance
     }
 
-    /// Largest closure gap over `reach`, or force out of balance over the largest wrench (the `load` on the platform's body, that of a
+    /// Largest closure gap over `scale`, or force out of balance over the largest wrench (the `load` on the platform's body, that of a
     /// chain, 1 N); `imbalance` is the platform's.
     #[inline(always)]
-    pub(super) fn residual(&self, reach: f64, load: [R; 6], imbalance: [R; 6]) -> R {
+    pub(super) fn residual(&self, scale: f64, load: [R; 6], imbalance: [R; 6]) -> R {
         let one = R::splat(1.0);
-        let mut largest_wrench = Screw::from_array(load).wrench_norm(reach);
+        let mut largest_wrench = Screw::from_array(load).wrench_norm(scale);
         largest_wrench = R::select(largest_wrench.greater(one), largest_wrench, one);
         let (mut gap, mut force) = (R::zero(), R::zero());
         for (chain, residual) in pairs(&self.chains, &self.residuals) {
             gap = gap.larger(residual.gap);
             force = force.larger(residual.force);
-            let wrench = chain.wrench.wrench_norm(reach);
+            let wrench = chain.wrench.wrench_norm(scale);
             largest_wrench = R::select(wrench.greater(largest_wrench), wrench, largest_wrench);
         }
-        force = force.larger(Screw::from_array(imbalance).wrench_norm(reach));
-        (gap / R::splat(reach)).larger(force / largest_wrench)
+        force = force.larger(Screw::from_array(imbalance).wrench_norm(scale));
+        (gap / R::splat(scale)).larger(force / largest_wrench)
     }
 
     /// `load` on the platform's body and its weight, less the chain wrenches.
@@ -483,7 +483,7 @@ impl<R: Real> LaneSolver<R> {
         let (compliance, good) = R::vectorized(
             #[inline(always)]
             || {
-                let definite = platform::plainly_definite(&self.tangent, machine.reach);
+                let definite = platform::plainly_definite(&self.tangent, machine.characteristic_length);
                 let (compliance, regular) = self.compliance();
                 (compliance, definite & regular)
             },
@@ -526,7 +526,7 @@ impl<R: Real> LaneSolver<R> {
         let (twists, compliance) = (&self.drive_wrenches, platform::of_lane(compliance, lane));
         let stiffness = match self.rigid.is_empty() {
             true => Some(platform::of_lane(&self.tangent, lane)),
-            false => platform::stiffness(&compliance, machine.reach, self.rigid.slack_compliance()),
+            false => platform::stiffness(&compliance, machine.characteristic_length, self.rigid.slack_compliance()),
         };
         Outcome {
             status,

@@ -16,7 +16,7 @@ const SOFT: f64 = 1e-4;
 /// When an equilibrium counts as solved.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
-    /// Largest accepted residual: closure gaps over the machine's reach, and forces out of balance over the largest chain
+    /// Largest accepted residual: closure gaps over the machine's characteristic length, and forces out of balance over the largest chain
     /// wrench (dimensionless).
     pub tolerance: f64,
     /// Newton iterations of one load step.
@@ -125,10 +125,12 @@ impl Outcome {
     /// Whether a direction of the platform is so soft that the nominal machine could be singular there.
     pub(crate) fn is_soft(&self, machine: &Machine) -> bool {
         match (&self.stiffness, &self.compliance) {
-            (Some(stiffness), _) => platform::definite_beyond(&platform::rows(stiffness), machine.reach, SOFT) == 0,
+            (Some(stiffness), _) => {
+                platform::definite_beyond(&platform::rows(stiffness), machine.characteristic_length, SOFT) == 0
+            }
             // Rigid in some directions: against what a drive yields.
             (None, Some(compliance)) => {
-                let lever = |i: usize| if i < 3 { 1.0 } else { machine.reach };
+                let lever = |i: usize| if i < 3 { 1.0 } else { machine.characteristic_length };
                 let yields: f64 = (0..6).map(|i| compliance[(i, i)] * lever(i) * lever(i)).sum();
                 yields.is_nan() || yields * SOFT > Scale::of(machine).slack
             }
@@ -136,13 +138,13 @@ impl Outcome {
         }
     }
 
-    /// Smallest eigenvalue in N/mm of the loaded stiffness, rotations at `reach` mm; of a machine that is rigid in some
+    /// Smallest eigenvalue in N/mm of the loaded stiffness, rotations at `scale` mm; of a machine that is rigid in some
     /// directions, that of the others. Negative where it is unstable; `None` where the platform is free or not solved.
-    pub fn softest(&self, reach: f64) -> Option<f64> {
+    pub fn softest(&self, scale: f64) -> Option<f64> {
         match (&self.stiffness, &self.compliance) {
-            (Some(stiffness), _) => Some(smallest_eigenvalue(stiffness, reach)),
+            (Some(stiffness), _) => Some(smallest_eigenvalue(stiffness, scale)),
             (None, Some(compliance)) if self.status == Status::Solved => {
-                let largest = largest_compliance(compliance, reach);
+                let largest = largest_compliance(compliance, scale);
                 (largest > 0.0).then(|| 1.0 / largest)
             }
             _ => None,
@@ -164,12 +166,12 @@ pub struct TaskError {
     pub error: Vector6<f64>,
     /// Derivative of the error by the twist of P in O axes.
     pub slope: Matrix6<f64>,
-    /// What makes each error a length: 1, or the machine's reach in mm for rotations.
+    /// What makes each error a length: 1, or the machine's characteristic length in mm for rotations.
     pub lever: Vector6<f64>,
 }
 
 impl TaskError {
-    /// Length of the error in mm, rotations taken at the machine's reach.
+    /// Length of the error in mm, rotations taken at the machine's characteristic length.
     pub fn size(&self) -> f64 {
         let mut square = 0.0;
         for i in 0..6 {

@@ -187,17 +187,17 @@ pub(super) fn step_to_task<R: Real>(
 }
 
 /// Lanes in which the symmetric part of `tangent` is plainly positive definite: no pivot near zero, rotations taken at
-/// `reach` mm. A free motion leaves a pivot that is all rounding, and may leave a diagonal entry that is.
+/// `scale` mm. A free motion leaves a pivot that is all rounding, and may leave a diagonal entry that is.
 #[inline(always)]
-pub(super) fn plainly_definite<R: Real>(tangent: &Square<R>, reach: f64) -> u8 {
-    definite_beyond(tangent, reach, 1e-6)
+pub(super) fn plainly_definite<R: Real>(tangent: &Square<R>, scale: f64) -> u8 {
+    definite_beyond(tangent, scale, 1e-6)
 }
 
 /// Lanes in which no pivot of the symmetric part of `tangent` is less than this share of its largest diagonal entry.
 #[inline(always)]
-pub(super) fn definite_beyond<R: Real>(tangent: &Square<R>, reach: f64, share: f64) -> u8 {
+pub(super) fn definite_beyond<R: Real>(tangent: &Square<R>, scale: f64, share: f64) -> u8 {
     let half = R::splat(0.5);
-    let scales = [1.0, 1.0 / reach, 1.0 / (reach * reach)];
+    let scales = [1.0, 1.0 / scale, 1.0 / (scale * scale)];
     let mut upper = *tangent;
     for (i, row) in upper.iter_mut().enumerate() {
         for (j, entry) in row.iter_mut().enumerate() {
@@ -231,10 +231,10 @@ pub(super) fn compliance<R: Real>(rigid: &mut RigidDirections<R>, tangent: Squar
     (compliance, regular)
 }
 
-/// Stiffness from a compliance whose symmetric part is not negative; `None` where it is rigid in some direction. `reach` in
+/// Stiffness from a compliance whose symmetric part is not negative; `None` where it is rigid in some direction. `scale` in
 /// mm makes rotations comparable, and `soft` in mm/N is a compliance that springs of the machine have.
-pub(super) fn stiffness(compliance: &Square<f64>, reach: f64, soft: f64) -> Option<Square<f64>> {
-    let lever = |i: usize| if i < 3 { 1.0 } else { reach };
+pub(super) fn stiffness(compliance: &Square<f64>, scale: f64, soft: f64) -> Option<Square<f64>> {
+    let lever = |i: usize| if i < 3 { 1.0 } else { scale };
     let mut left: Square<f64> = std::array::from_fn(|i| {
         std::array::from_fn(|j| 0.5 * (compliance[i][j] + compliance[j][i]) * lever(i) * lever(j))
     });

@@ -77,10 +77,10 @@ impl<R: Real> RigidDirections<R> {
     }
 
     /// From condensed chains and their tangent; the lanes in which the platform is plainly stable and the system regular but
-    /// for over-constraint. With slack springs the platform is less stable than it is. `reach` in mm makes rotations
+    /// for over-constraint. With slack springs the platform is less stable than it is. `scale` in mm makes rotations
     /// comparable.
     #[inline(always)]
-    pub fn factorise(&mut self, chains: &[ChainSystem<R>], tangent: &Square<R>, reach: f64) -> u8 {
+    pub fn factorise(&mut self, chains: &[ChainSystem<R>], tangent: &Square<R>, scale: f64) -> u8 {
         let count = self.count();
         if count == 0 {
             return R::ALL;
@@ -93,7 +93,7 @@ impl<R: Real> RigidDirections<R> {
             first += chain.slack_count();
         }
         self.responses.copy_from_slice(&self.wrenches);
-        let mut good = platform::plainly_definite(tangent, reach) & solve(*tangent, 6, &mut self.responses);
+        let mut good = platform::plainly_definite(tangent, scale) & solve(*tangent, 6, &mut self.responses);
         for (row, wrench) in pairs(self.factor.chunks_exact_mut(count), &self.wrenches) {
             for (entry, response) in pairs(row.iter_mut(), &self.responses) {
                 *entry = dot(wrench, response);

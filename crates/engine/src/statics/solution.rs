@@ -50,7 +50,7 @@ pub struct Solution {
     /// Half the interval in which backlash and friction of the drives let the tool tip stand, along the axes of O, mm; `None` without
     /// any.
     pub tool_play: Option<Vector3<f64>>,
-    /// Smallest eigenvalue in N/mm of the condensed tangent, rotations weighted by the machine's reach; negative where
+    /// Smallest eigenvalue in N/mm of the condensed tangent, rotations weighted by the machine's characteristic length; negative where
     /// the machine is unstable. See [`Outcome::softest`]; not a stiffness of the tool tip, which is
     /// [`Solution::tool_stiffnesses`].
     pub stability: Option<f64>,
@@ -82,7 +82,7 @@ impl Solution {
             stiffness: outcome.stiffness,
             compliance: outcome.compliance,
             tool_play: tool_play(machine, &state.pose, &outcome.drive_sensitivity),
-            stability: outcome.softest(machine.reach),
+            stability: outcome.softest(machine.characteristic_length),
         }
     }
 

@@ -57,9 +57,9 @@ fn unloaded(machine: &Machine, at: &Configuration, workspace: &mut Workspace) ->
 }
 
 /// Wrenches at P (N, N·mm) that a machine of this compliance withstands rigidly: a basis of them, each with a 1 where all
-/// others have a 0. `reach` in mm makes rotations comparable.
-pub fn rigid_wrenches(compliance: &Matrix6<f64>, reach: f64) -> Vec<Vector6<f64>> {
-    let lever = |i: usize| if i < 3 { 1.0 } else { reach };
+/// others have a 0. `scale` in mm makes rotations comparable.
+pub fn rigid_wrenches(compliance: &Matrix6<f64>, scale: f64) -> Vec<Vector6<f64>> {
+    let lever = |i: usize| if i < 3 { 1.0 } else { scale };
     let scaled = Matrix6::from_fn(|i, j| 0.5 * (compliance[(i, j)] + compliance[(j, i)]) * lever(i) * lever(j));
     if !scaled.iter().all(|entry| entry.is_finite()) {
         return Vec::new();
@@ -85,7 +85,7 @@ pub fn rigid_wrenches(compliance: &Matrix6<f64>, reach: f64) -> Vec<Vector6<f64>
     for (vector, own) in basis.iter_mut().zip(owned) {
         // What is left of rounding.
         vector.apply(|entry| *entry = if entry.abs() < 1e-9 { 0.0 } else { *entry });
-        vector.fixed_rows_mut::<3>(3).scale_mut(reach);
+        vector.fixed_rows_mut::<3>(3).scale_mut(scale);
         *vector /= vector[own];
     }
     basis
@@ -117,16 +117,16 @@ pub fn principal_stiffnesses(compliance: &Matrix3<f64>) -> [f64; 3] {
     stiffnesses
 }
 
-/// Smallest eigenvalue in N/mm of the symmetric part of a 6×6 stiffness whose rotations are multiplied by `reach` mm.
+/// Smallest eigenvalue in N/mm of the symmetric part of a 6×6 stiffness whose rotations are multiplied by `scale` mm.
 /// Positive: stable. NaN where the stiffness is not finite.
-pub fn smallest_eigenvalue(stiffness: &Matrix6<f64>, reach: f64) -> f64 {
-    scaled_eigenvalues(stiffness, |entry| entry / reach).map_or(f64::NAN, |values| values.min())
+pub fn smallest_eigenvalue(stiffness: &Matrix6<f64>, scale: f64) -> f64 {
+    scaled_eigenvalues(stiffness, |entry| entry / scale).map_or(f64::NAN, |values| values.min())
 }
 
-/// Largest eigenvalue in mm/N of the symmetric part of a 6×6 compliance whose rotations are multiplied by `reach` mm: the
+/// Largest eigenvalue in mm/N of the symmetric part of a 6×6 compliance whose rotations are multiplied by `scale` mm: the
 /// inverse of the smallest stiffness of a stable machine.
-pub fn largest_compliance(compliance: &Matrix6<f64>, reach: f64) -> f64 {
-    scaled_eigenvalues(compliance, |entry| entry * reach).map_or(f64::NAN, |values| values.max())
+pub fn largest_compliance(compliance: &Matrix6<f64>, scale: f64) -> f64 {
+    scaled_eigenvalues(compliance, |entry| entry * scale).map_or(f64::NAN, |values| values.max())
 }
 
 /// Eigenvalues of the symmetric part, rows and columns of rotations scaled; `None` where it is not finite.

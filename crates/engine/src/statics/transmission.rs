@@ -40,24 +40,24 @@ const NEARLY_RIGID: f64 = 1e-5;
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Scale {
     /// Length by which rotations are multiplied, mm.
-    pub reach: f64,
+    pub length: f64,
     /// Compliance s of the slack springs, mm/N: a tenth of that of the softest drive.
     pub slack: f64,
 }
 
 impl Scale {
     pub fn of(machine: &Machine) -> Self {
-        let reach = machine.reach;
-        let compliances = machine.drives().map(|(_, drive)| drive.motion.of(1.0, reach * reach) / drive.stiffness);
+        let length = machine.characteristic_length;
+        let compliances = machine.drives().map(|(_, drive)| drive.motion.of(1.0, length * length) / drive.stiffness);
         let softest = compliances.fold(0.0, f64::max);
-        Self { reach, slack: if softest > 0.0 { 0.1 * softest } else { 1e-6 } }
+        Self { length, slack: if softest > 0.0 { 0.1 * softest } else { 1e-6 } }
     }
 
     /// Whether a link of this stiffness is nearly rigid in some direction.
     fn is_nearly_rigid(&self, stiffness: &Matrix6<f64>) -> bool {
-        let lever = |i: usize| if i < 3 { 1.0 } else { self.reach };
-        let at_reach = Matrix6::from_fn(|i, j| stiffness[(i, j)] / (lever(i) * lever(j)));
-        at_reach.symmetric_eigenvalues().max() * self.slack * NEARLY_RIGID > 1.0
+        let lever = |i: usize| if i < 3 { 1.0 } else { self.length };
+        let at_length = Matrix6::from_fn(|i, j| stiffness[(i, j)] / (lever(i) * lever(j)));
+        at_length.symmetric_eigenvalues().max() * self.slack * NEARLY_RIGID > 1.0
     }
 }
 
@@ -117,7 +117,7 @@ impl<R: Real> Transmission<R> {
         }
         let virtual_count = own.iter().filter(|&&coordinate| coordinate < chain.virtual_count).count();
         let row = |i: usize| if i < virtual_count { i } else { i + 6 };
-        let independent = independent_joints(chain, route, own, scale.reach);
+        let independent = independent_joints(chain, route, own, scale.length);
         let is_given = |i: &usize| independent.contains(&own[*i]);
         let staying: Vec<usize> = (0..own.len()).filter(|i| !is_given(i)).map(row).collect();
         let given: Vec<usize> = (0..own.len()).filter(is_given).map(row).collect();
@@ -193,8 +193,8 @@ impl<R: Real> Transmission<R> {
 
     #[inline(always)]
     fn take_closure(&mut self, matrix: &Bordered<R>, wrench_row: usize, rhs: usize) {
-        let (one, reach) = (R::splat(1.0), R::splat(self.scale.reach));
-        let levers = [one, one, one, reach, reach, reach];
+        let (one, length) = (R::splat(1.0), R::splat(self.scale.length));
+        let levers = [one, one, one, length, length, length];
         let given = self.given.len();
         let (columns, twists) = self.columns.split_at_mut(given + self.staying.len() + 1);
         for (k, column) in columns.iter_mut().enumerate() {
@@ -451,16 +451,16 @@ impl<R: Real> Transmission<R> {
 }
 
 /// Coordinates of a route's passive joints whose screws are independent of those before them, in a configuration of no symmetry.
-fn independent_joints(chain: &Chain, route: &Route, own: &[usize], reach: f64) -> Vec<usize> {
+fn independent_joints(chain: &Chain, route: &Route, own: &[usize], scale: f64) -> Vec<usize> {
     let mut values = vec![0.0; chain.coordinate_count()];
     let offset = |coordinate: usize| 0.4 * (1.0 + 2.3 * coordinate as f64).sin();
     for drive in &chain.drives {
-        let length = if drive.motion == Motion::Prismatic { reach } else { 1.0 };
+        let length = if drive.motion == Motion::Prismatic { scale } else { 1.0 };
         values[drive.coordinate] = drive.home + offset(drive.coordinate) * length;
     }
     for (j, joint) in chain.passive.iter().enumerate() {
         let coordinate = chain.passive_coordinate(j);
-        let length = if joint.motion == Motion::Prismatic { reach } else { 1.0 };
+        let length = if joint.motion == Motion::Prismatic { scale } else { 1.0 };
         values[coordinate] = joint.home + offset(coordinate) * length;
     }
     let mut screws: Vec<MoveScrew> = Vec::new();
@@ -470,7 +470,7 @@ fn independent_joints(chain: &Chain, route: &Route, own: &[usize], reach: f64) -
     for &coordinate in own.iter().filter(|&&coordinate| coordinate >= chain.virtual_count) {
         let moves = screws.iter().filter(|screw| screw.coordinate == coordinate);
         let mut screw: nalgebra::Vector6<f64> = moves.map(|screw| screw.twist.to_vector()).sum();
-        screw.fixed_rows_mut::<3>(3).scale_mut(reach);
+        screw.fixed_rows_mut::<3>(3).scale_mut(scale);
         let size = screw.norm();
         // Twice, against rounding.
         for _ in 0..2 {

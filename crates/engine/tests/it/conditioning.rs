@@ -38,7 +38,7 @@ fn arms_are_judged_by_their_axes() {
         let mut displaced = at.clone();
         displaced.pose.rotation = rotation_exp(Vector3::new(0.3, -0.2, 0.4)) * displaced.pose.rotation;
         displaced.pose.rotation.column_mut(0).scale_mut(3.0);
-        displaced.pose.translation += Vector3::new(0.1, -0.2, 0.15) * machine.reach;
+        displaced.pose.translation += Vector3::new(0.1, -0.2, 0.15) * machine.characteristic_length;
         let (true_one, of_closure) = (machine.conditioning(&at), machine.conditioning(&displaced));
         assert!((true_one - of_closure).abs() > 1e-3 * true_one, "{name}: {true_one} and {of_closure}");
         assert!(machine.is_conditioned(&displaced, true_one * (1.0 - 1e-6)), "{name}: less than {true_one}");

@@ -12,10 +12,10 @@ fn targets(machine: &Machine) -> Vec<Pose> {
     let home = machine.home.pose;
     let way = |k: usize| {
         let k = k as f64;
-        Vector3::new((1.3 * k).sin(), (0.7 * k).cos() - 1.0, (2.1 * k).sin()) * (0.02 * machine.reach)
+        Vector3::new((1.3 * k).sin(), (0.7 * k).cos() - 1.0, (2.1 * k).sin()) * (0.02 * machine.characteristic_length)
     };
     let near = (0..19).map(|k| machine.pose_at(machine.as_controlled(home.translation + way(k))));
-    near.chain([machine.pose_at(home.translation + Vector3::repeat(10.0 * machine.reach))]).collect()
+    near.chain([machine.pose_at(home.translation + Vector3::repeat(10.0 * machine.characteristic_length))]).collect()
 }
 
 fn assert_found(machine: &Machine, found: &[Option<Configuration>], alone: impl Fn(usize) -> Option<Configuration>) {

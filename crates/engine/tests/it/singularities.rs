@@ -15,12 +15,12 @@ fn moved(machine: &Machine, size: f64, shares: &mut impl Iterator<Item = f64>) -
     let turn = Vector3::from_fn(|_, _| next());
     at.pose = Pose {
         rotation: rotation_exp(turn) * at.pose.rotation,
-        translation: at.pose.translation + Vector3::from_fn(|_, _| next() * machine.reach),
+        translation: at.pose.translation + Vector3::from_fn(|_, _| next() * machine.characteristic_length),
     };
     let passive = machine.chains.iter().flat_map(|chain| chain.passive.iter().map(|joint| joint.motion));
     let motions = machine.drives().map(|(_, drive)| drive.motion).chain(passive);
     for (value, motion) in at.drives.iter_mut().chain(at.passive.iter_mut().flatten()).zip(motions) {
-        *value += next() * if motion == Motion::Prismatic { machine.reach } else { 1.0 };
+        *value += next() * if motion == Motion::Prismatic { machine.characteristic_length } else { 1.0 };
     }
     at
 }

@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 
 use crate::{
     answer::{ShareWithin, cautions::Outside},
-    compensation::Demand,
+    compensation::TaskPoint,
     files::table::largest_position,
     input::error::Result,
     machine::Machine,
@@ -69,7 +69,7 @@ impl Findings {
         let count = job.path.len();
         let mut wanted = Vec::with_capacity(count);
         for part in job.parts() {
-            wanted.extend(part?.demands().iter().map(|demand| wanted_by(job, demand)));
+            wanted.extend(part?.tasks().iter().map(|task| wanted_by(job, task)));
         }
         let corner = |start: f64, pick: fn(f64, f64) -> f64| {
             wanted.iter().fold(Vector3::repeat(start), |corner, at| corner.zip_map(at, pick))
@@ -95,16 +95,16 @@ impl Findings {
     pub fn add(&mut self, job: &ProgramJob, proved: &ProvedPart<'_>) {
         let part = proved.part;
         proved.written.iter().filter(|answer| answer.is_settled).for_each(|answer| self.see(&job.machine, answer));
-        for (i, ((k, point), demand)) in part.range().zip(part.points).zip(part.demands()).enumerate() {
+        for (i, ((k, point), task)) in part.range().zip(part.points).zip(part.tasks()).enumerate() {
             let (before, after) = (proved.before[Source::All][i], PathAnswer::settled_error(&proved.written[i]));
             let along = point.arc_length_mm;
             for (source, curve) in self.before_curves.iter_mut() {
                 proved.before[source][i].iter().for_each(|error| curve.add(k, along, error.norm()));
             }
             after.iter().for_each(|error| self.after_curve.add(k, along, error.norm()));
-            self.force.add(Some(along), demand);
+            self.force.add(Some(along), task);
             if self.shown.get(self.drawn.len()) == Some(&k) {
-                self.drawn.push(Drawn { wanted: wanted_by(job, demand), before, after });
+                self.drawn.push(Drawn { wanted: wanted_by(job, task), before, after });
             }
             if !job.counts(k) {
                 continue;
@@ -119,7 +119,7 @@ impl Findings {
             self.lines.add(job, point.source.segment, size_mm, after.map(|error| error.norm()));
             if self.worst.as_ref().is_none_or(|worst| worst.size_mm < size_mm) {
                 let by_source = BySource::of(&job.machine, |source| Some(proved.before[source][i]?.norm()));
-                self.worst = Some(Worst { point: k, size_mm, wanted: wanted_by(job, demand), error, by_source });
+                self.worst = Some(Worst { point: k, size_mm, wanted: wanted_by(job, task), error, by_source });
             }
         }
     }
@@ -135,8 +135,8 @@ impl Findings {
 }
 
 /// Where the compensated point should be, base axes, mm.
-fn wanted_by(job: &ProgramJob, demand: &Demand) -> Vector3<f64> {
-    demand.wanted().transform(demand.offset(&job.machine))
+fn wanted_by(job: &ProgramJob, task: &TaskPoint) -> Vector3<f64> {
+    task.wanted().transform(task.offset(&job.machine))
 }
 
 /// Which points are outside the workspace box of the machine.
@@ -146,7 +146,7 @@ fn wanted_by(job: &ProgramJob, demand: &Demand) -> Vector3<f64> {
 pub fn outside_workspace(job: &ProgramJob) -> Result<Outside> {
     let mut outside = Outside::default();
     for part in job.parts() {
-        part?.demands().iter().for_each(|demand| outside.add(&job.machine, demand.pose.translation));
+        part?.tasks().iter().for_each(|task| outside.add(&job.machine, task.pose.translation));
     }
     Ok(outside)
 }

@@ -61,11 +61,11 @@ pub fn program_table(job: &ProgramJob, proved: &ProvedPart<'_>, bounded: Option<
     let called = job.file.called_files();
     let width = columns.len();
     let ProvedPart { part, before, written } = proved;
-    let (points, demands) = (part.points, part.demands());
-    let stations = stations(&job.process, points, demands, Some(&job.file));
+    let (points, tasks) = (part.points, part.tasks());
+    let stations = stations(&job.process, points, tasks, Some(&job.file));
     let mut track = job.track();
     let row = |((i, answer), station): ((usize, &PathAnswer), Station)| {
-        let (k, point, demand) = (part.first + i, &points[i], &demands[i]);
+        let (k, point, task) = (part.first + i, &points[i], &tasks[i]);
         let mut row: Row = vec![k.into(), job.file.line_of(point.source.segment).into()];
         if !called.is_empty() {
             let file = job.file.file_of(point.source.segment).checked_sub(1);
@@ -73,22 +73,22 @@ pub fn program_table(job: &ProgramJob, proved: &ProvedPart<'_>, bounded: Option<
         }
         row.extend([point.arc_length_mm.into(), station.phi_deg.into(), usize::from(point.cutting).into()]);
         row.extend(cells(point.position_mm.iter().copied()));
-        let commanded = answer.target.map(|pose| job.commanded(&mut track, point, demand.external, pose));
+        let commanded = answer.target.map(|pose| job.commanded(&mut track, point, task.external, pose));
         row.extend((0..3).map(|i| commanded.map(|point| point.position_mm[i]).into()));
         row.extend(Source::of(machine).iter().map(|source| before[*source][i].map(|error| error.norm()).into()));
         let shown = |value: f64| Cell::from(answer.is_settled.then_some(value));
         row.push(shown(answer.position_error.norm()));
         row.extend(answer.position_error.iter().map(|v| shown(*v)));
         row.push(shown(answer.residual_rotation.norm().to_degrees()));
-        row.extend(cutting_force::force_cells(demand));
+        row.extend(cutting_force::force_cells(task));
         row.extend([
             answer.status.label().into(),
             answer.status.reason(machine).into(),
             binding(job, bounded, k).into(),
         ]);
-        row.extend(pose_cells(Some(&demand.pose)));
+        row.extend(pose_cells(Some(&task.pose)));
         row.extend(pose_cells(answer.target.as_ref()));
-        row.extend(drive_cells(machine, demand, answer, answer.is_settled));
+        row.extend(drive_cells(machine, task, answer, answer.is_settled));
         row.extend(shown_positions(machine, &answer.delta_rho()).iter().map(|v| shown(*v)));
         row.resize(width - machine.drive_count(), Cell::Missing);
         row.extend(answer.drive_forces.iter().map(|v| shown(*v)));

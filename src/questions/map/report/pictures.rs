@@ -107,8 +107,8 @@ pub(super) fn bent(WorkspaceMapStudy { scene, .. }: &WorkspaceMapStudy) -> Optio
         let Ok(at) = machine.command(position) else { continue };
         for &phi in &scene.phis {
             let place = format!("at {name}, tool angle {:.0}°", phi.to_degrees());
-            let demand = scene.demand(at.pose, Some(phi));
-            let Some(bent) = deflected_pose(machine, &scene.errors, &demand, place) else { continue };
+            let task = scene.task(at.pose, Some(phi));
+            let Some(bent) = deflected_pose(machine, &scene.errors, &task, place) else { continue };
             let size = |bent: &DeflectedPose| bent.tool_displacement_mm.norm();
             if worst.as_ref().is_none_or(|worst| size(&bent) > size(worst)) {
                 worst = Some(bent);

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use crate::{
-    compensation::Demand,
+    compensation::TaskPoint,
     files::exchange::{Row, cells},
     page::{Better, Quantity},
     questions::path::report::Curve,
@@ -18,9 +18,9 @@ pub fn columns() -> [String; 3] {
 }
 
 /// The cells of [`columns`].
-pub fn force_cells(demand: &Demand) -> Row {
+pub fn force_cells(task: &TaskPoint) -> Row {
     // No sign before a zero.
-    cells(demand.load.force.iter().map(|force| force + 0.0)).collect()
+    cells(task.load.force.iter().map(|force| force + 0.0)).collect()
 }
 
 /// Components of the force as quantities of a view.
@@ -51,9 +51,9 @@ impl ForceCurves {
         Self { seen: 0, acts: false, curves: std::array::from_fn(|_| Curve::new(points)) }
     }
 
-    /// Takes the next point: where the curves stand on their axis, if they do, and what is demanded there.
-    pub fn add(&mut self, x: Option<f64>, demand: &Demand) {
-        let force = &demand.load.force;
+    /// Takes the next point: where the curves stand on their axis, if they do, and what is asked there.
+    pub fn add(&mut self, x: Option<f64>, task: &TaskPoint) {
+        let force = &task.load.force;
         self.acts |= *force != Vector3::zeros();
         if let Some(x) = x {
             let values = [force.x, force.y, force.z, force.norm()];

@@ -28,7 +28,7 @@ use crate::{
         Answered,
         path::{AtPoint, PathPart, PathStudy, Shown, run_in_parts},
     },
-    redundancy::{self, FreeTurn},
+    redundancy::{self, FoundGamma},
 };
 use pictures::Pictures;
 
@@ -48,7 +48,7 @@ impl Answered for PathStudy {
         let text = text(&summary);
         let bent = summary.farthest().filter(|_| run.figures).and_then(|(_, point)| {
             let place = format!("{:.1} mm along the path", study.stations[point].arc_length_mm);
-            deflected_pose(machine, &study.errors, &study.demands[point], place)
+            deflected_pose(machine, &study.errors, &study.tasks[point], place)
         });
         let mut output = Output {
             tables: vec![("methods".into(), quantities::methods_table(&methods))],
@@ -74,7 +74,7 @@ impl Answered for PathStudy {
 }
 
 /// What was found of the turn about the tool's axis, if it was sought, and how.
-fn turn_found(study: &PathStudy) -> Option<(&FreeTurn, &ToolTurn)> {
+fn turn_found(study: &PathStudy) -> Option<(&FoundGamma, &ToolTurn)> {
     let turn = study.turn.as_ref()?;
     Some((turn.found.as_deref()?, turn.how()))
 }
@@ -136,11 +136,11 @@ fn setting(study: &PathStudy, shown: &Shown) -> Vec<Fact> {
         Fact::new("best and worst", over),
     ];
     own.extend(study.facts.iter().map(|(label, words)| Fact::new(*label, words.clone())));
-    let forces = study.demands.iter().map(|demand| demand.load.force.norm());
+    let forces = study.tasks.iter().map(|task| task.load.force.norm());
     let (low, high) = forces.fold((f64::INFINITY, 0.0f64), |(low, high), force| (low.min(force), high.max(force)));
     let force = if high > 0.0 { format!("{low:.1} N to {high:.1} N along the path") } else { "none".into() };
     own.push(Fact::new("force on the tool", force));
-    own.extend(study.demands.first().map(|demand| Fact::new("compensation holds", demand.target.words())));
+    own.extend(study.tasks.first().map(|task| Fact::new("compensation holds", task.target.words())));
     own.extend(study.turn.as_ref().map(|turn| Fact::new("rotation about the tool axis", turn.redundancy().words())));
     facts_of(&study.machine, &study.errors, own)
 }

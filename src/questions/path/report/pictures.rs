@@ -82,9 +82,9 @@ impl<'a> Pictures<'a> {
 
     /// Components and size of the cutting force, if there is any.
     fn cutting_force(&self) -> Option<Figure> {
-        let mut curves = ForceCurves::new(self.study.demands.len());
-        for (station, demand) in self.study.stations.iter().zip(&self.study.demands) {
-            curves.add(along(self.shown, station), demand);
+        let mut curves = ForceCurves::new(self.study.tasks.len());
+        for (station, task) in self.study.stations.iter().zip(&self.study.tasks) {
+            curves.add(along(self.shown, station), task);
         }
         let series = curves.labelled().into_iter().map(|(label, curve)| {
             let is_size = label == cutting_force::SIZE;

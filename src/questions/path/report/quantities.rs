@@ -63,17 +63,17 @@ pub(crate) fn points_table(study: &PathStudy, part: &PathPart) -> Table {
         columns(&drives),
     ];
     let row = |k: usize, source: Source| {
-        let (station, demand, at) = (&study.stations[k], &study.demands[k], part.at(source, k));
+        let (station, task, at) = (&study.stations[k], &study.tasks[k], part.at(source, k));
         let (answer, compensated) = (&at.answer, at.compensated());
         let mut row: Row = vec![k.into(), station.arc_length_mm.into(), station.phi_deg.into()];
-        row.extend(cells(demand.pose.transform(demand.offset(machine)).iter().copied()));
+        row.extend(cells(task.pose.transform(task.offset(machine)).iter().copied()));
         row.extend([source.label().into(), answer.status.label().into(), answer.status.reason(machine).into()]);
         row.extend(moved.iter().map(|own| own.cell_of(Ok(at))));
-        row.extend(cutting_force::force_cells(&source.demand(demand)));
-        row.extend(pose_cells(Some(&demand.pose)));
+        row.extend(cutting_force::force_cells(&source.task(task)));
+        row.extend(pose_cells(Some(&task.pose)));
         row.extend(pose_cells(compensated.and_then(|answer| answer.target.as_ref())));
         row.extend(left.iter().map(|own| own.cell_of(Ok(at))));
-        row.extend(drive_cells(machine, demand, answer, compensated.is_some()));
+        row.extend(drive_cells(machine, task, answer, compensated.is_some()));
         row.extend(drives.iter().map(|own| own.cell_of(Ok(at))));
         row
     };

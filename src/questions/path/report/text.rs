@@ -165,7 +165,7 @@ pub(super) fn headline(summary: &Summary<'_>, text: &Said) -> Headline {
             format!("How far the tool of the {name} leaves the path could be computed at none of its points.");
         return Headline::new(sentence, basis).with_cautions(&text.cautions);
     };
-    let has_force = study.demands.iter().any(|demand| demand.load != crate::spatial::Wrench::default());
+    let has_force = study.tasks.iter().any(|task| task.load != crate::spatial::Wrench::default());
     let under = acting(&study.machine, &study.errors, has_force);
     let off = millimetres(worst, 3);
     let left = summary.largest(Source::All, &LEFT).map(|(left, _)| left);

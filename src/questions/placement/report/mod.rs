@@ -33,7 +33,7 @@ use crate::{
             UNITS, site::unit_suffix,
         },
     },
-    simulation::{demands::Tracked, external_axes::along},
+    simulation::{external_axes::along, tasks::Tracked},
 };
 
 impl Answered for PlacementStudy {

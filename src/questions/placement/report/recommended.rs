@@ -249,8 +249,8 @@ pub(super) fn in_space(results: &PlacementResults) -> Option<Figure> {
     let job = &study.features[trace.feature];
     let machine = job.machine();
     let turn = entry.turns[trace.feature].unwrap_or_default();
-    let demands = job.demands_turned(&entry.site, turn).ok()?;
-    let bent = deflected_pose(machine, &job.errors, demands.get(farthest)?, String::new())?;
+    let tasks = job.tasks_turned(&entry.site, turn).ok()?;
+    let bent = deflected_pose(machine, &job.errors, tasks.get(farthest)?, String::new())?;
     let described = MachineDescription::new(machine);
     let solid = |name: String, corners: [Vector3<f64>; 8]| Solid { name, corners: corners.map(Into::into) };
     let in_the_way = study.forbidden.iter().map(|forbidden| solid(forbidden.name.clone(), forbidden.extent.corners()));

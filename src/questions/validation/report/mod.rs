@@ -92,7 +92,7 @@ fn setting(study: &ValidationStudy) -> Vec<Fact> {
     own.extend(study.facts().into_iter().map(|(label, words)| Fact::new(label, words)));
     // There is at least one case.
     let path = &study.variants[0].paths[0];
-    own.extend(path.demands.first().map(|demand| Fact::new("compensation holds", demand.target.words())));
+    own.extend(path.tasks.first().map(|task| Fact::new("compensation holds", task.target.words())));
     facts_of(&study.machine, &path.errors, own)
 }
 

@@ -27,7 +27,7 @@ mod path;
 mod program;
 mod search;
 
-use super::{demand::Demand, outcome::CompensationStatus, session::CompensationSettings};
+use super::{outcome::CompensationStatus, session::CompensationSettings, task_point::TaskPoint};
 use serde::{Deserialize, Serialize};
 
 use crate::machine::Machine;
@@ -68,7 +68,7 @@ impl Default for BoundedSettings {
     }
 }
 
-/// Corrections of the path `demands` (in order) within `limits` that make `objective` smallest: commands are computed
+/// Corrections of the path `tasks` (in order) within `limits` that make `objective` smallest: commands are computed
 /// with the machine `nominal`, answered by `real`.
 ///
 /// Limits on correction, travel and change are kept to rounding, limits on forces to
@@ -83,7 +83,7 @@ impl Default for BoundedSettings {
 pub fn compensate_bounded(
     nominal: &Machine,
     real: &Machine,
-    demands: &[Demand],
+    tasks: &[TaskPoint],
     limits: &Limits,
     objective: ErrorNorm,
     settings: &BoundedSettings,
@@ -93,10 +93,10 @@ pub fn compensate_bounded(
     let with_forces = limits.limit_forces(nominal);
     let free = without_travel(nominal);
     let mut simulator = Simulator::new(&free, real, settings.point, with_forces);
-    let mut reasons: Vec<Option<CompensationStatus>> = Vec::with_capacity(demands.len());
+    let mut reasons: Vec<Option<CompensationStatus>> = Vec::with_capacity(tasks.len());
     let (mut points, mut index) = (Vec::new(), Vec::new());
-    for (k, demand) in demands.iter().enumerate() {
-        match simulator.point(demand) {
+    for (k, task) in tasks.iter().enumerate() {
+        match simulator.point(task) {
             Ok(point) => {
                 points.push(point);
                 index.push(k);

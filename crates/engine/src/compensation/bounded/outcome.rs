@@ -11,13 +11,13 @@ use super::{
 /// A corrected path.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct BoundedPath {
-    /// One per demand, in order.
+    /// One per task, in order.
     pub points: Vec<BoundedPoint>,
     /// The path as a whole.
     pub summary: BoundedSummary,
 }
 
-/// What became of one demand.
+/// What became of one task.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub enum BoundedPoint {
     /// It takes part in the correction.
@@ -44,7 +44,7 @@ pub struct CorrectedPoint {
     pub drives: Vec<f64>,
     /// Δρ: `drives` less those of the nominal inverse kinematics, mm or rad.
     pub correction: Vec<f64>,
-    /// Length ‖e‖₂ of the task error, mm; rotations that the drives control count at the machine's reach.
+    /// Length ‖e‖₂ of the task error, mm; rotations that the drives control count at the machine's characteristic length.
     pub error: f64,
     /// Position error of the compensated point, O axes, mm.
     pub position_error: Vector3<f64>,

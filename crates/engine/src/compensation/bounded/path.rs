@@ -4,9 +4,9 @@ use nalgebra::{DMatrix, DVector, Vector3};
 
 use super::super::{
     Method, compensate,
-    demand::Demand,
     outcome::CompensationStatus,
     session::{CompensationSettings, Session},
+    task_point::TaskPoint,
 };
 use crate::{
     machine::{Configuration, Machine},
@@ -17,12 +17,12 @@ use crate::{
 /// A point that takes part in the correction.
 #[derive(Debug, Clone)]
 pub(super) struct Point {
-    pub demand: Demand,
-    /// Nominal inverse kinematics of the demand.
+    pub task: TaskPoint,
+    /// Nominal inverse kinematics of the task.
     pub command: Configuration,
     /// The answer to the nominal command; `None` if there is no equilibrium.
     pub uncorrected: Option<Answer>,
-    /// The answer to the unbounded correction, if there is one that meets the demand.
+    /// The answer to the unbounded correction, if there is one that meets the task.
     pub exact: Option<Answer>,
 }
 
@@ -32,7 +32,7 @@ pub(super) struct Answer {
     /// Drive positions ρ, mm or rad.
     pub drives: Vec<f64>,
     pub state: State,
-    /// Task error e, actual less wanted, mm; rotations at the machine's reach.
+    /// Task error e, actual less wanted, mm; rotations at the machine's characteristic length.
     pub error: DVector<f64>,
     /// `∂e/∂ρ`, mm per mm or rad.
     pub error_by_drives: DMatrix<f64>,
@@ -54,13 +54,13 @@ impl Simulator {
     }
 
     /// The point `asked` for, near the point simulated last; the reason if it cannot be reached or has no equilibrium.
-    pub fn point(&mut self, asked: &Demand) -> Result<Point, CompensationStatus> {
-        let demand = &self.session.zeroed(asked)?;
+    pub fn point(&mut self, asked: &TaskPoint) -> Result<Point, CompensationStatus> {
+        let task = &self.session.zeroed(asked)?;
         let exact = compensate(&mut self.session, asked, Method::Direct);
         let exact_state = self.session.state.clone();
-        self.session.go_to(&demand.pose)?;
+        self.session.go_to(&task.pose)?;
         let command = self.session.command.clone();
-        let mut point = Point { demand: *demand, command, uncorrected: None, exact: None };
+        let mut point = Point { task: *task, command, uncorrected: None, exact: None };
         let uncorrected = self.answer(&point, &point.command.drives, &exact_state);
         if exact.status == CompensationStatus::Converged {
             point.exact = self.answer(&point, &exact.drives, &exact_state).ok();
@@ -79,10 +79,10 @@ impl Simulator {
         let session = &mut self.session;
         session.stand(&point.command, start);
         session.drives.copy_from_slice(drives);
-        let outcome = session.settle(&point.demand)?;
-        let task = session.task_error(&point.demand);
-        let weigh = |i: usize, value: f64| task.lever[i] * value;
-        let slope = task.slope.rows(0, task.count) * &outcome.drive_sensitivity;
+        let outcome = session.settle(&point.task)?;
+        let residual = session.task_error(&point.task);
+        let weigh = |i: usize, value: f64| residual.lever[i] * value;
+        let slope = residual.slope.rows(0, residual.count) * &outcome.drive_sensitivity;
         let forces_by_drives = match self.with_forces {
             true => {
                 let (twists, workspace) = (&outcome.drive_sensitivity, &mut session.workspace);
@@ -94,8 +94,8 @@ impl Simulator {
         Ok(Answer {
             drives: drives.to_vec(),
             state: session.state.clone(),
-            error: DVector::from_fn(task.count, |i, _| weigh(i, task.error[i])),
-            error_by_drives: DMatrix::from_fn(task.count, drives.len(), |i, j| weigh(i, slope[(i, j)])),
+            error: DVector::from_fn(residual.count, |i, _| weigh(i, residual.error[i])),
+            error_by_drives: DMatrix::from_fn(residual.count, drives.len(), |i, j| weigh(i, slope[(i, j)])),
             forces: drive_forces(&session.real, &session.state),
             forces_by_drives,
         })
@@ -115,7 +115,7 @@ impl Point {
 
     /// Position error of the compensated point (mm) and rotation from the wanted orientation (rad), O axes.
     pub fn errors(&self, machine: &Machine, state: &State) -> (Vector3<f64>, Vector3<f64>) {
-        let (wanted, offset) = (self.demand.wanted(), self.demand.offset(machine));
+        let (wanted, offset) = (self.task.wanted(), self.task.offset(machine));
         let turn = rotation_log(&(state.pose.rotation * wanted.rotation.transpose()));
         (state.pose.transform(offset) - wanted.transform(offset), turn)
     }

@@ -21,7 +21,7 @@ const IMPROVEMENT: f64 = 1e-9;
 const SAME_LENGTH: f64 = 1e-8;
 /// A linearisation that promises to improve the errors by less than this share promises nothing.
 const PROMISE: f64 = 1e-5;
-/// Steps for the sake of forces move the tool by at most this share of the machine's reach: farther, the linearisation
+/// Steps for the sake of forces move the tool by at most this share of the machine's characteristic length: farther, the linearisation
 /// says little. They can be long, because forces depend little on where the tool is.
 const LONGEST_STEP: f64 = 0.1;
 
@@ -295,7 +295,7 @@ impl Search<'_, '_> {
 
     /// Narrows `bounds` to where the linearisation at `now` can be trusted.
     fn trust(&self, bounds: &mut Bounds, now: &Iterate) {
-        let length = LONGEST_STEP * self.machine.reach;
+        let length = LONGEST_STEP * self.machine.characteristic_length;
         let steps: Vec<f64> = (0..bounds.drive_count()).map(|i| length * tool_unit(&now.answers, i)).collect();
         bounds.narrow(&now.corrections, &steps);
     }

@@ -13,12 +13,12 @@ use crate::{
     spatial::Pose,
 };
 
-/// An arm is taken for one of these where lengths and angles differ by no more, as shares of its reach and in rad. What the closed
+/// An arm is taken for one of these where lengths and angles differ by no more, as shares of its characteristic length and in rad. What the closed
 /// form then leaves, our own closure equations take away.
 const FITS: f64 = 1e-4;
-/// A length that is none, as a share of the reach.
+/// A length that is none, as a share of the characteristic length.
 const NO_LENGTH: f64 = 1e-9;
-/// A posture this near to a singularity stands on both branches that meet there: a share of the reach, or a sine.
+/// A posture this near to a singularity stands on both branches that meet there: a share of the characteristic length, or a sine.
 pub(super) const ON_BOTH: f64 = 1e-9;
 
 /// A line about which a joint turns.
@@ -62,7 +62,7 @@ pub(in crate::machine) struct Arm {
     alignment: f64,
     /// Sense of axis 5 in which its drive counts, +1 or −1.
     wrist_sense: f64,
-    reach: f64,
+    scale: f64,
 }
 
 impl Arm {
@@ -90,8 +90,8 @@ impl Arm {
         };
         let axes = [axis(0)?, axis(1)?, axis(2)?, axis(3)?, axis(4)?, axis(5)?];
         let base = chain.route.base.translation;
-        let mut arm = Self::with_axes(first, axes, zero, base, machine.reach)?;
-        let length = |length: f64| if length.abs() > NO_LENGTH * machine.reach { length } else { 0.0 };
+        let mut arm = Self::with_axes(first, axes, zero, base, machine.characteristic_length)?;
+        let length = |length: f64| if length.abs() > NO_LENGTH * machine.characteristic_length { length } else { 0.0 };
         let offset = length(arm.ahead.dot(&(axes[1].point - axes[0].point)));
         // Where axis 2 meets axis 1, the front is on the side of home.
         let side = if offset == 0.0 { arm.signs(&at_home)[0] } else { offset };
@@ -106,21 +106,21 @@ impl Arm {
     }
 
     /// As far as the axes alone say; `None` where they are not those of such an arm.
-    fn with_axes(first: usize, axes: [Axis; 6], zero: Pose, base: Vector3<f64>, reach: f64) -> Option<Self> {
+    fn with_axes(first: usize, axes: [Axis; 6], zero: Pose, base: Vector3<f64>, scale: f64) -> Option<Self> {
         let [a1, a2, a3, a4, a5, a6] = axes.map(|axis| axis.direction);
         let wrist_centre = meeting_point(&axes[3], &axes[4])?;
         let beside = wrist_centre - axes[5].point;
         let is_arm = a1.dot(&a2).abs() < FITS
             && a2.cross(&a3).norm() < FITS
-            && (beside - a6 * a6.dot(&beside)).norm() < FITS * reach
+            && (beside - a6 * a6.dot(&beside)).norm() < FITS * scale
             && a4.cross(&a5).norm() > FITS
             && a5.cross(&a6).norm() > FITS;
         let height = a1.dot(&(axes[1].point - base));
-        let up = if height < -NO_LENGTH * reach { -a1 } else { a1 };
+        let up = if height < -NO_LENGTH * scale { -a1 } else { a1 };
         let ahead = a2.cross(&up).normalize();
-        let arm = Self { first, axes, wrist_centre, zero, up, ahead, alignment: 1.0, wrist_sense: 1.0, reach };
+        let arm = Self { first, axes, wrist_centre, zero, up, ahead, alignment: 1.0, wrist_sense: 1.0, scale };
         let shortest = arm.in_plane(arm.elbow() - axes[1].point).norm().min(arm.in_plane(arm.forearm()).norm());
-        (is_arm && shortest > FITS * reach).then_some(arm)
+        (is_arm && shortest > FITS * scale).then_some(arm)
     }
 
     pub(super) fn elbow(&self) -> Vector3<f64> {
@@ -160,7 +160,7 @@ impl Arm {
         (a5.dot(&a4.cross(&a6)) * self.alignment * self.wrist_sense).atan2(along * self.alignment)
     }
 
-    /// How far it is from its singularities with its joints at `joints`, rad: as a share of the reach, and rad.
+    /// How far it is from its singularities with its joints at `joints`, rad: as a share of the characteristic length, and rad.
     fn measures(&self, joints: &[f64; 6]) -> [f64; 3] {
         let turned = |vector: Vector2<f64>, axis: &Axis, angle: f64| {
             let (sin, cos) = (angle * self.sense_across(axis)).sin_cos();
@@ -171,10 +171,10 @@ impl Arm {
         let elbow = (upper.x * fore.y - upper.y * fore.x).atan2(upper.dot(&fore));
         let shoulder = self.ahead.dot(&(self.axes[1].point - self.axes[0].point));
         let shoulder = shoulder + turned(upper + fore, &self.axes[1], joints[1]).y;
-        [shoulder / self.reach, elbow, self.wrist_bend(joints[4])]
+        [shoulder / self.scale, elbow, self.wrist_bend(joints[4])]
     }
 
-    /// The factors whose signs are the branch: a share of the reach, and sines.
+    /// The factors whose signs are the branch: a share of the characteristic length, and sines.
     pub(super) fn signs(&self, joints: &[f64; 6]) -> [f64; 3] {
         let [shoulder, elbow, wrist] = self.measures(joints);
         [shoulder, elbow.sin(), wrist.sin()]
@@ -234,7 +234,7 @@ impl Machine {
         let arm = self.arm.as_ref()?;
         let [shoulder, elbow, wrist] = arm.measures(&self.arm_joints(arm, at));
         Some(Clearance {
-            shoulder_mm: shoulder * arm.reach,
+            shoulder_mm: shoulder * arm.scale,
             elbow_deg: elbow.to_degrees(),
             wrist_deg: wrist.to_degrees(),
         })

@@ -11,7 +11,7 @@ use crate::machine::{Configuration, Machine};
 const TURNED_BACK: f64 = 0.75;
 /// The same where no way led there: a wrist at its straight position swings by half a turn.
 const SWUNG: f64 = 0.25;
-/// Configurations whose hinges and slides differ by less than this share of a full turn, and of the reach, are the same.
+/// Configurations whose hinges and slides differ by less than this share of a full turn, and of the characteristic length, are the same.
 const BESIDE: f64 = 1e-3;
 
 /// Why a machine cannot be tracked from one configuration to the next along a path.
@@ -104,6 +104,7 @@ impl Machine {
     /// Whether all drives stand at the same place, but for what a search leaves.
     pub fn is_beside(&self, a: &Configuration, b: &Configuration) -> bool {
         let values = a.drives.iter().zip(&b.drives);
-        self.full_turns().zip(values).all(|(turn, (a, b))| (a - b).abs() <= BESIDE * turn.unwrap_or(self.reach))
+        let length = self.characteristic_length;
+        self.full_turns().zip(values).all(|(turn, (a, b))| (a - b).abs() <= BESIDE * turn.unwrap_or(length))
     }
 }

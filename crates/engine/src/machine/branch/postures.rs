@@ -121,7 +121,7 @@ impl Machine {
                     return Err(refused(format!("{branch} does not reach home; within travel there: {}", allowed())));
                 }
             };
-            machine.reach = kinematics::reach(&machine.chains, &machine.home);
+            machine.characteristic_length = kinematics::characteristic_length(&machine.chains, &machine.home);
         }
         machine.branch = Some(branch);
         Ok(machine)

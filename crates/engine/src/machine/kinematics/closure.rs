@@ -17,20 +17,20 @@ use crate::{
 /// A chain with a smaller gap is closed as far as a user is concerned, mm.
 const CLOSED_MM: f64 = 1e-3;
 /// Largest distance from P to a chain's base or to a joint axis when the chains stand as in `start`, mm.
-pub(in crate::machine) fn reach(chains: &[Chain], start: &Configuration) -> f64 {
+pub(in crate::machine) fn characteristic_length(chains: &[Chain], start: &Configuration) -> f64 {
     let (mut values, mut screws) = (Vec::new(), Vec::new());
     let mut first_drive = 0;
-    let mut reach: f64 = 1.0;
+    let mut scale: f64 = 1.0;
     for (chain, passive) in chains.iter().zip(&start.passive) {
         chain.rigid_values(&start.drives[first_drive..], passive, &mut values);
         first_drive += chain.drives.len();
         let end = chain.forward(&values, &mut screws);
-        reach = reach.max((end.translation - chain.route.base.translation).norm());
+        scale = scale.max((end.translation - chain.route.base.translation).norm());
         for screw in &screws {
-            reach = reach.max(screw.twist.linear.norm() * screw.twist.angular.norm());
+            scale = scale.max(screw.twist.linear.norm() * screw.twist.angular.norm());
         }
     }
-    reach
+    scale
 }
 
 /// What is commanded.
@@ -105,7 +105,7 @@ impl<'a> Closure<'a> {
     }
 
     fn iterate(&mut self, start: &Configuration, command: &Command<'_>, only_on_branch: bool) -> Reached {
-        let reach = self.machine.reach;
+        let scale = self.machine.characteristic_length;
         let closures = 6 * self.machine.closure_count();
         let mut at = start.clone();
         let mut search = Search::new();
@@ -115,7 +115,7 @@ impl<'a> Closure<'a> {
                 self.begun.clone_from(&self.jacobian);
             }
             let error = self.residual.iter().fold(0.0, |most, entry| larger(most, entry.abs()));
-            match search.judge(error, reach) {
+            match search.judge(error, scale) {
                 Judged::Failed => return Reached { at, solved: false },
                 Judged::Solved => {
                     let is_near = !search.has_left_branch() && self.rotation_change(start, &at) < MAX_STEP_ROTATION;
@@ -183,7 +183,7 @@ impl<'a> Closure<'a> {
 
 /// Moves `at` by a step of the unknowns.
 fn advance(machine: &Machine, at: &mut Configuration, step: &[f64]) {
-    at.pose = moved(&Frame::splat(&at.pose), step, machine.reach).into();
+    at.pose = moved(&Frame::splat(&at.pose), step, machine.characteristic_length).into();
     let joints = at.drives.iter_mut().chain(at.passive.iter_mut().flatten());
     for ((value, motion), step) in joints.zip(motions(machine)).zip(&step[6..]) {
         *value += step / unit(machine, motion);
@@ -197,7 +197,7 @@ pub(super) fn motions(machine: &Machine) -> impl Iterator<Item = Motion> {
 }
 
 impl Machine {
-    /// Closure Jacobian at `at`: `6m` rows (mm, rad × reach), columns twist of P, drives, passive joints.
+    /// Closure Jacobian at `at`: `6m` rows (mm, rad × characteristic length), columns twist of P, drives, passive joints.
     pub fn closure_jacobian(&self, at: &Configuration) -> DMatrix<f64> {
         let mut closure = Closure::new(self);
         closure.linearise(at, &Command::Drives(&at.drives));

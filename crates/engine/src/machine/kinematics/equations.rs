@@ -34,7 +34,7 @@ struct Walk<R> {
 /// The unknowns that move a chain coordinate, and by how much.
 type Columns = Vec<(usize, f64)>;
 
-/// Residual and Jacobian; all rotations, errors and unknowns alike, are multiplied by the reach and so are in mm.
+/// Residual and Jacobian; all rotations, errors and unknowns alike, are multiplied by the characteristic length and so are in mm.
 ///
 /// Unknowns: twist of P (6), drives, passive joints chain by chain. Rows: six for each route that must end somewhere, a chain's
 /// before those of its loops; then those of what is commanded.
@@ -42,7 +42,7 @@ type Columns = Vec<(usize, f64)>;
 pub(super) struct Equations<R> {
     pub rows: usize,
     pub unknowns: usize,
-    reach: f64,
+    scale: f64,
     /// By columns.
     pub jacobian: Vec<R>,
     pub residual: Vec<R>,
@@ -80,7 +80,7 @@ impl<R: Real> Equations<R> {
         let passive: usize = machine.chains.iter().map(|chain| chain.passive.len()).sum();
         Self {
             rows: 0,
-            reach: machine.reach,
+            scale: machine.characteristic_length,
             unknowns: 6 + machine.drive_count() + passive,
             jacobian: Vec::new(),
             residual: Vec::new(),
@@ -157,7 +157,7 @@ impl<R: Real> Equations<R> {
             screw.linear += screw.angular.cross(end.origin);
         }
         let gap = end.origin - target.origin;
-        let turn = rotation_log(end.rotation_from(target)).scale(R::splat(self.reach));
+        let turn = rotation_log(end.rotation_from(target)).scale(R::splat(self.scale));
         copy(&mut self.residual[*row..], &Screw { linear: gap, angular: turn }.to_array());
         for (coordinate, screw) in &walk.screws {
             self.add_screw(*row, &columns[*coordinate], screw, 1.0);
@@ -206,7 +206,7 @@ impl<R: Real> Equations<R> {
             let share = R::splat(sign * share);
             let [x, y, z] = screw.angular.0;
             let is_revolute = !(x.is_zero() && y.is_zero() && z.is_zero());
-            let unit = R::splat(if is_revolute { 1.0 / self.reach } else { 1.0 });
+            let unit = R::splat(if is_revolute { 1.0 / self.scale } else { 1.0 });
             let entries = &mut self.jacobian[column * self.rows + row..][..6];
             for i in 0..3 {
                 entries[i] += share * screw.linear.0[i] * unit;
@@ -217,7 +217,7 @@ impl<R: Real> Equations<R> {
 
     #[inline(always)]
     fn command_rows(&mut self, machine: &Machine, at: &Place<'_, R>, asked: &Asked<'_, R>, first: usize) {
-        let reach = R::splat(machine.reach);
+        let scale = R::splat(machine.characteristic_length);
         match asked {
             Asked::Drives(wanted) => {
                 let mut d = 0;
@@ -235,7 +235,7 @@ impl<R: Real> Equations<R> {
                 for (row, coordinate) in machine.controls.iter().enumerate() {
                     self.residual[first + row] = match *coordinate {
                         Coordinate::Translation(axis) => at.platform.origin.0[axis] - target.origin.0[axis],
-                        Coordinate::Rotation(axis) => turn.0[axis] * reach,
+                        Coordinate::Rotation(axis) => turn.0[axis] * scale,
                     };
                     for i in 0..6 {
                         self.jacobian[i * self.rows + first + row] = task_entry(*coordinate, target, i);
@@ -248,7 +248,7 @@ impl<R: Real> Equations<R> {
 
 /// What a joint's coordinate is multiplied by to make it a length.
 pub(super) fn unit(machine: &Machine, motion: Motion) -> f64 {
-    motion.of(1.0, machine.reach)
+    motion.of(1.0, machine.characteristic_length)
 }
 
 /// What a task coordinate gains by the unknown `i` where the platform `asked` is commanded.
@@ -261,11 +261,11 @@ pub(super) fn task_entry<R: Real>(coordinate: Coordinate, asked: &Frame<R>, i: u
     }
 }
 
-/// `platform` moved by a twist of P, rotations multiplied by `reach`.
+/// `platform` moved by a twist of P, rotations multiplied by `scale`.
 #[inline(always)]
-pub(super) fn moved<R: Real>(platform: &Frame<R>, twist: &[R], reach: f64) -> Frame<R> {
-    let reach = R::splat(reach);
-    let rotation = Vec3([twist[3] / reach, twist[4] / reach, twist[5] / reach]);
+pub(super) fn moved<R: Real>(platform: &Frame<R>, twist: &[R], scale: f64) -> Frame<R> {
+    let scale = R::splat(scale);
+    let rotation = Vec3([twist[3] / scale, twist[4] / scale, twist[5] / scale]);
     let turn = Frame { axes: rotation_exp(rotation), origin: Vec3::zero() };
     let [x, y, z] = platform.axes;
     let translation = Vec3([twist[0], twist[1], twist[2]]);

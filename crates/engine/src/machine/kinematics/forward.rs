@@ -41,7 +41,7 @@ impl Machine {
         for _ in 0..20 {
             at = closure.approach(&at, &command);
             closure.linearise(&at, &command);
-            if closure.residual.amax() < CLOSURE_ROUNDING * self.reach {
+            if closure.residual.amax() < CLOSURE_ROUNDING * self.characteristic_length {
                 self.unwind(&mut at);
                 self.check_limits(&at)?;
                 return Ok(at);

@@ -13,7 +13,7 @@ use crate::{
     spatial::{Pose, rotation_exp, rotation_log},
 };
 
-/// Where a straight way ends is found to this share of the machine's reach, but to no less than this share of the way.
+/// Where a straight way ends is found to this share of the machine's characteristic length, but to no less than this share of the way.
 const WAY_END: f64 = 1e-4;
 const MIN_WAY_STEP: f64 = 1.0 / 16384.0;
 
@@ -59,8 +59,8 @@ impl Machine {
             rotation: start_pose.rotation * rotation_exp(turn * s),
             translation: start_pose.translation + shift * s,
         };
-        let length = shift.norm().hypot(turn.norm() * self.reach);
-        let least_step = (WAY_END * self.reach / length).clamp(MIN_WAY_STEP, MIN_STEP);
+        let length = shift.norm().hypot(turn.norm() * self.characteristic_length);
+        let least_step = (WAY_END * self.characteristic_length / length).clamp(MIN_WAY_STEP, MIN_STEP);
         let reached = self.follow(start, least_step, Barriers::All, |s, closure, from| {
             let pose = if s == 1.0 { *target } else { along(s) };
             closure.newton(from, &Command::Task(&pose))
@@ -72,9 +72,9 @@ impl Machine {
         })
     }
 
-    /// From `at` to `target` in the controlled coordinates, mm, rotations weighted by the reach.
+    /// From `at` to `target` in the controlled coordinates, mm, rotations weighted by the characteristic length.
     fn way_left(&self, at: &Pose, target: &Pose) -> f64 {
-        let turn = rotation_log(&(at.rotation.transpose() * target.rotation)) * self.reach;
+        let turn = rotation_log(&(at.rotation.transpose() * target.rotation)) * self.characteristic_length;
         let shift = target.translation - at.translation;
         let left = self.controls.iter().map(|coordinate| match *coordinate {
             Coordinate::Translation(axis) => shift[axis],
@@ -85,7 +85,7 @@ impl Machine {
 
     /// Derivative of the drives by the controlled task coordinates at `at`: one row per drive (mm, rad), one column per
     /// coordinate (mm, rad about the axes of the platform). Redundant drives move as little as they can, slides in mm and
-    /// hinges in mm at the machine's reach. `None` in a singularity, as at the end of a chain's reach.
+    /// hinges in mm at the machine's characteristic length. `None` in a singularity, as at the end of a chain's reach.
     pub fn drive_jacobian(&self, at: &Configuration) -> Option<DMatrix<f64>> {
         let mut closure = Closure::new(self);
         closure.linearise(at, &Command::Task(&at.pose));
@@ -123,7 +123,7 @@ impl Machine {
         let mut right = DMatrix::zeros(equations, changes.ncols());
         right.rows_mut(equations - coordinates, coordinates).copy_from(changes);
         for (i, _) in self.controls.iter().enumerate().filter(|(_, c)| matches!(c, Coordinate::Rotation(_))) {
-            right.row_mut(equations - coordinates + i).scale_mut(self.reach);
+            right.row_mut(equations - coordinates + i).scale_mut(self.characteristic_length);
         }
         right
     }

@@ -160,7 +160,7 @@ impl<R: Real> LaneNewton<R> {
             let mut damping = R::zero();
             for lane in lanes(active) {
                 let search = &mut searches[lane];
-                let judged = search.judge(error.lane(lane), machine.reach);
+                let judged = search.judge(error.lane(lane), machine.characteristic_length);
                 if judged == Judged::Continue && !search.has_left_branch() {
                     damping.set_lane(lane, search.damp(error.lane(lane)));
                     continue;
@@ -217,7 +217,7 @@ impl<R: Real> LaneNewton<R> {
                 let good = good & !R::bits(length.is_nan()) & !length.lanes_greater(f64::MAX);
                 let mask = R::mask(active & good);
                 let Posture { platform, drives, passive } = &mut self.at;
-                let next = moved(platform, step, machine.reach);
+                let next = moved(platform, step, machine.characteristic_length);
                 for (axis, next) in pairs(&mut platform.axes, next.axes) {
                     *axis = Vec3::select(mask, next, *axis);
                 }

@@ -25,7 +25,7 @@ use std::borrow::Cow;
 
 use serde::{Deserialize, Serialize};
 
-pub(super) use closure::{Closure, Command, reach};
+pub(super) use closure::{Closure, Command, characteristic_length};
 pub(super) use limits::within_travel;
 pub(super) use search::CLOSURE_ROUNDING;
 pub use side_by_side::SideBySide;
@@ -65,7 +65,7 @@ pub enum Unreachable {
     Closure {
         /// The chain with the largest gap.
         chain: String,
-        /// Its gap where the search stopped, rotations weighted by the machine's reach.
+        /// Its gap where the search stopped, rotations weighted by the machine's characteristic length.
         gap_mm: f64,
     },
     /// The target is farther from where a chain begins to move than the chain is long.
@@ -84,7 +84,7 @@ pub enum Unreachable {
         /// The chain that closes worst.
         chain: String,
         /// From where the straight way ends to the target in the controlled coordinates, rotations weighted by the machine's
-        /// reach.
+        /// characteristic length.
         short_mm: f64,
     },
     /// The chains close there, but the way from home leads through a singularity or to another assembly mode.

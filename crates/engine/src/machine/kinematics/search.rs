@@ -1,7 +1,7 @@
 //! How a Newton iteration of the closure equations goes on: when it is over, how its steps are damped, and whether it is still on the
 //! branch of its start.
 
-/// Largest closure error accepted, as a fraction of the machine's reach.
+/// Largest closure error accepted, as a fraction of the machine's characteristic length.
 const CLOSURE_TOLERANCE: f64 = 1e-14;
 /// Closure error down to which the iteration may stall on rounding and still count as solved.
 pub(in crate::machine) const CLOSURE_ROUNDING: f64 = 1e-12;
@@ -42,11 +42,11 @@ impl Search {
     }
 
     /// By the largest residual error, mm, or NaN.
-    pub fn judge(&self, error: f64, reach: f64) -> Judged {
-        let stalled = error < CLOSURE_ROUNDING * reach && error > 0.3 * self.best;
+    pub fn judge(&self, error: f64, scale: f64) -> Judged {
+        let stalled = error < CLOSURE_ROUNDING * scale && error > 0.3 * self.best;
         match error {
             error if !error.is_finite() => Judged::Failed,
-            error if error < CLOSURE_TOLERANCE * reach || stalled => Judged::Solved,
+            error if error < CLOSURE_TOLERANCE * scale || stalled => Judged::Solved,
             _ => Judged::Continue,
         }
     }

@@ -6,7 +6,7 @@ use crate::{
     machine::{Machine, refused},
 };
 
-/// Steps of lengths, as a share of the value and of the machine's reach; of angles, degrees; of all else and of backlash, as a share of
+/// Steps of lengths, as a share of the value and of the machine's characteristic length; of angles, degrees; of all else and of backlash, as a share of
 /// the value (of plain numbers, at least of 1).
 const SHARE: f64 = 3e-5;
 const SHARE_OF_REACH: f64 = 1e-6;
@@ -65,7 +65,7 @@ impl Machine {
         };
         let step = match unit {
             _ if name.ends_with(".backlash") => SHARE * value,
-            Unit::MM => (SHARE * value.abs()).max(SHARE_OF_REACH * self.reach),
+            Unit::MM => (SHARE * value.abs()).max(SHARE_OF_REACH * self.characteristic_length),
             Unit::DEG => DEGREES,
             Unit::ONE => SHARE * value.abs().max(1.0),
             Unit::N | Unit::NMM | Unit::KG | Unit::M_PER_S2 if value == 0.0 => FROM_ZERO,

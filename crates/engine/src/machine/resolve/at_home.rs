@@ -12,7 +12,7 @@ use crate::{
     spatial::Pose,
 };
 
-/// Ends of a spring that are nearer to each other have no direction, as a share of the machine's reach.
+/// Ends of a spring that are nearer to each other have no direction, as a share of the machine's characteristic length.
 const COINCIDENT: f64 = 1e-9;
 /// A motion with less than this share of itself outside the span of others is none of its own.
 const INDEPENDENT: f64 = 1e-6;
@@ -24,7 +24,7 @@ pub(super) fn check(machine: &Machine, spec: &MachineSpec, check: &Check) -> Res
     for (chain, passive) in machine.chains.iter().zip(&machine.home.passive) {
         chain.rigid_values(&machine.home.drives[first_drive..], passive, &mut values);
         first_drive += chain.drives.len();
-        let at_home = AtHome { spec, check, reach: machine.reach, values: &values };
+        let at_home = AtHome { spec, check, characteristic_length: machine.characteristic_length, values: &values };
         at_home.freedom(&chain.route, &Pose::identity())?;
     }
     Ok(())
@@ -33,7 +33,7 @@ pub(super) fn check(machine: &Machine, spec: &MachineSpec, check: &Check) -> Res
 struct AtHome<'a> {
     spec: &'a MachineSpec,
     check: &'a Check,
-    reach: f64,
+    characteristic_length: f64,
     /// Of the chain's coordinates.
     values: &'a [f64],
 }
@@ -46,7 +46,7 @@ struct Part {
 }
 
 impl AtHome<'_> {
-    /// Twists that the end of a route can have, as columns: at O, in O axes, displacements as shares of the reach.
+    /// Twists that the end of a route can have, as columns: at O, in O axes, displacements as shares of the characteristic length.
     fn freedom(&self, route: &Route, start: &Pose) -> Result<DMatrix<f64>> {
         let mut parts: Vec<(usize, Part)> = Vec::new();
         let (mut moves, mut frames) = (0, Vec::new());
@@ -87,7 +87,7 @@ impl AtHome<'_> {
 
     fn scaled(&self, screw: Screw<f64>) -> DMatrix<f64> {
         let twist = crate::spatial::Twist::from(screw);
-        let linear = twist.linear / self.reach;
+        let linear = twist.linear / self.characteristic_length;
         DMatrix::from_iterator(6, 1, linear.iter().chain(twist.angular.iter()).copied())
     }
 
@@ -132,7 +132,7 @@ impl AtHome<'_> {
         let place = |anchor: &Anchor| anchor.frame.map_or(anchor.at, |frame| frames[frame].transform(anchor.at));
         for spring in &route.point_springs {
             let (from, to) = (place(&spring.from), place(&spring.to));
-            let has_direction = (to - from).norm() > COINCIDENT * self.reach;
+            let has_direction = (to - from).norm() > COINCIDENT * self.characteristic_length;
             if !has_direction && spring.tension_at_zero_length() != 0.0 {
                 let [x, y, z]: [f64; 3] = from.into();
                 return self.check.key(&self.spring(&spring.name)).fail(format!(

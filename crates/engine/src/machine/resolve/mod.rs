@@ -54,7 +54,7 @@ pub(super) fn machine(written: MachineSpec, origin: &str) -> Result<Machine> {
         provenance: provenance(spec, &check)?,
         home: Configuration::start(&chains, home_pose),
         home_sought: home_pose,
-        reach: kinematics::reach(&chains, &Configuration::start(&chains, home_pose)),
+        characteristic_length: kinematics::characteristic_length(&chains, &Configuration::start(&chains, home_pose)),
         redundancy: 0,
         turns_with_position: false,
         locked: Vec::new(),
@@ -83,7 +83,7 @@ pub(super) fn machine(written: MachineSpec, origin: &str) -> Result<Machine> {
         Err(unreachable) => return home_check.fail(format!("the chains cannot be assembled here: {unreachable}")),
     };
     // What was sought is only where the search began.
-    machine.reach = kinematics::reach(&machine.chains, &machine.home);
+    machine.characteristic_length = kinematics::characteristic_length(&machine.chains, &machine.home);
     machine.redundancy = machine.redundancy_at_home();
     machine.turns_with_position = machine.turns_beside_home();
     machine.arm = Arm::of(&machine).map(Box::new);

@@ -344,12 +344,12 @@ impl<R: Real> ChainSystem<R> {
         largest
     }
 
-    pub(super) fn with_loops(&self, own: ChainResidual<R>, reach: f64) -> ChainResidual<R> {
+    pub(super) fn with_loops(&self, own: ChainResidual<R>, characteristic_length: f64) -> ChainResidual<R> {
         let mut all = own;
         for inner in &self.loops {
             let residual = R::vectorized(
                 #[inline(always)]
-                || inner.system.residual(reach),
+                || inner.system.residual(characteristic_length),
             );
             all = ChainResidual { gap: all.gap.larger(residual.gap), force: all.force.larger(residual.force) };
         }

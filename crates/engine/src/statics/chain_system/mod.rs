@@ -96,9 +96,9 @@ pub(super) struct Carried<'a, R> {
 /// Largest residuals of a chain, in its units and made dimensionless by the caller.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct ChainResidual<R> {
-    /// Closure gap, mm (rotations times reach).
+    /// Closure gap, mm (rotations times the characteristic length).
     pub gap: R,
-    /// Out-of-balance generalised force, N (moments over reach).
+    /// Out-of-balance generalised force, N (moments over it).
     pub force: R,
 }
 
@@ -317,19 +317,19 @@ impl<R: Real> ChainSystem<R> {
         }
     }
 
-    /// Present residual, before elimination; `reach` in mm makes rotations and moments comparable.
+    /// Present residual, before elimination; `scale` in mm makes rotations and moments comparable.
     #[inline(always)]
-    pub fn residual(&self, reach: f64) -> ChainResidual<R> {
+    pub fn residual(&self, scale: f64) -> ChainResidual<R> {
         let rhs = self.rhs_column();
-        let per_reach = R::splat(1.0 / reach);
+        let per_length = R::splat(1.0 / scale);
         let mut force = R::zero();
         for &coordinate in &self.own {
             let entry = self.matrix.get(self.row(coordinate), rhs).abs();
-            force = force.larger(if self.is_rotation[coordinate] { entry * per_reach } else { entry });
+            force = force.larger(if self.is_rotation[coordinate] { entry * per_length } else { entry });
         }
-        let gap = self.closure.linear.norm().larger(self.closure.angular.norm() * R::splat(reach));
+        let gap = self.closure.linear.norm().larger(self.closure.angular.norm() * R::splat(scale));
         let own = ChainResidual { gap, force };
-        if self.loops.is_empty() { own } else { self.with_loops(own, reach) }
+        if self.loops.is_empty() { own } else { self.with_loops(own, scale) }
     }
 
     /// Eliminates the chain's unknowns but for its slacks; the lanes in which that works. In the others a pivot has the wrong

@@ -33,9 +33,9 @@ impl Target {
     }
 }
 
-/// What is wanted at one point of a path.
+/// A task point: the pose that is wanted at one point of a path, the load there, and what is compensated.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Demand {
+pub struct TaskPoint {
     /// The pose of P commanded without compensation, t₀, in O.
     pub pose: Pose,
     /// Dead wrench at P in O axes.
@@ -48,7 +48,7 @@ pub struct Demand {
     pub external: Option<ExternalAxes>,
 }
 
-impl Demand {
+impl TaskPoint {
     /// Where P should stand, as far as is known.
     pub fn wanted(&self) -> &Pose {
         self.wanted.as_ref().unwrap_or(&self.pose)
@@ -93,7 +93,7 @@ impl Demand {
                     }
                 }
                 Coordinate::Rotation(axis) => {
-                    lever_arms[row] = machine.reach;
+                    lever_arms[row] = machine.characteristic_length;
                     error[row] = turn[axis];
                     for i in 0..3 {
                         slope[(row, 3 + i)] = wanted.rotation[(i, axis)];

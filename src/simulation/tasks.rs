@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use crate::{
-    compensation::{Demand, Target},
+    compensation::{Target, TaskPoint},
     input::error::{Error, Result},
     machine::{Configuration, ExternalAxes, Machine},
     process::{
@@ -92,27 +92,27 @@ pub(crate) fn placed(machine: &Machine, placement: &Placement) -> Placed {
 ///
 /// # Errors
 /// A path that lacks what the cutting force needs.
-pub fn demands(process: &Process, path: &Toolpath, origin: &str) -> Result<Vec<Demand>> {
+pub fn tasks(process: &Process, path: &Toolpath, origin: &str) -> Result<Vec<TaskPoint>> {
     let fault = |source: LoadError| Error::Argument { argument: origin.to_string(), problem: source.to_string() };
     let loads = process.loads(path).map_err(fault)?;
-    Ok(demands_under(&process.machine, &process.placement, process.target, path, &loads))
+    Ok(tasks_under(&process.machine, &process.placement, process.target, path, &loads))
 }
 
 /// What is wanted at each point of a path that is placed by `placement`, under `loads`; along axes that the drives do not
 /// control, what there is.
-pub fn demands_under(
+pub fn tasks_under(
     machine: &Machine,
     placement: &Placement,
     target: Target,
     path: &Toolpath,
     loads: &[PathLoad],
-) -> Vec<Demand> {
+) -> Vec<TaskPoint> {
     let mut unloaded = unloaded(machine, placement, target, path);
-    let demand = |(point, load): (&PathPoint, &PathLoad)| {
-        let (demand, there) = unloaded(point);
-        Demand { load: there.wrench(&load.on_tool(point.tangent, there.tool_axes())), ..demand }
+    let task = |(point, load): (&PathPoint, &PathLoad)| {
+        let (task, there) = unloaded(point);
+        TaskPoint { load: there.wrench(&load.on_tool(point.tangent, there.tool_axes())), ..task }
     };
-    path.points().iter().zip(loads).map(demand).collect()
+    path.points().iter().zip(loads).map(task).collect()
 }
 
 /// What is wanted without load, and how workpiece and tool stand there, asked for points of `path` one after another.
@@ -121,13 +121,13 @@ pub(crate) fn unloaded<'a>(
     placement: &'a Placement,
     target: Target,
     path: &'a Toolpath,
-) -> impl FnMut(&PathPoint) -> (Demand, Placed) + use<'a> {
+) -> impl FnMut(&PathPoint) -> (TaskPoint, Placed) + use<'a> {
     let mut track = Tracked::new(machine, placement);
     let external = along(machine, path);
     move |point| {
         let external = external(point);
         let pose = track.pose(point.position_mm, point.orientation.as_ref(), external);
         let there = track.placed(external).turned(&pose.rotation);
-        (Demand { pose, load: Wrench::zero(), target, wanted: None, external }, there)
+        (TaskPoint { pose, load: Wrench::zero(), target, wanted: None, external }, there)
     }
 }
