@@ -28,7 +28,7 @@ Examples:
   kinetostat machines
   kinetostat machines --show orthoglide > my_machine.toml
   kinetostat machines --new serial --out my_robot.toml
-  kinetostat machines orthoglide --parameters
+  kinetostat machines orthoglide
   kinetostat machines --schema > machine.schema.json
   kinetostat machines --import robot.urdf --tool 0,0,250 --tip tool0 --out my_robot.toml
   kinetostat machines --import robot.urdf --tool 0,0,250,0,90,0 --stiffness 3.8e6,6.6e6,3.9e6,5.6e5,6.6e5,4.7e5
@@ -36,14 +36,13 @@ Examples:
 #[command(group(ArgGroup::new("written").args(["new", "import"]).multiple(true)))]
 #[command(group(ArgGroup::new("what").args(["name", "show", "new", "schema", "import"])))]
 pub struct MachinesArguments {
-    /// Machine whose parameters are asked for: built in, or a file
-    #[arg(requires = "parameters")]
+    /// Machine whose parameters are listed by name, with unit and grade: built in, or a file
     name: Option<String>,
-    /// List its parameters by name, with unit and grade
+    /// List its parameters, as NAME alone does
     #[arg(long, requires = "name")]
     parameters: bool,
     /// Print them as JSON
-    #[arg(long, requires = "parameters")]
+    #[arg(long, requires = "name")]
     json: bool,
     /// Print the machine file of this machine
     #[arg(long, value_name = "NAME")]

@@ -209,8 +209,9 @@ fn point_prints_the_reference_states_with_their_keys() {
 }
 
 /// Keys of `point --json` that reference states have not.
-const NEW_IN_POINT: [&str; 19] = [
+const NEW_IN_POINT: [&str; 20] = [
     "branch",
+    "cautions",
     "clearance",
     "conditioning",
     "schema",
@@ -264,6 +265,44 @@ fn point_reads_well_and_knows_named_points() {
     assert_eq!(by_name, printed(0, &by_position));
     for expected in ["The tool moves by ", "to keep it there, command x +", "mrad", "compensated ρ"] {
         assert!(by_name.contains(expected), "{expected} is missing in\n{by_name}");
+    }
+}
+
+/// Every caution that the text of a point says is in its JSON, and no other.
+#[test]
+fn cautions_of_a_point_are_said_to_programs_too() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("limited.toml");
+    let own = fs::read_to_string("crates/engine/src/machine/catalogue/orthoglide.toml").unwrap();
+    let limited = own.replace("prismatic_drive = { ", "prismatic_drive = { force_limit_N = 50.0, ");
+    assert_ne!(own, limited);
+    fs::write(&file, limited).unwrap();
+    let limited = file.to_str().unwrap();
+    let outside = ["--position", "135,0,0", "--phi", "0"];
+    let cases: [(&str, &[&str], &[&str]); 5] = [
+        ("orthoglide", &["--at", "Q0", "--phi", "0"], &[]),
+        ("orthoglide", &outside, &["outside the workspace: "]),
+        (limited, &["--at", "Q1", "--phi", "0"], &["drive x is beyond its force limit: "]),
+        (limited, &outside, &["outside the workspace: ", "drive x is beyond its force limit: "]),
+        ("orthoglide", &["--at", "Q0", "--phi", "0", "--chain-errors", "9,0,0"], &["large error: "]),
+    ];
+    for (machine, asked, expected) in cases {
+        let asked = [&["point", "--machine", machine][..], asked].concat();
+        let text = printed(0, &asked);
+        let found: Value = serde_json::from_str(&printed(0, &[&asked[..], &["--json"]].concat())).unwrap();
+        let cautions: Vec<&str> =
+            found["cautions"].as_array().unwrap().iter().map(|own| own.as_str().unwrap()).collect();
+        for begin in expected {
+            assert!(cautions.iter().any(|caution| caution.starts_with(begin)), "{begin}: {cautions:?}");
+        }
+        assert_eq!(cautions.is_empty(), expected.is_empty(), "{cautions:?}");
+        for caution in cautions {
+            let said = caution
+                .split_once(": ")
+                .filter(|(what, _)| !what.starts_with("drive "))
+                .map_or(caution, |(_, said)| said);
+            assert!(text.contains(said), "{said} is missing in\n{text}");
+        }
     }
 }
 

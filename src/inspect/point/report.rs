@@ -94,7 +94,7 @@ pub fn unreachable_json(question: &PointQuestion, chain_errors_deg: &[f64], unre
 /// One object with the keys of `tests/reference/orthoglide.json`, where drives are slides, and `schema`, `drives`,
 /// `status`, `reason`, `iterations`, `residual` and what is left after compensation; `tool_axis`, the direction from the
 /// spindle to the tool tip in O axes, and `force_tool_frame_N`, the force in axes of the tool frame; `conditioning`
-/// ([`Machine::conditioning`]) and, of arms, `branch` and `clearance` ([`Machine::clearance`]).
+/// ([`Machine::conditioning`]) and, of arms, `branch` and `clearance` ([`Machine::clearance`]); `cautions`, the sentences of the text.
 ///
 /// Keys of drive values end with their unit: `_mm` and `_N` of slides, `_deg` and `_Nmm` of hinges (`actuator_torque_Nmm`).
 /// A machine with both has both, each with null where a drive is of the other kind. `chain_errors_deg` is passed through. Keys
@@ -113,6 +113,10 @@ fn object(question: &PointQuestion, chain_errors_deg: &[f64], answer: Result<&Po
     let left = known.zip(done).map(|(answer, done)| {
         machine.tool_displacement(answer.zero.as_ref().unwrap_or(&answer.nominal.pose), &done.solution.pose)
     });
+    let commanded = question.place.position().or(known.map(|answer| answer.nominal.pose.translation));
+    let about = commanded.map_or_else(Vec::new, |at| unusual(question, at));
+    let cautions = about.into_iter().map(|(what, said)| format!("{what}: {said}"));
+    let cautions: Vec<String> = cautions.chain(settled.into_iter().flat_map(beyond_limits)).collect();
     let phi_deg = match question.load {
         PointLoad::Milling(_, phi) => Some(tidy_degrees(phi.to_degrees())),
         PointLoad::Wrench(_) => None,
@@ -145,6 +149,7 @@ fn object(question: &PointQuestion, chain_errors_deg: &[f64], answer: Result<&Po
         ("reason", reason),
         ("compensation_status", compensation_status),
         ("compensation_reason", compensation_reason),
+        ("cautions", json!(cautions)),
         ("iterations", json!(known.map_or(0, |a| a.loaded.iterations))),
         ("residual", json!(known.map(|a| a.loaded.residual))),
         ("platform_mm", json!(settled.map(|a| array(a.loaded.pose.translation)))),
@@ -194,6 +199,36 @@ fn line(what: &str, told: impl Display) -> String {
     format!("  {what:<25} {told}\n")
 }
 
+/// What is unusual about the question: what it is about, and a sentence.
+fn unusual(question: &PointQuestion, commanded: Vector3<f64>) -> Vec<(&'static str, String)> {
+    let machine = &question.machine;
+    let outside = machine.outside_workspace(commanded).map(|outside| ("outside the workspace", outside.to_string()));
+    let carried = if machine.carrier.is_some() { "workpiece" } else { "drives" };
+    let sentences = [
+        ("zero", cautions::zeroed(machine)),
+        (carried, cautions::carried(machine)),
+        ("large error", cautions::large_errors(machine, &question.errors)),
+    ];
+    let lines = sentences.iter().flat_map(|(what, said)| said.lines().map(|sentence| (*what, sentence.to_string())));
+    outside.into_iter().chain(lines).collect()
+}
+
+/// Drives that carry more than their limit, before or after compensation, in a sentence each.
+fn beyond_limits(answer: &PointAnswer) -> Vec<String> {
+    let machine = &answer.question.machine;
+    let (before, after) = (answer.loaded.drive_forces(), answer.compensated.as_ref().ok());
+    let after = after.map(|after| after.solution.drive_forces());
+    let drives = machine.drive_labels().into_iter().zip(machine.drives()).enumerate();
+    let beyond = drives.filter_map(|(d, (label, (_, drive)))| {
+        let limit = drive.force_limit?;
+        let largest = after.iter().map(|after| after[d].abs()).fold(before[d].abs(), f64::max);
+        let (word, unit) = (drive.motion.force_word(), drive.motion.shown_force_unit());
+        (largest > limit)
+            .then(|| format!("drive {label} is beyond its {word} limit: {largest:.1} {unit}, limit {limit:.1} {unit}"))
+    });
+    beyond.collect()
+}
+
 /// What was asked, and all that was found.
 fn details(answer: &PointAnswer) -> String {
     let (machine, loaded) = (&answer.question.machine, &answer.loaded);
@@ -201,15 +236,7 @@ fn details(answer: &PointAnswer) -> String {
     let mut text = format!("{}\n", machine.title);
     let commanded = answer.question.place.position().unwrap_or(answer.nominal.pose.translation);
     text += &line("commanded position of P", format!("{} mm", triple(commanded, 3)));
-    text.extend(machine.outside_workspace(commanded).map(|outside| line("outside the workspace", outside)));
-    let carried = if machine.carrier.is_some() { "workpiece" } else { "drives" };
-    for (what, sentences) in [
-        ("zero", cautions::zeroed(machine)),
-        (carried, cautions::carried(machine)),
-        ("large error", cautions::large_errors(machine, &answer.question.errors)),
-    ] {
-        text.extend(sentences.lines().map(|sentence| line(what, sentence)));
-    }
+    text.extend(unusual(&answer.question, commanded).into_iter().map(|(what, said)| line(what, said)));
     let tool_axis = triple(answer.tool.rotation.column(2).into(), 3);
     let assumed = tool_axis_words(machine.tool_axis_source);
     text += &line("tool axis", format!("{tool_axis} in base axes, from the spindle to the tip{assumed}"));
@@ -321,14 +348,7 @@ fn drive_table(answer: &PointAnswer) -> String {
         ]);
     }
     let mut text = format!("{table}\n");
-    for (d, (label, (_, drive))) in machine.drive_labels().into_iter().zip(machine.drives()).enumerate() {
-        let largest = forces_after.iter().map(|after| after[d].abs()).fold(forces[d].abs(), f64::max);
-        if let Some(limit) = drive.force_limit.filter(|limit| largest > *limit) {
-            let (word, unit) = (drive.motion.force_word(), drive.motion.shown_force_unit());
-            text +=
-                &format!("drive {label} is beyond its {word} limit: {largest:.1} {unit}, limit {limit:.1} {unit}\n");
-        }
-    }
+    beyond_limits(answer).iter().for_each(|sentence| text += &format!("{sentence}\n"));
     if let Err(failure) = &answer.compensated {
         text += &format!("not compensated: {}\n", failure.reason);
     }

@@ -12,7 +12,7 @@ use crate::{
 /// What must be known with the answer.
 pub(super) fn cautions(report: &Report<'_>) -> String {
     let CorrectionQuestion { machine, errors, corners, .. } = report.question;
-    let known = cautions::of_machine(machine, errors, "corner of the box", corners.iter().copied());
+    let known = cautions::of_machine(machine, errors, "box corner", corners.iter().copied());
     out_of_tolerance(report) + &known + &left(report)
 }
 
