@@ -182,11 +182,7 @@ impl Program {
 impl Program {
     /// Waits for `make`, which seeks γ if the process asks for the best one.
     fn sought(py: Python<'_>, make: impl FnOnce(&Work) -> Result<ProgramJob> + Send) -> PyResult<Self> {
-        let job = wait_for(
-            py,
-            |_| Ok(()),
-            |stop| make(&Work::new(None, Arc::clone(stop), Box::new(|_| ()))),
-        )?;
+        let job = wait_for(py, |_| Ok(()), |stop| make(&Work::new(None, Arc::clone(stop), Box::new(|_| ()))))?;
         Ok(Self { job: job.map_err(raised)? })
     }
 

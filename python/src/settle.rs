@@ -7,7 +7,7 @@ use std::sync::{
 };
 
 use kinetostat::{
-    Compensation, TaskPoint, Error, Machine, Method, Result, Session, Source, Target,
+    Compensation, Error, Machine, Method, Result, Session, Source, Target, TaskPoint,
     compensation::{CompensationStatus, compensate_batch},
     machine::{Configuration, Unreachable},
     simulation::Machines,
