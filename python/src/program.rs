@@ -85,14 +85,14 @@ impl Program {
     /// The program in the file `path`.
     #[staticmethod]
     fn open(py: Python<'_>, path: PathBuf, process: &Process) -> PyResult<Self> {
-        Self::sought(py, |work| ProgramJob::open(process.process.clone(), &path, work))
+        Self::opened(py, |work| ProgramJob::open(process.process.clone(), &path, work))
     }
 
     /// The program that `content` of a file called `name` is.
     #[staticmethod]
     fn parse(py: Python<'_>, content: Vec<u8>, name: &str, process: &Process) -> PyResult<Self> {
         let program = ProgramFile::parse(content, name.as_ref(), &process.process).map_err(raised)?;
-        Self::sought(py, |work| ProgramJob::new(process.process.clone(), program, name, work))
+        Self::opened(py, |work| ProgramJob::new(process.process.clone(), program, name, work))
     }
 
     fn __len__(&self) -> usize {
@@ -181,7 +181,7 @@ impl Program {
 
 impl Program {
     /// Waits for `make`, which seeks γ if the process asks for the best one.
-    fn sought(py: Python<'_>, make: impl FnOnce(&Work) -> Result<ProgramJob> + Send) -> PyResult<Self> {
+    fn opened(py: Python<'_>, make: impl FnOnce(&Work) -> Result<ProgramJob> + Send) -> PyResult<Self> {
         let job = wait_for(py, |_| Ok(()), |stop| make(&Work::new(None, Arc::clone(stop), Box::new(|_| ()))))?;
         Ok(Self { job: job.map_err(raised)? })
     }

@@ -17,14 +17,14 @@ const TRIED: usize = Batch::WIDTH;
 /// Points that one thread takes at a time.
 const CHUNK: usize = 64;
 
-/// The best turn within a `step` (rad) of `turn` on branch number `on_branch`, rad.
+/// The best turn within a `step` (rad) of `turn` on branch number `branch`, rad.
 ///
 /// # Errors
 /// Of the work.
 pub(super) fn refined(
     path: &Turnable<'_>,
     shape: &Shape,
-    on_branch: usize,
+    branch: usize,
     turn: f64,
     step: f64,
     work: &Work,
@@ -34,9 +34,9 @@ pub(super) fn refined(
     if !shape.wraps {
         (low, high) = (low.max(lowest), high.min(highest));
     }
-    let mut best = (turn, cost_of_each(path, shape, on_branch, &[turn])[0]);
+    let mut best = (turn, cost_of_each(path, shape, branch, &[turn])[0]);
     if turn != 0.0 && (lowest..=highest).contains(&0.0) {
-        let as_programmed = cost_of_each(path, shape, on_branch, &[0.0])[0];
+        let as_programmed = cost_of_each(path, shape, branch, &[0.0])[0];
         if as_programmed <= best.1 + TIE_MM {
             (best, low, high) = ((0.0, as_programmed), -step, step);
         }
@@ -45,7 +45,7 @@ pub(super) fn refined(
         work.check()?;
         let width = (high - low) / (TRIED - 1) as f64;
         let tried: Vec<f64> = (0..TRIED).map(|i| low + width * i as f64).collect();
-        for (turn, cost) in tried.iter().zip(cost_of_each(path, shape, on_branch, &tried)) {
+        for (turn, cost) in tried.iter().zip(cost_of_each(path, shape, branch, &tried)) {
             if cost < best.1 - TIE_MM {
                 best = (*turn, cost);
             }
@@ -56,11 +56,11 @@ pub(super) fn refined(
 }
 
 /// What each of `turns` comes to if it is held all along, mm; infinite where it cannot be.
-fn cost_of_each(path: &Turnable<'_>, shape: &Shape, on_branch: usize, turns: &[f64]) -> Vec<f64> {
+fn cost_of_each(path: &Turnable<'_>, shape: &Shape, branch: usize, turns: &[f64]) -> Vec<f64> {
     let places: Vec<usize> = (0..path.points().len()).collect();
     let chunks = places.par_chunks(CHUNK).map(|places| {
         let mut solver = Solver::new(path);
-        places.iter().map(|k| solver.nodes_on_branch(*k, on_branch, turns)).collect::<Vec<Vec<Node>>>()
+        places.iter().map(|k| solver.nodes_on_branch(*k, branch, turns)).collect::<Vec<Vec<Node>>>()
     });
     let layers: Vec<Vec<Node>> = chunks.flatten_iter().collect();
     let objective = path.asked.turn.objective;

@@ -29,7 +29,7 @@ pub struct Layer {
 #[derive(Debug, Clone, Default)]
 pub struct Shape {
     /// Ways to stand.
-    pub on_branches: usize,
+    pub branches: usize,
     /// Turns.
     pub turns: usize,
     /// Whether the last turn neighbours the first.
@@ -68,9 +68,9 @@ impl Shape {
     /// What a node costs more than one that is as programmed, mm: never more than a tie, together with [`Shape::motion`], beside which it is
     /// little, so that a path begins turned and does not turn on its way.
     fn aside(&self, node: usize) -> f64 {
-        let Some((turn, on_branch)) = self.programmed else { return 0.0 };
-        let stands_aside = node % self.on_branches != on_branch;
-        TIE_MM * (0.05 * self.apart(turn, node / self.on_branches) + if stands_aside { 0.25 } else { 0.0 })
+        let Some((turn, branch)) = self.programmed else { return 0.0 };
+        let stands_aside = node % self.branches != branch;
+        TIE_MM * (0.05 * self.apart(turn, node / self.branches) + if stands_aside { 0.25 } else { 0.0 })
     }
 
     /// What it costs more to turn from one turn to another than to stay, mm.
@@ -181,7 +181,7 @@ impl Walk {
     /// `ceiling_mm` for the least sum of squares.
     #[must_use]
     pub fn new(shape: Shape, objective: TurnObjective, ceiling_mm: f64) -> Self {
-        let held = vec![Some(Held { squares: 0.0, weight: 0.0, worst: 0.0 }); shape.turns * shape.on_branches];
+        let held = vec![Some(Held { squares: 0.0, weight: 0.0, worst: 0.0 }); shape.turns * shape.branches];
         let (value, before, back) = (Vec::new(), Vec::new(), Vec::new());
         Self { shape, objective, ceiling_mm, value, before, back, held, dead_end: None }
     }
@@ -233,10 +233,10 @@ impl Walk {
         seconds: f64,
         with: impl Fn(f64, f64) -> f64,
     ) -> Option<(f64, u16)> {
-        let (turn, on_branch) = (node / self.shape.on_branches, node % self.shape.on_branches);
+        let (turn, branch) = (node / self.shape.branches, node % self.shape.branches);
         let mut cheapest: Option<(f64, u16)> = None;
         for from in self.shape.near(turn, band) {
-            let before = from * self.shape.on_branches + on_branch;
+            let before = from * self.shape.branches + branch;
             let so_far = self.value[before];
             if so_far.is_finite()
                 && let value = with(so_far, self.shape.motion(from, turn))
@@ -272,15 +272,15 @@ impl Walk {
     pub fn cheapest(&self) -> Option<(f64, Vec<usize>, usize)> {
         let nodes = self.value.len();
         let (mut node, value) = least(self.value.iter().copied())?;
-        let on_branch = node % self.shape.on_branches;
-        let mut turns = vec![node / self.shape.on_branches];
+        let branch = node % self.shape.branches;
+        let mut turns = vec![node / self.shape.branches];
         for layer in self.back.chunks_exact(nodes).rev() {
             let from = layer[node] as usize;
             turns.push(from);
-            node = from * self.shape.on_branches + on_branch;
+            node = from * self.shape.branches + branch;
         }
         turns.reverse();
-        Some((value, turns, on_branch))
+        Some((value, turns, branch))
     }
 
     /// The turn and branch that are best held all along; of those that are so within a tie, the nearest to as programmed.
@@ -296,7 +296,7 @@ impl Walk {
         let least = within().map(|(_, rms)| rms).fold(f64::INFINITY, f64::min);
         let tied = within().filter(|(_, rms)| *rms <= least + TIE_MM).map(|(node, _)| node);
         let node = tied.reduce(|a, b| if self.shape.aside(b) < self.shape.aside(a) { b } else { a })?;
-        Some((node / self.shape.on_branches, node % self.shape.on_branches))
+        Some((node / self.shape.branches, node % self.shape.branches))
     }
 }
 

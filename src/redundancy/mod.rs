@@ -265,7 +265,7 @@ fn best(
     let refined = Refined {
         path,
         shape: &lattice.shape,
-        on_branch,
+        branch: on_branch,
         rate: path.asked.turn.max_step_deg_per_mm.to_radians(),
         reach: lattice.step,
         work,
@@ -323,16 +323,16 @@ impl<'a> Lattice<'a> {
         let nearest = (0..turns.len()).min_by(|a, b| turns[*a].abs().total_cmp(&turns[*b].abs())).unwrap_or_default();
         let own = path.asked.machine.branch_of(&path.asked.machine.home);
         let on_branch = path.on_branches.iter().position(|on_branch| on_branch.branch == own).unwrap_or_default();
-        let (on_branches, wraps, programmed) = (path.on_branches.len(), path.wraps(), Some((nearest, on_branch)));
-        let shape = Shape { on_branches, turns: turns.len(), wraps, programmed, ..of_drives };
-        let nodes = knots.len().saturating_mul(shape.turns * shape.on_branches);
+        let (branches, wraps, programmed) = (path.on_branches.len(), path.wraps(), Some((nearest, on_branch)));
+        let shape = Shape { branches, turns: turns.len(), wraps, programmed, ..of_drives };
+        let nodes = knots.len().saturating_mul(shape.turns * shape.branches);
         if nodes > MOST_NODES {
             let problem = format!(
                 "the lattice of {} points, {} values of γ and {} branches has {nodes} nodes: expected at most {MOST_NODES}; a larger \
                  tool_turn.step_deg or a part of the path has fewer",
                 knots.len(),
                 shape.turns,
-                shape.on_branches
+                shape.branches
             );
             return Err(Error::Argument { argument: "redundancy".into(), problem });
         }

@@ -29,7 +29,7 @@ pub(super) struct Refined<'a> {
     pub path: &'a Turnable<'a>,
     pub shape: &'a Shape,
     /// The branch.
-    pub on_branch: usize,
+    pub branch: usize,
     /// Most change of the turn per length, rad/mm.
     pub rate: f64,
     /// Farthest that a turn is moved in a sweep, rad.
@@ -44,7 +44,7 @@ impl Refined<'_> {
     /// Of the work.
     pub fn refined(&self, mut turns: Vec<f64>) -> Result<Vec<f64>> {
         let mut standing: Vec<Node> = self.each(&(0..turns.len()).collect::<Vec<_>>(), |solver, k| {
-            solver.nodes_on_branch(k, self.on_branch, &[turns[k]]).swap_remove(0)
+            solver.nodes_on_branch(k, self.branch, &[turns[k]]).swap_remove(0)
         });
         for _ in 0..SWEEPS {
             let mut is_moved = false;
@@ -110,7 +110,7 @@ impl Refined<'_> {
                 break;
             }
             let tried: Vec<f64> = (0..TRIED).map(|i| low + width * i as f64).collect();
-            for (turn, node) in tried.iter().zip(solver.nodes_on_branch(k, self.on_branch, &tried)) {
+            for (turn, node) in tried.iter().zip(solver.nodes_on_branch(k, self.branch, &tried)) {
                 let Ok(at) = node else { continue };
                 if best.is_none_or(|(_, best)| at.cost_mm < best.cost_mm - TIE_MM) && is_tracked(&at) {
                     best = Some((*turn, at));

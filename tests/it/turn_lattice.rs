@@ -11,7 +11,7 @@ use proptest::prelude::*;
 
 use crate::support::cases::cases;
 
-const STANCES: usize = 2;
+const BRANCHES: usize = 2;
 
 fn layer(turns: usize) -> impl Strategy<Value = Layer> {
     let node = prop_oneof![
@@ -22,7 +22,7 @@ fn layer(turns: usize) -> impl Strategy<Value = Layer> {
             Ok(Standing { drives, cost_mm })
         }),
     ];
-    let nodes = prop::collection::vec(node, turns * STANCES);
+    let nodes = prop::collection::vec(node, turns * BRANCHES);
     (0..3usize, 0..4usize, nodes).prop_map(|(weight, band, nodes)| Layer {
         weight: weight as f64,
         band,
@@ -35,12 +35,12 @@ fn layer(turns: usize) -> impl Strategy<Value = Layer> {
 fn all_ways(layers: &[Layer], shape: &Shape) -> Option<(f64, (f64, f64))> {
     let mut found: Option<(f64, (f64, f64))> = None;
     let ways = shape.turns.pow(layers.len() as u32);
-    for on_branch in 0..STANCES {
+    for branch in 0..BRANCHES {
         'ways: for way in 0..ways {
             let turn = |k: usize| way / shape.turns.pow(k as u32) % shape.turns;
             let (mut squares, mut worst, mut before) = (0.0, 0.0f64, None);
             for (k, layer) in layers.iter().enumerate() {
-                let Ok(at) = &layer.nodes[turn(k) * STANCES + on_branch] else { continue 'ways };
+                let Ok(at) = &layer.nodes[turn(k) * BRANCHES + branch] else { continue 'ways };
                 if let Some((last, drives)) = before {
                     let apart = turn(k).abs_diff(last);
                     let apart = if shape.wraps { apart.min(shape.turns - apart) } else { apart };
@@ -73,14 +73,14 @@ fn indifferent(turns: usize, k: usize, step: f64) -> Layer {
     let noise = |turn: usize| 1e-13 * ((7 * turn + 3 * k) % 5) as f64;
     let cost = |turn: usize| 0.5 + noise(turn) - if turn >= 3 { step } else { 0.0 };
     let node = |turn: usize| Ok(Standing { drives: [0.0; MOST_DRIVES], cost_mm: cost(turn) });
-    let nodes = (0..turns * STANCES).map(|node_of| node(node_of / STANCES)).collect();
+    let nodes = (0..turns * BRANCHES).map(|node_of| node(node_of / BRANCHES)).collect();
     Layer { weight: if k == 2 { 0.0 } else { 1.0 }, band: turns, seconds: 1.0, nodes }
 }
 
 #[test]
 fn a_tie_goes_to_as_programmed_and_then_to_the_least_motion() {
     let turns = 8;
-    let shape = Shape { on_branches: STANCES, turns, wraps: true, programmed: Some((1, 1)), ..Shape::default() };
+    let shape = Shape { branches: BRANCHES, turns, wraps: true, programmed: Some((1, 1)), ..Shape::default() };
     for objective in [TurnObjective::Rms, TurnObjective::Worst] {
         for (step, expected) in [(0.0, 1), (1e-10, 1), (1e-6, 3)] {
             let layers: Vec<Layer> = (0..6).map(|k| indifferent(turns, k, step)).collect();
@@ -88,8 +88,8 @@ fn a_tie_goes_to_as_programmed_and_then_to_the_least_motion() {
             assert_eq!(walk.best_held(), Some((expected, 1)), "{objective:?} {step}");
             // A way may turn for less than a tie, if it need not turn back: what is found is held against the best constant γ.
             if objective == TurnObjective::Rms && step != 1e-10 {
-                let (_, way, on_branch) = walk.cheapest().unwrap();
-                assert_eq!((way, on_branch), (vec![expected; 6], 1), "{step}");
+                let (_, way, branch) = walk.cheapest().unwrap();
+                assert_eq!((way, branch), (vec![expected; 6], 1), "{step}");
             }
         }
     }
@@ -106,10 +106,10 @@ proptest! {
     ) {
         let layers: Vec<Layer> = layers
             .into_iter()
-            .map(|layer| Layer { nodes: layer.nodes[..turns * STANCES].to_vec(), ..layer })
+            .map(|layer| Layer { nodes: layer.nodes[..turns * BRANCHES].to_vec(), ..layer })
             .collect();
         let shape = Shape {
-            on_branches: STANCES,
+            branches: BRANCHES,
             turns,
             wraps,
             full_turns: vec![Some(5.0)],

@@ -31,7 +31,7 @@ pub(super) fn turned(
     let fault = |problem: String| Error::argument(name, problem);
     if matches!(program, ProgramFile::Gcode(_)) {
         let problem = "its rotations about the tool axis cannot be written: expected a polyline (.csv) or a program of a robot, which can \
-                       say how the platform stands, or redundancy = \"as_programmed\" in [tool_turn]";
+                       say how the platform stands, or \"as_programmed\" as the redundancy";
         return Err(fault(problem.into()));
     }
     let path = process.with_cuts(program.toolpath(process.sampling)?, name)?;

@@ -48,7 +48,7 @@ pub enum BoundedError {
         /// mm or rad.
         unit: &'static str,
     },
-    /// The travel tasks more change of the correction along the path than is allowed.
+    /// The travel demands more change of the correction along the path than is allowed.
     #[error(
         "drive {drive} from point {from} to {to}: its travel and the limit on its correction make Δρ change by \
          {needed:.4} {unit}, but the limit on the change from point to point allows {:.4} {unit} ({} × {limit:.4} {unit})",
