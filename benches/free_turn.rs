@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use kinetostat::{
     machine::Machine,
-    process::{Process, Redundancy, ToolTurn, TurnObjective},
+    process::{Process, GammaChoice, RedundancySettings, RedundancyObjective},
     redundancy::{FoundGamma, TurnAsked, TurnedAlong, seek},
     toolpath::polyline::Polyline,
     work::Work,
@@ -91,8 +91,8 @@ fn on_machine(machine: &Machine, points: usize) {
     let path = Polyline::read(zigzag(points), "path.csv").expect("a path").toolpath().clone();
     let loads = process.loads(&path).expect("loads");
     let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().expect("threads");
-    for objective in [TurnObjective::Rms, TurnObjective::Worst] {
-        let turn = ToolTurn { redundancy: Redundancy::Best, objective, ..ToolTurn::default() };
+    for objective in [RedundancyObjective::Rms, RedundancyObjective::Worst] {
+        let turn = RedundancySettings { gamma: GammaChoice::Best, objective, ..RedundancySettings::default() };
         let asked = TurnAsked {
             machine: &process.machine,
             errors: &process.errors,

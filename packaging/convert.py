@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Changes study files of version 2 to version 3, comments and layout kept: packaging/convert.py STUDY.toml...
+"""Gives study files (of version 2 or 3) and process files the keys of now, comments and layout kept: packaging/convert.py FILE.toml...
 
-A folder stands for the study.toml in it. A file that is no study of version 2 (machine and process files, which are read as before, studies of
-another version) is named and left as it is; one whose change cannot be proved right is refused. With --columns, columns and statuses in
-CSV tables of results are renamed instead, as CHANGELOG.md lists them: packaging/convert.py --columns results/mine/*.csv
+A folder stands for the study.toml in it. A file that has no old key is named and left as it is; one that is neither a study nor a process file,
+or whose change cannot be proved right, is refused. With --columns, columns and statuses in CSV tables of results are renamed instead, as
+CHANGELOG.md lists them: packaging/convert.py --columns results/mine/*.csv
 """
 
 import argparse
@@ -35,8 +35,22 @@ class Refused(Exception):
     """Why a file is left as it is, in words for who gave it."""
 
 
+def renamed_process(tables):
+    """The tables of a process with the names of now."""
+    if "tool_turn" not in tables:
+        return tables
+    own = {"gamma" if key == "redundancy" else key: value for key, value in tables["tool_turn"].items()}
+    return {"redundancy" if key == "tool_turn" else key: own if key == "tool_turn" else value for key, value in tables.items()}
+
+
 def renamed(tree):
-    """The study of version 3 that a parsed one of version 2 is."""
+    """The file of now that a parsed process file, or a parsed study of version 2 or 3, is."""
+    if "question" not in tree:
+        return renamed_process(tree)
+    if isinstance(tree.get("process"), dict):
+        tree = {**tree, "process": renamed_process(tree["process"])}
+    if tree["schema"] == 3:
+        return tree
     new = {TABLES.get(key, key): value for key, value in tree.items()}
     new["schema"] = 3
     if (own := new.get("redundancy_map")) is not None and "turn_step_deg" in own:
@@ -54,28 +68,40 @@ def renamed(tree):
     return new
 
 
-def study(text):
-    """The text of version 3, which is read as the study that it was."""
+def line_of_version_3(line):
+    """A line of a study of version 2 with the names of version 3."""
+    line = re.sub(r'^(\s*"?schema"?\s*=\s*)2(?=\s|#|$)', r"\g<1>3", line)
+    line = re.sub(r"^(\s*\[+\s*)(held|turn_map)\b", lambda m: m[1] + TABLES[m[2]], line)
+    line = re.sub(r"^(\s*)(held|turn_map)(?=\s*[.=])", lambda m: m[1] + TABLES[m[2]], line)
+    if re.match(r"\s*(\w+\.)*(quantity|pareto)\s*=", line):
+        line = re.sub(r"([\"'])(error_left|departure)\1", lambda m: m[1] + QUANTITIES[m[2]] + m[1], line)
+    if not re.match(r"\s*(question|machine|branch|process|name)\s*=", line):
+        line = re.sub(r"^(\s*|.*[{,.]\s*)turn_step_deg(?=\s*=)", r"\1gamma_step_deg", line)
+        line = re.sub(r"(?<![\w\"'])departure(?=\s*=\s*[-+.\d])", QUANTITIES["departure"], line)
+    return line
+
+
+def renamed_file(text):
+    """The text with the keys of now, which is read as the file that it was."""
     text = text.removeprefix("\ufeff")
     try:
         tree = tomllib.loads(text)
     except tomllib.TOMLDecodeError as fault:
         raise Refused(f"is not TOML: {fault}") from fault
-    if "question" not in tree:
-        raise Refused("is no study (no question)")
-    if tree.get("schema") != 2:
-        raise Refused(f"is of version {tree.get('schema')}, not of version 2")
+    version = tree.get("schema")
+    if version not in ((2, 3) if "question" in tree else (1,)):
+        raise Refused(f"is neither a study of version 2 or 3 nor a process file of version 1 (it has version {version})")
     lines = []
+    header = ""
     for line in text.splitlines(keepends=True):
-        line = re.sub(r'^(\s*"?schema"?\s*=\s*)2(?=\s|#|$)', r"\g<1>3", line)
-        line = re.sub(r"^(\s*\[+\s*)(held|turn_map)\b", lambda m: m[1] + TABLES[m[2]], line)
-        line = re.sub(r"^(\s*)(held|turn_map)(?=\s*[.=])", lambda m: m[1] + TABLES[m[2]], line)
-        if re.match(r"\s*(\w+\.)*(quantity|pareto)\s*=", line):
-            line = re.sub(r"([\"'])(error_left|departure)\1", lambda m: m[1] + QUANTITIES[m[2]] + m[1], line)
-        if not re.match(r"\s*(question|machine|branch|process|name)\s*=", line):
-            line = re.sub(r"^(\s*|.*[{,.]\s*)turn_step_deg(?=\s*=)", r"\1gamma_step_deg", line)
-            line = re.sub(r"(?<![\w\"'])departure(?=\s*=\s*[-+.\d])", QUANTITIES["departure"], line)
-        lines.append(line)
+        if found := re.match(r"\s*\[+\s*([\w.]+)", line):
+            header = found[1]
+        line = re.sub(r"^(\s*\[\s*(?:process\.)?)tool_turn\b", r"\1redundancy", line)
+        line = re.sub(r"^(\s*(?:process\.)?)tool_turn(?=\s*[.=])", r"\1redundancy", line)
+        if header in ("tool_turn", "process.tool_turn"):
+            line = re.sub(r"^(\s*)redundancy(?=\s*=)", r"\1gamma", line)
+        line = re.sub(r"^(\s*(?:process\.)?redundancy\s*(?:\.|=\s*\{\s*))redundancy(?=\s*=)", r"\1gamma", line)
+        lines.append(line_of_version_3(line) if version == 2 else line)
     new = "".join(lines)
     try:
         is_right = tomllib.loads(new) == renamed(tree)
@@ -112,14 +138,14 @@ def put(path, text):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("files", nargs="+", metavar="FILE", type=Path)
-    parser.add_argument("--columns", action="store_true", help="CSV tables of results instead of studies")
+    parser.add_argument("--columns", action="store_true", help="CSV tables of results instead of studies and processes")
     options = parser.parse_args()
     code = 0
     for path in options.files:
         try:
             file = (path / "study.toml" if path.is_dir() and not options.columns else path).resolve()
             old = file.read_bytes().decode()
-            new = columns(old) if options.columns else study(old)
+            new = columns(old) if options.columns else renamed_file(old)
             if new == old:
                 print(f"{path}: nothing to change")
             else:

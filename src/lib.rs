@@ -101,7 +101,7 @@ pub use input::{
     error::{Error, Result},
 };
 pub use machine::{Branch, ChainError, Machine};
-pub use process::{MillingForce, Placement, Process, Redundancy};
+pub use process::{MillingForce, Placement, Process, GammaChoice};
 pub use products::program::{Asked, Compensated, InMemory, ProgramJob, Proved, Receiver, Refused, Way};
 pub use questions::{
     Overrides, Study, StudyKind, map,

@@ -1,4 +1,4 @@
-"""Studies of version 2 are changed to version 3 by ``packaging/convert.py``; what is no such study stays."""
+"""Studies and process files get the keys of now by ``packaging/convert.py``; what is neither stays."""
 
 import os
 import subprocess
@@ -43,16 +43,56 @@ def test_a_study_of_version_2_becomes_one_of_version_3(tmp_path: Path) -> None:
     study.write_text(OLD, encoding="utf-8")
     assert converted(study) == (0, f"{study}: changed\n")
     assert study.read_text(encoding="utf-8") == NEW
-    assert converted(study) == (1, f"{study}: is of version 3, not of version 2; left as it is\n")
+    assert converted(study) == (0, f"{study}: nothing to change\n")
     assert study.read_text(encoding="utf-8") == NEW
 
 
-def test_machine_and_process_files_stay(tmp_path: Path) -> None:
+PROCESS_OLD = """schema = 1 # redundancy = "best"
+[tool_turn] # tool_turn
+redundancy = "best" # redundancy
+cost = "deflection"
+[gcode]
+dialect = "iso"
+"""
+PROCESS_NEW = """schema = 1 # redundancy = "best"
+[redundancy] # tool_turn
+gamma = "best" # redundancy
+cost = "deflection"
+[gcode]
+dialect = "iso"
+"""
+
+
+def test_process_files_and_studies_with_one_get_the_keys_of_now(tmp_path: Path) -> None:
     process = tmp_path / "process.toml"
-    process.write_text('schema = 1\n[tool_turn]\nredundancy = "best"\n', encoding="utf-8")
-    before = process.read_bytes()
-    assert converted(process) == (1, f"{process}: is no study (no question); left as it is\n")
-    assert process.read_bytes() == before
+    head = 'schema = 3\nquestion = "q"\n'
+    inner = PROCESS_OLD.removeprefix("schema = 1 ").replace("[", "[process.")
+    cases = [
+        (PROCESS_OLD, PROCESS_NEW),
+        ("schema = 1\ntool_turn = { redundancy = 'best' }\n", "schema = 1\nredundancy = { gamma = 'best' }\n"),
+        ("schema = 1\ntool_turn.redundancy = 'best'\n", "schema = 1\nredundancy.gamma = 'best'\n"),
+        (head + inner, head + PROCESS_NEW.removeprefix("schema = 1 ").replace("[", "[process.")),
+        (head.replace("3", "2") + inner, head + PROCESS_NEW.removeprefix("schema = 1 ").replace("[", "[process.")),
+    ]
+    for old, new in cases:
+        process.write_text(old, encoding="utf-8")
+        assert converted(process) == (0, f"{process}: changed\n")
+        assert process.read_text(encoding="utf-8") == new
+        assert converted(process) == (0, f"{process}: nothing to change\n")
+
+
+def test_what_is_no_file_of_ours_or_doubtful_stays(tmp_path: Path) -> None:
+    machine = tmp_path / "machine.toml"
+    for text in ("schema = 7\n", "a = 1\n", "not TOML"):
+        machine.write_text(text, encoding="utf-8")
+        code, said = converted(machine)
+        assert code == 1
+        assert "left as it is" in said
+        assert machine.read_text(encoding="utf-8") == text
+    doubts = PROCESS_OLD.replace("[tool_turn]", '["tool_turn"]')
+    machine.write_text(doubts, encoding="utf-8")
+    assert "change it by hand" in converted(machine)[1]
+    assert machine.read_text(encoding="utf-8") == doubts
     doubtful = tmp_path / "doubtful.toml"
     doubtful.write_text(OLD.replace("[held]\nrail = 100.0", 'held."rail" = """\n[held]\n"""'), encoding="utf-8")
     before = doubtful.read_bytes()

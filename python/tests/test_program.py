@@ -77,13 +77,13 @@ def test_a_process_that_asks_for_the_best_rotation_about_the_tool_gets_it() -> N
     text = "x_mm,y_mm,z_mm,feed_mm_per_min\n0,0,0,600\n8,0,0,600\n8,8,0,600\n"
 
     def left(redundancy: str) -> float:
-        table = {"placement": placed, "force": force, "tool_turn": {"redundancy": redundancy, "step_deg": 30.0}}
+        table = {"placement": placed, "force": force, "redundancy": {"gamma": redundancy, "step_deg": 30.0}}
         rms: float = Path.from_text(text, Process(machine, table), "path.csv").follow("none").summary["rms_mm"]
         return rms
 
     assert left("best_constant") < left("as_programmed")
     # G-code of a machine without rotary axes cannot say how the platform stands.
-    table = {"placement": placed, "force": force, "tool_turn": {"redundancy": "best"}}
+    table = {"placement": placed, "force": force, "redundancy": {"gamma": "best"}}
     with pytest.raises(Error, match="its rotations about the tool axis cannot be written"):
         Path.from_text("G90 G21\nG1 X0 Y0 Z0 F600\nX8\n", Process(machine, table))
 

@@ -5,7 +5,7 @@ use kinetostat::{
     figures::Colours,
     files::exchange::Format,
     machine::{Branch, Elbow, Shoulder, Wrist},
-    process::{ForceLaw, Redundancy},
+    process::{ForceLaw, GammaChoice},
     products::correction::report::CorrectionFormat,
     questions::{TEMPLATES, Template},
     toolpath::gcode::Dialect,
@@ -87,11 +87,11 @@ pub fn dialect() -> impl TypedValueParser<Value = ChosenDialect> {
 }
 
 /// `--redundancy`.
-pub fn redundancy() -> impl TypedValueParser<Value = Redundancy> {
-    one_of(Redundancy::ALL, Redundancy::label, |redundancy| match redundancy {
-        Redundancy::AsProgrammed => "As the path gives it",
-        Redundancy::BestConstant => "The same γ at all points, the best there is",
-        Redundancy::Best => "A γ at each point, the best there is",
+pub fn redundancy() -> impl TypedValueParser<Value = GammaChoice> {
+    one_of(GammaChoice::ALL, GammaChoice::label, |redundancy| match redundancy {
+        GammaChoice::AsProgrammed => "As the path gives it",
+        GammaChoice::BestConstant => "The same γ at all points, the best there is",
+        GammaChoice::Best => "A γ at each point, the best there is",
     })
 }
 

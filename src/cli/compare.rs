@@ -116,7 +116,7 @@ fn study(arguments: &CompareArguments, machine: &str, process: &Path, file: &Pat
     let Some(extent) = Extent::of(path.positions_mm().into_iter()) else {
         return Err(moves_nowhere(file));
     };
-    if process.tool_turn.is_sought() {
+    if process.redundancy.is_sought() {
         let problem =
             "is sought by the process: here the tool stands as programmed; a placement study seeks it at each place";
         return Err(Error::argument("redundancy", problem));

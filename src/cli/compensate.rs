@@ -11,7 +11,7 @@ use kinetostat::{
     compensation::Method,
     files::{Foreign, counted, millimetres_in_table, text_table::text_table},
     input::error::{Error, Result},
-    process::{Redundancy, file::Process},
+    process::{GammaChoice, file::Process},
     products::program::{
         Asked, Pass, ProgramJob, Refused, Way,
         files::{Left, ProgramFiles, Told, compensate_into},
@@ -45,10 +45,10 @@ pub struct CompensateArguments {
     path: PathBuf,
     #[command(flatten)]
     on: OnMachine,
-    /// Rotation about the tool axis along a polyline, instead of that of [tool_turn] of the process; the compensated program says how the
+    /// Rotation about the tool axis along a polyline, instead of that of [redundancy] of the process; the compensated program says how the
     /// platform stands at each point
     #[arg(long, value_parser = choice::redundancy())]
-    redundancy: Option<Redundancy>,
+    redundancy: Option<GammaChoice>,
     /// File for the compensated program
     #[arg(long, short)]
     out: PathBuf,
@@ -93,7 +93,7 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
     }
     let chosen = chosen(arguments)?;
     if let Some(redundancy) = arguments.redundancy {
-        process.tool_turn.redundancy = redundancy;
+        process.redundancy.gamma = redundancy;
     }
     let job = opened(process, &arguments.path, reporting)?;
     let way = match &arguments.measured {
@@ -144,7 +144,7 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
 
 /// The program to compensate, with progress where γ is sought.
 fn opened(process: Process, path: &Path, reporting: &Reporting) -> Result<ProgramJob> {
-    if !process.tool_turn.is_sought() {
+    if !process.redundancy.is_sought() {
         return ProgramJob::open(process, path, &Work::default());
     }
     let progress = reporting.progress(&path.display().to_string(), 0, "values of γ");

@@ -13,7 +13,7 @@ use kinetostat::{
     files::counted,
     input::error::{Error, Result},
     machine::Branch,
-    process::Redundancy,
+    process::GammaChoice,
     questions::{Overrides, Study},
     run::{
         FolderRun,
@@ -61,9 +61,9 @@ pub struct RunArguments {
     /// Branch on which an arm with a spherical wrist is to stand, instead of the study's
     #[arg(long, value_parser = choice::branch())]
     branch: Option<Branch>,
-    /// Rotation about the tool axis along the path of a path study, instead of that of [tool_turn] of the process
+    /// Rotation about the tool axis along the path of a path study, instead of that of [redundancy] of the process
     #[arg(long, value_parser = choice::redundancy())]
-    redundancy: Option<Redundancy>,
+    redundancy: Option<GammaChoice>,
     /// Folder for the results of a single study, or for parts [default: results/<name of the study's folder>, or
     /// parts/<the same>]
     #[arg(long)]

@@ -7,12 +7,12 @@ mod milling;
 mod not_followed;
 mod placement;
 pub(crate) mod tilt;
-mod tool_turn;
+mod redundancy;
 mod workpiece;
 
 pub use cutting_rule::CuttingRule;
 pub use file::Process;
 pub use milling::{ForceLaw, MillingForce};
 pub use placement::{PathReference, Placed, Placement};
-pub use tool_turn::{Redundancy, ToolTurn, TurnCost, TurnObjective};
+pub use redundancy::{GammaChoice, RedundancySettings, RedundancyCost, RedundancyObjective};
 pub use workpiece::{Extent, Feature, ForbiddenBox};

@@ -11,7 +11,7 @@ use crate::{
         error::{Error, Result},
     },
     machine::{Branch, Machine},
-    process::{Process, Redundancy},
+    process::{Process, GammaChoice},
     questions::spec::{Header, ProcessRef},
     work::Work,
 };
@@ -105,7 +105,7 @@ pub struct Overrides {
     /// The branch on which an arm is to stand.
     pub branch: Option<Branch>,
     /// Which turn about the tool's axis a path has.
-    pub redundancy: Option<Redundancy>,
+    pub redundancy: Option<GammaChoice>,
     /// Other numbers of the machine than its file has, by name; errors of chains are not among them.
     pub parameters: Vec<(String, f64)>,
 }
@@ -183,16 +183,16 @@ impl Given<'_> {
     /// Refuses a process that seeks the turn about the tool's axis.
     #[cfg(not(target_family = "wasm"))]
     fn refuse_turn(&self, process: &Process, own: Option<&str>) -> Result<()> {
-        if !process.tool_turn.is_sought() {
+        if !process.redundancy.is_sought() {
             return Ok(());
         }
         let place = match self.overrides.redundancy {
             Some(_) => Overrides::place("redundancy"),
-            None => self.process_place(own).key("tool_turn.redundancy"),
+            None => self.process_place(own).key("redundancy.gamma"),
         };
         place.fail(format!(
             "is {}: in {} the tool stands as programmed; only path studies and compensate seek γ",
-            process.tool_turn.redundancy.label(),
+            process.redundancy.gamma.label(),
             self.name
         ))
     }
@@ -206,7 +206,7 @@ impl Given<'_> {
         let mut process = self.process_as_written(own, check)?;
         #[cfg(not(target_family = "wasm"))]
         if let Some(redundancy) = self.overrides.redundancy {
-            process.tool_turn.redundancy = redundancy;
+            process.redundancy.gamma = redundancy;
         }
         Ok(process)
     }

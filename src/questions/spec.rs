@@ -11,10 +11,10 @@ use serde::{
 use crate::{
     input::{
         check::Check,
-        error::{Error, Result},
+        error::Result,
         toml_file,
     },
-    process::file::spec::ProcessSpec,
+    process::file::{self, spec::ProcessSpec},
 };
 
 /// Version of study files.
@@ -34,32 +34,22 @@ struct Versioned {
 /// # Errors
 /// As [`toml_file::parse`].
 pub(crate) fn parse<T: DeserializeOwned>(text: &str, origin: &str) -> Result<T> {
-    toml_file::parse(text, origin).or_else(|mut fault| {
+    toml_file::parse_renamed(text, origin, &[&RENAMED[..], &file::RENAMED].concat()).or_else(|fault| {
         if let Ok(versioned) = toml_file::parse::<Versioned>(text, origin) {
             check_schema(versioned.schema, &Check::new(origin))?;
-        }
-        if let Error::Syntax { problem, .. } = &mut fault {
-            let more = problem.split('`').nth(1).map_or_else(String::new, renamed);
-            problem.push_str(&more);
         }
         Err(fault)
     })
 }
 
 /// Keys and values of version 2, and what they are since.
-const RENAMED: [(&str, &str); 5] = [
+pub(crate) const RENAMED: [(&str, &str); 5] = [
     ("held", "locked"),
+    ("turn_map", "redundancy_map"),
+    ("redundancy_map.turn_step_deg", "gamma_step_deg"),
     ("error_left", "residual_error"),
     ("departure", "superposition_error"),
-    ("turn_map", "redundancy_map"),
-    ("turn_step_deg", "gamma_step_deg"),
 ];
-
-/// What to add to an error about `word`: its new name, if it had another in version 2.
-pub(crate) fn renamed(word: &str) -> String {
-    let now = RENAMED.iter().find(|(old, _)| *old == word);
-    now.map_or_else(String::new, |(_, new)| format!("; since version {SCHEMA} it is `{new}`"))
-}
 
 /// Refuses a version that is not read.
 ///

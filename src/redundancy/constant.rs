@@ -8,7 +8,7 @@ use super::{
     nodes::{Node, Solver, Standing},
     turnable::Turnable,
 };
-use crate::{input::error::Result, process::TurnObjective, statics::Batch, work::Work};
+use crate::{input::error::Result, process::RedundancyObjective, statics::Batch, work::Work};
 
 /// Rounds in which the turn is narrowed down.
 const ROUNDS: usize = 3;
@@ -77,13 +77,13 @@ fn cost_of_each(path: &Turnable<'_>, shape: &Shape, branch: usize, turns: &[f64]
             before = Some(at);
             if path.counts(k) {
                 sum = match objective {
-                    TurnObjective::Rms => sum + at.cost_mm * at.cost_mm,
-                    TurnObjective::Worst => sum.max(at.cost_mm),
+                    RedundancyObjective::Rms => sum + at.cost_mm * at.cost_mm,
+                    RedundancyObjective::Worst => sum.max(at.cost_mm),
                 };
             }
         }
         let counted = (0..layers.len()).filter(|k| path.counts(*k)).count().max(1);
-        Some(if objective == TurnObjective::Rms { (sum / counted as f64).sqrt() } else { sum })
+        Some(if objective == RedundancyObjective::Rms { (sum / counted as f64).sqrt() } else { sum })
     };
     (0..turns.len()).map(|turn| held(turn).unwrap_or(f64::INFINITY)).collect()
 }

@@ -9,7 +9,7 @@ use super::{
 };
 use crate::{
     machine::Machine,
-    process::{ToolTurn, TurnObjective},
+    process::{RedundancySettings, RedundancyObjective},
 };
 
 /// Nodes of a knot.
@@ -51,7 +51,7 @@ const SWUNG: f64 = 0.25;
 impl Shape {
     /// How far and fast drives of `machine` may move: without a lattice.
     #[must_use]
-    pub fn of(machine: &Machine, turn: &ToolTurn) -> Self {
+    pub fn of(machine: &Machine, turn: &RedundancySettings) -> Self {
         let speeds = turn.speed_limits_deg_per_s.iter().map(|limit| limit.to_radians()).collect();
         Self { full_turns: machine.full_turns().collect(), speeds, ..Self::default() }
     }
@@ -162,7 +162,7 @@ const NONE: u16 = u16::MAX;
 #[derive(Debug)]
 pub struct Walk {
     shape: Shape,
-    objective: TurnObjective,
+    objective: RedundancyObjective,
     /// No node may cost more.
     ceiling_mm: f64,
     /// The cheapest way to each node of the last knot: mm or mm², as the objective says.
@@ -180,7 +180,7 @@ impl Walk {
     /// A walk that has passed nothing. `worst` objectives are solved twice: first for the least largest cost, then with that as
     /// `ceiling_mm` for the least sum of squares.
     #[must_use]
-    pub fn new(shape: Shape, objective: TurnObjective, ceiling_mm: f64) -> Self {
+    pub fn new(shape: Shape, objective: RedundancyObjective, ceiling_mm: f64) -> Self {
         let held = vec![Some(Held { squares: 0.0, weight: 0.0, worst: 0.0 }); shape.turns * shape.branches];
         let (value, before, back) = (Vec::new(), Vec::new(), Vec::new());
         Self { shape, objective, ceiling_mm, value, before, back, held, dead_end: None }
@@ -202,11 +202,11 @@ impl Walk {
             let with = |so_far: f64, more: f64| {
                 let cost = at.cost_mm + aside + more;
                 match self.objective {
-                    TurnObjective::Rms if weight > 0.0 => so_far + weight * cost * cost,
+                    RedundancyObjective::Rms if weight > 0.0 => so_far + weight * cost * cost,
                     // Where nothing is cut, motion alone, wherever it is.
-                    TurnObjective::Rms => so_far + (aside + more) * AIR_MM,
-                    TurnObjective::Worst if weight > 0.0 => so_far.max(cost),
-                    TurnObjective::Worst => so_far,
+                    RedundancyObjective::Rms => so_far + (aside + more) * AIR_MM,
+                    RedundancyObjective::Worst if weight > 0.0 => so_far.max(cost),
+                    RedundancyObjective::Worst => so_far,
                 }
             };
             let reached =
@@ -288,8 +288,8 @@ impl Walk {
     pub fn best_held(&self) -> Option<(usize, usize)> {
         let held = || self.held.iter().enumerate().filter_map(|(node, held)| Some((node, (*held)?)));
         let most = match self.objective {
-            TurnObjective::Rms => f64::INFINITY,
-            TurnObjective::Worst => held().map(|(_, held)| held.worst).fold(f64::INFINITY, f64::min) + TIE_MM,
+            RedundancyObjective::Rms => f64::INFINITY,
+            RedundancyObjective::Worst => held().map(|(_, held)| held.worst).fold(f64::INFINITY, f64::min) + TIE_MM,
         };
         let rms = |held: &Held| (held.squares / held.weight.max(1.0)).sqrt();
         let within = || held().filter(|(_, held)| held.worst <= most).map(|(node, held)| (node, rms(&held)));

@@ -44,14 +44,14 @@ use crate::{
     compensation::TaskPoint,
     input::error::{Error, Result},
     machine::{Branch, Machine},
-    process::{Redundancy, TurnObjective},
+    process::{GammaChoice, RedundancyObjective},
     simulation::Machines,
     toolpath::Toolpath,
     work::{Event, Stage, Work},
 };
 
 #[cfg(not(target_family = "wasm"))]
-use crate::{machine::Configuration, process::ToolTurn, toolpath::PathPoint};
+use crate::{machine::Configuration, process::RedundancySettings, toolpath::PathPoint};
 
 /// What tests hold against all ways: no part of the interface.
 #[doc(hidden)]
@@ -121,11 +121,11 @@ pub struct FoundGamma {
 impl FoundGamma {
     /// The turns that `redundancy` asks for; `None` as programmed.
     #[must_use]
-    pub fn chosen(&self, redundancy: Redundancy) -> Option<&std::result::Result<Turned, DeadEnd>> {
+    pub fn chosen(&self, redundancy: GammaChoice) -> Option<&std::result::Result<Turned, DeadEnd>> {
         match redundancy {
-            Redundancy::AsProgrammed => None,
-            Redundancy::BestConstant => Some(&self.best_constant),
-            Redundancy::Best => Some(&self.best),
+            GammaChoice::AsProgrammed => None,
+            GammaChoice::BestConstant => Some(&self.best_constant),
+            GammaChoice::Best => Some(&self.best),
         }
     }
 }
@@ -146,7 +146,7 @@ pub fn seek(asked: TurnAsked<'_>, work: &Work) -> Result<FoundGamma> {
         }
         None => Err(walk.dead_end.clone().unwrap_or(DeadEnd { point: 0, infeasible: None })),
     };
-    let (on_lattice, best) = if asked.turn.redundancy == Redundancy::Best {
+    let (on_lattice, best) = if asked.turn.gamma == GammaChoice::Best {
         best(&path, &lattice, walk, &best_constant, work)?
     } else {
         (lattice.found(&walk, asked.turn.objective).map(|(_, found)| found), best_constant.clone())
@@ -189,8 +189,8 @@ pub fn turns_by_cost(asked: TurnAsked<'_>, work: &Work) -> Result<std::result::R
             let so_far = cost.zip(node.ok().map(|at| at.cost_mm));
             *cost = so_far.map(|(so_far, here)| match asked.turn.objective {
                 _ if !path.counts(k) => so_far,
-                TurnObjective::Rms => so_far + here * here,
-                TurnObjective::Worst => so_far.max(here),
+                RedundancyObjective::Rms => so_far + here * here,
+                RedundancyObjective::Worst => so_far.max(here),
             });
         }
         if costs.iter().all(Option::is_none) {
@@ -208,7 +208,7 @@ pub fn turns_by_cost(asked: TurnAsked<'_>, work: &Work) -> Result<std::result::R
 /// travel and to singularities, and how far and how fast drives move.
 #[cfg(not(target_family = "wasm"))]
 pub(crate) fn infeasible_turns(
-    turn: &ToolTurn,
+    turn: &RedundancySettings,
     machine: &Machine,
     before: Option<(&PathPoint, &Configuration)>,
     here: (&PathPoint, &Configuration),
@@ -252,12 +252,12 @@ fn best(
 ) -> Result<(std::result::Result<OnLattice, DeadEnd>, std::result::Result<Turned, DeadEnd>)> {
     let objective = path.asked.turn.objective;
     let (walk, of_lattice) = match (objective, walk.cheapest()) {
-        (TurnObjective::Worst, Some((largest, ..))) => {
-            (lattice.walk(TurnObjective::Rms, largest, work)?, Some(largest))
+        (RedundancyObjective::Worst, Some((largest, ..))) => {
+            (lattice.walk(RedundancyObjective::Rms, largest, work)?, Some(largest))
         }
         _ => (walk, None),
     };
-    let (on_branch, mut found) = match lattice.found(&walk, TurnObjective::Rms) {
+    let (on_branch, mut found) = match lattice.found(&walk, RedundancyObjective::Rms) {
         Ok(found) => found,
         Err(dead_end) => return Ok((Err(dead_end.clone()), Err(dead_end))),
     };
@@ -273,8 +273,8 @@ fn best(
     let turns = refined.refined(lattice.between(&found))?;
     let best = turned(path, on_branch, turns);
     let value = |turned: &Turned| match objective {
-        TurnObjective::Rms => turned.along.rms_mm,
-        TurnObjective::Worst => turned.along.worst_mm,
+        RedundancyObjective::Rms => turned.along.rms_mm,
+        RedundancyObjective::Worst => turned.along.worst_mm,
     };
     let unsolved = |turned: &Turned| turned.along.points - turned.along.solved;
     // To turn on the way must be worth more than a tie.
@@ -329,7 +329,7 @@ impl<'a> Lattice<'a> {
         if nodes > MOST_NODES {
             let problem = format!(
                 "the lattice of {} points, {} values of γ and {} branches has {nodes} nodes: expected at most {MOST_NODES}; a larger \
-                 tool_turn.step_deg or a part of the path has fewer",
+                 redundancy.step_deg or a part of the path has fewer",
                 knots.len(),
                 shape.turns,
                 shape.branches
@@ -340,7 +340,7 @@ impl<'a> Lattice<'a> {
     }
 
     /// Walks through all knots.
-    fn walk(&self, objective: TurnObjective, ceiling_mm: f64, work: &Work) -> Result<Walk> {
+    fn walk(&self, objective: RedundancyObjective, ceiling_mm: f64, work: &Work) -> Result<Walk> {
         let mut walk = Walk::new(self.shape.clone(), objective, ceiling_mm);
         work.tell(Event::Stage(Stage { of: "points at all γ", items: self.knots.len() }));
         for knots in self.knots.chunks(STRIPE) {
@@ -364,13 +364,13 @@ impl<'a> Lattice<'a> {
     }
 
     /// What `walk` has found: the branch, and the turns at the knots.
-    fn found(&self, walk: &Walk, objective: TurnObjective) -> std::result::Result<(usize, OnLattice), DeadEnd> {
+    fn found(&self, walk: &Walk, objective: RedundancyObjective) -> std::result::Result<(usize, OnLattice), DeadEnd> {
         let dead_end = || walk.dead_end.clone().unwrap_or(DeadEnd { point: 0, infeasible: None });
         let (value, places, on_branch) = walk.cheapest().ok_or_else(dead_end)?;
         let counted: f64 = self.knots.iter().map(|knot| knot.weight).sum();
         let value_mm = match objective {
-            TurnObjective::Rms => (value / counted.max(1.0)).sqrt(),
-            TurnObjective::Worst => value,
+            RedundancyObjective::Rms => (value / counted.max(1.0)).sqrt(),
+            RedundancyObjective::Worst => value,
         };
         let mut turns_deg: Vec<f64> = Vec::with_capacity(places.len());
         for (k, place) in places.iter().enumerate() {

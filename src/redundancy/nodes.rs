@@ -8,7 +8,7 @@ use super::turnable::{MOST_DRIVES, OnBranch, Turnable};
 use crate::{
     compensation::TaskPoint,
     machine::{Configuration, Machine, Unreachable, Zeroed},
-    process::ToolTurn,
+    process::RedundancySettings,
     spatial::Wrench,
     statics::{self, Batch, Case, State, Status},
 };
@@ -143,7 +143,7 @@ impl<'a> Solver<'a> {
 }
 
 /// Whether a machine stands as far from the ends of travel and from singularities as turns must leave it.
-pub(super) fn room(turn: &ToolTurn, machine: &Machine, at: &Configuration) -> Result<(), Infeasible> {
+pub(super) fn room(turn: &RedundancySettings, machine: &Machine, at: &Configuration) -> Result<(), Infeasible> {
     match turn.travel_margin > 0.0 && machine.limit_room(at) < turn.travel_margin {
         true => Err(Infeasible::Limits),
         false if machine.is_conditioned(at, turn.min_singularity_distance) => Ok(()),

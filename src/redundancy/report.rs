@@ -9,7 +9,7 @@ use crate::{
         text_table::text_table,
         words::{if_any, millimetres_in_table, percent},
     },
-    process::{Redundancy, ToolTurn},
+    process::{GammaChoice, RedundancySettings},
 };
 
 /// Words of the rows that are compared.
@@ -54,10 +54,10 @@ pub fn table(found: &FoundGamma, arc_lengths_mm: impl Iterator<Item = f64>) -> T
 /// What the tool does at some turns, with the least and the largest of them, degrees; or why there are none.
 type Compared<'a> = Result<(&'a TurnedAlong, [f64; 2]), &'a DeadEnd>;
 
-fn rows(found: &FoundGamma, redundancy: Redundancy) -> Vec<(&'static str, Compared<'_>)> {
+fn rows(found: &FoundGamma, redundancy: GammaChoice) -> Vec<(&'static str, Compared<'_>)> {
     let mut rows = vec![(PROGRAMMED, Ok((&found.as_programmed, [0.0; 2])))];
     rows.push((CONSTANT, found.best_constant.as_ref().map(|own| (&own.along, own.range_deg))));
-    if redundancy == Redundancy::Best {
+    if redundancy == GammaChoice::Best {
         rows.push((BEST, found.best.as_ref().map(|own| (&own.along, own.range_deg))));
     }
     rows
@@ -65,10 +65,10 @@ fn rows(found: &FoundGamma, redundancy: Redundancy) -> Vec<(&'static str, Compar
 
 /// What the turn brings, in sentences and a table for a terminal.
 #[must_use]
-pub fn text(found: &FoundGamma, turn: &ToolTurn) -> String {
+pub fn text(found: &FoundGamma, turn: &RedundancySettings) -> String {
     let mut text = sentence(found, turn);
     let mut table = text_table(["rotation about the tool axis", "γ", "largest", "mean", "rms", "solved"], 1);
-    for (name, row) in rows(found, turn.redundancy) {
+    for (name, row) in rows(found, turn.gamma) {
         match row {
             Ok((along, [low, high])) => table.add_row([
                 name.to_string(),
@@ -99,8 +99,8 @@ fn capital(words: &str) -> String {
 
 /// What the turn brings, in a sentence.
 #[must_use]
-pub fn sentence(found: &FoundGamma, turn: &ToolTurn) -> String {
-    let turned = match found.chosen(turn.redundancy) {
+pub fn sentence(found: &FoundGamma, turn: &RedundancySettings) -> String {
+    let turned = match found.chosen(turn.gamma) {
         None => return String::new(),
         Some(Err(dead_end)) => {
             return format!(
@@ -119,7 +119,7 @@ pub fn sentence(found: &FoundGamma, turn: &ToolTurn) -> String {
         _ => format!("{name} not every point of the path could be solved"),
     };
     let mut gains = gain(&found.as_programmed, PROGRAMMED);
-    if let (Redundancy::Best, Ok(constant)) = (turn.redundancy, &found.best_constant) {
+    if let (GammaChoice::Best, Ok(constant)) = (turn.gamma, &found.best_constant) {
         gains += &format!(", {}", gain(&constant.along, "at the best constant γ"));
     }
     let [low, high] = turned.range_deg;
@@ -132,10 +132,10 @@ pub fn sentence(found: &FoundGamma, turn: &ToolTurn) -> String {
 
 /// What was found, for programs.
 #[must_use]
-pub fn json(found: &FoundGamma, turn: &ToolTurn) -> Value {
+pub fn json(found: &FoundGamma, turn: &RedundancySettings) -> Value {
     let mut entries = serde_json::Map::new();
     let keys = ["as_programmed", "best_constant", "best"];
-    for (key, (_, row)) in keys.into_iter().zip(rows(found, turn.redundancy)) {
+    for (key, (_, row)) in keys.into_iter().zip(rows(found, turn.gamma)) {
         let entry = match row {
             Ok((along, range)) => json!({
                 "gamma_min_deg": range[0],
@@ -150,9 +150,9 @@ pub fn json(found: &FoundGamma, turn: &ToolTurn) -> Value {
         };
         entries.insert(key.into(), entry);
     }
-    let branch = found.chosen(turn.redundancy).and_then(|turned| turned.as_ref().ok()?.branch);
+    let branch = found.chosen(turn.gamma).and_then(|turned| turned.as_ref().ok()?.branch);
     json!({
-        "redundancy": turn.redundancy.label(),
+        "gamma": turn.gamma.label(),
         "cost": turn.cost.label(),
         "branch": branch.map(|branch| branch.label()),
         "gammas": entries,

@@ -9,7 +9,7 @@ use crate::{
     compensation::{Target, TaskPoint},
     input::error::{Error, Result},
     machine::{Branch, ChainError, Machine, ToolAxisSource},
-    process::{PathReference, Placed, Placement, ToolTurn, cutting::PathLoad},
+    process::{PathReference, Placed, Placement, RedundancySettings, cutting::PathLoad},
     simulation::{Machines, tasks::placed},
     toolpath::{PathPoint, Toolpath},
 };
@@ -30,7 +30,7 @@ pub struct TurnAsked<'a> {
     /// The load at each of its points.
     pub loads: &'a [PathLoad],
     /// How the turn is chosen.
-    pub turn: &'a ToolTurn,
+    pub turn: &'a RedundancySettings,
 }
 
 /// A branch: the machine on a branch, or the machine that has none.

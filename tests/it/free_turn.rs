@@ -7,7 +7,7 @@ use crate::support::{arm::ARM, command::told, engine::*};
 use kinetostat::{
     compensation::{Method, Target},
     machine::{Branch, Machine},
-    process::{Placement, Process, Redundancy, ToolTurn, TurnCost, TurnObjective, cutting::PathLoad},
+    process::{Placement, Process, GammaChoice, RedundancySettings, RedundancyCost, RedundancyObjective, cutting::PathLoad},
     products::program::{Asked, Compensated, InMemory, ProgramJob},
     redundancy::{FoundGamma, Infeasible, OnLattice, TurnAsked, lattice_cost, seek},
     spatial::{Pose, Wrench},
@@ -49,24 +49,24 @@ fn asked<'a>(
     placement: &'a Placement,
     path: &'a Toolpath,
     loads: &'a [PathLoad],
-    turn: &'a ToolTurn,
+    turn: &'a RedundancySettings,
 ) -> TurnAsked<'a> {
     TurnAsked { machine, errors: &[], placement, target: Target::ToolTip, path, loads, turn }
 }
 
-fn sought(machine: &Machine, path: &Toolpath, turn: &ToolTurn) -> FoundGamma {
+fn sought(machine: &Machine, path: &Toolpath, turn: &RedundancySettings) -> FoundGamma {
     let loads = loads(path);
     seek(asked(machine, &Placement::default(), path, &loads, turn), &Work::default()).unwrap()
 }
 
-fn on_lattice(machine: &Machine, path: &Toolpath, turn: &ToolTurn) -> Result<OnLattice, String> {
+fn on_lattice(machine: &Machine, path: &Toolpath, turn: &RedundancySettings) -> Result<OnLattice, String> {
     let loads = loads(path);
     let found = lattice_cost(asked(machine, &Placement::default(), path, &loads, turn), &Work::default()).unwrap();
     found.map_err(|dead_end| dead_end.label().to_string())
 }
 
-fn seeking(objective: TurnObjective) -> ToolTurn {
-    ToolTurn { redundancy: Redundancy::Best, objective, min_singularity_distance: 0.0, ..ToolTurn::default() }
+fn seeking(objective: RedundancyObjective) -> RedundancySettings {
+    RedundancySettings { gamma: GammaChoice::Best, objective, min_singularity_distance: 0.0, ..RedundancySettings::default() }
 }
 
 /// Where the tip should be and what is on it, posed and loaded by hand.
@@ -133,15 +133,15 @@ fn all_ways(machine: &Machine, path: &Toolpath, turns: usize, low_deg: f64) -> (
 fn the_lattice_has_the_best_of_all_ways() {
     let machine = machine_from(ARM);
     let path = bent(&machine, 5, 3.0);
-    let turn = |objective| ToolTurn { step_deg: 60.0, max_step_deg_per_mm: 20.0, ..seeking(objective) };
+    let turn = |objective| RedundancySettings { step_deg: 60.0, max_step_deg_per_mm: 20.0, ..seeking(objective) };
     let (rms, largest) = all_ways(&machine, &path, 6, -180.0);
-    let found = on_lattice(&machine, &path, &turn(TurnObjective::Rms)).unwrap();
+    let found = on_lattice(&machine, &path, &turn(RedundancyObjective::Rms)).unwrap();
     assert_eq!(found.points, [0, 1, 2, 3, 4]);
     assert!((found.value_mm - rms).abs() < 1e-7 * rms, "{} and {rms}", found.value_mm);
-    let found = on_lattice(&machine, &path, &turn(TurnObjective::Worst)).unwrap();
+    let found = on_lattice(&machine, &path, &turn(RedundancyObjective::Worst)).unwrap();
     assert!((found.value_mm - largest).abs() < 1e-7 * largest, "{} and {largest}", found.value_mm);
     assert!(largest > 1.0001 * rms);
-    let sought = sought(&machine, &path, &turn(TurnObjective::Worst));
+    let sought = sought(&machine, &path, &turn(RedundancyObjective::Worst));
     assert_eq!(sought.on_lattice.unwrap().value_mm, found.value_mm);
 }
 
@@ -149,11 +149,11 @@ fn the_lattice_has_the_best_of_all_ways() {
 fn where_joint_6_alone_turns_the_tool_the_turn_changes_nothing() {
     let machine = machine_from(&ARM.replace("tool_tip_mm = [0.0, 0.0, 100.0]", "tool_tip_mm = [100.0, 0.0, 0.0]"));
     let path = bent(&machine, 4, 2.0);
-    let found = sought(&machine, &path, &seeking(TurnObjective::Rms));
+    let found = sought(&machine, &path, &seeking(RedundancyObjective::Rms));
     let programmed = found.as_programmed.rms_mm.unwrap();
     // Other branches may be stiffer; on that of the program nothing changes.
     let own = machine.on_branch(machine.branch_of(&machine.home).unwrap()).unwrap();
-    let on_own = sought(&own, &path, &seeking(TurnObjective::Rms));
+    let on_own = sought(&own, &path, &seeking(RedundancyObjective::Rms));
     let best = on_own.best.as_ref().unwrap().along.rms_mm.unwrap();
     assert!((best - programmed).abs() < 1e-9 * programmed, "{best} and {programmed}");
     assert!(found.best.unwrap().along.rms_mm.unwrap() <= programmed * (1.0 + 1e-9));
@@ -176,7 +176,7 @@ fn a_path_turned_as_a_whole_has_its_turns_shifted() {
         let platform = home * UnitQuaternion::from_axis_angle(&axis, f64::to_radians(deg));
         own.clone().with_platforms(&vec![platform; own.len()])
     };
-    let turn = seeking(TurnObjective::Rms);
+    let turn = seeking(RedundancyObjective::Rms);
     let (first, second) =
         (on_lattice(&machine, &own, &turn).unwrap(), on_lattice(&machine, &turned(15.0), &turn).unwrap());
     assert!((first.value_mm - second.value_mm).abs() < 1e-9 * first.value_mm);
@@ -201,7 +201,7 @@ fn robot() -> (Process, Toolpath) {
     (process, path(&(0..40).map(at).collect::<Vec<_>>(), 600.0))
 }
 
-fn robot_sought(turn: &ToolTurn) -> FoundGamma {
+fn robot_sought(turn: &RedundancySettings) -> FoundGamma {
     let (process, path) = robot();
     let loads = process.loads(&path).unwrap();
     seek(asked(&process.machine, &process.placement, &path, &loads, turn), &Work::default()).unwrap()
@@ -210,11 +210,11 @@ fn robot_sought(turn: &ToolTurn) -> FoundGamma {
 #[test]
 fn turns_keep_the_band_travel_and_speed_limits() {
     let (process, path) = robot();
-    let turn = ToolTurn {
+    let turn = RedundancySettings {
         max_step_deg_per_mm: 2.0,
         speed_limits_deg_per_s: vec![8.0, 8.0, 8.0, 12.0, 12.0, 12.0],
         min_singularity_distance: 0.02,
-        ..seeking(TurnObjective::Rms)
+        ..seeking(RedundancyObjective::Rms)
     };
     let found = robot_sought(&turn);
     let best = found.best.as_ref().unwrap();
@@ -252,7 +252,7 @@ fn a_hexapod_turns_as_far_as_its_legs_allow() {
     let machine = catalogue_machine("hexapod");
     let tip = machine.home.pose.transform(machine.tool_tip);
     let path = path(&[(tip.x, tip.y, tip.z), (tip.x + 4.0, tip.y, tip.z), (tip.x + 8.0, tip.y + 2.0, tip.z)], 600.0);
-    let found = sought(&machine, &path, &ToolTurn { step_deg: 10.0, ..seeking(TurnObjective::Rms) });
+    let found = sought(&machine, &path, &RedundancySettings { step_deg: 10.0, ..seeking(RedundancyObjective::Rms) });
     let best = found.best.unwrap();
     assert_eq!((best.branch, best.along.solved), (None, 3));
     assert!(best.along.rms_mm <= found.as_programmed.rms_mm);
@@ -261,12 +261,12 @@ fn a_hexapod_turns_as_far_as_its_legs_allow() {
 
 #[test]
 fn other_costs_and_objectives_are_made_small() {
-    let with = |cost, objective| robot_sought(&ToolTurn { cost, ..seeking(objective) }).best.unwrap().along;
-    let rms = with(TurnCost::Deflection, TurnObjective::Rms);
-    let worst = with(TurnCost::Deflection, TurnObjective::Worst);
+    let with = |cost, objective| robot_sought(&RedundancySettings { cost, ..seeking(objective) }).best.unwrap().along;
+    let rms = with(RedundancyCost::Deflection, RedundancyObjective::Rms);
+    let worst = with(RedundancyCost::Deflection, RedundancyObjective::Worst);
     assert!(worst.worst_mm <= rms.worst_mm && rms.rms_mm.unwrap() <= worst.rms_mm.unwrap() * (1.0 + 1e-6));
-    let across = with(TurnCost::AcrossPath, TurnObjective::Rms);
-    let wall = with(TurnCost::AcrossSurface, TurnObjective::Rms);
+    let across = with(RedundancyCost::AcrossPath, RedundancyObjective::Rms);
+    let wall = with(RedundancyCost::AcrossSurface, RedundancyObjective::Rms);
     assert!(wall.rms_mm <= across.rms_mm && across.rms_mm <= rms.rms_mm);
 }
 
@@ -274,7 +274,7 @@ fn other_costs_and_objectives_are_made_small() {
 fn the_same_turns_are_found_on_any_number_of_threads() {
     let found = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        let found = pool.install(|| robot_sought(&ToolTurn { step_deg: 15.0, ..seeking(TurnObjective::Rms) }));
+        let found = pool.install(|| robot_sought(&RedundancySettings { step_deg: 15.0, ..seeking(RedundancyObjective::Rms) }));
         let best = found.best.unwrap();
         (best.turns_deg, best.along.cost_mm, found.best_constant.unwrap().turns_deg)
     };
@@ -283,7 +283,7 @@ fn the_same_turns_are_found_on_any_number_of_threads() {
 
 #[test]
 fn where_no_turn_goes_all_along_it_is_said_why() {
-    let reason = |turn: &ToolTurn, far_mm: f64| {
+    let reason = |turn: &RedundancySettings, far_mm: f64| {
         let (process, _) = robot();
         let path = path(&[(0.0, 0.0, 0.0), (far_mm, 0.0, 0.0)], 600.0);
         let loads = process.loads(&path).unwrap();
@@ -292,11 +292,11 @@ fn where_no_turn_goes_all_along_it_is_said_why() {
         assert!(found.best_constant.is_err());
         (dead_end.point, dead_end.label(), dead_end.infeasible)
     };
-    let turn = ToolTurn { step_deg: 15.0, ..seeking(TurnObjective::Rms) };
+    let turn = RedundancySettings { step_deg: 15.0, ..seeking(RedundancyObjective::Rms) };
     assert_eq!(reason(&turn, 5000.0), (1, "unreachable", Some(Infeasible::Unreachable)));
-    let picky = ToolTurn { min_singularity_distance: 0.9, ..turn.clone() };
+    let picky = RedundancySettings { min_singularity_distance: 0.9, ..turn.clone() };
     assert_eq!(reason(&picky, 2.0), (0, "singularity", Some(Infeasible::Singularity)));
-    let slow = ToolTurn { speed_limits_deg_per_s: vec![1e-6; 6], ..turn };
+    let slow = RedundancySettings { speed_limits_deg_per_s: vec![1e-6; 6], ..turn };
     assert_eq!(reason(&slow, 2.0), (1, "no_continuous_path", None));
 }
 
@@ -304,7 +304,7 @@ fn where_no_turn_goes_all_along_it_is_said_why() {
 fn machines_without_a_free_turn_are_refused() {
     let refused = |machine: &Machine, placement: Placement| {
         let path = path(&[(0.0, 0.0, 0.0), (1.0, 0.0, 0.0)], 600.0);
-        let (loads, turn) = (loads(&path), seeking(TurnObjective::Rms));
+        let (loads, turn) = (loads(&path), seeking(RedundancyObjective::Rms));
         seek(asked(machine, &placement, &path, &loads, &turn), &Work::default()).unwrap_err().to_string()
     };
     let default = Placement::default();
@@ -322,15 +322,15 @@ fn machines_without_a_free_turn_are_refused() {
 fn keys_of_the_table_are_checked() {
     let machine = catalogue_machine("fanuc_r2000ic");
     for (table, message) in [
-        ("redundancy = \"some\"", "tool_turn.redundancy"),
-        ("step_deg = 0.1", "tool_turn.step_deg: must be from 0.25 to 90, got 0.1"),
-        ("range_deg = [10.0, -10.0]", "tool_turn.range_deg: must be the least turn and a larger one"),
-        ("max_step_deg_per_mm = 0.0", "tool_turn.max_step_deg_per_mm"),
-        ("min_singularity_distance = 1.0", "tool_turn.min_singularity_distance: must be at least 0 and below 1, got 1"),
-        ("speed_limits_deg_per_s = [10.0]", "tool_turn.speed_limits_deg_per_s: must be one for each drive"),
-        ("colour = 3", "tool_turn.colour"),
+        ("gamma = \"some\"", "redundancy.gamma"),
+        ("step_deg = 0.1", "redundancy.step_deg: must be from 0.25 to 90, got 0.1"),
+        ("range_deg = [10.0, -10.0]", "redundancy.range_deg: must be the least turn and a larger one"),
+        ("max_step_deg_per_mm = 0.0", "redundancy.max_step_deg_per_mm"),
+        ("min_singularity_distance = 1.0", "redundancy.min_singularity_distance: must be at least 0 and below 1, got 1"),
+        ("speed_limits_deg_per_s = [10.0]", "redundancy.speed_limits_deg_per_s: must be one for each drive"),
+        ("colour = 3", "redundancy.colour"),
     ] {
-        let text = format!("schema = 1\n[tool_turn]\n{table}\n");
+        let text = format!("schema = 1\n[redundancy]\n{table}\n");
         let refused = Process::from_toml(&text, "process.toml", std::path::PathBuf::new(), &machine).unwrap_err();
         assert!(refused.to_string().contains(message), "{refused}");
     }
@@ -356,7 +356,7 @@ fn study(beside: &str) -> tempfile::TempDir {
 
 #[test]
 fn a_run_has_the_path_as_it_was_turned() {
-    let folder = study("[tool_turn]\nredundancy = \"best\"\nstep_deg = 15.0\n");
+    let folder = study("[redundancy]\ngamma = \"best\"\nstep_deg = 15.0\n");
     let (own, out) = (folder.path().to_str().unwrap(), folder.path().join("out"));
     let run = |beside: &[&str], out: &std::path::Path| {
         let (code, text, err) =
@@ -367,7 +367,7 @@ fn a_run_has_the_path_as_it_was_turned() {
     };
     let (text, summary) = run(&[], &out);
     assert!(text.contains("Rotated about the tool axis by γ = "), "{text}");
-    let turns = &summary["tool_turn"];
+    let turns = &summary["redundancy"];
     let rms = |key: &str| turns["gammas"][key]["rms_mm"].as_f64().unwrap();
     assert_eq!((turns["redundancy"].as_str(), turns["branch"].is_string()), (Some("best"), true));
     assert!(rms("best") <= rms("best_constant") && rms("best_constant") < rms("as_programmed"));
@@ -377,7 +377,7 @@ fn a_run_has_the_path_as_it_was_turned() {
     let largest = summary["sources"]["all"]["displacement_max_mm"]["value"].as_f64().unwrap();
     assert!((largest - turns["gammas"]["best"]["worst_mm"].as_f64().unwrap()).abs() < 1e-9);
     let (_, plain) = run(&["--redundancy", "as_programmed"], &folder.path().join("plain"));
-    assert!(plain["tool_turn"].is_null());
+    assert!(plain["redundancy"].is_null());
     let programmed = plain["sources"]["all"]["displacement_max_mm"]["value"].as_f64().unwrap();
     assert!((programmed - turns["gammas"]["as_programmed"]["worst_mm"].as_f64().unwrap()).abs() < 1e-9);
 }
@@ -398,7 +398,7 @@ fn a_compensated_polyline_says_how_the_platform_stands() {
     assert!(written.toolpath().points().iter().all(|p| matches!(p.orientation, Some(Orientation::Platform(_)))));
     // A process that asks for the best γ gets it from the library as well.
     let process =
-        std::fs::read_to_string(at("process.toml")).unwrap() + "[tool_turn]\nredundancy = \"best_constant\"\n";
+        std::fs::read_to_string(at("process.toml")).unwrap() + "[redundancy]\ngamma = \"best_constant\"\n";
     let process = Process::from_toml(&process, "process", PathBuf::new(), &catalogue_machine("fanuc_r2000ic")).unwrap();
     let job = ProgramJob::open(process, at("path.csv").as_ref(), &Work::default()).unwrap();
     let found = job.compensate(&Asked::by(Method::Direct), &mut InMemory, &Work::default()).unwrap();
@@ -411,13 +411,13 @@ fn a_compensated_polyline_says_how_the_platform_stands() {
 
 #[test]
 fn questions_without_turns_refuse_them() {
-    let folder = study("[tool_turn]\nredundancy = \"best\"\n");
+    let folder = study("[redundancy]\ngamma = \"best\"\n");
     let study = "schema = 3\nquestion = \"Where?\"\nmachine = \"fanuc_r2000ic\"\nprocess = \"process.toml\"\n\
                  [workspace_map]\ngrid = [2, 2, 2]\nslices_z_mm = [900.0]\n";
     std::fs::write(folder.path().join("study.toml"), study).unwrap();
     let own = folder.path().to_str().unwrap();
     let (code, _, err) = told(&["run", own]);
-    assert!(code == Some(2) && err.contains("tool_turn.redundancy: is best"), "{err}");
+    assert!(code == Some(2) && err.contains("redundancy.gamma: is best"), "{err}");
     let (code, _, err) = told(&["run", own, "--redundancy", "best_constant"]);
     assert!(code == Some(2) && err.contains("--redundancy: is best_constant"), "{err}");
 }

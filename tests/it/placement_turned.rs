@@ -20,7 +20,7 @@ fn study(turn: &str, objective: &str, search: &str) -> Result<PlacementStudy, St
     let text = format!(
         "schema = 3\nquestion = \"?\"\nmachine = \"fanuc_r2000ic\"\n[process]\ntolerance_mm = 0.5\n[process.sampling]\nmax_segment_mm = 10.0\n\
          [process.force.path_frame]\nradial_force_N = 180.0\ntangential_force_N = -300.0\naxial_force_N = -120.0\n\
-         [process.tool_turn]\nredundancy = \"{turn}\"\nstep_deg = 30.0\n\
+         [process.redundancy]\ngamma = \"{turn}\"\nstep_deg = 30.0\n\
          [[placement.feature]]\nname = \"pocket\"\nfile = \"path.csv\"\n[placement.bounds]\nx_mm = [1950.0, 2250.0]\ny_mm = [-200.0, 200.0]\n\
          [placement.fixed]\nz_mm = 550.0\n[placement.objective]\nweights = {{ {objective} = 1.0 }}\n[placement.search]\ngrid = {{ x = 2, y = 3 }}\n\
          starts = 1\nmax_iterations = 6\n{search}\n"
@@ -75,7 +75,7 @@ fn each_place_is_judged_at_its_own_best_turn() {
     assert!(better > 0, "{there:?} {here:?}");
     let refused = study("best", "rms_deflection", "").unwrap_err();
     assert!(
-        refused.contains("tool_turn.redundancy: is best: a place is judged at one γ for each feature"),
+        refused.contains("redundancy.gamma: is best: a place is judged at one γ for each feature"),
         "{refused}"
     );
 }
@@ -104,7 +104,7 @@ fn a_machine_without_a_free_turn_is_refused() {
     let text = include_str!("../../studies/03_placement_circle/study.toml");
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("studies/03_placement_circle");
     let overrides =
-        Overrides { redundancy: Some(kinetostat::process::Redundancy::BestConstant), ..Overrides::default() };
+        Overrides { redundancy: Some(kinetostat::process::GammaChoice::BestConstant), ..Overrides::default() };
     let refused = Study::from_toml(text, "study.toml", folder.as_path(), &overrides).unwrap_err().to_string();
     assert!(refused.contains("machine orthoglide controls 3 coordinates"), "{refused}");
 }
@@ -211,7 +211,7 @@ impl Drawn {
         let mut text = format!(
             "schema = 3\nquestion = \"?\"\nmachine = \"{}\"\n[process]\ntolerance_mm = 0.5\n\
              [process.force.path_frame]\nradial_force_N = {:?}\ntangential_force_N = {:?}\naxial_force_N = {:?}\n{}\
-             [process.tool_turn]\nredundancy = \"{redundancy}\"\nstep_deg = 45.0\nmin_singularity_distance = 0.0\n\
+             [process.redundancy]\ngamma = \"{redundancy}\"\nstep_deg = 45.0\nmin_singularity_distance = 0.0\n\
              travel_margin_mm_or_deg = 0.0\n\
              [[placement.feature]]\nname = \"walk\"\nfile = \"path.csv\"\n[placement.objective]\nweights = {{ {} }}\n\
              [placement.bounds]\nx_mm = [0.0, 1.0]\n[placement.fixed]\ny_mm = 0.0\nz_mm = 0.0\n[placement.search]\ngrid = {{ x = 2 }}\n",
@@ -294,7 +294,7 @@ fn a_place_that_only_a_turn_of_more_deflection_brings_into_the_box_can_be_cut() 
     std::fs::write(folder.path().join("path.csv"), csv).unwrap();
     let text = "schema = 3\nquestion = \"?\"\nmachine = \"fanuc_r2000ic\"\n[process]\ntolerance_mm = 0.5\n\
          [process.force.path_frame]\nradial_force_N = 180.0\ntangential_force_N = -300.0\naxial_force_N = -120.0\nlaw = \"rotated\"\n\
-         [process.tool_turn]\nredundancy = \"best_constant\"\nstep_deg = 15.0\n\
+         [process.redundancy]\ngamma = \"best_constant\"\nstep_deg = 15.0\n\
          [[placement.feature]]\nname = \"wave\"\nfile = \"path.csv\"\n[placement.objective]\nweights = { worst_deflection = 1.0 }\n\
          [placement.bounds]\nx_mm = [1500.0, 2100.0]\n[placement.fixed]\ny_mm = 0.0\nz_mm = 850.0\n[placement.search]\ngrid = { x = 2 }\n\
          [[placement.candidate]]\nname = \"0\"\norigin_mm = [1501.0649173215209, 371.40474472428207, 850.0]\n";

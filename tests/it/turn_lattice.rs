@@ -1,7 +1,7 @@
 //! The lattice of turns about the tool's axis: the cheapest way through it against all ways, and what becomes of ties.
 
 use kinetostat::{
-    process::TurnObjective,
+    process::RedundancyObjective,
     redundancy::{
         Infeasible,
         internals::{Layer, MOST_DRIVES, Shape, Standing, Walk},
@@ -60,7 +60,7 @@ fn all_ways(layers: &[Layer], shape: &Shape) -> Option<(f64, (f64, f64))> {
     found
 }
 
-fn walked(layers: &[Layer], shape: &Shape, objective: TurnObjective, ceiling_mm: f64) -> Walk {
+fn walked(layers: &[Layer], shape: &Shape, objective: RedundancyObjective, ceiling_mm: f64) -> Walk {
     let mut walk = Walk::new(shape.clone(), objective, ceiling_mm);
     for (k, layer) in layers.iter().enumerate() {
         walk.step(k, layer.clone());
@@ -81,13 +81,13 @@ fn indifferent(turns: usize, k: usize, step: f64) -> Layer {
 fn a_tie_goes_to_as_programmed_and_then_to_the_least_motion() {
     let turns = 8;
     let shape = Shape { branches: BRANCHES, turns, wraps: true, programmed: Some((1, 1)), ..Shape::default() };
-    for objective in [TurnObjective::Rms, TurnObjective::Worst] {
+    for objective in [RedundancyObjective::Rms, RedundancyObjective::Worst] {
         for (step, expected) in [(0.0, 1), (1e-10, 1), (1e-6, 3)] {
             let layers: Vec<Layer> = (0..6).map(|k| indifferent(turns, k, step)).collect();
             let walk = walked(&layers, &shape, objective, f64::INFINITY);
             assert_eq!(walk.best_held(), Some((expected, 1)), "{objective:?} {step}");
             // A way may turn for less than a tie, if it need not turn back: what is found is held against the best constant γ.
-            if objective == TurnObjective::Rms && step != 1e-10 {
+            if objective == RedundancyObjective::Rms && step != 1e-10 {
                 let (_, way, branch) = walk.cheapest().unwrap();
                 assert_eq!((way, branch), (vec![expected; 6], 1), "{step}");
             }
@@ -117,14 +117,14 @@ proptest! {
             programmed: None,
         };
         let all = all_ways(&layers, &shape);
-        let rms = walked(&layers, &shape, TurnObjective::Rms, f64::INFINITY);
-        let worst = walked(&layers, &shape, TurnObjective::Worst, f64::INFINITY);
+        let rms = walked(&layers, &shape, RedundancyObjective::Rms, f64::INFINITY);
+        let worst = walked(&layers, &shape, RedundancyObjective::Worst, f64::INFINITY);
         prop_assert_eq!(all.is_none(), rms.cheapest().is_none());
         prop_assert_eq!(all.is_none(), rms.dead_end.is_some());
         if let Some((squares, (largest, of_largest))) = all {
             prop_assert!((rms.cheapest().unwrap().0 - squares).abs() < 1e-12);
             prop_assert_eq!(worst.cheapest().unwrap().0, largest);
-            let second = walked(&layers, &shape, TurnObjective::Rms, largest);
+            let second = walked(&layers, &shape, RedundancyObjective::Rms, largest);
             prop_assert!((second.cheapest().unwrap().0 - of_largest).abs() < 1e-12);
         }
     }

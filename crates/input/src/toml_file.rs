@@ -38,6 +38,25 @@ pub fn parse<T: DeserializeOwned>(text: &str, origin: &str) -> Result<T> {
     read.map_err(|error| fault(&error.to_string(), error.span(), error.key()))
 }
 
+/// As [`parse`]; the error of an unknown key or value gives its name now, if `renamed` has one for it (see [`name_now`]).
+pub fn parse_renamed<T: DeserializeOwned>(text: &str, origin: &str, renamed: &[(&str, &str)]) -> Result<T> {
+    parse(text, origin).map_err(|mut fault| {
+        if let Error::Syntax { key, problem, .. } = &mut fault {
+            let value = problem.strip_prefix("unknown value `").and_then(|rest| rest.split('`').next());
+            let hint = name_now(value.unwrap_or(key), renamed);
+            problem.push_str(&hint);
+        }
+        fault
+    })
+}
+
+/// What an error about `word` adds if `renamed` lists it: its name now. Pairs of the old name (a value, or a key with the tables that it
+/// stands in) and the new one.
+pub fn name_now(word: &str, renamed: &[(&str, &str)]) -> String {
+    let now = renamed.iter().find(|(old, _)| *old == word);
+    now.map_or_else(String::new, |(_, now)| format!("; it is called `{now}` now (packaging/convert.py changes files)"))
+}
+
 /// The message about `place`, programming terms replaced by those of a TOML file.
 fn in_words(message: &str, place: &str) -> String {
     let message = message.trim_end().replace('\n', "; ");

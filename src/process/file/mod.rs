@@ -12,7 +12,7 @@ mod rotary;
 pub(crate) mod spec;
 mod tool_force;
 #[cfg(not(target_family = "wasm"))]
-mod tool_turn;
+mod redundancy;
 
 use crate::{
     compensation::{ErrorNorm, Target},
@@ -66,7 +66,7 @@ pub struct Process {
     pub corner_mm: f64,
     /// How the turn about the tool's axis is chosen. Pages are small, and have no threads to seek it on.
     #[cfg(not(target_family = "wasm"))]
-    pub tool_turn: crate::process::ToolTurn,
+    pub redundancy: crate::process::RedundancySettings,
     /// What a G-code program does not say itself.
     pub gcode: GcodeOptions,
     /// What a program of a robot or an APT program does not say itself.
@@ -85,6 +85,10 @@ pub struct Process {
     /// What decides it.
     pub inputs: Inputs,
 }
+
+/// Keys that have another name now, in process files and in studies.
+pub(crate) const RENAMED: [(&str, &str); 3] =
+    [("tool_turn", "redundancy"), ("process.tool_turn", "process.redundancy"), ("redundancy.redundancy", "gamma")];
 
 /// How far the tool may be from its path if neither its process nor a command says it, mm.
 pub const TOLERANCE_MM: f64 = 0.1;
@@ -263,7 +267,7 @@ impl Process {
     /// # Errors
     /// A text that is not of the expected form, or holds values that make no sense.
     pub fn from_toml(text: &str, origin: &str, folder: impl Into<Folder>, machine: &Machine) -> Result<Process> {
-        let spec: ProcessSpec = crate::input::toml_file::parse(text, origin)?;
+        let spec: ProcessSpec = crate::input::toml_file::parse_renamed(text, origin, &RENAMED)?;
         let mut process = resolve::file(&spec, &Check::new(origin), &folder.into(), machine)?;
         process.inputs = Inputs::of_file(origin, text).and(process.inputs);
         Ok(process)

@@ -79,7 +79,7 @@ fn process(
         target,
         corner_mm: check.key("compensate.corner_mm").not_negative(spec.compensate.corner_mm.unwrap_or(CORNER_MM))?,
         #[cfg(not(target_family = "wasm"))]
-        tool_turn: super::tool_turn::tool_turn(&spec.tool_turn, machine, &check.key("tool_turn"))?,
+        redundancy: super::redundancy::redundancy(&spec.redundancy, machine, &check.key("redundancy"))?,
         #[cfg(not(target_family = "wasm"))]
         robot_program: super::robot::options(&spec.robot_program, &check.key("robot_program"))?,
         decimals: decimals(&spec.gcode, &check_gcode)?,

@@ -52,7 +52,7 @@ pub struct ProcessSpec {
     /// How the turn about the tool's axis is chosen.
     #[serde(default)]
     #[cfg_attr(target_family = "wasm", expect(dead_code, reason = "pages have the path as it was turned"))]
-    pub tool_turn: ToolTurnTable,
+    pub redundancy: RedundancyTable,
     /// What a G-code program does not say itself.
     #[serde(default)]
     pub gcode: GcodeSpec,
@@ -66,12 +66,12 @@ pub struct ProcessSpec {
     pub _robot_program: serde::de::IgnoredAny,
 }
 
-/// The table `tool_turn`.
+/// The table `redundancy`.
 #[cfg(not(target_family = "wasm"))]
-pub(crate) type ToolTurnTable = super::tool_turn::ToolTurnSpec;
+pub(crate) type RedundancyTable = super::redundancy::RedundancySpec;
 /// The same on pages, which have the path as it was turned.
 #[cfg(target_family = "wasm")]
-pub(crate) type ToolTurnTable = serde::de::IgnoredAny;
+pub(crate) type RedundancyTable = serde::de::IgnoredAny;
 
 impl ProcessSpec {
     /// Tables that only a toolpath has a use for and that say something.
@@ -84,7 +84,7 @@ impl ProcessSpec {
             ("sampling", self.sampling != SamplingSpec::default()),
             ("limits", self.limits != LimitsSpec::default()),
             #[cfg(not(target_family = "wasm"))]
-            ("tool_turn", self.tool_turn != ToolTurnTable::default()),
+            ("redundancy", self.redundancy != RedundancyTable::default()),
             ("gcode", self.gcode != GcodeSpec::default()),
             #[cfg(not(target_family = "wasm"))]
             ("robot_program", self.robot_program != super::robot::RobotSpec::default()),

@@ -85,9 +85,9 @@ pub fn compensate_into(job: ProgramJob, asked: &Asked, files: &ProgramFiles, nam
     let (headline, figures) = (report::headline(&report), report::figures(&report));
     let page = report::page(&report, headline.clone(), &files.points_name());
     let mut json = program_json(&report);
-    let turn = &job.process.tool_turn;
+    let turn = &job.process.redundancy;
     if let Some(found) = &job.redundancy {
-        json["tool_turn"] = redundancy::report::json(found, turn);
+        json["redundancy"] = redundancy::report::json(found, turn);
     }
     let gamma = job.redundancy.as_ref().map(|found| redundancy::report::text(found, turn));
     let (blocks, used) = (blocks_text(&job, proved.written.blocks.as_ref()), use_text(&report));

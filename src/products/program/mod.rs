@@ -102,7 +102,7 @@ impl ProgramJob {
     /// A target that a program cannot command, a program that moves nowhere or has too many points, or a path that lacks what
     /// the cutting force needs; no γ that is possible all along, or a format that cannot say it; those of `work`.
     pub fn new(process: Process, program: ProgramFile, name: &str, work: &Work) -> Result<Self> {
-        let (process, program, redundancy) = match process.tool_turn.is_sought() {
+        let (process, program, redundancy) = match process.redundancy.is_sought() {
             true => turned(&process, &program, name, work)?,
             false => (process, program, None),
         };

@@ -44,10 +44,10 @@ pub(super) fn turned(
         target: process.target,
         path: &path,
         loads: &loads,
-        turn: &process.tool_turn,
+        turn: &process.redundancy,
     };
     let found = seek(asked, work)?;
-    let turned = match found.chosen(process.tool_turn.redundancy) {
+    let turned = match found.chosen(process.redundancy.gamma) {
         Some(Ok(turned)) => turned,
         Some(Err(dead_end)) => {
             return Err(fault(format!("no rotation about the tool axis is possible all along; {}", dead_end.reason())));

@@ -5,7 +5,7 @@ use std::{borrow::Cow, sync::Arc};
 use super::PathStudy;
 use crate::{
     input::error::{Error, Result},
-    process::{Redundancy, file::Process},
+    process::{GammaChoice, file::Process},
     questions::question::Question,
     redundancy::{FoundGamma, TurnAsked, seek},
     simulation::tasks::tasks_under,
@@ -29,19 +29,19 @@ impl PathTurn {
     pub(super) fn of(process: &Process, path: &Toolpath, origin: &str) -> Option<Self> {
         let sought =
             || Self { process: process.clone().into(), path: path.clone(), origin: origin.into(), found: None };
-        process.tool_turn.is_sought().then(sought)
+        process.redundancy.is_sought().then(sought)
     }
 
     /// Which turn is sought.
     #[must_use]
-    pub fn redundancy(&self) -> Redundancy {
-        self.process.tool_turn.redundancy
+    pub fn redundancy(&self) -> GammaChoice {
+        self.process.redundancy.gamma
     }
 
     /// How it is sought.
     #[must_use]
-    pub fn how(&self) -> &crate::process::ToolTurn {
-        &self.process.tool_turn
+    pub fn how(&self) -> &crate::process::RedundancySettings {
+        &self.process.redundancy
     }
 }
 
@@ -63,7 +63,7 @@ impl PathStudy {
             target: process.target,
             path,
             loads: &loads,
-            turn: &process.tool_turn,
+            turn: &process.redundancy,
         };
         let found = seek(asked, work)?;
         let (items, of) = self.items();

@@ -17,7 +17,7 @@ use crate::{
     compensation::TaskPoint,
     input::error::Error,
     machine::{Configuration, Machine},
-    process::TurnCost,
+    process::RedundancyCost,
     questions::placement::FeatureJob,
     simulation::{
         Failure, Machines,
@@ -325,8 +325,8 @@ impl Evaluator {
         };
         let along = workpiece.rotation * job.feature.path.points()[k].tangent;
         let axis = task.pose.rotation * machine.tool_axes.column(2);
-        let part = |part: TurnCost| part.of(&plain.position_error, along, axis);
-        Seen { across: [part(TurnCost::AcrossPath), part(TurnCost::AcrossSurface)], ..seen }
+        let part = |part: RedundancyCost| part.of(&plain.position_error, along, axis);
+        Seen { across: [part(RedundancyCost::AcrossPath), part(RedundancyCost::AcrossSurface)], ..seen }
     }
 
     /// The best the metrics can still be: no worse than their values, and their values once all levels are done (but

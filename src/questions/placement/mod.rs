@@ -75,7 +75,7 @@ pub struct FeatureJob {
     pub cuts: CuttingRule,
     /// How the turn about the tool's axis is sought at each place, if it is.
     #[cfg(not(target_family = "wasm"))]
-    pub turn: Option<crate::process::ToolTurn>,
+    pub turn: Option<crate::process::RedundancySettings>,
 }
 
 impl FeatureJob {

@@ -14,6 +14,7 @@ use crate::{
         Inputs,
         check::Check,
         error::{Error, Result},
+        toml_file::name_now,
     },
     machine::Machine,
     process::{Extent, Feature, ForbiddenBox, PathReference, Process, cutting::LoadError, tilt::Turned},
@@ -25,7 +26,7 @@ use crate::{
             CandidateSpec, FeatureSpec, ForbiddenSpec, ObjectiveSpec, OfCoordinates, PlacementStudySpec, SearchSpec,
             TableSpec,
         },
-        spec::renamed,
+        spec::RENAMED,
     },
     simulation::{Machines, within_limits},
     toolpath::Orientation,
@@ -190,7 +191,7 @@ fn feature(spec: &FeatureSpec, given: &Given<'_>, check: &Check) -> Result<(Feat
         target: process.target,
         cuts,
         #[cfg(not(target_family = "wasm"))]
-        turn: Some(process.tool_turn).filter(crate::process::ToolTurn::is_sought),
+        turn: Some(process.redundancy).filter(crate::process::RedundancySettings::is_sought),
     };
     #[cfg(not(target_family = "wasm"))]
     job.check_turn()?;
@@ -200,13 +201,13 @@ fn feature(spec: &FeatureSpec, given: &Given<'_>, check: &Check) -> Result<(Feat
 /// `process` on a machine that stands on the branch of home, if it seeks the turn about the tool's axis: one for each place.
 #[cfg(not(target_family = "wasm"))]
 fn at_one_turn(process: Process, given: &Given<'_>, spec: &FeatureSpec) -> Result<Process> {
-    match process.tool_turn.redundancy {
-        crate::process::Redundancy::AsProgrammed => Ok(process),
-        crate::process::Redundancy::Best => {
-            let place = given.process_place(spec.process.as_deref()).key("tool_turn.redundancy");
+    match process.redundancy.gamma {
+        crate::process::GammaChoice::AsProgrammed => Ok(process),
+        crate::process::GammaChoice::Best => {
+            let place = given.process_place(spec.process.as_deref()).key("redundancy.gamma");
             place.fail("is best: a place is judged at one γ for each feature, expected best_constant".into())
         }
-        crate::process::Redundancy::BestConstant => {
+        crate::process::GammaChoice::BestConstant => {
             let branch = process.machine.branch_of(&process.machine.home);
             let machine = match branch {
                 Some(branch) => process.machine.on_branch(branch)?,
@@ -426,7 +427,7 @@ fn objective(spec: &ObjectiveSpec, machine: &Machine, features: &[FeatureJob], c
 fn metric(name: &str, machine: &Machine, features: &[FeatureJob], check: &Check) -> Result<Metric> {
     let Some(metric) = Metric::named(name) else {
         let known = Metric::ALL.map(Metric::label).join(", ");
-        return check.fail(format!("no metric is called \"{name}\"; there are: {known}{}", renamed(name)));
+        return check.fail(format!("no metric is called \"{name}\"; there are: {known}{}", name_now(name, &RENAMED)));
     };
     if !metric.exists_on(machine) {
         let problem = "is of machines with slides and hinges: where all drives turn, expected worst_correction or \

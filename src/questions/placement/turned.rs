@@ -20,7 +20,7 @@ use crate::{
     compensation::TaskPoint,
     input::error::Error,
     machine::Configuration,
-    process::{Placement, ToolTurn},
+    process::{Placement, RedundancySettings},
     redundancy::{TurnAsked, infeasible_turns, turned_by, turns_by_cost},
     simulation::{Failure, tasks::tasks_under},
     toolpath::{PathPoint, Toolpath},
@@ -50,7 +50,7 @@ impl FeatureJob {
         turned_by(self.asked(turn, &placement), 0.0).map(drop)
     }
 
-    fn asked<'a>(&'a self, turn: &'a ToolTurn, placement: &'a Placement) -> TurnAsked<'a> {
+    fn asked<'a>(&'a self, turn: &'a RedundancySettings, placement: &'a Placement) -> TurnAsked<'a> {
         TurnAsked {
             machine: self.machine(),
             errors: &self.errors,
@@ -64,7 +64,7 @@ impl FeatureJob {
 
     /// Turns of this feature at `site`, rad, that points of its path allow, evenly chosen among those at which the tool cuts: those
     /// that leave the loaded tool nearest to them first.
-    fn turns(&self, turn: &ToolTurn, site: &Site) -> Result<Vec<f64>, Failure> {
+    fn turns(&self, turn: &RedundancySettings, site: &Site) -> Result<Vec<f64>, Failure> {
         let feature = &self.feature;
         let points = feature.path.points();
         let cuts = |point: &PathPoint| point.cutting;

@@ -15,7 +15,7 @@ use crate::{
     input::error::Result,
     machine::Branch,
     process::{
-        Placement, ToolTurn,
+        Placement, RedundancySettings,
         cutting::{PathFrame, PathLoad},
     },
     redundancy::{Infeasible, Node, TurnAsked, at_points},
@@ -35,7 +35,7 @@ pub struct RedundancyMapStudy {
     /// Directions of the tool from its tip to the spindle, unit vectors in O.
     pub axes: Vec<Vector3<f64>>,
     /// Which γ are looked at.
-    pub turn: ToolTurn,
+    pub turn: RedundancySettings,
 }
 
 impl RedundancyMapStudy {

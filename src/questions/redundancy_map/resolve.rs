@@ -14,7 +14,7 @@ use crate::{
         error::{Error, Result},
     },
     machine::Machine,
-    process::{Placement, ToolTurn},
+    process::{Placement, RedundancySettings},
     questions::{
         Given, Question, Resolved, Template,
         over_workspace::{OwnKeys, Region, Shown, scene},
@@ -59,10 +59,10 @@ impl Question for RedundancyMapStudy {
         if !(1.0..=180.0).contains(&step_deg) {
             return check.key("gamma_step_deg").fail(format!("must be from 1 to 180, got {step_deg}"));
         }
-        let default = ToolTurn::default();
+        let default = RedundancySettings::default();
         let distance = spec.min_singularity_distance.unwrap_or(default.min_singularity_distance);
         let min_singularity_distance = check.key("min_singularity_distance").not_negative(distance)?;
-        let turn = ToolTurn { step_deg, min_singularity_distance, ..default };
+        let turn = RedundancySettings { step_deg, min_singularity_distance, ..default };
         let shown = Shown { slices_z, not_used };
         Ok(Resolved { study: RedundancyMapStudy { scene, grid, axes, turn }, shown, inputs: inputs.and(size) })
     }

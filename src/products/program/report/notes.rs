@@ -22,7 +22,7 @@ pub fn use_text(report: &Report<'_>) -> String {
         PathReference::ToolTip => "the tool tip",
         PathReference::PlatformPoint => "the platform point P",
     };
-    let rest = match (report.job.process.tool_turn.is_sought(), report.job.turns_tool()) {
+    let rest = match (report.job.process.redundancy.is_sought(), report.job.turns_tool()) {
         (false, false) => {
             format!(". Positions of moves are changed, all else is as in {name}: orientation, feed, spindle, tool.\n")
         }

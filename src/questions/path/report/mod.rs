@@ -23,7 +23,7 @@ use crate::{
     input::error::Result,
     machine::Machine,
     page::{Better, Column, Description, Explorer, Fact, MachineDescription, Section, Shape, TableNote},
-    process::ToolTurn,
+    process::RedundancySettings,
     questions::{
         Answered,
         path::{AtPoint, PathPart, PathStudy, Shown, run_in_parts},
@@ -66,7 +66,7 @@ impl Answered for PathStudy {
         if let Some((found, how)) = turn_found(study) {
             let arc_lengths_mm = study.stations.iter().map(|station| station.arc_length_mm);
             output.tables.push(("redundancy".into(), redundancy::report::table(found, arc_lengths_mm)));
-            output.summary["tool_turn"] = redundancy::report::json(found, how);
+            output.summary["redundancy"] = redundancy::report::json(found, how);
             output.details += &redundancy::report::text(found, how);
         }
         Ok(output)
@@ -74,7 +74,7 @@ impl Answered for PathStudy {
 }
 
 /// What was found of the turn about the tool's axis, if it was sought, and how.
-fn turn_found(study: &PathStudy) -> Option<(&FoundGamma, &ToolTurn)> {
+fn turn_found(study: &PathStudy) -> Option<(&FoundGamma, &RedundancySettings)> {
     let turn = study.turn.as_ref()?;
     Some((turn.found.as_deref()?, turn.how()))
 }

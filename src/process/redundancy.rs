@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 /// Which turn about the tool's axis the points of a path have.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Redundancy {
+pub enum GammaChoice {
     /// The one that the path gives.
     #[default]
     AsProgrammed,
@@ -16,7 +16,7 @@ pub enum Redundancy {
     Best,
 }
 
-impl Redundancy {
+impl GammaChoice {
     /// All of them.
     pub const ALL: [Self; 3] = [Self::AsProgrammed, Self::BestConstant, Self::Best];
 
@@ -44,7 +44,7 @@ impl Redundancy {
 /// What of the loaded tool's distance from its path counts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum TurnCost {
+pub enum RedundancyCost {
     /// All of it.
     #[default]
     Deflection,
@@ -58,7 +58,7 @@ pub enum TurnCost {
 /// Sine of the angle below which a motion is along the tool's axis.
 const ALONG_AXIS: f64 = 1e-6;
 
-impl TurnCost {
+impl RedundancyCost {
     /// Word in files.
     #[must_use]
     pub fn label(self) -> &'static str {
@@ -97,7 +97,7 @@ impl TurnCost {
 /// Over the points of a path, what is made small.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum TurnObjective {
+pub enum RedundancyObjective {
     /// The root mean square.
     #[default]
     Rms,
@@ -108,13 +108,13 @@ pub enum TurnObjective {
 /// How the turn about the tool's axis is chosen. γ is the turn from the orientation that the path gives, about z of the tool frame,
 /// which points from the spindle to the tip.
 #[derive(Debug, Clone, PartialEq)]
-pub struct ToolTurn {
+pub struct RedundancySettings {
     /// Whether it is sought.
-    pub redundancy: Redundancy,
+    pub gamma: GammaChoice,
     /// What counts at a point.
-    pub cost: TurnCost,
+    pub cost: RedundancyCost,
     /// What counts of the path.
-    pub objective: TurnObjective,
+    pub objective: RedundancyObjective,
     /// Between neighbouring turns of the lattice, degrees.
     pub step_deg: f64,
     /// Least and largest γ, degrees.
@@ -129,12 +129,12 @@ pub struct ToolTurn {
     pub speed_limits_deg_per_s: Vec<f64>,
 }
 
-impl Default for ToolTurn {
+impl Default for RedundancySettings {
     fn default() -> Self {
         Self {
-            redundancy: Redundancy::AsProgrammed,
-            cost: TurnCost::Deflection,
-            objective: TurnObjective::Rms,
+            gamma: GammaChoice::AsProgrammed,
+            cost: RedundancyCost::Deflection,
+            objective: RedundancyObjective::Rms,
             step_deg: 5.0,
             range_deg: [-180.0, 180.0],
             max_step_deg_per_mm: 5.0,
@@ -145,10 +145,10 @@ impl Default for ToolTurn {
     }
 }
 
-impl ToolTurn {
+impl RedundancySettings {
     /// Whether another turn than that of the path is sought.
     #[must_use]
     pub fn is_sought(&self) -> bool {
-        self.redundancy != Redundancy::AsProgrammed
+        self.gamma != GammaChoice::AsProgrammed
     }
 }

@@ -5,22 +5,22 @@ use serde::Deserialize;
 use crate::{
     input::{check::Check, error::Result},
     machine::{Machine, Motion},
-    process::{Redundancy, ToolTurn, TurnCost, TurnObjective},
+    process::{GammaChoice, RedundancySettings, RedundancyCost, RedundancyObjective},
 };
 
 /// How the turn about the tool's axis is chosen, as written.
 #[derive(Debug, Clone, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct ToolTurnSpec {
+pub struct RedundancySpec {
     /// Which turn the points of a path have.
     #[serde(default)]
-    pub redundancy: Redundancy,
+    pub gamma: GammaChoice,
     /// What of the distance from the path counts.
     #[serde(default)]
-    pub cost: TurnCost,
+    pub cost: RedundancyCost,
     /// What is made small over the path.
     #[serde(default)]
-    pub objective: TurnObjective,
+    pub objective: RedundancyObjective,
     /// Between neighbouring turns of the lattice; 5.
     pub step_deg: Option<f64>,
     /// Least and largest turn; a full one if not given.
@@ -39,8 +39,8 @@ pub struct ToolTurnSpec {
 const FINEST_DEG: f64 = 0.25;
 
 /// Checks the table, which stands at `check`.
-pub(super) fn tool_turn(spec: &ToolTurnSpec, machine: &Machine, check: &Check) -> Result<ToolTurn> {
-    let own = ToolTurn::default();
+pub(super) fn redundancy(spec: &RedundancySpec, machine: &Machine, check: &Check) -> Result<RedundancySettings> {
+    let own = RedundancySettings::default();
     let step_deg = check.key("step_deg").positive(spec.step_deg.unwrap_or(own.step_deg))?;
     if !(FINEST_DEG..=90.0).contains(&step_deg) {
         return check.key("step_deg").fail(format!("must be from {FINEST_DEG} to 90, got {step_deg}"));
@@ -58,8 +58,8 @@ pub(super) fn tool_turn(spec: &ToolTurnSpec, machine: &Machine, check: &Check) -
     if !(0.0..1.0).contains(&least) {
         return check.key("min_singularity_distance").fail(format!("must be at least 0 and below 1, got {least}"));
     }
-    Ok(ToolTurn {
-        redundancy: spec.redundancy,
+    Ok(RedundancySettings {
+        gamma: spec.gamma,
         cost: spec.cost,
         objective: spec.objective,
         step_deg,
@@ -73,7 +73,7 @@ pub(super) fn tool_turn(spec: &ToolTurnSpec, machine: &Machine, check: &Check) -
     })
 }
 
-fn speed_limits(spec: &ToolTurnSpec, machine: &Machine, check: &Check) -> Result<Vec<f64>> {
+fn speed_limits(spec: &RedundancySpec, machine: &Machine, check: &Check) -> Result<Vec<f64>> {
     let Some(limits) = &spec.speed_limits_deg_per_s else { return Ok(Vec::new()) };
     if machine.drives().any(|(_, drive)| drive.motion != Motion::Revolute) {
         return check.fail(format!("machine {} has drives that are no hinges: expected no speed limits", machine.name));
