@@ -5,8 +5,8 @@ use std::time::Instant;
 
 use kinetostat::{
     machine::Machine,
-    process::{Process, GammaChoice, RedundancySettings, RedundancyObjective},
-    redundancy::{FoundGamma, TurnAsked, TurnedAlong, seek},
+    process::{GammaChoice, Process, RedundancyObjective, RedundancySettings},
+    redundancy::{FoundGamma, GammaProblem, PathCost, search_gamma},
     toolpath::polyline::Polyline,
     work::Work,
 };
@@ -49,7 +49,7 @@ fn zigzag(points: usize) -> String {
     rows
 }
 
-fn show(name: &str, along: &TurnedAlong) {
+fn show(name: &str, along: &PathCost) {
     let shown = |value: Option<f64>| value.map_or_else(|| "none".into(), |value| format!("{value:.4}"));
     println!(
         "  {name:<16} worst {} mm, mean {} mm, rms {} mm, {} of {} points",
@@ -93,17 +93,17 @@ fn on_machine(machine: &Machine, points: usize) {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().expect("threads");
     for objective in [RedundancyObjective::Rms, RedundancyObjective::Worst] {
         let turn = RedundancySettings { gamma: GammaChoice::Best, objective, ..RedundancySettings::default() };
-        let asked = TurnAsked {
+        let asked = GammaProblem {
             machine: &process.machine,
             errors: &process.errors,
             placement: &process.placement,
             target: process.target,
             path: &path,
             loads: &loads,
-            turn: &turn,
+            settings: &turn,
         };
         let (started, before) = (Instant::now(), processor_s());
-        let found: FoundGamma = pool.install(|| seek(asked, &Work::default())).expect("a machine that turns");
+        let found: FoundGamma = pool.install(|| search_gamma(asked, &Work::default())).expect("a machine that turns");
         let (by_clock, of_processor) = (started.elapsed().as_secs_f64(), processor_s() - before);
         println!(
             "{objective:?}, {points} points: {by_clock:.1} s by the clock, {of_processor:.1} s of processor time on two threads, \

@@ -101,8 +101,10 @@ pub use input::{
     error::{Error, Result},
 };
 pub use machine::{Branch, ChainError, Machine};
-pub use process::{MillingForce, Placement, Process, GammaChoice};
-pub use products::program::{Asked, Compensated, InMemory, ProgramJob, Proved, Receiver, Refused, Way};
+pub use process::{GammaChoice, MillingForce, Placement, Process};
+pub use products::program::{
+    Asked, CommandSource, Compensated, InMemory, ProgramJob, ProvedProgram, Receiver, Refusal,
+};
 pub use questions::{
     Overrides, Study, StudyKind, map,
     map::WorkspaceMapStudy,
@@ -110,7 +112,7 @@ pub use questions::{
     placement::{Evaluator, Metric, PlacementStudy, Site},
 };
 #[cfg(feature = "report")]
-pub use run::{Begin, Finished, RunOptions};
+pub use run::{FinishedRun, RunOptions, Start};
 pub use simulation::{Failure, ProgramFile, Scene, Source};
 pub use spatial::{Grid, Pose, Wrench};
 pub use statics::{Batch, Case, Solution, Solver, Status};

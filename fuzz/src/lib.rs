@@ -13,7 +13,7 @@ use kinetostat::{
     questions::{Overrides, Study, StudyKind, map, path::PathStudy, redundancy_map},
     simulation::tasks::tasks,
     toolpath::{
-        Circle, Plane, Sampling, Toolpath, Turn,
+        Circle, Plane, Sampling, Toolpath, TurnDirection,
         gcode::{Dialect, GcodeOptions, Program},
         polyline::Polyline,
         robot::{Language, RobotOptions, RobotProgram},
@@ -204,9 +204,9 @@ fn one_point(kind: StudyKind) {
             map.grid.axes.iter_mut().for_each(|axis| axis.truncate(1));
             map.scene.phis.truncate(1);
             map.axes.truncate(1);
-            map.turn.step_deg = map.turn.step_deg.max(90.0);
+            map.settings.step_deg = map.settings.step_deg.max(90.0);
             if let Ok(found) = redundancy_map::run(&map, &Work::default()) {
-                let finite = |gammas: &redundancy_map::Gammas| {
+                let finite = |gammas: &redundancy_map::GammaExtremes| {
                     gammas.best.deflection_mm.is_finite() && gammas.worst.deflection_mm.is_finite()
                 };
                 assert!(found.points[0].gammas.as_ref().map_or_else(|failure| !failure.reason.is_empty(), finite));
@@ -281,7 +281,7 @@ fn circle() -> Toolpath {
         centre_mm: Vector3::zeros(),
         diameter_mm: 50.0,
         plane: Plane::Xy,
-        turn: Turn::CounterClockwise,
+        turn: TurnDirection::CounterClockwise,
         start_angle_rad: 0.0,
         points: 9,
     };

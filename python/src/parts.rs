@@ -3,7 +3,7 @@
 use std::{path::PathBuf, sync::Arc};
 
 use kinetostat::{
-    Begin, Overrides, RunOptions, Study,
+    Overrides, RunOptions, Start, Study,
     work::{
         part_file::{Part, PartSource},
         share::Share,
@@ -66,7 +66,7 @@ pub fn merge_parts(
 ) -> PyResult<()> {
     let study = opened(py, &path, grid, points)?;
     let parts = py.detach(|| read(parts))?;
-    let options = RunOptions { begin: Begin::Resume, program: Some(build(py)?.into()), ..RunOptions::default() };
+    let options = RunOptions { begin: Start::Resume, program: Some(build(py)?.into()), ..RunOptions::default() };
     let merged =
         wait_for(py, |_| Ok(()), |stop| study.merge_into(parts, &out, &options, Arc::clone(stop), |_| ()).map(|_| ()))?;
     merged.map_err(raised)

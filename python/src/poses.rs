@@ -34,7 +34,7 @@ impl Place {
             Place::Position(position) => machine.command(*position),
             Place::Pose(pose) => {
                 let at = machine.inverse_kinematics(pose)?;
-                machine.check_asked(pose.translation, &at)?;
+                machine.check_uncontrolled(pose.translation, &at)?;
                 machine.check_orientation(&pose.rotation, &at)?;
                 Ok(at)
             }

@@ -12,7 +12,7 @@ use kinetostat::{
     Method, Result,
     nalgebra::Vector3,
     products::program::{Asked, Compensated, InMemory, Pass, ProgramJob},
-    simulation::{ProgramFile, along_path::PathAnswer},
+    simulation::{ProgramFile, along_path::PathPointResult},
     work::{Event, Work},
 };
 use pyo3::{
@@ -119,7 +119,7 @@ impl Program {
         dict.set_item("pose", array(py, pose, [count, 4, 4])?)?;
         dict.set_item("wrench", array(py, wrench, [count, 6])?)?;
         dict.set_item("arc_length", array(py, points.iter().map(|point| point.arc_length_mm).collect(), [count])?)?;
-        dict.set_item("cutting", array(py, (0..count).map(|k| self.job.counts(k)).collect(), [count])?)?;
+        dict.set_item("cutting", array(py, (0..count).map(|k| self.job.is_counted(k)).collect(), [count])?)?;
         dict.set_item("line", array(py, points.iter().map(|point| line(point.source.segment)).collect(), [count])?)?;
         Ok(dict)
     }
@@ -149,7 +149,7 @@ impl Program {
         told: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyDict>> {
         let asked = Asked::by(method_named(method)?);
-        let (passes, found) = self.wait(py, told, asked.passes(&self.job), |job, work| {
+        let (passes, found) = self.wait(py, told, asked.pass_count(&self.job), |job, work| {
             Ok(match job.compensate(&asked, &mut InMemory, work)? {
                 Compensated::Proved(proved) => (proved.passes, Ok(proved.written)),
                 Compensated::Refused(refused) => {
@@ -213,7 +213,7 @@ impl Program {
         found.map_err(raised)
     }
 
-    fn answers<'py>(&self, py: Python<'py>, answers: &[PathAnswer]) -> PyResult<Bound<'py, PyDict>> {
+    fn answers<'py>(&self, py: Python<'py>, answers: &[PathPointResult]) -> PyResult<Bound<'py, PyDict>> {
         let (dict, count, drives) = (PyDict::new(py), answers.len(), self.job.machine.drive_count());
         let mut command = vec![f64::NAN; 16 * count];
         for (row, answer) in command.chunks_mut(16).zip(answers) {
@@ -221,14 +221,14 @@ impl Program {
                 write_pose(target, row);
             }
         }
-        let of_drives = |own: &dyn Fn(&PathAnswer) -> Vec<f64>| {
+        let of_drives = |own: &dyn Fn(&PathPointResult) -> Vec<f64>| {
             let rows = answers.iter().map(|answer| {
                 let row = own(answer);
                 if row.len() == drives { row } else { vec![f64::NAN; drives] }
             });
             rows.collect::<Vec<_>>().concat()
         };
-        let settled = |own: &dyn Fn(&PathAnswer) -> Vector3<f64>| {
+        let settled = |own: &dyn Fn(&PathPointResult) -> Vector3<f64>| {
             let rows =
                 answers.iter().map(|answer| if answer.is_settled { own(answer) } else { Vector3::repeat(f64::NAN) });
             numbers(rows.collect::<Vec<_>>().iter())
@@ -238,7 +238,8 @@ impl Program {
             "nominal_drives",
             array(py, of_drives(&|answer| answer.nominal_drives.clone()), [count, drives])?,
         )?;
-        let forces = |answer: &PathAnswer| if answer.is_settled { answer.drive_forces.clone() } else { Vec::new() };
+        let forces =
+            |answer: &PathPointResult| if answer.is_settled { answer.drive_forces.clone() } else { Vec::new() };
         dict.set_item("drive_forces", array(py, of_drives(&forces), [count, drives])?)?;
         dict.set_item("command", array(py, command, [count, 4, 4])?)?;
         dict.set_item("error", array(py, settled(&|answer| answer.position_error), [count, 3])?)?;

@@ -229,7 +229,7 @@ impl<'a> Group<'a> {
         }
         let mut tasks = Vec::with_capacity(reached.len());
         for (session, (case, _, at)) in self.sessions.iter_mut().zip(&reached) {
-            session.stand(at, &State::rigid(self.machine, at));
+            session.set_state(at, &State::rigid(self.machine, at));
             let (pose, load, target) = (at.pose, asked.load(*case), self.commanded.target);
             tasks.push(TaskPoint { pose, load, target, wanted: None, external: None });
         }

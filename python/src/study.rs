@@ -5,7 +5,7 @@ use std::{
     sync::{Arc, Mutex, MutexGuard, PoisonError},
 };
 
-use kinetostat::{Begin, Event, Overrides, RunOptions, Study, figures::Colours, files::exchange::Format};
+use kinetostat::{Event, Overrides, RunOptions, Start, Study, figures::Colours, files::exchange::Format};
 use pyo3::{prelude::*, types::PyDict};
 
 use crate::{
@@ -40,7 +40,7 @@ pub fn run_study<'py>(
     told: &Bound<'py, PyAny>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let overrides = Overrides { grid, points, parameters, ..Overrides::default() };
-    let begin = one_of("begin", begin, &[("new", Begin::New), ("resume", Begin::Resume), ("restart", Begin::Restart)])?;
+    let begin = one_of("begin", begin, &[("new", Start::New), ("resume", Start::Resume), ("restart", Start::Restart)])?;
     let colours = one_of("colours", colours, &Colours::ALL.map(|colours| (colours.label(), colours)))?;
     let options = RunOptions { formats: vec![Format::Csv], figures, colours, begin, program: Some(build(py)?.into()) };
     let study = py.detach(|| Study::open(&path, &overrides)).map_err(raised)?;

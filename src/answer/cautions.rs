@@ -1,48 +1,47 @@
-//! What the first screen says besides the answer, because it may not be meant: places outside the machine's workspace
-//! box, large errors, tables of a process that are not used.
+//! Cautions of the first screen: positions outside the workspace box, large chain errors, process tables that are not used.
 
 use nalgebra::Vector3;
 
 use crate::{
-    files::words::signed,
-    machine::{ChainError, Machine, OutsideWorkspace, Zeroed},
+    files::words::with_minus_signs,
+    machine::{ChainError, Machine, OutsideWorkspace, ZeroState},
 };
 
-/// Rotations of a chain above this are said, rad.
+/// Rotation of a chain by its errors above which a caution is given, rad.
 const LARGE_ROTATION: f64 = 5.0 * std::f64::consts::PI / 180.0;
 
-/// What must be known with any answer about `machine` with `errors` at `positions` of P (O, mm), each of which is a `noun`.
-pub fn of_machine(
+/// Returns all cautions about results of `machine` with `errors` at `positions` of P (O, mm), each of which is called a `noun`.
+pub fn machine_cautions(
     machine: &Machine,
     errors: &[ChainError],
     noun: &str,
     positions: impl Iterator<Item = Vector3<f64>>,
 ) -> String {
-    zeroed(machine) + &carried(machine) + &large_errors(machine, errors) + &outside_workspace(machine, noun, positions)
+    zeroing(machine) + &carrier(machine) + &large_errors(machine, errors) + &outside_workspace(machine, noun, positions)
 }
 
-/// A sentence if `positions` of P (O, mm), each of which is a `noun`, are not all inside the machine's workspace box.
+/// Returns a sentence if some of `positions` of P (O, mm), each called a `noun`, are outside the machine's workspace box; else empty.
 pub fn outside_workspace(machine: &Machine, noun: &str, positions: impl Iterator<Item = Vector3<f64>>) -> String {
-    Outside::of(machine, positions).words(noun)
+    OutsidePositions::of(machine, positions).words(noun)
 }
 
-/// Positions outside a machine's workspace box, counted one by one.
+/// Counts positions, and those of them that are outside a machine's workspace box.
 #[derive(Debug, Default)]
-pub struct Outside {
+pub struct OutsidePositions {
     count: usize,
     outside: usize,
     first: Option<OutsideWorkspace>,
 }
 
-impl Outside {
-    /// Those of `positions` of P (O, mm).
+impl OutsidePositions {
+    /// Counts which of `positions` of P (O, mm) are outside the workspace box of `machine`.
     pub fn of(machine: &Machine, positions: impl Iterator<Item = Vector3<f64>>) -> Self {
         let mut outside = Self::default();
         positions.for_each(|position| outside.add(machine, position));
         outside
     }
 
-    /// Takes a position of P (O, mm).
+    /// Adds a position of P (O, mm) to the count.
     pub fn add(&mut self, machine: &Machine, position: Vector3<f64>) {
         self.count += 1;
         if let Some(found) = machine.outside_workspace(position) {
@@ -51,12 +50,12 @@ impl Outside {
         }
     }
 
-    /// Whether there are any.
-    pub fn any(&self) -> bool {
+    /// Whether any position is outside the workspace box.
+    pub fn has_any(&self) -> bool {
         self.outside > 0
     }
 
-    /// What a first screen begins with if there are any: that `machine` cannot run `what` as it is placed.
+    /// Returns a sentence for the first screen that `machine` cannot run `what` as it is placed; empty if no position is outside.
     pub fn verdict(&self, machine: &Machine, what: &str) -> String {
         match self.outside {
             0 => String::new(),
@@ -68,11 +67,11 @@ impl Outside {
         }
     }
 
-    /// A sentence if there are any; each position is a `noun`.
+    /// Returns a sentence that counts the positions outside the workspace box, each called a `noun`; empty if there are none.
     pub fn words(&self, noun: &str) -> String {
         let Self { count, outside, first } = self;
         match first {
-            Some(first) => signed(&format!(
+            Some(first) => with_minus_signs(&format!(
                 "Outside the machine's workspace box: {outside} of {count} {noun}s; the first: {first}.\n"
             )),
             None => String::new(),
@@ -80,23 +79,23 @@ impl Outside {
     }
 }
 
-/// From where deflections of `machine` are measured, if it has weight or springs.
-pub fn zeroed(machine: &Machine) -> String {
-    let Some(own) = machine.own_forces() else { return String::new() };
+/// Says from which state deflections of `machine` are measured; empty if it has neither weight nor springs.
+pub fn zeroing(machine: &Machine) -> String {
+    let Some(own) = machine.own_load_words() else { return String::new() };
     let from = match machine.zeroed {
-        Zeroed::AtRest => {
+        ZeroState::AtRest => {
             format!("from where it rests under its {own}, calibrated there (zeroed = \"at_rest\")")
         }
-        Zeroed::Weightless => format!("from the rigid model, without {own} (zeroed = \"weightless\")"),
-        Zeroed::AtHome => {
+        ZeroState::Weightless => format!("from the rigid model, without {own} (zeroed = \"weightless\")"),
+        ZeroState::AtHome => {
             format!("from the rigid model, its drives calibrated under its {own} at home (zeroed = \"at_home\")")
         }
     };
     format!("Deflections of {} are measured {from}.\n", machine.name)
 }
 
-/// That deflections are those from the workpiece, where its carrier bends as well, and where other drives stand.
-pub fn carried(machine: &Machine) -> String {
+/// Says that deflections are from the workpiece, if its carrier bends as well, and where locked or external axes are.
+pub fn carrier(machine: &Machine) -> String {
     let mut text = String::new();
     if let Some(carrier) = &machine.carrier {
         text += &format!(
@@ -107,7 +106,7 @@ pub fn carried(machine: &Machine) -> String {
     text + &machine.locked_words().map_or_else(String::new, |words| format!("Locked or external axes: {words}.\n"))
 }
 
-/// A sentence for each chain of `machine` that `errors` turn far.
+/// Returns a sentence for each chain of `machine` that `errors` rotate by a large angle.
 pub fn large_errors(machine: &Machine, errors: &[ChainError]) -> String {
     let mut text = String::new();
     for (chain, error) in machine.chains.iter().zip(errors) {
@@ -123,8 +122,8 @@ pub fn large_errors(machine: &Machine, errors: &[ChainError]) -> String {
     text
 }
 
-/// Tables of a process that a study over the workspace has no use for, if there are any.
-pub fn not_used(tables: &[&str]) -> String {
+/// Names the tables of a process that a study over the workspace does not use; empty if there are none.
+pub fn unused_tables(tables: &[&str]) -> String {
     match tables {
         [] => String::new(),
         tables => format!("Not used: {} of the process.\n", tables.join(", ")),

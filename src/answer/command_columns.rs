@@ -1,4 +1,4 @@
-//! Columns of commands: where P and its drives are commanded to be, without and with compensation.
+//! Table columns of commands: pose of P and drive positions, without and with compensation.
 
 use crate::{
     compensation::TaskPoint,
@@ -7,12 +7,11 @@ use crate::{
         table::{position_columns, shown_positions},
     },
     machine::Machine,
-    simulation::along_path::PathAnswer,
+    simulation::along_path::PathPointResult,
     spatial::{Pose, rotation_log},
 };
 
-/// Columns of a pose of P in O: position in mm and rotation vector in degrees, whose direction is the axis and whose length
-/// the angle of the turn from O to P axes.
+/// Returns the columns of a pose of P in O, called `what`: position in mm, and rotation vector in degrees.
 pub fn pose_columns(what: &str) -> [String; 6] {
     let axes = ["x", "y", "z"];
     std::array::from_fn(|i| match i {
@@ -21,22 +20,21 @@ pub fn pose_columns(what: &str) -> [String; 6] {
     })
 }
 
-/// The cells of [`pose_columns`]; without a pose they are missing.
+/// Returns the cells of [`pose_columns`]; empty without a pose.
 pub fn pose_cells(pose: Option<&Pose>) -> Row {
     let Some(pose) = pose else { return vec![Cell::Missing; 6] };
     let turn = rotation_log(&pose.rotation).map(f64::to_degrees);
     cells(pose.translation.iter().chain(&turn).copied()).collect()
 }
 
-/// Columns of drive positions: by the nominal inverse kinematics of the wanted pose, and as commanded instead; then those of the
-/// workpiece carrier, where they stand.
+/// Returns the columns of drive positions: of the target pose by nominal inverse kinematics, as compensated, and of the workpiece carrier.
 pub fn drive_columns(machine: &Machine) -> impl Iterator<Item = String> {
     let own = ["rho_nominal", "rho_compensated"].into_iter().flat_map(|what| position_columns(machine, what));
     own.chain(machine.carrier.iter().flat_map(|carrier| position_columns(carrier, "rho_carrier")))
 }
 
-/// The cells of [`drive_columns`]; those of the command only with `with_command`.
-pub fn drive_cells(machine: &Machine, task: &TaskPoint, answer: &PathAnswer, with_command: bool) -> Row {
+/// Returns the cells of [`drive_columns`]; those of the command are empty without `with_command`.
+pub fn drive_cells(machine: &Machine, task: &TaskPoint, answer: &PathPointResult, with_command: bool) -> Row {
     let count = machine.drive_count();
     let mut row: Row = cells(shown_positions(machine, &answer.nominal_drives)).collect();
     row.resize(count, Cell::Missing);
@@ -44,7 +42,7 @@ pub fn drive_cells(machine: &Machine, task: &TaskPoint, answer: &PathAnswer, wit
         row.extend(cells(shown_positions(machine, &answer.drives)));
     }
     row.resize(2 * count, Cell::Missing);
-    let there = task.external.map_or_else(|| machine.clone(), |axes| machine.carried(&axes));
+    let there = task.external.map_or_else(|| machine.clone(), |axes| machine.with_carrier_axes(&axes));
     row.extend(there.carrier.iter().flat_map(|carrier| cells(shown_positions(carrier, &carrier.home.drives))));
     row
 }

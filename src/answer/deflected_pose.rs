@@ -1,13 +1,13 @@
-//! The machine bent by a load, for a drawing: its lines as commanded and as they settle.
+//! The machine deflected by a load, to be drawn: its lines as commanded and in equilibrium.
 
 use crate::{
     compensation::TaskPoint,
     machine::{ChainError, Machine},
     page::DeflectedPose,
-    simulation::{Machines, Source, settled::settled},
+    simulation::{Machines, Source, settled::equilibrium_under},
 };
 
-/// How `machine` with `errors` settles at the nominal command of `task`; `None` where it does not.
+/// Solves `machine` with `errors` at the nominal command of `task`, called `place`; `None` where it has no equilibrium.
 pub fn deflected_pose(
     machine: &Machine,
     errors: &[ChainError],
@@ -15,11 +15,11 @@ pub fn deflected_pose(
     place: String,
 ) -> Option<DeflectedPose> {
     let machines = Machines::new(machine, errors).ok()?;
-    let settled = settled(&machines, Source::All, task).ok()?;
+    let settled = equilibrium_under(&machines, Source::All, task).ok()?;
     Some(DeflectedPose {
         place,
         commanded: settled.commanded,
-        settled: settled.loaded,
+        loaded: settled.loaded,
         tool_displacement_mm: settled.tool_displacement_mm,
         force_n: task.load.force,
     })

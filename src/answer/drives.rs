@@ -7,18 +7,18 @@ use crate::{
     page::Better,
 };
 
-/// What is known of the drives of a machine wherever something was found, an `E`.
-pub struct OfDrives<E> {
-    /// Corrections in mm or degrees of all drives, then their forces.
+/// Quantities of the drives of a machine, computed from a result of type `E`.
+pub struct DriveQuantities<E> {
+    /// Correction of each drive, mm or degrees, then force of each.
     pub each: Vec<Quantity<E>>,
-    /// The largest corrections, of slides and of hinges where there are both.
+    /// Largest correction of all drives, for prismatic and revolute ones apart.
     pub corrections: Vec<(Motion, Quantity<E>)>,
-    /// The largest forces, in the same way.
+    /// Largest force of all drives, for prismatic and revolute ones apart.
     pub forces: Vec<(Motion, Quantity<E>)>,
 }
 
-impl<E: 'static> OfDrives<E> {
-    /// Of `machine`: correction, mm or rad, and force of a drive by its number. Which of two values of a drive is `better`.
+impl<E: 'static> DriveQuantities<E> {
+    /// Makes the drive quantities of `machine` from functions for correction (mm or rad) and force of a drive by its index.
     pub fn new(
         machine: &Machine,
         better: Better,
@@ -29,12 +29,12 @@ impl<E: 'static> OfDrives<E> {
         let motions: Vec<Motion> = machine.drives().map(|(_, drive)| drive.motion).collect();
         let corrections = correction_columns(machine).enumerate().map(|(k, name)| {
             let motion = motions[k];
-            let shown = move |found: &E| correction(found, k).map(|value| motion.shown(value));
-            Quantity::made(name, format!("correction of drive {}", labels[k]), better, shown)
+            let shown = move |found: &E| correction(found, k).map(|value| motion.to_shown(value));
+            Quantity::computed(name, format!("correction of drive {}", labels[k]), better, shown)
         });
         let forces = force_columns(machine).enumerate().map(|(k, name)| {
             let label = format!("{} of drive {}", motions[k].force_word(), labels[k]);
-            Quantity::made(name, label, better, move |found: &E| force(found, k))
+            Quantity::computed(name, label, better, move |found: &E| force(found, k))
         });
         let (corrections, forces): (Vec<_>, Vec<_>) = (corrections.collect(), forces.collect());
         let largest = |all: &[Quantity<E>], kind: Motion, name: String, what: &str, sign: &str| {
@@ -60,7 +60,7 @@ impl<E: 'static> OfDrives<E> {
         }
     }
 
-    /// The largest corrections, then the largest forces.
+    /// Returns the quantities of the largest corrections, then those of the largest forces.
     pub fn largest(&self) -> impl Iterator<Item = &Quantity<E>> {
         self.corrections.iter().chain(&self.forces).map(|(_, quantity)| quantity)
     }

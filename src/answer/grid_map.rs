@@ -1,52 +1,52 @@
-//! Pictures of quantities over a grid: slices and a view in 3-D, of values gathered point by point. A large grid is thinned.
+//! Figures of quantities over a grid: slices and a view in 3-D, of values added point by point. A large grid is thinned.
 
 use super::{Tolerance, quantity::Getter, setting::size_words};
 use crate::{
     answer::point_words,
-    figures::{Figure, Mark2, Mark3, Shading, SliceFigure, SlicePanel, VolumeFigure},
-    files::words::{millimetres, signed, typographic},
+    figures::{Figure, PlaneMark, Shading, SliceFigure, SlicePanel, SpaceMark, VolumeFigure},
+    files::words::{millimetres, typographic, with_minus_signs},
     simulation::Scene,
     spatial::Grid,
 };
 
-/// A quantity that is drawn, of what is found at a point, a `P`.
-pub struct Drawn<P> {
-    /// File stem of its slices behind `slices_`.
+/// A quantity drawn over a grid, computed from the result `P` at each point.
+pub struct MapLayer<P> {
+    /// File stem of its slices, after `slices_`.
     pub stem: &'static str,
     /// Title of its slices.
     pub title: String,
-    /// Its label with its unit.
+    /// Label of the quantity, with its unit.
     pub label: String,
-    /// Under what it is so, in the caption.
-    pub under: String,
-    /// Where a line is drawn.
+    /// Conditions under which it holds, for the caption.
+    pub setting: String,
+    /// Value at which a contour line is drawn.
     pub contour: Option<f64>,
-    /// What the line is, behind the caption.
+    /// Words about the contour line, behind the caption.
     pub line: String,
-    /// Colours.
+    /// Colour scale.
     pub shading: Shading,
-    /// Its value.
+    /// Computes the value at a point.
     pub value: Box<Getter<P>>,
 }
 
-/// The pictures of a map.
+/// Values over a grid, of which figures are drawn.
 pub struct GridMap<'a, P> {
     scene: &'a Scene,
     grid: &'a Grid,
-    /// What is said where there is no value.
+    /// Legend of points without a value.
     pub missing: &'static str,
-    /// Whether the grid is one of positions of P, where the named points of the machine are.
+    /// Whether the grid is of positions of P, so that named points of the machine are marked.
     pub has_points: bool,
-    drawn: Vec<Drawn<P>>,
-    /// Indices along each axis of the nodes of slices at the heights asked for.
+    drawn: Vec<MapLayer<P>>,
+    /// Indices along each axis of the nodes drawn in slices at the heights of the study.
     slices: [Vec<usize>; 3],
-    /// The same of the picture in 3-D and of slices through an extreme.
+    /// Indices along each axis of the nodes drawn in 3-D and in slices through an extreme.
     volume: [Vec<usize>; 3],
-    /// Grid indices of all of these nodes, ascending.
+    /// Grid indices of all nodes that are drawn, ascending.
     nodes: Vec<usize>,
-    /// At each of them that was seen, the values of what is drawn.
+    /// Values of all layers at each of these nodes, as far as points were added.
     values: Vec<Vec<Option<f64>>>,
-    /// Index of the next point.
+    /// Grid index of the next point.
     next: usize,
 }
 
@@ -55,19 +55,19 @@ const MOST_NODES: usize = 201;
 const MOST_IN_3D: usize = 41;
 
 impl<'a, P> GridMap<'a, P> {
-    /// Of what is `drawn` over a `grid`, none of its points seen.
-    pub fn new(scene: &'a Scene, grid: &'a Grid, slices_z: &[f64], drawn: Vec<Drawn<P>>) -> Self {
+    /// Starts a map of these layers without points; slices are at the heights `slices_z`, mm.
+    pub fn new(scene: &'a Scene, grid: &'a Grid, slices_z: &[f64], drawn: Vec<MapLayer<P>>) -> Self {
         let [nx, ny, _] = grid.counts();
-        let slices = [thinned(nx, MOST_NODES), thinned(ny, MOST_NODES), planes(grid, slices_z)];
-        let volume = grid.counts().map(|count| thinned(count, MOST_IN_3D));
-        let mut nodes: Vec<usize> = product(&slices).chain(product(&volume)).map(|node| grid.index(node)).collect();
+        let slices = [thinned_indices(nx, MOST_NODES), thinned_indices(ny, MOST_NODES), nearest_planes(grid, slices_z)];
+        let volume = grid.counts().map(|count| thinned_indices(count, MOST_IN_3D));
+        let mut nodes: Vec<usize> = nodes_of(&slices).chain(nodes_of(&volume)).map(|node| grid.index(node)).collect();
         nodes.sort_unstable();
         nodes.dedup();
         let (missing, has_points) = ("no solution", true);
         Self { scene, grid, missing, has_points, drawn, slices, volume, nodes, values: Vec::new(), next: 0 }
     }
 
-    /// Takes the next point, in grid order.
+    /// Adds the result at the next point, in grid order.
     pub fn add(&mut self, point: &P) {
         if self.nodes.get(self.values.len()) == Some(&self.next) {
             self.values.push(self.drawn.iter().map(|drawn| (drawn.value)(point)).collect());
@@ -75,20 +75,21 @@ impl<'a, P> GridMap<'a, P> {
         self.next += 1;
     }
 
-    /// Whether what is drawn as number `k` has a value anywhere.
+    /// Whether layer `k` has a value anywhere.
     pub fn has_values(&self, k: usize) -> bool {
         self.values.iter().any(|values| values[k].is_some())
     }
 
-    fn value(&self, k: usize, node: [usize; 3]) -> Option<f64> {
+    /// Returns the value of layer `k` at a node; `None` where there is none.
+    fn value_at(&self, k: usize, node: [usize; 3]) -> Option<f64> {
         let place = self.nodes.binary_search(&self.grid.index(node)).ok()?;
         self.values.get(place)?[k]
     }
 
-    /// Slices of each quantity at the heights asked for, by file stem.
+    /// Draws slices of each layer at the heights of the study, with their file stems.
     pub fn slices(&self) -> impl Iterator<Item = (String, Figure)> {
         self.drawn.iter().enumerate().map(|(k, drawn)| {
-            let panels = self.slices[2].iter().map(|plane| self.panel(k, &self.slices, *plane, self.points_in(*plane)));
+            let panels = self.slices[2].iter().map(|plane| self.panel(k, &self.slices, *plane, self.points_on(*plane)));
             let figure = SliceFigure {
                 title: drawn.title.clone(),
                 subtitle: self.caption(k, &self.slices[..2]) + &drawn.line,
@@ -99,14 +100,14 @@ impl<'a, P> GridMap<'a, P> {
                     true => point_words::points(&self.scene.machine),
                     false => String::new(),
                 },
-                ..self.empty(k)
+                ..self.empty_slices(k)
             };
             (format!("slices_{}", drawn.stem), Figure::Slices(figure))
         })
     }
 
-    /// The slices of number `k` through `ends`, each a value, where it is, and a word for it; without any, the lowest one.
-    pub fn through(&self, k: usize, title: &str, ends: &[(f64, [f64; 3], &str)], line: Option<Tolerance>) -> Figure {
+    /// Draws slices of layer `k` through `ends`, each a value, its position, mm, and a word for it; without any, the lowest slice.
+    pub fn slices_at(&self, k: usize, title: &str, ends: &[(f64, [f64; 3], &str)], line: Option<Tolerance>) -> Figure {
         let (planes, zs) = (&self.volume[2], &self.grid.axes[2]);
         let plane = |z: f64| {
             let gap = |&&k: &&usize| (zs[k] - z).abs();
@@ -119,7 +120,7 @@ impl<'a, P> GridMap<'a, P> {
         }
         let panel = |height: &usize| {
             let here = ends.iter().filter(|(_, at, _)| plane(at[2]) == Some(*height));
-            let mark = |(value, [x, y, _], word): &(f64, [f64; 3], &str)| Mark2 {
+            let mark = |(value, [x, y, _], word): &(f64, [f64; 3], &str)| PlaneMark {
                 label: format!("{word} {}", millimetres(*value, 3)),
                 x: *x,
                 y: *y,
@@ -131,11 +132,11 @@ impl<'a, P> GridMap<'a, P> {
             subtitle: self.caption(k, &self.volume[..2]) + &line.map_or_else(String::new, Tolerance::line),
             panels: heights.iter().map(panel).collect(),
             contour: line.map(|Tolerance(tolerance)| tolerance),
-            ..self.empty(k)
+            ..self.empty_slices(k)
         })
     }
 
-    /// Number `k` in 3-D, if the grid is no plane.
+    /// Draws layer `k` in 3-D; `None` if the grid is a plane.
     pub fn in_3d(&self, k: usize, title: String) -> Option<Figure> {
         let coordinates = |i: usize| self.volume[i].iter().map(|&node| self.grid.axes[i][node]).collect();
         let points = self.scene.machine.points.iter().filter(|_| self.has_points);
@@ -146,15 +147,15 @@ impl<'a, P> GridMap<'a, P> {
                 axis_labels: ["x [mm]".into(), "y [mm]".into(), "z [mm]".into()],
                 quantity: self.drawn[k].label.clone(),
                 axes: [0, 1, 2].map(coordinates),
-                values: product(&self.volume).map(|node| self.value(k, node)).collect(),
-                marks: points.map(|p| Mark3 { label: p.name.clone(), position: p.position.into() }).collect(),
+                values: nodes_of(&self.volume).map(|node| self.value_at(k, node)).collect(),
+                marks: points.map(|p| SpaceMark { label: p.name.clone(), position: p.position.into() }).collect(),
                 range: None,
             })
         })
     }
 
-    /// Slices of number `k` without any.
-    fn empty(&self, k: usize) -> SliceFigure {
+    /// Returns a figure of slices of layer `k` without panels.
+    fn empty_slices(&self, k: usize) -> SliceFigure {
         SliceFigure {
             title: String::new(),
             subtitle: String::new(),
@@ -170,41 +171,42 @@ impl<'a, P> GridMap<'a, P> {
         }
     }
 
-    fn panel(&self, k: usize, [columns, rows, _]: &[Vec<usize>; 3], plane: usize, marks: Vec<Mark2>) -> SlicePanel {
+    /// Returns the slice of layer `k` at a grid plane.
+    fn panel(&self, k: usize, [columns, rows, _]: &[Vec<usize>; 3], plane: usize, marks: Vec<PlaneMark>) -> SlicePanel {
         let [xs, ys, zs] = &self.grid.axes;
         let nodes = rows.iter().flat_map(|&y| columns.iter().map(move |&x| [x, y, plane]));
         SlicePanel {
             title: typographic(&format!("z = {:.2} mm", zs[plane])),
             x: columns.iter().map(|&x| xs[x]).collect(),
             y: rows.iter().map(|&y| ys[y]).collect(),
-            values: nodes.map(|node| self.value(k, node)).collect(),
+            values: nodes.map(|node| self.value_at(k, node)).collect(),
             marks,
         }
     }
 
-    /// The points of the machine that lie nearer to a plane than to its neighbours.
-    fn points_in(&self, plane: usize) -> Vec<Mark2> {
+    /// Marks the named points of the machine that are nearest to a grid plane.
+    fn points_on(&self, plane: usize) -> Vec<PlaneMark> {
         let zs = &self.grid.axes[2];
         let half_step = if zs.len() > 1 { 0.5 * (zs[1] - zs[0]) } else { f64::INFINITY };
         let points = self.scene.machine.points.iter().filter(|_| self.has_points);
         let here = points.filter(|p| (p.position.z - zs[plane]).abs() <= half_step);
-        here.map(|p| Mark2 { label: p.name.clone(), x: p.position.x, y: p.position.y }).collect()
+        here.map(|p| PlaneMark { label: p.name.clone(), x: p.position.x, y: p.position.y }).collect()
     }
 
-    /// The caption of a picture that shows the nodes with these indices along the first axes.
+    /// Returns the caption of a figure of layer `k` that shows these nodes.
     fn caption(&self, k: usize, nodes: &[Vec<usize>]) -> String {
         let mut text =
-            format!("{}, {}, grid {}", self.scene.machine.short_title(), self.drawn[k].under, size_words(self.grid));
+            format!("{}, {}, grid {}", self.scene.machine.short_title(), self.drawn[k].setting, size_words(self.grid));
         if nodes.iter().zip(self.grid.counts()).any(|(drawn, count)| drawn.len() != count) {
             let drawn: Vec<String> = nodes.iter().map(|axis| axis.len().to_string()).collect();
             text += &format!(", {} nodes drawn", drawn.join(" × "));
         }
-        signed(&text)
+        with_minus_signs(&text)
     }
 }
 
-/// Grid planes nearest to the heights asked for, without repetition.
-fn planes(grid: &Grid, slices_z: &[f64]) -> Vec<usize> {
+/// Returns the grid planes nearest to the heights `slices_z`, mm, each once.
+fn nearest_planes(grid: &Grid, slices_z: &[f64]) -> Vec<usize> {
     let heights = &grid.axes[2];
     let mut planes: Vec<usize> = Vec::new();
     for z in slices_z {
@@ -217,15 +219,15 @@ fn planes(grid: &Grid, slices_z: &[f64]) -> Vec<usize> {
     planes
 }
 
-/// Indices of the nodes drawn along an axis of `count` nodes: at most `most`, evenly spread, both ends included.
-fn thinned(count: usize, most: usize) -> Vec<usize> {
+/// Returns the indices of at most `most` of `count` nodes, evenly spread, both ends included.
+fn thinned_indices(count: usize, most: usize) -> Vec<usize> {
     if count <= most {
         return (0..count).collect();
     }
     (0..most).map(|k| (k * (count - 1) + (most - 1) / 2) / (most - 1)).collect()
 }
 
-/// All combinations of the indices, x fastest.
-fn product([x, y, z]: &[Vec<usize>; 3]) -> impl Iterator<Item = [usize; 3]> {
+/// Returns all combinations of the indices, x fastest.
+fn nodes_of([x, y, z]: &[Vec<usize>; 3]) -> impl Iterator<Item = [usize; 3]> {
     z.iter().flat_map(move |&k| y.iter().flat_map(move |&j| x.iter().map(move |&i| [i, j, k])))
 }

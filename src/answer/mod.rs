@@ -1,7 +1,7 @@
 //! Quantities, each declared once, of which tables, maps and pages of all questions follow; what a run leaves.
 //!
 //! A question names each number that it computes once, as a `Quantity` with unit, meaning and how it is had of what was found.
-//! Columns of tables (`TableOf`), layers of pages, labels of figures (`GridMap`), extremes and their JSON (`Extremes`) follow
+//! Columns of tables (`QuantityTable`), layers of pages, labels of figures (`GridMap`), extremes and their JSON (`Extremes`) follow
 //! from that; setting, cautions and description follow from the [`Scene`](crate::simulation::Scene).
 
 pub mod cautions;
@@ -19,13 +19,13 @@ mod setting;
 mod table_of;
 mod tolerance;
 
-pub(crate) use drives::OfDrives;
-pub(crate) use extremes::{Extremes, Found, OfQuantities};
-pub(crate) use grid_map::{Drawn, GridMap};
-pub(crate) use of_sources::{acting, source_group};
+pub(crate) use drives::DriveQuantities;
+pub(crate) use extremes::{Extremes, QuantityExtremes, ValueAt};
+pub(crate) use grid_map::{GridMap, MapLayer};
+pub(crate) use of_sources::{acting_words, source_group};
 pub use output::{Output, Run};
 pub(crate) use quantity::{FoundOr, Quantity, layers};
-pub use said::Said;
+pub use said::ReportText;
 pub(crate) use setting::{direction, facts_of, grid_view, locked_fact, size_words, tool_axis_words};
-pub(crate) use table_of::{Streams, TableOf, status_cells};
+pub(crate) use table_of::{QuantityTable, Streams, status_cells};
 pub(crate) use tolerance::{ShareWithin, Tolerance};

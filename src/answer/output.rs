@@ -1,5 +1,4 @@
-//! What every run leaves: tables, figures, page, summary and manifest, made in a temporary folder and then moved, all
-//! of them or none.
+//! Output of a run: tables, figures, page, summary and manifest, made in a temporary folder and then moved, all of them or none.
 
 use std::path::{Path, PathBuf};
 
@@ -22,62 +21,61 @@ use crate::{
     work::Work,
 };
 
-/// A question being answered into a folder.
+/// Where and how the results of a question are written.
 pub struct Run<'a> {
-    /// The folder.
+    /// Result folder.
     pub out: &'a Path,
     /// Formats of tables and maps.
     pub formats: &'a [Format],
-    /// Whether figures are drawn.
+    /// Whether to draw figures.
     pub figures: bool,
-    /// What its computation goes on in.
+    /// The computation: its threads, progress and checkpoint.
     pub work: &'a Work,
 }
 
 impl Run<'_> {
-    /// Whether maps are wanted as images.
+    /// Whether maps are written as VTK images.
     pub(crate) fn wants_image(&self) -> bool {
         self.formats.contains(&Format::Vti)
     }
 
-    /// The figures that `draw` makes, if any are to be drawn.
-    pub fn drawn(&self, draw: impl FnOnce() -> Vec<(String, Figure)>) -> Vec<(String, Figure)> {
+    /// Returns the figures that `draw` makes, or none if figures are not wanted.
+    pub fn draw_figures(&self, draw: impl FnOnce() -> Vec<(String, Figure)>) -> Vec<(String, Figure)> {
         if self.figures { draw() } else { Vec::new() }
     }
 }
 
-/// Files of tables that were written while they were computed, and those tables without rows.
+/// Files of tables that were written during the computation, and those tables without rows.
 pub type Streamed = (Vec<OutputFile>, Vec<(String, Table)>);
 
-/// What an answer leaves in its folder, and what it says.
+/// Results of a question, ready to be written into a folder.
 pub struct Output {
-    /// What decides the size of the results.
+    /// Settings that decide the size of the results, for the manifest.
     pub settings: Value,
-    /// How many rows ended how.
+    /// Number of rows by status.
     pub statuses: Vec<StatusCount>,
-    /// Whether there is an answer, where rows that are not solved do not decide it. Where they do (`None`), an answer rests on
-    /// part of the work if there are any, and then says so first.
+    /// Whether there is a result; `None` if unsolved rows decide it: with any, it rests on part of the work, and says so first.
     pub is_answered: Option<bool>,
     /// Tables by name, without the ending that a format gives them.
     pub tables: Vec<(String, Table)>,
-    /// Files of tables that were written while they were computed, and those tables without rows.
+    /// Tables that were written during the computation.
     pub streamed: Streamed,
-    /// The answer for programs.
+    /// Results as JSON.
     pub summary: Value,
-    /// Figures by name.
+    /// Figures, by file stem.
     pub figures: Vec<(String, Figure)>,
-    /// First screen, sections, setting, views and tables of the page; figures, name and question are filled in.
+    /// First screen, sections, setting, views and tables of the page; figures, name and question are added.
     pub page: Description,
-    /// The machine bent by the load, if it is drawn.
+    /// The machine deflected by the load, if it is drawn.
     pub bent: Option<DeflectedPose>,
-    /// Everything the answer says, in sentences and small tables.
+    /// All results in sentences and small tables.
     pub details: String,
-    /// The best place of a workpiece, as a page compares others with it: its name, its coordinates and the objective there.
+    /// Best place of a workpiece, with which a page compares others: its name, coordinates and objective.
     pub best_place: Option<Value>,
 }
 
 impl Output {
-    /// An answer of a summary and a page, without tables and figures.
+    /// Makes an output of a summary and a page, without tables and figures.
     pub fn of(settings: Value, statuses: Vec<StatusCount>, summary: Value, page: Description) -> Self {
         Self {
             settings,
@@ -94,7 +92,7 @@ impl Output {
         }
     }
 
-    /// That there is no answer, and why, without tables.
+    /// Makes an output that says why there is no result, without tables.
     pub(crate) fn failed(settings: Value, failure: Failure, page: Description) -> Self {
         let Failure { status, reason } = failure;
         let summary = json!({ "schema": 1, "status": status, "reason": reason });
@@ -102,13 +100,13 @@ impl Output {
         Self { is_answered: Some(false), details: reason, ..Self::of(settings, statuses, summary, page) }
     }
 
-    /// Whether everything that was asked is answered.
+    /// Whether everything that was asked has a result.
     pub(crate) fn is_complete(&self) -> bool {
         self.is_answered.unwrap_or_else(|| self.statuses.iter().all(StatusCount::is_solved))
     }
 
-    /// Says, before the answer and in its summary, how many rows it does not rest on.
-    fn say_unsolved(&mut self) {
+    /// Adds the number of unsolved rows to the first screen and the summary.
+    fn note_unsolved_rows(&mut self) {
         let statuses = &self.statuses;
         let unsolved: serde_json::Map<String, Value> =
             statuses.iter().filter(|c| !c.is_solved()).map(|c| (c.status.clone(), json!(c.rows))).collect();
@@ -117,18 +115,16 @@ impl Output {
         self.summary["rows_unsolved"] = unsolved.into();
     }
 
-    /// Writes everything into the folder of `run`, with a manifest that says what it was made from. The files written, manifest last.
-    ///
-    /// # Errors
-    /// A figure, a page or a file that cannot be made; then nothing has taken the place of another.
+    /// Writes all files into the folder of `run`, with a manifest of what they were made from, and returns their paths, the manifest last.
+    /// `Err` if a figure, page or file cannot be made; then no file is replaced.
     pub(crate) fn write(&mut self, run: &Run<'_>, colours: Colours, inputs: &Inputs) -> Result<Vec<PathBuf>> {
         if self.is_answered.is_none() {
-            self.say_unsolved();
+            self.note_unsolved_rows();
         }
         let Run { out, formats, .. } = *run;
         self.tables
             .extend(self.figures.iter().filter_map(|(name, figure)| Some((format!("{name}_data"), figure.data()?))));
-        self.draw_machine();
+        self.add_machine_figures();
         self.page.colours = (colours != Colours::default()).then(|| colours.label().into());
         // Pages show CSV tables.
         let has_page = formats.contains(&Format::Csv);
@@ -138,11 +134,11 @@ impl Output {
             files.push(OutputFile::new("report.json", self.page.clone().with_figures(&self.figures).to_json()));
         }
         files.push(OutputFile::new("summary.json", format!("{:#}\n", self.summary)));
-        files.extend(drawn(std::mem::take(&mut self.figures), colours)?);
+        files.extend(figure_files(std::mem::take(&mut self.figures), colours)?);
         let names = files.iter().map(|file| file.name.clone()).chain(has_page.then(|| PAGE.into()));
         let (settings, statuses) = (self.settings.clone(), self.statuses.clone());
         let manifest = Manifest::new(&self.page.name, inputs, (settings, statuses), names.collect());
-        Manifest::may_write(out, manifest.files.iter().map(String::as_str))?;
+        Manifest::check_may_write(out, manifest.files.iter().map(String::as_str))?;
         // Everything is made before the first file takes the place of another.
         let made = staging(out)?;
         files.push(OutputFile::new(Manifest::FILE, manifest.to_json()));
@@ -152,11 +148,11 @@ impl Output {
             let page = page::page(&ResultFolder::open(made.path())?, &made.path().join(PAGE))?;
             write_all(made.path(), vec![OutputFile::new(PAGE, page)])?;
         }
-        take_their_places(&manifest, made.path(), out)
+        publish(&manifest, made.path(), out)
     }
 
-    /// Adds the machine at home and bent to the figures, if there are any.
-    fn draw_machine(&mut self) {
+    /// Adds the machine at home, and deflected, to the figures, if there are any.
+    fn add_machine_figures(&mut self) {
         let machine = &self.page.machine;
         if !self.figures.is_empty() {
             self.figures.push((MACHINE_AT_HOME.into(), machine.figure()));
@@ -167,11 +163,11 @@ impl Output {
     }
 }
 
-/// Moves all files of `manifest` from the folder `made` into the result folder, and removes what the run before left there,
-/// which would be taken for results of this one. From the first change on, a manifest names all that is there and will be.
-fn take_their_places(manifest: &Manifest, made: &Path, out: &Path) -> Result<Vec<PathBuf>> {
+/// Moves the files of `manifest` from the folder `made` into the result folder, and removes those of the former run there. From the first change
+/// on, a manifest names all files that are there and will be.
+fn publish(manifest: &Manifest, made: &Path, out: &Path) -> Result<Vec<PathBuf>> {
     let files = &manifest.files;
-    let former: Vec<String> = Manifest::files_in(out).into_iter().filter(|name| !files.contains(name)).collect();
+    let former: Vec<String> = Manifest::previous_files(out).into_iter().filter(|name| !files.contains(name)).collect();
     // If this is cut short, a later run finds here what there is to remove, and no page is made of two runs.
     let files_of_both = [files.as_slice(), &former].concat();
     let both = Manifest { files: files_of_both, publishing: true, ..manifest.clone() };
@@ -184,8 +180,8 @@ fn take_their_places(manifest: &Manifest, made: &Path, out: &Path) -> Result<Vec
     Ok(files.iter().map(String::as_str).chain([Manifest::FILE]).map(|name| out.join(name)).collect())
 }
 
-/// Each figure as SVG and PNG.
-fn drawn(figures: Vec<(String, Figure)>, colours: Colours) -> Result<Vec<OutputFile>> {
+/// Draws each figure as SVG and PNG.
+fn figure_files(figures: Vec<(String, Figure)>, colours: Colours) -> Result<Vec<OutputFile>> {
     let drawn = figures.par_iter().map(|(name, figure)| {
         let fault = |e: FigureError| Error::Figure { name: name.clone(), problem: e.to_string() };
         Ok([

@@ -1,12 +1,12 @@
-//! What the named points of a machine are, for the first figure that shows them.
+//! Descriptions of the named points of a machine, for the first figure that shows them.
 
 use crate::files::words::position;
 use crate::machine::{Machine, NamedPoint};
 
-/// Within this share of the workspace box a point lies on its border or in its middle.
+/// Largest distance, as a share of the workspace box, at which a point is on its border or in its middle.
 const ON: f64 = 1e-6;
 
-/// One point: its name, where it lies in the workspace box of P, and its coordinates.
+/// Describes a named point: its name, where it is in the workspace box of P, and its coordinates.
 pub fn point(machine: &Machine, point: &NamedPoint) -> String {
     let (low, high) = (machine.workspace.min, machine.workspace.max);
     let is_near = |i: usize, value: f64| (point.position[i] - value).abs() <= ON * (high[i] - low[i]).max(1.0);
@@ -35,7 +35,7 @@ pub fn point(machine: &Machine, point: &NamedPoint) -> String {
     format!("{}: {words}{}", point.name, position(x, y, z))
 }
 
-/// All points, for the caption of the first figure that shows them; empty without points.
+/// Describes all named points, for the caption of the first figure that shows them; empty without any.
 pub fn points(machine: &Machine) -> String {
     machine.points.iter().map(|p| point(machine, p)).collect::<Vec<_>>().join("; ")
 }

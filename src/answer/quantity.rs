@@ -1,4 +1,4 @@
-//! The numbers of a question: each is declared once, with its name, unit, meaning and how it is had of what was found.
+//! A quantity that a question computes, declared once: name, unit, meaning, and how it is computed from a result.
 
 use std::{borrow::Cow, sync::Arc};
 
@@ -11,32 +11,32 @@ use crate::{
     },
 };
 
-/// What was found, or why there is nothing.
+/// A result, or why there is none.
 pub type FoundOr<'a, E> = Result<&'a E, &'a Failure>;
 
-/// A number that a question computes of what it finds, an `E`.
+/// A quantity computed from a result of type `E`, with its column in tables and its label on pages.
 pub struct Quantity<E> {
-    /// Name of its column, which ends with its unit.
+    /// Name of its column, which ends with the unit.
     pub name: Cow<'static, str>,
-    /// What it is, as pages and figures call it; empty of what stands in tables alone.
+    /// Label on pages and figures; empty if it is in tables only.
     pub label: Cow<'static, str>,
-    /// Which of two values is the better one.
+    /// Which of two values is better.
     pub better: Better,
-    /// The columns whose largest size it is, if it is no column itself.
+    /// Columns whose largest size it is, if it is no column itself.
     of: Vec<String>,
     get: Get<E>,
 }
 
-/// How a number is had of what was found; `None` where it is not.
+/// Computes a number from a result; `None` where there is none.
 pub type Getter<E> = dyn Fn(&E) -> Option<f64> + Send + Sync;
 
-/// How it is had.
+/// How a quantity is computed from a result.
 enum Get<E> {
     Number(fn(&E) -> Option<f64>),
     Part(fn(&E) -> Option<[f64; 3]>, usize),
     Count(fn(&E) -> Option<usize>),
     Cell(Kind, fn(FoundOr<'_, E>) -> Cell),
-    Made(Arc<Getter<E>>),
+    Computed(Arc<Getter<E>>),
 }
 
 impl<E> Clone for Get<E> {
@@ -46,7 +46,7 @@ impl<E> Clone for Get<E> {
             Get::Part(get, axis) => Get::Part(*get, *axis),
             Get::Count(get) => Get::Count(*get),
             Get::Cell(kind, get) => Get::Cell(*kind, *get),
-            Get::Made(get) => Get::Made(Arc::clone(get)),
+            Get::Computed(get) => Get::Computed(Arc::clone(get)),
         }
     }
 }
@@ -59,22 +59,22 @@ impl<E> Clone for Quantity<E> {
 }
 
 impl<E: 'static> Quantity<E> {
-    /// A number that pages show.
+    /// Makes a quantity that pages show.
     pub const fn new(name: &'static str, label: &'static str, better: Better, get: fn(&E) -> Option<f64>) -> Self {
-        Self::with(name, label, better, Get::Number(get))
+        Self::from_getter(name, label, better, Get::Number(get))
     }
 
-    /// A number that stands in tables alone.
+    /// Makes a quantity that is in tables only.
     pub const fn in_table(name: &'static str, get: fn(&E) -> Option<f64>) -> Self {
         Self::new(name, "", Better::Neither, get)
     }
 
-    /// A whole number that stands in tables alone.
+    /// Makes a whole number that is in tables only.
     pub const fn count(name: &'static str, get: fn(&E) -> Option<usize>) -> Self {
-        Self::with(name, "", Better::Neither, Get::Count(get))
+        Self::from_getter(name, "", Better::Neither, Get::Count(get))
     }
 
-    /// A cell of any kind, which there may be as well where nothing was found.
+    /// Makes a cell of any kind, which may have content without a result as well.
     pub const fn cell(
         name: &'static str,
         label: &'static str,
@@ -82,24 +82,25 @@ impl<E: 'static> Quantity<E> {
         kind: Kind,
         get: fn(FoundOr<'_, E>) -> Cell,
     ) -> Self {
-        Self::with(name, label, better, Get::Cell(kind, get))
+        Self::from_getter(name, label, better, Get::Cell(kind, get))
     }
 
-    /// Words, which there may be as well where nothing was found.
+    /// Makes a cell of text, which may have content without a result as well.
     pub const fn text(name: &'static str, get: fn(FoundOr<'_, E>) -> Cell) -> Self {
         Self::cell(name, "", Better::Neither, Kind::Text, get)
     }
 
-    const fn with(name: &'static str, label: &'static str, better: Better, get: Get<E>) -> Self {
+    /// Makes a quantity from name, label and the way to compute it.
+    const fn from_getter(name: &'static str, label: &'static str, better: Better, get: Get<E>) -> Self {
         Self { name: Cow::Borrowed(name), label: Cow::Borrowed(label), better, of: Vec::new(), get }
     }
 
-    /// The components of a vector: columns `WHAT_x_mm` and so on, each the `label` along its axis.
+    /// Makes the components of a vector in mm: columns `WHAT_x_mm` and so on, each with `label` and its axis.
     pub fn vector_mm(what: &str, label: &str, get: fn(&E) -> Option<[f64; 3]>) -> [Self; 3] {
         Self::vector(what, "mm", label, get)
     }
 
-    /// The same of a vector with another unit.
+    /// Makes the components of a vector in `unit`, as [`vector_mm`](Self::vector_mm).
     pub fn vector(what: &str, unit: &str, label: &str, get: fn(&E) -> Option<[f64; 3]>) -> [Self; 3] {
         std::array::from_fn(|axis| {
             let letter = ["x", "y", "z"][axis];
@@ -113,25 +114,25 @@ impl<E: 'static> Quantity<E> {
         })
     }
 
-    /// A number that is had in a way which is known at run time alone.
-    pub fn made(
+    /// Makes a quantity from names and a closure that are known only at run time.
+    pub fn computed(
         name: String,
         label: String,
         better: Better,
         get: impl Fn(&E) -> Option<f64> + Send + Sync + 'static,
     ) -> Self {
-        Self { name: name.into(), label: label.into(), better, of: Vec::new(), get: Get::Made(Arc::new(get)) }
+        Self { name: name.into(), label: label.into(), better, of: Vec::new(), get: Get::Computed(Arc::new(get)) }
     }
 
-    /// The largest size of `all`; there is none where one of them is missing.
+    /// Makes the quantity of the largest absolute value of `all`; it is missing where one of them is.
     pub fn largest_of(name: String, label: String, better: Better, all: Vec<Self>) -> Self {
         let of = all.iter().map(|one| one.name.to_string()).collect();
         let largest =
             move |found: &E| all.iter().try_fold(0.0, |most: f64, one| Some(most.max(one.value(found)?.abs())));
-        Self { of, ..Self::made(name, label, better, largest) }
+        Self { of, ..Self::computed(name, label, better, largest) }
     }
 
-    /// Its value.
+    /// Computes the value of the quantity from a result; `None` where there is none, or it is text.
     pub fn value(&self, found: &E) -> Option<f64> {
         match &self.get {
             Get::Number(get) => get(found),
@@ -142,11 +143,11 @@ impl<E: 'static> Quantity<E> {
                 Cell::Count(count) => Some(count as f64),
                 Cell::Missing | Cell::Text(_) => None,
             },
-            Get::Made(get) => get(found),
+            Get::Computed(get) => get(found),
         }
     }
 
-    /// Its cell in a table.
+    /// Returns the table cell of the quantity for a result, or for the failure instead of one.
     pub fn cell_of(&self, found: FoundOr<'_, E>) -> Cell {
         match &self.get {
             Get::Cell(_, get) => get(found),
@@ -155,7 +156,7 @@ impl<E: 'static> Quantity<E> {
         }
     }
 
-    /// Its column in a table.
+    /// Returns the table column of the quantity.
     pub fn column(&self) -> Column {
         let kind = match &self.get {
             Get::Cell(kind, _) => *kind,
@@ -165,7 +166,7 @@ impl<E: 'static> Quantity<E> {
         Column { name: self.name.to_string(), kind }
     }
 
-    /// Its unit as pages and figures write it, empty if it has none.
+    /// Returns the unit of the quantity as pages and figures write it, empty if there is none.
     pub fn unit(&self) -> String {
         match self.column().unit() {
             Some("deg") => "°".into(),
@@ -173,12 +174,12 @@ impl<E: 'static> Quantity<E> {
         }
     }
 
-    /// Its label with its unit, as an axis has it.
+    /// Returns the label of the quantity with its unit, for an axis of a figure.
     pub fn axis_label(&self) -> String {
         format!("{} [{}]", self.label, self.unit())
     }
 
-    /// As a page shows it.
+    /// Returns the quantity as pages have it.
     pub fn layer(&self) -> page::Quantity {
         page::Quantity {
             columns: self.columns(),
@@ -188,18 +189,18 @@ impl<E: 'static> Quantity<E> {
         }
     }
 
-    /// The columns that it is, or is the largest of.
+    /// Returns the name of the quantity's column, or of those of which it is the largest.
     fn columns(&self) -> Vec<String> {
         if self.of.is_empty() { vec![self.name.to_string()] } else { self.of.clone() }
     }
 
-    /// Where an extreme `value` of it stands.
+    /// Returns where an extreme `value` of the quantity is in the table `file`, among the rows with these cells.
     pub fn found_in(&self, file: &str, rows: &[[&str; 2]], extreme: Extreme, value: f64) -> InTable {
         InTable::new(file, self.columns(), rows, extreme, value)
     }
 }
 
-/// Pages show these, one after another.
+/// Returns quantities as pages have them, in this order.
 pub(crate) fn layers<'a, E: 'static>(quantities: impl IntoIterator<Item = &'a Quantity<E>>) -> Vec<page::Quantity> {
     quantities.into_iter().map(Quantity::layer).collect()
 }

@@ -1,20 +1,20 @@
-//! What an answer says, in sentences.
+//! The results of a question in sentences.
 
-/// The sentences, one a line, by the question that they answer.
+/// Sentences, a line each, by what they are about.
 #[derive(Debug, Clone)]
-pub struct Said {
-    /// What must be known with the answer.
+pub struct ReportText {
+    /// What a reader must know before the results.
     pub cautions: String,
-    /// How far the tool is off, and where.
+    /// How large the error of the tool is, and where.
     pub place: String,
-    /// What the single sources do.
+    /// Effect of each single source.
     pub cause: String,
-    /// What to command instead.
+    /// What to command to compensate it.
     pub remedy: String,
 }
 
-impl Said {
-    /// All but what must be known with the answer.
+impl ReportText {
+    /// Returns all sentences of the report but the cautions.
     pub fn details(&self) -> String {
         [self.place.as_str(), &self.cause, &self.remedy].concat()
     }

@@ -1,10 +1,10 @@
-//! What a scene says of itself in an answer: setting, cautions, the views and captions of its maps.
+//! What reports say of a scene: setting, cautions, and the views and captions of its maps.
 
 use nalgebra::Vector3;
 
 use crate::{
     answer::cautions,
-    files::words::{counted, signed, typographic},
+    files::words::{counted, typographic, with_minus_signs},
     machine::{ChainError, Machine, NamedPoint, ToolAxisSource},
     page::{Column, Description, Explorer, Fact, Group, MachineDescription, Mark, Quantity, Shape, error_facts},
     process::MillingForce,
@@ -13,17 +13,17 @@ use crate::{
 };
 
 impl Scene {
-    /// What must be known with an answer over `positions` of P (O, mm), each of which is a `noun`, and which has `not_used` these tables of a process.
+    /// Returns the cautions about results over `positions` of P (O, mm), each called a `noun`, and about process tables that are `not_used`.
     pub(crate) fn cautions(
         &self,
         not_used: &[&str],
         noun: &str,
         positions: impl Iterator<Item = Vector3<f64>>,
     ) -> String {
-        cautions::not_used(not_used) + &cautions::of_machine(&self.machine, &self.errors, noun, positions)
+        cautions::unused_tables(not_used) + &cautions::machine_cautions(&self.machine, &self.errors, noun, positions)
     }
 
-    /// The setting: machine and force, what is the question's `own`, and errors.
+    /// Returns the facts about machine and force, those of the question (`own`), and those about chain errors.
     pub(crate) fn facts(&self, own: impl IntoIterator<Item = Fact>) -> Vec<Fact> {
         let MillingForce { radial, tangential, axial, .. } = self.force;
         let forces = format!("{radial} N radial, {tangential} N tangential, {axial} N axial");
@@ -32,12 +32,12 @@ impl Scene {
         facts_of(&self.machine, &self.errors, acting.into_iter().chain(own))
     }
 
-    /// The fact that the worst of all tool angles counts; `label` is what it calls them.
+    /// Returns the fact that the worst of all tool angles counts, labelled `label`.
     pub(crate) fn angles_fact(&self, label: &str) -> Fact {
         Fact::new(label, format!("{} over a turn; the worst counts", self.phis.len()))
     }
 
-    /// A result of `kind`, the positions in which are of `what`.
+    /// Starts the page of a result of `kind`, whose positions are of `what`.
     pub(crate) fn description(&self, kind: &str, what: &str) -> Description {
         Description {
             terms: vec![Fact::new("Positions", format!("of {what}, from the origin of the machine's base"))],
@@ -45,24 +45,24 @@ impl Scene {
         }
     }
 
-    /// A view of a `table` over a grid.
+    /// Returns the interactive view of a `table` over a grid.
     pub(crate) fn view(&self, title: &str, table: &str, group: Option<Group>, quantities: Vec<Quantity>) -> Explorer {
         grid_view(&self.machine, (title, table), group, quantities)
     }
 
-    /// The cutting force as captions of pictures have it.
+    /// Describes the cutting force, for captions.
     pub(crate) fn force_words(&self) -> String {
         let MillingForce { radial, tangential, axial, .. } = self.force;
-        signed(&format!("force {radial} / {tangential} / {axial} N (radial / tangential / axial)"))
+        with_minus_signs(&format!("force {radial} / {tangential} / {axial} N (radial / tangential / axial)"))
     }
 
-    /// Under what it is the worst, as captions have it.
+    /// Describes of which tool angles and force the worst is shown, for captions.
     pub(crate) fn worst_words(&self) -> String {
         format!("worst of {}, {}", counted(self.phis.len(), "tool angle"), self.force_words())
     }
 }
 
-/// The setting of any answer: `machine`, what is the question's `own`, locked drives, and `errors`.
+/// Returns the facts about `machine`, those of the question (`own`), and those about locked drives and chain errors.
 pub(crate) fn facts_of(machine: &Machine, errors: &[ChainError], own: impl IntoIterator<Item = Fact>) -> Vec<Fact> {
     let mut facts = vec![Fact::new("machine", machine.title.clone())];
     facts.extend(own);
@@ -71,12 +71,12 @@ pub(crate) fn facts_of(machine: &Machine, errors: &[ChainError], own: impl IntoI
     facts
 }
 
-/// Where the drives stand that serve no task: locked, or commanded by the path.
+/// Returns the fact about axes that are locked or commanded by the path; `None` without any.
 pub(crate) fn locked_fact(machine: &Machine) -> Option<Fact> {
     machine.locked_words().map(|words| Fact::new("locked or external axes", words))
 }
 
-/// A view of a table over a grid of positions of P: its title, and the file of the table.
+/// Returns the interactive view of a table over a grid of positions of P, from its title and the name of its file.
 pub(crate) fn grid_view(
     machine: &Machine,
     (title, table): (&str, &str),
@@ -96,13 +96,13 @@ pub(crate) fn grid_view(
     }
 }
 
-/// The size of a grid: "3 × 4 × 5".
+/// Formats the size of a grid: "3 × 4 × 5".
 pub(crate) fn size_words(grid: &Grid) -> String {
     let [nx, ny, nz] = grid.counts();
     format!("{nx} × {ny} × {nz}")
 }
 
-/// Of a tool axis that the machine file does not give, why it is assumed.
+/// Says why a tool axis is assumed that the machine file does not give; empty if it does.
 pub(crate) fn tool_axis_words(source: ToolAxisSource) -> &'static str {
     match source {
         ToolAxisSource::Given => "",
@@ -111,7 +111,7 @@ pub(crate) fn tool_axis_words(source: ToolAxisSource) -> &'static str {
     }
 }
 
-/// The tool axis at home and the signs of forces about it.
+/// Describes the tool axis at home and the signs of forces about it.
 fn tool_axis_fact(machine: &Machine) -> String {
     format!(
         "{} of the base at home, from the spindle to the tip{}; radial pushes the tool along φ, tangential along φ + 90°, \
@@ -121,7 +121,7 @@ fn tool_axis_fact(machine: &Machine) -> String {
     )
 }
 
-/// Rounded components of a unit vector, without a minus sign before zero.
+/// Formats a unit vector with rounded components, without a minus sign before zero.
 pub(crate) fn direction(v: Vector3<f64>) -> String {
     let [x, y, z]: [f64; 3] = v.map(|c| (c * 1e3).round() / 1e3 + 0.0).into();
     format!("({x}, {y}, {z})")

@@ -1,4 +1,4 @@
-//! Tables of quantities, whole or written block by block while they are computed.
+//! Tables of quantities, made whole or written block by block during the computation.
 
 use super::{FoundOr, Quantity};
 use crate::{
@@ -8,31 +8,31 @@ use crate::{
     simulation::{Failure, SOLVED},
 };
 
-/// A table whose rows lead with cells that tell them apart and go on with the quantities of what was found, an `E`.
-pub struct TableOf<E> {
+/// Columns of a table whose rows are identifying cells, then quantities of a result of type `E`.
+pub struct QuantityTable<E> {
     lead: Vec<Column>,
     has_status: bool,
     quantities: Vec<Quantity<E>>,
 }
 
-impl<E: 'static> TableOf<E> {
-    /// Its columns: `lead`, `status` and `reason` of what was not found, `quantities`.
+impl<E: 'static> QuantityTable<E> {
+    /// Makes a table with the columns `lead`, `status` and `reason`, then `quantities`.
     pub fn new(lead: Vec<Column>, quantities: Vec<Quantity<E>>) -> Self {
         Self { lead, has_status: true, quantities }
     }
 
-    /// Without columns that say why nothing was found.
+    /// Makes a table without the columns `status` and `reason`.
     pub fn without_status(lead: Vec<Column>, quantities: Vec<Quantity<E>>) -> Self {
         Self { lead, has_status: false, quantities }
     }
 
-    /// The columns.
+    /// Returns all columns of the table, in order.
     pub fn columns(&self) -> Vec<Column> {
         let status = texts(["status", "reason"]).into_iter().filter(|_| self.has_status);
         self.lead.iter().cloned().chain(status).chain(self.quantities.iter().map(Quantity::column)).collect()
     }
 
-    /// The table of `rows`.
+    /// Makes the table of `rows`: identifying cells, and a result or why there is none.
     pub fn table<'a>(&self, rows: impl IntoIterator<Item = (Row, FoundOr<'a, E>)>) -> Table {
         let row = |(mut row, found): (Row, FoundOr<'a, E>)| {
             row.extend(status_cells(found).into_iter().filter(|_| self.has_status));
@@ -43,36 +43,30 @@ impl<E: 'static> TableOf<E> {
     }
 }
 
-/// The table of a block of the work.
-type OfBlock<'a, B> = Box<dyn Fn(&B) -> Table + Send + Sync + 'a>;
+/// Makes the table of a block of the work.
+type BlockTable<'a, B> = Box<dyn Fn(&B) -> Table + Send + Sync + 'a>;
 
-/// Tables that are written block by block, so that memory does not grow with them; only an image is made of all of their rows.
+/// Tables that are written block by block, so that memory does not grow with them; only for an image all rows are kept.
 pub struct Streams<'a, B: ?Sized> {
     run: &'a Run<'a>,
-    tables: Vec<(String, OfBlock<'a, B>, StreamedTable, Table)>,
+    tables: Vec<(String, BlockTable<'a, B>, StreamedTable, Table)>,
     image: Option<Image>,
 }
 
 impl<'a, B: ?Sized> Streams<'a, B> {
-    /// Into the folder of `run`; `image` is made of the tables where one is wanted.
+    /// Starts streaming into the folder of `run`, without tables; `image` is made of them if images are wanted.
     pub fn new(run: &'a Run<'a>, image: Option<Image>) -> Self {
         Self { run, tables: Vec::new(), image: image.filter(|_| run.wants_image()) }
     }
 
-    /// With the table `stem`, which is `whole` without rows and whose rows of a block `table` makes.
-    ///
-    /// # Errors
-    /// Its files cannot be written.
+    /// Adds the table `stem`: `whole` without rows, with rows of a block by `table`; `Err` if its files cannot be written.
     pub fn with(mut self, stem: &str, whole: Table, table: impl Fn(&B) -> Table + Send + Sync + 'a) -> Result<Self> {
         let streamed = StreamedTable::new(self.run.out, stem, whole.columns(), self.run.formats)?;
         self.tables.push((stem.into(), Box::new(table), streamed, whole));
         Ok(self)
     }
 
-    /// Writes the next block.
-    ///
-    /// # Errors
-    /// It cannot be written.
+    /// Writes the rows of the next block into all tables; `Err` if they cannot be written.
     pub fn add(&mut self, block: &B) -> Result<()> {
         for (_, of_block, streamed, whole) in &mut self.tables {
             let table = of_block(block);
@@ -84,10 +78,7 @@ impl<'a, B: ?Sized> Streams<'a, B> {
         Ok(())
     }
 
-    /// The files, and the tables without rows.
-    ///
-    /// # Errors
-    /// They cannot be written, or the image cannot hold them.
+    /// Closes all tables and returns their files, and the tables without rows; `Err` if a file or the image cannot be made.
     pub fn finish(self) -> Result<Streamed> {
         let (mut files, mut whole) = (Vec::new(), Vec::new());
         for (stem, _, streamed, table) in self.tables {
@@ -101,7 +92,7 @@ impl<'a, B: ?Sized> Streams<'a, B> {
     }
 }
 
-/// The cells of the columns `status` and `reason`.
+/// Returns the cells of the columns `status` and `reason` for a result or a failure.
 pub(crate) fn status_cells<T>(answer: std::result::Result<T, &Failure>) -> [Cell; 2] {
     match answer {
         Ok(_) => [SOLVED.into(), Cell::Missing],

@@ -1,13 +1,13 @@
-//! A tolerance: what is said of it, and where it is met.
+//! A tolerance on the position of the tool: in words, and where it is met.
 
 use crate::files::words::percent;
 
-/// How far the tool may be from where it should be, mm.
+/// Largest allowed distance of the tool from its target, mm.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Tolerance(pub f64);
 
 impl Tolerance {
-    /// What a length in mm is against it.
+    /// Compares a length in mm with the tolerance, in words.
     pub fn against(self, length_mm: f64) -> String {
         let Self(tolerance) = self;
         match length_mm <= tolerance {
@@ -16,13 +16,13 @@ impl Tolerance {
         }
     }
 
-    /// That a picture has a line where it is reached.
+    /// Says in a caption that the line of a figure is the tolerance.
     pub fn line(self) -> String {
         format!("; line: tolerance {} mm", self.0)
     }
 }
 
-/// The share of a box, a path or of places in which a tolerance is met, of where that is known.
+/// Share of a box, a path or a number of places in which a tolerance is met, of the part where that is known.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct ShareWithin {
     within: f64,
@@ -31,7 +31,7 @@ pub struct ShareWithin {
 }
 
 impl ShareWithin {
-    /// Takes a place that stands for this `part` of all; `None` where it is not known.
+    /// Adds a `part` of the whole, and whether the tolerance is met there; `None` where that is not known.
     pub fn add(&mut self, part: f64, is_within: impl Into<Option<bool>>) {
         match is_within.into() {
             None => self.unknown += part,
@@ -42,18 +42,17 @@ impl ShareWithin {
         }
     }
 
-    /// Of all of a whole, such a share.
+    /// Makes the share of a whole of which all is known.
     pub fn of_all(share: f64) -> Self {
         Self { within: share, known: 1.0, unknown: 0.0 }
     }
 
-    /// The share; `None` where nothing is known.
+    /// Returns the share of the known part within the tolerance; `None` where nothing is known.
     pub fn get(self) -> Option<f64> {
         (self.known > 0.0).then(|| self.within / self.known)
     }
 
-    /// In which share of a `whole`, such as "at … of the points", the tolerance is met, beside a number; `None` without a tolerance, or where
-    /// nothing is known.
+    /// Says in which share of a `whole`, such as "at … of the points", the tolerance is met; `None` without tolerance or knowledge of it.
     pub fn words(self, tolerance_mm: Option<f64>, whole: &str) -> Option<String> {
         let (tolerance, share) = (tolerance_mm?, self.get()?);
         let solved = if self.unknown == 0.0 { "" } else { ", as far as solved" };
@@ -64,7 +63,7 @@ impl ShareWithin {
         Some(format!("within tolerance ({tolerance} mm) {}{solved}", whole.replace('…', &part)))
     }
 
-    /// The same as a sentence of what is not compensated.
+    /// Returns [`words`](Self::words) as a sentence about the tool without compensation; empty where there are none.
     pub fn sentence(self, tolerance_mm: Option<f64>, whole: &str) -> String {
         let met = self.words(tolerance_mm, whole);
         met.map_or_else(String::new, |met| format!("Without compensation the tool is {met}.\n"))

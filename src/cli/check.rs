@@ -30,13 +30,14 @@ pub struct CheckArguments {
     /// Machine file, or name of a built-in machine
     machine: String,
     /// Another value of a parameter of the machine, by its name (kinetostat machines NAME --parameters); repeatable
-    #[arg(long, value_parser = on_machine::setting, value_name = "NAME=VALUE")]
+    #[arg(long, value_parser = on_machine::parse_setting, value_name = "NAME=VALUE")]
     set: Vec<Setting>,
     /// Branch on which an arm with a spherical wrist is to stand [default: the one of home, and others where it does not reach]
     #[arg(long, value_parser = choice::branch())]
     branch: Option<Branch>,
 }
 
+/// Runs `kinetostat check`: checks a machine file and prints the findings.
 pub fn check(arguments: &CheckArguments) -> Result<Ending> {
     let geometry = on_machine::machine(&arguments.machine, &arguments.set, arguments.branch)?;
     if !geometry.kinematics().parameter_errors().is_empty() {

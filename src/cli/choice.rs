@@ -1,4 +1,4 @@
-//! Words of the command line for values of the library.
+//! Parsers of command-line words for values of the library.
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use kinetostat::{
@@ -11,7 +11,7 @@ use kinetostat::{
     toolpath::gcode::Dialect,
 };
 
-/// One of `all`, each with its name and what it is.
+/// Returns a parser of one of `all`, each with its name and description.
 fn one_of<T: Copy + Send + Sync + 'static>(
     all: impl IntoIterator<Item = T>,
     name: fn(T) -> &'static str,
@@ -25,7 +25,7 @@ fn one_of<T: Copy + Send + Sync + 'static>(
     })
 }
 
-/// `--format`.
+/// Returns the parser of `--format`.
 pub fn format() -> impl TypedValueParser<Value = Format> {
     one_of(Format::ALL, Format::label, |format| match format {
         Format::Csv => "Tables as CSV (RFC 4180)",
@@ -34,7 +34,7 @@ pub fn format() -> impl TypedValueParser<Value = Format> {
     })
 }
 
-/// `--format` of a correction table.
+/// Returns the parser of `--format` for a correction table.
 pub fn correction_format() -> impl TypedValueParser<Value = CorrectionFormat> {
     one_of(CorrectionFormat::ALL, CorrectionFormat::label, |format| match format {
         CorrectionFormat::Csv => "One row per node, units in the column names",
@@ -43,7 +43,7 @@ pub fn correction_format() -> impl TypedValueParser<Value = CorrectionFormat> {
     })
 }
 
-/// `--colours`.
+/// Returns the parser of `--colours`.
 pub fn colours() -> impl TypedValueParser<Value = Colours> {
     one_of(Colours::ALL, Colours::label, |colours| match colours {
         Colours::Viridis => "Perceptually uniform, from dark violet to yellow",
@@ -54,7 +54,7 @@ pub fn colours() -> impl TypedValueParser<Value = Colours> {
     })
 }
 
-/// `--law`.
+/// Returns the parser of `--law`.
 pub fn law() -> impl TypedValueParser<Value = ForceLaw> {
     one_of(ForceLaw::ALL, ForceLaw::label, |law| match law {
         ForceLaw::Printed => {
@@ -67,11 +67,11 @@ pub fn law() -> impl TypedValueParser<Value = ForceLaw> {
     })
 }
 
-/// A dialect of programs; none is what the program shows.
+/// A G-code dialect; `None` to detect it from the program.
 #[derive(Clone, Copy, Debug)]
 pub struct ChosenDialect(pub Option<Dialect>);
 
-/// `--dialect`.
+/// Returns the parser of `--dialect`.
 pub fn dialect() -> impl TypedValueParser<Value = ChosenDialect> {
     let all = std::iter::once(None).chain(Dialect::ALL.map(Some)).map(ChosenDialect);
     let name = |chosen: ChosenDialect| chosen.0.map_or("auto", Dialect::label);
@@ -86,7 +86,7 @@ pub fn dialect() -> impl TypedValueParser<Value = ChosenDialect> {
     })
 }
 
-/// `--redundancy`.
+/// Returns the parser of `--redundancy`.
 pub fn redundancy() -> impl TypedValueParser<Value = GammaChoice> {
     one_of(GammaChoice::ALL, GammaChoice::label, |redundancy| match redundancy {
         GammaChoice::AsProgrammed => "As the path gives it",
@@ -95,7 +95,7 @@ pub fn redundancy() -> impl TypedValueParser<Value = GammaChoice> {
     })
 }
 
-/// `--branch`.
+/// Returns the parser of `--branch`.
 pub fn branch() -> impl TypedValueParser<Value = Branch> {
     let name = |branch: Branch| branch.label();
     one_of(Branch::ALL, name, |branch| match (branch.shoulder, branch.elbow, branch.wrist) {
@@ -110,7 +110,7 @@ pub fn branch() -> impl TypedValueParser<Value = Branch> {
     })
 }
 
-/// What a new study asks.
+/// Returns the parser of the kind of a new study.
 pub fn template() -> impl TypedValueParser<Value = Template> {
     one_of(TEMPLATES.iter().copied(), |template| template.name, |template| template.about)
 }

@@ -1,4 +1,4 @@
-//! `kinetostat compare`: a path at several places, or several results, side by side.
+//! `kinetostat compare`: compares a path at several places, or several results, side by side.
 
 use std::path::{Path, PathBuf};
 
@@ -12,8 +12,8 @@ use kinetostat::{
         file::{Process, TOLERANCE_MM},
     },
     questions::placement::{
-        Candidate, FeatureJob, PlacementStudy, compare as evaluate, place,
-        report::{candidates_table, entries_table, known},
+        Candidate, FeatureJob, PlacementStudy, compare as evaluate, parse_place,
+        report::{candidates_table, cautions_text, entries_table},
     },
     simulation::{Machines, ProgramFile},
     toolpath::Toolpath,
@@ -68,13 +68,14 @@ pub struct CompareArguments {
     csv: bool,
 }
 
+/// Runs `kinetostat compare`: prints what a path costs at each place, or writes the page that compares results.
 pub fn compare(arguments: &CompareArguments) -> Result<Ending> {
     let (Some(machine), Some(process), Some(path)) = (&arguments.machine, &arguments.process, &arguments.path) else {
         let CompareArguments { results, out, force, tolerance, .. } = arguments;
         let (results, out) = (results.clone(), out.clone());
         return report(&ReportArguments { results, out, force: *force, tolerance: *tolerance });
     };
-    let study = study(arguments, machine, process, path)?;
+    let study = placement_study(arguments, machine, process, path)?;
     let entries = evaluate(&study);
     if arguments.csv {
         let bytes = exchange::csv(&candidates_table(&study, &entries))
@@ -83,14 +84,14 @@ pub fn compare(arguments: &CompareArguments) -> Result<Ending> {
     } else {
         print(&entries_table(&study, &entries))?;
         print(&format!("Counts as cutting: {}.\n", study.features[0].cuts.words()))?;
-        print(&known(&study))?;
+        print(&cautions_text(&study))?;
     }
     Ok(Ending::of(entries.iter().all(|entry| entry.feasible().is_some())))
 }
 
-/// Refuses a program that tells rotary drives where to stand, which cannot be put at other places than that of its process.
-pub(super) fn can_be_put_elsewhere(file: &Path, process: &Process, path: &Toolpath) -> Result<()> {
-    if !process.gcode.turns_drives(path) {
+/// Refuses a program that commands rotary drives, which cannot be placed elsewhere than its process says.
+pub(super) fn check_movable(file: &Path, process: &Process, path: &Toolpath) -> Result<()> {
+    if !process.gcode.commands_rotary_drives(path) {
         return Ok(());
     }
     let problem = "tells rotary drives where to stand, and where their axes pass in it changes with the place: expected the place of its \
@@ -98,23 +99,24 @@ pub(super) fn can_be_put_elsewhere(file: &Path, process: &Process, path: &Toolpa
     Err(Error::argument(file.display().to_string(), problem))
 }
 
-/// What is said of a program without motions.
-pub(super) fn moves_nowhere(file: &Path) -> Error {
+/// Returns the error of a program without motions.
+pub(super) fn no_motion_error(file: &Path) -> Error {
     Error::argument(file.display().to_string(), "moves nowhere: a program with at least one motion is expected")
 }
 
-fn study(arguments: &CompareArguments, machine: &str, process: &Path, file: &Path) -> Result<PlacementStudy> {
+/// Returns the study that compares the path in `file` at the requested places.
+fn placement_study(arguments: &CompareArguments, machine: &str, process: &Path, file: &Path) -> Result<PlacementStudy> {
     let machine = Machine::named_or_file(machine)?;
     let process = Process::open(process, &machine)?;
     let tolerance_mm = arguments.tolerance.or(process.tolerance_mm).unwrap_or(TOLERANCE_MM);
     super::check_tolerance(Some(tolerance_mm))?;
     let path = ProgramFile::read(file, &process)?.toolpath(process.sampling)?;
-    let path = process.with_cuts(path, &file.display().to_string())?;
+    let path = process.mark_cutting(path, &file.display().to_string())?;
     if !arguments.at.is_empty() {
-        can_be_put_elsewhere(file, &process, &path)?;
+        check_movable(file, &process, &path)?;
     }
     let Some(extent) = Extent::of(path.positions_mm().into_iter()) else {
-        return Err(moves_nowhere(file));
+        return Err(no_motion_error(file));
     };
     if process.redundancy.is_sought() {
         let problem =
@@ -122,9 +124,9 @@ fn study(arguments: &CompareArguments, machine: &str, process: &Path, file: &Pat
         return Err(Error::argument("redundancy", problem));
     }
     let reference = process.placement.reference;
-    let given = arguments.at.iter().map(|text| place(text, "--at", &machine, reference));
+    let given = arguments.at.iter().map(|text| parse_place(text, "--at", &machine, reference));
     let candidates: Vec<Candidate> =
-        Candidate::of_process(&process).map(Ok).into_iter().chain(given).collect::<Result<_>>()?;
+        Candidate::from_process(&process).map(Ok).into_iter().chain(given).collect::<Result<_>>()?;
     if candidates.is_empty() {
         return Err(Error::argument("--at", "expected a place, as the process file gives no placement.origin_mm"));
     }
@@ -137,7 +139,7 @@ fn study(arguments: &CompareArguments, machine: &str, process: &Path, file: &Pat
         limits: process.limits,
         target: process.target,
         cuts: process.cutting_rule,
-        turn: None,
+        gamma_search: None,
     };
-    Ok(PlacementStudy::of_places(machine, job, extent, candidates))
+    Ok(PlacementStudy::for_candidates(machine, job, extent, candidates))
 }

@@ -1,4 +1,4 @@
-//! `kinetostat compensate`: a program that makes the loaded tool follow its path.
+//! `kinetostat compensate`: writes a program that makes the loaded tool follow its path.
 
 use std::{
     path::{Path, PathBuf},
@@ -13,12 +13,12 @@ use kinetostat::{
     input::error::{Error, Result},
     process::{GammaChoice, file::Process},
     products::program::{
-        Asked, Pass, ProgramJob, Refused, Way,
-        files::{Left, ProgramFiles, Told, compensate_into},
-        report::{holes_text, left_text, limits_text, outside_workspace, passes_table},
+        Asked, CommandSource, Pass, ProgramJob, Refusal,
+        files::{ProgramFiles, ProgramOutcome, WrittenProgram, compensate_into},
+        report::{holes_text, limits_text, outside_workspace, passes_table, residual_text},
     },
     questions::path::report::{facts_text, failures_text},
-    simulation::Sent,
+    simulation::CommandedPath,
     toolpath::{gcode::Expand, polyline::Polyline},
     work::Work,
 };
@@ -80,6 +80,7 @@ pub struct CompensateArguments {
     reporting: Reporting,
 }
 
+/// Runs `kinetostat compensate`: writes the compensated program and prints its residual errors.
 pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
     let reporting = &arguments.reporting;
     reporting.start_log()?;
@@ -91,32 +92,32 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
     if arguments.expand {
         process.gcode.expand = Expand::Always;
     }
-    let chosen = chosen(arguments)?;
+    let chosen = chosen_source(arguments)?;
     if let Some(redundancy) = arguments.redundancy {
         process.redundancy.gamma = redundancy;
     }
-    let job = opened(process, &arguments.path, reporting)?;
+    let job = open_job(process, &arguments.path, reporting)?;
     let way = match &arguments.measured {
-        Some(file) => Way::Mirror(measured(file, &job)?),
+        Some(file) => CommandSource::Mirror(mirrored_pass(file, &job)?),
         None => chosen,
     };
     // When all inputs are read: none of them is written over.
     let files = ProgramFiles::prepare(&arguments.out, Foreign::forced(arguments.force))?;
     let is_long = job.path.len() > COMPARED;
-    let asked = Asked { compared: compared(arguments, is_long), way, sources_apart: true, ends_early: true };
-    let (name, passes) = (arguments.path.display().to_string(), asked.passes(&job));
+    let asked = Asked { compared: compared_methods(arguments, is_long), way, sources_apart: true, ends_early: true };
+    let (name, passes) = (arguments.path.display().to_string(), asked.pass_count(&job));
     let progress = reporting.progress(&name, passes * job.path.len(), &format!("points in {passes} passes"));
     let file_name = arguments.path.file_name().unwrap_or_default().to_string_lossy();
     let left = compensate_into(job, &asked, &files, &file_name, &progress.work());
     progress.end();
     let told = match left? {
-        Left::Written(told) => told,
-        Left::Refused(job, refused) => {
-            reporting.print(&refusal(&job, &refused)?)?;
+        ProgramOutcome::Written(told) => told,
+        ProgramOutcome::Refused(job, refused) => {
+            reporting.print(&refusal_text(&job, &refused)?)?;
             return Ok(Ending::SomeUnsolved);
         }
     };
-    let Told { headline, proved, machine, process, gamma, blocks, used, page } = *told;
+    let WrittenProgram { headline, proved, machine, process, gamma, blocks, used, page } = *told;
     reporting.print_styled(&headline::words(&headline, &format!("{:.1} s", started.elapsed().as_secs_f64())))?;
     if let Some(gamma) = gamma {
         reporting.print(&format!("\n{gamma}"))?;
@@ -124,17 +125,17 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
     if reporting.is_verbose() {
         reporting.print(&format!("\n{}", facts_text(&process.facts())))?;
     }
-    reporting.print(&format!("\n{}\n{}", TABLE, table(&proved.passes)))?;
+    reporting.print(&format!("\n{}\n{}", TABLE, pass_table(&proved.passes)))?;
     if is_long && !arguments.all_methods {
         reporting.print("Of so many points, other methods are simulated with --all-methods only.\n")?;
     }
-    let left = left_text(&machine, proved.commanded_max_mm()) + &holes_text(proved.written.in_holes_mm);
+    let left = residual_text(&machine, proved.commanded_max_mm()) + &holes_text(proved.written.in_holes_mm);
     reporting.print(&(limits_text(&machine, &process.limits, proved.bounded.as_ref()) + &left))?;
     reporting.print_styled(&headline::sentences(&blocks))?;
-    if proved.left_alone > 0 {
+    if proved.uncorrected > 0 {
         reporting.print(&format!(
             "Left as written, as there is no correction: {} where nothing is cut.\n",
-            counted(proved.left_alone, "position")
+            counted(proved.uncorrected, "position")
         ))?;
     }
     reporting.print(&format!("Written to {}; read {}\n\n", arguments.out.display(), page.display()))?;
@@ -142,8 +143,8 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
     Ok(Ending::of(headline.unsolved.is_none() && proved.worse_as_written().is_none()))
 }
 
-/// The program to compensate, with progress where γ is sought.
-fn opened(process: Process, path: &Path, reporting: &Reporting) -> Result<ProgramJob> {
+/// Opens the program to compensate, with progress where γ is sought.
+fn open_job(process: Process, path: &Path, reporting: &Reporting) -> Result<ProgramJob> {
     if !process.redundancy.is_sought() {
         return ProgramJob::open(process, path, &Work::default());
     }
@@ -153,7 +154,8 @@ fn opened(process: Process, path: &Path, reporting: &Reporting) -> Result<Progra
     job
 }
 
-fn chosen(arguments: &CompensateArguments) -> Result<Way> {
+/// Returns the source of commands that the arguments choose; an error for an unknown method or a wrong step length.
+fn chosen_source(arguments: &CompensateArguments) -> Result<CommandSource> {
     let fault = |argument: &str, problem: String| Err(Error::argument(argument, problem));
     let alpha = arguments.alpha.unwrap_or(1.0);
     if !(alpha > 0.0 && alpha <= 1.0) {
@@ -164,8 +166,8 @@ fn chosen(arguments: &CompensateArguments) -> Result<Way> {
         return fault("--alpha", format!("method {} has no step length", arguments.method));
     }
     match (arguments.method.as_str(), method) {
-        ("bounded", _) => Ok(Way::Bounded),
-        (_, Some(method)) => Ok(Way::Method(method)),
+        ("bounded", _) => Ok(CommandSource::Bounded),
+        (_, Some(method)) => Ok(CommandSource::Method(method)),
         (name, None) => {
             let names = Method::ALL.map(Method::label).join(", ");
             fault("--method", format!("no method \"{name}\"; there are: {names}, bounded"))
@@ -173,11 +175,11 @@ fn chosen(arguments: &CompensateArguments) -> Result<Way> {
     }
 }
 
-/// Up to so many points of a program, other methods are simulated unasked.
+/// Most points of a program for which other methods are simulated unasked.
 const COMPARED: usize = 20_000;
 
-/// Methods simulated for comparison beside none: what a shop would otherwise use, none where the program is long, or all.
-fn compared(arguments: &CompensateArguments, is_long: bool) -> Vec<Method> {
+/// Returns the methods simulated for comparison besides none: the usual ones, none where the program is long, or all.
+fn compared_methods(arguments: &CompensateArguments, is_long: bool) -> Vec<Method> {
     let own = Method::named(&arguments.method, 1.0).map(Method::label);
     let is_chosen = |method: &Method| own == Some(method.label());
     let usual = |method: &Method| !is_long && matches!(method, Method::Linear | Method::Mirror { passes: 1 });
@@ -185,19 +187,21 @@ fn compared(arguments: &CompensateArguments, is_long: bool) -> Vec<Method> {
     others.filter(|method| arguments.all_methods || usual(method)).collect()
 }
 
-fn measured(file: &Path, job: &ProgramJob) -> Result<Sent> {
+/// Returns the path that mirrors the measured pass in `file`.
+fn mirrored_pass(file: &Path, job: &ProgramJob) -> Result<CommandedPath> {
     let bytes = kinetostat::input::file::read(file)?;
     let went = Polyline::read(bytes, &file.display().to_string())?.toolpath().positions_mm();
-    let went = job.measured(went).map_err(|problem| Error::argument(file.display().to_string(), problem))?;
-    Ok(job.mirrored(&went))
+    let went = job.measured_points(went).map_err(|problem| Error::argument(file.display().to_string(), problem))?;
+    Ok(job.mirrored_path(&went))
 }
 
-fn header(job: &ProgramJob) -> Result<String> {
+/// Returns machine, program and cautions in words, for a refusal.
+fn header_text(job: &ProgramJob) -> Result<String> {
     let cutting = job.path.points().iter().filter(|point| point.cutting).count();
     let machine = &job.machine;
     let facts = facts_text(&job.process.facts());
     let outside = outside_workspace(job)?.words("point");
-    let cautions = cautions::carried(machine) + &cautions::large_errors(machine, &job.process.errors) + &outside;
+    let cautions = cautions::carrier(machine) + &cautions::large_errors(machine, &job.process.errors) + &outside;
     Ok(format!(
         "{}: {}, {cutting} of them cutting, path length {:.1} mm\n{facts}{cautions}",
         job.machine.title,
@@ -209,7 +213,8 @@ fn header(job: &ProgramJob) -> Result<String> {
 const TABLE: &str =
     "Distance of the tool from its path, where it cuts, by what is commanded (steps: corrections per point):";
 
-fn table(passes: &[Pass]) -> String {
+/// Returns the table of passes and the failures of their commands.
+fn pass_table(passes: &[Pass]) -> String {
     let (header, rows) = passes_table(passes, true, |length_mm| millimetres_in_table(length_mm, 4));
     let mut table = text_table(header, 1);
     table.add_rows(rows);
@@ -217,11 +222,12 @@ fn table(passes: &[Pass]) -> String {
     format!("{table}\n{}", failures_text(failures))
 }
 
-/// Points shown of those that cannot be compensated.
+/// Most points that are shown of those that cannot be compensated.
 const SHOWN: usize = 5;
 
-fn refusal(job: &ProgramJob, refused: &Refused) -> Result<String> {
-    let (count, seen) = (counted(refused.failures.len(), "cutting point"), refused.seen);
+/// Returns which points have no command and why.
+fn refusal_text(job: &ProgramJob, refused: &Refusal) -> Result<String> {
+    let (count, seen) = (counted(refused.failures.len(), "cutting point"), refused.visited);
     let mut text = match seen < job.path.len() {
         _ if refused.is_out_of_reach => {
             "The machine cannot reach or track every point; nothing was written. The first points:\n".into()
@@ -234,9 +240,9 @@ fn refusal(job: &ProgramJob, refused: &Refused) -> Result<String> {
     };
     for (point, reason) in refused.failures.iter().take(SHOWN) {
         let at = &job.path.points()[*point];
-        let line = job.file.place_of(at.source.segment).map_or_else(String::new, |line| format!("{line}, "));
+        let line = job.file.line_name(at.source.segment).map_or_else(String::new, |line| format!("{line}, "));
         let [x, y, z]: [f64; 3] = at.position_mm.into();
         text += &format!("  {line}point {point} at ({x:.3}, {y:.3}, {z:.3}) mm: {reason}\n");
     }
-    Ok(header(job)? + &text)
+    Ok(header_text(job)? + &text)
 }

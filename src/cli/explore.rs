@@ -1,4 +1,4 @@
-//! `kinetostat explore`: a page on which a machine and a workpiece are moved by hand.
+//! `kinetostat explore`: writes a page on which a machine and a workpiece are moved by hand.
 
 use std::path::{Path, PathBuf};
 
@@ -14,7 +14,7 @@ use kinetostat::{
 
 use super::{
     Ending,
-    compare::{can_be_put_elsewhere, moves_nowhere},
+    compare::{check_movable, no_motion_error},
     report::write_page,
 };
 
@@ -49,8 +49,9 @@ pub struct ExploreArguments {
     force: bool,
 }
 
+/// Runs `kinetostat explore`: writes the interactive page of a machine and, if given, of a workpiece.
 pub fn explore(arguments: &ExploreArguments) -> Result<Ending> {
-    let scene = scene(arguments)?;
+    let scene = read_scene(arguments)?;
     // What is wrong with the machine or the process is said here, not by the page.
     Explorer::open(scene.clone())?;
     let stem = |name: &PathBuf| name.file_stem().unwrap_or_default().to_string_lossy().into_owned();
@@ -67,28 +68,29 @@ pub fn explore(arguments: &ExploreArguments) -> Result<Ending> {
     })
 }
 
-/// Reads what the scene is made of, so that a fault is told of the file that has it and not of the study that is made of them.
-fn check(machine: &str, process: &Path, program: &Path) -> Result<()> {
+/// Reads the files of a scene, so that an error names the file and not the study made of it.
+fn check_files(machine: &str, process: &Path, program: &Path) -> Result<()> {
     let machine = Machine::named_or_file(machine)?;
     let process = Process::open(process, &machine)?;
     let path = ProgramFile::read(program, &process)?.toolpath(process.sampling)?;
-    can_be_put_elsewhere(program, &process, &path)?;
-    if path.is_empty() { Err(moves_nowhere(program)) } else { Ok(()) }
+    check_movable(program, &process, &path)?;
+    if path.is_empty() { Err(no_motion_error(program)) } else { Ok(()) }
 }
 
-fn scene(arguments: &ExploreArguments) -> Result<Scene> {
+/// Reads the machine, process and program that the arguments name, and returns them as a scene.
+fn read_scene(arguments: &ExploreArguments) -> Result<Scene> {
     let machine = &arguments.machine;
     match (&arguments.path, &arguments.process) {
         (Some(program), Some(process)) => {
             super::check_tolerance(arguments.tolerance)?;
-            check(machine, process, program)?;
-            Scene::of_program(&ProgramAtProcess { machine, process, program, tolerance_mm: arguments.tolerance })
+            check_files(machine, process, program)?;
+            Scene::from_program(&ProgramAtProcess { machine, process, program, tolerance_mm: arguments.tolerance })
         }
-        _ if catalogue::find(machine).is_some() => Ok(Scene::of_machine(machine, None)),
+        _ if catalogue::find(machine).is_some() => Ok(Scene::from_machine(machine, None)),
         _ => {
             Machine::named_or_file(machine)?;
             let toml = kinetostat::input::toml_file::read(machine.as_ref())?;
-            Ok(Scene::of_machine(machine, Some(toml)))
+            Ok(Scene::from_machine(machine, Some(toml)))
         }
     }
 }

@@ -1,4 +1,4 @@
-//! `kinetostat export-correction`: the correction as a table that a controller reads.
+//! `kinetostat export-correction`: writes the correction as a table that a controller reads.
 
 use std::{path::PathBuf, time::Instant};
 
@@ -13,7 +13,7 @@ use kinetostat::{
 };
 
 use super::{
-    Ending, choice, headline, number, numbers, on_machine::OnMachine, reporting::Reporting, results::in_options,
+    Ending, choice, headline, number, numbers, on_machine::OnMachine, reporting::Reporting, results::as_option_error,
 };
 
 /// Write corrections as a table that a controller reads, the smallest within tolerance, with its largest residual error.
@@ -47,7 +47,7 @@ pub struct ExportCorrectionArguments {
     #[arg(long = "force-N", value_parser = number, allow_hyphen_values = true)]
     force: Option<f64>,
     /// Nodes along x,y,z, or one number for all, instead of the fewest that stay within tolerance
-    #[arg(long, value_parser = super::run::grid, allow_hyphen_values = true)]
+    #[arg(long, value_parser = super::run::parse_grid, allow_hyphen_values = true)]
     grid: Option<[usize; 3]>,
     /// Formats, separated by commas [default: all that are of use for the machine]
     #[arg(long, value_parser = choice::correction_format(), value_delimiter = ',')]
@@ -59,6 +59,7 @@ pub struct ExportCorrectionArguments {
     reporting: Reporting,
 }
 
+/// Runs `kinetostat export-correction`: writes a correction table with its page and prints its residual errors.
 pub fn export_correction(arguments: &ExportCorrectionArguments) -> Result<Ending> {
     let reporting = &arguments.reporting;
     reporting.start_log()?;
@@ -66,13 +67,13 @@ pub fn export_correction(arguments: &ExportCorrectionArguments) -> Result<Ending
     let process = arguments.on.process()?;
     let corners = arguments.corners.map(|[x0, x1, y0, y1, z0, z1]| [[x0, y0, z0].into(), [x1, y1, z1].into()]);
     let question = CorrectionQuestion::new(&process, corners, arguments.force, arguments.tolerance, arguments.grid);
-    let question = question.map_err(in_options)?;
-    let inputs = inputs(arguments, &question, process.inputs)?;
+    let question = question.map_err(as_option_error)?;
+    let inputs = all_inputs(arguments, &question, process.inputs)?;
     let options = CorrectionExport { formats: arguments.format.clone(), figures: !arguments.no_figures, inputs };
     let progress = reporting.progress("correction", 0, "nodes");
     let exported = export(&question, &options, &arguments.out, &progress.work());
     progress.end();
-    let exported = exported.map_err(in_options)?;
+    let exported = exported.map_err(as_option_error)?;
     let took = format!("{:.1} s", started.elapsed().as_secs_f64());
     reporting.print_styled(&headline::words(&exported.headline, &took))?;
     if reporting.is_verbose() {
@@ -82,8 +83,8 @@ pub fn export_correction(arguments: &ExportCorrectionArguments) -> Result<Ending
     Ok(Ending::of(exported.is_within))
 }
 
-/// What the command line set, as keys; the machine; the process.
-fn inputs(arguments: &ExportCorrectionArguments, question: &CorrectionQuestion, process: Inputs) -> Result<Inputs> {
+/// Returns the inputs on which the table depends: settings of the command line, machine file and process.
+fn all_inputs(arguments: &ExportCorrectionArguments, question: &CorrectionQuestion, process: Inputs) -> Result<Inputs> {
     let [min, max] = question.corners;
     let mut text = format!(
         "tolerance_mm = {:?}\nforce_N = {:?}\nbox_mm = {:?}\n",

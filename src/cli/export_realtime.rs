@@ -1,4 +1,4 @@
-//! `kinetostat export-realtime`: the loaded kinematics of a machine as code for its controller.
+//! `kinetostat export-realtime`: writes the loaded kinematics of a machine as code for its controller.
 
 use std::path::{Path, PathBuf};
 
@@ -55,6 +55,7 @@ pub struct ExportRealtimeArguments {
     replace: bool,
 }
 
+/// Runs `kinetostat export-realtime`: generates the code of a machine's loaded kinematics and writes it into a folder.
 pub fn export_realtime(arguments: &ExportRealtimeArguments) -> Result<Ending> {
     let nominal = Machine::named_or_file(&arguments.machine)?;
     let (nominal, errors) = match &arguments.process {
@@ -78,11 +79,12 @@ pub fn export_realtime(arguments: &ExportRealtimeArguments) -> Result<Ending> {
     let machines = Machines::new(&nominal, &errors)?;
     let realtime = generate(Question { machines, errors, domain, steps: arguments.steps, places: PLACES })?;
     write(&realtime, folder, Foreign::forced(arguments.replace))?;
-    print(&summary(&realtime, folder))?;
+    print(&summary_text(&realtime, folder))?;
     Ok(Ending::Complete)
 }
 
-fn summary(realtime: &Realtime, folder: &Path) -> String {
+/// Returns errors and operations of each function, and what to do next.
+fn summary_text(realtime: &Realtime, folder: &Path) -> String {
     let mut text = String::new();
     for (name, own) in realtime.functions() {
         let (start, step) = own.operations();

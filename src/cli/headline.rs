@@ -1,4 +1,4 @@
-//! The answer at a glance, for a terminal: the sentence, its numbers, what must be known with them.
+//! Main result for a terminal: sentence, numbers and cautions.
 
 use anstyle::{AnsiColor, Style};
 use kinetostat::{
@@ -10,10 +10,10 @@ const BOLD: Style = Style::new().bold();
 const WARNING: Style = AnsiColor::Yellow.on_default();
 const FAINT: Style = Style::new().dimmed();
 
-/// Widest lines: longer ones are hard to read.
+/// Largest width of lines, in characters.
 const WIDEST: usize = 96;
 
-/// The words, with styles as escape sequences. `took` is how long it took.
+/// Returns the main result with styles as escape sequences. `took` is the computing time in words.
 pub fn words(headline: &Headline, took: &str) -> String {
     let width = textwrap::termwidth().min(WIDEST);
     let mut text = String::new();
@@ -36,12 +36,13 @@ pub fn words(headline: &Headline, took: &str) -> String {
     text + &paragraph(&format!("Computed from {}{solved}, in {took}.", headline.basis), "", FAINT, width)
 }
 
-/// Sentences, one a line, as wide as the words above them.
+/// Returns sentences, one per line, wrapped to the width of the terminal.
 pub fn sentences(text: &str) -> String {
     let width = textwrap::termwidth().min(WIDEST);
     text.lines().map(|line| paragraph(line, "", Style::new(), width)).collect()
 }
 
+/// Returns a number with its label, right-aligned in a column `column` characters wide.
 fn key_number(number: &KeyNumber, column: usize, width: usize) -> String {
     let indent = " ".repeat(column + 5);
     let shown = visible(&number.shown()).into_owned();
@@ -52,7 +53,7 @@ fn key_number(number: &KeyNumber, column: usize, width: usize) -> String {
     format!("  {padding}{BOLD}{shown}{BOLD:#}   {}", told.trim_start_matches(' '))
 }
 
-/// `text` in lines of at most `width` that begin with `indent`.
+/// Returns `text` in lines of at most `width` characters that begin with `indent`.
 fn paragraph(text: &str, indent: &str, style: Style, width: usize) -> String {
     let options = textwrap::Options::new(width).initial_indent(indent).subsequent_indent(indent);
     let lines = textwrap::wrap(text, options);

@@ -48,7 +48,7 @@ pub struct MachinesArguments {
     #[arg(long, value_name = "NAME")]
     show: Option<String>,
     /// Write a commented machine file to begin with, of this kind
-    #[arg(long, value_name = "KIND", value_parser = kinds())]
+    #[arg(long, value_name = "KIND", value_parser = template_kinds())]
     new: Option<&'static str>,
     /// Print the JSON Schema of machine files, for editors
     #[arg(long)]
@@ -58,7 +58,7 @@ pub struct MachinesArguments {
     import: Option<PathBuf>,
     /// Tool tip in the frame of the link that carries the tool, mm, and roll, pitch, yaw in degrees that turn the link's z axis
     /// to the direction from the spindle to the tip; without angles the axis of the link nearest to the tip
-    #[arg(long, value_parser = tool, allow_hyphen_values = true, value_name = "X,Y,Z[,R,P,Y]", requires = "import")]
+    #[arg(long, value_parser = parse_tool, allow_hyphen_values = true, value_name = "X,Y,Z[,R,P,Y]", requires = "import")]
     tool: Option<Tool>,
     /// The link that carries the tool; needed where the robot has several tips
     #[arg(long, value_name = "LINK", requires = "import")]
@@ -74,10 +74,11 @@ pub struct MachinesArguments {
     out: Option<PathBuf>,
 }
 
-/// Tool tip, and angles of the tool.
+/// Tool tip, mm, and roll, pitch and yaw of the tool, degrees.
 type Tool = ([f64; 3], Option<[f64; 3]>);
 
-fn tool(text: &str) -> std::result::Result<Tool, String> {
+/// Parses `--tool`: three or six numbers.
+fn parse_tool(text: &str) -> std::result::Result<Tool, String> {
     if text.split(',').count() == 3 {
         return numbers::<3>(text).map(|tip| (tip, None));
     }
@@ -85,19 +86,21 @@ fn tool(text: &str) -> std::result::Result<Tool, String> {
     Ok(([x, y, z], Some([roll, pitch, yaw])))
 }
 
+/// Runs `kinetostat machines`: lists, shows, imports or begins machine files, as the arguments say.
 pub fn machines(arguments: &MachinesArguments) -> Result<Ending> {
     match arguments {
         MachinesArguments { name: Some(name), json, .. } => list_parameters(name, *json)?,
-        MachinesArguments { show: Some(name), .. } => show(name)?,
-        MachinesArguments { new: Some(kind), .. } => written(template(kind).1, arguments.out.as_deref())?,
+        MachinesArguments { show: Some(name), .. } => show_file(name)?,
+        MachinesArguments { new: Some(kind), .. } => print_or_write(template(kind).1, arguments.out.as_deref())?,
         MachinesArguments { schema: true, .. } => print_json(file_schema().as_value())?,
-        MachinesArguments { import: Some(urdf), .. } => import(urdf, arguments)?,
-        _ => list()?,
+        MachinesArguments { import: Some(urdf), .. } => import_urdf(urdf, arguments)?,
+        _ => list_machines()?,
     }
     Ok(Ending::Complete)
 }
 
-fn show(name: &str) -> Result<()> {
+/// Prints the file of a built-in machine.
+fn show_file(name: &str) -> Result<()> {
     let Some(entry) = catalogue::find(name) else {
         let names = catalogue::names().collect::<Vec<_>>().join(", ");
         let problem = format!("no built-in machine \"{name}\"; there are: {names}");
@@ -106,10 +109,11 @@ fn show(name: &str) -> Result<()> {
     print(&entry.toml.replacen(SCHEMA_HERE, SCHEMA, 1))
 }
 
-/// Where built-in machine files, in their folder, say that their schema is.
+/// First line of built-in machine files, which says where their schema is.
 const SCHEMA_HERE: &str = "#:schema ../../../docs/machine.schema.json";
 
-fn list() -> Result<()> {
+/// Prints a table of the built-in machines.
+fn list_machines() -> Result<()> {
     let mut table = text_table(["name", "machine", "drives", "named points"], 4);
     table.set_content_arrangement(ContentArrangement::Dynamic).set_width(textwrap::termwidth() as u16);
     for entry in catalogue::ENTRIES {
@@ -120,7 +124,8 @@ fn list() -> Result<()> {
     print(&format!("{table}\n"))
 }
 
-fn import(urdf: &Path, arguments: &MachinesArguments) -> Result<()> {
+/// Makes a machine file from a URDF, and prints or writes it.
+fn import_urdf(urdf: &Path, arguments: &MachinesArguments) -> Result<()> {
     arguments.out.as_deref().map(new_file).transpose()?;
     let stiffness = match (&arguments.like, &arguments.stiffness) {
         (Some(name), _) => DriveStiffness::Like(Machine::named_or_file(name)?),
@@ -132,11 +137,11 @@ fn import(urdf: &Path, arguments: &MachinesArguments) -> Result<()> {
     for note in &imported.notes {
         say(&format!("note: {note}"));
     }
-    written(&imported.toml, arguments.out.as_deref())
+    print_or_write(&imported.toml, arguments.out.as_deref())
 }
 
-/// Prints a machine file, or writes it where nothing is yet.
-fn written(toml: &str, out: Option<&Path>) -> Result<()> {
+/// Prints a machine file, or writes it to `out`, where nothing may be yet.
+fn print_or_write(toml: &str, out: Option<&Path>) -> Result<()> {
     let Some(file) = out else { return print(toml) };
     let name = new_file(file)?;
     write_beside(file, vec![OutputFile::new(name, toml)])?;
@@ -144,7 +149,7 @@ fn written(toml: &str, out: Option<&Path>) -> Result<()> {
     print(&format!("Written to {shown}. Next:\n  kinetostat check {shown}\n"))
 }
 
-/// The name of a file that is not there yet and can be written.
+/// Returns the name of `file` if it does not exist yet and can be written.
 pub(super) fn new_file(file: &Path) -> Result<&str> {
     if file.symlink_metadata().is_ok() {
         let problem =
@@ -154,7 +159,7 @@ pub(super) fn new_file(file: &Path) -> Result<&str> {
     prepare_beside(file)
 }
 
-/// Lists the numbers of the machine called so, or of this file.
+/// Prints the parameters of the machine called `name`, or of this file.
 fn list_parameters(name: &str, as_json: bool) -> Result<()> {
     let geometry = Geometry::named_or_file(name)?;
     let parameters = geometry.parameters();
@@ -176,20 +181,20 @@ fn list_parameters(name: &str, as_json: bool) -> Result<()> {
     print(&format!("{table}\n"))
 }
 
-/// The line that tells editors where the schema of a machine file is.
+/// Line that tells editors where the schema of a machine file is.
 const SCHEMA: &str = "#:schema machine.schema.json";
 
-/// Kinds of machines, and the file of each.
+/// Kinds of machines, each with a file to start from.
 const TEMPLATES: [(&str, &str); 2] =
     [("serial", include_str!("templates/serial.toml")), ("parallel", include_str!("templates/parallel.toml"))];
 
-/// What `--new` may be given.
-fn kinds() -> impl TypedValueParser<Value = &'static str> {
+/// Returns the parser of `--new`.
+fn template_kinds() -> impl TypedValueParser<Value = &'static str> {
     let kinds = TEMPLATES.map(|(kind, _)| kind);
     PossibleValuesParser::new(kinds).map(|given| template(&given).0)
 }
 
-/// A kind and its file.
+/// Returns a kind of machine and its file.
 fn template(kind: &str) -> (&'static str, &'static str) {
     TEMPLATES.into_iter().find(|(name, _)| *name == kind).unwrap_or(TEMPLATES[0])
 }

@@ -1,4 +1,4 @@
-//! `kinetostat identify`, `kinetostat predict` and `kinetostat design-measurements`: studies of measurements, by what a person asks of them.
+//! `kinetostat identify`, `kinetostat predict` and `kinetostat design-measurements`: studies of measurements.
 
 use std::path::{Path, PathBuf};
 
@@ -11,7 +11,7 @@ use kinetostat::{
     },
     questions::{
         Overrides, Study, StudyKind,
-        identification::{self, WhatFor, report::predicted},
+        identification::{self, RowUse, report::predicted},
     },
     work::Work,
 };
@@ -20,7 +20,7 @@ use super::{
     Ending,
     machines::new_file,
     print,
-    results::{Computing, Writing, in_options},
+    results::{Computing, Writing, as_option_error},
     run, say,
 };
 
@@ -86,23 +86,25 @@ pub struct DesignArguments {
     one: OneStudy,
 }
 
+/// Runs `kinetostat identify`: computes an identification study.
 pub fn identify(arguments: &IdentifyArguments) -> Result<Ending> {
-    run_if(&arguments.one, "[identification]", |kind| matches!(kind, StudyKind::Identification(..)))
+    run_study_of(&arguments.one, "[identification]", |kind| matches!(kind, StudyKind::Identification(..)))
 }
 
+/// Runs `kinetostat predict`: predicts readings at poses with the parameters that a study identifies.
 pub fn predict(arguments: &PredictArguments) -> Result<Ending> {
     arguments.out.as_deref().map(new_file).transpose()?;
-    let opened = Study::open(&arguments.study, &Overrides::default()).map_err(in_options)?;
+    let opened = Study::open(&arguments.study, &Overrides::default()).map_err(as_option_error)?;
     let StudyKind::Identification(study, ()) = &opened.kind else {
-        return Err(other_kind(&arguments.study, "[identification]"));
+        return Err(wrong_kind(&arguments.study, "[identification]"));
     };
     let file = arguments.poses.display().to_string();
     let bytes = Folder::from(PathBuf::new()).bytes(&file)?;
-    let poses = identification::read(&bytes, &file, &study.machine, WhatFor::Predictions)?;
+    let poses = identification::read(&bytes, &file, &study.machine, RowUse::Predictions)?;
     let found = match identification::run(study, &Work::default())? {
-        Ok(found) if found.fit.is_found => found,
-        Ok(_) => return Ok(refused("the search for the parameters did not end")),
-        Err(failure) => return Ok(refused(&failure.reason)),
+        Ok(found) if found.fit.is_converged => found,
+        Ok(_) => return Ok(nothing_predicted("the search for the parameters did not end")),
+        Err(failure) => return Ok(nothing_predicted(&failure.reason)),
     };
     let answers = identification::predict(study, &found, &poses)?;
     let table = predicted::table(&poses, &answers);
@@ -114,32 +116,36 @@ pub fn predict(arguments: &PredictArguments) -> Result<Ending> {
             write_beside(out, vec![OutputFile::new(name, written)])?;
         }
     }
-    let said = predicted::said(study, &found, &poses, &answers);
+    let said = predicted::prediction_words(study, &found, &poses, &answers);
     if !said.is_empty() {
         say(&said);
     }
     Ok(Ending::of(answers.iter().all(std::result::Result::is_ok)))
 }
 
-fn refused(reason: &str) -> Ending {
+/// Says on standard error why nothing is predicted.
+fn nothing_predicted(reason: &str) -> Ending {
     say(&format!("Nothing is predicted: {}.", reason.trim_end_matches('.')));
     Ending::SomeUnsolved
 }
 
-fn other_kind(study: &Path, table: &str) -> Error {
+/// Returns the error of a study that has another table than `table`.
+fn wrong_kind(study: &Path, table: &str) -> Error {
     let problem = format!("is a study of another kind: expected one with {table}; kinetostat run computes any");
     Error::argument(study.display().to_string(), problem)
 }
 
+/// Runs `kinetostat design-measurements`: computes a measurement design study.
 pub fn design(arguments: &DesignArguments) -> Result<Ending> {
-    run_if(&arguments.one, "[measurement_design]", |kind| matches!(kind, StudyKind::MeasurementDesign(..)))
+    run_study_of(&arguments.one, "[measurement_design]", |kind| matches!(kind, StudyKind::MeasurementDesign(..)))
 }
 
-fn run_if(one: &OneStudy, table: &str, is_one: impl Fn(&StudyKind) -> bool) -> Result<Ending> {
+/// Computes the study of the arguments if `is_one` accepts its kind, whose table is called `table`.
+fn run_study_of(one: &OneStudy, table: &str, is_one: impl Fn(&StudyKind) -> bool) -> Result<Ending> {
     one.computing.reporting.start_log()?;
-    let study = Study::open(&one.study, &Overrides::default()).map_err(in_options)?;
+    let study = Study::open(&one.study, &Overrides::default()).map_err(as_option_error)?;
     if !is_one(&study.kind) {
-        return Err(other_kind(&one.study, table));
+        return Err(wrong_kind(&one.study, table));
     }
     run::compute(&[study], one.out.as_ref(), (&one.writing, &one.computing))
 }

@@ -1,4 +1,4 @@
-//! `kinetostat merge`: the results of a study from all its parts.
+//! `kinetostat merge`: computes the results of a study from all its parts.
 
 use std::path::PathBuf;
 
@@ -7,13 +7,13 @@ use kinetostat::{
     files::counted,
     input::error::{Error, Result},
     questions::{Overrides, Study},
-    run::parts::{Opened, parts_in},
+    run::parts::{StudySource, read_parts},
     work::part_file::{Part, PartSource},
 };
 
 use super::{
     Ending,
-    results::{Computing, Writing, folder, in_options, run_study},
+    results::{Computing, Writing, as_option_error, result_folder, run_study},
 };
 
 /// Merge the parts of a study that run --part has left: the results are those of a single run, byte for byte.
@@ -44,20 +44,21 @@ pub struct MergeArguments {
     computing: Computing,
 }
 
+/// Runs `kinetostat merge`: computes the results of a study from the parts that `run --part` left.
 pub fn merge(arguments: &MergeArguments) -> Result<Ending> {
     let MergeArguments { writing, computing, .. } = arguments;
     computing.reporting.start_log()?;
     let mut parts: Vec<Part> = Vec::new();
     for path in &arguments.parts {
         match path.is_dir() {
-            true => parts.extend(parts_in(path)?),
+            true => parts.extend(read_parts(path)?),
             false => parts.push(Part::read(PartSource::File(path.clone()))?),
         }
     }
-    let study = study(arguments, &parts)?;
+    let study = study_of_parts(arguments, &parts)?;
     let options = writing.options(computing);
-    study.check_formats(&options).map_err(in_options)?;
-    let run = study.may_run_into(&folder(arguments.out.as_ref(), &study), &options).map_err(in_options)?;
+    study.check_formats(&options).map_err(as_option_error)?;
+    let run = study.prepare_run(&result_folder(arguments.out.as_ref(), &study), &options).map_err(as_option_error)?;
     if study.kind.goes_in_rounds() && !parts.iter().any(|part| part.head().is_complete) {
         let rounds = parts.iter().map(|part| part.head().round).max().unwrap_or_default();
         let text =
@@ -65,12 +66,12 @@ pub fn merge(arguments: &MergeArguments) -> Result<Ending> {
         computing.reporting.print(&text)?;
     }
     run_study(computing, writing, &run, || {
-        run.begin_from(parts).map_err(|refused| in_folders(refused, &arguments.parts))
+        run.begin_from(parts).map_err(|refused| with_part_paths(refused, &arguments.parts))
     })
 }
 
-/// `refused` with where the parts are.
-fn in_folders(refused: Error, given: &[PathBuf]) -> Error {
+/// Returns the error `refused` with the paths of the parts that were given.
+fn with_part_paths(refused: Error, given: &[PathBuf]) -> Error {
     match refused {
         Error::Argument { argument, problem } => {
             let given: Vec<String> = given.iter().map(|path| path.display().to_string()).collect();
@@ -80,10 +81,10 @@ fn in_folders(refused: Error, given: &[PathBuf]) -> Error {
     }
 }
 
-/// The study that the parts are of.
-fn study(arguments: &MergeArguments, parts: &[Part]) -> Result<Study> {
+/// Opens the study that the parts belong to.
+fn study_of_parts(arguments: &MergeArguments, parts: &[Part]) -> Result<Study> {
     let refuse = |problem: String| Err(Error::argument("--study", problem));
-    let opened = parts.first().map(Opened::of).transpose()?.flatten();
+    let opened = parts.first().map(StudySource::of).transpose()?.flatten();
     let (path, overrides) = match (&arguments.study, opened) {
         (Some(path), opened) => (path.clone(), opened.unwrap_or_default().overrides),
         (None, Some(opened)) => (opened.study, opened.overrides),
@@ -95,10 +96,10 @@ fn study(arguments: &MergeArguments, parts: &[Part]) -> Result<Study> {
             path.display(),
             file.display()
         )),
-        Err(error @ (Error::Read { .. } | Error::Syntax { .. })) => Err(in_options(error)),
+        Err(error @ (Error::Read { .. } | Error::Syntax { .. })) => Err(as_option_error(error)),
         Err(error) if arguments.study.is_some() && overrides != Overrides::default() => {
             refuse(format!("{} does not take the settings that the parts were computed with: {error}", path.display()))
         }
-        opened => opened.map_err(in_options),
+        opened => opened.map_err(as_option_error),
     }
 }

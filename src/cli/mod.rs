@@ -82,12 +82,12 @@ enum Command {
     Completions(CompletionsArguments),
 }
 
-/// Listens to Ctrl-C from here on.
+/// Begins to listen for Ctrl-C.
 pub fn listen() -> Result<()> {
     reporting::stop_flag().map(drop)
 }
 
-/// Runs the command.
+/// Runs the command of the arguments, and returns how it ended.
 pub fn dispatch(arguments: Arguments) -> Result<Ending> {
     let heeds_stops = matches!(
         arguments.command,
@@ -131,6 +131,7 @@ struct CompletionsArguments {
     shell: Shell,
 }
 
+/// Runs `kinetostat completions`: prints the completion script of a shell.
 fn completions(arguments: &CompletionsArguments) -> Result<Ending> {
     let mut script = Vec::new();
     generate(arguments.shell, &mut Arguments::command(), "kinetostat", &mut script);
@@ -138,22 +139,22 @@ fn completions(arguments: &CompletionsArguments) -> Result<Ending> {
     Ok(Ending::Complete)
 }
 
-/// Prints `text` for reading: what a terminal would act upon is written out.
+/// Prints `text` for reading, with control characters made visible.
 fn print(text: &str) -> Result<()> {
     send(&visible(text))
 }
 
-/// Prints a JSON object. Its strings read back as they are.
+/// Prints a JSON object, with control characters in strings escaped.
 fn print_json(value: &serde_json::Value) -> Result<()> {
     send(&visible_json(&format!("{value:#}\n")))
 }
 
-/// On standard error, for reading; where nobody can be told, the exit code says it.
+/// Prints `text` on standard error; if that fails, only the exit code reports the problem.
 pub fn say(text: &str) {
     let _ = writeln!(std::io::stderr(), "{}", visible(text));
 }
 
-/// Prints `text`, already visible, whose styles are kept where they are wanted: on a terminal, and unless NO_COLOR is set.
+/// Prints `text`, already visible; keeps its styles on a terminal unless NO_COLOR is set.
 fn print_styled(text: &str) -> Result<()> {
     let choice = anstream::AutoStream::choice(&std::io::stdout());
     match choice {
@@ -162,7 +163,7 @@ fn print_styled(text: &str) -> Result<()> {
     }
 }
 
-/// On standard output. A reader that has gone away, such as `head`, does not stop the program.
+/// Writes on standard output. A reader that has gone away, such as `head`, is no error.
 fn send(text: &str) -> Result<()> {
     let mut stdout = std::io::stdout().lock();
     match stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) {
@@ -173,7 +174,7 @@ fn send(text: &str) -> Result<()> {
     }
 }
 
-/// Comma-separated numbers, as many as `count`.
+/// Parses `COUNT` comma-separated numbers.
 fn numbers<const COUNT: usize>(text: &str) -> std::result::Result<[f64; COUNT], String> {
     let values = text.split(',').map(|part| {
         let value: f64 = part.trim().parse().map_err(|_| format!("\"{part}\" is not a number"))?;
@@ -187,7 +188,7 @@ fn numbers<const COUNT: usize>(text: &str) -> std::result::Result<[f64; COUNT], 
     values.try_into().map_err(|_| format!("expected {COUNT} numbers separated by commas, got {found}"))
 }
 
-/// Refuses a `--tolerance` that nothing can keep.
+/// Refuses a `--tolerance` that is not positive.
 fn check_tolerance(tolerance_mm: Option<f64>) -> Result<()> {
     match tolerance_mm.filter(|tolerance| *tolerance <= 0.0) {
         Some(tolerance) => Err(Error::argument("--tolerance", format!("must be greater than 0, got {tolerance}"))),
@@ -195,12 +196,12 @@ fn check_tolerance(tolerance_mm: Option<f64>) -> Result<()> {
     }
 }
 
-/// One number.
+/// Parses one number.
 fn number(text: &str) -> std::result::Result<f64, String> {
     numbers::<1>(text).map(|[value]| value)
 }
 
-/// Any number of comma-separated numbers.
+/// Parses any number of comma-separated numbers.
 fn any_numbers(text: &str) -> std::result::Result<Vec<f64>, String> {
     text.split(',').map(number).collect()
 }

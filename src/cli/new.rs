@@ -31,6 +31,7 @@ pub struct NewArguments {
 
 const README: &str = include_str!("templates/README.md");
 
+/// Runs `kinetostat new`: writes a study folder to start from.
 pub fn new(arguments: &NewArguments) -> Result<Ending> {
     let folder = &arguments.name;
     let name = study_name(folder)?;
@@ -57,19 +58,20 @@ pub fn new(arguments: &NewArguments) -> Result<Ending> {
     Ok(Ending::Complete)
 }
 
-/// Names that Windows keeps for devices, in any case and with anything behind a dot.
+/// Device names of Windows, reserved in any case and with any extension.
 const DEVICES: [&str; 4] = ["con", "prn", "aux", "nul"];
-/// The same, followed by a digit.
+/// Device names of Windows that are followed by a digit.
 const NUMBERED_DEVICES: [&str; 2] = ["com", "lpt"];
 
+/// Returns whether `name` is reserved for a device on Windows.
 fn is_device(name: &str) -> bool {
     let stem = name.split('.').next().unwrap_or_default().to_ascii_lowercase();
     let is_numbered = |device: &&str| matches!(stem.strip_prefix(*device).map(str::as_bytes), Some([digit]) if digit.is_ascii_digit());
     DEVICES.contains(&stem.as_str()) || NUMBERED_DEVICES.iter().any(is_numbered)
 }
 
-/// The last part of `folder`: it names results, on any system, so it is made of letters, digits, `_`, `-` and `.`, begins
-/// with none of the last two, does not end with a dot and is no device of Windows.
+/// Returns the last part of `folder`, the study's name, if it is valid on any system: letters, digits, `_`, `-` and `.`, not beginning with
+/// the last two, not ending with a dot, and no device of Windows.
 fn study_name(folder: &Path) -> Result<&str> {
     let name = folder.file_name().and_then(|name| name.to_str()).unwrap_or_default();
     let is_plain = |c: char| c.is_ascii_alphanumeric() || "_-.".contains(c);

@@ -19,7 +19,7 @@ pub struct OnMachine {
     pub machine: String,
     /// Lock a drive at a position, mm or degrees as a pendant shows it: one that the task does not need (a rail), or one under the
     /// workpiece; repeatable
-    #[arg(long, value_parser = setting, value_name = "DRIVE=VALUE")]
+    #[arg(long, value_parser = parse_setting, value_name = "DRIVE=VALUE")]
     pub lock: Vec<Setting>,
     /// Branch on which an arm with a spherical wrist is to stand [default: the one of home, and others where it does not reach]
     #[arg(long, value_parser = choice::branch())]
@@ -30,22 +30,22 @@ pub struct OnMachine {
 }
 
 impl OnMachine {
-    /// The machine, its drives locked.
+    /// Returns the machine with its drives locked.
     pub fn machine(&self) -> Result<Machine> {
-        locked(&machine(&self.machine, &[], self.branch)?.machine()?, &self.lock)
+        lock_drives(&machine(&self.machine, &[], self.branch)?.machine()?, &self.lock)
     }
 
-    /// The process on this machine.
+    /// Reads the process on this machine.
     pub fn process(&self) -> Result<Process> {
         Process::open(&self.process, &self.machine()?)
     }
 }
 
-/// Name and value.
+/// Name and value of a parameter or drive.
 pub type Setting = (String, f64);
 
-/// One setting, as the command line gives it.
-pub fn setting(text: &str) -> std::result::Result<Setting, String> {
+/// Parses one setting, NAME=VALUE.
+pub fn parse_setting(text: &str) -> std::result::Result<Setting, String> {
     let Some((name, value)) = text.rsplit_once('=') else {
         return Err(format!("\"{text}\" is not of the form NAME=VALUE"));
     };
@@ -53,12 +53,12 @@ pub fn setting(text: &str) -> std::result::Result<Setting, String> {
     Ok((name.trim().into(), value))
 }
 
-/// The machine called so, or of this file, with these numbers and on this branch.
+/// Returns the machine called `name`, or of this file, with these parameters and on this branch.
 pub fn machine(name: &str, settings: &[Setting], branch: Option<Branch>) -> Result<Geometry> {
     let geometry = Geometry::named_or_file(name)?;
     let geometry = match settings {
         [] => geometry,
-        some => geometry.with_parameters(some).map_err(|error| named(error, "--set"))?,
+        some => geometry.with_parameters(some).map_err(|error| with_option(error, "--set"))?,
     };
     match branch {
         Some(branch) => geometry.on_branch(branch).map_err(|error| match error {
@@ -69,13 +69,13 @@ pub fn machine(name: &str, settings: &[Setting], branch: Option<Branch>) -> Resu
     }
 }
 
-/// The machine with these drives locked, mm or degrees.
-pub fn locked(machine: &Machine, settings: &[Setting]) -> Result<Machine> {
-    machine.with_locked_drives(settings).map_err(|error| named(error, "--lock"))
+/// Returns the machine with these drives locked, mm or degrees.
+pub fn lock_drives(machine: &Machine, settings: &[Setting]) -> Result<Machine> {
+    machine.with_locked_drives(settings).map_err(|error| with_option(error, "--lock"))
 }
 
-/// What is wrong with a name given to `option`.
-fn named(error: Error, option: &str) -> Error {
+/// Returns `error` with the name of the option that caused it.
+fn with_option(error: Error, option: &str) -> Error {
     match error {
         Error::Argument { argument, problem } => Error::argument(option, format!("{argument}: {problem}")),
         other => other,

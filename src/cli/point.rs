@@ -1,11 +1,11 @@
-//! `kinetostat point`: one location, solved and explained.
+//! `kinetostat point`: solves one location and explains it.
 
 use clap::{ArgGroup, Args};
 use kinetostat::{
     compensation::Target,
     input::error::{Error, Result},
     inspect::point::{
-        Place, PointLoad, PointQuestion,
+        NominalCommand, PointLoad, PointQuestion,
         report::{point_json, point_text, unreachable_json},
         solve,
     },
@@ -75,11 +75,11 @@ pub struct PointArguments {
     #[arg(long, alias = "assembly", value_parser = any_numbers, allow_hyphen_values = true, value_name = "DEG,DEG,…")]
     chain_errors: Option<std::vec::Vec<f64>>,
     /// Another number of the machine, by its name (kinetostat machines NAME --parameters), or an error of a chain; repeatable
-    #[arg(long, value_parser = on_machine::setting, value_name = "NAME=VALUE")]
+    #[arg(long, value_parser = on_machine::parse_setting, value_name = "NAME=VALUE")]
     set: Vec<Setting>,
     /// Lock a drive at a position, mm or degrees as a pendant shows it: one that the task does not need (a rail), or one under the
     /// workpiece; repeatable
-    #[arg(long, value_parser = on_machine::setting, value_name = "DRIVE=VALUE")]
+    #[arg(long, value_parser = on_machine::parse_setting, value_name = "DRIVE=VALUE")]
     lock: Vec<Setting>,
     /// Compensate the platform point P instead of the tool tip
     #[arg(long)]
@@ -92,6 +92,7 @@ pub struct PointArguments {
     json: bool,
 }
 
+/// Runs `kinetostat point`: solves one location and prints the result as text or JSON.
 pub fn point(arguments: &PointArguments) -> Result<Ending> {
     let changed = on_machine::machine(&arguments.machine, &arguments.set, arguments.branch)?.machine()?;
     let set_errors = changed.parameter_errors();
@@ -99,9 +100,9 @@ pub fn point(arguments: &PointArguments) -> Result<Ending> {
         return Err(Error::argument("--set", "errors of chains are given by --chain-errors or by --set, not by both"));
     }
     let machine = if set_errors.is_empty() { changed } else { changed.nominal()? };
-    let machine = on_machine::locked(&machine, &arguments.lock)?;
-    let place = place(arguments, &machine)?;
-    let chain_errors_deg = chain_errors(arguments, &machine)?;
+    let machine = on_machine::lock_drives(&machine, &arguments.lock)?;
+    let place = commanded_place(arguments, &machine)?;
+    let chain_errors_deg = checked_chain_errors(arguments, &machine)?;
     let errors = if set_errors.is_empty() { machine.assembly_errors(&chain_errors_deg) } else { set_errors };
     if arguments.platform && machine.tool_compliance.is_some() {
         let problem =
@@ -112,7 +113,7 @@ pub fn point(arguments: &PointArguments) -> Result<Ending> {
         machines: Machines::new(&machine, &errors)?,
         errors,
         place,
-        load: load(arguments),
+        load: requested_load(arguments),
         target: match (arguments.platform, arguments.full_pose) {
             (true, _) => Target::PlatformPoint,
             (_, true) => Target::FullPose,
@@ -144,7 +145,7 @@ pub fn point(arguments: &PointArguments) -> Result<Ending> {
     Ok(Ending::of(answer.loaded.status == Status::Solved && answer.compensated.is_ok()))
 }
 
-/// What `--set` changed, among what is told of the question.
+/// Returns `json` with the parameters that `--set` changed.
 fn with_settings(mut json: Value, arguments: &PointArguments) -> Value {
     if !arguments.set.is_empty() {
         json["set"] = arguments.set.iter().cloned().collect();
@@ -152,10 +153,11 @@ fn with_settings(mut json: Value, arguments: &PointArguments) -> Value {
     json
 }
 
-fn place(arguments: &PointArguments, machine: &Machine) -> Result<Place> {
+/// Returns the command that the arguments give: a pose, drive positions, a position or a named point.
+fn commanded_place(arguments: &PointArguments, machine: &Machine) -> Result<NominalCommand> {
     if let Some([x, y, z, roll, pitch, yaw]) = arguments.pose {
         let turned = Pose::from_roll_pitch_yaw(Vector3::new(roll, pitch, yaw).map(f64::to_radians));
-        return Ok(Place::Pose(Pose { translation: Vector3::new(x, y, z), ..turned }));
+        return Ok(NominalCommand::Pose(Pose { translation: Vector3::new(x, y, z), ..turned }));
     }
     if let Some(joints) = &arguments.joints {
         let count = machine.drive_count();
@@ -171,27 +173,28 @@ fn place(arguments: &PointArguments, machine: &Machine) -> Result<Place> {
             let problem = format!(
                 "drive {} is locked at {}, got {}",
                 machine.drive_labels()[locked],
-                motion.position_words(motion.shown(at)),
+                motion.position_words(motion.to_shown(at)),
                 motion.position_words(joints[locked])
             );
             return Err(Error::argument("--joints", problem));
         }
-        return Ok(Place::Drives(drives));
+        return Ok(NominalCommand::Drives(drives));
     }
     if let Some(position) = arguments.position {
-        return Ok(Place::Position(position.into()));
+        return Ok(NominalCommand::Position(position.into()));
     }
     let name = arguments.at.as_deref().unwrap_or_default();
     let known = machine.points.iter().map(|p| p.name.as_str()).collect::<Vec<_>>().join(", ");
     let problem = format!("machine {} has no point \"{name}\"; there are: {known}", machine.name);
     let point = machine.point(name).ok_or_else(|| Error::argument("--at", problem))?;
-    Ok(Place::Position(point.position))
+    Ok(NominalCommand::Position(point.position))
 }
 
-fn chain_errors(arguments: &PointArguments, machine: &Machine) -> Result<Vec<f64>> {
+/// Returns the chain errors of `--chain-errors`, degrees; zeros if not given.
+fn checked_chain_errors(arguments: &PointArguments, machine: &Machine) -> Result<Vec<f64>> {
     let count = machine.chains.len();
     let Some(angles) = &arguments.chain_errors else { return Ok(vec![0.0; count]) };
-    let problem = match angles.iter().find_map(|angle| ChainError::too_large(angle.to_radians())) {
+    let problem = match angles.iter().find_map(|angle| ChainError::rotation_problem(angle.to_radians())) {
         _ if angles.len() != count => {
             format!("expected {count} angles, one per chain of {}, got {}", machine.name, angles.len())
         }
@@ -201,7 +204,8 @@ fn chain_errors(arguments: &PointArguments, machine: &Machine) -> Result<Vec<f64
     Err(Error::argument("--chain-errors", problem))
 }
 
-fn load(arguments: &PointArguments) -> PointLoad {
+/// Returns the load of the arguments: a wrench, a milling force, or none.
+fn requested_load(arguments: &PointArguments) -> PointLoad {
     let [radial, tangential, axial] = arguments.force;
     match (arguments.wrench, arguments.phi) {
         (Some(wrench), _) => PointLoad::Wrench(Wrench::new(wrench)),

@@ -1,5 +1,4 @@
-//! How far a long computation is: a bar with rate and time left on a terminal, or lines of JSON for programs that
-//! watch; the warning that next to nothing is solved.
+//! Progress of a long computation: a bar on a terminal, or lines of JSON for programs that watch; and the warning that hardly any point is solved.
 
 use std::{
     io::{IsTerminal, Write},
@@ -15,7 +14,7 @@ use kinetostat::{
 };
 use serde_json::{Value, json};
 
-/// `--progress`.
+/// Form of the progress display, `--progress`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Form {
     /// A bar where standard error is a terminal
@@ -26,51 +25,51 @@ pub enum Form {
     None,
 }
 
-/// Where so many items are computed, or fewer in this time, and this share of them or more has no answer, that is said while
-/// there is time to stop.
+/// Numbers of computed items and time after which a warning is given if this share of them has no solution: many items, or few in a long time.
 const ENOUGH_TO_TELL: usize = 32;
 const FEW: usize = 4;
 const LONG: Duration = Duration::from_secs(3);
 const HOPELESS: f64 = 0.9;
 
-/// Time between two lines of JSON, and between two of the log.
+/// Time between two lines of JSON, and between two lines of the log.
 const JSON_INTERVAL: Duration = Duration::from_millis(500);
 const LOG_INTERVAL: Duration = Duration::from_secs(10);
 
-/// Items done of a computation, or of the stage it is in.
+/// Counts and reports the items done of a computation, or of its current stage.
 pub struct Progress {
     bar: ProgressBar,
     form: Form,
     is_quiet: bool,
     study: String,
-    /// What is counted.
+    /// Name of the items, in the plural.
     of: String,
     total: usize,
     state: Mutex<State>,
 }
 
+/// Counters of a computation and times of its reports.
 struct State {
     computed: usize,
     kept: usize,
     unsolved: usize,
-    /// Whether it was said that next to nothing is solved.
+    /// Whether the warning that hardly any point is solved was given.
     is_warned: bool,
-    /// Since when, and from how many computed items on, the rate is measured.
+    /// Time and number of computed items from which the rate is measured.
     rate_from: (Instant, usize),
     best: Option<f64>,
-    /// The stage after the first, and how many of its items are done.
+    /// Stage after the first, and the number of its items done.
     stage: Option<(Stage, usize)>,
     json_at: Instant,
     logged_at: Instant,
 }
 
 impl Progress {
-    /// Of `total` items that are called `of`, 0 where that is not known; `is_quiet` where nothing is to be said but errors.
+    /// Starts the progress of `total` items called `of`, 0 where the number is unknown; `is_quiet` suppresses all but errors.
     pub fn start((form, is_quiet): (Form, bool), study: &str, total: usize, of: &str) -> Self {
         let is_drawn = form == Form::Auto && std::io::stderr().is_terminal();
         let target = if is_drawn { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
         let bar = ProgressBar::with_draw_target(Some(total as u64), target);
-        let bar = match style(of, total > 0) {
+        let bar = match bar_style(of, total > 0) {
             Some(style) => bar.with_style(style),
             None => bar,
         };
@@ -96,12 +95,13 @@ impl Progress {
         progress
     }
 
+    /// Locks the counters.
     fn state(&self) -> MutexGuard<'_, State> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Takes note of an event.
-    pub fn tell(&self, event: Event) {
+    /// Counts an event, and reports progress if it is time to.
+    pub fn record(&self, event: Event) {
         let mut state = self.state();
         match event {
             Event::Computed(items) => {
@@ -120,7 +120,7 @@ impl Progress {
                 // What was sought before leads back to what was to be computed.
                 let is_first = stage.of == self.of && stage.items == self.total;
                 state.stage = (!is_first).then_some((stage, 0));
-                if let Some(style) = style(stage.of, true) {
+                if let Some(style) = bar_style(stage.of, true) {
                     self.bar.set_style(style);
                 }
                 self.bar.set_length(stage.items as u64);
@@ -160,19 +160,19 @@ impl Progress {
         let now = Instant::now();
         if self.form == Form::Json && now - state.json_at >= JSON_INTERVAL {
             state.json_at = now;
-            self.line(self.report(&state));
+            self.line(self.progress_json(&state));
         }
         if now - state.logged_at >= LOG_INTERVAL {
             state.logged_at = now;
-            let report = self.report(&state);
+            let report = self.progress_json(&state);
             let shown = |key: &str| report[key].as_f64().map_or("?".into(), |value| format!("{value:.1}"));
-            let (done, total, of) = self.counted(&state);
+            let (done, total, of) = self.done_of_total(&state);
             let (rate, left) = (shown("per_second"), shown("seconds_left"));
             log::info!("{}: {done} of {total} {of}, {rate} per second, {left} s left", self.study);
         }
     }
 
-    /// Says once, on standard error, that next to nothing is solved.
+    /// Warns once, on standard error, if hardly any point is solved.
     fn warn_if_hopeless(&self, state: &mut State) {
         let (unsolved, computed) = (state.unsolved, state.computed);
         let is_slow = computed >= FEW && state.rate_from.0.elapsed() >= LONG;
@@ -185,7 +185,7 @@ impl Progress {
         self.warn(&text);
     }
 
-    /// On standard error, for readers or for programs that watch, and in the log.
+    /// Writes a warning to standard error, for readers or as JSON, and to the log.
     fn warn(&self, text: &str) {
         log::warn!("{text}");
         match self.form {
@@ -195,16 +195,17 @@ impl Progress {
         }
     }
 
-    /// Items done, of how many, and what they are called, in the present stage.
-    fn counted(&self, state: &State) -> (usize, usize, &str) {
+    /// Returns items done, their total and their name in the current stage.
+    fn done_of_total(&self, state: &State) -> (usize, usize, &str) {
         match state.stage {
             Some((stage, done)) => (done, stage.items, stage.of),
             None => (state.computed + state.kept, self.total, &self.of),
         }
     }
 
-    fn report(&self, state: &State) -> Value {
-        let (done, total, of) = self.counted(state);
+    /// Returns the progress as JSON.
+    fn progress_json(&self, state: &State) -> Value {
+        let (done, total, of) = self.done_of_total(state);
         let (since, before) = state.rate_from;
         let (seconds, computed) = (since.elapsed().as_secs_f64(), state.computed - before);
         let rate = (computed > 0 && seconds > 0.0).then(|| computed as f64 / seconds);
@@ -227,17 +228,17 @@ impl Progress {
         report
     }
 
-    /// Work that tells of itself here, and that nothing stops.
+    /// Returns work that reports to this progress and that nothing stops.
     pub fn work(self: &Arc<Self>) -> Work {
         let watcher = Arc::clone(self);
-        Work::new(None, Arc::default(), Box::new(move |event| watcher.tell(event)))
+        Work::new(None, Arc::default(), Box::new(move |event| watcher.record(event)))
     }
 
-    /// The computation is over, or was stopped; how many items are done of how many, in words.
+    /// Ends the display; returns how many items were done of how many, in words.
     pub fn end(&self) -> String {
         self.bar.finish_and_clear();
         let state = self.state();
-        self.line(self.report(&state));
+        self.line(self.progress_json(&state));
         let done = state.computed + state.kept;
         let first = match self.total {
             0 => format!("{done} {}", self.of),
@@ -249,7 +250,7 @@ impl Progress {
         }
     }
 
-    /// A line for programs that watch. One that does not read any more is no fault of the computation.
+    /// Writes a line of JSON for programs that watch. A failure to write is ignored.
     pub fn line(&self, value: Value) {
         if self.form == Form::Json {
             let _ = writeln!(std::io::stderr().lock(), "{}", visible_json(&value.to_string()));
@@ -257,8 +258,8 @@ impl Progress {
     }
 }
 
-/// Of items called `of`, of which it may not be known how many there are.
-fn style(of: &str, is_counted: bool) -> Option<ProgressStyle> {
+/// Returns the style of a bar of items called `of`; `is_counted` if their number is known.
+fn bar_style(of: &str, is_counted: bool) -> Option<ProgressStyle> {
     let style = ProgressStyle::with_template(&match is_counted {
         true => format!("{{bar:30}} {{human_pos}} of {{human_len}} {of}, {{rate}}, {{eta}} left {{msg}}"),
         false => format!("{{human_pos}} {of}, {{rate}} {{msg}}"),

@@ -8,7 +8,7 @@ use std::{
 
 use clap::Args;
 use kinetostat::{
-    files::{Foreign, OutputFile, may_replace, prepare_beside, write_beside},
+    files::{Foreign, OutputFile, check_may_replace, prepare_beside, write_beside},
     input::error::{Error, Result},
     page::{GENERATOR, PAGE, ResultFolder, comparison, page},
 };
@@ -40,6 +40,7 @@ pub struct ReportArguments {
     pub(super) tolerance: Option<f64>,
 }
 
+/// Runs `kinetostat report`: writes the page of one result folder, or one that compares several.
 pub fn report(arguments: &ReportArguments) -> Result<Ending> {
     super::check_tolerance(arguments.tolerance)?;
     if arguments.tolerance.is_some() && arguments.results.len() < 2 {
@@ -57,16 +58,16 @@ pub fn report(arguments: &ReportArguments) -> Result<Ending> {
     })
 }
 
-/// Writes the page that is `made` as `out`, in place of one that this program wrote, or of anything with `--force`.
+/// Writes the page that `made` returns as `out`, in place of a page of this program, or of anything with `--force`.
 pub(super) fn write_page(out: &Path, force: bool, made: impl FnOnce() -> Result<String>) -> Result<Ending> {
     let name = prepare_beside(out)?;
-    may_replace(out, Foreign::forced(force), || is_page(out))?;
+    check_may_replace(out, Foreign::forced(force), || is_page(out))?;
     write_beside(out, vec![OutputFile::new(name, made()?)])?;
     print(&format!("Written to {}\n", out.display()))?;
     Ok(Ending::Complete)
 }
 
-/// Whether `file` is a page that this program wrote: it says so.
+/// Returns whether `file` is a page that this program wrote.
 fn is_page(file: &Path) -> bool {
     let mut begin = Vec::new();
     let read = File::open(file).and_then(|file| file.take(1024).read_to_end(&mut begin));

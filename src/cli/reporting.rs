@@ -1,4 +1,4 @@
-//! What a long command tells where: `--quiet`, `--progress`, `--log`; what Ctrl-C sets.
+//! Output options of long commands (`--quiet`, `--progress`, `--log`), and what Ctrl-C does.
 
 use std::{
     fs::{File, OpenOptions},
@@ -13,7 +13,7 @@ use std::{
 use clap::Args;
 use env_logger::{Builder, Target};
 use kinetostat::{
-    files::{Foreign, may_replace, visible},
+    files::{Foreign, check_may_replace, visible},
     input::error::{Error, Result},
     page::PAGE,
 };
@@ -43,10 +43,10 @@ pub struct Reporting {
 }
 
 impl Reporting {
-    /// Opens the log, if there is to be one.
+    /// Opens the log file, if one is requested.
     pub fn start_log(&self) -> Result<()> {
         let Some(file) = &self.log else { return Ok(()) };
-        may_replace(file, Foreign::Kept, || is_log(file))?;
+        check_may_replace(file, Foreign::Kept, || is_log(file))?;
         let opened = OpenOptions::new().create(true).append(true).open(file);
         let opened = opened.map_err(|source| Error::Write { file: file.clone(), source })?;
         let mut builder = Builder::new();
@@ -60,22 +60,22 @@ impl Reporting {
         Ok(())
     }
 
-    /// Prints `text`, unless the command is to be quiet.
+    /// Prints `text` unless the command is quiet.
     pub fn print(&self, text: &str) -> Result<()> {
         if self.quiet { Ok(()) } else { super::print(text) }
     }
 
-    /// Prints `text`, already visible, with its styles, unless the command is to be quiet.
+    /// Prints `text`, already visible, with its styles, unless the command is quiet.
     pub fn print_styled(&self, text: &str) -> Result<()> {
         if self.quiet { Ok(()) } else { super::print_styled(text) }
     }
 
-    /// Whether everything is wanted that there is to say.
+    /// Returns whether everything is to be printed.
     pub fn is_verbose(&self) -> bool {
         self.verbose
     }
 
-    /// Prints where `files` were written: each of them where everything is wanted, else the folder `out` and its page, if it has one.
+    /// Prints where `files` were written: each of them if verbose, else the folder `out` and its page, if it has one.
     pub fn print_written(&self, out: &Path, files: &[PathBuf], has_page: bool) -> Result<()> {
         let shown = out.display();
         self.print(&match (self.verbose, has_page) {
@@ -89,7 +89,7 @@ impl Reporting {
         })
     }
 
-    /// Whether the command was stopped already, which it says.
+    /// Returns whether the command was already stopped, and prints that.
     pub fn is_stopped(&self) -> Result<bool> {
         let is_stopped = stop_flag()?.load(Ordering::Relaxed);
         if is_stopped {
@@ -98,14 +98,14 @@ impl Reporting {
         Ok(is_stopped)
     }
 
-    /// The progress of `total` items called `of`.
+    /// Starts the progress of `total` items called `of`.
     pub fn progress(&self, study: &str, total: usize, of: &str) -> Arc<Progress> {
         let form = if self.quiet && self.progress == Form::Auto { Form::None } else { self.progress };
         Arc::new(Progress::start((form, self.quiet), study, total, of))
     }
 }
 
-/// Whether `file` is empty or begins as a log of this program does.
+/// Returns whether `file` is empty or begins as a log of this program does.
 fn is_log(file: &Path) -> bool {
     let mut begin = Vec::new();
     let read = File::open(file).and_then(|file| file.take(200).read_to_end(&mut begin));
@@ -113,12 +113,13 @@ fn is_log(file: &Path) -> bool {
     read.is_ok() && (line.is_empty() || line.starts_with('[') && line.contains("] kinetostat "))
 }
 
+/// Flags that Ctrl-C sets, and whether it ends the program at once.
 struct Signals {
     stop: Arc<AtomicBool>,
     at_once: Arc<AtomicBool>,
 }
 
-/// What Ctrl-C, or a polite request to end, sets, from the first call on.
+/// Returns the flags of Ctrl-C and SIGTERM, which are registered at the first call.
 fn signals() -> Result<&'static Signals> {
     static SIGNALS: OnceLock<Signals> = OnceLock::new();
     if let Some(signals) = SIGNALS.get() {
@@ -135,13 +136,12 @@ fn signals() -> Result<&'static Signals> {
     Ok(SIGNALS.get_or_init(|| signals))
 }
 
-/// A flag that Ctrl-C, or a polite request to end, sets; a second one ends the program at once. A hang-up is left alone: a
-/// run that is begun with `nohup` goes on.
+/// Returns the flag that Ctrl-C or SIGTERM sets; a second signal ends the program at once. SIGHUP is not handled: `nohup` keeps a run going.
 pub fn stop_flag() -> Result<Arc<AtomicBool>> {
     Ok(Arc::clone(&signals()?.stop))
 }
 
-/// Lets the first signal end the program, in a command that has nothing to go on with later.
+/// Makes the first signal end the program, in a command that cannot be resumed.
 pub fn stop_at_once() -> Result<()> {
     let signals = signals()?;
     signals.at_once.store(true, Ordering::SeqCst);

@@ -1,5 +1,4 @@
-//! What the commands that leave result folders have in common: their options, a study run into its folder, what is told
-//! of it.
+//! Shared parts of the commands that write result folders: their options, running a study into its folder, and reporting it.
 
 use std::{path::PathBuf, sync::Arc, time::Instant};
 
@@ -7,9 +6,9 @@ use clap::Args;
 use kinetostat::{
     figures::Colours,
     files::exchange::Format,
-    input::error::{Error, Result, Way},
+    input::error::{Error, Remedy, Result},
     questions::{Overrides, Study},
-    run::{Begin, BegunRun, Finished, FolderRun, RunOptions},
+    run::{BegunRun, FinishedRun, FolderRun, RunOptions, Start},
 };
 use rayon::ThreadPool;
 use serde_json::json;
@@ -52,21 +51,23 @@ pub struct Writing {
 }
 
 impl Computing {
-    pub fn begin(&self) -> Begin {
+    /// Returns whether to resume a run, restart it, or begin a new one.
+    pub fn begin(&self) -> Start {
         match (self.resume, self.restart) {
-            (true, _) => Begin::Resume,
-            (_, true) => Begin::Restart,
-            _ => Begin::New,
+            (true, _) => Start::Resume,
+            (_, true) => Start::Restart,
+            _ => Start::New,
         }
     }
 
+    /// Creates the thread pool of the computation.
     pub fn pool(&self) -> Result<ThreadPool> {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(self.threads.map_or(0, usize::from)).build();
         pool.map_err(|e| Error::argument("--threads", e.to_string()))
     }
 
-    /// Says that `study` was stopped after `done`, or failed; `is_kept` where a failed one can be gone on with.
-    pub fn tell_unfinished(
+    /// Reports that `study` was stopped after `done`, or failed; `is_kept` if a failed run can be resumed.
+    pub fn report_unfinished(
         &self,
         study: &Study,
         (progress, done): (&Progress, &str),
@@ -91,6 +92,7 @@ impl Computing {
 }
 
 impl Writing {
+    /// Returns the options of a run: formats, figures, colours, and how to begin.
     pub fn options(&self, computing: &Computing) -> RunOptions {
         RunOptions {
             formats: self.format.clone(),
@@ -102,30 +104,30 @@ impl Writing {
     }
 }
 
-/// An error of the library in words of the command line.
-pub fn in_options(error: Error) -> Error {
+/// Returns an error of the library in words of the command line.
+pub fn as_option_error(error: Error) -> Error {
     match error {
         Error::Value { file, key, problem } if file == Overrides::ORIGIN => {
             Error::argument(format!("--{key}"), problem)
         }
-        Error::Resume { file, problem, way } => {
-            let problem = match way {
-                Way::ResumeOrRestart => format!("{problem}; --resume goes on, --restart begins anew"),
-                Way::Restart => format!("{problem}; --restart begins anew"),
-                Way::Elsewhere => problem,
+        Error::Resume { file, problem, remedy } => {
+            let problem = match remedy {
+                Remedy::ResumeOrRestart => format!("{problem}; --resume goes on, --restart begins anew"),
+                Remedy::Restart => format!("{problem}; --restart begins anew"),
+                Remedy::Elsewhere => problem,
             };
-            Error::Resume { file, problem, way }
+            Error::Resume { file, problem, remedy }
         }
         other => other,
     }
 }
 
-/// The folder for the results of `study`: `out`, if it is given.
-pub fn folder(out: Option<&PathBuf>, study: &Study) -> PathBuf {
+/// Returns the folder for the results of `study`: `out`, if it is given.
+pub fn result_folder(out: Option<&PathBuf>, study: &Study) -> PathBuf {
     out.cloned().unwrap_or_else(|| PathBuf::from("results").join(&study.name))
 }
 
-/// Computes the study of `run` as `begin` does, and says what it has found.
+/// Computes the study of `run`, begun by `begin`, and prints its results.
 pub fn run_study<'a>(
     computing: &Computing,
     writing: &Writing,
@@ -134,31 +136,31 @@ pub fn run_study<'a>(
 ) -> Result<Ending> {
     let (study, started) = (run.study(), Instant::now());
     let pool = computing.pool()?;
-    let begun = begin().map_err(in_options)?;
+    let begun = begin().map_err(as_option_error)?;
     computing.reporting.print(&format!("{}\n\n", study.question))?;
     let (total, of) = study.kind.items();
     let progress = computing.reporting.progress(&study.name, total, of);
     let (watcher, stop) = (Arc::clone(&progress), stop_flag()?);
-    let ended = pool.install(|| begun.run(stop, move |event| watcher.tell(event)));
+    let ended = pool.install(|| begun.run(stop, move |event| watcher.record(event)));
     let done = progress.end();
     match ended {
         Ok(finished) => {
             let seconds = started.elapsed().as_secs_f64();
-            tell_answer(&computing.reporting, writing, run, &finished, seconds)?;
+            print_result(&computing.reporting, writing, run, &finished, seconds)?;
             let threads = pool.current_num_threads();
-            tell(&progress, run, &finished, (seconds, threads));
+            log_finished(&progress, run, &finished, (seconds, threads));
             Ok(Ending::of(finished.is_complete))
         }
-        Err(error) => computing.tell_unfinished(study, (&progress, &done), run.is_unfinished(), error),
+        Err(error) => computing.report_unfinished(study, (&progress, &done), run.is_unfinished(), error),
     }
 }
 
-/// The answer at a glance and where more of it stands; all of it where everything is wanted.
-fn tell_answer(
+/// Prints the main result and where the rest is; everything if verbose.
+fn print_result(
     reporting: &Reporting,
     writing: &Writing,
     run: &FolderRun<'_>,
-    finished: &Finished,
+    finished: &FinishedRun,
     seconds: f64,
 ) -> Result<()> {
     reporting.print_styled(&headline::words(&finished.headline, &format!("{seconds:.1} s")))?;
@@ -174,8 +176,8 @@ fn tell_answer(
     Ok(())
 }
 
-/// The end of the run for the log and for programs that watch.
-fn tell(progress: &Progress, run: &FolderRun<'_>, finished: &Finished, (seconds, threads): (f64, usize)) {
+/// Reports the end of the run to the log and to programs that watch.
+fn log_finished(progress: &Progress, run: &FolderRun<'_>, finished: &FinishedRun, (seconds, threads): (f64, usize)) {
     let (study, out, statuses) = (run.study(), run.out(), &finished.statuses);
     let counts: Vec<String> = statuses.iter().map(|count| format!("{} {}", count.rows, count.status)).collect();
     log::info!(

@@ -1,5 +1,4 @@
-//! `kinetostat run`: computes a study and writes its tables, figures and page; with --part, one part of it, for others to be computed
-//! elsewhere.
+//! `kinetostat run`: computes a study and writes its tables, figures and page; with --part, one part of it, for `merge`.
 
 use std::{
     path::{Path, PathBuf},
@@ -17,7 +16,7 @@ use kinetostat::{
     questions::{Overrides, Study},
     run::{
         FolderRun,
-        parts::{Opened, PartInFolder, PartOptions},
+        parts::{PartInFolder, PartOptions, StudySource},
     },
     work::share::Share,
 };
@@ -26,7 +25,7 @@ use serde_json::json;
 use super::{
     Ending, choice,
     reporting::stop_flag,
-    results::{Computing, Writing, folder, in_options, run_study},
+    results::{Computing, Writing, as_option_error, result_folder, run_study},
 };
 
 /// Compute a study: its tables, figures, a summary of its answer and a page that shows them.
@@ -53,7 +52,7 @@ pub struct RunArguments {
     #[arg(required = true)]
     studies: Vec<PathBuf>,
     /// Grid points along x,y,z, or one number for all, instead of the study's
-    #[arg(long, value_parser = grid, allow_hyphen_values = true)]
+    #[arg(long, value_parser = parse_grid, allow_hyphen_values = true)]
     grid: Option<[usize; 3]>,
     /// Points along the circle of a path study, instead of the study's
     #[arg(long)]
@@ -82,8 +81,8 @@ pub struct RunArguments {
     computing: Computing,
 }
 
-/// Counts along three axes, or one for all.
-pub(super) fn grid(text: &str) -> std::result::Result<[usize; 3], String> {
+/// Parses counts along three axes, or one for all.
+pub(super) fn parse_grid(text: &str) -> std::result::Result<[usize; 3], String> {
     let parse = |part: &str| part.trim().parse::<usize>().map_err(|_| format!("\"{part}\" is not a count"));
     match text.split(',').map(parse).collect::<std::result::Result<Vec<_>, _>>()?.as_slice() {
         [n] => Ok([*n; 3]),
@@ -92,6 +91,7 @@ pub(super) fn grid(text: &str) -> std::result::Result<[usize; 3], String> {
     }
 }
 
+/// Runs `kinetostat run`: computes studies, or one part of a study.
 pub fn run(arguments: &RunArguments) -> Result<Ending> {
     let RunArguments { computing, writing, .. } = arguments;
     computing.reporting.start_log()?;
@@ -111,11 +111,11 @@ pub fn run(arguments: &RunArguments) -> Result<Ending> {
         let [path] = arguments.studies.as_slice() else {
             return refuse("--part", format!("is of one study, got {}", arguments.studies.len()));
         };
-        let asked = AskedPart { path, overrides, share, round: arguments.round, out: arguments.out.as_deref() };
+        let asked = PartRequest { path, overrides, share, round: arguments.round, out: arguments.out.as_deref() };
         return compute_part(&asked, computing);
     }
     let opened = arguments.studies.iter().map(|path| Study::open(path, &overrides));
-    let studies: Vec<Study> = opened.collect::<Result<_>>().map_err(in_options)?;
+    let studies: Vec<Study> = opened.collect::<Result<_>>().map_err(as_option_error)?;
     for (i, study) in studies.iter().enumerate() {
         if studies[..i].iter().any(|other| other.name == study.name) {
             let problem = format!("two studies are called \"{}\" and would share a result folder", study.name);
@@ -125,16 +125,16 @@ pub fn run(arguments: &RunArguments) -> Result<Ending> {
     compute(&studies, arguments.out.as_ref(), (writing, computing))
 }
 
-/// Computes `studies`, one after another, into `out` or folders of their names.
+/// Computes `studies`, one after another, into the folder `out` or folders of their names.
 pub fn compute(
     studies: &[Study],
     out: Option<&PathBuf>,
     (writing, computing): (&Writing, &Computing),
 ) -> Result<Ending> {
     let options = writing.options(computing);
-    studies.iter().try_for_each(|study| study.check_formats(&options)).map_err(in_options)?;
-    let runs = studies.iter().map(|study| study.may_run_into(&folder(out, study), &options));
-    let runs: Vec<FolderRun<'_>> = runs.collect::<Result<_>>().map_err(in_options)?;
+    studies.iter().try_for_each(|study| study.check_formats(&options)).map_err(as_option_error)?;
+    let runs = studies.iter().map(|study| study.prepare_run(&result_folder(out, study), &options));
+    let runs: Vec<FolderRun<'_>> = runs.collect::<Result<_>>().map_err(as_option_error)?;
     if computing.reporting.is_stopped()? {
         return Ok(Ending::Stopped);
     }
@@ -149,9 +149,9 @@ pub fn compute(
     Ok(ending)
 }
 
-/// A part that is asked for.
-struct AskedPart<'a> {
-    /// The study.
+/// A part of a study to compute.
+struct PartRequest<'a> {
+    /// Path of the study.
     path: &'a Path,
     overrides: Overrides,
     share: Share,
@@ -159,12 +159,12 @@ struct AskedPart<'a> {
     out: Option<&'a Path>,
 }
 
-/// Computes a part and leaves its file.
-fn compute_part(asked: &AskedPart<'_>, computing: &Computing) -> Result<Ending> {
+/// Computes a part and writes its file.
+fn compute_part(asked: &PartRequest<'_>, computing: &Computing) -> Result<Ending> {
     let (share, round, started) = (asked.share, asked.round, Instant::now());
-    let study = Study::open(asked.path, &asked.overrides).map_err(in_options)?;
+    let study = Study::open(asked.path, &asked.overrides).map_err(as_option_error)?;
     let fault = |source| Error::Read { file: asked.path.to_path_buf(), source };
-    let opened = Opened { study: asked.path.canonicalize().map_err(fault)?, overrides: asked.overrides.clone() };
+    let opened = StudySource { study: asked.path.canonicalize().map_err(fault)?, overrides: asked.overrides.clone() };
     if round > 1 && !study.kind.goes_in_rounds() {
         let problem = format!("expected 1, got {round}: study {} is shared in one round", study.name);
         return Err(Error::argument("--round", problem));
@@ -182,9 +182,9 @@ fn compute_part(asked: &AskedPart<'_>, computing: &Computing) -> Result<Ending> 
     let progress = computing.reporting.progress(&name, own, "pieces");
     let (watcher, stop) = (Arc::clone(&progress), stop_flag()?);
     let watch = move |event| match event {
-        Event::Shard { is_kept: true } => watcher.tell(Event::Kept(1)),
-        Event::Shard { is_kept: false } => watcher.tell(Event::Computed(1)),
-        Event::Resumed { .. } => watcher.tell(event),
+        Event::Shard { is_kept: true } => watcher.record(Event::Kept(1)),
+        Event::Shard { is_kept: false } => watcher.record(Event::Computed(1)),
+        Event::Resumed { .. } => watcher.record(event),
         _ => {}
     };
     let ended = pool.install(|| study.part_into(share, &out, &options, stop, watch));
@@ -204,17 +204,17 @@ fn compute_part(asked: &AskedPart<'_>, computing: &Computing) -> Result<Ending> 
                 "threads": pool.current_num_threads(),
                 "file": part.file,
             }));
-            computing.reporting.print(&told(&study, asked, &out, &part, (pieces, seconds)))?;
+            computing.reporting.print(&part_report(&study, asked, &out, &part, (pieces, seconds)))?;
             Ok(Ending::Complete)
         }
-        Err(error) => computing.tell_unfinished(&study, (&progress, &done), false, error).map_err(in_options),
+        Err(error) => computing.report_unfinished(&study, (&progress, &done), false, error).map_err(as_option_error),
     }
 }
 
-/// What there is now, and what comes next.
-fn told(
+/// Returns the message about a computed part: its file, and the commands that come next.
+fn part_report(
     study: &Study,
-    asked: &AskedPart<'_>,
+    asked: &PartRequest<'_>,
     out: &Path,
     part: &PartInFolder,
     (pieces, seconds): (usize, f64),

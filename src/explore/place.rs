@@ -1,48 +1,48 @@
-//! What happens with the workpiece at a place.
+//! Evaluates the workpiece at a place.
 
 use serde::{Deserialize, Serialize};
 
-use super::{Explorer, Workpiece, check};
+use super::{Explorer, Workpiece, check_numbers};
 use crate::{
     input::error::{Error, Result},
     machine::Machine,
-    questions::placement::{Along, AlongPoint, Metric, Metrics, Site, is_angle, stride},
+    questions::placement::{Metric, Metrics, PlacePoint, PlaceResults, Site, is_angle, stride},
     simulation::Failure,
     spatial::Pose,
 };
 
-/// A place that is asked about.
+/// A place of the workpiece to evaluate.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct PlaceAsked {
+pub struct PlaceRequest {
     /// x, y, z in mm, yaw, pitch and roll in degrees.
     pub place: [f64; 6],
-    /// Most points to be looked at, about; all of them if not given.
+    /// About the largest number of points to evaluate; all points if not given.
     pub most: Option<usize>,
 }
 
-/// What happens there.
+/// Errors, metrics and feasibility of the workpiece at a place.
 #[derive(Debug, Clone, Serialize)]
-pub struct PlaceAnswer {
+pub struct PlaceResult {
     /// The place.
     pub place: [f64; 6],
-    /// One point of every so many was looked at; 1 where all were.
+    /// Every how many points one was evaluated; 1 for all.
     pub stride: usize,
     /// Columns of the workpiece's axes in O, and its origin, mm.
     pub workpiece: [[f64; 3]; 4],
-    /// The points of each feature.
+    /// Evaluated points of each feature.
     pub features: Vec<Vec<PointShown>>,
-    /// Why the workpiece cannot be cut here, if it cannot.
+    /// Reason why the place is infeasible, if it is.
     pub failure: Option<Failure>,
     /// Where the path leaves the machine's workspace box, if it does.
     pub outside_workspace: Option<Failure>,
-    /// What the place is judged by; where points were left out or cannot be cut, of the others.
+    /// Metrics of the place, over the evaluated and feasible points only.
     pub metrics: Vec<MetricShown>,
-    /// The objective, of all points.
+    /// Objective over all points; `None` if points were left out or the place is infeasible.
     pub objective: Option<f64>,
 }
 
-/// A point as it is shown: mm, degrees, N and N·mm.
+/// A point of a path in the units that pages show: mm, degrees, N and N·mm.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[allow(missing_docs, reason = "as in AlongPoint")]
 pub struct PointShown {
@@ -59,38 +59,38 @@ pub struct PointShown {
 /// A metric with its value.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct MetricShown {
-    /// Word used in study files.
+    /// Its word in study files.
     pub name: &'static str,
     /// In words.
     pub words: &'static str,
-    /// Empty for shares.
+    /// Unit; empty for shares.
     pub unit: &'static str,
-    /// Value.
+    /// Value in that unit.
     pub value: f64,
 }
 
 impl Explorer {
-    /// Looks at the workpiece at a place.
+    /// Evaluates the workpiece at a place.
     ///
     /// # Errors
-    /// There is no workpiece, or this is no place.
-    pub fn place(&self, asked: &PlaceAsked) -> Result<PlaceAnswer> {
+    /// There is no workpiece, or the place has an invalid number.
+    pub fn place(&self, asked: &PlaceRequest) -> Result<PlaceResult> {
         let Workpiece { study, evaluator } = self.workpiece()?;
-        let site = site(asked.place)?;
+        let site = site_from_shown(asked.place)?;
         let stride = asked.most.map_or(1, |most| stride(&study.features, most));
-        let Along { features, outcome, known } = evaluator.along(&site, stride);
+        let PlaceResults { features, outcome, known } = evaluator.solve_points(&site, stride);
         let (failure, outside_workspace, metrics) = match &outcome {
             Ok(evaluation) => (None, evaluation.outside_workspace.clone(), evaluation.metrics),
             Err(failure) => (Some(failure.clone()), None, known),
         };
         let is_whole = stride == 1 && failure.is_none();
-        let shown = |(points, job): (Vec<AlongPoint>, &crate::questions::placement::FeatureJob)| {
-            points.into_iter().map(|point| shown(point, job.machine())).collect()
+        let shown = |(points, job): (Vec<PlacePoint>, &crate::questions::placement::FeatureJob)| {
+            points.into_iter().map(|point| shown_point(point, job.machine())).collect()
         };
-        Ok(PlaceAnswer {
+        Ok(PlaceResult {
             place: asked.place,
             stride,
-            workpiece: columns(&study.workpiece(&site)),
+            workpiece: columns(&study.workpiece_pose(&site)),
             features: features.into_iter().zip(&study.features).map(shown).collect(),
             failure,
             outside_workspace,
@@ -99,25 +99,27 @@ impl Explorer {
         })
     }
 
+    /// Returns the workpiece of the scene, or an error if there is none.
     pub(super) fn workpiece(&self) -> Result<&Workpiece> {
         self.workpiece.as_ref().ok_or_else(|| Error::argument("place", "there is no workpiece in this scene"))
     }
 }
 
-/// A place from numbers as they are shown.
-pub(super) fn site(shown: [f64; 6]) -> Result<Site> {
-    check("place", "six numbers", &shown)?;
+/// Returns the site of a place in mm and degrees.
+pub(super) fn site_from_shown(shown: [f64; 6]) -> Result<Site> {
+    check_numbers("place", "six numbers", &shown)?;
     Ok(Site(std::array::from_fn(|i| if is_angle(i) { shown[i].to_radians() } else { shown[i] })))
 }
 
-/// Columns of the axes, and the origin.
+/// Returns the columns of a pose's axes, and its origin.
 pub(super) fn columns(pose: &Pose) -> [[f64; 3]; 4] {
     let column = |i: usize| pose.rotation.column(i).into_owned().into();
     [column(0), column(1), column(2), pose.translation.into()]
 }
 
-fn shown(point: AlongPoint, machine: &Machine) -> PointShown {
-    let positions = |values: Vec<f64>| super::tool::shown(machine, &values);
+/// Returns a point in the units that pages show.
+fn shown_point(point: PlacePoint, machine: &Machine) -> PointShown {
+    let positions = |values: Vec<f64>| super::tool::shown_values(machine, &values);
     PointShown {
         index: point.index,
         wanted: point.wanted_mm.into(),
@@ -130,6 +132,7 @@ fn shown(point: AlongPoint, machine: &Machine) -> PointShown {
     }
 }
 
+/// Returns all finite metrics in the units that pages show.
 fn shown_metrics(metrics: &Metrics, machine: &Machine) -> Vec<MetricShown> {
     let shown = |metric: Metric| {
         let value = metrics.get(metric).filter(|value| value.is_finite())?;

@@ -1,10 +1,10 @@
-//! What is explored: a machine, and the study of a workpiece's place with the files that it names.
+//! A scene to explore: a machine, and a placement study or a map with the files that it names.
 
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::study::{placement_of_path, written};
+use super::study::{placement_from_path, to_toml};
 use crate::{
     input::{
         Folder,
@@ -15,27 +15,27 @@ use crate::{
     toolpath::gcode::Dialect,
 };
 
-/// Most bytes of all files together: a page holds them.
+/// Most bytes of all files together, since a page holds them.
 const MOST_BYTES: usize = 2 << 20;
 
-/// A machine, and a workpiece on it.
+/// A machine to explore, and a workpiece or a map on it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Scene {
-    /// One of the files, also where it is a built-in machine.
+    /// Name of the machine's file in `files`, also for a built-in machine.
     pub machine: String,
-    /// Files by the names that the study has for them; those that are no text with their other bytes replaced.
+    /// Files by their names in the study, as text; other bytes are replaced.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub files: BTreeMap<String, String>,
-    /// A placement study or a map; without one there is a machine alone.
+    /// A placement study or a map; `None` for a machine alone.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub study: Option<String>,
-    /// The best place known.
+    /// Best place known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub best: Option<BestPlace>,
 }
 
-/// The best place that a study has found.
+/// The best place found by a study.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct BestPlace {
@@ -48,29 +48,29 @@ pub struct BestPlace {
 }
 
 impl Scene {
-    /// A machine alone: a built-in one, or else that of the file `name`, whose text is `toml`.
-    pub fn of_machine(name: &str, toml: Option<String>) -> Self {
-        let files = toml.map(|text| (name.to_string(), text)).into_iter().chain(built_in(name)).collect();
+    /// Creates a scene of a machine alone: a built-in one, or that of the file `name` with the text `toml`.
+    pub fn from_machine(name: &str, toml: Option<String>) -> Self {
+        let files = toml.map(|text| (name.to_string(), text)).into_iter().chain(built_in_file(name)).collect();
         Self { machine: name.into(), files, study: None, best: None }
     }
 
-    /// The machine and the workpiece of a study of a place or a path, the machine and the process of a map; `None` of other studies.
+    /// Creates a scene of a placement or path study (machine and workpiece) or of a map (machine and process); `None` for other studies.
     ///
     /// # Errors
-    /// A path whose workpiece cannot be put elsewhere (a line, or one that commands external axes), or files too long to be
-    /// taken along.
-    pub fn of_study(study: &Study) -> Result<Option<Self>> {
+    /// A path whose workpiece cannot be moved (a line, or one that commands external axes), or files that are too long together.
+    pub fn from_study(study: &Study) -> Result<Option<Self>> {
         let text = match &study.kind {
             StudyKind::Placement(..) => study.files.text.clone(),
-            StudyKind::Path(..) => placement_of_path(&study.files)?,
+            StudyKind::Path(..) => placement_from_path(&study.files)?,
             StudyKind::WorkspaceMap(map, _) => on_branch(&study.files.text, map.scene.machine.branch)?,
             #[cfg_attr(target_family = "wasm", allow(unreachable_patterns, reason = "pages have no others"))]
             _ => return Ok(None),
         };
-        Self::of_text(&text, &study.files.named).map(Some)
+        Self::from_text(&text, &study.files.named).map(Some)
     }
 
-    pub(super) fn of_text(text: &str, named: &BTreeMap<String, Vec<u8>>) -> Result<Self> {
+    /// Creates a scene of the study `text` and the files `named` in it.
+    pub(super) fn from_text(text: &str, named: &BTreeMap<String, Vec<u8>>) -> Result<Self> {
         let bytes: usize = named.values().map(Vec::len).sum();
         if bytes > MOST_BYTES {
             let problem = format!("its files have {bytes} bytes together, of which a page holds at most {MOST_BYTES}");
@@ -88,29 +88,30 @@ impl Scene {
         let file = |(name, bytes): (&String, &Vec<u8>)| (name.clone(), String::from_utf8_lossy(bytes).into_owned());
         let head: Head = crate::input::toml_file::parse(text, super::STUDY)?;
         let mut files: BTreeMap<String, String> = named.iter().map(file).collect();
-        files.extend(built_in(&head.machine));
+        files.extend(built_in_file(&head.machine));
         Ok(Self { machine: head.machine, files, study: Some(text.into()), best: None })
     }
 
+    /// Returns the files of the scene as a folder in memory.
     pub(super) fn folder(&self) -> Folder {
         Folder::in_memory(self.files.iter().map(|(name, text)| (name.clone(), text.clone().into_bytes())))
     }
 }
 
-/// The study `text` with the branch on which its machine stands, which the command line may have chosen.
+/// Returns the study `text` with the branch of its machine, which the command line may have chosen.
 fn on_branch(text: &str, branch: Option<Branch>) -> Result<String> {
     let Some(branch) = branch else { return Ok(text.into()) };
     let mut study: toml::Table = crate::input::toml_file::parse(text, super::STUDY)?;
     study.insert("branch".into(), branch.label().into());
-    written(&study)
+    to_toml(&study)
 }
 
-/// The file of a built-in machine.
-fn built_in(name: &str) -> Option<(String, String)> {
+/// Returns name and text of a built-in machine's file.
+fn built_in_file(name: &str) -> Option<(String, String)> {
     catalogue::find(name).map(|entry| (name.to_string(), entry.toml.to_string()))
 }
 
-/// What is asked of a study file before it is read.
+/// Keys of a study file that are read before the rest.
 #[derive(Deserialize)]
 struct Head {
     machine: String,

@@ -1,10 +1,10 @@
-//! A plane of the workspace under a load: how far the tool moves at each node, and what must be commanded instead.
+//! Solves a plane of the workspace under a load: displacement of the tool and correction at each node.
 
 use serde::{Deserialize, Serialize};
 
 use super::{
     Explorer,
-    tool::{LoadAsked, shown},
+    tool::{LoadRequest, shown_values},
 };
 use crate::{
     compensation::{Method, Session, Target, TaskPoint, compensate},
@@ -22,26 +22,26 @@ use crate::{
 /// Most nodes of a plane.
 const MOST_NODES: usize = 40_000;
 
-/// Nodes of a plane of the workspace box of P.
+/// Nodes of a plane through the workspace box of P, to be solved.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct SliceAsked {
+pub struct SliceRequest {
     /// The axis of O that is normal to the plane: 0, 1 or 2.
     pub axis: usize,
-    /// Where the plane is on it, mm.
+    /// Coordinate of the plane on that axis, mm.
     pub level: f64,
-    /// Nodes along the two other axes, in their order.
+    /// Numbers of nodes along the two other axes, in their order.
     pub counts: [usize; 2],
-    /// The first and one more than the last of the nodes wanted; the first of the two axes runs fastest.
+    /// Range of nodes to solve, first and one past the last; the first of the two axes runs fastest.
     pub nodes: [usize; 2],
-    /// The load; over a turn, the worst counts.
-    pub load: LoadAsked,
+    /// The load; a milling force without φ is taken over a whole turn, where the worst counts.
+    pub load: LoadRequest,
 }
 
-/// What happens at the nodes; no value where there is no answer.
+/// Results at the nodes of a plane, `None` where there is no solution.
 #[derive(Debug, Clone, Serialize)]
-pub struct SliceAnswer {
-    /// The nodes.
+pub struct SliceResult {
+    /// Range of nodes solved, first and one past the last.
     pub nodes: [usize; 2],
     /// Largest displacement of the tool tip, mm.
     pub displacement: Vec<Option<f64>>,
@@ -51,19 +51,19 @@ pub struct SliceAnswer {
     pub force: Vec<Option<f64>>,
     /// Distance to singularity.
     pub conditioning: Vec<Option<f64>>,
-    /// Why there is no answer, for the nodes without one.
+    /// Failure of each node without solution.
     pub failures: Vec<(usize, Failure)>,
 }
 
 impl Explorer {
-    /// Asks for nodes of a plane. Each is solved for itself, so that its values do not depend on which others are asked for.
+    /// Solves nodes of a plane. Each is solved on its own, so that its values do not depend on which others are requested.
     ///
     /// # Errors
-    /// This is no plane or no load.
-    pub fn slice(&self, asked: &SliceAsked) -> Result<SliceAnswer> {
+    /// The plane, its nodes or the load are invalid.
+    pub fn slice(&self, asked: &SliceRequest) -> Result<SliceResult> {
         let grid = self.grid(asked)?;
         let loads = asked.load.all()?;
-        let mut answer = SliceAnswer {
+        let mut answer = SliceResult {
             nodes: [asked.nodes[0].min(grid.len()), asked.nodes[1].min(grid.len())],
             displacement: Vec::new(),
             correction: Vec::new(),
@@ -84,7 +84,8 @@ impl Explorer {
         Ok(answer)
     }
 
-    fn grid(&self, asked: &SliceAsked) -> Result<Grid> {
+    /// Returns the grid of the plane.
+    fn grid(&self, asked: &SliceRequest) -> Result<Grid> {
         let refused = |problem: String| Err(Error::argument("slice", problem));
         if asked.axis > 2 || asked.level.is_nan() || asked.level.abs() > LARGEST {
             return refused(format!("expected an axis of 0 to 2 and a level, got {} and {}", asked.axis, asked.level));
@@ -100,6 +101,7 @@ impl Explorer {
         Ok(Grid::new(min, max, counts))
     }
 
+    /// Returns the largest values over `loads` at a configuration.
     fn node(
         &self,
         mut session: Session,
@@ -108,7 +110,7 @@ impl Explorer {
     ) -> std::result::Result<Node, Failure> {
         let machine = &self.machine;
         let mut node = Node { displacement: 0.0, correction: Some(0.0), force: 0.0 };
-        session.stand(at, &State::rigid(machine, at));
+        session.set_state(at, &State::rigid(machine, at));
         let mut corrected = session.clone();
         for (index, load) in loads.iter().enumerate() {
             let load = load.wrench(&machine.tool_at(&at.pose.rotation));
@@ -119,27 +121,27 @@ impl Explorer {
                 return Err(Failure { status: plain.status.label().into(), reason });
             }
             node.displacement = node.displacement.max(plain.tool_displacement.norm());
-            node.force = node.force.max(self.largest(&plain.drive_forces));
+            node.force = node.force.max(self.largest_of_kind(&plain.drive_forces));
             if index == 0 {
-                corrected.stand(at, session.state());
+                corrected.set_state(at, session.state());
             }
             let exact = compensate(&mut corrected, &task, Method::Direct);
             let added: Vec<f64> = exact.drives.iter().zip(&at.drives).map(|(rho, nominal)| rho - nominal).collect();
-            let correction = exact.status.is_success().then(|| self.largest(&shown(machine, &added)));
+            let correction = exact.status.is_success().then(|| self.largest_of_kind(&shown_values(machine, &added)));
             node.correction = node.correction.zip(correction).map(|(most, own)| most.max(own));
         }
         Ok(node)
     }
 
-    /// The largest size over the drives of the first kind.
-    fn largest(&self, values: &[f64]) -> f64 {
+    /// Returns the largest absolute value over the drives of the machine's first kind.
+    fn largest_of_kind(&self, values: &[f64]) -> f64 {
         let kind = self.machine.drive_kinds().next();
         let own = values.iter().zip(self.machine.drives()).filter(|(_, (_, drive))| Some(drive.motion) == kind);
         own.map(|(value, _)| value.abs()).fold(0.0, f64::max)
     }
 }
 
-/// A node with an answer.
+/// Largest values at a node.
 struct Node {
     displacement: f64,
     correction: Option<f64>,

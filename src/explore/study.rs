@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 use serde::Deserialize;
 use toml::{Table, Value};
 
-use super::{Explorer, STUDY, Scene, place::site};
+use super::{Explorer, STUDY, Scene, place::site_from_shown};
 use crate::{
     input::{
         Folder,
@@ -18,15 +18,15 @@ use crate::{
     machine::Machine,
     process::{PathReference, file::TOLERANCE_MM},
     questions::{
-        Given, Overrides, Question, StudyFiles,
+        Overrides, Question, StudyContext, StudyFiles,
         map::{WorkspaceMapStudy, spec::WorkspaceMapSpec},
-        placement::{PlacementStudy, at_point, spec::PlacementStudySpec},
+        placement::{PlacementStudy, reference_position, spec::PlacementStudySpec},
         resolve,
         spec::{self, Header, ProcessRef, SCHEMA},
     },
 };
 
-/// A study as written.
+/// A study file as written.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Written {
@@ -41,68 +41,63 @@ struct Written {
     workspace_map: Option<WorkspaceMapSpec>,
 }
 
-/// What a page can ask.
-pub(super) enum Asked {
-    /// Where the workpiece should stand.
+/// A study that pages can explore.
+pub(super) enum PageStudy {
+    /// A placement study: where the workpiece should stand.
     Placement(Box<PlacementStudy>),
-    /// How far the tool moves.
+    /// A map: how far the tool moves over the workspace.
     Map(Box<WorkspaceMapStudy>),
 }
 
-/// The study `text`, whose files are in `folder`, and its machine without the tool of a process.
+/// Reads the study `text`, whose files are in `folder`, and its machine without the tool of a process.
 ///
 /// # Errors
 /// As [`crate::questions::Study::from_toml`].
-pub(super) fn read(text: &str, folder: &Folder, overrides: &Overrides) -> Result<(Machine, Asked)> {
+pub(super) fn read(text: &str, folder: &Folder, overrides: &Overrides) -> Result<(Machine, PageStudy)> {
     let written: Written = spec::parse(text, STUDY)?;
     let Written { schema, question, machine, branch, locked, process, placement, workspace_map } = written;
     let header = Header { schema, question, machine, branch, locked, process };
     let check = Check::new(STUDY);
-    let (machine, _) = resolve::header(&header, folder, overrides, &check)?;
-    let given = |check: Check, name: &'static str| Given {
+    let (machine, _) = resolve::resolve_header(&header, folder, overrides, &check)?;
+    let given = |check: Check, name: &'static str| StudyContext {
         machine: machine.clone(),
         folder,
         overrides,
         check,
         name,
         header: &header,
-        asked_process: Cell::new(false),
+        is_process_read: Cell::new(false),
     };
     let asked = match (placement, workspace_map) {
         (Some(spec), None) => {
-            let study = resolved::<PlacementStudy>(&spec, given(check.key("placement"), PlacementStudy::NAME))?;
-            Asked::Placement(Box::new(study))
+            let study = resolve_question::<PlacementStudy>(&spec, given(check.key("placement"), PlacementStudy::NAME))?;
+            PageStudy::Placement(Box::new(study))
         }
         (None, Some(spec)) => {
-            let study = resolved(&spec, given(check.key("workspace_map"), WorkspaceMapStudy::NAME))?;
-            Asked::Map(Box::new(study))
+            let study = resolve_question(&spec, given(check.key("workspace_map"), WorkspaceMapStudy::NAME))?;
+            PageStudy::Map(Box::new(study))
         }
         _ => return check.fail("expected one table, placement or workspace_map".into()),
     };
     Ok((machine, asked))
 }
 
-/// The placement study `text`, as [`read`].
-///
-/// # Errors
-/// As [`read`], and of a map.
+/// Reads the placement study `text`, as [`read`]; a map is an error.
 pub(super) fn read_placement(text: &str, folder: &Folder, overrides: &Overrides) -> Result<PlacementStudy> {
     match read(text, folder, overrides)?.1 {
-        Asked::Placement(study) => Ok(*study),
-        Asked::Map(_) => Check::new(STUDY).key("placement").fail("missing".into()),
+        PageStudy::Placement(study) => Ok(*study),
+        PageStudy::Map(_) => Check::new(STUDY).key("placement").fail("missing".into()),
     }
 }
 
-fn resolved<Q: Question>(spec: &Q::Spec, given: Given<'_>) -> Result<Q> {
+/// Checks the table of a question, and that no part of the study is unused.
+fn resolve_question<Q: Question>(spec: &Q::Spec, given: StudyContext<'_>) -> Result<Q> {
     let resolved = Q::resolve(spec, &given)?;
     given.refuse_unused()?;
     Ok(resolved.study)
 }
 
-/// The machine of a scene without a study.
-///
-/// # Errors
-/// There is no such machine, or its file is not of the expected form.
+/// Returns the machine of a scene without a study.
 pub(super) fn machine(scene: &Scene, folder: &Folder, overrides: &Overrides) -> Result<Machine> {
     let header = Header {
         schema: SCHEMA,
@@ -112,46 +107,43 @@ pub(super) fn machine(scene: &Scene, folder: &Folder, overrides: &Overrides) -> 
         locked: BTreeMap::new(),
         process: None,
     };
-    Ok(resolve::header(&header, folder, overrides, &Check::new(STUDY))?.0)
+    Ok(resolve::resolve_header(&header, folder, overrides, &Check::new(STUDY))?.0)
 }
 
-/// A program and the process by which it is cut, as files.
+/// A program and its process, as files.
 #[derive(Debug, Clone, Copy)]
 pub struct ProgramAtProcess<'a> {
-    /// A built-in machine, or a machine file.
+    /// Name of a built-in machine, or a machine file.
     pub machine: &'a str,
     /// A process file.
     pub process: &'a Path,
     /// A polyline or a G-code program.
     pub program: &'a Path,
-    /// How far the tool may be from its path, mm; as its process says if not given, or else 0.1.
+    /// Tolerance of the path, mm; if not given that of the process, or else 0.1.
     pub tolerance_mm: Option<f64>,
 }
 
 impl Scene {
-    /// A program on a machine: where the process puts it, or else with its middle where the tool is at home.
+    /// Creates a scene of a program on a machine, placed as the process says, or else with its middle at the tool's home position.
     ///
     /// # Errors
     /// Files that cannot be read or are not of the expected form.
     #[cfg(feature = "report")]
-    pub fn of_program(asked: &ProgramAtProcess<'_>) -> Result<Self> {
+    pub fn from_program(asked: &ProgramAtProcess<'_>) -> Result<Self> {
         let name = |path: &Path| path.to_string_lossy().replace('\\', "/");
         let head = table([("machine", asked.machine.to_string()), ("process", name(asked.process))]);
         let mut feature = table([("file", name(asked.program))]);
         feature.extend(asked.tolerance_mm.map(|tolerance_mm| (TOLERANCE.to_string(), tolerance_mm.into())));
         let stem = asked.program.file_stem().map_or_else(|| "path".into(), |stem| stem.to_string_lossy().into_owned());
         feature.insert("name".into(), stem.into());
-        let folder = Folder::from(Path::new("")).noting();
-        let text = placement(head, feature, &folder)?;
-        Self::of_text(&text, &folder.noted())
+        let folder = Folder::from(Path::new("")).recording();
+        let text = placement_toml(head, feature, &folder)?;
+        Self::from_text(&text, &folder.recorded())
     }
 }
 
-/// The study of the place of a path study's workpiece.
-///
-/// # Errors
-/// A path that no such study can have.
-pub(super) fn placement_of_path(files: &StudyFiles) -> Result<String> {
+/// Returns a placement study for the workpiece of a path study; an error if the workpiece cannot be placed elsewhere.
+pub(super) fn placement_from_path(files: &StudyFiles) -> Result<String> {
     let mut head: Table = toml_file::parse(&files.text, STUDY)?;
     let check = Check::new(STUDY).key("path");
     let Some(Value::Table(path)) = head.remove("path") else { return check.fail("missing".into()) };
@@ -162,11 +154,11 @@ pub(super) fn placement_of_path(files: &StudyFiles) -> Result<String> {
     }
     feature.insert("name".into(), "path".into());
     let named = files.named.iter().map(|(name, bytes)| (name.clone(), bytes.clone()));
-    placement(head, feature, &Folder::in_memory(named))
+    placement_toml(head, feature, &Folder::in_memory(named))
 }
 
-/// A placement study with the keys `head` that all studies have, for one feature.
-fn placement(mut head: Table, mut feature: Table, folder: &Folder) -> Result<String> {
+/// Returns a placement study for one `feature`, with the common keys `head`.
+fn placement_toml(mut head: Table, mut feature: Table, folder: &Folder) -> Result<String> {
     if !feature.contains_key(TOLERANCE) && !process_has_tolerance(&head, &feature, folder)? {
         feature.insert(TOLERANCE.into(), TOLERANCE_MM.into());
     }
@@ -183,14 +175,14 @@ fn placement(mut head: Table, mut feature: Table, folder: &Folder) -> Result<Str
         placement.extend(candidate.map(|candidate| ("candidate".to_string(), Value::Array(vec![candidate.into()]))));
         let mut whole = head.clone();
         whole.insert("placement".into(), placement.into());
-        written(&whole)
+        to_toml(&whole)
     };
     // What the process says of the place is known once the study has been read.
     let within =
         |[x, y]: [[f64; 2]; 2]| table([("x_mm", x.to_vec()), ("y_mm", y.to_vec()), ("yaw_deg", vec![-180.0, 180.0])]);
     let draft = with(within([[-1.0, 1.0]; 2]), table([("z_mm", 0.0)]), None)?;
     let study = read_placement(&draft, folder, &Overrides::default())?;
-    let (start, bounds) = (start(&study), within(ranges(&study)));
+    let (start, bounds) = (first_position(&study), within(search_ranges(&study)));
     let candidate = study.candidates.is_empty().then(|| {
         let mut candidate = table([("origin_mm", start.as_slice().to_vec())]);
         candidate.insert("name".into(), "in the middle".into());
@@ -199,9 +191,10 @@ fn placement(mut head: Table, mut feature: Table, folder: &Folder) -> Result<Str
     with(bounds, table([("z_mm", start.z)]), candidate)
 }
 
+/// Key of the tolerance.
 const TOLERANCE: &str = "tolerance_mm";
 
-/// Whether the process of `feature`, or else that of the study with the keys `head`, says how far the tool may be from its path.
+/// Returns whether the process of `feature`, or else that of the study with the keys `head`, gives a tolerance.
 fn process_has_tolerance(head: &Table, feature: &Table, folder: &Folder) -> Result<bool> {
     Ok(match feature.get("process").or(head.get("process")) {
         Some(Value::String(file)) => toml_file::parse::<Table>(&folder.text(file)?, file)?.contains_key(TOLERANCE),
@@ -210,20 +203,22 @@ fn process_has_tolerance(head: &Table, feature: &Table, folder: &Folder) -> Resu
     })
 }
 
+/// Returns a TOML table of these entries.
 fn table<V: Into<Value>, const N: usize>(entries: [(&str, V); N]) -> Table {
     entries.into_iter().map(|(key, value)| (key.to_string(), value.into())).collect()
 }
 
-pub(super) fn written(table: &Table) -> Result<String> {
+/// Returns the text of a TOML table.
+pub(super) fn to_toml(table: &Table) -> Result<String> {
     toml::to_string(table).map_err(|fault| Error::argument(STUDY, fault.to_string()))
 }
 
-/// Where the workpiece stands first, mm.
-fn start(study: &PlacementStudy) -> Vector3<f64> {
+/// Returns the first place of the workpiece, mm: the first candidate, or its middle at the tool's home position.
+fn first_position(study: &PlacementStudy) -> Vector3<f64> {
     let middle = 0.5 * (study.extent.min + study.extent.max);
     let today = study.candidates.first().map(|candidate| candidate.site.position_mm());
     let of_machine = |machine: &Machine, reference: PathReference| {
-        let home = at_point(machine, reference, machine.home.pose.translation);
+        let home = reference_position(machine, reference, machine.home.pose.translation);
         match &machine.carrier {
             Some(carrier) => carrier.home.pose.inverse().transform(home),
             None => home,
@@ -233,22 +228,22 @@ fn start(study: &PlacementStudy) -> Vector3<f64> {
     today.unwrap_or_else(|| (of_machine(&study.machine, study.features[0].feature.reference) - middle).map(round))
 }
 
-/// Where x and y may be sought: as far to either side of the first place as the workspace box is wide.
-fn ranges(study: &PlacementStudy) -> [[f64; 2]; 2] {
-    let start = start(study);
+/// Returns the ranges of x and y to search, mm: the width of the workspace box to either side of the first place.
+fn search_ranges(study: &PlacementStudy) -> [[f64; 2]; 2] {
+    let start = first_position(study);
     let size = study.machine.workspace.max - study.machine.workspace.min;
     [0, 1]
         .map(|axis| [start[axis] - 0.5 * size[axis].max(1.0), start[axis] + 0.5 * size[axis].max(1.0)].map(f64::round))
 }
 
 impl Explorer {
-    /// The study file with one candidate more: the workpiece at `place` (x, y, z in mm, yaw, pitch and roll in degrees).
+    /// Returns the study file with one candidate more: the workpiece at `place` (x, y, z in mm, yaw, pitch and roll in degrees).
     ///
     /// # Errors
-    /// There is no workpiece, or it cannot be turned so.
+    /// There is no workpiece, or it cannot be placed so.
     pub fn study_file(&self, place: [f64; 6]) -> Result<String> {
         self.workpiece()?;
-        let [x, y, z, yaw, pitch, roll] = site(place)?.shown();
+        let [x, y, z, yaw, pitch, roll] = site_from_shown(place)?.shown();
         let text = self.scene.study.as_deref().unwrap_or_default();
         let mut names = (1..).map(|number| format!("by hand {number}"));
         let name = names.find(|name| !text.contains(name)).unwrap_or_default();

@@ -1,49 +1,46 @@
-//! What happens with the tool at a place under a load: what `kinetostat point` tells, and the machine's lines.
+//! Solves the tool at a place under a load: the results of `kinetostat point`, and the machine as lines.
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-use super::{Explorer, check};
+use super::{Explorer, check_numbers};
 use crate::{
     compensation::Target,
     input::error::{Error, Result},
-    inspect::point::{Place, PointLoad, PointQuestion, solve},
+    inspect::point::{NominalCommand, PointLoad, PointQuestion, solve},
     machine::{ChainError, Clearance, Machine, Skeleton},
     process::{ForceLaw, MillingForce},
-    simulation::{Failure, SOLVED, Source, settled::settled},
+    simulation::{Failure, SOLVED, Source, settled::equilibrium_under},
     spatial::{Pose, Wrench},
     statics::Status,
 };
 
-/// Step of the tool angle over a turn, degrees.
+/// Step of the tool angle φ over a turn, degrees.
 const TURN_STEP_DEG: u16 = 10;
 
 /// A load on the tool.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
-pub enum LoadAsked {
-    /// At P in axes of O: N and N·mm.
+pub enum LoadRequest {
+    /// A wrench at P in axes of O, N and N·mm.
     Wrench([f64; 6]),
-    /// The milling force on the tool tip.
+    /// A milling force on the tool tip.
     Milling {
-        /// N.
+        /// Radial force, N.
         radial: f64,
-        /// N.
+        /// Tangential force, N.
         tangential: f64,
-        /// N.
+        /// Axial force, N.
         axial: f64,
-        /// How it turns with φ.
+        /// Rotation of the force with φ, eq. (17).
         law: ForceLaw,
-        /// φ; of a map, none means a whole turn.
+        /// Tool angle φ, degrees; in a plane, none means a whole turn.
         phi_deg: Option<f64>,
     },
 }
 
-impl LoadAsked {
-    /// The load at one tool angle.
-    ///
-    /// # Errors
-    /// A value that is no number of a load, or no tool angle.
+impl LoadRequest {
+    /// Returns the load at the one tool angle requested; an error for an invalid number, or without tool angle.
     pub(super) fn one(&self) -> Result<PointLoad> {
         match self.all()?.as_slice() {
             [one] => Ok(*one),
@@ -51,18 +48,15 @@ impl LoadAsked {
         }
     }
 
-    /// The load at each tool angle that is asked for.
-    ///
-    /// # Errors
-    /// A value that is no number of a load.
+    /// Returns the load at each tool angle requested; an error for an invalid number.
     pub(super) fn all(&self) -> Result<Vec<PointLoad>> {
         match *self {
             Self::Wrench(values) => {
-                check("load", "numbers", &values)?;
+                check_numbers("load", "numbers", &values)?;
                 Ok(vec![PointLoad::Wrench(Wrench::new(values))])
             }
             Self::Milling { radial, tangential, axial, law, phi_deg } => {
-                check("load", "numbers", &[radial, tangential, axial, phi_deg.unwrap_or(0.0)])?;
+                check_numbers("load", "numbers", &[radial, tangential, axial, phi_deg.unwrap_or(0.0)])?;
                 let force = MillingForce { radial, tangential, axial, law };
                 let at = |degrees: f64| PointLoad::Milling(force, degrees.to_radians());
                 let turn = (0..360).step_by(TURN_STEP_DEG.into()).map(|degrees: u16| at(degrees.into()));
@@ -72,35 +66,35 @@ impl LoadAsked {
     }
 }
 
-/// Where the tool is asked for.
+/// Commanded position or pose of P.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
-pub enum PlaceOfTool {
-    /// Of P, mm, oriented as at home.
+pub enum ToolPlace {
+    /// Position of P in O, mm, oriented as at home.
     Position([f64; 3]),
-    /// Of P: x, y, z in mm, roll, pitch and yaw in degrees about the fixed axes of O.
+    /// Pose of P: x, y, z in mm, roll, pitch and yaw in degrees about the fixed axes of O.
     Pose([f64; 6]),
 }
 
-/// A place of the tool and a load.
+/// A place of the tool and a load on it.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct ToolAsked {
-    /// Where.
-    pub at: PlaceOfTool,
-    /// What pushes it.
-    pub load: LoadAsked,
-    /// Assembly error of each chain: turn about its drive's axis, degrees; none if not given.
+pub struct ToolRequest {
+    /// Commanded place.
+    pub at: ToolPlace,
+    /// Load on the tool.
+    pub load: LoadRequest,
+    /// Assembly error of each chain: rotation about its drive's axis, degrees; empty for none.
     #[serde(default)]
     pub assembly_deg: Vec<f64>,
 }
 
-/// What happens there: mm, degrees, N and N·mm.
+/// Equilibrium and compensation of the tool at a place: mm, degrees, N and N·mm.
 #[derive(Debug, Clone, Default, Serialize)]
-pub struct ToolAnswer {
+pub struct ToolResult {
     /// `solved`, or why there is no equilibrium.
     pub status: String,
-    /// The same in words, empty where it is solved.
+    /// The reason in words, empty where solved.
     pub reason: String,
     /// Displacement of the tool tip, O axes, mm.
     pub displacement: Option<[f64; 3]>,
@@ -110,9 +104,9 @@ pub struct ToolAnswer {
     pub drives: Vec<f64>,
     /// Forces of the drives there.
     pub forces: Vec<f64>,
-    /// What compensation adds to the drive positions, or why there is none.
+    /// Drive corrections Δρ; `None` if there is no compensation.
     pub corrections: Option<Vec<f64>>,
-    /// Forces of the drives after it.
+    /// Drive forces after compensation.
     pub forces_after: Option<Vec<f64>>,
     /// Why there is no compensation.
     pub not_compensated: Option<Failure>,
@@ -122,7 +116,7 @@ pub struct ToolAnswer {
     pub conditioning: Option<f64>,
     /// The branch of an arm.
     pub branch: Option<String>,
-    /// How far it is from the singularities between branches.
+    /// Distance of an arm from the singularities between branches.
     pub clearance: Option<Clearance>,
     /// The machine as commanded.
     pub commanded: Option<Skeleton>,
@@ -131,26 +125,26 @@ pub struct ToolAnswer {
 }
 
 impl Explorer {
-    /// Asks for the tool at a place.
+    /// Solves the tool at a place. A place that the machine cannot reach is a result.
     ///
     /// # Errors
-    /// This is no place or no load. Where the machine cannot go is an answer.
-    pub fn tool(&self, asked: &ToolAsked) -> Result<ToolAnswer> {
-        let errors = self.assembly(&asked.assembly_deg)?;
+    /// The place or the load is invalid.
+    pub fn tool(&self, asked: &ToolRequest) -> Result<ToolResult> {
+        let errors = self.assembly_errors(&asked.assembly_deg)?;
         let question = PointQuestion {
             machine: self.machine.clone(),
             machines: self.machines.with_errors(&errors),
             errors,
-            place: place(asked.at)?,
+            place: checked_place(asked.at)?,
             load: asked.load.one()?,
             target: Target::ToolTip,
         };
         let answer = match solve(&question) {
             Ok(answer) => answer,
-            Err(unreachable) => return Ok(ToolAnswer::refused(&Failure::from(unreachable))),
+            Err(unreachable) => return Ok(ToolResult::from_failure(&Failure::from(unreachable))),
         };
         let machine = &question.machine;
-        let (commanded, bent) = match settled(&question.machines, Source::All, &answer.task()) {
+        let (commanded, bent) = match equilibrium_under(&question.machines, Source::All, &answer.task()) {
             Ok(settled) => (settled.commanded, Some(settled.loaded)),
             Err(_) => (machine.rigid_skeleton(&answer.nominal), None),
         };
@@ -158,14 +152,14 @@ impl Explorer {
         let loaded = &answer.loaded;
         let displacement = answer.zero.as_ref().ok().map(|zero| machine.tool_displacement(zero, &loaded.pose));
         let compensated = answer.compensated.as_ref();
-        Ok(ToolAnswer {
+        Ok(ToolResult {
             status: if is_solved { SOLVED.into() } else { loaded.status.label().into() },
             reason: if is_solved { String::new() } else { loaded.status.reason(machine) },
             displacement: displacement.filter(|_| is_solved).map(Into::into),
             wrench: Some(answer.wrench.to_array()),
-            drives: shown(machine, &answer.nominal.drives),
+            drives: shown_values(machine, &answer.nominal.drives),
             forces: if is_solved { loaded.drive_forces() } else { Vec::new() },
-            corrections: answer.change().map(|change| shown(machine, &change)),
+            corrections: answer.corrections().map(|change| shown_values(machine, &change)),
             forces_after: compensated.ok().map(|done| done.solution.drive_forces()),
             not_compensated: compensated.err().cloned(),
             stiffness: answer.tool_stiffness,
@@ -177,9 +171,10 @@ impl Explorer {
         })
     }
 
-    fn assembly(&self, degrees: &[f64]) -> Result<Vec<ChainError>> {
+    /// Returns the chain errors of these angles, degrees; an error if their number or size is wrong.
+    fn assembly_errors(&self, degrees: &[f64]) -> Result<Vec<ChainError>> {
         let chains = self.machine.chains.len();
-        let problem = match degrees.iter().find_map(|angle| ChainError::too_large(angle.to_radians())) {
+        let problem = match degrees.iter().find_map(|angle| ChainError::rotation_problem(angle.to_radians())) {
             Some(problem) => problem,
             None if degrees.is_empty() || degrees.len() == chains => return Ok(self.machine.assembly_errors(degrees)),
             None => format!("expected {chains} angles, one for each chain, got {}", degrees.len()),
@@ -188,8 +183,9 @@ impl Explorer {
     }
 }
 
-impl ToolAnswer {
-    fn refused(failure: &Failure) -> Self {
+impl ToolResult {
+    /// Returns the result of a place that cannot be reached.
+    fn from_failure(failure: &Failure) -> Self {
         Self {
             status: failure.status.to_string(),
             reason: failure.reason.clone(),
@@ -199,22 +195,23 @@ impl ToolAnswer {
     }
 }
 
-fn place(asked: PlaceOfTool) -> Result<Place> {
+/// Returns the commanded place, or an error for an invalid number.
+fn checked_place(asked: ToolPlace) -> Result<NominalCommand> {
     let numbers: &[f64] = match &asked {
-        PlaceOfTool::Position(numbers) => numbers,
-        PlaceOfTool::Pose(numbers) => numbers,
+        ToolPlace::Position(numbers) => numbers,
+        ToolPlace::Pose(numbers) => numbers,
     };
-    check("at", "numbers", numbers)?;
+    check_numbers("at", "numbers", numbers)?;
     Ok(match asked {
-        PlaceOfTool::Position(position) => Place::Position(position.into()),
-        PlaceOfTool::Pose([x, y, z, roll, pitch, yaw]) => {
+        ToolPlace::Position(position) => NominalCommand::Position(position.into()),
+        ToolPlace::Pose([x, y, z, roll, pitch, yaw]) => {
             let turned = Pose::from_roll_pitch_yaw(Vector3::new(roll, pitch, yaw).map(f64::to_radians));
-            Place::Pose(Pose { translation: Vector3::new(x, y, z), ..turned })
+            NominalCommand::Pose(Pose { translation: Vector3::new(x, y, z), ..turned })
         }
     })
 }
 
-/// Drive values as shown.
-pub(super) fn shown(machine: &Machine, values: &[f64]) -> Vec<f64> {
-    values.iter().zip(machine.drives()).map(|(value, (_, drive))| drive.motion.shown(*value)).collect()
+/// Returns drive values (mm, rad) in the units that pages show.
+pub(super) fn shown_values(machine: &Machine, values: &[f64]) -> Vec<f64> {
+    values.iter().zip(machine.drives()).map(|(value, (_, drive))| drive.motion.to_shown(*value)).collect()
 }

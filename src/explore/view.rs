@@ -1,4 +1,4 @@
-//! What a page draws of a scene before anything is asked.
+//! What a page draws of a scene when it opens.
 
 use serde::Serialize;
 
@@ -6,64 +6,64 @@ use super::{Explorer, Workpiece, place::columns};
 use crate::{
     input::check::Check,
     machine::{Machine, Skeleton},
-    process::{Extent, PathReference, tilt::Turned},
+    process::{Extent, PathReference, tilt::TiltAngles},
     questions::placement::{PlacementStudy, Site},
 };
 
-/// A scene in words and lines.
+/// Machine and workpiece of a scene, as a page shows them.
 #[derive(Debug, Clone, Serialize)]
 pub struct View {
     /// The machine.
     pub machine: MachineView,
-    /// Numbers of the machine that can be set.
+    /// Parameters of the machine that can be set.
     pub parameters: Vec<ParameterView>,
     /// The workpiece, if there is one.
     pub workpiece: Option<WorkpieceView>,
 }
 
-/// A machine.
+/// A machine as a page draws it.
 #[derive(Debug, Clone, Serialize)]
 pub struct MachineView {
     /// Short name.
     pub name: String,
-    /// In words.
+    /// Title in words.
     pub title: String,
-    /// Its lines at home.
+    /// Its skeleton lines at home.
     pub home: Skeleton,
-    /// Lines of what carries the workpiece, at home.
+    /// Skeleton lines of the workpiece carrier at home.
     pub carrier: Option<Skeleton>,
     /// Position of P at home, mm, and its roll, pitch and yaw, degrees.
     pub home_pose: [f64; 6],
-    /// Columns of the tool's axes at home, and the tool tip, seen from P.
+    /// Columns of the tool's axes at home, and the tool tip, seen from P in O axes.
     pub tool: [[f64; 3]; 4],
-    /// Corners of the workspace box of P, mm.
+    /// Corners of the workspace box, P in O, mm.
     pub workspace: [[f64; 3]; 2],
-    /// Named places of P, mm.
+    /// Named positions of P, O, mm.
     pub points: Vec<(String, [f64; 3])>,
     /// Label and units of position and force of each drive.
     pub drives: Vec<DriveView>,
-    /// What the drives do not control, in words.
+    /// Coordinates that the drives do not control, in words.
     pub uncontrolled: Option<String>,
-    /// Whether orientations may be asked for.
+    /// Whether the machine can be commanded to orientations.
     pub turns: bool,
-    /// Words that the command line needs to stand on the same branch with the same drives locked.
+    /// Options of the command line for the same branch and locked drives.
     pub options: Vec<String>,
 }
 
-/// A drive.
+/// A drive as a page shows it.
 #[derive(Debug, Clone, Serialize)]
 pub struct DriveView {
     /// Label.
     pub label: String,
-    /// mm or °.
+    /// Unit of its position: mm or °.
     pub unit: &'static str,
-    /// N or N·mm.
+    /// Unit of its force: N or N·mm.
     pub force_unit: &'static str,
-    /// Most force, where there is a limit.
+    /// Largest force, if limited.
     pub force_limit: Option<f64>,
 }
 
-/// A number of the machine.
+/// A parameter of the machine.
 #[derive(Debug, Clone, Serialize)]
 pub struct ParameterView {
     /// Its name.
@@ -74,28 +74,28 @@ pub struct ParameterView {
     pub unit: String,
 }
 
-/// A workpiece.
+/// A workpiece as a page draws it.
 #[derive(Debug, Clone, Serialize)]
 pub struct WorkpieceView {
     /// Its paths.
     pub features: Vec<FeatureView>,
-    /// Corners of its box in W.
+    /// Corners of its bounding box in W, mm.
     pub extent: [[f64; 3]; 2],
-    /// Boxes that it must stay out of, in O: name and corners.
+    /// Boxes that it must avoid: name and corners in O, mm.
     pub forbidden: Vec<(String, [[f64; 3]; 2])>,
-    /// How far it must stay from them, mm.
+    /// Smallest distance from them, mm.
     pub clearance_mm: f64,
-    /// Smallest and largest coordinates of the study.
+    /// Smallest and largest place of the study: x, y, z in mm, yaw, pitch, roll in degrees.
     pub bounds: [[f64; 6]; 2],
-    /// Named places of the study.
+    /// Named candidate places of the study.
     pub candidates: Vec<(String, [f64; 6])>,
-    /// Columns of the axes in which places are given, seen from O, and their origin.
+    /// Columns of the axes in which places are given, seen from O, and their origin, mm.
     pub base: [[f64; 3]; 4],
-    /// Whether roll and pitch may be other than zero.
+    /// Whether roll and pitch may be nonzero.
     pub tilts: [bool; 2],
-    /// What is made small.
+    /// The objective that is minimised, in words.
     pub objective: String,
-    /// Whether paths give positions of P, not of the tool tip.
+    /// Whether the paths are of P, not of the tool tip.
     pub is_of_platform: bool,
 }
 
@@ -104,18 +104,18 @@ pub struct WorkpieceView {
 pub struct FeatureView {
     /// Its name.
     pub name: String,
-    /// How far the tool may be from it, mm.
+    /// Tolerance of the path, mm.
     pub tolerance_mm: f64,
     /// Its points in W, mm.
     pub points: Vec<[f64; 3]>,
-    /// Whether the tool cuts on the way to each.
+    /// Whether the tool cuts on the way to each point.
     pub cutting: Vec<bool>,
-    /// Length up to each, mm.
+    /// Arc length up to each point, mm.
     pub arc_length: Vec<f64>,
 }
 
 impl Explorer {
-    /// What is drawn before anything is asked.
+    /// Returns what to draw of the scene.
     pub fn view(&self) -> View {
         let parameters = self.machine.parameters().into_iter().filter(|parameter| parameter.key.is_some());
         let parameter = |p: crate::machine::Parameter| {
@@ -128,6 +128,7 @@ impl Explorer {
         }
     }
 
+    /// Returns the machine as a page draws it.
     fn machine_view(&self) -> MachineView {
         let machine = &self.machine;
         let at = &machine.home.pose;
@@ -148,19 +149,20 @@ impl Explorer {
             title: machine.title.clone(),
             home: machine.rigid_skeleton(&machine.home),
             carrier: machine.carrier.as_ref().map(|carrier| carrier.rigid_skeleton(&carrier.home)),
-            home_pose: [at.translation.x, at.translation.y, at.translation.z, tidy(roll), tidy(pitch), tidy(yaw)],
+            home_pose: [at.translation.x, at.translation.y, at.translation.z, to_deg(roll), to_deg(pitch), to_deg(yaw)],
             tool: columns(&machine.tool_at(&at.rotation)),
             workspace: [machine.workspace.min.into(), machine.workspace.max.into()],
             points: machine.points.iter().map(|point| (point.name.clone(), point.position.into())).collect(),
             drives: drives.collect(),
             uncontrolled: machine.uncontrolled_words(),
-            turns: may_turn(machine, Turned { roll: true, pitch: true, yaw: true }),
+            turns: may_turn(machine, TiltAngles { roll: true, pitch: true, yaw: true }),
             options: branch.chain(locked).collect(),
         }
     }
 }
 
 impl Workpiece {
+    /// Returns the workpiece as a page draws it.
     fn view(&self) -> WorkpieceView {
         let PlacementStudy { machine, features, extent, forbidden, bounds, .. } = &self.study;
         let feature = |job: &crate::questions::placement::FeatureJob| {
@@ -175,15 +177,15 @@ impl Workpiece {
         };
         WorkpieceView {
             features: features.iter().map(feature).collect(),
-            extent: ends(extent),
-            forbidden: forbidden.iter().map(|own| (own.name.clone(), ends(&own.extent))).collect(),
+            extent: extent_corners(extent),
+            forbidden: forbidden.iter().map(|own| (own.name.clone(), extent_corners(&own.extent))).collect(),
             clearance_mm: self.study.clearance_mm,
             bounds: [Site(bounds.low).shown(), Site(bounds.high).shown()],
             candidates: self.study.candidates.iter().map(|own| (own.name.clone(), own.site.shown())).collect(),
-            base: columns(&self.study.workpiece(&Site([0.0; 6]))),
+            base: columns(&self.study.workpiece_pose(&Site([0.0; 6]))),
             tilts: [
-                may_turn(machine, Turned { roll: true, pitch: false, yaw: true }),
-                may_turn(machine, Turned { roll: false, pitch: true, yaw: true }),
+                may_turn(machine, TiltAngles { roll: true, pitch: false, yaw: true }),
+                may_turn(machine, TiltAngles { roll: false, pitch: true, yaw: true }),
             ],
             objective: self.study.objective.words(machine),
             is_of_platform: features.iter().any(|job| job.feature.reference == PathReference::PlatformPoint),
@@ -191,15 +193,17 @@ impl Workpiece {
     }
 }
 
-fn may_turn(machine: &Machine, turned: Turned) -> bool {
+/// Returns whether the machine can be commanded to these rotations.
+fn may_turn(machine: &Machine, turned: TiltAngles) -> bool {
     turned.check(machine, |key| Check::new(super::STUDY).key(key)).is_ok()
 }
 
-fn ends(extent: &Extent) -> [[f64; 3]; 2] {
+/// Returns the two corners of a bounding box, mm.
+fn extent_corners(extent: &Extent) -> [[f64; 3]; 2] {
     [extent.min.into(), extent.max.into()]
 }
 
-/// Degrees, without the rounding of the way through radians.
-fn tidy(angle: f64) -> f64 {
+/// Returns an angle (rad) in degrees, rounded to 1e-9.
+fn to_deg(angle: f64) -> f64 {
     (angle.to_degrees() * 1e9).round() / 1e9 + 0.0
 }

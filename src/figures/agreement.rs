@@ -1,4 +1,4 @@
-//! Numbers that somebody quotes against ours, each with what counts as agreement.
+//! Figure that compares published numbers with computed ones, each against its own tolerance.
 
 use super::axis::{self, Axis, Plot, Spacing};
 use super::error::{FigureError, check_drawable};
@@ -7,62 +7,63 @@ use super::style::{self, BORDER, CURVES, GRID, INK, MUTED, PAGE_WIDTH, Sizes, ou
 use super::text::{self, Weight};
 
 const SIZES: Sizes = Sizes::FIGURE;
-/// Height of a row over the type size.
+/// Height of a row as a multiple of the type size.
 const ROW: f64 = 1.42;
-/// Differences in tolerances at the ends of the axis.
+/// Largest difference on the axis, in tolerances.
 const ENDS: f64 = 3.0;
 /// Widest column of names and of numbers, as shares of the page.
 const WIDEST: [f64; 2] = [0.4, 0.27];
 const GAP: f64 = 24.0;
 const MARK: f64 = 13.0;
-/// The band of agreement.
+/// Colour of the band in which the numbers agree.
 pub(super) const BAND: Rgb = [214, 232, 224];
 
-/// What is meant by a quoted number.
+/// How the computed number must relate to the published one for the two to agree.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Meant {
-    /// The number, give or take its tolerance.
+pub enum Criterion {
+    /// Equal to it within its tolerance.
     About,
-    /// No less.
+    /// Not below it.
     AtLeast,
-    /// No more.
+    /// Not above it.
     AtMost,
 }
 
-/// One number.
+/// One published number and the computed one it is compared with.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AgreementRow {
-    /// What it is, in few words.
+    /// What the number is, in few words.
     pub label: String,
-    /// Quoted and ours, with their unit.
+    /// Published and computed number as text, with their unit.
     pub numbers: String,
-    /// How it is meant.
-    pub meant: Meant,
-    /// Ours less the quoted one, in tolerances; `None` where there is none.
+    /// How the computed number must relate to the published one.
+    pub criterion: Criterion,
+    /// Computed minus published number, divided by the tolerance; `None` if there is no computed number.
     pub difference: Option<f64>,
-    /// Whether they agree.
+    /// Whether the two numbers agree.
     pub agrees: bool,
 }
 
-/// Rows of numbers on one axis: the difference in tolerances.
+/// Rows of compared numbers over one axis: the difference divided by the tolerance.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AgreementFigure {
     /// What is compared.
     pub title: String,
-    /// The setting.
+    /// Conditions of the comparison.
     pub subtitle: String,
-    /// Head of the numbers, for example "quoted, ours".
+    /// Heading of the column of numbers, for example "quoted, ours".
     pub numbers: String,
-    /// The numbers, in the order to be shown.
+    /// The compared numbers, in the order shown.
     pub rows: Vec<AgreementRow>,
 }
 
+/// Lays the figure out; `Err` when it has no rows or a difference cannot be drawn.
 pub(super) fn scene(figure: &AgreementFigure) -> Result<Scene, FigureError> {
     if figure.rows.is_empty() {
         return Err(FigureError::Empty { what: "figure of agreement".into() });
     }
     check_drawable(figure.rows.iter().filter_map(|row| row.difference), || "agreement".into())?;
-    let (mut scene, top) = style::page(&figure.title, &figure.subtitle, SIZES);
+    let (mut scene, top) = style::page_with_heading(&figure.title, &figure.subtitle, SIZES);
     let (size, room) = (SIZES.body, PAGE_WIDTH - 2.0 * BORDER);
     let lines = |content: &str, share: f64| text::wrap(content, size, Weight::Regular, share * room);
     let cells: Vec<[Vec<String>; 2]> =
@@ -88,24 +89,25 @@ pub(super) fn scene(figure: &AgreementFigure) -> Result<Scene, FigureError> {
         draw_row(&mut scene, &plot, row, cell, (y, *height));
         y += height;
     }
-    let zero = plot.place(0.0, 0.0)[0];
+    let zero = plot.page_point(0.0, 0.0)[0];
     scene.line(vec![[zero, rect.y], [zero, rect.bottom()]], Stroke { colour: MUTED, width: 2.0, dash: &[8.0, 8.0] });
     scene.outline(&rect.corners(), outline());
-    plot.draw_below(&mut scene, "", size, SIZES.tick);
+    plot.draw_x_axis(&mut scene, "", size, SIZES.tick);
     let below = rect.bottom() + axis::depth_below(SIZES.tick) + 1.2 * size;
     scene.text(Text::new("(ours − quoted) / tolerance", size, [PAGE_WIDTH - BORDER, below], Anchor::End));
     scene.height = draw_legend(&mut scene, below + 1.5 * size) + BORDER;
     Ok(scene)
 }
 
+/// Draws one row at height `y`: its texts, the band in which its numbers agree, and a mark at its difference.
 fn draw_row(scene: &mut Scene, plot: &Plot, row: &AgreementRow, cell: &[Vec<String>; 2], (y, height): (f64, f64)) {
     let size = SIZES.body;
     let rect = plot.rect;
-    let place = |difference: f64| plot.place(difference, 0.0)[0];
-    let (from, to) = match row.meant {
-        Meant::About => (place(-1.0), place(1.0)),
-        Meant::AtLeast => (place(0.0), rect.right()),
-        Meant::AtMost => (rect.x, place(0.0)),
+    let place = |difference: f64| plot.page_point(difference, 0.0)[0];
+    let (from, to) = match row.criterion {
+        Criterion::About => (place(-1.0), place(1.0)),
+        Criterion::AtLeast => (place(0.0), rect.right()),
+        Criterion::AtMost => (rect.x, place(0.0)),
     };
     let inset = 0.14 * size;
     let band = Rect { x: from, y: y + inset, width: to - from, height: height - 2.0 * inset };
@@ -124,7 +126,7 @@ fn draw_row(scene: &mut Scene, plot: &Plot, row: &AgreementRow, cell: &[Vec<Stri
     }
 }
 
-/// A disc where the numbers agree, a square on its tip where not, a triangle towards what lies beyond the axis.
+/// Draws a disc where the numbers agree, a square on its tip where they differ, and a triangle for a difference beyond the axis.
 fn draw_mark(scene: &mut Scene, [x, y]: Point, difference: f64, agrees: bool) {
     let colour = if agrees { CURVES[2] } else { CURVES[1] };
     let corner = |angle: f64, radius: f64| [x + radius * angle.cos(), y - radius * angle.sin()];
@@ -140,6 +142,7 @@ fn draw_mark(scene: &mut Scene, [x, y]: Point, difference: f64, agrees: bool) {
     scene.convex(corners, colour);
 }
 
+/// Draws the legend of marks and band with its baseline at `y`, and returns its lower end.
 fn draw_legend(scene: &mut Scene, y: f64) -> f64 {
     let size = SIZES.body;
     let middle = y - text::capital_height(size) / 2.0;

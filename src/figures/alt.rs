@@ -1,10 +1,10 @@
-//! What a figure shows: its caption, a text for readers who do not see it, and the points of its curves as a table.
+//! Captions of figures, their descriptions for readers who cannot see them, and the points of their curves as tables.
 
 use super::{AgreementFigure, Figure, LineFigure, PanelFigure, PlanFigure, PoseFigure, SliceFigure, VolumeFigure};
 use crate::files::exchange::{Column, Row, Table, counts, numbers, texts};
 
 impl Figure {
-    /// Title and setting.
+    /// Returns title, subtitle and remark of the figure as one text.
     pub fn caption(&self) -> String {
         let (title, subtitle) = match self {
             Self::Slices(figure) => (&figure.title, &figure.subtitle),
@@ -20,36 +20,37 @@ impl Figure {
         parts.collect::<Vec<_>>().join(". ")
     }
 
-    /// The kind of figure, what is drawn, and its range.
-    pub fn alternative(&self) -> String {
+    /// Describes in words the kind of figure, what it shows and the range of its values.
+    pub fn alternative_text(&self) -> String {
         match self {
-            Self::Slices(figure) => slices(figure),
-            Self::Volume(figure) => volume(figure),
-            Self::Lines(figure) => lines(figure),
-            Self::Panels(figure) => panels(figure),
-            Self::Plan(figure) => plan(figure),
-            Self::Agreement(figure) => agreement(figure),
-            Self::Pose(figure) => pose(figure),
+            Self::Slices(figure) => describe_slices(figure),
+            Self::Volume(figure) => describe_volume(figure),
+            Self::Lines(figure) => describe_lines(figure),
+            Self::Panels(figure) => describe_panels(figure),
+            Self::Plan(figure) => describe_plan(figure),
+            Self::Agreement(figure) => describe_agreement(figure),
+            Self::Pose(figure) => describe_pose(figure),
         }
     }
 }
 
-/// Smallest and largest of the values, in words.
-fn range(values: impl Iterator<Item = f64>) -> String {
+/// Returns the smallest and largest of `values` as "from … to …".
+fn range_in_words(values: impl Iterator<Item = f64>) -> String {
     let ends = values.fold(None, |ends: Option<(f64, f64)>, value| {
         Some(ends.map_or((value, value), |(low, high)| (low.min(value), high.max(value))))
     });
-    ends.map_or_else(|| "without values".into(), |(low, high)| format!("from {} to {}", number(low), number(high)))
+    ends.map_or_else(|| "without values".into(), |(low, high)| format!("from {} to {}", rounded(low), rounded(high)))
 }
 
-/// Four significant digits.
-fn number(value: f64) -> String {
+/// Formats a number with four significant digits and a true minus sign.
+fn rounded(value: f64) -> String {
     let digits = if value == 0.0 { 0 } else { (3.0 - value.abs().log10().floor()).clamp(0.0, 12.0) as usize };
     let text = format!("{value:.digits$}");
     text.replace('-', "\u{2212}")
 }
 
-fn slices(figure: &SliceFigure) -> String {
+/// Describes a figure of colour maps in words.
+fn describe_slices(figure: &SliceFigure) -> String {
     let titles: Vec<&str> = figure.panels.iter().map(|panel| panel.title.as_str()).collect();
     let values = figure.panels.iter().flat_map(|panel| panel.values.iter().flatten().copied());
     format!(
@@ -58,25 +59,27 @@ fn slices(figure: &SliceFigure) -> String {
         figure.x_label,
         figure.y_label,
         titles.join("; "),
-        range(values)
+        range_in_words(values)
     )
 }
 
-fn volume(figure: &VolumeFigure) -> String {
+/// Describes a figure of a coloured box in words.
+fn describe_volume(figure: &VolumeFigure) -> String {
     format!(
         "Three outer faces of the workspace box coloured by {}; values in the box {}.",
         figure.quantity,
-        range(figure.values.iter().flatten().copied())
+        range_in_words(figure.values.iter().flatten().copied())
     )
 }
 
-fn lines(figure: &LineFigure) -> String {
+/// Describes a figure of curves in words.
+fn describe_lines(figure: &LineFigure) -> String {
     let curves: Vec<String> = figure
         .series
         .iter()
         .filter(|series| !series.points.is_empty())
         .map(|series| {
-            let values = range(series.points.iter().map(|point| point.1));
+            let values = range_in_words(series.points.iter().map(|point| point.1));
             if series.label.is_empty() { values } else { format!("{} ({values})", series.label) }
         })
         .collect();
@@ -84,14 +87,15 @@ fn lines(figure: &LineFigure) -> String {
     format!("Curves of {} over {}: {}.{note}", figure.y_label, figure.x_label, curves.join(", "))
 }
 
-fn panels(figure: &PanelFigure) -> String {
+/// Describes a figure of panels in words.
+fn describe_panels(figure: &PanelFigure) -> String {
     let names: Vec<&str> = figure.curves.iter().map(|(name, _)| name.as_str()).collect();
     let panels: Vec<String> = figure
         .panels
         .iter()
         .map(|panel| {
             let values = panel.curves.iter().flat_map(|curve| curve.pieces.iter().flatten()).map(|point| point.1);
-            format!("{} ({})", panel.title, range(values))
+            format!("{} ({})", panel.title, range_in_words(values))
         })
         .collect();
     let note = if figure.note.is_empty() { String::new() } else { format!(" {}.", figure.note) };
@@ -104,7 +108,8 @@ fn panels(figure: &PanelFigure) -> String {
     )
 }
 
-fn plan(figure: &PlanFigure) -> String {
+/// Describes a plan in words.
+fn describe_plan(figure: &PlanFigure) -> String {
     let shapes = figure.shapes.iter().map(|shape| shape.label.as_str());
     let marks = figure.marks.iter().map(|mark| mark.2.as_str());
     let labels: Vec<String> =
@@ -113,13 +118,14 @@ fn plan(figure: &PlanFigure) -> String {
     let values = values.chain(figure.coloured.iter().flatten().map(|point| point.2));
     let colours = match figure.quantity.as_str() {
         "" => String::new(),
-        quantity => format!(", coloured by {quantity} {}", range(values)),
+        quantity => format!(", coloured by {quantity} {}", range_in_words(values)),
     };
     let note = if figure.note.is_empty() { String::new() } else { format!(" {}.", figure.note) };
     format!("Plan over {} and {}{colours}: {}.{note}", figure.x_label, figure.y_label, labels.join("; "))
 }
 
-fn agreement(figure: &AgreementFigure) -> String {
+/// Describes a comparison of numbers in words.
+fn describe_agreement(figure: &AgreementFigure) -> String {
     let row = |row: &super::AgreementRow| {
         format!("{}, {}: {}", row.label, row.numbers, if row.agrees { "agrees" } else { "differs" })
     };
@@ -127,7 +133,8 @@ fn agreement(figure: &AgreementFigure) -> String {
     format!("Numbers, {}, each as its difference in tolerances. {}.", figure.numbers, rows.join("; "))
 }
 
-fn pose(figure: &PoseFigure) -> String {
+/// Describes a drawing of a machine in words.
+fn describe_pose(figure: &PoseFigure) -> String {
     let chains: Vec<&str> = figure.pose.chains.iter().map(|chain| chain.name.as_str()).collect();
     let drawn = if figure.displaced.is_some() { ", as commanded and in equilibrium" } else { "" };
     let note = figure.note.as_ref().map_or_else(String::new, |note| format!(" {note}."));
@@ -139,12 +146,13 @@ fn pose(figure: &PoseFigure) -> String {
     )
 }
 
-/// Columns of curves; the axes have their units in brackets, as in the figure.
-fn columns(lead: &[&str], axes: [&str; 2]) -> Vec<Column> {
+/// Returns the columns of a table of curve points: `lead`, curve, piece, both axes (units in brackets as in the figure) and note.
+fn curve_columns(lead: &[&str], axes: [&str; 2]) -> Vec<Column> {
     [texts(lead.iter().copied()), texts(["curve"]), counts(["piece"]), numbers(axes), texts(["note"])].concat()
 }
 
-fn rows<'a>(
+/// Yields a table row for each point of a piece of a curve: `lead`, number of the piece from 1, x, y, note.
+fn curve_rows<'a>(
     lead: &'a Row,
     piece: usize,
     points: &'a [(f64, f64)],
@@ -158,9 +166,8 @@ fn rows<'a>(
 }
 
 impl Figure {
-    /// The points drawn: a row per point with panel, curve and uninterrupted piece of the curve, and what a reader must not
-    /// miss, such as amplified errors. `None` for maps, whose values are in the tables of their study, and for drawings of the
-    /// machine.
+    /// Returns a table with a row for each point drawn: panel, curve, uninterrupted piece of the curve, coordinates and the figure's
+    /// note. `None` for figures other than curves: the values of maps are in the tables of their study.
     pub fn data(&self) -> Option<Table> {
         match self {
             Figure::Slices(_) | Figure::Volume(_) | Figure::Plan(_) | Figure::Agreement(_) | Figure::Pose(_) => None,
@@ -168,9 +175,9 @@ impl Figure {
                 let mut all = Vec::new();
                 for series in &figure.series {
                     let lead = vec![series.label.as_str().into()];
-                    all.extend(rows(&lead, 0, &series.points, figure.closed_note.as_deref()));
+                    all.extend(curve_rows(&lead, 0, &series.points, figure.closed_note.as_deref()));
                 }
-                Some(Table::new(columns(&[], [&figure.x_label, &figure.y_label]), all))
+                Some(Table::new(curve_columns(&[], [&figure.x_label, &figure.y_label]), all))
             }
             Figure::Panels(figure) => {
                 let mut all = Vec::new();
@@ -178,11 +185,11 @@ impl Figure {
                     for ((label, _), curve) in figure.curves.iter().zip(&panel.curves) {
                         let lead = vec![panel.title.as_str().into(), label.as_str().into()];
                         for (piece, points) in curve.pieces.iter().enumerate() {
-                            all.extend(rows(&lead, piece, points, Some(&figure.note)));
+                            all.extend(curve_rows(&lead, piece, points, Some(&figure.note)));
                         }
                     }
                 }
-                Some(Table::new(columns(&["panel"], [&figure.x_label, &figure.y_label]), all))
+                Some(Table::new(curve_columns(&["panel"], [&figure.x_label, &figure.y_label]), all))
             }
         }
     }

@@ -1,11 +1,11 @@
-//! How many times as large errors are drawn so that they can be seen.
+//! The factor by which errors are enlarged in a drawing so that they can be seen.
 
 use nalgebra::Vector3;
 
-/// The largest error is drawn at most as this share of the path's extent.
+/// Largest share of the path's extent that the largest error may take in the drawing.
 const ERROR_SHARE: f64 = 0.15;
 
-/// A round factor that makes `largest_error` (mm) a visible share of the extent of `path` in the xy-plane; at least 1.
+/// Returns a round factor that enlarges `largest_error` (mm) to a visible share of the extent of `path` (mm) in the xy-plane; at least 1.
 pub(crate) fn amplification(path: &[Vector3<f64>], largest_error: f64) -> f64 {
     let extent = |axis: usize| {
         let (low, high) = path.iter().fold((f64::MAX, f64::MIN), |(l, h), p| (l.min(p[axis]), h.max(p[axis])));

@@ -1,4 +1,4 @@
-//! One axis of a plot: from numbers to places, which numbers it or a colour bar shows, and how they are written.
+//! Axes of plots: from values to points on the page, and the ticks of an axis or colour bar with their labels.
 
 use super::scene::{Anchor, Point, Rect, Scene, Stroke, Text};
 use super::style::{INK, outline};
@@ -11,22 +11,25 @@ const GAP: f64 = 8.0;
 /// Most ticks on an axis.
 const MOST_TICKS: usize = 7;
 
-/// Whether equal distances mean equal differences or equal ratios.
+/// How the values of an axis are spaced and its ticks chosen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Spacing {
+    /// Equal distances are equal differences.
     Linear,
+    /// Equal distances are equal ratios.
     Logarithmic,
-    /// Linear, in degrees.
+    /// Linear, with ticks at round angles in degrees.
     Angular,
 }
 
 impl Spacing {
-    /// Of a quantity that is not logarithmic; an angle if its label says so.
+    /// Returns the spacing for a linear quantity with this axis label: angular if its unit is °.
     pub fn of(label: &str) -> Self {
         if label.ends_with("[°]") { Spacing::Angular } else { Spacing::Linear }
     }
 }
 
+/// One axis of a plot: its range of values, their spacing and its ticks.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Axis {
     pub low: f64,
@@ -36,31 +39,32 @@ pub(super) struct Axis {
 }
 
 impl Axis {
-    /// An axis `length` pixels long whose labels do not run into each other, labels side by side.
+    /// Returns an axis `length` pixels long with as many ticks as labels of type size `size` fit side by side.
     pub(crate) fn horizontal(low: f64, high: f64, spacing: Spacing, length: f64, size: f64) -> Self {
-        Self::fitted(low, high, spacing, |axis| axis.pitch() * length >= label_width(&axis.ticks, size) + 0.9 * size)
+        Self::fit_ticks(low, high, spacing, |axis| axis.pitch() * length >= label_width(&axis.ticks, size) + 0.9 * size)
     }
 
-    /// As [`Axis::horizontal`], labels one above the other.
+    /// Returns an axis `length` pixels long with as many ticks as labels of type size `size` fit one above the other.
     pub(crate) fn vertical(low: f64, high: f64, spacing: Spacing, length: f64, size: f64) -> Self {
-        Self::fitted(low, high, spacing, |axis| axis.pitch() * length >= 2.0 * size)
+        Self::fit_ticks(low, high, spacing, |axis| axis.pitch() * length >= 2.0 * size)
     }
 
-    /// As [`Axis::horizontal`], for a linear axis that spans `[width, height]` pixels on the page.
+    /// Returns a linear axis along a slanted line that spans `[width, height]` pixels, with as many ticks as labels fit.
     pub(crate) fn slanted(low: f64, high: f64, [width, height]: Point, size: f64) -> Self {
-        Self::fitted(low, high, Spacing::Linear, |axis| {
+        Self::fit_ticks(low, high, Spacing::Linear, |axis| {
             let pitch = axis.pitch();
             pitch * width >= label_width(&axis.ticks, size) + 0.3 * size || pitch * height >= 1.6 * size
         })
     }
 
-    fn fitted(low: f64, high: f64, spacing: Spacing, fits: impl Fn(&Self) -> bool) -> Self {
+    /// Returns an axis over the range with as many ticks as `fits` accepts, one at least.
+    fn fit_ticks(low: f64, high: f64, spacing: Spacing, fits: impl Fn(&Self) -> bool) -> Self {
         let (low, high) = if low < high { (low, high) } else { widened(low, high) };
         let axis = |target| {
             let ticks = match spacing {
-                Spacing::Linear => linear(low, high, target),
-                Spacing::Angular => degrees(low, high, target),
-                Spacing::Logarithmic => logarithmic(low, high, target),
+                Spacing::Linear => linear_ticks(low, high, target),
+                Spacing::Angular => degree_ticks(low, high, target),
+                Spacing::Logarithmic => logarithmic_ticks(low, high, target),
             };
             Self { low, high, spacing, ticks }
         };
@@ -68,13 +72,13 @@ impl Axis {
         candidates.find(fits).unwrap_or_else(|| axis(1))
     }
 
-    /// Smallest distance between neighbouring ticks as a fraction of the axis.
+    /// Returns the smallest distance between neighbouring ticks as a fraction of the axis.
     fn pitch(&self) -> f64 {
         let places: Vec<f64> = self.ticks.values.iter().map(|v| self.fraction(*v)).collect();
         places.windows(2).map(|pair| pair[1] - pair[0]).fold(1.0, f64::min)
     }
 
-    /// Where `value` lies: 0 at the low end, 1 at the high end.
+    /// Returns where `value` lies along the axis: 0 at the low end, 1 at the high end.
     pub fn fraction(&self, value: f64) -> f64 {
         match self.spacing {
             Spacing::Linear | Spacing::Angular => (value - self.low) / (self.high - self.low),
@@ -82,23 +86,23 @@ impl Axis {
         }
     }
 
-    /// Room needed beside a vertical axis for ticks and tick labels.
+    /// Width in pixels that ticks and tick labels take beside a vertical axis.
     pub(crate) fn depth_beside(&self, size: f64) -> f64 {
         TICK + GAP + label_width(&self.ticks, size)
     }
 }
 
-/// Width of the widest tick label.
+/// Width in pixels of the widest tick label at type size `size`.
 pub(super) fn label_width(ticks: &Ticks, size: f64) -> f64 {
     ticks.labels.iter().map(|l| text::width(l, size, Weight::Regular)).fold(0.0, f64::max)
 }
 
-/// Room needed below a horizontal axis for ticks and tick labels.
+/// Height in pixels that ticks and tick labels take below a horizontal axis.
 pub(super) fn depth_below(size: f64) -> f64 {
     TICK + GAP + size
 }
 
-/// A frame on the page with its two axes.
+/// A rectangle on the page with its horizontal and vertical axis.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Plot {
     pub rect: Rect,
@@ -107,41 +111,42 @@ pub(super) struct Plot {
 }
 
 impl Plot {
-    /// The place of a pair of numbers.
-    pub fn place(&self, x: f64, y: f64) -> Point {
+    /// Returns the point on the page at the values (`x`, `y`).
+    pub fn page_point(&self, x: f64, y: f64) -> Point {
         [self.rect.x + self.rect.width * self.x.fraction(x), self.rect.bottom() - self.rect.height * self.y.fraction(y)]
     }
 
-    /// The place of the cells between these edges.
-    pub fn rect_of(&self, column_edges: &[f64], row_edges: &[f64]) -> Rect {
+    /// Returns the rectangle on the page that the cells between the given edges cover.
+    pub fn cell_rect(&self, column_edges: &[f64], row_edges: &[f64]) -> Rect {
         let ends = |edges: &[f64]| (edges[0], edges[edges.len() - 1]);
         let ((x0, x1), (y0, y1)) = (ends(column_edges), ends(row_edges));
-        let ([left, bottom], [right, top]) = (self.place(x0, y0), self.place(x1, y1));
+        let ([left, bottom], [right, top]) = (self.page_point(x0, y0), self.page_point(x1, y1));
         Rect { x: left, y: top, width: right - left, height: bottom - top }
     }
 
+    /// Draws the border of the plot.
     pub(crate) fn draw_frame(&self, scene: &mut Scene) {
         scene.outline(&self.rect.corners(), outline());
     }
 
-    /// Thin lines through the ticks.
+    /// Draws lines through the labelled ticks of both axes.
     pub(crate) fn draw_grid(&self, scene: &mut Scene, stroke: Stroke) {
         for value in &self.x.ticks.values {
-            let x = self.place(*value, self.y.low)[0];
+            let x = self.page_point(*value, self.y.low)[0];
             scene.line(vec![[x, self.rect.y], [x, self.rect.bottom()]], stroke);
         }
         for value in &self.y.ticks.values {
-            let y = self.place(self.x.low, *value)[1];
+            let y = self.page_point(self.x.low, *value)[1];
             scene.line(vec![[self.rect.x, y], [self.rect.right(), y]], stroke);
         }
     }
 
-    /// Ticks, tick labels and axis label below the frame.
-    pub(crate) fn draw_below(&self, scene: &mut Scene, label: &str, size: f64, tick_size: f64) {
+    /// Draws ticks, tick labels and axis label below the plot.
+    pub(crate) fn draw_x_axis(&self, scene: &mut Scene, label: &str, size: f64, tick_size: f64) {
         let bottom = self.rect.bottom();
-        for (value, tick) in labelled(&self.x.ticks) {
-            let x = self.place(value, self.y.low)[0];
-            scene.line(vec![[x, bottom], [x, bottom + stroke_length(tick)]], tick_stroke());
+        for (value, tick) in ticks_with_labels(&self.x.ticks) {
+            let x = self.page_point(value, self.y.low)[0];
+            scene.line(vec![[x, bottom], [x, bottom + tick_length(tick)]], tick_stroke());
             let at = [x, bottom + TICK + GAP + text::capital_height(tick_size)];
             scene.text(Text::new(tick, tick_size, at, Anchor::Middle));
         }
@@ -150,11 +155,11 @@ impl Plot {
         scene.text(Text::new(label, size, at, Anchor::Middle));
     }
 
-    /// Ticks, tick labels and axis label left of the frame.
-    pub(crate) fn draw_beside(&self, scene: &mut Scene, label: &str, size: f64, tick_size: f64) {
-        for (value, tick) in labelled(&self.y.ticks) {
-            let y = self.place(self.x.low, value)[1];
-            scene.line(vec![[self.rect.x - stroke_length(tick), y], [self.rect.x, y]], tick_stroke());
+    /// Draws ticks, tick labels and axis label left of the plot.
+    pub(crate) fn draw_y_axis(&self, scene: &mut Scene, label: &str, size: f64, tick_size: f64) {
+        for (value, tick) in ticks_with_labels(&self.y.ticks) {
+            let y = self.page_point(self.x.low, value)[1];
+            scene.line(vec![[self.rect.x - tick_length(tick), y], [self.rect.x, y]], tick_stroke());
             let at = [self.rect.x - TICK - GAP, y + text::capital_height(tick_size) / 2.0];
             scene.text(Text::new(tick, tick_size, at, Anchor::End));
         }
@@ -164,58 +169,60 @@ impl Plot {
     }
 }
 
-/// Ends of an axis for `values`, with this share of their range left blank on each side.
-pub(super) fn ends(values: impl Iterator<Item = f64>, margin: f64) -> (f64, f64) {
+/// Returns the range of `values` plus the share `margin` of it on each side; 0 to 1 plus margins without values.
+pub(super) fn range(values: impl Iterator<Item = f64>, margin: f64) -> (f64, f64) {
     let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
     let (low, high) = if low <= high { widened(low, high) } else { (0.0, 1.0) };
     let margin = margin * (high - low);
     (low - margin, high + margin)
 }
 
-/// The range, widened around its middle to `length` if shorter.
-pub(super) fn at_least(range: (f64, f64), length: f64) -> (f64, f64) {
+/// Returns `range`, widened around its middle to `length` if it is shorter.
+pub(super) fn widened_to(range: (f64, f64), length: f64) -> (f64, f64) {
     let missing = (length - (range.1 - range.0)).max(0.0) / 2.0;
     (range.0 - missing, range.1 + missing)
 }
 
-/// Room for the axis label next to the tick labels.
+/// Room in pixels for the axis label next to the tick labels.
 pub(super) fn label_depth(size: f64) -> f64 {
     1.6 * size
 }
 
-/// Ticks with their labels, then the minor ones with none.
-fn labelled(ticks: &Ticks) -> impl Iterator<Item = (f64, &str)> {
+/// Yields value and label of each tick; minor ticks follow with an empty label.
+fn ticks_with_labels(ticks: &Ticks) -> impl Iterator<Item = (f64, &str)> {
     let major = ticks.values.iter().copied().zip(ticks.labels.iter().map(String::as_str));
     major.chain(ticks.minor.iter().map(|v| (*v, "")))
 }
 
-fn stroke_length(label: &str) -> f64 {
+/// Length in pixels of the tick with this label: shorter for a minor tick, whose label is empty.
+fn tick_length(label: &str) -> f64 {
     if label.is_empty() { 0.6 * TICK } else { TICK }
 }
 
+/// Returns the stroke of ticks.
 pub(super) fn tick_stroke() -> Stroke {
     Stroke { colour: INK, width: 2.0, dash: &[] }
 }
 
-/// Marked numbers of an axis.
+/// Values marked on an axis, and their labels.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ticks {
-    /// The numbers.
+    /// Labelled values.
     pub values: Vec<f64>,
-    /// How they are written.
+    /// Labels of `values`, in the same order.
     pub labels: Vec<String>,
-    /// Unlabelled subdivisions.
+    /// Values of the minor ticks, without labels.
     pub minor: Vec<f64>,
-    /// The labels are the values divided by 10 to this power.
+    /// Power of ten by which the values are divided in the labels.
     pub exponent: i32,
 }
 
-/// More decimals than this move a power of ten into the axis label.
+/// Labels with more decimals than this have a power of ten moved into the axis label.
 const MOST_DECIMALS: i32 = 4;
-/// Numbers from here on move a power of ten into the axis label.
+/// Values from here on have a power of ten moved into the axis label.
 const LARGE: f64 = 1e5;
 
-/// `low..high`, widened by 10 % of its magnitude (or by 1 around zero) if it is too narrow to carry a scale.
+/// Returns `(low, high)`, widened by 10 % of its magnitude (or by 1 around zero) if it is too narrow for an axis.
 pub fn widened(low: f64, high: f64) -> (f64, f64) {
     let magnitude = low.abs().max(high.abs());
     if high - low > 1e-9 * magnitude && high - low > 1e-100 {
@@ -225,23 +232,22 @@ pub fn widened(low: f64, high: f64) -> (f64, f64) {
     (low - half, high + half)
 }
 
-/// At most about `target` ticks at steps of 1, 2 or 5 times a power of ten within `low..high` (`low < high`).
-pub fn linear(low: f64, high: f64, target: usize) -> Ticks {
-    stepped(low, high, nice_step((high - low) / target.max(1) as f64))
+/// Returns about `target` ticks at most, at steps of 1, 2 or 5 times a power of ten within `low..high` (`low < high`).
+pub fn linear_ticks(low: f64, high: f64, target: usize) -> Ticks {
+    ticks_at_multiples(low, high, nice_step((high - low) / target.max(1) as f64))
 }
 
-/// As [`linear`] for angles in degrees: over more than an eighth of a turn at steps that divide a right angle, or at right
-/// angles and their multiples.
-pub fn degrees(low: f64, high: f64, target: usize) -> Ticks {
+/// Returns ticks for angles in degrees: over ranges above 45° at steps of 10° to 360° that fit right angles, else as [`linear_ticks`].
+pub fn degree_ticks(low: f64, high: f64, target: usize) -> Ticks {
     let raw = (high - low) / target.max(1) as f64;
     match [10.0, 15.0, 30.0, 45.0, 90.0, 180.0, 360.0].into_iter().find(|step| *step >= raw) {
-        Some(step) if high - low > 45.0 => stepped(low, high, step),
-        _ => linear(low, high, target),
+        Some(step) if high - low > 45.0 => ticks_at_multiples(low, high, step),
+        _ => linear_ticks(low, high, target),
     }
 }
 
-/// Ticks at the multiples of `step`.
-fn stepped(low: f64, high: f64, step: f64) -> Ticks {
+/// Returns ticks at all multiples of `step` from `low` to `high`.
+fn ticks_at_multiples(low: f64, high: f64, step: f64) -> Ticks {
     let first = (low / step - 1e-9).ceil() as i64;
     let last = (high / step + 1e-9).floor() as i64;
     let values: Vec<f64> = (first..=last).map(|k| k as f64 * step).collect();
@@ -253,23 +259,22 @@ fn stepped(low: f64, high: f64, step: f64) -> Ticks {
         0
     };
     let decimals = (decimals + exponent).max(0) as usize;
-    let labels = values.iter().map(|v| number(v / 10_f64.powi(exponent), decimals)).collect();
+    let labels = values.iter().map(|v| format_number(v / 10_f64.powi(exponent), decimals)).collect();
     Ticks { values, labels, minor: Vec::new(), exponent }
 }
 
-/// The smallest 1, 2 or 5 times a power of ten that is not below `raw`.
+/// Returns the smallest of 1, 2 and 5 times a power of ten that is not below `raw`.
 fn nice_step(raw: f64) -> f64 {
     let power = 10_f64.powi(raw.log10().floor() as i32);
     let factor = [1.0, 2.0, 5.0].into_iter().find(|f| f * power >= raw * (1.0 - 1e-9)).unwrap_or(10.0);
     factor * power
 }
 
-/// At most about `target` ticks at powers of ten within `low..high` (both positive); below two decades at 1, 2 and 5
-/// times a power of ten, and below that at even steps.
-pub fn logarithmic(low: f64, high: f64, target: usize) -> Ticks {
+/// Returns about `target` ticks at most, at powers of ten within `low..high` (both positive); over few decades at closer steps.
+pub fn logarithmic_ticks(low: f64, high: f64, target: usize) -> Ticks {
     let first = (low.log10() - 1e-9).ceil() as i32;
     let last = (high.log10() + 1e-9).floor() as i32;
-    let between = multiples(low, high, &[2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0]);
+    let between = decade_multiples(low, high, &[2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0]);
     if last - first >= 1 {
         let stride = ((last - first) as usize / target.max(1) + 1) as i32;
         let (powers, others): (Vec<i32>, Vec<i32>) = (first..=last).partition(|k| k.rem_euclid(stride) == 0);
@@ -278,28 +283,29 @@ pub fn logarithmic(low: f64, high: f64, target: usize) -> Ticks {
         let labels = powers.iter().map(|k| power_of_ten(*k)).collect();
         return Ticks { values: decades(&powers), labels, minor, exponent: 0 };
     }
-    let values = multiples(low, high, &[1.0, 2.0, 5.0]);
+    let values = decade_multiples(low, high, &[1.0, 2.0, 5.0]);
     if values.len() < 2 {
-        return linear(low, high, target);
+        return linear_ticks(low, high, target);
     }
-    let labels = values.iter().map(|v| number(*v, (-v.log10().floor()).max(0.0) as usize)).collect();
+    let labels = values.iter().map(|v| format_number(*v, (-v.log10().floor()).max(0.0) as usize)).collect();
     Ticks { values, labels, minor: between, exponent: 0 }
 }
 
-fn multiples(low: f64, high: f64, factors: &[f64]) -> Vec<f64> {
+/// Returns `factors` times each power of ten, as far as they lie within `low..high`.
+fn decade_multiples(low: f64, high: f64, factors: &[f64]) -> Vec<f64> {
     let decades = low.log10().floor() as i32..=high.log10().floor() as i32;
     let all = decades.flat_map(|k| factors.iter().map(move |f| f * 10_f64.powi(k)));
     all.filter(|v| (low * (1.0 - 1e-9)..=high * (1.0 + 1e-9)).contains(v)).collect()
 }
 
-/// A number with a true minus sign and never a negative zero.
-fn number(value: f64, decimals: usize) -> String {
+/// Formats a number with `decimals` decimals, a true minus sign and never a negative zero.
+fn format_number(value: f64, decimals: usize) -> String {
     let digits = format!("{:.decimals$}", value.abs());
     let zero = digits.bytes().all(|b| b == b'0' || b == b'.');
     if value < 0.0 && !zero { format!("\u{2212}{digits}") } else { digits }
 }
 
-/// "10⁻³" and the like.
+/// Writes a power of ten with a superscript exponent, such as "10⁻³".
 pub(super) fn power_of_ten(exponent: i32) -> String {
     let raise = |character: char| match character {
         '-' => '⁻',
@@ -311,7 +317,7 @@ pub(super) fn power_of_ten(exponent: i32) -> String {
     format!("10{}", exponent.to_string().chars().map(raise).collect::<String>())
 }
 
-/// The axis label with the power of ten put before the unit: `error [mm]` becomes `error [10⁻³ mm]`.
+/// Returns the axis label with the power of ten before its unit: `error [mm]` becomes `error [10⁻³ mm]`.
 pub fn label_with_power(label: &str, exponent: i32) -> String {
     if exponent == 0 {
         return label.to_owned();

@@ -1,4 +1,4 @@
-//! The colour scale of a field and its legend.
+//! The colour scale of a map, and the legend (colour bar) that shows it.
 
 use super::axis::{self, Axis, Spacing};
 use super::colours::{self, Colours, Shading};
@@ -8,23 +8,23 @@ use super::scene::{Anchor, Point, Rect, Rgb, Scene, Text};
 use super::style::outline;
 use super::text::{self, LINE_PITCH, Weight};
 
-/// Width of the bar over the type size.
+/// Width of the bar as a multiple of the type size.
 const BAR: f64 = 1.1;
 /// Space between bar and tick labels, and around the quantity.
 const GAP: f64 = 12.0;
-/// How far the tips reach into the bar, so that no seam shows.
+/// Overlap of the tips with the bar in pixels, so that no seam shows.
 const SEAM: f64 = 1.5;
-/// Colours of the bar.
+/// Number of colours in the bar.
 const SHADES: usize = 128;
-/// What the hatched cells are called where nothing else is said.
+/// Default name of hatched cells.
 pub(super) const NO_SOLUTION: &str = "no solution";
-/// Longest line beside the swatch of hatched cells over the type size.
+/// Longest line beside the swatch of hatched cells, as a multiple of the type size.
 const LONGEST: f64 = 6.5;
 /// Grey of a faint field, and its opacity at both ends of the scale.
 const FAINT: u8 = 110;
 const FAINTEST: [f64; 2] = [12.0, 150.0];
 
-/// From values to colours. Values beyond the ends take the end colours.
+/// Colour scale from `low` to `high`; values beyond the ends get their colours, and `below` and `above` say whether there are any.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Scale {
     low: f64,
@@ -36,7 +36,7 @@ pub(super) struct Scale {
 }
 
 impl Scale {
-    /// The scale over `range`, or over all values if there is none; `None` if there is neither a range nor a value.
+    /// Returns the scale over `range`, or over all `values` without one; `None` with neither a range nor a value, `Err` for a bad range.
     pub fn new(
         values: impl Iterator<Item = f64>,
         range: Option<(f64, f64)>,
@@ -64,78 +64,81 @@ impl Scale {
         Ok(Some(Self { low, high, below, above, colours, shading }))
     }
 
+    /// Returns the colour of `value`, with its opacity.
     pub fn colour(&self, value: f64) -> Rgba {
         let share = ((value - self.low) / (self.high - self.low)).clamp(0.0, 1.0);
         let [r, g, b] = match self.shading {
-            Shading::Cyclic => colours::of_turn(value / 360.0),
+            Shading::Cyclic => colours::cyclic_colour(value / 360.0),
             Shading::Faint => {
                 let [least, most] = FAINTEST;
                 return [FAINT, FAINT, FAINT, (least + share * (most - least)).round() as u8];
             }
             Shading::Ordered if self.low < 0.0 && self.high > 0.0 && self.colours != Colours::Grey => {
-                colours::around_zero(value / self.high.max(-self.low))
+                colours::diverging_colour(value / self.high.max(-self.low))
             }
             Shading::Ordered => self.colours.at(share),
         };
         [r, g, b, u8::MAX]
     }
 
-    /// The middle of the one of `count` equal parts of the scale in which a value lies.
-    pub(crate) fn levelled(&self, value: f64, count: f64) -> f64 {
+    /// Returns the middle of that one of `count` equal parts of the scale in which `value` lies.
+    pub(crate) fn level_centre(&self, value: f64, count: f64) -> f64 {
         let share = (value - self.low) / (self.high - self.low);
         let level = (share * count).floor().clamp(0.0, count - 1.0);
         self.low + (level + 0.5) / count * (self.high - self.low)
     }
 
-    /// The colour of an end.
-    fn end(&self, value: f64) -> Rgb {
+    /// Returns the opaque colour of `value`, which is an end of the scale.
+    fn end_colour(&self, value: f64) -> Rgb {
         let [r, g, b, _] = self.colour(value);
         [r, g, b]
     }
 }
 
-/// The legend of a field: a colour bar, and a hatched swatch if cells are missing.
+/// The legend of a map: a colour bar, and a hatched swatch if cells have no value. Type sizes are in pixels.
 pub(super) struct ColourBar<'a> {
     pub scale: Option<Scale>,
     pub quantity: &'a str,
-    /// What hatched cells are called, if there are any.
+    /// Name of hatched cells, if there are any.
     pub missing: Option<&'a str>,
-    /// Type size of the quantity.
     pub size: f64,
-    /// Type size of the numbers.
     pub tick_size: f64,
 }
 
 impl ColourBar<'_> {
+    /// Returns the axis with the ticks of a bar of `length` pixels.
     fn axis(&self, scale: Scale, length: f64) -> Axis {
         let spacing = if scale.shading == Shading::Cyclic { Spacing::Angular } else { Spacing::Linear };
         Axis::vertical(scale.low, scale.high, spacing, length, 1.3 * self.tick_size)
     }
 
+    /// Width of the bar in pixels.
     fn thickness(&self) -> f64 {
         BAR * self.size
     }
 
-    /// Height of the bar itself in a legend of `height`.
+    /// Height of the bar alone in a legend of this `height`, in pixels.
     fn bar_height(&self, height: f64) -> f64 {
         if self.missing.is_some() { height - self.swatch_height() - 0.7 * self.thickness() } else { height }
     }
 
+    /// Returns the name of hatched cells, wrapped into lines.
     fn missing_lines(&self) -> Vec<String> {
         text::wrap(self.missing.unwrap_or_default(), self.tick_size, Weight::Regular, LONGEST * self.tick_size)
     }
 
+    /// Height in pixels of the swatch of hatched cells with its name.
     fn swatch_height(&self) -> f64 {
         self.thickness().max(self.missing_lines().len() as f64 * LINE_PITCH * self.tick_size)
     }
 
-    /// The quantity in lines no longer than `length`.
+    /// Returns the quantity, with the power of ten of the labels, in lines no longer than `length` pixels.
     fn quantity_lines(&self, axis: &Axis, length: f64) -> Vec<String> {
         let quantity = axis::label_with_power(self.quantity, axis.ticks.exponent);
-        text::balanced(&quantity, self.size, Weight::Regular, length)
+        text::wrap_balanced(&quantity, self.size, Weight::Regular, length)
     }
 
-    /// Width the legend needs when it is `height` high.
+    /// Width in pixels of the legend when it is `height` pixels high.
     pub fn width(&self, height: f64) -> f64 {
         let length = self.bar_height(height);
         let bar = self.scale.map_or(0.0, |scale| {
@@ -149,7 +152,7 @@ impl ColourBar<'_> {
         if self.missing.is_some() { bar.max(self.thickness() + GAP + words) } else { bar }
     }
 
-    /// Draws the legend with its left upper corner at (`x`, `y`), `height` high.
+    /// Draws the legend with its upper left corner at (`x`, `y`), `height` pixels high.
     pub fn draw(&self, scene: &mut Scene, x: f64, y: f64, height: f64) {
         let side = self.thickness();
         if self.missing.is_some() {
@@ -160,6 +163,7 @@ impl ColourBar<'_> {
         }
     }
 
+    /// Draws a hatched square at `rect` and the name of hatched cells beside it.
     fn draw_swatch(&self, scene: &mut Scene, rect: Rect) {
         scene.picture(Picture::new(rect.frame(), &[0.0, 1.0], &[0.0, 1.0], |_, _| None));
         scene.outline(&rect.corners(), outline());
@@ -170,6 +174,7 @@ impl ColourBar<'_> {
         }
     }
 
+    /// Draws the bar within `whole`, with pointed tips where values lie beyond its ends.
     fn draw_bar(&self, scene: &mut Scene, scale: Scale, whole: Rect) {
         let tip = 0.8 * whole.width;
         let mut rect = whole;
@@ -188,6 +193,7 @@ impl ColourBar<'_> {
         self.draw_numbers(scene, scale, rect, whole);
     }
 
+    /// Draws ticks and their labels right of the bar `rect`, and beside them the quantity, centred on `whole`.
     fn draw_numbers(&self, scene: &mut Scene, scale: Scale, rect: Rect, whole: Rect) {
         let axis = self.axis(scale, rect.height);
         for (value, label) in axis.ticks.values.iter().zip(&axis.ticks.labels) {
@@ -205,7 +211,7 @@ impl ColourBar<'_> {
     }
 }
 
-/// The rim of the bar, with a filled tip at each end beyond which there are values.
+/// Draws the outline of the bar, and a filled tip at each end beyond which there are values.
 fn draw_outline(scene: &mut Scene, scale: Scale, rect: Rect, tip: f64) {
     let [left_top, right_top, right_bottom, left_bottom] = rect.corners();
     let lower = |[x, y]: Point, by: f64| [x, y + by];
@@ -214,14 +220,14 @@ fn draw_outline(scene: &mut Scene, scale: Scale, rect: Rect, tip: f64) {
     if scale.above {
         let top = [middle, rect.y - tip];
         let base = [lower(right_top, SEAM), lower(left_top, SEAM)];
-        scene.convex(vec![left_top, top, right_top, base[0], base[1]], scale.end(scale.high));
+        scene.convex(vec![left_top, top, right_top, base[0], base[1]], scale.end_colour(scale.high));
         rim.push(top);
     }
     rim.extend([right_top, right_bottom]);
     if scale.below {
         let bottom = [middle, rect.bottom() + tip];
         let base = [lower(left_bottom, -SEAM), lower(right_bottom, -SEAM)];
-        scene.convex(vec![right_bottom, bottom, left_bottom, base[0], base[1]], scale.end(scale.low));
+        scene.convex(vec![right_bottom, bottom, left_bottom, base[0], base[1]], scale.end_colour(scale.low));
         rim.push(bottom);
     }
     rim.push(left_bottom);

@@ -1,4 +1,4 @@
-//! Colours of fields.
+//! Colour maps: which colour stands for which value of a map.
 
 use std::sync::LazyLock;
 
@@ -8,15 +8,13 @@ use plotters::style::colors::colormaps::{ColorMap, ViridisRGB};
 
 use super::scene::Rgb;
 
-/// Colours from the smallest to the largest value of a field. In all of them lightness rises steadily, so a grey print
-/// keeps the order.
+/// Sequential colour maps, from the smallest to the largest value. Lightness rises steadily, so that a grey print keeps the order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Colours {
     /// Perceptually uniform, from dark violet over green to yellow.
     #[default]
     Viridis,
-    /// Perceptually uniform, from dark blue over grey to yellow; looks nearly the same to readers with and without colour
-    /// vision.
+    /// Perceptually uniform, from dark blue over grey to yellow; looks nearly the same to readers with and without colour vision.
     ///
     /// Source: J. R. Nuñez, C. R. Anderton, R. S. Renslow, PLoS ONE 13(7), 2018.
     Cividis,
@@ -25,10 +23,10 @@ pub enum Colours {
 }
 
 impl Colours {
-    /// All of them.
+    /// All colour maps.
     pub const ALL: [Colours; 3] = [Colours::Viridis, Colours::Cividis, Colours::Grey];
 
-    /// Its name.
+    /// Returns the name of the colour map.
     pub fn label(self) -> &'static str {
         match self {
             Colours::Viridis => "viridis",
@@ -38,15 +36,15 @@ impl Colours {
     }
 }
 
-/// How the values of a field become colours.
+/// How the values of a map are shown as colours.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Shading {
-    /// From the smallest to the largest; where values lie on both sides of zero, from blue over white at zero to red.
+    /// By size, from the smallest to the largest; where values lie on both sides of zero, from blue over white at zero to red.
     #[default]
     Ordered,
-    /// Angles in degrees: 0° and 360° have one colour.
+    /// As angles in degrees, on a closed circle of colours: 0° and 360° have the same one.
     Cyclic,
-    /// Grey over whatever paper there is, the stronger the larger: a background.
+    /// In transparent grey, more opaque for larger values: a background.
     Faint,
 }
 
@@ -68,13 +66,13 @@ static CYCLIC: LazyLock<LinearGradient> = LazyLock::new(|| {
     gradient.unwrap_or_else(|e| unreachable!("nine colours make a gradient: {e}"))
 });
 
-/// The colour of an angle, 0..1 of a turn.
-pub fn of_turn(share: f64) -> Rgb {
+/// Returns the colour of an angle on the cyclic colour map; `share` is the angle in turns, and whole turns do not count.
+pub fn cyclic_colour(share: f64) -> Rgb {
     rgb(&CYCLIC.at((share - share.floor()) as f32))
 }
 
-/// The colour of a value on a scale from −1 to 1 around zero: blue, white, red.
-pub fn around_zero(share: f64) -> Rgb {
+/// Returns the colour of a value on a scale from −1 to 1 around zero: blue at −1, white at 0, red at 1.
+pub fn diverging_colour(share: f64) -> Rgb {
     rgb(&colorgrad::preset::rd_bu().at((0.5 - 0.5 * share.clamp(-1.0, 1.0)) as f32))
 }
 
@@ -85,7 +83,7 @@ static GREY: LazyLock<LinearGradient> = LazyLock::new(|| {
 });
 
 impl Colours {
-    /// The colour of a fraction 0..1 of the range; fractions outside take the end colours.
+    /// Returns the colour at a fraction 0..1 of the scale; fractions outside get the end colours.
     pub fn at(self, fraction: f64) -> Rgb {
         let fraction = fraction.clamp(0.0, 1.0);
         match self {
@@ -99,6 +97,7 @@ impl Colours {
     }
 }
 
+/// Returns the channels of a colour, without its opacity.
 fn rgb(colour: &Color) -> Rgb {
     let [r, g, b, _] = colour.to_rgba8();
     [r, g, b]

@@ -1,31 +1,31 @@
-//! Curves on a page: how they are told apart, and their legend.
+//! Curves in a plot: colours, dashes and markers that distinguish them, and their legend.
 
 use super::scene::{Anchor, Point, Rect, Rgb, Scene, Stroke, Text};
 use super::style::{CURVES, DASHES, WHITE};
 use super::text::{self, LINE_PITCH, Weight};
 
-/// Length of a legend's sample line.
+/// Length of a legend's sample line in pixels.
 const SAMPLE: f64 = 92.0;
 const SAMPLE_GAP: f64 = 16.0;
 const CURVE_WIDTH: f64 = 5.0;
 /// Width of the lines around a band.
 const BAND_EDGE: f64 = 2.0;
 const MARKER: f64 = 9.0;
-/// Up to this many points each gets a marker; longer solid curves get this many over their length.
+/// Most points of a curve that all get a marker; longer solid curves get `SPARSE` markers over their length.
 const EVERY_POINT: usize = 30;
 const SPARSE: usize = 8;
-/// A legend beside a frame is not made wider by its note than this.
+/// Most width in pixels that its note gives a legend beside a plot.
 const NARROW_NOTE: f64 = 400.0;
 
-/// How one curve is told from the others.
+/// Colour, dash pattern and marker that distinguish one curve from the others.
 pub(super) struct CurveStyle {
     stroke: Stroke,
-    /// Corners of the marker around the origin; none for dashed curves and a long first one.
+    /// Corners of the marker around the origin in pixels; none for dashed curves and for the first one if it has many points.
     marker: Vec<Point>,
 }
 
 impl CurveStyle {
-    /// Of curves given by their number of points and whether they are dashed.
+    /// Returns a style for each curve, which is given by its number of points and whether it is dashed.
     pub fn of(curves: impl Iterator<Item = (usize, bool)>) -> Vec<Self> {
         let mut dashed = 0;
         let mut out = Vec::new();
@@ -52,7 +52,7 @@ impl CurveStyle {
         }
     }
 
-    /// Draws the band between the low and the high end at each of `ends`.
+    /// Draws a pale band between the low and the high point of each pair in `ends`, with its two edges.
     pub(crate) fn draw_band(&self, scene: &mut Scene, ends: &[[Point; 2]]) {
         let pale = self.stroke.colour.map(|part| 255 - (255 - part) / 5);
         for pair in ends.windows(2) {
@@ -67,7 +67,7 @@ impl CurveStyle {
         }
     }
 
-    /// Marks the points of the whole curve; `index` shifts sparse markers so that those of different curves do not coincide.
+    /// Draws markers at `points`, the whole curve; `index` shifts sparse ones so that those of different curves do not coincide.
     pub(crate) fn draw_markers(&self, scene: &mut Scene, points: &[Point], index: usize) {
         if self.marker.is_empty() {
             return;
@@ -79,12 +79,14 @@ impl CurveStyle {
         }
     }
 
+    /// Draws one marker with a white rim at the point `at`.
     fn draw_marker(&self, scene: &mut Scene, at: Point) {
         let corners: Vec<Point> = self.marker.iter().map(|[x, y]| [at[0] + x, at[1] + y]).collect();
         scene.outline(&corners, Stroke { colour: WHITE, width: 3.0, dash: &[] });
         scene.convex(corners, self.stroke.colour);
     }
 
+    /// Draws the curve's sample in the legend, to the right from the point `left`.
     fn draw_sample(&self, scene: &mut Scene, left: Point) {
         scene.line(vec![left, [left[0] + SAMPLE, left[1]]], self.stroke);
         if !self.marker.is_empty() {
@@ -93,7 +95,7 @@ impl CurveStyle {
     }
 }
 
-/// Circle, square, triangle, diamond, triangle on its tip, in turn.
+/// Returns the corners of the marker of the curve `index` around the origin; five shapes (circle, square, …) follow in turn.
 fn marker(index: usize) -> Vec<Point> {
     let (corners, turn, radius) =
         [(24, 0.0, 1.0), (4, 0.125, 1.2), (3, 0.25, 1.35), (4, 0.0, 1.3), (3, 0.75, 1.35)][index % 5];
@@ -102,16 +104,16 @@ fn marker(index: usize) -> Vec<Point> {
     (0..corners).map(|k| [radius * angle(k).cos(), -radius * angle(k).sin()]).collect()
 }
 
-/// The names of the curves, and a note.
+/// Names and samples of the curves, and a note.
 pub(super) struct Legend<'a> {
-    /// Names and styles; empty names are left out.
+    /// Names and styles; curves with an empty name are left out.
     pub entries: Vec<(&'a str, &'a CurveStyle)>,
     pub note: &'a str,
     pub size: f64,
 }
 
 impl Legend<'_> {
-    /// Width beside a frame, without the gap to it.
+    /// Width in pixels of the legend beside a plot, without the gap between them.
     pub fn width(&self) -> f64 {
         let names = self.entries.iter().map(|(name, _)| name).filter(|name| !name.is_empty());
         let entry = |name: &&str| SAMPLE + SAMPLE_GAP + text::width(name, self.size, Weight::Regular);
@@ -119,7 +121,7 @@ impl Legend<'_> {
         widest.max(text::width(self.note, self.size, Weight::Bold).min(NARROW_NOTE))
     }
 
-    /// Entries side by side while they fit into the width of `room`, then the note; returns the y below.
+    /// Draws the entries side by side in rows as wide as `room`, then the note; returns the y below them.
     pub fn draw(&self, scene: &mut Scene, room: Rect) -> f64 {
         let [mut x, mut y, mut row_height] = [room.x, room.y, 0.0];
         for (name, style) in self.entries.iter().filter(|(name, _)| !name.is_empty()) {
@@ -142,7 +144,7 @@ impl Legend<'_> {
     }
 }
 
-/// Wrapped text of the legend.
+/// A text of the legend, wrapped into lines.
 struct Paragraph {
     lines: Vec<String>,
     size: f64,
@@ -151,16 +153,19 @@ struct Paragraph {
 }
 
 impl Paragraph {
+    /// Wraps `content` into lines no wider than `limit` pixels.
     fn new(content: &str, size: f64, weight: Weight, limit: f64) -> Self {
         let lines = text::wrap(content, size, weight, limit);
         let widest = lines.iter().map(|l| text::width(l, size, weight)).fold(0.0, f64::max);
         Self { lines, size, weight, width: widest.min(limit) }
     }
 
+    /// Height of all lines in pixels.
     fn height(&self) -> f64 {
         self.lines.len() as f64 * LINE_PITCH * self.size
     }
 
+    /// Draws the lines with the upper left corner of the text at `corner`.
     fn draw(&self, scene: &mut Scene, corner: Point) {
         for (row, line) in self.lines.iter().enumerate() {
             let baseline = corner[1] + row as f64 * LINE_PITCH * self.size + self.size;

@@ -74,9 +74,10 @@ pub enum FigureError {
     },
 }
 
-/// Largest magnitude drawn; keeps differences and products of coordinates finite.
+/// Largest magnitude that is drawn; keeps differences and products of coordinates finite.
 const LARGEST: f64 = 1e100;
 
+/// Checks that no value is NaN, infinite or too large to be drawn; the error names `what` holds it.
 pub(super) fn check_drawable(
     values: impl IntoIterator<Item = f64>,
     what: impl Fn() -> String,
@@ -87,6 +88,7 @@ pub(super) fn check_drawable(
     }
 }
 
+/// Checks that `nodes` are drawable, increase strictly and are at least one; the error names `what` they belong to.
 pub(super) fn check_ascending(nodes: &[f64], what: impl Fn() -> String) -> Result<(), FigureError> {
     if nodes.is_empty() {
         return Err(FigureError::Empty { what: what() });
@@ -98,6 +100,7 @@ pub(super) fn check_ascending(nodes: &[f64], what: impl Fn() -> String) -> Resul
     }
 }
 
+/// Checks that there are `expected` values, and that all present ones can be drawn; the error names `what` they belong to.
 pub(super) fn check_grid(
     values: &[Option<f64>],
     expected: usize,

@@ -1,15 +1,15 @@
-//! Values on a grid as coloured cells.
+//! Values on a grid, drawn as coloured cells.
 
 use super::scene::Point;
 
-/// Distance of the hatching lines along the sides of a picture in pixels.
+/// Distance between hatching lines along the sides of a picture, in pixels.
 const HATCH_PITCH: f64 = 22.0;
 
 /// A colour with its opacity, 8 bits per channel.
 pub type Rgba = [u8; 4];
 
-/// Borders of the cells around `nodes`: half-way between neighbours and at the outer nodes themselves, so that the
-/// cells end where the grid ends and the outer cells are half as wide. A lone node gets `lone` on both sides.
+/// Returns the edges of the cells around `nodes`: half-way between neighbours, and at the outer nodes themselves, so that outer cells are
+/// half as wide. A single node gets `lone` on both sides.
 fn cell_edges(nodes: &[f64], lone: f64) -> Vec<f64> {
     match nodes {
         [] => vec![],
@@ -21,7 +21,7 @@ fn cell_edges(nodes: &[f64], lone: f64) -> Vec<f64> {
     }
 }
 
-/// Half-width of cells around lone nodes: one twentieth of the longest axis, or one half if every axis is a lone node.
+/// Returns the half-width of a cell around a single node: one twentieth of the longest axis, or 0.5 if every axis has a single node.
 fn lone_half_width(axes: &[&[f64]]) -> f64 {
     let lengths = axes.iter().map(|nodes| match nodes {
         [first, .., last] => last - first,
@@ -31,29 +31,29 @@ fn lone_half_width(axes: &[&[f64]]) -> f64 {
     if longest > 0.0 { 0.05 * longest } else { 0.5 }
 }
 
-/// Borders of the cells along each axis.
+/// Returns the edges of the cells along each axis; see [`Picture`].
 pub fn edges<const N: usize>(axes: [&[f64]; N]) -> [Vec<f64>; N] {
     let lone = lone_half_width(&axes);
     axes.map(|nodes| cell_edges(nodes, lone))
 }
 
-/// A plane of coloured cells, stretched over the parallelogram `origin`, `origin + across`, `origin + down`.
+/// A grid of coloured cells, stretched over the parallelogram `origin`, `origin + across`, `origin + down`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Picture {
-    /// Its corner.
+    /// Its corner on the page.
     pub origin: Point,
-    /// One side from there.
+    /// Side along the columns, as a vector from `origin`.
     pub across: Point,
-    /// The other side.
+    /// Side along the rows, as a vector from `origin`.
     pub down: Point,
-    /// Borders of the columns and of the rows as fractions of `across` and `down`, from 0 to 1.
+    /// Edges of the columns and of the rows as fractions of `across` and `down`, from 0 to 1.
     borders: [Vec<f64>; 2],
-    /// Row by row from the top; cells without a colour are hatched.
+    /// Colours of the cells, row by row from the top; cells without a colour are hatched.
     colours: Vec<Option<Rgba>>,
 }
 
 impl Picture {
-    /// Cells between the edges, columns to the right and rows upward, in the colours of `colour(column, row)`.
+    /// Returns the cells between the edges, columns to the right and rows upward, with the colours `colour(column, row)`.
     pub fn new(
         [origin, across, down]: [Point; 3],
         column_edges: &[f64],
@@ -71,25 +71,25 @@ impl Picture {
         Self { origin, across, down, borders: [fractions(column_edges), rows], colours }
     }
 
-    /// Lengths of `across` and `down`.
+    /// Lengths of `across` and `down` in pixels.
     pub fn lengths(&self) -> [f64; 2] {
         [self.across, self.down].map(|side| side[0].hypot(side[1]))
     }
 
-    /// The place on the page at fractions of `across` and `down`.
-    pub fn place(&self, [u, v]: [f64; 2]) -> Point {
+    /// Returns the point on the page at fractions (u, v) of `across` and `down`.
+    pub fn page_point(&self, [u, v]: [f64; 2]) -> Point {
         [0, 1].map(|axis| self.origin[axis] + u * self.across[axis] + v * self.down[axis])
     }
 
-    /// Columns, rows and colour of each cell as fractions of `across` and `down`.
+    /// Yields each cell: its ends along `across` and along `down` as fractions, and its colour.
     pub fn cells(&self) -> impl Iterator<Item = ([f64; 2], [f64; 2], Option<Rgba>)> {
         let [columns, rows] = &self.borders;
         let cells = rows.windows(2).flat_map(|v| columns.windows(2).map(move |u| ([u[0], u[1]], [v[0], v[1]])));
         cells.zip(&self.colours).map(|((u, v), colour)| (u, v, *colour))
     }
 
-    /// The fewest equal parts of both sides between which the borders of the cells lie, or else many.
-    pub(crate) fn finest(&self) -> [u32; 2] {
+    /// Returns the fewest equal parts of both sides such that cell edges lie between parts, or a large number if there are none.
+    pub(crate) fn pixel_counts(&self) -> [u32; 2] {
         [0, 1].map(|side| {
             let borders = &self.borders[side];
             let most = 2 * borders.len() as u32;
@@ -103,7 +103,7 @@ impl Picture {
         })
     }
 
-    /// Slanted lines over the cells without a colour.
+    /// Returns the slanted lines over the cells without a colour.
     pub fn hatching(&self) -> Vec<[Point; 2]> {
         let mut out = Vec::new();
         if self.colours.iter().all(Option::is_some) {
@@ -127,13 +127,13 @@ impl Picture {
                 match start {
                     None if missing => start = Some(pair[0]),
                     Some(from) if !missing => {
-                        out.push([from, pair[0]].map(|x| self.place(at(x))));
+                        out.push([from, pair[0]].map(|x| self.page_point(at(x))));
                         start = None;
                     }
                     _ => {}
                 }
             }
-            out.extend(start.zip(stops.last()).map(|(from, to)| [from, *to].map(|x| self.place(at(x)))));
+            out.extend(start.zip(stops.last()).map(|(from, to)| [from, *to].map(|x| self.page_point(at(x)))));
         }
         out
     }

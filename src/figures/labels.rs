@@ -1,10 +1,10 @@
-//! Where labels stand: beside what they name, and on no other label; and labelled rings over coloured fields.
+//! Placement of labels beside what they name without overlaps, and labelled rings over colour maps.
 
 use super::scene::{Anchor, Point, Rect, Scene, Stroke, Text};
 use super::style::{INK, WHITE};
 use super::text::{self, Weight};
 
-/// Directions in which a label may stand from its place, the likeliest first.
+/// Directions from the named point in which a label may stand, the preferred first.
 const DIRECTIONS: [Point; 16] = [
     [1.0, -0.6],
     [1.0, 0.6],
@@ -23,33 +23,33 @@ const DIRECTIONS: [Point; 16] = [
     [-1.0, -0.3],
     [-1.0, 0.3],
 ];
-/// Distances from the place tried, in heights of the label.
+/// Distances from the named point that are tried, in heights of the label.
 const DISTANCES: [f64; 12] = [0.0, 0.4, 0.9, 1.5, 2.2, 3.0, 4.0, 5.2, 6.6, 8.2, 10.0, 12.0];
-/// Beyond this distance a line leads from the place to its label.
+/// Distance in heights of the label beyond which a line leads from the point to its label.
 const NEAR: f64 = 1.0;
-/// What a pixel's worth of distance costs against a square pixel of covered lines.
+/// Cost of a pixel of distance relative to a square pixel of covered lines.
 const DISTANCE_COST: f64 = 30.0;
 
-/// Where a label stands.
+/// Where a label was placed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Spot {
-    /// What it covers.
+    /// Area the label covers.
     pub rect: Rect,
-    /// From its place, if it stands so far off that it needs a line to it.
+    /// Line from the named point to the label, if the label stands too far off without one.
     pub leader: Option<[Point; 2]>,
 }
 
-/// What labels keep clear of.
+/// Areas of the page that labels should not cover.
 #[derive(Debug, Clone, Default)]
 pub struct Occupied {
-    /// Labels and marks, which no label covers as long as there is room.
+    /// Labels and marks, which a label covers only if there is no other room.
     pub marks: Vec<Rect>,
-    /// Pieces of lines, which labels rather do not cover.
+    /// Pieces of lines, which a label avoids if it can.
     pub lines: Vec<Rect>,
 }
 
 impl Occupied {
-    /// Takes a line as a row of small squares.
+    /// Adds a line as a row of small squares.
     pub(crate) fn add_line(&mut self, points: &[Point], width: f64) {
         for pair in points.windows(2) {
             let [dx, dy] = [pair[1][0] - pair[0][0], pair[1][1] - pair[0][1]];
@@ -59,9 +59,9 @@ impl Occupied {
         }
     }
 
-    /// The place for a label of half the size `half` that names what reaches `reach` around `at`: the nearest in `bounds`
-    /// that covers no mark, and few lines. It is then occupied.
-    pub fn place(&mut self, at: Point, reach: f64, half: [f64; 2], bounds: Rect) -> Spot {
+    /// Places a label of half-width and half-height `half` for a mark of radius `reach` at the point `at`: at the nearest spot in
+    /// `bounds` that covers no mark and few lines. The spot is occupied from then on.
+    pub fn place_label(&mut self, at: Point, reach: f64, half: [f64; 2], bounds: Rect) -> Spot {
         let height = 2.0 * half[1];
         let candidates = DISTANCES.iter().flat_map(|distance| DIRECTIONS.map(|direction| (*distance, direction)));
         let spot = |(distance, [dx, dy]): (f64, Point)| {
@@ -90,16 +90,16 @@ impl Occupied {
     }
 }
 
-/// The rectangle of half the size `half` around a place.
+/// Returns the rectangle with half-width and half-height `half` around `centre`.
 pub fn around(centre: Point, half: [f64; 2]) -> Rect {
     Rect { x: centre[0] - half[0], y: centre[1] - half[1], width: 2.0 * half[0], height: 2.0 * half[1] }
 }
 
-/// A mark at its place on the page.
+/// A labelled point on the page.
 pub(super) struct PlacedMark<'a> {
     pub at: Point,
     pub label: &'a str,
-    /// Drawn with a dashed ring.
+    /// Whether it lies behind what is drawn, and so gets a dashed ring.
     pub hidden: bool,
 }
 
@@ -108,13 +108,14 @@ const HIDDEN_RING: Stroke = Stroke { colour: INK, width: 4.0, dash: &[4.0, 8.0] 
 const LEADER: Stroke = Stroke { colour: INK, width: 2.0, dash: &[] };
 const RIM: Stroke = Stroke { colour: WHITE, width: 9.0, dash: &[] };
 
-fn radius(size: f64) -> f64 {
+/// Radius in pixels of the ring around a mark whose label has type size `size`.
+fn ring_radius(size: f64) -> f64 {
     0.3 * size
 }
 
-/// Draws each ring, and its label where it covers no other mark and, if possible, neither `lines` nor the border of `bounds`.
+/// Draws a ring at each mark, and labels where they cover no other mark and, if possible, neither `lines` nor the border of `bounds`.
 pub(super) fn draw_marks(scene: &mut Scene, marks: &[PlacedMark<'_>], lines: &[[Point; 2]], bounds: Rect, size: f64) {
-    let radius = radius(size);
+    let radius = ring_radius(size);
     for mark in marks {
         scene.circle(mark.at, radius, RIM);
         scene.circle(mark.at, radius, if mark.hidden { HIDDEN_RING } else { RING });
@@ -128,10 +129,10 @@ pub(super) fn draw_marks(scene: &mut Scene, marks: &[PlacedMark<'_>], lines: &[[
     }
 }
 
-/// Writes the label of a mark beside it.
+/// Places and draws the label of a mark, with a line to it if it stands far off.
 fn draw_label(scene: &mut Scene, occupied: &mut Occupied, mark: &PlacedMark<'_>, bounds: Rect, size: f64) {
     let half = [text::width(mark.label, size, Weight::Bold) / 2.0 + 4.0, text::capital_height(size) / 2.0 + 5.0];
-    let Spot { rect, leader } = occupied.place(mark.at, radius(size), half, bounds);
+    let Spot { rect, leader } = occupied.place_label(mark.at, ring_radius(size), half, bounds);
     if let Some(leader) = leader {
         scene.line(leader.to_vec(), LEADER);
     }

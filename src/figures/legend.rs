@@ -1,10 +1,10 @@
-//! A legend below a drawing: how something is drawn, and what it is.
+//! Legends below drawings: samples of lines and symbols with their meanings.
 
 use super::scene::{Anchor, Point, Rgb, Scene, Stroke, Text};
 use super::style::{BORDER, CURVES, MUTED, PAGE_WIDTH};
 use super::text::{self, Weight};
 
-/// Where the tool goes without compensation and with it.
+/// Stroke of the tool's path without compensation.
 pub(super) const BEFORE: Stroke = Stroke { colour: BEFORE_COLOUR, width: 6.0, dash: &[] };
 pub(super) const AFTER: Stroke = Stroke { colour: AFTER_COLOUR, width: 6.0, dash: &[16.0, 12.0] };
 pub(super) const BEFORE_COLOUR: Rgb = CURVES[4];
@@ -12,21 +12,21 @@ pub(super) const AFTER_COLOUR: Rgb = CURVES[3];
 pub(super) const BEFORE_WORDS: &str = "before compensation";
 pub(super) const AFTER_WORDS: &str = "after";
 
-/// Width of what is drawn beside the words.
+/// Width of a sample in pixels.
 pub(super) const WIDTH: f64 = 70.0;
 const GAP: f64 = 16.0;
 
-/// How an entry is drawn at a place.
+/// Draws a sample whose left end is at the given point.
 type Draw<'a> = Box<dyn Fn(&mut Scene, Point) + 'a>;
-/// One entry: how it is drawn, and its words.
+/// One entry of a legend: a function that draws the sample, and its text.
 pub(super) type Sample<'a> = (Draw<'a>, &'static str);
 
-/// A line as it is drawn.
-pub(super) fn line(stroke: Stroke) -> Draw<'static> {
+/// Returns a function that draws a sample line with this stroke.
+pub(super) fn line_sample(stroke: Stroke) -> Draw<'static> {
     Box::new(move |scene: &mut Scene, [x, y]: Point| scene.line(vec![[x, y], [x + WIDTH, y]], stroke))
 }
 
-/// Draws the entries in rows, the first with its baseline at `top`; returns the lower end.
+/// Draws the entries in rows, the first with its baseline at `top`; returns the lower end of the legend.
 pub(super) fn draw(scene: &mut Scene, samples: Vec<Sample<'_>>, size: f64, top: f64) -> f64 {
     let (mut x, mut y) = (BORDER, top);
     for (draw, words) in samples {

@@ -1,4 +1,4 @@
-//! Curves over two axes.
+//! Figure of curves in one pair of axes.
 
 use super::axis::{self, Axis, Plot, Spacing};
 use super::curves::{CurveStyle, Legend};
@@ -7,63 +7,64 @@ use super::scene::{Point, Rect, Scene, Stroke};
 use super::style::{self, BORDER, GRID, PAGE_WIDTH, Sizes};
 
 const SIZES: Sizes = Sizes::FIGURE;
-/// Height of the frame when the axes are free, and the most when they are equal.
+/// Height of the plot with free axes, and the most with equal ones, in pixels.
 const FRAME_HEIGHT: f64 = 860.0;
 const TALLEST_EQUAL: f64 = 1000.0;
-/// Shortest side of the frame when the axes are equal.
+/// Shortest side of the plot when the axes have equal scales, in pixels.
 const SHORTEST: f64 = 300.0;
 /// Share of the range left blank on each side.
 const MARGIN: f64 = 0.04;
-/// Width over height from which a frame with equal axes has its legend below.
+/// Ratio of width to height from which a plot with equal axes has its legend below.
 const WIDE: f64 = 1.6;
-/// Widest legend beside the frame.
+/// Widest legend beside the plot, in pixels.
 const SIDE_LEGEND: f64 = 600.0;
-/// Space between frame and legend.
+/// Space between plot and legend in pixels.
 const LEGEND_GAP: f64 = 44.0;
-/// One curve.
+/// One curve of a figure of curves.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LineSeries {
-    /// Its name in the legend; empty leaves it out.
+    /// Name in the legend; empty leaves the curve out there.
     pub label: String,
-    /// Points joined in order.
+    /// Points (x, y), joined in order.
     pub points: Vec<(f64, f64)>,
-    /// Dashed, each dashed curve in its own pattern; otherwise solid.
+    /// Whether the curve is dashed, each with a pattern of its own; otherwise it is solid.
     pub dashed: bool,
-    /// A band around it, from low to high over x: (x, low, high) with x ascending; none if empty.
+    /// Band around the curve as (x, low, high) with x ascending; empty for none.
     pub band: Vec<[f64; 3]>,
 }
 
 impl LineSeries {
-    /// A curve without a band.
+    /// Returns a curve without a band.
     pub fn new(label: impl Into<String>, points: Vec<(f64, f64)>, dashed: bool) -> Self {
         Self { label: label.into(), points, dashed, band: Vec::new() }
     }
 }
 
-/// Curves over two axes. Curves differ in colour, and in dash pattern or marker, so that a grey print keeps them apart.
+/// Curves in one pair of axes. They differ in colour, and in dash pattern or marker, so that a grey print keeps them apart.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct LineFigure {
-    /// The question.
+    /// Question that the figure answers.
     pub title: String,
-    /// The setting.
+    /// Conditions of the computation.
     pub subtitle: String,
-    /// For example "x \[mm\]".
+    /// Label of the horizontal axis, for example "x \[mm\]".
     pub x_label: String,
-    /// For example "y \[mm\]".
+    /// Label of the vertical axis, for example "y \[mm\]".
     pub y_label: String,
     /// The curves, the first one black.
     pub series: Vec<LineSeries>,
-    /// One unit is equally long on both axes.
+    /// Whether one unit is equally long on both axes.
     pub equal_axes: bool,
-    /// Logarithmic x axis.
+    /// Whether the x axis is logarithmic.
     pub log_x: bool,
-    /// Logarithmic y axis.
+    /// Whether the y axis is logarithmic.
     pub log_y: bool,
-    /// A remark a reader must not miss, for example "errors amplified 20x".
+    /// Remark a reader must not miss, for example "errors amplified 20x".
     pub closed_note: Option<String>,
 }
 
 impl LineFigure {
+    /// Checks that there is a point, the axes do not contradict each other, and every value can be drawn on its axis.
     fn check(&self) -> Result<(), FigureError> {
         if self.series.iter().all(|s| s.points.is_empty()) {
             return Err(FigureError::Empty { what: "line figure".into() });
@@ -84,6 +85,7 @@ impl LineFigure {
         })
     }
 
+    /// Returns the legend of the curves, drawn in `styles`.
     fn legend<'a>(&'a self, styles: &'a [CurveStyle]) -> Legend<'a> {
         Legend {
             entries: self.series.iter().map(|series| series.label.as_str()).zip(styles).collect(),
@@ -92,40 +94,42 @@ impl LineFigure {
         }
     }
 
-    /// The legend stands beside the frame if equal axes leave room there.
+    /// Whether the legend stands beside the plot, where equal axes leave room.
     fn legend_beside(&self) -> bool {
         let length = |(low, high): (f64, f64)| high - low;
-        self.equal_axes && length(self.ends(|p| p.0, false)) < WIDE * length(self.ends(|p| p.1, false))
+        self.equal_axes && length(self.axis_range(|p| p.0, false)) < WIDE * length(self.axis_range(|p| p.1, false))
     }
 
-    fn ends(&self, pick: impl Fn(&(f64, f64)) -> f64, log: bool) -> (f64, f64) {
+    /// Returns the padded range of the coordinate `pick` over all curves and bands; padded in logarithms if `log`.
+    fn axis_range(&self, pick: impl Fn(&(f64, f64)) -> f64, log: bool) -> (f64, f64) {
         let of_band = |s: &LineSeries| -> Vec<(f64, f64)> {
             s.band.iter().flat_map(|[x, low, high]| [(*x, *low), (*x, *high)]).collect()
         };
         let values = self.series.iter().flat_map(|s| s.points.iter().copied().chain(of_band(s))).map(|p| pick(&p));
         if log {
-            let (low, high) = axis::ends(values.map(f64::log10), MARGIN);
+            let (low, high) = axis::range(values.map(f64::log10), MARGIN);
             return (10_f64.powf(low), 10_f64.powf(high));
         }
-        axis::ends(values, MARGIN)
+        axis::range(values, MARGIN)
     }
 }
 
+/// Lays the figure out; `Err` when its data cannot be drawn.
 pub(super) fn scene(figure: &LineFigure) -> Result<Scene, FigureError> {
     figure.check()?;
-    let (mut scene, top) = style::page(&figure.title, &figure.subtitle, SIZES);
+    let (mut scene, top) = style::page_with_heading(&figure.title, &figure.subtitle, SIZES);
     let styles = CurveStyle::of(figure.series.iter().map(|s| (s.points.len(), s.dashed)));
     let plot = plot(figure, &styles, top + 0.3 * SIZES.body);
     plot.draw_grid(&mut scene, Stroke { colour: GRID, width: 1.5, dash: &[] });
-    plot.draw_below(&mut scene, &figure.x_label, SIZES.body, SIZES.tick);
-    plot.draw_beside(&mut scene, &figure.y_label, SIZES.body, SIZES.tick);
+    plot.draw_x_axis(&mut scene, &figure.x_label, SIZES.body, SIZES.tick);
+    plot.draw_y_axis(&mut scene, &figure.y_label, SIZES.body, SIZES.tick);
     for (series, style) in figure.series.iter().zip(&styles) {
         let of_band: Vec<[Point; 2]> =
-            series.band.iter().map(|[x, low, high]| [plot.place(*x, *low), plot.place(*x, *high)]).collect();
+            series.band.iter().map(|[x, low, high]| [plot.page_point(*x, *low), plot.page_point(*x, *high)]).collect();
         style.draw_band(&mut scene, &of_band);
     }
     for (index, (series, style)) in figure.series.iter().zip(&styles).enumerate() {
-        let points: Vec<Point> = series.points.iter().map(|(x, y)| plot.place(*x, *y)).collect();
+        let points: Vec<Point> = series.points.iter().map(|(x, y)| plot.page_point(*x, *y)).collect();
         style.draw_line(&mut scene, &points);
         style.draw_markers(&mut scene, &points, index);
     }
@@ -143,10 +147,10 @@ pub(super) fn scene(figure: &LineFigure) -> Result<Scene, FigureError> {
     Ok(scene)
 }
 
-/// The frame with its axes.
+/// Returns the plot with its axes, its upper side at `top` pixels.
 fn plot(figure: &LineFigure, styles: &[CurveStyle], top: f64) -> Plot {
-    let mut x = figure.ends(|p| p.0, figure.log_x);
-    let mut y = figure.ends(|p| p.1, figure.log_y);
+    let mut x = figure.axis_range(|p| p.0, figure.log_x);
+    let mut y = figure.axis_range(|p| p.1, figure.log_y);
     let spacing = |log, label: &str| if log { Spacing::Logarithmic } else { Spacing::of(label) };
     let y_axis = |ends: (f64, f64), height| {
         Axis::vertical(ends.0, ends.1, spacing(figure.log_y, &figure.y_label), height, SIZES.tick)
@@ -157,8 +161,8 @@ fn plot(figure: &LineFigure, styles: &[CurveStyle], top: f64) -> Plot {
     if figure.equal_axes {
         let room = rect.width - if figure.legend_beside() { legend_width(figure, styles) } else { 0.0 };
         let scale = (room / (x.1 - x.0)).min(TALLEST_EQUAL / (y.1 - y.0));
-        x = axis::at_least(x, SHORTEST / scale);
-        y = axis::at_least(y, SHORTEST / scale);
+        x = axis::widened_to(x, SHORTEST / scale);
+        y = axis::widened_to(y, SHORTEST / scale);
         rect.width = scale * (x.1 - x.0);
         rect.height = scale * (y.1 - y.0);
     }
@@ -169,7 +173,7 @@ fn plot(figure: &LineFigure, styles: &[CurveStyle], top: f64) -> Plot {
     }
 }
 
-/// Width that the legend takes beside the frame.
+/// Width in pixels that the legend takes beside the plot, with the gap.
 fn legend_width(figure: &LineFigure, styles: &[CurveStyle]) -> f64 {
     figure.legend(styles).width().min(SIDE_LEGEND) + LEGEND_GAP
 }

@@ -28,62 +28,53 @@ pub mod text;
 mod theme;
 mod volume;
 
-pub use agreement::{AgreementFigure, AgreementRow, Meant};
-pub use colours::{Colours, Shading, around_zero, of_turn};
+pub use agreement::{AgreementFigure, AgreementRow, Criterion};
+pub use colours::{Colours, Shading, cyclic_colour, diverging_colour};
 pub use error::FigureError;
 pub use lines::{LineFigure, LineSeries};
 pub use panels::{CurvePanel, PanelCurve, PanelFigure};
 pub use plan::{Look, PlanField, PlanFigure, PlanShape};
 pub use pose::{PoseFigure, Solid, Surroundings};
-pub use slices::{Mark2, SliceFigure, SlicePanel};
-pub use volume::{Mark3, VolumeFigure};
+pub use slices::{PlaneMark, SliceFigure, SlicePanel};
+pub use volume::{SpaceMark, VolumeFigure};
 
 /// One figure of any kind.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Figure {
-    /// Coloured maps over planes, one or more side by side.
+    /// Colour maps of one quantity over planes, one or more side by side.
     Slices(SliceFigure),
-    /// Coloured outside of a box, seen in three dimensions.
+    /// The outer faces of a box in the workspace, coloured by a quantity and seen in three dimensions.
     Volume(VolumeFigure),
-    /// Curves over two axes.
+    /// Curves in one pair of axes.
     Lines(LineFigure),
-    /// Such curves in panels side by side.
+    /// The same curves in several panels side by side.
     Panels(PanelFigure),
-    /// Shapes over equal axes and a map.
+    /// Outlines of part, obstacles and paths in a plane, on axes of equal scale, optionally over a colour map.
     Plan(Box<PlanFigure>),
-    /// Quoted numbers against ours.
+    /// Published numbers compared with computed ones.
     Agreement(AgreementFigure),
-    /// A machine as lines.
+    /// A machine drawn as lines in one or two poses.
     Pose(Box<PoseFigure>),
 }
 
 impl Figure {
-    /// The figure as an SVG document, 1600 px wide, with maps in `colours`; texts are outlines with their words as
-    /// labels.
-    ///
-    /// # Errors
-    /// When the data contradict each other or cannot be drawn; see [`FigureError`].
+    /// Returns the figure as an SVG document, 1600 px wide, with maps in `colours`; texts are outlines with their words as labels. `Err`
+    /// when the data contradict each other or cannot be drawn; see [`FigureError`].
     pub fn svg(&self, colours: Colours) -> Result<String, FigureError> {
         svg::svg(&self.scene(colours)?)
     }
 
-    /// The figure as a PNG file, 1600 px wide.
-    ///
-    /// # Errors
-    /// As [`Figure::svg`].
+    /// Returns the bytes of the figure as a PNG file, 1600 px wide, with maps in `colours`; `Err` as [`Figure::svg`].
     pub fn png(&self, colours: Colours) -> Result<Vec<u8>, FigureError> {
         png::png(&self.scene(colours)?)
     }
 
-    /// The document of [`Figure::svg`], as a page shows it: in dark colours where the page is dark.
-    pub(crate) fn for_page(svg: &str) -> String {
-        svg::for_page(svg)
+    /// Returns the SVG document `svg` with a style that turns its colours dark where the page that shows it is dark.
+    pub(crate) fn with_dark_theme(svg: &str) -> String {
+        svg::with_dark_theme(svg)
     }
 
-    /// The figure as it is laid out, before it is written.
-    ///
-    /// # Errors
-    /// When the data contradict each other or cannot be drawn; see [`FigureError`].
+    /// Lays the figure out as a scene, with maps in `colours`; `Err` when its data contradict each other or cannot be drawn.
     pub fn scene(&self, colours: Colours) -> Result<scene::Scene, FigureError> {
         match self {
             Self::Slices(figure) => slices::scene(figure, colours),

@@ -1,4 +1,4 @@
-//! The same curves in several situations, side by side.
+//! Figure of the same curves in several situations, in panels side by side.
 
 use super::axis::{self, Axis, Plot, Spacing};
 use super::curves::{CurveStyle, Legend};
@@ -9,7 +9,7 @@ use super::text::{self, LINE_PITCH, Weight};
 
 /// Most panels in one figure.
 const MOST_PANELS: usize = 6;
-/// Height of a frame with free axes, and the most with equal ones.
+/// Height of a panel with free axes, and the most with equal ones, in pixels.
 const FRAME_HEIGHT: f64 = 560.0;
 const TALLEST_EQUAL: f64 = 760.0;
 /// Space between the columns.
@@ -17,50 +17,52 @@ const GAP: f64 = 36.0;
 /// Share of the range left blank on each side.
 const MARGIN: f64 = 0.04;
 
-/// One curve, in pieces: the pen is lifted between them.
+/// One curve of a panel, in separate pieces that are not joined.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PanelCurve {
-    /// Points of each piece, joined in order.
+    /// Points (x, y) of each piece, joined in order.
     pub pieces: Vec<Vec<(f64, f64)>>,
 }
 
-/// One frame.
+/// One panel: a plot with its own title and curves.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CurvePanel {
-    /// Written above it.
+    /// Title above the panel.
     pub title: String,
     /// Its curves, in the order of [`PanelFigure::curves`]; a curve may be empty.
     pub curves: Vec<PanelCurve>,
 }
 
-/// Up to six frames with the same curves.
+/// Up to six panels with the same curves.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PanelFigure {
-    /// The question.
+    /// Question that the figure answers.
     pub title: String,
-    /// The setting.
+    /// Conditions of the computation.
     pub subtitle: String,
-    /// For example "x \[mm\]".
+    /// Label of the horizontal axes, for example "x \[mm\]".
     pub x_label: String,
-    /// For example "y \[mm\]".
+    /// Label of the vertical axes, for example "y \[mm\]".
     pub y_label: String,
     /// Names of the curves in the legend, and whether they are dashed; the first one is black.
     pub curves: Vec<(String, bool)>,
-    /// The frames, two in a row.
+    /// The panels, two in a row.
     pub panels: Vec<CurvePanel>,
-    /// One unit is equally long on both axes, and in all frames. Otherwise all frames have the same axes.
+    /// Whether one unit is equally long on both axes and in all panels. Otherwise all panels have the same axes.
     pub equal_axes: bool,
-    /// A remark a reader must not miss.
+    /// Remark a reader must not miss.
     pub note: String,
 }
 
 impl CurvePanel {
+    /// Yields all points of the panel's curves.
     fn points(&self) -> impl Iterator<Item = &(f64, f64)> {
         self.curves.iter().flat_map(|curve| curve.pieces.iter().flatten())
     }
 }
 
 impl PanelFigure {
+    /// Checks that there is a point, there are not too many panels, and every point can be drawn.
     fn check(&self) -> Result<(), FigureError> {
         if self.panels.iter().all(|panel| panel.points().next().is_none()) {
             return Err(FigureError::Empty { what: "figure of panels".into() });
@@ -73,37 +75,39 @@ impl PanelFigure {
         })
     }
 
+    /// Number of panels in a row.
     fn columns(&self) -> usize {
         self.panels.len().min(2)
     }
 
-    /// Ends of both axes of each panel.
+    /// Returns the ranges of both axes of each panel.
     fn ranges(&self) -> Vec<[(f64, f64); 2]> {
         if !self.equal_axes {
             let all = || self.panels.iter().flat_map(CurvePanel::points);
-            let shared = [axis::ends(all().map(|p| p.0), MARGIN), axis::ends(all().map(|p| p.1), MARGIN)];
+            let shared = [axis::range(all().map(|p| p.0), MARGIN), axis::range(all().map(|p| p.1), MARGIN)];
             return vec![shared; self.panels.len()];
         }
         let own = |panel: &CurvePanel| {
-            [axis::ends(panel.points().map(|p| p.0), MARGIN), axis::ends(panel.points().map(|p| p.1), MARGIN)]
+            [axis::range(panel.points().map(|p| p.0), MARGIN), axis::range(panel.points().map(|p| p.1), MARGIN)]
         };
         let own: Vec<_> = self.panels.iter().map(own).collect();
         let longest = |i: usize| own.iter().map(|r: &[(f64, f64); 2]| r[i].1 - r[i].0).fold(0.0, f64::max);
         let lengths = [longest(0), longest(1)];
-        own.iter().map(|range| [0, 1].map(|i| centred(range[i], lengths[i]))).collect()
+        own.iter().map(|range| [0, 1].map(|i| centred_range(range[i], lengths[i]))).collect()
     }
 }
 
-/// The range around the middle of `range` with this length.
-fn centred(range: (f64, f64), length: f64) -> (f64, f64) {
+/// Returns the range of this length around the middle of `range`.
+fn centred_range(range: (f64, f64), length: f64) -> (f64, f64) {
     let middle = f64::midpoint(range.0, range.1);
     (middle - length / 2.0, middle + length / 2.0)
 }
 
+/// Lays the figure out; `Err` when its data cannot be drawn.
 pub(super) fn scene(figure: &PanelFigure) -> Result<Scene, FigureError> {
     figure.check()?;
     let sizes = Sizes::FIGURE;
-    let (mut scene, top) = style::page(&figure.title, &figure.subtitle, sizes);
+    let (mut scene, top) = style::page_with_heading(&figure.title, &figure.subtitle, sizes);
     let longest = |index: usize| {
         let count = |panel: &CurvePanel| panel.curves.get(index).map_or(0, |c| c.pieces.iter().map(Vec::len).sum());
         figure.panels.iter().map(count).max().unwrap_or(0)
@@ -118,11 +122,11 @@ pub(super) fn scene(figure: &PanelFigure) -> Result<Scene, FigureError> {
         }
         plot.draw_grid(&mut scene, Stroke { colour: GRID, width: 1.5, dash: &[] });
         let is_lowest = index / grid.columns + 1 == figure.panels.len().div_ceil(grid.columns);
-        plot.draw_below(&mut scene, if is_lowest { &figure.x_label } else { "" }, sizes.body, sizes.tick);
+        plot.draw_x_axis(&mut scene, if is_lowest { &figure.x_label } else { "" }, sizes.body, sizes.tick);
         let is_first = index.is_multiple_of(grid.columns);
-        plot.draw_beside(&mut scene, if is_first { &figure.y_label } else { "" }, sizes.body, sizes.tick);
+        plot.draw_y_axis(&mut scene, if is_first { &figure.y_label } else { "" }, sizes.body, sizes.tick);
         for (which, (curve, style)) in panel.curves.iter().zip(&styles).enumerate() {
-            let placed = |piece: &Vec<(f64, f64)>| piece.iter().map(|(x, y)| plot.place(*x, *y)).collect();
+            let placed = |piece: &Vec<(f64, f64)>| piece.iter().map(|(x, y)| plot.page_point(*x, *y)).collect();
             let pieces: Vec<Vec<Point>> = curve.pieces.iter().map(placed).collect();
             pieces.iter().for_each(|piece| style.draw_line(&mut scene, piece));
             style.draw_markers(&mut scene, &pieces.concat(), which);
@@ -139,28 +143,27 @@ pub(super) fn scene(figure: &PanelFigure) -> Result<Scene, FigureError> {
     Ok(scene)
 }
 
+/// Returns the title of a panel, wrapped to `width` pixels.
 fn title_lines(panel: &CurvePanel, width: f64, sizes: Sizes) -> Vec<String> {
     text::wrap(&panel.title, sizes.body, Weight::Bold, width)
 }
 
-/// Where the frames stand.
+/// Positions and sizes of the panels on the page, in pixels, with room beside plots for tick labels and above them for titles.
 struct Layout {
     sizes: Sizes,
     columns: usize,
-    /// Upper left corner of the first frame.
     left: f64,
     top: f64,
     width: f64,
     height: f64,
     ranges: Vec<[(f64, f64); 2]>,
     x_spacing: Spacing,
-    /// Widest room beside a frame for its tick labels.
     beside: f64,
-    /// Room above a frame for its title.
     title: f64,
 }
 
 impl Layout {
+    /// Lays out the panels of `figure` below `top`.
     fn new(figure: &PanelFigure, sizes: Sizes, top: f64) -> Self {
         let (columns, ranges) = (figure.columns(), figure.ranges());
         let beside = |[_, (low, high)]: &[(f64, f64); 2]| {
@@ -191,11 +194,12 @@ impl Layout {
         }
     }
 
-    /// Height of a row: its frame, what stands below it, and the title of the next one.
+    /// Distance from one row of panels to the next, in pixels.
     fn pitch(&self) -> f64 {
         self.height + axis::depth_below(self.sizes.tick) + self.title
     }
 
+    /// Returns the plot of the panel `index`.
     fn plot(&self, index: usize) -> Plot {
         let (row, column) = (index / self.columns, index % self.columns);
         let rect = Rect {
@@ -212,6 +216,7 @@ impl Layout {
         }
     }
 
+    /// Returns the y below the panels and their axis labels.
     fn bottom(&self, figure: &PanelFigure) -> f64 {
         self.top + figure.panels.len().div_ceil(self.columns) as f64 * self.pitch() - self.title
             + axis::label_depth(self.sizes.body)

@@ -1,4 +1,4 @@
-//! What stands where, seen along an axis: a part, its path, what is in the way, over a map.
+//! Plan: outlines of a part, its path and obstacles, seen along an axis, optionally over a colour map.
 
 use super::axis::{self, Axis, Plot, Spacing};
 use super::colour_bar::{ColourBar, Scale};
@@ -8,113 +8,114 @@ use super::field::{self, Picture};
 use super::labels::{Occupied, Spot, around};
 use super::legend::{self, Sample};
 use super::scene::{Anchor, Point, Rect, Rgb, Scene, Stroke, Text};
-use super::shapes::hatched;
+use super::shapes::hatching_lines;
 use super::style::{self, BORDER, GRID, HATCH, INK, MUTED, PAGE_WIDTH, Sizes, WHITE};
 use super::text::{self, Weight};
 
 const SIZES: Sizes = Sizes::FIGURE;
-/// Highest frame, and shortest side of one.
+/// Highest plot, and shortest side of one, in pixels.
 const TALLEST: f64 = 1150.0;
 const SHORTEST: f64 = 420.0;
 /// Share of the range left blank on each side.
 const MARGIN: f64 = 0.05;
 const BAR_GAP: f64 = 34.0;
-/// Distance of the lines over what is in the way, in pixels.
+/// Distance of the hatching lines over obstacles, in pixels.
 const PITCH: f64 = 17.0;
-/// Radius of a mark.
+/// Radius of a mark in pixels.
 const MARK: f64 = 13.0;
-/// Levels of the colours of a line.
+/// Number of different colours along a line coloured by value.
 const LEVELS: f64 = 32.0;
 
-/// The part at the place that is recommended, and the room around it.
+/// Border and fill of the part at the recommended place.
 pub(super) const PART: [Rgb; 2] = [[11, 79, 138], [219, 232, 245]];
 pub(super) const ROOM: [Rgb; 2] = [[184, 84, 0], [253, 226, 200]];
-pub(super) const IN_THE_WAY: Rgb = [192, 57, 43];
+pub(super) const OBSTACLE: Rgb = [192, 57, 43];
 
-/// How a shape of a plan is drawn.
+/// Meaning of a shape of a plan, which decides how it is drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Look {
-    /// A filled area with a strong border.
+    /// The part: a filled area with a strong border.
     Part,
-    /// A smaller filled area in a colour of its own.
+    /// Space around the part's place: a smaller filled area in a colour of its own.
     Room,
-    /// A dashed border.
+    /// Something for comparison: a dashed border.
     Ghost,
-    /// A hatched area.
-    InTheWay,
-    /// A line.
+    /// An obstacle: a hatched area.
+    Obstacle,
+    /// The tool's path on the part: a line in the part's colour.
     Path,
-    /// A thin dark line.
-    Wanted,
-    /// Where the tool goes without compensation.
+    /// The target path that actual ones are compared with: a thin dark line.
+    TargetPath,
+    /// The tool's path without compensation.
     Before,
-    /// Where it goes with it.
+    /// The tool's path with compensation.
     After,
 }
 
 impl Look {
-    /// How it is drawn, of lines.
+    /// Returns the stroke of lines; `None` for areas.
     fn stroke(self) -> Option<Stroke> {
         match self {
             Look::Path => Some(Stroke { colour: PART[0], width: 3.5, dash: &[] }),
-            Look::Wanted => Some(Stroke { colour: INK, width: 3.5, dash: &[] }),
+            Look::TargetPath => Some(Stroke { colour: INK, width: 3.5, dash: &[] }),
             Look::Before => Some(legend::BEFORE),
             Look::After => Some(legend::AFTER),
-            Look::Part | Look::Room | Look::Ghost | Look::InTheWay => None,
+            Look::Part | Look::Room | Look::Ghost | Look::Obstacle => None,
         }
     }
 }
 
-/// A polygon or a line.
+/// A polygon or a line of a plan.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlanShape {
-    /// How it is drawn.
+    /// What it stands for, which decides how it is drawn.
     pub look: Look,
-    /// Corners in turn, of a convex polygon where it is filled or hatched; or points of a line.
+    /// Points (x, y) of a line, or corners of a polygon in turn; a polygon that is filled or hatched must be convex.
     pub points: Vec<(f64, f64)>,
-    /// Written beside it; empty for nothing.
+    /// Text beside it; empty for none.
     pub label: String,
 }
 
-/// A map under the shapes.
+/// A colour map under the shapes of a plan.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlanField {
-    /// Node coordinates to the right, ascending.
+    /// Node coordinates along the horizontal axis, ascending.
     pub x: Vec<f64>,
-    /// Node coordinates upward, ascending.
+    /// Node coordinates along the vertical axis, ascending.
     pub y: Vec<f64>,
-    /// Row-major values, y outer, x inner; `None` is hatched.
+    /// Values in rows, y outer, x inner; cells with `None` are hatched.
     pub values: Vec<Option<f64>>,
-    /// What a hatched cell means.
+    /// Meaning of a hatched cell.
     pub missing: String,
 }
 
-/// Shapes over axes on which one unit is equally long.
+/// Shapes over two axes of equal scale.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlanFigure {
     /// What is shown.
     pub title: String,
-    /// The setting.
+    /// Conditions of the computation.
     pub subtitle: String,
-    /// For example "x \[mm\]".
+    /// Label of the horizontal axis, for example "x \[mm\]".
     pub x_label: String,
-    /// For example "y \[mm\]".
+    /// Label of the vertical axis, for example "y \[mm\]".
     pub y_label: String,
-    /// What colours mean, for example "error \[mm\]"; empty without a map and coloured lines.
+    /// Quantity that the colours show, for example "error \[mm\]"; empty without a map and coloured lines.
     pub quantity: String,
-    /// A faint map below.
+    /// Faint colour map under the shapes.
     pub field: Option<PlanField>,
-    /// In drawing order.
+    /// Shapes in drawing order.
     pub shapes: Vec<PlanShape>,
-    /// Pieces of a line coloured by value: x, y, value.
+    /// Pieces of a line coloured by value, as points (x, y, value).
     pub coloured: Vec<Vec<(f64, f64, f64)>>,
-    /// Points with their labels.
+    /// Labelled points (x, y, label).
     pub marks: Vec<(f64, f64, String)>,
-    /// A remark a reader must not miss.
+    /// Remark a reader must not miss.
     pub note: String,
 }
 
 impl PlanFigure {
+    /// Checks that there is something to draw, and that every value can be drawn.
     fn check(&self) -> Result<(), FigureError> {
         if self.shapes.iter().all(|shape| shape.points.is_empty()) && self.coloured.iter().all(Vec::is_empty) {
             return Err(FigureError::Empty { what: "plan".into() });
@@ -130,6 +131,7 @@ impl PlanFigure {
         })
     }
 
+    /// Returns the colour scale of the map, or else of the coloured lines; `None` without values.
     fn scale(&self, colours: Colours) -> Result<Option<Scale>, FigureError> {
         match &self.field {
             Some(field) => Scale::new(field.values.iter().copied().flatten(), None, (colours, Shading::Faint)),
@@ -137,7 +139,7 @@ impl PlanFigure {
         }
     }
 
-    /// Ends of both axes.
+    /// Returns the ranges of both axes: all shapes, marks, lines and the map, with a margin.
     fn extents(&self) -> [(f64, f64); 2] {
         let shapes = self.shapes.iter().flat_map(|shape| shape.points.iter().copied());
         let coloured = self.coloured.iter().flatten().map(|p| (p.0, p.1));
@@ -147,10 +149,11 @@ impl PlanFigure {
             let [x, y] = field::edges([&field.x, &field.y]);
             all.extend([(x[0], y[0]), (x[x.len() - 1], y[y.len() - 1])]);
         }
-        [axis::ends(all.iter().map(|p| p.0), MARGIN), axis::ends(all.iter().map(|p| p.1), MARGIN)]
+        [axis::range(all.iter().map(|p| p.0), MARGIN), axis::range(all.iter().map(|p| p.1), MARGIN)]
     }
 }
 
+/// Lays the figure out, its map in `colours`; `Err` when its data cannot be drawn.
 pub(super) fn scene(figure: &PlanFigure, colours: Colours) -> Result<Scene, FigureError> {
     figure.check()?;
     let scale = figure.scale(colours)?;
@@ -162,14 +165,14 @@ pub(super) fn scene(figure: &PlanFigure, colours: Colours) -> Result<Scene, Figu
         size: SIZES.body,
         tick_size: SIZES.tick,
     };
-    let (mut scene, top) = style::page(&figure.title, &figure.subtitle, SIZES);
+    let (mut scene, top) = style::page_with_heading(&figure.title, &figure.subtitle, SIZES);
     let has_bar = scale.is_some();
     let plot = plot(figure, top + 0.2 * SIZES.body, if has_bar { bar.width(0.7 * TALLEST) + BAR_GAP } else { 0.0 });
     if let Some((field, scale)) = figure.field.as_ref().zip(scale) {
         let [x, y] = field::edges([&field.x, &field.y]);
         let colour =
             |column: usize, row: usize| field.values[row * field.x.len() + column].map(|value| scale.colour(value));
-        scene.picture(Picture::new(plot.rect_of(&x, &y).frame(), &x, &y, colour));
+        scene.picture(Picture::new(plot.cell_rect(&x, &y).frame(), &x, &y, colour));
     } else {
         plot.draw_grid(&mut scene, Stroke { colour: GRID, width: 1.5, dash: &[] });
     }
@@ -181,8 +184,8 @@ pub(super) fn scene(figure: &PlanFigure, colours: Colours) -> Result<Scene, Figu
         draw_coloured(&mut scene, &plot, piece, scale, &mut occupied);
     }
     plot.draw_frame(&mut scene);
-    plot.draw_below(&mut scene, &figure.x_label, SIZES.body, SIZES.tick);
-    plot.draw_beside(&mut scene, &figure.y_label, SIZES.body, SIZES.tick);
+    plot.draw_x_axis(&mut scene, &figure.x_label, SIZES.body, SIZES.tick);
+    plot.draw_y_axis(&mut scene, &figure.y_label, SIZES.body, SIZES.tick);
     draw_labels(&mut scene, &plot, figure, occupied);
     let height = plot.rect.height.clamp(SHORTEST, 0.7 * TALLEST);
     if has_bar {
@@ -190,37 +193,38 @@ pub(super) fn scene(figure: &PlanFigure, colours: Colours) -> Result<Scene, Figu
     }
     let mut bottom = plot.rect.bottom() + axis::depth_below(SIZES.tick) + axis::label_depth(SIZES.body);
     bottom = bottom.max(plot.rect.y + height);
-    let samples = samples(figure);
+    let samples = legend_samples(figure);
     if !samples.is_empty() {
         bottom = legend::draw(&mut scene, samples, SIZES.tick, bottom + 1.6 * SIZES.body);
     }
-    scene.height = style::note(&mut scene, &figure.note, bottom, SIZES.body) + BORDER;
+    scene.height = style::draw_note(&mut scene, &figure.note, bottom, SIZES.body) + BORDER;
     Ok(scene)
 }
 
-/// What lines are, where some show what compensation does.
-fn samples(figure: &PlanFigure) -> Vec<Sample<'_>> {
+/// Returns the legend entries of the lines, where the plan shows paths before or after compensation; otherwise none.
+fn legend_samples(figure: &PlanFigure) -> Vec<Sample<'_>> {
     let has = |look: Look| figure.shapes.iter().any(|shape| shape.look == look);
     if !has(Look::Before) && !has(Look::After) {
         return Vec::new();
     }
     let words = [
         (Look::Path, "path wanted"),
-        (Look::Wanted, "path wanted"),
+        (Look::TargetPath, "path wanted"),
         (Look::Before, legend::BEFORE_WORDS),
         (Look::After, legend::AFTER_WORDS),
     ];
-    let sample = |(look, words): (Look, &'static str)| Some((legend::line(look.stroke()?) as _, words));
+    let sample = |(look, words): (Look, &'static str)| Some((legend::line_sample(look.stroke()?) as _, words));
     words.into_iter().filter(|(look, _)| has(*look)).filter_map(sample).collect()
 }
 
+/// Returns the plot with its axes, its upper side at `top`, leaving `beside` pixels at its right.
 fn plot(figure: &PlanFigure, top: f64, beside: f64) -> Plot {
     let [mut x, mut y] = figure.extents();
     let numbers = Axis::vertical(y.0, y.1, Spacing::Linear, TALLEST, SIZES.tick).depth_beside(SIZES.tick);
     let left = BORDER + axis::label_depth(SIZES.body) + numbers;
     let room = PAGE_WIDTH - left - BORDER - beside.max(SIZES.tick);
     let scale = (room / (x.1 - x.0)).min(TALLEST / (y.1 - y.0));
-    (x, y) = (axis::at_least(x, SHORTEST / scale), axis::at_least(y, SHORTEST / scale));
+    (x, y) = (axis::widened_to(x, SHORTEST / scale), axis::widened_to(y, SHORTEST / scale));
     let (width, height) = (scale * (x.1 - x.0), scale * (y.1 - y.0));
     let rect = Rect { x: left + ((room - width) / 2.0).max(0.0), y: top, width, height };
     Plot {
@@ -230,8 +234,9 @@ fn plot(figure: &PlanFigure, top: f64, beside: f64) -> Plot {
     }
 }
 
+/// Draws a shape, and marks its line as occupied for labels.
 fn draw_shape(scene: &mut Scene, plot: &Plot, shape: &PlanShape, occupied: &mut Occupied) {
-    let points: Vec<Point> = shape.points.iter().map(|(x, y)| plot.place(*x, *y)).collect();
+    let points: Vec<Point> = shape.points.iter().map(|(x, y)| plot.page_point(*x, *y)).collect();
     if points.is_empty() {
         return;
     }
@@ -246,20 +251,20 @@ fn draw_shape(scene: &mut Scene, plot: &Plot, shape: &PlanShape, occupied: &mut 
             scene.outline(&points, line(ROOM[0], 5.0, &[]));
         }
         Look::Ghost => scene.outline(&points, line(HATCH, 4.0, &[16.0, 12.0])),
-        Look::InTheWay => {
-            for piece in hatched(&points, PITCH) {
-                scene.line(piece.to_vec(), line(IN_THE_WAY, 2.5, &[]));
+        Look::Obstacle => {
+            for piece in hatching_lines(&points, PITCH) {
+                scene.line(piece.to_vec(), line(OBSTACLE, 2.5, &[]));
             }
-            scene.outline(&points, line(IN_THE_WAY, 5.0, &[]));
+            scene.outline(&points, line(OBSTACLE, 5.0, &[]));
         }
-        Look::Path | Look::Wanted | Look::Before | Look::After => {
+        Look::Path | Look::TargetPath | Look::Before | Look::After => {
             shape.look.stroke().into_iter().for_each(|stroke| scene.line(points.clone(), stroke));
         }
     }
     occupied.add_line(&points, 10.0);
 }
 
-/// A line in the colours of its values, with a dark border that pale colours need.
+/// Draws a line in the colours of its values, with a dark border that pale colours need.
 fn draw_coloured(
     scene: &mut Scene,
     plot: &Plot,
@@ -267,12 +272,12 @@ fn draw_coloured(
     scale: Option<Scale>,
     occupied: &mut Occupied,
 ) {
-    let points: Vec<Point> = piece.iter().map(|(x, y, _)| plot.place(*x, *y)).collect();
+    let points: Vec<Point> = piece.iter().map(|(x, y, _)| plot.page_point(*x, *y)).collect();
     scene.line(points.clone(), Stroke { colour: INK, width: 14.0, dash: &[] });
     occupied.add_line(&points, 14.0);
     let Some(scale) = scale else { return };
     let colour = |k: usize| {
-        let value = scale.levelled(0.5 * (piece[k].2 + piece[k + 1].2), LEVELS);
+        let value = scale.level_centre(0.5 * (piece[k].2 + piece[k + 1].2), LEVELS);
         let [r, g, b, _] = scale.colour(value);
         [r, g, b]
     };
@@ -286,34 +291,34 @@ fn draw_coloured(
     }
 }
 
-/// Names of marks, then of shapes.
+/// Draws rings at the marks, then labels of marks and of shapes.
 fn draw_labels(scene: &mut Scene, plot: &Plot, figure: &PlanFigure, mut occupied: Occupied) {
-    let places: Vec<Point> = figure.marks.iter().map(|(x, y, _)| plot.place(*x, *y)).collect();
+    let places: Vec<Point> = figure.marks.iter().map(|(x, y, _)| plot.page_point(*x, *y)).collect();
     for at in &places {
         scene.circle(*at, MARK, Stroke { colour: WHITE, width: 8.0, dash: &[] });
         scene.circle(*at, MARK, Stroke { colour: INK, width: 4.0, dash: &[] });
         occupied.marks.push(around(*at, [MARK + 2.0; 2]));
     }
     for (at, (_, _, label)) in places.into_iter().zip(&figure.marks) {
-        write(scene, &mut occupied, plot.rect, (at, MARK), (label, INK));
+        draw_label(scene, &mut occupied, plot.rect, (at, MARK), (label, INK));
     }
     for shape in figure.shapes.iter().filter(|shape| !shape.label.is_empty() && !shape.points.is_empty()) {
-        let points: Vec<Point> = shape.points.iter().map(|(x, y)| plot.place(*x, *y)).collect();
+        let points: Vec<Point> = shape.points.iter().map(|(x, y)| plot.page_point(*x, *y)).collect();
         let colour = match shape.look {
             Look::Part | Look::Path => PART[0],
             Look::Room => ROOM[0],
-            Look::InTheWay => IN_THE_WAY,
+            Look::Obstacle => OBSTACLE,
             Look::Ghost => MUTED,
-            Look::Wanted | Look::Before | Look::After => INK,
+            Look::TargetPath | Look::Before | Look::After => INK,
         };
         // The highest corner.
         let top = points.iter().copied().reduce(|a, b| if b[1] < a[1] { b } else { a }).unwrap_or_default();
-        write(scene, &mut occupied, plot.rect, (top, 4.0), (&shape.label, colour));
+        draw_label(scene, &mut occupied, plot.rect, (top, 4.0), (&shape.label, colour));
     }
 }
 
-/// A label of one or several lines.
-fn write(
+/// Places and draws a label of one or several lines for what reaches `reach` pixels around the point `at`.
+fn draw_label(
     scene: &mut Scene,
     occupied: &mut Occupied,
     bounds: Rect,
@@ -324,7 +329,7 @@ fn write(
     let widest = lines.iter().map(|line| text::width(line, SIZES.tick, Weight::Bold)).fold(0.0, f64::max);
     let height = text::capital_height(SIZES.tick) + lines.len().saturating_sub(1) as f64 * 1.15 * SIZES.tick;
     let half = [widest / 2.0 + 6.0, height / 2.0 + 7.0];
-    let Spot { rect, leader } = occupied.place(at, reach, half, bounds);
+    let Spot { rect, leader } = occupied.place_label(at, reach, half, bounds);
     if let Some(leader) = leader {
         scene.line(leader.to_vec(), Stroke { colour: MUTED, width: 2.5, dash: &[] });
     }

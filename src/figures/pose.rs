@@ -1,8 +1,8 @@
-//! A machine in one or two poses, seen from above, right and front.
+//! Figure of a machine as lines in one or two poses, seen from above, right and front.
 
 use super::error::{FigureError, check_drawable};
 use super::labels::{Occupied, Spot, around};
-use super::legend::{self, Sample, line};
+use super::legend::{self, Sample, line_sample};
 use super::plan;
 use super::scene::{Anchor, Point, Rect, Rgb, Scene, Stroke, Text};
 use super::style::{self, BORDER, CURVES, HATCH, INK, MUTED, PAGE_WIDTH, Sizes, WHITE};
@@ -13,18 +13,18 @@ const SIZES: Sizes = Sizes::FIGURE;
 /// Direction of view: the eye stands at this azimuth from +x and elevation from the xy plane, in degrees.
 const AZIMUTH: f64 = 32.0;
 const ELEVATION: f64 = 24.0;
-/// Highest drawing.
+/// Highest drawing, in pixels.
 const TALLEST: f64 = 1150.0;
-/// Side of the mark of a drive.
+/// Half side of the square of a drive, in pixels.
 const MARK: f64 = 13.0;
-/// Radius of the mark of the largest mass, and least one.
+/// Radius in pixels of the symbol of the largest mass, and the smallest radius.
 const MASS: [f64; 2] = [24.0, 7.0];
-/// Half the width of a spring, and its turns.
+/// Half the width of a spring in pixels, and its turns.
 const COIL: f64 = 9.0;
 const TURNS: usize = 7;
 /// Length of a frame's axes as a share of the drawing's diagonal.
 const FRAME: f64 = 0.09;
-/// Space left and right of the drawing for labels.
+/// Space left and right of the drawing for labels, in pixels.
 const SIDE: f64 = 150.0;
 
 const BOX: Stroke = Stroke { colour: HATCH, width: 2.5, dash: &[10.0, 10.0] };
@@ -34,31 +34,31 @@ const LINK: Stroke = Stroke { colour: INK, width: 6.0, dash: &[] };
 const TOOL: Stroke = Stroke { colour: CURVES[1], width: 9.0, dash: &[] };
 const PART: Stroke = Stroke { colour: plan::PART[0], width: 4.5, dash: &[] };
 const PATH: Stroke = Stroke { colour: INK, width: 3.5, dash: &[] };
-const IN_THE_WAY: Stroke = Stroke { colour: plan::IN_THE_WAY, width: 4.5, dash: &[] };
+const OBSTACLE: Stroke = Stroke { colour: plan::OBSTACLE, width: 4.5, dash: &[] };
 const BENT: Stroke = Stroke { colour: CURVES[2], width: 6.0, dash: &[] };
 
-/// A machine as lines: chains, joints, springs, masses, the ways of its slides, frames, the workspace box and named points.
+/// A machine as lines: chains, joints, springs, masses, guideways, frames, workspace box and named points; positions in frame O.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PoseFigure {
     /// What is shown.
     pub title: String,
-    /// The setting.
+    /// Conditions of the drawing.
     pub subtitle: String,
-    /// The machine as commanded.
+    /// The machine as commanded (unloaded).
     pub pose: Skeleton,
-    /// The same machine displaced, drawn over it; displacements are amplified already.
+    /// The loaded machine in equilibrium, drawn over it; its displacements are amplified already.
     pub displaced: Option<Skeleton>,
-    /// Ends of the ways of slides, mm.
+    /// Ends of the guideways of slides, mm.
     pub rails: Vec<[[f64; 3]; 2]>,
-    /// Lower and upper corner of the workspace of P, mm; equal where there is none.
+    /// Lower and upper corner of the workspace of P, mm; equal if there is none.
     pub workspace: [[f64; 3]; 2],
-    /// What stands around it.
+    /// Part, obstacles and tool paths around the machine.
     pub around: Surroundings,
-    /// A remark a reader must not miss, for example the amplification.
+    /// Remark a reader must not miss, for example the amplification.
     pub note: Option<String>,
 }
 
-/// A box that need not be upright.
+/// A box at any orientation, with a name.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Solid {
     /// Its name.
@@ -67,26 +67,28 @@ pub struct Solid {
     pub corners: [[f64; 3]; 8],
 }
 
-/// What stands around a machine, and what it cuts.
+/// Part, obstacles and tool paths in frame O, drawn around a machine.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Surroundings {
-    /// The room the part takes.
+    /// Box around the space that the part takes.
     pub part: Option<Solid>,
     /// Boxes that the part must stay out of.
-    pub in_the_way: Vec<Solid>,
+    pub obstacles: Vec<Solid>,
     /// Paths of the tool, mm.
     pub paths: Vec<Vec<[f64; 3]>>,
-    /// Where it goes without compensation, mm; deviations are amplified already.
+    /// Paths of the tool without compensation, mm; deviations are amplified already.
     pub before: Vec<Vec<[f64; 3]>>,
-    /// Where it goes with it.
+    /// Paths of the tool with compensation, mm; deviations are amplified already.
     pub after: Vec<Vec<[f64; 3]>>,
 }
 
 impl Surroundings {
+    /// Yields the part and the obstacles.
     fn solids(&self) -> impl Iterator<Item = &Solid> {
-        self.part.iter().chain(&self.in_the_way)
+        self.part.iter().chain(&self.obstacles)
     }
 
+    /// Yields all corners of boxes and points of paths, mm.
     fn points(&self) -> impl Iterator<Item = [f64; 3]> {
         let lines = [&self.paths, &self.before, &self.after];
         self.solids().flat_map(|solid| solid.corners).chain(lines.into_iter().flatten().flatten().copied())
@@ -94,6 +96,7 @@ impl Surroundings {
 }
 
 impl PoseFigure {
+    /// Yields every point that must fit into the drawing, the origin of O included, mm.
     fn points(&self) -> impl Iterator<Item = [f64; 3]> {
         let skeletons = std::iter::once(&self.pose).chain(&self.displaced);
         let of = |s: &Skeleton| {
@@ -108,20 +111,23 @@ impl PoseFigure {
         skeletons.flat_map(of).chain(ends).chain(self.around.points()).chain([[0.0; 3]])
     }
 
+    /// Whether there is a workspace box to draw.
     fn has_workspace(&self) -> bool {
         self.workspace[0] != self.workspace[1]
     }
 
+    /// Returns the stroke of a box: that of obstacles or that of the part.
     fn solid_stroke(&self, solid: &Solid) -> Stroke {
-        if self.around.in_the_way.contains(solid) { IN_THE_WAY } else { PART }
+        if self.around.obstacles.contains(solid) { OBSTACLE } else { PART }
     }
 
+    /// Largest mass of the machine in kg; 0 without masses.
     fn largest_mass(&self) -> f64 {
         self.pose.masses().fold(0.0, |most, mass| most.max(mass.kilograms))
     }
 }
 
-/// A parallel projection onto the page.
+/// Parallel projection of frame O (mm) onto the page (pixels); `right` and `up` are the directions in O that point so on the page.
 struct View {
     right: [f64; 3],
     up: [f64; 3],
@@ -129,11 +135,12 @@ struct View {
     origin: Point,
     top: f64,
     bottom: f64,
-    /// Largest extent of what is shown, mm.
+    /// Largest extent of what is drawn, mm.
     size: f64,
 }
 
 impl View {
+    /// Returns the projection that fits the whole figure between the page's borders, below `top`.
     fn fitted(figure: &PoseFigure, top: f64) -> Self {
         let (az, el) = (AZIMUTH.to_radians(), ELEVATION.to_radians());
         let mut view = Self {
@@ -146,7 +153,7 @@ impl View {
             size: 1.0,
         };
         let corners = box_corners(figure.workspace);
-        let places: Vec<Point> = figure.points().chain(corners).map(|p| view.place(p)).collect();
+        let places: Vec<Point> = figure.points().chain(corners).map(|p| view.project(p)).collect();
         let span = |axis: usize| {
             let values = places.iter().map(|p| p[axis]);
             (values.clone().fold(f64::INFINITY, f64::min), values.fold(f64::NEG_INFINITY, f64::max))
@@ -161,35 +168,39 @@ impl View {
         view
     }
 
-    fn place(&self, point: [f64; 3]) -> Point {
+    /// Projects a point in O (mm) onto the page.
+    fn project(&self, point: [f64; 3]) -> Point {
         let dot = |along: [f64; 3]| (0..3).map(|axis| along[axis] * point[axis]).sum::<f64>();
         [self.origin[0] + self.scale * dot(self.right), self.origin[1] - self.scale * dot(self.up)]
     }
 
-    fn line(&self, scene: &mut Scene, points: &[[f64; 3]], stroke: Stroke) {
-        scene.line(points.iter().map(|p| self.place(*p)).collect(), stroke);
+    /// Draws the projection of a polyline in O (mm).
+    fn draw_line(&self, scene: &mut Scene, points: &[[f64; 3]], stroke: Stroke) {
+        scene.line(points.iter().map(|p| self.project(*p)).collect(), stroke);
     }
 }
 
+/// Returns the corners of the upright box between `low` and `high`, in the order of [`Solid::corners`].
 fn box_corners([low, high]: [[f64; 3]; 2]) -> [[f64; 3]; 8] {
     std::array::from_fn(|k| std::array::from_fn(|axis| if k >> axis & 1 == 1 { high[axis] } else { low[axis] }))
 }
 
+/// Lays the figure out; `Err` when there is no chain or a point cannot be drawn.
 pub(super) fn scene(figure: &PoseFigure) -> Result<Scene, FigureError> {
     check_drawable(figure.points().flatten(), || "pose figure".into())?;
     if figure.pose.chains.is_empty() {
         return Err(FigureError::Empty { what: "pose figure".into() });
     }
-    let (mut scene, top) = style::page(&figure.title, &figure.subtitle, SIZES);
+    let (mut scene, top) = style::page_with_heading(&figure.title, &figure.subtitle, SIZES);
     let view = View::fitted(figure, top);
     if figure.has_workspace() {
-        box_edges(box_corners(figure.workspace)).for_each(|edge| view.line(&mut scene, &edge, BOX));
+        box_edges(box_corners(figure.workspace)).for_each(|edge| view.draw_line(&mut scene, &edge, BOX));
     }
     for rail in &figure.rails {
-        view.line(&mut scene, rail, RAIL);
+        view.draw_line(&mut scene, rail, RAIL);
     }
     for solid in figure.around.solids() {
-        box_edges(solid.corners).for_each(|edge| view.line(&mut scene, &edge, figure.solid_stroke(solid)));
+        box_edges(solid.corners).for_each(|edge| view.draw_line(&mut scene, &edge, figure.solid_stroke(solid)));
     }
     match &figure.displaced {
         None => draw_machine(&mut scene, &view, &figure.pose, LINK, figure.largest_mass()),
@@ -200,57 +211,59 @@ pub(super) fn scene(figure: &PoseFigure) -> Result<Scene, FigureError> {
     }
     let Surroundings { paths, before, after, .. } = &figure.around;
     for (lines, stroke) in [(paths, PATH), (before, legend::BEFORE), (after, legend::AFTER)] {
-        lines.iter().for_each(|path| view.line(&mut scene, path, stroke));
+        lines.iter().for_each(|path| view.draw_line(&mut scene, path, stroke));
     }
-    let mut occupied = occupied(&view, figure);
+    let mut occupied = occupied_areas(&view, figure);
     draw_frame(&mut scene, &view, &mut occupied);
     draw_labels(&mut scene, &view, figure, occupied);
     let lowest = view.bottom.max(scene.lowest());
-    let mut bottom = legend::draw(&mut scene, samples(figure), SIZES.tick, lowest + 1.6 * SIZES.body);
-    bottom = style::note(&mut scene, figure.note.as_deref().unwrap_or_default(), bottom, SIZES.body);
+    let mut bottom = legend::draw(&mut scene, legend_samples(figure), SIZES.tick, lowest + 1.6 * SIZES.body);
+    bottom = style::draw_note(&mut scene, figure.note.as_deref().unwrap_or_default(), bottom, SIZES.body);
     scene.height = bottom + BORDER;
     Ok(scene)
 }
 
-/// The edges of a box with these corners.
+/// Yields the edges of a box with these corners, as pairs of ends.
 fn box_edges(corners: [[f64; 3]; 8]) -> impl Iterator<Item = [[f64; 3]; 2]> {
     let pairs = (0..8usize).flat_map(|a| [1, 2, 4].map(|bit| (a, a | bit))).filter(|(a, b)| a != b);
     pairs.map(move |(a, b)| [corners[a], corners[b]])
 }
 
+/// Draws the links of the machine with stroke `link` and its tool, from P to T, with stroke `tool`.
 fn draw_lines(scene: &mut Scene, view: &View, skeleton: &Skeleton, link: Stroke, tool: Stroke) {
     for line in skeleton.chains.iter().flat_map(|chain| &chain.links) {
-        view.line(scene, line, link);
+        view.draw_line(scene, line, link);
     }
-    for rod in rods(skeleton) {
-        view.line(scene, &rod, link);
+    for rod in telescopic_legs(skeleton) {
+        view.draw_line(scene, &rod, link);
     }
-    view.line(scene, &[skeleton.platform_mm, skeleton.tool_tip_mm], tool);
+    view.draw_line(scene, &[skeleton.platform_mm, skeleton.tool_tip_mm], tool);
 }
 
-/// From the joint before a slide to the slide, which is as long as it is out: legs that telescope.
-fn rods(skeleton: &Skeleton) -> impl Iterator<Item = [[f64; 3]; 2]> {
+/// Yields lines from the joint before each slide to the slide: legs that extend with the slide.
+fn telescopic_legs(skeleton: &Skeleton) -> impl Iterator<Item = [[f64; 3]; 2]> {
     let pairs = skeleton.chains.iter().flat_map(|chain| chain.joints.windows(2));
     pairs.filter(|pair| pair[1].slides).map(|pair| [pair[0].position_mm, pair[1].position_mm])
 }
 
+/// Draws a machine: links, tool, springs, masses and joints.
 fn draw_machine(scene: &mut Scene, view: &View, skeleton: &Skeleton, link: Stroke, largest_mass: f64) {
     draw_lines(scene, view, skeleton, link, TOOL);
     for spring in skeleton.springs() {
         if let [from, to] = spring.as_slice() {
-            draw_spring(scene, view.place(*from), view.place(*to), link.colour);
+            draw_spring(scene, view.project(*from), view.project(*to), link.colour);
         }
     }
     for mass in skeleton.masses() {
-        draw_mass(scene, view.place(mass.position_mm), (mass.kilograms / largest_mass).cbrt(), link.colour);
+        draw_mass(scene, view.project(mass.position_mm), (mass.kilograms / largest_mass).cbrt(), link.colour);
     }
     for joint in skeleton.chains.iter().flat_map(|chain| &chain.joints) {
-        draw_joint(scene, view.place(joint.position_mm), joint.is_drive, link.colour);
+        draw_joint(scene, view.project(joint.position_mm), joint.is_drive, link.colour);
     }
-    scene.circle(view.place(skeleton.tool_tip_mm), 0.8 * MARK, Stroke { width: 6.0, ..TOOL });
+    scene.circle(view.project(skeleton.tool_tip_mm), 0.8 * MARK, Stroke { width: 6.0, ..TOOL });
 }
 
-/// A filled square for a drive, a ring for a joint without.
+/// Draws a filled square for a drive, a ring for a passive joint.
 fn draw_joint(scene: &mut Scene, [x, y]: Point, is_drive: bool, colour: Rgb) {
     let radius = if is_drive { MARK } else { 0.75 * MARK };
     if is_drive {
@@ -270,7 +283,7 @@ fn draw_joint(scene: &mut Scene, [x, y]: Point, is_drive: bool, colour: Rgb) {
     }
 }
 
-/// A zigzag between two straight ends.
+/// Draws a spring as a zigzag between two straight ends.
 fn draw_spring(scene: &mut Scene, from: Point, to: Point, colour: Rgb) {
     let [dx, dy] = [to[0] - from[0], to[1] - from[1]];
     let length = dx.hypot(dy).max(1.0);
@@ -287,11 +300,12 @@ fn draw_spring(scene: &mut Scene, from: Point, to: Point, colour: Rgb) {
     scene.line(points, Stroke { colour, width: 3.5, dash: &[] });
 }
 
+/// Radius in pixels of the symbol of a mass of relative `size` (1: the largest).
 fn mass_radius(size: f64) -> f64 {
     (MASS[0] * size).max(MASS[1])
 }
 
-/// The sign of a centre of gravity, a disc in quarters, as large as `size` (1: the largest) says.
+/// Draws the symbol of a centre of gravity, a disc in quarters, with the relative `size` (1: the largest).
 fn draw_mass(scene: &mut Scene, [x, y]: Point, size: f64, colour: Rgb) {
     let radius = mass_radius(size);
     let at = |k: usize| {
@@ -305,13 +319,13 @@ fn draw_mass(scene: &mut Scene, [x, y]: Point, size: f64, colour: Rgb) {
     scene.circle([x, y], radius, Stroke { colour, width: 2.5, dash: &[] });
 }
 
-/// Frame O: three arrows with their names.
+/// Draws the axes of frame O as three arrows with their names.
 fn draw_frame(scene: &mut Scene, view: &View, occupied: &mut Occupied) {
     let mut names = Vec::new();
     for (axis, (name, colour)) in [("x", CURVES[1]), ("y", CURVES[3]), ("z", CURVES[2])].into_iter().enumerate() {
         let mut along = [0.0; 3];
         along[axis] = FRAME * view.size;
-        let (start, end) = (view.place([0.0; 3]), view.place(along));
+        let (start, end) = (view.project([0.0; 3]), view.project(along));
         scene.line(vec![start, end], Stroke { colour, width: 5.0, dash: &[] });
         let [dx, dy] = [end[0] - start[0], end[1] - start[1]];
         let reach = dx.hypot(dy).max(1.0);
@@ -327,53 +341,53 @@ fn draw_frame(scene: &mut Scene, view: &View, occupied: &mut Occupied) {
     }
 }
 
-/// What labels keep clear of: marks of joints and masses, and rather also the lines of the machine.
-fn occupied(view: &View, figure: &PoseFigure) -> Occupied {
+/// Returns what labels keep clear of: marks of joints and masses and, if possible, the lines of the machine.
+fn occupied_areas(view: &View, figure: &PoseFigure) -> Occupied {
     let mut occupied = Occupied::default();
     for skeleton in std::iter::once(&figure.pose).chain(&figure.displaced) {
         let tool = [skeleton.platform_mm, skeleton.tool_tip_mm];
         for line in skeleton.chains.iter().flat_map(|chain| &chain.links).map(Vec::as_slice).chain([&tool[..]]) {
-            let points: Vec<Point> = line.iter().map(|p| view.place(*p)).collect();
+            let points: Vec<Point> = line.iter().map(|p| view.project(*p)).collect();
             occupied.add_line(&points, 8.0);
         }
     }
-    for rod in std::iter::once(&figure.pose).chain(&figure.displaced).flat_map(rods) {
-        occupied.add_line(&rod.map(|p| view.place(p)), 8.0);
+    for rod in std::iter::once(&figure.pose).chain(&figure.displaced).flat_map(telescopic_legs) {
+        occupied.add_line(&rod.map(|p| view.project(p)), 8.0);
     }
     for edge in figure.around.solids().flat_map(|solid| box_edges(solid.corners)) {
-        occupied.add_line(&edge.map(|p| view.place(p)), 8.0);
+        occupied.add_line(&edge.map(|p| view.project(p)), 8.0);
     }
     for line in &figure.rails {
-        occupied.add_line(&line.map(|p| view.place(p)), 9.0);
+        occupied.add_line(&line.map(|p| view.project(p)), 9.0);
     }
     let shown = figure.displaced.as_ref().unwrap_or(&figure.pose);
     let joints = shown.chains.iter().flat_map(|chain| &chain.joints);
-    occupied.marks.extend(joints.map(|joint| around(view.place(joint.position_mm), [MARK; 2])));
+    occupied.marks.extend(joints.map(|joint| around(view.project(joint.position_mm), [MARK; 2])));
     let size = |kilograms: f64| mass_radius((kilograms / figure.largest_mass()).cbrt());
-    let masses = shown.masses().map(|mass| around(view.place(mass.position_mm), [size(mass.kilograms); 2]));
+    let masses = shown.masses().map(|mass| around(view.project(mass.position_mm), [size(mass.kilograms); 2]));
     occupied.marks.extend(masses);
-    occupied.marks.push(around(view.place(shown.tool_tip_mm), [MARK; 2]));
+    occupied.marks.push(around(view.project(shown.tool_tip_mm), [MARK; 2]));
     occupied
 }
 
-/// Names of the chains at their first joints, and of the tool tip.
+/// Draws the names of the chains at their first joints, of boxes, and of the tool tip.
 fn draw_labels(scene: &mut Scene, view: &View, figure: &PoseFigure, mut occupied: Occupied) {
     let shown = figure.displaced.as_ref().unwrap_or(&figure.pose);
-    let tip = view.place(shown.tool_tip_mm);
+    let tip = view.project(shown.tool_tip_mm);
     draw_label(scene, view, &mut occupied, tip, ("tool tip T", INK));
     for solid in figure.around.solids() {
-        let corners = solid.corners.map(|corner| view.place(corner));
+        let corners = solid.corners.map(|corner| view.project(corner));
         let top = corners.into_iter().reduce(|a, b| if b[1] < a[1] { b } else { a }).unwrap_or_default();
         draw_label(scene, view, &mut occupied, top, (&solid.name, figure.solid_stroke(solid).colour));
     }
     for chain in &shown.chains {
         let Some(first) = chain.joints.first() else { continue };
-        let at = view.place(first.position_mm);
+        let at = view.project(first.position_mm);
         draw_label(scene, view, &mut occupied, at, (&format!("chain {}", chain.name), INK));
     }
 }
 
-/// A label beside what stands at a place.
+/// Places and draws a label beside the point `at` on the page.
 fn draw_label(scene: &mut Scene, view: &View, occupied: &mut Occupied, at: Point, (words, colour): (&str, Rgb)) {
     let half = [
         text::width(words, SIZES.tick, Weight::Bold) / 2.0 + 0.12 * SIZES.tick,
@@ -381,7 +395,7 @@ fn draw_label(scene: &mut Scene, view: &View, occupied: &mut Occupied, at: Point
     ];
     let page =
         Rect { x: BORDER, y: view.top, width: PAGE_WIDTH - 2.0 * BORDER, height: view.bottom - view.top + SIZES.tick };
-    let Spot { rect, leader } = occupied.place(at, MARK, half, page);
+    let Spot { rect, leader } = occupied.place_label(at, MARK, half, page);
     if let Some(leader) = leader {
         scene.line(leader.to_vec(), Stroke { colour: MUTED, width: 2.0, dash: &[] });
     }
@@ -389,21 +403,22 @@ fn draw_label(scene: &mut Scene, view: &View, occupied: &mut Occupied, at: Point
     scene.text(Text::new(words, SIZES.tick, place, Anchor::Middle).bold().coloured(colour).with_halo());
 }
 
-fn samples(figure: &PoseFigure) -> Vec<Sample<'_>> {
+/// Returns the legend entries for what the figure shows.
+fn legend_samples(figure: &PoseFigure) -> Vec<Sample<'_>> {
     let colour = if figure.displaced.is_some() { BENT.colour } else { LINK.colour };
     let joint = move |is_drive| {
         Box::new(move |scene: &mut Scene, [x, y]: Point| draw_joint(scene, [x + 35.0, y], is_drive, colour))
     };
     let mut samples: Vec<Sample<'_>> = Vec::new();
     if figure.displaced.is_some() {
-        samples.push((line(GHOST), "as commanded"));
-        samples.push((line(BENT), "in equilibrium"));
+        samples.push((line_sample(GHOST), "as commanded"));
+        samples.push((line_sample(BENT), "in equilibrium"));
     }
     samples.push((joint(true), "drive"));
     if figure.pose.chains.iter().flat_map(|chain| &chain.joints).any(|joint| !joint.is_drive) {
         samples.push((joint(false), "passive joint"));
     }
-    samples.push((line(TOOL), "tool, P to T"));
+    samples.push((line_sample(TOOL), "tool, P to T"));
     if figure.pose.springs().next().is_some() {
         let draw = move |scene: &mut Scene, [x, y]: Point| draw_spring(scene, [x, y], [x + 70.0, y], colour);
         samples.push((Box::new(draw), "spring"));
@@ -413,22 +428,22 @@ fn samples(figure: &PoseFigure) -> Vec<Sample<'_>> {
         samples.push((Box::new(draw), "mass (diameter: cube root)"));
     }
     if !figure.rails.is_empty() {
-        samples.push((line(RAIL), "way of a slide"));
+        samples.push((line_sample(RAIL), "way of a slide"));
     }
     if figure.around.part.is_some() {
-        samples.push((line(PART), "space of the part"));
+        samples.push((line_sample(PART), "space of the part"));
     }
     if !figure.around.paths.is_empty() {
-        samples.push((line(PATH), "path"));
+        samples.push((line_sample(PATH), "path"));
     }
     if !figure.around.before.is_empty() {
-        samples.push((line(legend::BEFORE), legend::BEFORE_WORDS));
+        samples.push((line_sample(legend::BEFORE), legend::BEFORE_WORDS));
     }
     if !figure.around.after.is_empty() {
-        samples.push((line(legend::AFTER), legend::AFTER_WORDS));
+        samples.push((line_sample(legend::AFTER), legend::AFTER_WORDS));
     }
     if figure.has_workspace() {
-        samples.push((line(BOX), "workspace of P"));
+        samples.push((line_sample(BOX), "workspace of P"));
     }
     samples
 }

@@ -1,55 +1,56 @@
-//! What a figure consists of before it is written in any format.
+//! A figure as laid out: lines, polygons, texts and pictures on a page, before it is written in any format.
 
 use super::field::Picture;
 use super::text::{self, Weight};
 
-/// Sides of the polygon that stands for a circle.
+/// Sides of the polygon that approximates a circle.
 const CIRCLE_CORNERS: usize = 48;
 
-/// A place on the page in pixels, x to the right, y downward.
+/// A point on the page in pixels, x to the right, y downward.
 pub type Point = [f64; 2];
 /// A colour, 8 bits per channel.
 pub type Rgb = [u8; 3];
 
-/// An upright rectangle on the page.
+/// An upright rectangle on the page, in pixels.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rect {
-    /// Its left side.
+    /// Left side.
     pub x: f64,
-    /// Its upper side.
+    /// Upper side.
     pub y: f64,
-    /// From left to right.
+    /// Extent from left to right.
     pub width: f64,
-    /// From top to bottom.
+    /// Extent from top to bottom.
     pub height: f64,
 }
 
 impl Rect {
-    /// Its right side.
+    /// Returns the x of its right side.
     pub fn right(&self) -> f64 {
         self.x + self.width
     }
 
+    /// Returns the y of its lower side.
     pub(crate) fn bottom(&self) -> f64 {
         self.y + self.height
     }
 
-    /// Its middle.
+    /// Returns its centre.
     pub fn centre(&self) -> Point {
         [self.x + self.width / 2.0, self.y + self.height / 2.0]
     }
 
-    /// Its corners in turn, the left upper one first.
+    /// Returns its corners in turn, the upper left one first.
     pub fn corners(&self) -> [Point; 4] {
         [[self.x, self.y], [self.right(), self.y], [self.right(), self.bottom()], [self.x, self.bottom()]]
     }
 
-    /// The left upper corner and the two sides from there.
+    /// Returns its upper left corner and the vectors of its two sides from there.
     pub fn frame(&self) -> [Point; 3] {
         [[self.x, self.y], [self.width, 0.0], [0.0, self.height]]
     }
 
-    /// Area shared with `other`.
+    /// Area shared with `other`, in square pixels.
     pub fn overlap(&self, other: &Self) -> f64 {
         let width = self.right().min(other.right()) - self.x.max(other.x);
         let height = self.bottom().min(other.bottom()) - self.y.max(other.y);
@@ -57,21 +58,21 @@ impl Rect {
     }
 }
 
-/// How a line is drawn; ends and corners are round. An empty dash pattern is a solid line.
+/// Colour, width and dash pattern of a line; ends and corners are round.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stroke {
     /// Its colour.
     pub colour: Rgb,
-    /// In pixels.
+    /// Width in pixels.
     pub width: f64,
-    /// Lengths of dashes and gaps in turn, in pixels.
+    /// Lengths of dashes and gaps in turn, in pixels; empty for a solid line.
     pub dash: &'static [f64],
 }
 
-/// Which part of a text stands at its place.
+/// Which part of a text lies at its point on the page.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Anchor {
-    /// Its begin.
+    /// Its beginning.
     Start,
     /// Its middle.
     Middle,
@@ -79,29 +80,29 @@ pub enum Anchor {
     End,
 }
 
-/// One line of text; `at` is on the baseline.
+/// One line of text on the page.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Text {
-    /// Its place.
+    /// Point on the baseline where the text is anchored.
     pub at: Point,
     /// Its words.
     pub content: String,
     /// Type size in pixels.
     pub size: f64,
-    /// How strong its letters are.
+    /// Whether letters are regular or bold.
     pub weight: Weight,
-    /// Which part of it is at its place.
+    /// Which part of the text lies at `at`.
     pub anchor: Anchor,
-    /// Reads from bottom to top.
+    /// Whether it reads from bottom to top.
     pub upward: bool,
-    /// Of its letters.
+    /// Colour of its letters.
     pub colour: Rgb,
-    /// White behind it, for text over colours.
+    /// Whether it has a white background, for text over colours.
     pub halo: bool,
 }
 
 impl Text {
-    /// A text in ink, of regular weight.
+    /// Returns a text in ink colour, of regular weight, anchored at `at`.
     pub fn new(content: impl Into<String>, size: f64, at: Point, anchor: Anchor) -> Self {
         Self {
             at,
@@ -115,23 +116,27 @@ impl Text {
         }
     }
 
+    /// Returns the text in bold.
     pub(crate) fn bold(self) -> Self {
         Self { weight: Weight::Bold, ..self }
     }
 
+    /// Returns the text reading from bottom to top.
     pub(crate) fn upward(self) -> Self {
         Self { upward: true, ..self }
     }
 
+    /// Returns the text in this colour.
     pub(crate) fn coloured(self, colour: Rgb) -> Self {
         Self { colour, ..self }
     }
 
+    /// Returns the text with a white background.
     pub(crate) fn with_halo(self) -> Self {
         Self { halo: true, ..self }
     }
 
-    /// Where the text starts along its baseline, from `at`.
+    /// Returns where the text starts along its baseline, relative to `at`, in pixels.
     pub fn start(&self) -> f64 {
         let width = text::width(&self.content, self.size, self.weight);
         match self.anchor {
@@ -141,7 +146,7 @@ impl Text {
         }
     }
 
-    /// Around the capitals of a text that is not upward, with a small border.
+    /// Returns the rectangle around the capitals of a text that is not upward, with a small border.
     pub fn bounds(&self) -> Rect {
         let border = 0.12 * self.size;
         Rect {
@@ -153,10 +158,10 @@ impl Text {
     }
 }
 
-/// What is drawn.
+/// One item drawn on the page.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Item {
-    /// A line through points.
+    /// A polyline.
     Line {
         /// The points.
         points: Vec<Point>,
@@ -172,25 +177,25 @@ pub enum Item {
     },
     /// A line of text.
     Text(Text),
-    /// Coloured cells.
+    /// A grid of coloured cells.
     Picture(Picture),
 }
 
-/// Everything on a page, in drawing order.
+/// Everything on the page of a figure, in drawing order.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Scene {
-    /// Its title, which documents carry.
+    /// Title, which SVG documents carry.
     pub title: String,
-    /// In pixels.
+    /// Width of the page in pixels.
     pub width: f64,
-    /// In pixels.
+    /// Height of the page in pixels.
     pub height: f64,
-    /// What is drawn, the lowest first.
+    /// Items drawn, the lowest first.
     pub items: Vec<Item>,
 }
 
 impl Scene {
-    /// The lowest place any item is put at.
+    /// Returns the largest y of any item's points.
     pub(crate) fn lowest(&self) -> f64 {
         let low = |points: &[Point]| points.iter().map(|p| p[1]).fold(0.0, f64::max);
         let of_item = |item: &Item| match item {
@@ -198,17 +203,18 @@ impl Scene {
             Item::Convex { corners, .. } => low(corners),
             Item::Text(text) => text.at[1],
             Item::Picture(picture) => {
-                low(&[[0.0, 0.0], [0.0, 1.0], [1.0, 0.0], [1.0, 1.0]].map(|at| picture.place(at)))
+                low(&[[0.0, 0.0], [0.0, 1.0], [1.0, 0.0], [1.0, 1.0]].map(|at| picture.page_point(at)))
             }
         };
         self.items.iter().map(of_item).fold(0.0, f64::max)
     }
 
-    /// Adds a line.
+    /// Adds a polyline through `points`.
     pub fn line(&mut self, points: Vec<Point>, stroke: Stroke) {
         self.items.push(Item::Line { points, stroke });
     }
 
+    /// Adds the closed outline of a polygon.
     pub(crate) fn outline(&mut self, corners: &[Point], stroke: Stroke) {
         self.line(corners.iter().chain(corners.first()).copied().collect(), stroke);
     }
@@ -220,6 +226,7 @@ impl Scene {
         self.line((0..=CIRCLE_CORNERS).map(corner).collect(), stroke);
     }
 
+    /// Adds a filled convex polygon.
     pub(crate) fn convex(&mut self, corners: Vec<Point>, fill: Rgb) {
         self.items.push(Item::Convex { corners, fill });
     }
@@ -229,6 +236,7 @@ impl Scene {
         self.items.push(Item::Text(text));
     }
 
+    /// Adds a grid of coloured cells.
     pub(crate) fn picture(&mut self, picture: Picture) {
         self.items.push(Item::Picture(picture));
     }

@@ -1,9 +1,9 @@
-//! Lines over shapes: hatching of a polygon, level lines of a field over a grid, and lines with fewer points that look the same.
+//! Geometry of lines: hatching of a polygon, level lines of a map, and lines thinned to fewer points that look the same.
 
 use super::scene::Point;
 
-/// The pieces, rising to the right, of lines `pitch` apart that lie within the convex polygon of `corners` in turn.
-pub fn hatched(corners: &[Point], pitch: f64) -> Vec<[Point; 2]> {
+/// Returns the parts within a convex polygon of hatching lines that rise to the right, `pitch` pixels apart; `corners` are in turn.
+pub fn hatching_lines(corners: &[Point], pitch: f64) -> Vec<[Point; 2]> {
     // Of a point on a line, x and y add up to the number of the line.
     let sums = || corners.iter().map(|[x, y]| x + y);
     let (low, high) = sums().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
@@ -28,8 +28,8 @@ pub fn hatched(corners: &[Point], pitch: f64) -> Vec<[Point; 2]> {
     (first..=last).filter_map(line).collect()
 }
 
-/// Pieces of the line on which the field equals `level`, in the coordinates of the nodes, by linear interpolation along the
-/// edges of the grid. `values` are row-major, y outer; cells with a missing corner carry no line.
+/// Returns the segments of the line on which the map has the value `level`, by linear interpolation along the edges of the grid, in the
+/// coordinates of its nodes. `values` are in rows, y outer; cells with a missing corner have no line.
 pub fn contour(x: &[f64], y: &[f64], values: &[Option<f64>], level: f64) -> Vec<[(f64, f64); 2]> {
     let mut pieces = Vec::new();
     for row in 1..y.len() {
@@ -37,15 +37,15 @@ pub fn contour(x: &[f64], y: &[f64], values: &[Option<f64>], level: f64) -> Vec<
             let at = |r: usize, c: usize| values[r * x.len() + c].map(|value| (x[c], y[r], value - level));
             let corners = [at(row - 1, column - 1), at(row - 1, column), at(row, column), at(row, column - 1)];
             if let [Some(a), Some(b), Some(c), Some(d)] = corners {
-                in_cell([a, b, c, d], &mut pieces);
+                add_cell_contour([a, b, c, d], &mut pieces);
             }
         }
     }
     pieces
 }
 
-/// The pieces within a cell of corners (x, y, value less level) in turn around it.
-fn in_cell(corners: [(f64, f64, f64); 4], pieces: &mut Vec<[(f64, f64); 2]>) {
+/// Adds the segments of the level line within one cell; corners are (x, y, value − level), in turn around it.
+fn add_cell_contour(corners: [(f64, f64, f64); 4], pieces: &mut Vec<[(f64, f64); 2]>) {
     let is_above = |k: usize| corners[k % 4].2 >= 0.0;
     let crossing = |k: usize| {
         let (a, b) = (corners[k], corners[(k + 1) % 4]);
@@ -65,19 +65,19 @@ fn in_cell(corners: [(f64, f64, f64); 4], pieces: &mut Vec<[(f64, f64); 2]>) {
     }
 }
 
-/// How far a left out point may lie from the line, in pixels.
+/// Largest distance in pixels of a removed point from the line.
 const UNSEEN: f64 = 0.4;
 
-/// The points of a line without those that do not show (Ramer, Douglas and Peucker).
+/// Returns a line without the points whose absence does not show (Ramer, Douglas and Peucker).
 ///
 /// Source: D. H. Douglas, T. K. Peucker, Cartographica 10(2), 1973.
-pub fn simplified(points: &[Point]) -> Vec<Point> {
+pub fn simplify_line(points: &[Point]) -> Vec<Point> {
     let Some(last) = points.len().checked_sub(1).filter(|last| *last > 1) else { return points.to_vec() };
     let mut is_kept = vec![false; points.len()];
     (is_kept[0], is_kept[last]) = (true, true);
     let mut open = vec![(0, last)];
     while let Some((from, to)) = open.pop() {
-        let distances = (from + 1..to).map(|k| (k, distance(points[k], points[from], points[to])));
+        let distances = (from + 1..to).map(|k| (k, segment_distance(points[k], points[from], points[to])));
         let farthest = distances.fold((from, UNSEEN), |most, next| if next.1 > most.1 { next } else { most });
         if farthest.0 != from {
             is_kept[farthest.0] = true;
@@ -87,8 +87,8 @@ pub fn simplified(points: &[Point]) -> Vec<Point> {
     points.iter().zip(is_kept).filter_map(|(point, is_kept)| is_kept.then_some(*point)).collect()
 }
 
-/// From a point to the piece of line between two others.
-fn distance(point: Point, from: Point, to: Point) -> f64 {
+/// Distance of a point from the segment between two others.
+fn segment_distance(point: Point, from: Point, to: Point) -> f64 {
     let [dx, dy] = [to[0] - from[0], to[1] - from[1]];
     let square = dx * dx + dy * dy;
     let along = ((point[0] - from[0]) * dx + (point[1] - from[1]) * dy) / square.max(f64::MIN_POSITIVE);

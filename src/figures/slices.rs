@@ -1,4 +1,4 @@
-//! Coloured maps over planes, side by side on one scale.
+//! Figure of colour maps over planes, side by side on one colour scale.
 
 use super::axis::{self, Axis, Plot, Spacing};
 use super::colour_bar::{ColourBar, Scale};
@@ -13,21 +13,21 @@ use super::text::{self, LINE_PITCH, Weight};
 
 /// Most panels in one figure.
 const MOST_PANELS: usize = 6;
-/// Highest panel in a figure of one row, and of two.
+/// Highest panel in a figure of one row, and of two, in pixels.
 const TALLEST: [f64; 2] = [1050.0, 640.0];
-/// Smallest side of a panel.
+/// Smallest side of a panel in pixels.
 const SMALLEST: f64 = 60.0;
-/// Lowest colour bar that still carries its ticks.
+/// Lowest colour bar that still has room for its ticks, in pixels.
 const LOWEST_BAR: f64 = 320.0;
-/// Share of the guessed legend height that remains when its width is known.
+/// Assumed ratio of the final legend height to the first guess of it.
 const SETTLED: f64 = 0.94;
 /// Space between the panels and the colour bar.
 const BAR_GAP: f64 = 34.0;
 
-/// A labelled point of a plane.
+/// A labelled point of a map.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Mark2 {
-    /// Written beside the ring.
+pub struct PlaneMark {
+    /// Text beside the ring.
     pub label: String,
     /// First coordinate, mm.
     pub x: f64,
@@ -35,50 +35,50 @@ pub struct Mark2 {
     pub y: f64,
 }
 
-/// One map. Each value colours a cell around its node, bordered half-way to the neighbours and clipped at the outer
-/// nodes, so that the map ends exactly where the grid does and cells along its border appear half as wide.
+/// One map. Each value colours a cell around its node that ends half-way to the neighbours; cells end where the grid ends.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SlicePanel {
-    /// Written above the map, for example "z = 126.35 mm".
+    /// Title above the map, for example "z = 126.35 mm".
     pub title: String,
-    /// Node coordinates to the right, ascending, mm.
+    /// Node coordinates along the horizontal axis, ascending, mm.
     pub x: Vec<f64>,
-    /// Node coordinates upward, ascending, mm.
+    /// Node coordinates along the vertical axis, ascending, mm.
     pub y: Vec<f64>,
-    /// Row-major values, y outer, x inner; `None` where there is no solution (drawn hatched).
+    /// Values in rows, y outer, x inner; `None` where there is no solution (drawn hatched).
     pub values: Vec<Option<f64>>,
-    /// Points to ring; the map's axes grow to include them.
-    pub marks: Vec<Mark2>,
+    /// Points marked with a ring; the map's axes grow to include them.
+    pub marks: Vec<PlaneMark>,
 }
 
-/// Up to six maps of one quantity on one colour scale, all at the same scale of length in both directions.
+/// Up to six maps of one quantity with one colour scale and one scale of length.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SliceFigure {
-    /// The question.
+    /// Question that the figure answers.
     pub title: String,
-    /// The setting.
+    /// Conditions of the computation.
     pub subtitle: String,
-    /// For example "x \[mm\]".
+    /// Label of the horizontal axes, for example "x \[mm\]".
     pub x_label: String,
-    /// For example "y \[mm\]".
+    /// Label of the vertical axes, for example "y \[mm\]".
     pub y_label: String,
-    /// Beside the colour bar, for example "worst tool deflection \[mm\]".
+    /// Label of the colour bar, for example "worst tool deflection \[mm\]".
     pub quantity: String,
     /// One to six maps, two in a row.
     pub panels: Vec<SlicePanel>,
     /// Ends of the colour scale; `None` takes the smallest and largest value of all panels.
     pub range: Option<(f64, f64)>,
-    /// Value on whose level a line is drawn, interpolated between the nodes.
+    /// Value at which a level line is drawn, interpolated between the nodes.
     pub contour: Option<f64>,
     /// How values become colours.
     pub shading: Shading,
-    /// Said below the figure on a page, not in it: what its marks are.
+    /// Remark in the caption on a page, not in the figure itself: what its marks are.
     pub remark: String,
-    /// What a hatched cell means, for example "no solution".
+    /// Meaning of a hatched cell, for example "no solution".
     pub missing: String,
 }
 
 impl SlicePanel {
+    /// Checks that nodes increase, values fill the grid, and every number can be drawn.
     fn check(&self) -> Result<(), FigureError> {
         let name = |part: &str| format!("panel \"{}\", {part}", self.title);
         check_ascending(&self.x, || name("x"))?;
@@ -87,12 +87,12 @@ impl SlicePanel {
         check_drawable(self.marks.iter().flat_map(|m| [m.x, m.y]), || name("marks"))
     }
 
-    /// Cell borders along x and y.
+    /// Returns the cell edges along x and y, mm.
     fn edges(&self) -> [Vec<f64>; 2] {
         field::edges([&self.x, &self.y])
     }
 
-    /// Ends of both axes: the cells and the marks.
+    /// Returns the ranges of both axes, which include the cells and the marks.
     fn extents(&self) -> [(f64, f64); 2] {
         let [x, y] = self.edges();
         let ends = |edges: &[f64], marks: &[f64]| {
@@ -105,6 +105,7 @@ impl SlicePanel {
     }
 }
 
+/// Lays the figure out, its maps in `colours`; `Err` when its data cannot be drawn.
 pub(super) fn scene(figure: &SliceFigure, colours: Colours) -> Result<Scene, FigureError> {
     if figure.panels.is_empty() {
         return Err(FigureError::Empty { what: "slice figure".into() });
@@ -123,7 +124,7 @@ pub(super) fn scene(figure: &SliceFigure, colours: Colours) -> Result<Scene, Fig
         size: sizes.body,
         tick_size: sizes.tick,
     };
-    let (mut scene, top) = style::page(&figure.title, &figure.subtitle, sizes);
+    let (mut scene, top) = style::page_with_heading(&figure.title, &figure.subtitle, sizes);
     let legend_height = |maps: Rect| maps.height.max(LOWEST_BAR);
     // The legend is as high as the maps, whose height depends on the legend's width.
     let guess = Layout::new(figure, sizes, top, bar.width(LOWEST_BAR));
@@ -139,39 +140,38 @@ pub(super) fn scene(figure: &SliceFigure, colours: Colours) -> Result<Scene, Fig
     Ok(scene)
 }
 
-/// Where one panel goes and which of its axes are labelled.
-struct Place {
+/// Position of one panel on the page, with the width for its title in pixels, and which of its axes are labelled.
+struct PanelPlace {
     plot: Plot,
     slot_width: f64,
     labelled_x: bool,
     labelled_y: bool,
 }
 
+/// Positions of all panels on the page, in pixels.
 struct Layout {
-    places: Vec<Place>,
-    /// Around all maps without their labels.
+    places: Vec<PanelPlace>,
+    /// Rectangle around all maps, without their labels.
     maps: Rect,
     bottom: f64,
 }
 
-/// Distances of the table of panels.
+/// Rows and columns of panels, and the room for titles and axis labels beside, below and above them, in pixels.
 struct Table {
     count: usize,
     columns: usize,
     rows: usize,
-    /// All panels span the same coordinates: only the outer axes are labelled.
+    /// Whether all panels have the same axes: then only the outer ones are labelled.
     shared: bool,
-    /// Room left of a labelled panel.
     left: f64,
-    /// Room below a labelled panel.
     below: f64,
-    /// Room above each panel.
     title: f64,
     gap: f64,
     slot_width: f64,
 }
 
 impl Table {
+    /// Returns the distances for the panels of `figure` beside a legend of `bar_width` pixels.
     fn new(figure: &SliceFigure, sizes: Sizes, bar_width: f64) -> Self {
         let count = figure.panels.len();
         let columns = count.min(2);
@@ -201,8 +201,8 @@ impl Table {
         }
     }
 
-    /// Width of each column: its widest map or title.
-    fn slots(&self, figure: &SliceFigure, lengths: &[[f64; 2]], sizes: Sizes) -> Vec<f64> {
+    /// Returns the width of each column: that of its widest map or title, in pixels.
+    fn column_widths(&self, figure: &SliceFigure, lengths: &[[f64; 2]], sizes: Sizes) -> Vec<f64> {
         let of_panel =
             |(panel, length): (&SlicePanel, &[f64; 2])| length[0].max(widest_line(panel, self.slot_width, sizes));
         let widths: Vec<f64> = figure.panels.iter().zip(lengths).map(of_panel).collect();
@@ -210,9 +210,10 @@ impl Table {
         (0..self.columns).map(column).collect()
     }
 
-    fn place(&self, rect: Rect, ends: [(f64, f64); 2], index: usize, slot_width: f64, sizes: Sizes) -> Place {
+    /// Returns the position of the panel `index`, whose map covers `rect` with axes over `ends`.
+    fn panel_at(&self, rect: Rect, ends: [(f64, f64); 2], index: usize, slot_width: f64, sizes: Sizes) -> PanelPlace {
         let covered = index + self.columns < self.count;
-        Place {
+        PanelPlace {
             plot: Plot {
                 rect,
                 x: map_axis(ends[0], rect.width, sizes.tick),
@@ -224,7 +225,7 @@ impl Table {
         }
     }
 
-    /// Pixels per mm, the same for every panel.
+    /// Returns the pixels per mm at which every panel fits.
     fn scale(&self, extents: &[[(f64, f64); 2]]) -> f64 {
         let tallest = TALLEST[self.rows.min(2) - 1];
         let fit = |[x, y]: &[(f64, f64); 2]| (self.slot_width / (x.1 - x.0)).min(tallest / (y.1 - y.0));
@@ -233,14 +234,15 @@ impl Table {
 }
 
 impl Layout {
+    /// Lays out the panels below `top`, centred together with a legend of `bar_width` pixels.
     fn new(figure: &SliceFigure, sizes: Sizes, top: f64, bar_width: f64) -> Self {
         let table = Table::new(figure, sizes, bar_width);
         let extents: Vec<_> = figure.panels.iter().map(SlicePanel::extents).collect();
         let scale = table.scale(&extents);
         let lengths: Vec<[f64; 2]> =
             extents.iter().map(|ends| ends.map(|(low, high)| (scale * (high - low)).max(SMALLEST))).collect();
-        let slots = table.slots(figure, &lengths, sizes);
-        let used = table.left + slots.iter().sum::<f64>() + table.gap * (table.columns - 1) as f64;
+        let column_widths = table.column_widths(figure, &lengths, sizes);
+        let used = table.left + column_widths.iter().sum::<f64>() + table.gap * (table.columns - 1) as f64;
         let bar = if bar_width > 0.0 { BAR_GAP + bar_width } else { 0.0 };
         let left = ((PAGE_WIDTH - used - bar) / 2.0).max(BORDER) + table.left;
 
@@ -253,9 +255,9 @@ impl Layout {
             let mut x = left;
             for (column, [width, height]) in chunk.iter().copied().enumerate() {
                 let index = row * table.columns + column;
-                let slot = slots[column];
+                let slot = column_widths[column];
                 let rect = Rect { x: x + (slot - width) / 2.0, y: maps_bottom - height, width, height };
-                places.push(table.place(rect, extents[index], index, slot, sizes));
+                places.push(table.panel_at(rect, extents[index], index, slot, sizes));
                 x += slot + table.gap;
             }
             let last = row + 1 == table.rows;
@@ -267,24 +269,28 @@ impl Layout {
     }
 }
 
+/// Returns a linear axis over `ends`, `length` pixels long, with tick labels side by side.
 fn map_axis(ends: (f64, f64), length: f64, size: f64) -> Axis {
     Axis::horizontal(ends.0, ends.1, Spacing::Linear, length, size)
 }
 
+/// Returns the title of a panel, wrapped to `width` pixels.
 fn title_lines(panel: &SlicePanel, width: f64, sizes: Sizes) -> Vec<String> {
     text::wrap(&panel.title, sizes.body, Weight::Regular, width)
 }
 
+/// Width in pixels of the widest line of a panel's title, `width` at most.
 fn widest_line(panel: &SlicePanel, width: f64, sizes: Sizes) -> f64 {
     let lines = title_lines(panel, width, sizes);
     lines.iter().map(|l| text::width(l, sizes.body, Weight::Regular)).fold(0.0, f64::max).min(width)
 }
 
+/// Draws one panel: cells, level line, axes, title and marks.
 fn draw_panel(
     scene: &mut Scene,
     figure: &SliceFigure,
     panel: &SlicePanel,
-    place: &Place,
+    place: &PanelPlace,
     scale: Option<Scale>,
     sizes: Sizes,
 ) {
@@ -294,29 +300,29 @@ fn draw_panel(
         let value: Option<f64> = panel.values[row * panel.x.len() + column];
         value.zip(scale).map(|(value, scale)| scale.colour(value))
     };
-    let rect = plot.rect_of(&column_edges, &row_edges);
+    let rect = plot.cell_rect(&column_edges, &row_edges);
     scene.picture(Picture::new(rect.frame(), &column_edges, &row_edges, colour));
     let lines = figure.contour.map_or_else(Vec::new, |level| draw_contour(scene, panel, plot, level));
     plot.draw_frame(scene);
     draw_title(scene, panel, place, sizes);
     if place.labelled_x {
-        plot.draw_below(scene, &figure.x_label, sizes.body, sizes.tick);
+        plot.draw_x_axis(scene, &figure.x_label, sizes.body, sizes.tick);
     }
     if place.labelled_y {
-        plot.draw_beside(scene, &figure.y_label, sizes.body, sizes.tick);
+        plot.draw_y_axis(scene, &figure.y_label, sizes.body, sizes.tick);
     }
     let placed: Vec<PlacedMark<'_>> = panel
         .marks
         .iter()
-        .map(|mark| PlacedMark { at: plot.place(mark.x, mark.y), label: &mark.label, hidden: false })
+        .map(|mark| PlacedMark { at: plot.page_point(mark.x, mark.y), label: &mark.label, hidden: false })
         .collect();
     labels::draw_marks(scene, &placed, &lines, plot.rect, sizes.tick);
 }
 
-/// The level line, dark with a light rim, so that it shows on every colour.
+/// Draws the level line of the map, dark with a light rim so that it shows on every colour; returns its segments on the page.
 fn draw_contour(scene: &mut Scene, panel: &SlicePanel, plot: &Plot, level: f64) -> Vec<[Point; 2]> {
     let pieces = contour(&panel.x, &panel.y, &panel.values, level);
-    let lines: Vec<[Point; 2]> = pieces.iter().map(|piece| piece.map(|(x, y)| plot.place(x, y))).collect();
+    let lines: Vec<[Point; 2]> = pieces.iter().map(|piece| piece.map(|(x, y)| plot.page_point(x, y))).collect();
     for (colour, width) in [(WHITE, 9.0), (INK, 4.5)] {
         for line in &lines {
             scene.line(line.to_vec(), Stroke { colour, width, dash: &[] });
@@ -325,7 +331,8 @@ fn draw_contour(scene: &mut Scene, panel: &SlicePanel, plot: &Plot, level: f64) 
     lines
 }
 
-fn draw_title(scene: &mut Scene, panel: &SlicePanel, place: &Place, sizes: Sizes) {
+/// Draws the title of a panel above its map.
+fn draw_title(scene: &mut Scene, panel: &SlicePanel, place: &PanelPlace, sizes: Sizes) {
     let lines = title_lines(panel, place.slot_width, sizes);
     for (above, line) in lines.iter().rev().enumerate() {
         let at = [

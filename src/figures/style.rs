@@ -1,4 +1,4 @@
-//! What every figure has in common: page, heading, type sizes, colours.
+//! Style that all figures share: page, heading, type sizes and colours.
 
 use super::scene::{Anchor, Rgb, Scene, Stroke, Text};
 use super::text::{self, LINE_PITCH, Weight};
@@ -14,17 +14,17 @@ pub(super) const MUTED: Rgb = [80, 80, 80];
 pub(super) const GRID: Rgb = [226, 226, 226];
 pub(super) const HATCH: Rgb = [150, 150, 150];
 
-/// Curve colours, distinguishable by colour-blind readers, yellow left out as too pale for lines.
+/// Curve colours that colour-blind readers can distinguish; yellow is left out as too pale for lines.
 ///
 /// Source: M. Okabe, K. Ito, "Color Universal Design", 2008.
 pub(super) const CURVES: [Rgb; 7] =
     [[0, 0, 0], [213, 94, 0], [0, 114, 178], [0, 158, 115], [204, 121, 167], [230, 159, 0], [86, 180, 233]];
 
-/// Dash patterns of the dashed curves in order, pixels on and off (round caps lengthen each dash by the line width).
+/// Dash patterns of the dashed curves in order: lengths of dashes and gaps in pixels (round ends lengthen each dash by the line width).
 pub(super) const DASHES: [&[f64]; 4] =
     [&[20.0, 14.0], &[1.0, 11.0], &[20.0, 12.0, 1.0, 12.0], &[36.0, 14.0, 10.0, 14.0]];
 
-/// Least type size in pixels: 7 pt where a figure is set into a column of 85 mm.
+/// Smallest type size in pixels: 7 pt where a figure is set into a column of 85 mm.
 pub(super) const LEAST: f64 = 47.0;
 
 /// Type sizes in pixels.
@@ -36,30 +36,31 @@ pub(super) struct Sizes {
 }
 
 impl Sizes {
-    /// Of all figures: 8 pt and 7 pt in a column of 85 mm.
+    /// Sizes of all figures: 8 pt and 7 pt in a column of 85 mm.
     pub const FIGURE: Self = Self { title: 53.0, body: LEAST, tick: LEAST };
 }
 
+/// Returns the thin dark stroke around plots and legends.
 pub(super) fn outline() -> Stroke {
     Stroke { colour: INK, width: 2.0, dash: &[] }
 }
 
-/// An empty page with title and subtitle, and the y below them.
-pub(super) fn page(title: &str, subtitle: &str, sizes: Sizes) -> (Scene, f64) {
+/// Returns a page with title and subtitle only, and the y below them.
+pub(super) fn page_with_heading(title: &str, subtitle: &str, sizes: Sizes) -> (Scene, f64) {
     let mut scene = Scene { title: title.to_owned(), width: PAGE_WIDTH, ..Scene::default() };
     let mut y = BORDER;
-    for line in lines(title, sizes.title, Weight::Bold) {
+    for line in page_lines(title, sizes.title, Weight::Bold) {
         y += sizes.title;
         scene.text(Text::new(line, sizes.title, [BORDER, y], Anchor::Start).bold());
         y += (LINE_PITCH - 1.0) * sizes.title;
     }
-    y = paragraph(&mut scene, subtitle, y + 0.1 * sizes.body, sizes.body);
+    y = draw_paragraph(&mut scene, subtitle, y + 0.1 * sizes.body, sizes.body);
     (scene, y + 0.4 * sizes.body)
 }
 
-/// Wrapped muted text across the page from `y` on; returns the y below it.
-pub(super) fn paragraph(scene: &mut Scene, content: &str, mut y: f64, body: f64) -> f64 {
-    for line in lines(content, body, Weight::Regular) {
+/// Draws a muted text, wrapped to the page, from `y` on; returns the y below it.
+pub(super) fn draw_paragraph(scene: &mut Scene, content: &str, mut y: f64, body: f64) -> f64 {
+    for line in page_lines(content, body, Weight::Regular) {
         y += body;
         scene.text(Text::new(line, body, [BORDER, y], Anchor::Start).coloured(MUTED));
         y += (LINE_PITCH - 1.0) * body;
@@ -67,8 +68,8 @@ pub(super) fn paragraph(scene: &mut Scene, content: &str, mut y: f64, body: f64)
     y
 }
 
-/// A remark in bold below `y`; returns the lower end.
-pub(super) fn note(scene: &mut Scene, note: &str, mut y: f64, body: f64) -> f64 {
+/// Draws a remark in bold below `y`; returns its lower end.
+pub(super) fn draw_note(scene: &mut Scene, note: &str, mut y: f64, body: f64) -> f64 {
     for line in text::wrap(note, body, Weight::Bold, PAGE_WIDTH - 2.0 * BORDER) {
         y += 1.3 * body;
         scene.text(Text::new(line, body, [BORDER, y], Anchor::Start).bold());
@@ -76,7 +77,7 @@ pub(super) fn note(scene: &mut Scene, note: &str, mut y: f64, body: f64) -> f64 
     y
 }
 
-/// Lines across the page.
-fn lines(content: &str, size: f64, weight: Weight) -> Vec<String> {
-    text::balanced(content, size, weight, PAGE_WIDTH - 2.0 * BORDER)
+/// Returns a text wrapped to the width of the page, in lines of similar width.
+fn page_lines(content: &str, size: f64, weight: Weight) -> Vec<String> {
+    text::wrap_balanced(content, size, weight, PAGE_WIDTH - 2.0 * BORDER)
 }

@@ -1,8 +1,7 @@
-//! A scene as an SVG document.
+//! Writes a scene as an SVG document.
 //!
-//! Colours stand as plain attributes, so that every viewer shows them; a page's styles may turn those of ink and paper for
-//! a dark theme. Maps are small embedded images stretched over their place: an element for each cell would be several times
-//! as long.
+//! Colours stand as plain attributes, so that every viewer shows them; a page's styles may turn those of ink and paper for a dark theme.
+//! Maps are small embedded images stretched over their place: an element for each cell would be several times as long.
 //!
 //! Texts are outlines, so that they look the same wherever they are opened; the words stay as labels. plotters (as of 0.3.7)
 //! writes text with the name of its font, and a viewer without that font sets other widths than were laid out.
@@ -17,22 +16,19 @@ use super::error::FigureError;
 use super::field::Picture;
 use super::png;
 use super::scene::{Item, Point, Rect, Rgb, Scene, Stroke, Text};
-use super::shapes::simplified;
+use super::shapes::simplify_line;
 use super::style::{HATCH, WHITE};
 use super::text::{self, Weight};
 use super::theme;
 
-/// Units per page pixel.
+/// Drawing units per page pixel, along each axis.
 const SCALE: f64 = 3.0;
 /// Opacity of the white behind text over colours.
 const BACKING: f64 = 0.8;
-/// The hatching over cells without a value.
+/// Stroke of the hatching over cells without a value.
 pub(super) const HATCHING: Stroke = Stroke { colour: HATCH, width: 2.0, dash: &[] };
 
-/// The scene as an SVG document; texts are outlines with their words as labels.
-///
-/// # Errors
-/// A map in it cannot be encoded.
+/// Returns the scene as an SVG document; texts are outlines with their words as labels. `Err` when a map cannot be encoded.
 pub fn svg(scene: &Scene) -> Result<String, FigureError> {
     let [width, height] = [scene.width, scene.height].map(f64::round);
     let mut out = format!(
@@ -42,7 +38,7 @@ pub fn svg(scene: &Scene) -> Result<String, FigureError> {
         SCALE * height,
         text::printable(&scene.title).replace('&', "&amp;").replace('<', "&lt;")
     );
-    rectangle(&mut out, Rect { x: 0.0, y: 0.0, width, height }, WHITE, 1.0);
+    write_rectangle(&mut out, Rect { x: 0.0, y: 0.0, width, height }, WHITE, 1.0);
     let mut lines = Lines::default();
     for item in &scene.items {
         match item {
@@ -58,7 +54,7 @@ pub fn svg(scene: &Scene) -> Result<String, FigureError> {
             }
             Item::Picture(picture) => {
                 lines.flush(&mut out);
-                image(&mut out, picture)?;
+                write_image(&mut out, picture)?;
                 let mut hatching = Lines { stroke: Some(HATCHING), ..Lines::default() };
                 picture.hatching().iter().for_each(|line| hatching.add(line));
                 hatching.flush(&mut out);
@@ -69,16 +65,16 @@ pub fn svg(scene: &Scene) -> Result<String, FigureError> {
     lines.flush(&mut out);
     let texts = || scene.items.iter().filter_map(|item| if let Item::Text(text) = item { Some(text) } else { None });
     for text in texts().filter(|text| text.halo) {
-        rectangle(&mut out, text.bounds(), WHITE, BACKING);
+        write_rectangle(&mut out, text.bounds(), WHITE, BACKING);
     }
     out += &text_as_glyphs(&texts().collect::<Vec<&Text>>());
     out += "</svg>\n";
     Ok(out)
 }
 
-/// The document as it stands in a page: dark where the page is, light on paper. An embedded image follows the colour scheme of
-/// the element that shows it (Media Queries 5).
-pub fn for_page(svg: &str) -> String {
+/// Returns the document with a style for pages: dark where the reader's colour scheme is dark, light on paper. An embedded image follows
+/// the colour scheme of the element that shows it (Media Queries 5).
+pub fn with_dark_theme(svg: &str) -> String {
     let rule = |(light, dark): &(Rgb, Rgb)| {
         let (light, dark) = (hex(*light), hex(*dark));
         format!("[fill=\"{light}\"]{{fill:{dark}}}[stroke=\"{light}\"]{{stroke:{dark}}}")
@@ -91,8 +87,9 @@ pub fn for_page(svg: &str) -> String {
     }
 }
 
-fn rectangle(out: &mut String, rect: Rect, fill: Rgb, opacity: f64) {
-    let [x, y, width, height] = [rect.x, rect.y, rect.width, rect.height].map(units);
+/// Writes a filled rectangle element.
+fn write_rectangle(out: &mut String, rect: Rect, fill: Rgb, opacity: f64) {
+    let [x, y, width, height] = [rect.x, rect.y, rect.width, rect.height].map(to_units);
     let opacity = if opacity < 1.0 { format!(" opacity=\"{opacity}\"") } else { String::new() };
     let _ = writeln!(
         out,
@@ -101,15 +98,17 @@ fn rectangle(out: &mut String, rect: Rect, fill: Rgb, opacity: f64) {
     );
 }
 
+/// Returns a colour as `#rrggbb`.
 fn hex([r, g, b]: Rgb) -> String {
     format!("#{r:02x}{g:02x}{b:02x}")
 }
 
-fn units(length: f64) -> i64 {
+/// Converts a length in page pixels to drawing units.
+fn to_units(length: f64) -> i64 {
     (SCALE * length).round() as i64
 }
 
-/// Writes path data with whole units, relative to where the pen stands.
+/// Writes path data in whole drawing units, relative to the last position `at`.
 #[derive(Default)]
 struct Pen {
     path: String,
@@ -117,16 +116,17 @@ struct Pen {
 }
 
 impl Pen {
+    /// Appends a polyline, without points that do not show.
     fn line(&mut self, points: &[Point]) {
-        let mut places: Vec<[i64; 2]> = simplified(points).iter().map(|p| p.map(units)).collect();
+        let mut places: Vec<[i64; 2]> = simplify_line(points).iter().map(|p| p.map(to_units)).collect();
         places.dedup();
         for (k, [x, y]) in places.iter().copied().enumerate() {
             let [dx, dy] = self.at.map_or([x, y], |[x0, y0]| [x - x0, y - y0]);
             let _ = match k {
-                0 => write!(self.path, "m{}", pair(dx, dy)),
-                1 => write!(self.path, "l{}", pair(dx, dy)),
-                _ if dx < 0 => write!(self.path, "{}", pair(dx, dy)),
-                _ => write!(self.path, " {}", pair(dx, dy)),
+                0 => write!(self.path, "m{}", coordinate_pair(dx, dy)),
+                1 => write!(self.path, "l{}", coordinate_pair(dx, dy)),
+                _ if dx < 0 => write!(self.path, "{}", coordinate_pair(dx, dy)),
+                _ => write!(self.path, " {}", coordinate_pair(dx, dy)),
             };
             self.at = Some([x, y]);
         }
@@ -136,11 +136,12 @@ impl Pen {
     }
 }
 
-fn pair(x: i64, y: i64) -> String {
+/// Writes two numbers, without a blank before a minus sign.
+fn coordinate_pair(x: i64, y: i64) -> String {
     if y < 0 { format!("{x}{y}") } else { format!("{x} {y}") }
 }
 
-/// Lines of one stroke, which one element holds.
+/// Successive lines with the same stroke, which share one path element.
 #[derive(Default)]
 struct Lines {
     stroke: Option<Stroke>,
@@ -148,10 +149,12 @@ struct Lines {
 }
 
 impl Lines {
+    /// Appends a polyline to the path.
     fn add(&mut self, points: &[Point]) {
         self.pen.line(points);
     }
 
+    /// Writes out lines of another stroke, and continues with `stroke`.
     fn flush_unless(&mut self, stroke: Stroke, out: &mut String) {
         if self.stroke != Some(stroke) {
             self.flush(out);
@@ -159,24 +162,25 @@ impl Lines {
         }
     }
 
+    /// Writes out the path element of the lines collected, if there are any.
     fn flush(&mut self, out: &mut String) {
         let path = std::mem::take(&mut self.pen).path;
         let Some(Stroke { colour, width, dash }) = self.stroke.take().filter(|_| !path.is_empty()) else { return };
         let dash = match dash {
             [] => String::new(),
             dash => {
-                let lengths: Vec<String> = dash.iter().map(|length| units(*length).to_string()).collect();
+                let lengths: Vec<String> = dash.iter().map(|length| to_units(*length).to_string()).collect();
                 format!(" stroke-dasharray=\"{}\"", lengths.join(" "))
             }
         };
         let _ =
-            writeln!(out, "<path stroke=\"{}\" stroke-width=\"{}\"{dash} d=\"{path}\"/>", hex(colour), units(width));
+            writeln!(out, "<path stroke=\"{}\" stroke-width=\"{}\"{dash} d=\"{path}\"/>", hex(colour), to_units(width));
     }
 }
 
-/// A plane of cells as an image of one pixel for each, or a few, stretched over its parallelogram.
-fn image(out: &mut String, picture: &Picture) -> Result<(), FigureError> {
-    let data = STANDARD.encode(png::cells(picture)?);
+/// Writes a grid of cells as an image of one pixel or a few for each cell, stretched over its parallelogram.
+fn write_image(out: &mut String, picture: &Picture) -> Result<(), FigureError> {
+    let data = STANDARD.encode(png::cells_png(picture)?);
     let number = |value: f64| {
         let text = format!("{:.1}", SCALE * value);
         text.strip_suffix(".0").map_or(text.clone(), String::from)
@@ -191,23 +195,23 @@ fn image(out: &mut String, picture: &Picture) -> Result<(), FigureError> {
     Ok(())
 }
 
-/// `texts` as SVG elements: each letter's outline once, then where it is used.
+/// Returns `texts` as SVG elements: the outline of each letter once, and a reference to it wherever it occurs.
 fn text_as_glyphs(texts: &[&Text]) -> String {
     let mut outlines = BTreeMap::new();
     let mut lines = String::new();
     for text in texts {
         let em = SCALE * text.size;
-        let [x, y] = text.at.map(|place| decimals(SCALE * place));
+        let [x, y] = text.at.map(|place| one_decimal(SCALE * place));
         let turn = if text.upward { " rotate(-90)" } else { "" };
         let size = em / GRID;
-        let label = escaped(&text.content);
+        let label = escape_xml(&text.content);
         lines += &format!(
             "<g role=\"img\" aria-label=\"{label}\" fill=\"{}\" \
              transform=\"translate({x} {y}){turn} scale({size:.4} -{size:.4})\">",
             hex(text.colour)
         );
-        for (letter, pen) in text::pens(&text.content, em, text.weight) {
-            let id = id(letter, text.weight);
+        for (letter, pen) in text::pen_positions(&text.content, em, text.weight) {
+            let id = letter_id(letter, text.weight);
             if let Some(path) = outline(letter, text.weight) {
                 outlines.entry(id.clone()).or_insert(path);
                 lines += &format!("<use href=\"#{id}\" x=\"{}\"/>", ((SCALE * text.start() + pen) / size).round());
@@ -219,25 +223,27 @@ fn text_as_glyphs(texts: &[&Text]) -> String {
     format!("<defs>\n{}</defs>\n{lines}", defined.collect::<String>())
 }
 
-fn id(letter: char, weight: Weight) -> String {
+/// Returns the element id of a letter's outline.
+fn letter_id(letter: char, weight: Weight) -> String {
     let prefix = if weight == Weight::Bold { 'b' } else { 'r' };
     format!("{prefix}{:x}", letter as u32)
 }
 
-fn escaped(content: &str) -> String {
+/// Escapes a text for use in an XML attribute.
+fn escape_xml(content: &str) -> String {
     content.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;")
 }
 
-/// A tenth of a unit is less than any screen shows.
-fn decimals(value: f64) -> String {
+/// Formats a number with one decimal, or none if that is zero: a tenth of a unit is less than a screen shows.
+fn one_decimal(value: f64) -> String {
     let text = format!("{value:.1}");
     text.strip_suffix(".0").map_or(text.clone(), String::from)
 }
 
-/// Parts of the type size between which the points of outlines lie: finer than a screen shows.
+/// Steps of the grid on which outline points lie, per type size: finer than a screen shows.
 const GRID: f64 = 256.0;
 
-/// The outline of a letter on the grid, y upward, as relative path data; `None` for a blank.
+/// Returns the outline of a letter on the grid, y upward, as relative path data; `None` for a blank.
 fn outline(letter: char, weight: Weight) -> Option<String> {
     let font = weight.font();
     let curves = font.outline(font.glyph_id(letter))?.curves;

@@ -1,5 +1,5 @@
-//! The embedded font: how wide a text is, where its letters stand and its lines break. plotters (as of 0.3.7) measures text
-//! in whole units only, and sets the letters of a bitmap without the blank at their left.
+//! The embedded font: widths of texts, positions of letters, and line breaks. plotters (as of 0.3.7) measures text in whole units only,
+//! and sets the letters of a bitmap without the blank at their left.
 
 use std::sync::LazyLock;
 
@@ -8,35 +8,36 @@ use plotters::style::{FontDesc, FontFamily, FontStyle, register_font};
 
 use crate::files::visible::visible;
 
-/// The name plotters knows the embedded font by.
+/// Name under which plotters knows the embedded font.
 const FAMILY: &str = "DejaVu Sans";
 
-/// Height of a capital letter over the type size.
+/// Height of a capital letter as a multiple of the type size.
 const CAPITAL: f64 = 0.73;
-/// Distance of baselines over the type size.
+/// Distance of baselines as a multiple of the type size.
 pub(super) const LINE_PITCH: f64 = 1.3;
 
 static REGULAR: LazyLock<FontRef<'static>> =
-    LazyLock::new(|| embedded(FontStyle::Normal, include_bytes!("fonts/DejaVuSans.ttf")));
+    LazyLock::new(|| embedded_font(FontStyle::Normal, include_bytes!("fonts/DejaVuSans.ttf")));
 static BOLD: LazyLock<FontRef<'static>> =
-    LazyLock::new(|| embedded(FontStyle::Bold, include_bytes!("fonts/DejaVuSans-Bold.ttf")));
+    LazyLock::new(|| embedded_font(FontStyle::Bold, include_bytes!("fonts/DejaVuSans-Bold.ttf")));
 
-/// The font for measuring, registered with plotters for drawing.
-fn embedded(style: FontStyle, bytes: &'static [u8]) -> FontRef<'static> {
+/// Returns an embedded font for measuring, and registers it with plotters for drawing.
+fn embedded_font(style: FontStyle, bytes: &'static [u8]) -> FontRef<'static> {
     let registered = register_font(FAMILY, style, bytes).is_ok();
     FontRef::try_from_slice(bytes).ok().filter(|_| registered).expect("the font embedded at compile time is valid")
 }
 
-/// How strong letters are.
+/// Thickness of letters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Weight {
-    /// Of most texts.
+    /// Used for most texts.
     Regular,
-    /// Of titles, marks and remarks.
+    /// Used for titles, marks and remarks.
     Bold,
 }
 
 impl Weight {
+    /// Returns the embedded font of this weight.
     pub(crate) fn font(self) -> &'static FontRef<'static> {
         match self {
             Self::Regular => &REGULAR,
@@ -45,23 +46,23 @@ impl Weight {
     }
 }
 
-/// Height of ascenders and descenders, by which fonts are scaled, at a type size.
-fn height(font: &FontRef<'_>, size: f64) -> f64 {
+/// Height of ascenders and descenders together at a type size; ab_glyph and plotters scale fonts by it.
+fn font_height(font: &FontRef<'_>, size: f64) -> f64 {
     let em = f64::from(font.units_per_em().unwrap_or(2048.0));
     size * f64::from(font.height_unscaled()) / em
 }
 
-/// A letter of a line: where its pen and its ink begin.
+/// A letter of a line, with the x of its pen position and of the left end of its ink.
 struct Letter {
     letter: char,
     pen: f64,
     ink: f64,
 }
 
-/// The letters of one line from x = 0 on, and the width of the line.
+/// Returns the letters of one line that starts at x = 0, and the width of the line in pixels.
 fn layout(content: &str, size: f64, weight: Weight) -> (Vec<Letter>, f64) {
     let font = weight.font();
-    let font = font.as_scaled(PxScale::from(height(font, size) as f32));
+    let font = font.as_scaled(PxScale::from(font_height(font, size) as f32));
     let mut x = 0.0;
     let mut last = None;
     let mut letters = Vec::new();
@@ -75,22 +76,22 @@ fn layout(content: &str, size: f64, weight: Weight) -> (Vec<Letter>, f64) {
     (letters, f64::from(x))
 }
 
-/// The letters of one line with the left end of their ink.
-pub(super) fn letters(content: &str, size: f64, weight: Weight) -> Vec<(char, f64)> {
+/// Returns the letters of one line, each with the x of the left end of its ink.
+pub(super) fn ink_positions(content: &str, size: f64, weight: Weight) -> Vec<(char, f64)> {
     layout(content, size, weight).0.into_iter().map(|letter| (letter.letter, letter.ink)).collect()
 }
 
-/// The letters of one line with the place of the pen.
-pub(super) fn pens(content: &str, size: f64, weight: Weight) -> Vec<(char, f64)> {
+/// Returns the letters of one line, each with the x of its pen position.
+pub(super) fn pen_positions(content: &str, size: f64, weight: Weight) -> Vec<(char, f64)> {
     layout(content, size, weight).0.into_iter().map(|letter| (letter.letter, letter.pen)).collect()
 }
 
-/// Font units of a type size.
+/// Font units per type size.
 pub(super) fn units_per_em(weight: Weight) -> f64 {
     f64::from(weight.font().units_per_em().unwrap_or(2048.0))
 }
 
-/// The font as plotters draws it, scaled to the height of ascenders and descenders.
+/// Returns the font for plotters, scaled to this height of ascenders and descenders.
 pub(super) fn font(height: f64, weight: Weight) -> FontDesc<'static> {
     let style = match weight {
         Weight::Regular => FontStyle::Normal,
@@ -101,17 +102,17 @@ pub(super) fn font(height: f64, weight: Weight) -> FontDesc<'static> {
     FontDesc::new(FontFamily::Name(FAMILY), height, style)
 }
 
-/// The even whole number nearest to the height of the font: half of it is where plotters puts the baseline.
+/// Returns the even whole number nearest to the font's height: plotters puts the baseline at half of it.
 pub(super) fn even_height(size: f64) -> f64 {
-    2.0 * (height(&REGULAR, size) / 2.0).round()
+    2.0 * (font_height(&REGULAR, size) / 2.0).round()
 }
 
-/// The content without control characters, which SVG does not allow, and with others that act written out.
+/// Returns the text with blanks for control characters, which SVG does not allow, and with invisible format characters written out.
 pub(super) fn printable(content: &str) -> String {
     visible(&content.replace(char::is_control, " ")).into_owned()
 }
 
-/// Width of one line in pixels.
+/// Width of one line of text in pixels.
 pub fn width(content: &str, size: f64, weight: Weight) -> f64 {
     layout(content, size, weight).1
 }
@@ -121,7 +122,7 @@ pub(super) fn capital_height(size: f64) -> f64 {
     CAPITAL * size
 }
 
-/// The content in lines no wider than `limit`, broken at spaces, and within a word that is longer than a line.
+/// Breaks a text into lines no wider than `limit` pixels: at spaces, and within words longer than a line.
 pub fn wrap(content: &str, size: f64, weight: Weight, limit: f64) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     let fits = |line: &str| width(line, size, weight) <= limit;
@@ -147,8 +148,8 @@ pub fn wrap(content: &str, size: f64, weight: Weight, limit: f64) -> Vec<String>
     lines
 }
 
-/// As [`wrap`], in as many lines, but of nearly equal width.
-pub(super) fn balanced(content: &str, size: f64, weight: Weight, limit: f64) -> Vec<String> {
+/// Breaks a text into as few lines as [`wrap`] does, but of nearly equal width.
+pub(super) fn wrap_balanced(content: &str, size: f64, weight: Weight, limit: f64) -> Vec<String> {
     let greedy = wrap(content, size, weight, limit);
     let shares = (50..100).map(|percent| wrap(content, size, weight, limit * f64::from(percent) / 100.0));
     shares.into_iter().find(|lines| lines.len() == greedy.len()).unwrap_or(greedy)

@@ -1,11 +1,11 @@
 //! Colours of figures on a dark page.
 
 use super::agreement::BAND;
-use super::plan::{IN_THE_WAY, PART, ROOM};
+use super::plan::{OBSTACLE, PART, ROOM};
 use super::scene::Rgb;
 use super::style::{CURVES, GRID, HATCH, INK, MUTED, WHITE};
 
-/// Colours of paper, ink and lines, and what stands for them on a dark page. Those of fields stay.
+/// Colours of figures on a light page, each with its replacement on a dark page. Colours of maps stay.
 pub(super) const DARK: [(Rgb, Rgb); 18] = [
     (WHITE, [20, 23, 27]),
     (INK, [236, 239, 243]),
@@ -23,6 +23,6 @@ pub(super) const DARK: [(Rgb, Rgb); 18] = [
     (PART[1], [30, 52, 76]),
     (ROOM[0], [255, 154, 85]),
     (ROOM[1], [84, 48, 18]),
-    (IN_THE_WAY, [255, 120, 100]),
+    (OBSTACLE, [255, 120, 100]),
     (BAND, [30, 62, 50]),
 ];

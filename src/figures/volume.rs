@@ -1,4 +1,4 @@
-//! The workspace in 3-D: the outside of a box of values, seen from above, right and front.
+//! Figure of the workspace in 3-D: the faces of a box of values, seen from above, right and front.
 
 use super::axis::{self, Axis, Spacing};
 use super::colour_bar::{ColourBar, NO_SOLUTION, Scale};
@@ -14,14 +14,14 @@ const SIZES: Sizes = Sizes::FIGURE;
 /// Direction of view: the eye stands at this azimuth from +x and elevation from the xy plane, in degrees.
 const AZIMUTH: f64 = -52.0;
 const ELEVATION: f64 = 27.0;
-/// Highest projection of the box.
+/// Highest projection of the box, in pixels.
 const TALLEST: f64 = 1000.0;
-/// Length of ticks, and their distance to the labels.
+/// Length of ticks, and their distance to the labels, in pixels.
 const TICK: f64 = 12.0;
 const GAP: f64 = 8.0;
 const BAR_GAP: f64 = 44.0;
 const BAR_HEIGHT: f64 = 620.0;
-/// Explains dashed rings.
+/// Note that explains dashed rings.
 const HIDDEN_NOTE: &str = "dashed ring: not on a visible face; the dashed line leads straight up to the top plane";
 
 const LEADER_RIM: Stroke = Stroke { colour: WHITE, width: 7.0, dash: &[] };
@@ -29,37 +29,37 @@ const LEADER: Stroke = Stroke { colour: INK, width: 3.0, dash: &[9.0, 11.0] };
 
 /// A labelled point in space.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Mark3 {
-    /// Written beside the ring.
+pub struct SpaceMark {
+    /// Text beside the ring.
     pub label: String,
-    /// Coordinates, mm.
+    /// Coordinates in O, mm.
     pub position: [f64; 3],
 }
 
-/// A box of values, drawn at one scale of length on all three axes. The faces at the largest x, the smallest y and the
-/// largest z are visible; their nodes are drawn as the cells of [`super::SlicePanel`] are. Marks elsewhere get a dashed
-/// ring and a dashed line straight up to the plane of the top face.
+/// A box of values, drawn at one scale of length on all axes, in cells as in [`super::SlicePanel`]. The faces at the largest x, the
+/// smallest y and the largest z are visible. Marks elsewhere get a dashed ring and a dashed line straight up to the top plane.
 #[derive(Debug, Clone, PartialEq)]
 pub struct VolumeFigure {
-    /// The question.
+    /// Question that the figure answers.
     pub title: String,
-    /// The setting.
+    /// Conditions of the computation.
     pub subtitle: String,
-    /// For example "x \[mm\]".
+    /// Labels of the axes x, y and z, for example "x \[mm\]".
     pub axis_labels: [String; 3],
-    /// Beside the colour bar, for example "worst tool deflection \[mm\]".
+    /// Label of the colour bar, for example "worst tool deflection \[mm\]".
     pub quantity: String,
-    /// Node coordinates, ascending, mm.
+    /// Node coordinates along x, y and z, ascending, mm.
     pub axes: [Vec<f64>; 3],
     /// One value per node, x fastest, then y, then z; `None` where there is no solution (drawn hatched).
     pub values: Vec<Option<f64>>,
-    /// Points to ring.
-    pub marks: Vec<Mark3>,
+    /// Points marked with a ring.
+    pub marks: Vec<SpaceMark>,
     /// Ends of the colour scale; `None` takes the smallest and largest of all values, hidden ones included.
     pub range: Option<(f64, f64)>,
 }
 
 impl VolumeFigure {
+    /// Checks that nodes increase, values fill the grid, and every number can be drawn.
     fn check(&self) -> Result<(), FigureError> {
         for (nodes, label) in self.axes.iter().zip(&self.axis_labels) {
             check_ascending(nodes, || format!("volume, axis {label}"))?;
@@ -68,22 +68,25 @@ impl VolumeFigure {
         check_drawable(self.marks.iter().flat_map(|m| m.position), || "volume, marks".into())
     }
 
+    /// Returns the cell edges along each axis, mm.
     fn edges(&self) -> [Vec<f64>; 3] {
         let [x, y, z] = &self.axes;
         field::edges([x, y, z])
     }
 
+    /// Returns the value at the node with these indices along x, y and z.
     fn value(&self, [i, j, k]: [usize; 3]) -> Option<f64> {
         let [x, y, _] = &self.axes;
         self.values[(k * y.len() + j) * x.len() + i]
     }
 
-    /// Index of the last node along each axis.
-    fn last(&self) -> [usize; 3] {
+    /// Returns the index of the last node along each axis.
+    fn last_node(&self) -> [usize; 3] {
         [0, 1, 2].map(|axis| self.axes[axis].len() - 1)
     }
 }
 
+/// Lays the figure out, its faces in `colours`; `Err` when its data cannot be drawn.
 pub(super) fn scene(figure: &VolumeFigure, colours: Colours) -> Result<Scene, FigureError> {
     figure.check()?;
     let scale = Scale::new(figure.values.iter().copied().flatten(), figure.range, (colours, Shading::Ordered))?;
@@ -94,7 +97,7 @@ pub(super) fn scene(figure: &VolumeFigure, colours: Colours) -> Result<Scene, Fi
         size: SIZES.body,
         tick_size: SIZES.tick,
     };
-    let (mut scene, top) = style::page(&figure.title, &figure.subtitle, SIZES);
+    let (mut scene, top) = style::page_with_heading(&figure.title, &figure.subtitle, SIZES);
     let edges = figure.edges();
     let bar_width = bar.width(BAR_HEIGHT);
     let view = View::fitted(figure, &edges, top, PAGE_WIDTH - BORDER - bar_width - BAR_GAP);
@@ -109,30 +112,28 @@ pub(super) fn scene(figure: &VolumeFigure, colours: Colours) -> Result<Scene, Fi
     bar.draw(&mut scene, PAGE_WIDTH - BORDER - bar_width, bar_top, BAR_HEIGHT);
     let mut bottom = scene.lowest();
     if any_hidden {
-        bottom = style::paragraph(&mut scene, HIDDEN_NOTE, bottom + SIZES.body, SIZES.body);
+        bottom = style::draw_paragraph(&mut scene, HIDDEN_NOTE, bottom + SIZES.body, SIZES.body);
     }
     scene.height = bottom + BORDER;
     Ok(scene)
 }
 
-/// A parallel projection onto the page.
+/// Parallel projection of the box (mm) onto the page (pixels); `right` and `up` are directions, `scale` is in pixels per mm.
 struct View {
     low: [f64; 3],
     high: [f64; 3],
     right: [f64; 3],
     up: [f64; 3],
-    /// Pixels per mm.
     scale: f64,
-    /// Page place of the origin.
     origin: Point,
-    /// Right end of the room for the axis labels.
+    /// Largest x on the page for axis labels.
     limit: f64,
-    /// Around the projected box and marks.
+    /// Rectangle on the page around the projected box and marks.
     bounds: Rect,
 }
 
 impl View {
-    /// The view of the box between `BORDER` and `limit`, below `top`, with room for the axis labels.
+    /// Returns the projection that fits box and marks between `BORDER` and `limit`, below `top`, with room for the axis labels.
     fn fitted(figure: &VolumeFigure, edges: &[Vec<f64>; 3], top: f64, limit: f64) -> Self {
         let (az, el) = (AZIMUTH.to_radians(), ELEVATION.to_radians());
         let low = [0, 1, 2].map(|axis: usize| edges[axis][0]);
@@ -149,7 +150,7 @@ impl View {
         };
         let corners = (0..8).map(|k| view.corner([k & 1 != 0, k & 2 != 0, k & 4 != 0]));
         let points: Vec<Point> =
-            corners.chain(figure.marks.iter().map(|m| m.position)).map(|p| view.place(p)).collect();
+            corners.chain(figure.marks.iter().map(|m| m.position)).map(|p| view.project(p)).collect();
         let span = |axis: usize| {
             let ends = points.iter().map(|p| p[axis]);
             (ends.clone().fold(f64::INFINITY, f64::min), ends.fold(f64::NEG_INFINITY, f64::max))
@@ -167,18 +168,19 @@ impl View {
         view
     }
 
-    /// The box corner at the high ends of the chosen axes.
+    /// Returns the corner of the box at the high end of the axes with `true`, at the low end of the others, mm.
     fn corner(&self, at_high: [bool; 3]) -> [f64; 3] {
         [0, 1, 2].map(|axis: usize| if at_high[axis] { self.high[axis] } else { self.low[axis] })
     }
 
-    fn place(&self, point: [f64; 3]) -> Point {
+    /// Projects a point (mm) onto the page.
+    fn project(&self, point: [f64; 3]) -> Point {
         let dot = |along: [f64; 3]| (0..3).map(|axis| along[axis] * point[axis]).sum::<f64>();
         [self.origin[0] + self.scale * dot(self.right), self.origin[1] - self.scale * dot(self.up)]
     }
 
     /// Whether a point lies on one of the three visible faces.
-    fn shows(&self, point: [f64; 3]) -> bool {
+    fn is_visible(&self, point: [f64; 3]) -> bool {
         let near = |axis: usize, end: f64| (point[axis] - end).abs() <= 1e-9 * (self.high[axis] - self.low[axis]);
         let inside = (0..3).all(|axis| {
             (self.low[axis]..=self.high[axis]).contains(&point[axis])
@@ -189,7 +191,7 @@ impl View {
     }
 }
 
-/// A visible face: the axes along its cell columns and rows, and whether it lies at the high end of the third.
+/// A visible face: the axes along its columns and rows of cells, and whether it lies at the high end of the third axis.
 struct Face {
     columns: usize,
     rows: usize,
@@ -197,13 +199,13 @@ struct Face {
 }
 
 impl Face {
-    /// Corners on the page, from the low ends along the columns and around.
+    /// Returns its corners on the page, in turn from the low ends of both axes, along the columns first.
     fn corners(&self, view: &View) -> [Point; 4] {
         [(false, false), (true, false), (true, true), (false, true)].map(|(column, row)| {
             let mut at_high = [self.at_high; 3];
             at_high[self.columns] = column;
             at_high[self.rows] = row;
-            view.place(view.corner(at_high))
+            view.project(view.corner(at_high))
         })
     }
 }
@@ -214,12 +216,13 @@ const FACES: [Face; 3] = [
     Face { columns: 0, rows: 1, at_high: true },
 ];
 
+/// Draws the cells of the three visible faces.
 fn draw_faces(scene: &mut Scene, figure: &VolumeFigure, edges: &[Vec<f64>; 3], view: &View, scale: Option<Scale>) {
     for face in FACES {
         let [low, _, far, origin] = face.corners(view);
         let [across, down] = [far, low].map(|to| [to[0] - origin[0], to[1] - origin[1]]);
         let colour = |column, row| {
-            let mut node = if face.at_high { figure.last() } else { [0; 3] };
+            let mut node = if face.at_high { figure.last_node() } else { [0; 3] };
             node[face.columns] = column;
             node[face.rows] = row;
             figure.value(node).zip(scale).map(|(value, scale)| scale.colour(value))
@@ -228,27 +231,27 @@ fn draw_faces(scene: &mut Scene, figure: &VolumeFigure, edges: &[Vec<f64>; 3], v
     }
 }
 
-/// The nine visible edges of the box.
+/// Draws the nine visible edges of the box.
 fn draw_edges(scene: &mut Scene, view: &View) {
     for face in FACES {
         scene.outline(&face.corners(view), outline());
     }
 }
 
-/// The edge of the box that carries the ticks of `axis`, from its low to its high end, and the direction of the ticks
-/// on the page. x runs along the lower left edge, y along the lower right one, z up the left one.
+/// Returns the projected edge of the box that carries the ticks of `axis`, from its low to its high end, and the direction of the ticks
+/// on the page: x runs along the lower left edge, y along the lower right one, z up the left one.
 fn tick_edge(view: &View, axis: usize) -> ([Point; 2], Point) {
     let (mut corner, outward) = match axis {
         0 => ([false, false, false], [-0.35, 0.94]),
         1 => ([true, false, false], [0.94, 0.35]),
         _ => ([false, false, false], [-1.0, 0.0]),
     };
-    let from = view.place(view.corner(corner));
+    let from = view.project(view.corner(corner));
     corner[axis] = true;
-    ([from, view.place(view.corner(corner))], outward)
+    ([from, view.project(view.corner(corner))], outward)
 }
 
-/// Ticks, numbers and the label of one axis.
+/// Draws ticks, numbers and label of one axis.
 fn draw_axis(scene: &mut Scene, view: &View, axis: usize, label: &str) {
     let ([[x0, y0], [x1, y1]], outward) = tick_edge(view, axis);
     let (low, high) = (view.low[axis], view.high[axis]);
@@ -263,7 +266,7 @@ fn draw_axis(scene: &mut Scene, view: &View, axis: usize, label: &str) {
         let start = [x0 + share * (x1 - x0), y0 + share * (y1 - y0)];
         let end = [start[0] + TICK * outward[0], start[1] + TICK * outward[1]];
         scene.line(vec![start, end], axis::tick_stroke());
-        write(scene, number, SIZES.tick, beside(number, SIZES.tick, end, outward));
+        draw_centred_text(scene, number, SIZES.tick, centre_beside(number, SIZES.tick, end, outward));
     }
     let label = axis::label_with_power(label, scale.ticks.exponent);
     let middle = [(x0 + x1) / 2.0, (y0 + y1) / 2.0];
@@ -277,8 +280,7 @@ fn draw_axis(scene: &mut Scene, view: &View, axis: usize, label: &str) {
     }
 }
 
-/// The label of x or y: beside the numbers at the middle of the edge if the page is wide enough, or else in a row of its
-/// own below the box.
+/// Draws the label of x or y: beside the numbers at the middle of its edge if the page is wide enough, else in a row below the box.
 fn draw_slanted_label(scene: &mut Scene, view: &View, axis: usize, label: &str, middle: Point, numbers: f64) {
     let size = SIZES.body;
     let half_width = text::width(label, size, Weight::Regular) / 2.0;
@@ -290,31 +292,32 @@ fn draw_slanted_label(scene: &mut Scene, view: &View, axis: usize, label: &str, 
         let row = axis as f64 * 1.3 * SIZES.body;
         centre = [centre[0].min(last).max(first), view.bounds.bottom() + 2.4 * SIZES.tick + row];
     }
-    write(scene, label, size, centre);
+    draw_centred_text(scene, label, size, centre);
 }
 
-/// Centre of a text next to a place, on the side `outward` points to.
-fn beside(content: &str, size: f64, at: Point, outward: Point) -> Point {
+/// Returns the centre of a text next to the point `at`, on the side that `outward` points to.
+fn centre_beside(content: &str, size: f64, at: Point, outward: Point) -> Point {
     let half_width = text::width(content, size, Weight::Regular) / 2.0;
     let half_height = text::capital_height(size) / 2.0;
     let aside = outward[0].signum() * outward[0].abs().sqrt() * half_width + GAP * outward[0];
     [at[0] + aside, at[1] + (half_height + GAP) * outward[1]]
 }
 
-fn write(scene: &mut Scene, content: &str, size: f64, centre: Point) {
+/// Draws a text centred on a point of the page.
+fn draw_centred_text(scene: &mut Scene, content: &str, size: f64, centre: Point) {
     let at = [centre[0], centre[1] + text::capital_height(size) / 2.0];
     scene.text(Text::new(content, size, at, Anchor::Middle));
 }
 
-/// Draws the marks; returns whether any is not on a visible face.
+/// Draws the marks; returns whether any of them is not on a visible face.
 fn draw_marks(scene: &mut Scene, figure: &VolumeFigure, view: &View) -> bool {
     let mut placed = Vec::with_capacity(figure.marks.len());
     for mark in &figure.marks {
-        let at = view.place(mark.position);
-        let hidden = !view.shows(mark.position);
+        let at = view.project(mark.position);
+        let hidden = !view.is_visible(mark.position);
         if hidden {
             let [x, y, _] = mark.position;
-            let foot = view.place([x, y, view.high[2]]);
+            let foot = view.project([x, y, view.high[2]]);
             scene.line(vec![foot, at], LEADER_RIM);
             scene.line(vec![foot, at], LEADER);
             let cross = |dx: f64| vec![[foot[0] - dx, foot[1] - 5.0], [foot[0] + dx, foot[1] + 5.0]];

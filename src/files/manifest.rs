@@ -1,41 +1,40 @@
-//! What a result folder was made from.
+//! The manifest of a result folder: what the results were computed from, and which files belong to them.
 
 use std::{ffi::OsStr, path::Path};
 
 use serde::Serialize;
 
-use super::{Foreign, Recorded, may_replace};
+use super::{Foreign, Recorded, check_may_replace};
 use crate::{
     input::{Inputs, error::Result, file},
-    simulation::is_answer,
+    simulation::is_result_status,
 };
 
-/// A longer file is no record, bytes.
+/// Longest file that can be a record, in bytes.
 const LONGEST: u64 = 16 << 20;
 
-/// What stands in `file`, if it is a record that this program wrote of other files.
-pub(crate) fn record_in(file: &Path) -> Option<serde_json::Value> {
-    let record: serde_json::Value = serde_json::from_slice(&file::bounded(file, LONGEST).ok()?).ok()?;
+/// Returns the JSON in `file` if it is a record that this program wrote of other files; otherwise `None`.
+pub(crate) fn read_record(file: &Path) -> Option<serde_json::Value> {
+    let record: serde_json::Value = serde_json::from_slice(&file::read_bounded(file, LONGEST).ok()?).ok()?;
     (record["program"] == env!("CARGO_PKG_NAME")).then_some(record)
 }
 
-/// Number of table rows with one status.
+/// A status and its number of table rows.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct StatusCount {
     /// Status.
     pub status: String,
-    /// Rows.
+    /// Number of rows.
     pub rows: usize,
 }
 
 impl StatusCount {
-    /// Whether these rows are what was asked for.
+    /// Whether rows with this status are valid results.
     pub fn is_solved(&self) -> bool {
-        is_answer(&self.status)
+        is_result_status(&self.status)
     }
 
-    /// What an answer that rests on part of the rows begins with, such as "445 of 1029 not solved: 300 slow, 145
-    /// unreachable."; `None` where all are solved.
+    /// Returns a sentence on rows that are not solved, such as "445 of 1029 not solved: 300 slow, 145 unreachable."; `None` if all are.
     pub fn unsolved(counts: &[StatusCount]) -> Option<String> {
         let rows = |counts: &[&StatusCount]| counts.iter().map(|count| count.rows).sum::<usize>();
         let mut unsolved: Vec<&StatusCount> = counts.iter().filter(|count| !count.is_solved()).collect();
@@ -57,7 +56,7 @@ impl StatusCount {
     }
 }
 
-/// Provenance of a result folder. Everything follows from the input: a folder is the same whenever and wherever it is made.
+/// Contents of `manifest.json`, the provenance of a result folder. It follows from the input alone: no time, no computer.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Manifest {
     /// Program name.
@@ -66,25 +65,25 @@ pub struct Manifest {
     pub version: &'static str,
     /// Study name.
     pub study: String,
-    /// SHA-256 of everything that decides the results: study file, machine file, command-line changes.
+    /// SHA-256 of everything that decides the results: study file, machine file, command-line options.
     pub input_sha256: String,
-    /// The same, key by key.
+    /// The inputs with their values, key by key.
     pub inputs: Vec<Recorded>,
     /// Seed of random draws; no draw is made where it is null.
     pub seed: Option<u64>,
     /// Settings in effect.
     pub settings: serde_json::Value,
-    /// Rows per status.
+    /// Number of rows by status.
     pub statuses: Vec<StatusCount>,
-    /// Files written, but for this one. A later run in the same folder removes those it does not write itself.
+    /// Files written, without this one. A later run in the same folder removes those it does not write itself.
     pub files: Vec<String>,
-    /// Whether files are being put in place: until the last one is, some are of the run before. Left out where they all are.
+    /// Whether files are being moved into place: some may still be of the run before. Left out once all are in place.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub publishing: bool,
 }
 
 impl Manifest {
-    /// Of `study`, made from `inputs`: its settings, how many rows ended how, and its files.
+    /// Returns the manifest of `study` made from `inputs`, with its settings, rows by status, and files.
     pub(crate) fn new(
         study: &str,
         inputs: &Inputs,
@@ -105,51 +104,48 @@ impl Manifest {
         }
     }
 
-    /// Name of its file.
+    /// Name of the manifest's file.
     pub const FILE: &str = "manifest.json";
 
-    /// The files that the run before left in `folder`, by its manifest; none if there is none.
-    pub fn files_in(folder: &Path) -> Vec<String> {
-        Self::found_in(folder).unwrap_or_default()
+    /// Returns the files of the previous run in `folder`, by its manifest; empty if there is none.
+    pub fn previous_files(folder: &Path) -> Vec<String> {
+        Self::recorded_files(folder).unwrap_or_default()
     }
 
-    /// As [`Manifest::files_in`]; nothing if there is no manifest that this program wrote.
-    fn found_in(folder: &Path) -> Option<Vec<String>> {
-        let manifest = record_in(&folder.join(Self::FILE))?;
+    /// Returns the files of the previous run in `folder`; `None` if there is no manifest that this program wrote.
+    fn recorded_files(folder: &Path) -> Option<Vec<String>> {
+        let manifest = read_record(&folder.join(Self::FILE))?;
         let files = manifest["files"].as_array().into_iter().flatten().filter_map(serde_json::Value::as_str);
         // Only names: never a file elsewhere.
         Some(files.filter(|name| Path::new(name).file_name() == Some(OsStr::new(name))).map(String::from).collect())
     }
 
-    /// Refuses to write files of these `names` into `folder` where they, or the manifest, would replace what no run before
-    /// wrote there, or what this one reads.
-    ///
-    /// # Errors
-    /// Names the file that would be lost.
-    pub fn may_write<'a>(folder: &Path, names: impl Iterator<Item = &'a str>) -> Result<()> {
-        let found = Self::found_in(folder);
-        may_replace(&folder.join(Self::FILE), Foreign::Kept, || found.is_some())?;
+    /// Checks that files of these `names` in `folder` replace neither files that no previous run wrote nor inputs of this command;
+    /// otherwise `Err` names the file that would be lost.
+    pub fn check_may_write<'a>(folder: &Path, names: impl Iterator<Item = &'a str>) -> Result<()> {
+        let found = Self::recorded_files(folder);
+        check_may_replace(&folder.join(Self::FILE), Foreign::Kept, || found.is_some())?;
         let former = found.unwrap_or_default();
-        former.iter().try_for_each(|name| may_replace(&folder.join(name), Foreign::Kept, || true))?;
+        former.iter().try_for_each(|name| check_may_replace(&folder.join(name), Foreign::Kept, || true))?;
         for name in names {
-            may_replace(&folder.join(name), Foreign::Kept, || former.iter().any(|own| own == name))?;
+            check_may_replace(&folder.join(name), Foreign::Kept, || former.iter().any(|own| own == name))?;
         }
         Ok(())
     }
 
-    /// Whether a manifest as read says that some files of its folder are of the run before.
+    /// Whether a manifest as read says that some files of its folder may be of the run before.
     pub(crate) fn is_publishing(manifest: &serde_json::Value) -> bool {
         manifest["publishing"] == true
     }
 
-    /// Rows per status, in order of first appearance.
+    /// Counts the rows of each status, in order of first appearance.
     pub fn count<'a>(statuses: impl Iterator<Item = &'a str>) -> Vec<StatusCount> {
         let mut counts = Vec::new();
         statuses.for_each(|status| StatusCount::add(&mut counts, status));
         counts
     }
 
-    /// As a JSON file.
+    /// Returns the contents of `manifest.json`.
     pub(crate) fn to_json(&self) -> String {
         // A struct of strings and numbers always serialises.
         serde_json::to_string_pretty(self).unwrap_or_default() + "\n"

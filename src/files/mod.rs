@@ -10,16 +10,16 @@ pub(crate) mod visible;
 pub(crate) mod words;
 pub(crate) mod write;
 
-pub(crate) use manifest::record_in;
+pub(crate) use manifest::read_record;
 pub use manifest::{Manifest, StatusCount};
 pub use recorded::Recorded;
-pub use replace::{Foreign, may_replace};
-pub use visible::{shown_json, visible, visible_json};
-pub use words::{counted, if_any, millimetres, millimetres_in_table, per_second, position, signed};
+pub use replace::{Foreign, check_may_replace};
+pub use visible::{display_json, visible, visible_json};
+pub use words::{counted, millimetres, millimetres_in_table, or_dash, per_second, position, with_minus_signs};
 pub(crate) use write::temporary_beside;
 pub use write::{
-    OutputFile, PreparedFolder, Step, Transaction, clean, prepare, prepare_beside, remove, staging, staging_beside,
-    temporary_file, write_all, write_beside,
+    OutputFile, PreparedFolder, Step, Transaction, prepare, prepare_beside, remove, remove_temporary, staging,
+    staging_beside, temporary_file, write_all, write_beside,
 };
 
 pub(crate) use crate::input::check::file_stem;

@@ -1,5 +1,4 @@
-//! What a run was made from, key by key: machine, process and study file flattened, so that two results can be held against
-//! each other.
+//! Inputs of a run, recorded key by key: machine, process and study file flattened, so that two results can be compared.
 
 use std::collections::BTreeMap;
 
@@ -9,29 +8,29 @@ use toml::Value;
 
 use crate::input::Inputs;
 
-/// Most keys that are recorded of one file: a larger one is known by its hash alone.
+/// Most keys recorded of one file: a larger one is identified by its hash alone.
 const MOST_KEYS: usize = 4000;
-/// Longest text that is recorded where it stands in no file, such as the size of a grid, bytes.
+/// Longest text recorded of an input that is no file, such as the size of a grid, in bytes.
 const LONGEST_TEXT: usize = 200;
-/// The table of a study that holds what may also stand in a process file.
+/// Name of the table of a study that may hold the same keys as a process file.
 const PROCESS: &str = "process";
 
-/// One input of a run.
+/// One input of a run, with its values key by key.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Recorded {
-    /// What it is to the run: `study`, `machine`, `process`, or its name.
+    /// Role of the input in the run: `study`, `machine`, `process`, or its name.
     pub part: String,
-    /// File name, or the name of what the command line set.
+    /// File name, or the name of a command-line setting.
     pub name: String,
     /// SHA-256 of its text, hexadecimal.
     pub sha256: String,
-    /// Its keys with their values as TOML, such as `chain.leg.foot.length_mm`; empty for a file without keys (a path).
+    /// Values as TOML by key, such as `chain.leg.foot.length_mm`; empty for a file without keys (a path).
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub keys: BTreeMap<String, String>,
 }
 
 impl Recorded {
-    /// The inputs of a study: its file first, its machine second, then processes, paths and what the command line set.
+    /// Records the inputs of a study: its file first, its machine second, then processes, paths and command-line settings.
     pub fn of(inputs: &Inputs) -> Vec<Recorded> {
         let mut all: Vec<Recorded> = Vec::new();
         for (index, (name, text)) in inputs.texts().enumerate() {
@@ -53,12 +52,12 @@ impl Recorded {
             if keys.len() > MOST_KEYS {
                 keys.clear();
             }
-            all.push(Recorded { part: part.into(), name: name.into(), sha256: hash(text), keys });
+            all.push(Recorded { part: part.into(), name: name.into(), sha256: sha256_hex(text), keys });
         }
         all
     }
 
-    /// The keys by part, those of a process that stands in the study with those of process files.
+    /// Returns the values by part and key; a process inside the study counts as a process file.
     pub fn by_part(all: &[Recorded]) -> BTreeMap<(String, String), String> {
         let mut keys = BTreeMap::new();
         for input in all {
@@ -79,11 +78,12 @@ impl Recorded {
     }
 }
 
-fn hash(text: &str) -> String {
+/// Returns the SHA-256 of a text in hexadecimal.
+fn sha256_hex(text: &str) -> String {
     Sha256::digest(text).iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// Adds the keys below `at`. A table in a list goes by its name, if it has one, and else by its number.
+/// Adds all values below the key `at`. A table in a list is identified by its name, or by its number without one.
 fn flatten(at: &str, value: &Value, keys: &mut BTreeMap<String, String>) {
     let below = |key: &str| if at.is_empty() { key.to_string() } else { format!("{at}.{key}") };
     match value {
@@ -105,7 +105,7 @@ fn flatten(at: &str, value: &Value, keys: &mut BTreeMap<String, String>) {
     }
 }
 
-/// The name of a table in a list, also where its only key holds it: `{ beam = { name = "foot", … } }`.
+/// Returns the name of a table in a list, also where its only key holds the name: `{ beam = { name = "foot", … } }`.
 fn name_of(item: &Value) -> Option<&str> {
     let table = item.as_table()?;
     let own = ["name", "chain", "what"].iter().find_map(|key| table.get(*key)?.as_str());

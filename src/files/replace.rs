@@ -1,4 +1,4 @@
-//! Which files may be replaced: those that this program wrote, and that this command does not read.
+//! Protection of files: only those that this program wrote, and that the command does not read, are replaced.
 
 use std::{
     io::{Error as IoError, ErrorKind},
@@ -10,31 +10,27 @@ use crate::input::{
     file::is_input,
 };
 
-/// What becomes of a file that this program did not write.
+/// What happens to a file that this program did not write.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Foreign {
-    /// It stays.
+    /// It is kept.
     Kept,
-    /// It stays, and the command says how it is replaced: with `--force`.
+    /// It is kept, and the error says that `--force` would replace it.
     KeptUnlessForced,
     /// It is replaced.
     Replaced,
 }
 
 impl Foreign {
-    /// For a command that has `--force`.
+    /// Returns the rule for a command with the option `--force`.
     pub fn forced(force: bool) -> Self {
         if force { Self::Replaced } else { Self::KeptUnlessForced }
     }
 }
 
-/// Refuses `path` as the place of a new file where something else stands. `is_ours` says whether a file there was written
-/// by this program; what becomes of it otherwise, `foreign` says.
-///
-/// # Errors
-/// There is an input of this command, a file of somebody else, one that may not be written, a link, a folder or a device; or no
-/// file can have this name.
-pub fn may_replace(path: &Path, foreign: Foreign, is_ours: impl FnOnce() -> bool) -> Result<()> {
+/// Checks that a new file may take the place of what is at `path`. `is_ours` says whether this program wrote a file there; `foreign`
+/// decides about any other file. `Err` for an input of this command, a file to be kept or not writable, a link, a folder or a device.
+pub fn check_may_replace(path: &Path, foreign: Foreign, is_ours: impl FnOnce() -> bool) -> Result<()> {
     let refuse = |source| Err(Error::Write { file: path.to_path_buf(), source });
     let found = match std::fs::symlink_metadata(path) {
         Ok(found) => found,

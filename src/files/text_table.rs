@@ -1,11 +1,11 @@
-//! Tables for reading on a terminal: a rule below the header and none between rows.
+//! Tables for the terminal: a rule below the header and none between rows.
 
 use comfy_table::{Cell, CellAlignment, Row, Table, presets::NOTHING};
 use comfy_table::{LineStyle, TableStyle};
 
 const STYLE: TableStyle = NOTHING.header_separator(LineStyle::new('─', '─', '─', '─'));
 
-/// An empty table under `header`. Columns after the first `left` ones hold numbers and end at the right.
+/// Returns an empty table with `header`; columns after the first `left` ones are aligned right, for numbers.
 pub fn text_table<H: Into<String>>(header: impl IntoIterator<Item = H>, left: usize) -> Table {
     let align = |column: usize| if column < left { CellAlignment::Left } else { CellAlignment::Right };
     let header: Vec<String> = header.into_iter().map(Into::into).collect();

@@ -1,12 +1,12 @@
-//! Counts and numbers as sentences show them.
+//! Counts, numbers and lists as sentences show them.
 
-/// With minus signs instead of hyphens, as on the axes.
+/// Returns the text with true minus signs instead of all hyphens.
 pub(crate) fn typographic(text: &str) -> String {
     text.replace('-', "\u{2212}")
 }
 
-/// With minus signs instead of hyphens before numbers; hyphens within names stay.
-pub fn signed(text: &str) -> String {
+/// Returns the text with true minus signs instead of hyphens before numbers; hyphens within names stay.
+pub fn with_minus_signs(text: &str) -> String {
     let mut shown = String::with_capacity(text.len());
     let mut characters = text.chars().peekable();
     let mut before = ' ';
@@ -18,7 +18,7 @@ pub fn signed(text: &str) -> String {
     shown
 }
 
-/// A number with its unit behind it: "1.5 mm", "90°", "11".
+/// Returns a number followed by its unit: "1.5 mm", "90°", "11".
 pub(crate) fn with_unit(number: &str, unit: &str) -> String {
     match unit {
         "" | "°" => format!("{number}{unit}"),
@@ -26,12 +26,12 @@ pub(crate) fn with_unit(number: &str, unit: &str) -> String {
     }
 }
 
-/// "1 point", "2 points".
+/// Returns a count with its noun: "1 point", "2 points".
 pub fn counted(count: usize, noun: &str) -> String {
     if count == 1 { format!("1 {noun}") } else { format!("{count} {noun}s") }
 }
 
-/// Coordinates to a tenth of a millimetre.
+/// Formats a position to a tenth of a millimetre: "(1.0, 2.0, 3.0) mm".
 pub fn position(x_mm: f64, y_mm: f64, z_mm: f64) -> String {
     let [x, y, z] = [x_mm, y_mm, z_mm].map(|v| match format!("{v:.1}") {
         text if text == "-0.0" => "0.0".into(),
@@ -40,8 +40,7 @@ pub fn position(x_mm: f64, y_mm: f64, z_mm: f64) -> String {
     typographic(&format!("({x}, {y}, {z}) mm"))
 }
 
-/// A length in mm to so many decimals, or in µm to two digits where that shows next to nothing. What is not exactly none is not
-/// said to be none.
+/// Formats a length in mm with so many decimals, or in µm with two digits where those would show almost nothing; only 0 shows as 0.
 pub fn millimetres(length_mm: f64, decimals: i32) -> String {
     match length_mm {
         0.0 => "0 mm".into(),
@@ -54,15 +53,15 @@ pub fn millimetres(length_mm: f64, decimals: i32) -> String {
     }
 }
 
-/// The same where there is little room.
+/// Formats a length like [`millimetres`], shorter for tables.
 pub fn millimetres_in_table(length_mm: f64, decimals: i32) -> String {
     millimetres(length_mm, decimals).replace("less than", "<")
 }
 
-/// mm.
+/// One nanometre in mm.
 const NANOMETRE: f64 = 1e-6;
 
-/// A rate to two digits: "0.1 per second", "11,000 per second".
+/// Formats a rate with two digits: "0.1 per second", "11,000 per second".
 pub fn per_second(rate: f64) -> String {
     if rate < 10.0 {
         return format!("{rate:.1} per second");
@@ -73,7 +72,7 @@ pub fn per_second(rate: f64) -> String {
     format!("{} per second", groups.join(","))
 }
 
-/// A share in per cent: "0 %" and "100 %" are none and all.
+/// Formats a share in percent: "0 %" and "100 %" mean exactly none and all.
 pub fn percent(share: f64) -> String {
     match 100.0 * share {
         0.0 => "0 %".into(),
@@ -85,8 +84,8 @@ pub fn percent(share: f64) -> String {
     }
 }
 
-/// "a", "a and b", "a, b and c".
-pub fn listed(words: &[&str]) -> String {
+/// Joins words to a list: "a", "a and b", "a, b and c".
+pub fn join_words(words: &[&str]) -> String {
     match words {
         [] => String::new(),
         [one] => (*one).into(),
@@ -94,7 +93,7 @@ pub fn listed(words: &[&str]) -> String {
     }
 }
 
-/// A number in words, or a dash where there is none.
-pub fn if_any<T>(number: Option<T>, words: impl FnOnce(T) -> String) -> String {
+/// Formats a number with `words`, or returns a dash where there is none.
+pub fn or_dash<T>(number: Option<T>, words: impl FnOnce(T) -> String) -> String {
     number.map_or_else(|| "–".into(), words)
 }

@@ -1,4 +1,4 @@
-//! Files appear whole or not at all.
+//! Writing of files so that each appears whole or not at all.
 
 use std::{
     ffi::OsStr,
@@ -10,7 +10,7 @@ use tempfile::{NamedTempFile, TempDir, TempPath};
 
 use crate::input::error::{Error, Result};
 
-/// A file to be written below a result folder.
+/// A file to be written into a result folder.
 #[derive(Debug)]
 pub struct OutputFile {
     /// Name relative to the folder.
@@ -18,27 +18,28 @@ pub struct OutputFile {
     content: Content,
 }
 
+/// Content of a file, in memory or already on disk.
 #[derive(Debug)]
 enum Content {
     Bytes(Vec<u8>),
-    /// A temporary file in the result folder, which disappears unless it is given its name.
+    /// A temporary file in the result folder, which is removed unless it gets its name.
     File(NamedTempFile),
 }
 
 impl OutputFile {
-    /// A file called `name` with these bytes.
+    /// Returns a file called `name` with these bytes.
     pub fn new(name: impl Into<String>, bytes: impl Into<Vec<u8>>) -> Self {
         Self { name: name.into(), content: Content::Bytes(bytes.into()) }
     }
 
-    /// A file that is to be called `name`; it is in the result folder already, see [`temporary_file`].
+    /// Returns a file to be called `name` whose content is already in a temporary file of the folder; see [`temporary_file`].
     pub fn written(name: impl Into<String>, file: NamedTempFile) -> Self {
         Self { name: name.into(), content: Content::File(file) }
     }
 }
 
 impl OutputFile {
-    /// Its text, if it is one in memory.
+    /// Returns its text; `None` if it is not text or not in memory.
     pub fn text(&self) -> Option<String> {
         match &self.content {
             Content::Bytes(bytes) => String::from_utf8(bytes.clone()).ok(),
@@ -47,13 +48,10 @@ impl OutputFile {
     }
 }
 
-/// Begin of the names of temporary files.
+/// Beginning of the names of temporary files.
 const TEMPORARY: &str = ".partial-";
 
-/// Makes `folder` and finds out, before anything is computed, whether files can be written there.
-///
-/// # Errors
-/// They cannot.
+/// Creates `folder` and checks, before anything is computed, that files can be written there; `Err` when they cannot.
 pub fn prepare(folder: &Path) -> Result<()> {
     let fault = |source| Error::Write { file: folder.to_path_buf(), source };
     if folder.is_file() {
@@ -62,25 +60,22 @@ pub fn prepare(folder: &Path) -> Result<()> {
     std::fs::create_dir_all(folder).map_err(fault)?;
     temporary_file(folder).map(drop).map_err(fault)?;
     // Files in a folder in it: some systems have an end to the length of a path.
-    room_for_a_name(folder, &"x".repeat(LONGEST_NAME))
+    check_name_fits(folder, &"x".repeat(LONGEST_NAME))
 }
 
-/// Length that no name in a result folder, with that of a temporary folder before it, exceeds.
+/// Most bytes of a name in a result folder, including that of a temporary folder.
 const LONGEST_NAME: usize = 200;
 
-/// Whether a file in `folder` can have this name.
-fn room_for_a_name(folder: &Path, name: &str) -> Result<()> {
+/// Checks that a file in `folder` can have this name.
+fn check_name_fits(folder: &Path, name: &str) -> Result<()> {
     match std::fs::symlink_metadata(folder.join(name)) {
         Err(source) if source.kind() != ErrorKind::NotFound => Err(Error::Write { file: folder.join(name), source }),
         _ => Ok(()),
     }
 }
 
-/// Finds out, before anything is computed, whether `file` can be written with [`write_beside`]; its folder need not exist.
-/// Removes what a command left that was killed while it wrote this file. Gives the name of the file.
-///
-/// # Errors
-/// It cannot be written.
+/// Checks, before anything is computed, that [`write_beside`] can write `file`, whose folder need not exist, and returns its name; `Err`
+/// when it cannot. Removes temporary files that a killed command left of it.
 pub fn prepare_beside(file: &Path) -> Result<&str> {
     let fault = |source| Error::Write { file: file.to_path_buf(), source };
     let Some(name) = file.file_name().and_then(OsStr::to_str) else {
@@ -94,38 +89,33 @@ pub fn prepare_beside(file: &Path) -> Result<&str> {
             source: IoError::other("is a file, expected a folder"),
         });
     }
-    let prefix = beside(name);
-    room_for_a_name(folder, &format!("{prefix}000000"))?;
-    temporary(folder, &prefix).map(drop).map_err(fault)?;
+    let prefix = temporary_prefix(name);
+    check_name_fits(folder, &format!("{prefix}000000"))?;
+    create_temporary(folder, &prefix).map(drop).map_err(fault)?;
     if file.parent().is_some_and(|parent| parent == folder || parent.as_os_str().is_empty()) {
-        clean_of(folder, &prefix)?;
+        remove_with_prefix(folder, &prefix)?;
     }
     Ok(name)
 }
 
-/// Begin of the names of temporary files of a file called `name`: other commands that write into its folder leave them.
-fn beside(name: &str) -> String {
+/// Returns the beginning of the names of temporary files for a file called `name`, which other commands in its folder leave alone.
+fn temporary_prefix(name: &str) -> String {
     format!(".{name}{TEMPORARY}")
 }
 
-/// A folder in `folder` in which files are made before they take the places of others.
-///
-/// # Errors
-/// It cannot be made.
+/// Creates a temporary folder in `folder`, in which files are made before they are moved into place; `Err` when it cannot.
 pub fn staging(folder: &Path) -> Result<TempDir> {
     let made = tempfile::Builder::new().prefix(TEMPORARY).tempdir_in(folder);
     made.map_err(|source| Error::Write { file: folder.to_path_buf(), source })
 }
 
-/// Removes temporary files that a run left in `folder` when it was killed. No other run must be using the folder.
-///
-/// # Errors
-/// The folder cannot be read, or a file cannot be removed.
-pub fn clean(folder: &Path) -> Result<()> {
-    clean_of(folder, TEMPORARY)
+/// Removes temporary files that a killed run left in `folder`, which no other run may be using; `Err` when one cannot be removed.
+pub fn remove_temporary(folder: &Path) -> Result<()> {
+    remove_with_prefix(folder, TEMPORARY)
 }
 
-fn clean_of(folder: &Path, prefix: &str) -> Result<()> {
+/// Removes files and folders in `folder` whose names begin with `prefix`.
+fn remove_with_prefix(folder: &Path, prefix: &str) -> Result<()> {
     let fault = |source| Error::Read { file: folder.to_path_buf(), source };
     for entry in std::fs::read_dir(folder).map_err(fault)? {
         let entry = entry.map_err(fault)?;
@@ -142,76 +132,63 @@ fn clean_of(folder: &Path, prefix: &str) -> Result<()> {
     Ok(())
 }
 
-/// Writes `files` into `folder`: all of them are made before the first takes its place.
-///
-/// # Errors
-/// The folder or a file cannot be written; no half-written file remains.
+/// Writes `files` into `folder`: all of them are complete before the first is moved into place. `Err` when one cannot be written; no
+/// half-written file remains.
 pub fn write_all(folder: &Path, files: Vec<OutputFile>) -> Result<()> {
     Transaction::within(folder)?.place_all(files)?.commit()
 }
 
-/// Writes `files` into the folder of `file`; see [`write_all`] and [`prepare_beside`].
-///
-/// # Errors
-/// As [`write_all`].
+/// Writes `files` into the folder of `file`, with errors as [`write_all`]; see [`prepare_beside`].
 pub fn write_beside(file: &Path, files: Vec<OutputFile>) -> Result<()> {
     Transaction::beside(file)?.place_all(files)?.commit()
 }
 
-/// Changes of files in a folder, made one after another once all of them are ready. Whatever leaves files goes through one; where they belong
-/// together, its first change says that they are not complete, and its last that they are.
+/// Changes of files in a folder, made one after another once all are ready. All results are written through one; where files belong
+/// together, its first change marks them as incomplete, and its last as complete.
 #[derive(Debug)]
 pub struct Transaction {
     folder: PathBuf,
-    /// Begin of the names of files that are not in their places yet.
+    /// Beginning of the names of files that are not in place yet.
     prefix: String,
-    /// The changes, in their order.
+    /// Changes in the order in which they are made.
     pub steps: Vec<Step>,
 }
 
-/// A change of one file that comes whole or not at all.
+/// A change of one file, which happens completely or not at all.
 #[derive(Debug)]
 pub enum Step {
-    /// A temporary file gets its name.
+    /// Gives a temporary file its final path.
     Name(TempPath, PathBuf),
-    /// A file made elsewhere takes its place.
+    /// Moves a finished file to its final path.
     Move(PathBuf, PathBuf),
-    /// A file is removed, if it is there.
+    /// Removes a file, if it exists.
     Remove(PathBuf),
 }
 
 impl Transaction {
-    /// In `folder`, which is made if need be.
-    ///
-    /// # Errors
-    /// It cannot be made.
+    /// Starts a transaction in `folder`, which is created if need be; `Err` when it cannot be created.
     pub fn within(folder: &Path) -> Result<Self> {
         Self::new(folder, TEMPORARY.into())
     }
 
-    /// In the folder of `file`, which is made if need be.
-    ///
-    /// # Errors
-    /// It cannot be made.
+    /// Starts a transaction in the folder of `file`, which is created if need be; `Err` when it cannot be created.
     pub fn beside(file: &Path) -> Result<Self> {
-        Self::new(folder_of(file), beside_file(file))
+        Self::new(folder_of(file), prefix_beside(file))
     }
 
+    /// Creates the folder if need be, and returns a transaction without changes.
     fn new(folder: &Path, prefix: String) -> Result<Self> {
         std::fs::create_dir_all(folder).map_err(|source| Error::Write { file: folder.to_path_buf(), source })?;
         Ok(Self { folder: folder.to_path_buf(), prefix, steps: Vec::new() })
     }
 
-    /// `file` takes its place; it is made now.
-    ///
-    /// # Errors
-    /// It cannot be written.
+    /// Writes `file` to a temporary file now, and adds the change that moves it into place; `Err` when it cannot be written.
     pub fn place(&mut self, file: OutputFile) -> Result<()> {
         let path = self.folder.join(&file.name);
         let made = match file.content {
             Content::File(made) => Ok(made),
             Content::Bytes(bytes) => {
-                temporary(&self.folder, &self.prefix).and_then(|mut made| made.write_all(&bytes).map(|()| made))
+                create_temporary(&self.folder, &self.prefix).and_then(|mut made| made.write_all(&bytes).map(|()| made))
             }
         };
         let made = made.map_err(|source| Error::Write { file: path.clone(), source })?;
@@ -219,38 +196,29 @@ impl Transaction {
         Ok(())
     }
 
-    /// As [`Transaction::place`], of all `files`.
-    ///
-    /// # Errors
-    /// As there.
+    /// Adds all `files` as [`Transaction::place`] does, with the same errors.
     pub fn place_all(mut self, files: Vec<OutputFile>) -> Result<Self> {
         files.into_iter().try_for_each(|file| self.place(file)).map(|()| self)
     }
 
-    /// The file called `name` that is in the folder `made` takes its place.
+    /// Adds the change that moves the file `name` from the folder `made` into place.
     pub fn place_made(&mut self, made: &Path, name: &str) {
         self.steps.push(Step::Move(made.join(name), self.folder.join(name)));
     }
 
-    /// The file called `name` is removed.
+    /// Adds the change that removes the file called `name`.
     pub fn remove(&mut self, name: &str) {
         self.steps.push(Step::Remove(self.folder.join(name)));
     }
 
-    /// Makes all changes.
-    ///
-    /// # Errors
-    /// One cannot be made; those before are.
+    /// Makes all changes in order; `Err` when one cannot be made, with those before it made.
     pub fn commit(self) -> Result<()> {
         self.steps.into_iter().try_for_each(Step::take)
     }
 }
 
 impl Step {
-    /// Makes the change.
-    ///
-    /// # Errors
-    /// It cannot be made.
+    /// Makes the change; `Err` when it cannot be made.
     pub fn take(self) -> Result<()> {
         match self {
             Self::Name(made, path) => made.persist(&path).map_err(|e| Error::Write { file: path, source: e.error }),
@@ -262,29 +230,25 @@ impl Step {
     }
 }
 
-/// As [`staging`], beside `file`, whose folder is made if need be.
-///
-/// # Errors
-/// It cannot be made.
+/// Creates a temporary folder as [`staging`] does, in the folder of `file`, which is created if need be.
 pub fn staging_beside(file: &Path) -> Result<TempDir> {
     let fault = |source| Error::Write { file: file.to_path_buf(), source };
     let folder = folder_of(file);
     std::fs::create_dir_all(folder).map_err(fault)?;
-    tempfile::Builder::new().prefix(&beside_file(file)).tempdir_in(folder).map_err(fault)
+    tempfile::Builder::new().prefix(&prefix_beside(file)).tempdir_in(folder).map_err(fault)
 }
 
+/// Returns the folder of a file; `.` for a bare name.
 fn folder_of(file: &Path) -> &Path {
     file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-fn beside_file(file: &Path) -> String {
-    beside(&file.file_name().unwrap_or_default().to_string_lossy())
+/// Returns the beginning of the names of temporary files for `file`.
+fn prefix_beside(file: &Path) -> String {
+    temporary_prefix(&file.file_name().unwrap_or_default().to_string_lossy())
 }
 
-/// Removes a file; one that is not there is no fault.
-///
-/// # Errors
-/// It cannot be removed.
+/// Removes a file; `Err` when it cannot be removed, but not when there is none.
 pub fn remove(file: &Path) -> Result<()> {
     match std::fs::remove_file(file) {
         Err(source) if source.kind() != std::io::ErrorKind::NotFound => {
@@ -294,23 +258,18 @@ pub fn remove(file: &Path) -> Result<()> {
     }
 }
 
-/// A file that disappears unless it is given its name. Temporary files are private by default; results are not.
-///
-/// # Errors
-/// It cannot be made.
+/// Creates a file in `folder` that is removed unless it gets its name. Unlike other temporary files, all users may read it.
 pub fn temporary_file(folder: &Path) -> std::io::Result<NamedTempFile> {
-    temporary(folder, TEMPORARY)
+    create_temporary(folder, TEMPORARY)
 }
 
-/// As [`temporary_file`], beside `file`.
-///
-/// # Errors
-/// It cannot be made.
+/// Creates a temporary file as [`temporary_file`] does, in the folder of `file`.
 pub(crate) fn temporary_beside(file: &Path) -> std::io::Result<NamedTempFile> {
-    temporary(folder_of(file), &beside_file(file))
+    create_temporary(folder_of(file), &prefix_beside(file))
 }
 
-fn temporary(folder: &Path, prefix: &str) -> std::io::Result<NamedTempFile> {
+/// Creates a temporary file in `folder` whose name begins with `prefix`, readable by all users.
+fn create_temporary(folder: &Path, prefix: &str) -> std::io::Result<NamedTempFile> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(prefix);
     #[cfg(unix)]
@@ -318,18 +277,15 @@ fn temporary(folder: &Path, prefix: &str) -> std::io::Result<NamedTempFile> {
     builder.tempfile_in(folder)
 }
 
-/// The folders that had to be made for results. Those that are still empty when this goes out of scope are removed.
+/// Folders created for results. When it is dropped, those that are still empty are removed.
 #[derive(Debug)]
 pub struct PreparedFolder {
-    /// The innermost first.
+    /// Folders created, the innermost first.
     made: Vec<PathBuf>,
 }
 
 impl PreparedFolder {
-    /// Makes `folder`, as [`prepare`] does.
-    ///
-    /// # Errors
-    /// As [`prepare`].
+    /// Creates and checks `folder` as [`prepare`] does, with the same errors.
     pub fn new(folder: &Path) -> Result<Self> {
         let missing = folder.ancestors().take_while(|part| !part.as_os_str().is_empty() && !part.exists());
         let prepared = Self { made: missing.map(Path::to_path_buf).collect() };

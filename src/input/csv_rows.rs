@@ -1,18 +1,18 @@
-//! The rows of a CSV file, with the bytes and the line each stands on.
+//! The rows of a CSV file, with their bytes and line numbers.
 
 use std::ops::Range;
 
 use csv::{ByteRecord, ReaderBuilder, Trim};
 
-/// One row that is not blank.
+/// A row of a CSV file that is not blank.
 pub(crate) struct Row {
-    /// Its fields, without blanks around them.
+    /// The fields, without blanks around them.
     pub fields: ByteRecord,
-    /// Its bytes in the file, without line ending.
+    /// The row's bytes in the file, without line ending.
     pub span: Range<usize>,
 }
 
-/// All rows of `source`, the header among them; or the byte where the reader gave up, and why.
+/// Reads all rows of `source`, including the header; fails with the byte and the reason where it cannot be parsed.
 pub(crate) fn read(source: &[u8]) -> Result<Vec<Row>, (usize, String)> {
     let mut reader = ReaderBuilder::new().has_headers(false).flexible(true).trim(Trim::All).from_reader(source);
     let mut records = Vec::new();
@@ -24,12 +24,12 @@ pub(crate) fn read(source: &[u8]) -> Result<Vec<Row>, (usize, String)> {
         records.push(record);
     }
     starts.push(source.len());
-    let spans = starts.windows(2).map(|pair| without_endings(source, pair[0]..pair[1]));
+    let spans = starts.windows(2).map(|pair| trim_endings(source, pair[0]..pair[1]));
     Ok(records.into_iter().zip(spans).map(|(fields, span)| Row { fields, span }).collect())
 }
 
-/// `span` without the line endings at either end: the reader counts a row's `\n` to the next row.
-fn without_endings(source: &[u8], span: Range<usize>) -> Range<usize> {
+/// Returns `span` without line endings at either end: the CSV reader counts a row's `\n` to the next row.
+fn trim_endings(source: &[u8], span: Range<usize>) -> Range<usize> {
     let ending = |b: &u8| matches!(b, b'\r' | b'\n');
     let bytes = &source[span.clone()];
     let Some(first) = bytes.iter().position(|b| !ending(b)) else {
@@ -39,7 +39,7 @@ fn without_endings(source: &[u8], span: Range<usize>) -> Range<usize> {
     span.start + first..span.start + last + 1
 }
 
-/// The number, from 1, of the line the byte at `at` is in.
+/// Returns the number, from 1, of the line that contains byte `at`.
 pub(crate) fn line_number(source: &[u8], at: usize) -> usize {
     let ends = |i: &usize| match source[*i] {
         b'\n' => true,
@@ -49,7 +49,7 @@ pub(crate) fn line_number(source: &[u8], at: usize) -> usize {
     1 + (0..at.min(source.len())).filter(ends).count()
 }
 
-/// The same of bytes in ascending order, each the first of its line.
+/// Returns the line numbers, from 1, of bytes in ascending order, each the first of its line.
 pub(crate) fn line_numbers(source: &[u8], starts: impl Iterator<Item = usize>) -> Vec<usize> {
     let (mut before, mut line) = (0, 1);
     let number = |start: usize| {

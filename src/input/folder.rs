@@ -1,4 +1,4 @@
-//! Where the files are that an input names: a folder on disk, or files in memory.
+//! The folder that an input's file names are relative to: on disk, or in memory.
 
 use std::{
     collections::BTreeMap,
@@ -9,111 +9,106 @@ use std::{
 
 use crate::input::error::{Error, Result};
 
-/// A folder of input files. Names are relative to it.
+/// A folder of input files, on disk or in memory; file names are relative to it.
 #[derive(Debug, Clone)]
 pub struct Folder {
     path: PathBuf,
     /// The files, if they are in memory.
     memory: Option<Arc<BTreeMap<PathBuf, Vec<u8>>>>,
-    /// Where what is read is noted, if it is.
-    noted: Option<Noted>,
+    /// The files read so far, if they are recorded.
+    recorded: Option<Recording>,
 }
 
-/// The files that were read of a folder.
+/// The files read from a folder, with their bytes.
 #[derive(Debug, Clone)]
-struct Noted {
+struct Recording {
     folder: PathBuf,
     files: Arc<Mutex<BTreeMap<String, Vec<u8>>>>,
 }
 
 impl Folder {
-    /// Files in memory, by names relative to the folder, with `/` between the parts of a name.
+    /// Creates a folder of files in memory, by names relative to it, with `/` between the parts of a name.
     pub fn in_memory(files: impl IntoIterator<Item = (String, Vec<u8>)>) -> Self {
-        let files = files.into_iter().map(|(name, bytes)| (plain(Path::new(&name)), bytes)).collect();
-        Self { path: PathBuf::new(), memory: Some(Arc::new(files)), noted: None }
+        let files = files.into_iter().map(|(name, bytes)| (normalized(Path::new(&name)), bytes)).collect();
+        Self { path: PathBuf::new(), memory: Some(Arc::new(files)), recorded: None }
     }
 
-    /// The same folder, which notes every file that is read from now on of it and of folders made of it.
+    /// Returns the same folder, which records every file that is read from now on through it and folders made from it.
     #[must_use]
-    pub fn noting(self) -> Self {
-        let noted = Noted { folder: self.path.clone(), files: Arc::default() };
-        Self { noted: Some(noted), ..self }
+    pub fn recording(self) -> Self {
+        let recorded = Recording { folder: self.path.clone(), files: Arc::default() };
+        Self { recorded: Some(recorded), ..self }
     }
 
-    /// The files read since [`Folder::noting`], by names relative to that folder; none where nothing is noted.
-    pub fn noted(&self) -> BTreeMap<String, Vec<u8>> {
-        let files = self.noted.as_ref().map(|noted| noted.files.lock().unwrap_or_else(PoisonError::into_inner).clone());
+    /// Returns the files read since [`Folder::recording`], by names relative to that folder; none if nothing is recorded.
+    pub fn recorded(&self) -> BTreeMap<String, Vec<u8>> {
+        let files = self.recorded.as_ref().map(|own| own.files.lock().unwrap_or_else(PoisonError::into_inner).clone());
         files.unwrap_or_default()
     }
 
-    /// Whether files are noted.
+    /// Whether files that are read are recorded.
     #[cfg(not(target_family = "wasm"))]
-    pub(crate) fn is_noting(&self) -> bool {
-        self.noted.is_some()
+    pub(crate) fn is_recording(&self) -> bool {
+        self.recorded.is_some()
     }
 
-    /// Notes `bytes` for the file called `name`, whatever was read of it.
-    pub(crate) fn note(&self, name: &str, bytes: &[u8]) {
-        let Some(noted) = &self.noted else { return };
+    /// Records `bytes` as those of the file called `name`, instead of what was read from it.
+    pub(crate) fn record(&self, name: &str, bytes: &[u8]) {
+        let Some(recorded) = &self.recorded else { return };
         let path = self.path(name);
-        let name = path.strip_prefix(&noted.folder).unwrap_or(&path).to_string_lossy().replace('\\', "/");
-        noted.files.lock().unwrap_or_else(PoisonError::into_inner).insert(name, bytes.to_vec());
+        let name = path.strip_prefix(&recorded.folder).unwrap_or(&path).to_string_lossy().replace('\\', "/");
+        recorded.files.lock().unwrap_or_else(PoisonError::into_inner).insert(name, bytes.to_vec());
     }
 
-    /// The file called `name`, as messages have it.
+    /// Returns the path of the file called `name`.
     pub fn path(&self, name: &str) -> PathBuf {
         self.path.join(name)
     }
 
-    /// The folder itself.
-    pub fn here(&self) -> &Path {
+    /// Returns the path of the folder itself.
+    pub fn root(&self) -> &Path {
         &self.path
     }
 
-    /// The folder in which the file called `name` is.
+    /// Returns the folder that contains the file called `name`.
     pub fn of(&self, name: &str) -> Self {
         let path = self.path(name).parent().map(Path::to_path_buf).unwrap_or_default();
         Self { path, ..self.clone() }
     }
 
     /// Whether there is a file called `name`.
-    pub fn has(&self, name: &str) -> bool {
+    pub fn has_file(&self, name: &str) -> bool {
         let path = self.path(name);
         match &self.memory {
-            Some(files) => files.contains_key(&plain(&path)),
+            Some(files) => files.contains_key(&normalized(&path)),
             None => is_file(&path),
         }
     }
 
-    /// The bytes of a program, polyline or wrench table.
-    ///
-    /// # Errors
-    /// No such file, or one that cannot be read or is longer than 1 GiB.
+    /// Reads the bytes of a program, polyline or wrench table. Fails if there is no such file, or it cannot be read or is longer than 1 GiB.
     pub fn bytes(&self, name: &str) -> Result<Vec<u8>> {
         self.read(name, read_program)
     }
 
-    /// The text of a TOML file.
-    ///
-    /// # Errors
-    /// No such file, or one that cannot be read, is longer than 1 MiB or is no text.
+    /// Reads the text of a TOML file. Fails if there is no such file, or it cannot be read, is longer than 1 MiB or is no text.
     pub fn text(&self, name: &str) -> Result<String> {
         super::toml_file::text(self.read(name, read_text)?, &self.path(name))
     }
 
+    /// Reads a file from memory, or from disk by `from_disk`, and records it.
     fn read(&self, name: &str, from_disk: impl Fn(&Path) -> Result<Vec<u8>>) -> Result<Vec<u8>> {
         let path = self.path(name);
         let bytes = match &self.memory {
-            Some(files) => files.get(&plain(&path)).cloned().ok_or_else(|| missing(&path)),
+            Some(files) => files.get(&normalized(&path)).cloned().ok_or_else(|| not_found(&path)),
             None => from_disk(&path),
         }?;
-        self.note(name, &bytes);
+        self.record(name, &bytes);
         Ok(bytes)
     }
 }
 
-/// `path` without `.` and `..`.
-fn plain(path: &Path) -> PathBuf {
+/// Returns `path` with `.` and `..` resolved.
+fn normalized(path: &Path) -> PathBuf {
     path.components().fold(PathBuf::new(), |mut plain, part| {
         match part {
             Component::CurDir => {}
@@ -126,7 +121,8 @@ fn plain(path: &Path) -> PathBuf {
     })
 }
 
-fn missing(file: &Path) -> Error {
+/// Returns the error that a file in memory does not exist.
+fn not_found(file: &Path) -> Error {
     Error::Read { file: file.to_path_buf(), source: IoError::from(ErrorKind::NotFound) }
 }
 
@@ -136,13 +132,13 @@ mod disk {
 
     impl From<&Path> for Folder {
         fn from(path: &Path) -> Self {
-            Self { path: path.to_path_buf(), memory: None, noted: None }
+            Self { path: path.to_path_buf(), memory: None, recorded: None }
         }
     }
 
     impl From<PathBuf> for Folder {
         fn from(path: PathBuf) -> Self {
-            Self { path, memory: None, noted: None }
+            Self { path, memory: None, recorded: None }
         }
     }
 
@@ -152,14 +148,17 @@ mod disk {
         }
     }
 
+    /// Whether there is a file at `path` on disk.
     pub(super) fn is_file(path: &Path) -> bool {
         path.is_file()
     }
 
+    /// Reads a program, polyline or wrench table from disk.
     pub(super) fn read_program(path: &Path) -> Result<Vec<u8>> {
         file::read(path)
     }
 
+    /// Reads a TOML file from disk, at most 1 MiB.
     pub(super) fn read_text(path: &Path) -> Result<Vec<u8>> {
         file::read_at_most(path, toml_file::MAX_LENGTH)
     }

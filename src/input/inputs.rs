@@ -1,11 +1,11 @@
-//! What a study's results were computed from.
+//! The inputs that results were computed from, their hash, and what changed in them.
 
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
-/// Everything that decides results, as texts under their names: files as they were read, and what the command line set.
+/// Everything that decides results, as names and texts: files as they were read, and what the command line set.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Inputs(Vec<(String, String)>);
 
@@ -13,46 +13,46 @@ pub struct Inputs(Vec<(String, String)>);
 const QUOTED: usize = 100;
 
 impl Inputs {
-    /// The file that messages call `origin`.
+    /// Creates the inputs of one file, named by the last part of its path `origin`.
     pub(crate) fn of_file(origin: &str, text: &str) -> Self {
         let name =
             Path::new(origin).file_name().map_or_else(|| origin.into(), |name| name.to_string_lossy().into_owned());
         Self::of(name, text)
     }
 
-    /// One text.
+    /// Creates the inputs of one text with its name.
     pub fn of(name: impl Into<String>, text: impl Into<String>) -> Self {
         Self(vec![(name.into(), text.into())])
     }
 
-    /// These and then `others`.
+    /// Returns these inputs followed by `others`.
     #[must_use]
     pub fn and(mut self, others: Inputs) -> Self {
         self.0.extend(others.0);
         self
     }
 
-    /// Names and texts.
+    /// Iterates over names and texts.
     pub fn texts(&self) -> impl Iterator<Item = (&str, &str)> {
         self.0.iter().map(|(name, text)| (name.as_str(), text.as_str()))
     }
 
-    /// SHA-256 of the texts, hexadecimal. File names do not count.
+    /// Returns the SHA-256 of all texts together, hexadecimal; names do not count.
     pub fn sha256(&self) -> String {
         let mut hasher = Sha256::new();
         for (_, text) in &self.0 {
             hasher.update((text.len() as u64).to_le_bytes());
             hasher.update(text);
         }
-        hexadecimal(&hasher.finalize())
+        to_hex(&hasher.finalize())
     }
 
-    /// Names, and the SHA-256 of each text, hexadecimal.
+    /// Returns each name with the SHA-256 of its text, hexadecimal.
     pub(crate) fn digests(&self) -> Vec<(String, String)> {
-        self.0.iter().map(|(name, text)| (name.clone(), hexadecimal(&Sha256::digest(text)))).collect()
+        self.0.iter().map(|(name, text)| (name.clone(), to_hex(&Sha256::digest(text)))).collect()
     }
 
-    /// The names, each once.
+    /// Returns the names, each once, joined by commas.
     fn names(&self) -> String {
         let mut names: Vec<&str> = Vec::new();
         for (name, _) in &self.0 {
@@ -63,7 +63,7 @@ impl Inputs {
         names.join(", ")
     }
 
-    /// The first difference of these inputs from those `before`, in words; `None` if they are the same.
+    /// Describes in words the first difference of these inputs from those `before`; `None` if they are the same.
     pub fn change_since(&self, before: &Inputs) -> Option<String> {
         if !self.0.iter().map(|(name, _)| name).eq(before.0.iter().map(|(name, _)| name)) {
             return Some(format!("its inputs were {}, they are {}", before.names(), self.names()));
@@ -85,6 +85,7 @@ impl Inputs {
     }
 }
 
-fn hexadecimal(bytes: &[u8]) -> String {
+/// Formats bytes as hexadecimal digits.
+fn to_hex(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }

@@ -1,5 +1,5 @@
-//! Files are read and values checked, with file, line and key in errors; the one error type. What machine files need is the crate
-//! [`kinetostat_input`]; here are folders of files, rows of CSV, and what results were computed from.
+//! Reads files and checks values, with file, line and key in errors; the one error type. What machine files need is in the crate
+//! [`kinetostat_input`]; here are folders of files, rows of CSV, and the inputs that results were computed from.
 
 pub(crate) mod csv_rows;
 mod folder;

@@ -1,4 +1,4 @@
-//! One view of several results, brought to the same quantities, groups and nodes.
+//! One interactive view of several results, restricted to the quantities, groups and nodes that all of them have.
 
 use std::collections::HashSet;
 
@@ -11,24 +11,22 @@ use super::{
 };
 use crate::{files::words::counted, input::error::Result};
 
-/// A view that all results have.
+/// A view of several results, which are named by letters, with their numbers at the same nodes (points, methods or places).
 pub(super) struct Aligned {
-    /// What all have of it; table and marks are those of the first.
+    /// Quantities and groups that all results have; table and marks are those of the first result.
     pub shared: Explorer,
-    /// A letter for each result.
     pub letters: Vec<char>,
-    /// The numbers of each result.
+    /// Numbers of each result at all its own nodes.
     pub data: Vec<Dataset>,
-    /// The same at the nodes that all have.
-    pub parts: Vec<Dataset>,
-    /// Below which size a number is rounding, by quantity; see [`Floors`](super::winners::Floors).
+    /// Numbers of each result at the nodes that all results have.
+    pub common: Vec<Dataset>,
+    /// Size below which a number counts as rounding, by quantity; see [`Floors`](super::winners::Floors).
     pub floors: Vec<f64>,
-    /// What is left out.
     pub remarks: Vec<String>,
 }
 
 impl Aligned {
-    /// `explorer` of the first folder with what the others have of it; `None`, and a note, if one has no such view.
+    /// Reads the view `explorer` of the first folder from all `folders`; returns `None`, and adds a note, if one has no such view.
     pub fn read(
         explorer: &Explorer,
         folders: &[ResultFolder],
@@ -50,14 +48,14 @@ impl Aligned {
         let mut data = Vec::new();
         for (folder, own) in folders.iter().zip(&own) {
             let table = folder.table(&own.table)?;
-            data.push(Dataset::read(&reordered(own, &shared), &table, MOST_NUMBERS / 2 / folders.len())?);
+            data.push(Dataset::read(&reordered_like(own, &shared), &table, MOST_NUMBERS / 2 / folders.len())?);
         }
-        let parts = data.iter().map(|own| data.iter().fold(own.clone(), |part, other| part.at_nodes_of(other)));
-        Ok(Some(Self { parts: parts.collect(), letters: letters.to_vec(), floors: Vec::new(), shared, data, remarks }))
+        let parts = data.iter().map(|own| data.iter().fold(own.clone(), |part, other| part.restricted_to(other)));
+        Ok(Some(Self { common: parts.collect(), letters: letters.to_vec(), floors: Vec::new(), shared, data, remarks }))
     }
 
-    /// What one node is to a reader: a grid point, a method, a place.
-    pub fn noun(&self) -> &str {
+    /// Returns what a reader calls one node: grid point, path point, place, or the label of the names.
+    pub fn node_noun(&self) -> &str {
         match self.shared.shape {
             Shape::Grid if self.shared.title.to_lowercase().contains("place") => "place",
             Shape::Grid => "grid point",
@@ -66,44 +64,44 @@ impl Aligned {
         }
     }
 
-    /// Number of nodes that all have.
-    pub fn count(&self) -> usize {
-        self.parts.first().map_or(0, Dataset::node_count)
+    /// Number of nodes that all results have.
+    pub fn node_count(&self) -> usize {
+        self.common.first().map_or(0, Dataset::node_count)
     }
 
-    /// Nodes whose value is a plain answer in both results.
-    pub fn counts(&self, group: usize, other: usize) -> impl Fn(usize) -> bool {
+    /// Returns a predicate: whether a node is flagged neither in the first result nor in the result `other`.
+    pub fn is_valid_in_both(&self, group: usize, other: usize) -> impl Fn(usize) -> bool {
         let bad: HashSet<usize> =
-            [0, other].iter().flat_map(|i| self.parts[*i].flags[group].iter().map(|flag| flag.0)).collect();
+            [0, other].iter().flat_map(|i| self.common[*i].flags[group].iter().map(|flag| flag.0)).collect();
         move |node| !bad.contains(&node)
     }
 
-    /// What smallest, mean and largest values are taken of, and its name: the nodes in common, so that they are of the
-    /// same places; of a curve all own ones, since curves of other lengths are other paths and share nodes by chance.
-    pub fn extremes_of(&self) -> (&[Dataset], String) {
-        let all = counted(self.count(), self.noun());
-        match (self.is_whole(), self.shared.shape) {
-            (true, _) => (&self.parts, format!("over {all}")),
-            (false, Shape::Curve) => (&self.data, format!("over all own {}s", self.noun())),
-            (false, _) => (&self.parts, format!("over {all} in common")),
+    /// Returns the numbers over which smallest, mean and largest values are taken, and their description: those at common nodes, or of
+    /// different curves at all own nodes, since these share nodes by chance.
+    pub fn extremes_basis(&self) -> (&[Dataset], String) {
+        let all = counted(self.node_count(), self.node_noun());
+        match (self.has_same_nodes(), self.shared.shape) {
+            (true, _) => (&self.common, format!("over {all}")),
+            (false, Shape::Curve) => (&self.data, format!("over all own {}s", self.node_noun())),
+            (false, _) => (&self.common, format!("over {all} in common")),
         }
     }
 
-    /// Whether no result has nodes of its own.
-    pub fn is_whole(&self) -> bool {
-        self.data.iter().all(|own| own.node_count() == self.count())
+    /// Whether all results have the same nodes.
+    pub fn has_same_nodes(&self) -> bool {
+        self.data.iter().all(|own| own.node_count() == self.node_count())
     }
 
-    /// What a reader must know if results have nodes of their own.
-    pub fn remark(&self) -> Option<String> {
-        if self.is_whole() {
+    /// Returns a sentence on nodes that not all results have; `None` if all have the same.
+    pub fn node_remark(&self) -> Option<String> {
+        if self.has_same_nodes() {
             return None;
         }
-        let noun = self.noun();
+        let noun = self.node_noun();
         let all = self.data.iter().map(|own| own.node_count().to_string()).collect::<Vec<_>>().join(" and ");
         let own = format!("The results have {all} {noun}s");
         let of_curves = format!("smallest, mean and largest values are each over all own {noun}s");
-        Some(match (self.count(), self.shared.shape) {
+        Some(match (self.node_count(), self.shared.shape) {
             (0, Shape::Curve) => {
                 format!("{own} and none in common: {of_curves}; nothing is compared point by point.")
             }
@@ -118,42 +116,42 @@ impl Aligned {
         })
     }
 
-    /// Smallest, mean and largest value of each result; `None` if one has no number.
+    /// Returns smallest, mean and largest value of each result; `None` if a result has no number.
     pub fn extremes(&self, quantity: usize, group: usize) -> Option<Vec<Extremes>> {
-        let (data, _) = self.extremes_of();
+        let (data, _) = self.extremes_basis();
         data.iter().map(|own| extremes(own, quantity, group)).collect()
     }
 
-    /// Which result is best where, of a quantity in the first group; `None` if neither value is the better one by its nature.
+    /// Returns which result is best at each node, for a quantity in the first group; `None` if neither small nor large values are better.
     pub fn winners(&self, quantity: usize) -> Option<Winners> {
-        let parts: Vec<&Dataset> = self.parts.iter().collect();
+        let parts: Vec<&Dataset> = self.common.iter().collect();
         Winners::new(&parts, quantity, 0, self.shared.quantities[quantity].better, self.floors[quantity])
     }
 
     /// Number of groups, at least 1.
-    pub fn groups(&self) -> usize {
+    pub fn group_count(&self) -> usize {
         self.shared.group.as_ref().map_or(1, |group| group.values.len())
     }
 
-    /// Name of a group; empty if there are none.
+    /// Returns the label of a group; empty if there are no groups.
     pub fn group_name(&self, group: usize) -> &str {
         group_labels(&self.shared).get(group).copied().unwrap_or_default()
     }
 }
 
-/// Of one result; flagged nodes, whose numbers are bounds, do not count.
+/// Returns the extremes of one result without its flagged nodes, whose numbers are bounds; `None` without a number.
 fn extremes(data: &Dataset, quantity: usize, group: usize) -> Option<Extremes> {
     let bad: HashSet<usize> = data.flags[group].iter().map(|flag| flag.0).collect();
     Extremes::new(&data.values[quantity][group], |node| !bad.contains(&node))
 }
 
-/// The quantities and groups of `explorer` that all of `own` have in the same unit.
+/// Returns `explorer` with the quantities (in the same unit) and groups that all of `own` have; remarks say what is left out.
 fn shared_part(explorer: &Explorer, own: &[&Explorer], letters: &[char], remarks: &mut Vec<String>) -> Explorer {
     let mut shared = explorer.clone();
     shared.quantities.retain(|quantity| {
-        let missing = own.iter().position(|e| !e.quantities.iter().any(|q| same(q, quantity)));
+        let missing = own.iter().position(|e| !e.quantities.iter().any(|q| is_same(q, quantity)));
         if let Some(missing) = missing {
-            let with_unit = in_unit(&quantity.label, &quantity.unit);
+            let with_unit = label_with_unit(&quantity.label, &quantity.unit);
             remarks.push(format!("{} does not have {with_unit}; it is not compared.", letters[missing]));
         }
         missing.is_none()
@@ -171,16 +169,18 @@ fn shared_part(explorer: &Explorer, own: &[&Explorer], letters: &[char], remarks
     shared
 }
 
-fn same(a: &Quantity, b: &Quantity) -> bool {
+/// Whether two quantities have the same label and unit.
+fn is_same(a: &Quantity, b: &Quantity) -> bool {
     a.label == b.label && a.unit == b.unit
 }
 
-pub(super) fn in_unit(label: &str, unit: &str) -> String {
+/// Returns a label with its unit in brackets, or alone if it has none.
+pub(super) fn label_with_unit(label: &str, unit: &str) -> String {
     if unit.is_empty() { label.into() } else { format!("{label} [{unit}]") }
 }
 
-/// `own` with the quantities and groups of `shared`, in its order.
-fn reordered(own: &Explorer, shared: &Explorer) -> Explorer {
-    let quantities = shared.quantities.iter().filter_map(|q| own.quantities.iter().find(|other| same(q, other)));
+/// Returns `own` with the quantities and groups of `shared`, in the order of `shared`.
+fn reordered_like(own: &Explorer, shared: &Explorer) -> Explorer {
+    let quantities = shared.quantities.iter().filter_map(|q| own.quantities.iter().find(|other| is_same(q, other)));
     Explorer { quantities: quantities.cloned().collect(), group: shared.group.clone(), ..own.clone() }
 }

@@ -1,4 +1,4 @@
-//! The report of several result folders side by side; the first is what the others are held against.
+//! The report that compares several result folders side by side, all with the first.
 
 use std::path::Path;
 
@@ -6,14 +6,14 @@ use serde::Serialize;
 
 use super::{
     aligned::Aligned,
-    compared::{Compared, compared},
+    compared::{Compared, compare_view},
     description::Shape,
-    folder::{ResultFolder, href, relative},
-    picture::{Picture, picture},
-    record::{Changes, changes, facts, tolerance_mm},
-    single::{FigureView, drawn},
+    folder::{ResultFolder, href, relative_display},
+    picture::{Picture, winner_picture},
+    record::{Changes, input_changes, manifest_facts, tolerance_mm},
+    single::{FigureView, draw_figure},
     template::render,
-    verdict::{Compares, Verdict},
+    verdict::{Verdict, VerdictWriter},
     winners::Floors,
 };
 use crate::input::error::{Error, Result};
@@ -21,10 +21,10 @@ use crate::input::error::{Error, Result};
 /// Most results in one comparison: each needs a colour of its own.
 const MOST_RESULTS: usize = 6;
 
+/// Content of the template `comparison.html`.
 #[derive(Debug, Serialize)]
 struct ComparisonPage {
     title: String,
-    /// What is compared, over what.
     kind: String,
     question: String,
     cases: Vec<Case>,
@@ -36,12 +36,11 @@ struct ComparisonPage {
     setting: Vec<SettingRow>,
     explorers: Vec<Compared>,
     notes: Vec<String>,
-    /// How numbers are compared.
     rules: Vec<String>,
     manifest: Vec<SettingRow>,
 }
 
-/// One of the results.
+/// One of the compared results.
 #[derive(Debug, Serialize)]
 struct Case {
     letter: char,
@@ -53,7 +52,7 @@ struct Case {
     report: String,
 }
 
-/// A line of the setting with what each result has there.
+/// One row of the settings: a label and its value in each result.
 #[derive(Debug, Serialize)]
 struct SettingRow {
     label: String,
@@ -61,13 +60,10 @@ struct SettingRow {
     differs: bool,
 }
 
-/// The comparison of `folders`, at least two, as HTML that lies at `out`. `tolerance` says from which difference on one
-/// matters, mm; without it, the tolerance of the first study that has one.
-///
-/// # Errors
-/// The folders hold results of different kinds or are too many, or a file of theirs cannot be read.
+/// Returns the comparison of `folders` as an HTML page that will lie at `out`. `tolerance` is the difference in mm from which one
+/// matters; by default that of the first study that has one. `Err` for no or too many folders, different kinds, or unreadable files.
 pub fn comparison(folders: &[ResultFolder], out: &Path, tolerance: Option<f64>) -> Result<String> {
-    let first = check(folders)?;
+    let first = check_comparable(folders)?;
     let letters: Vec<char> = ('A'..).take(folders.len()).collect();
     let mut notes = Vec::new();
     let mut views = Vec::new();
@@ -77,28 +73,29 @@ pub fn comparison(folders: &[ResultFolder], out: &Path, tolerance: Option<f64>) 
     let floors = Floors::of(&mut views);
     let tolerance = match tolerance {
         Some(given) => Some((given, "--tolerance".to_string())),
-        None => given_tolerance(folders, &letters)?,
+        None => study_tolerance(folders, &letters)?,
     };
     let addresses: Vec<String> = folders.iter().map(|folder| href(out, &folder.path)).collect();
     let names = short_names(folders);
-    let compares = |aligned| Compares {
+    let writer = |aligned| VerdictWriter {
         aligned,
         names: &names,
         tolerance_mm: tolerance.as_ref().map(|(mm, _)| *mm),
         folders: &addresses,
     };
-    let best_places = views.iter().find_map(|aligned| compares(aligned).on_best_places());
-    let headline = views.iter().find(|aligned| compares(aligned).quantity().is_some());
+    let best_places = views.iter().find_map(|aligned| writer(aligned).best_place_verdict());
+    let headline = views.iter().find(|aligned| writer(aligned).main_quantity().is_some());
     let is_of_places = best_places.is_some();
-    let verdict = best_places.or_else(|| compares(headline?).verdict());
+    let verdict = best_places.or_else(|| writer(headline?).verdict());
     let by_place = views.iter().filter(|aligned| aligned.shared.shape != Shape::Names).find_map(|aligned| {
-        let quantity = compares(aligned).quantity()?;
+        let quantity = writer(aligned).main_quantity()?;
         let winners = aligned.winners(quantity)?;
-        picture(aligned, quantity, &winners).filter(|_| winners.counted() > 0 || aligned.shared.shape == Shape::Curve)
+        winner_picture(aligned, quantity, &winners)
+            .filter(|_| winners.compared_count() > 0 || aligned.shared.shape == Shape::Curve)
     });
     let picture = by_place.or_else(|| {
         let named = views.iter().filter(|aligned| aligned.shared.shape == Shape::Names);
-        named.filter(|_| is_of_places).find_map(|aligned| compares(aligned).best_places_drawn())
+        named.filter(|_| is_of_places).find_map(|aligned| writer(aligned).best_place_picture())
     });
     let case = |(folder, letter): (&ResultFolder, &char)| Case {
         letter: *letter,
@@ -106,33 +103,33 @@ pub fn comparison(folders: &[ResultFolder], out: &Path, tolerance: Option<f64>) 
         machine: folder.description.machine.title.clone(),
         question: folder.description.question.clone(),
         answer: vec![folder.description.headline.sentence.clone()],
-        folder: relative(out, &folder.path),
+        folder: relative_display(out, &folder.path),
         report: href(out, &folder.path.join("report.html")),
     };
     let all_names: Vec<&str> = folders.iter().map(|folder| folder.description.name.as_str()).collect();
     let setting = folders.iter().map(|f| f.description.setting.iter().map(|s| (s.label.clone(), s.value.clone())));
-    let manifest = folders.iter().map(|f| facts(&f.manifest).into_iter().map(|fact| (fact.label, fact.value)));
+    let manifest = folders.iter().map(|f| manifest_facts(&f.manifest).into_iter().map(|fact| (fact.label, fact.value)));
     let context = ComparisonPage {
         title: format!("{} compared", all_names.join(", ")),
-        kind: kind(&first.description.kind, headline.filter(|_| !is_of_places)),
-        question: question(folders),
+        kind: kind_line(&first.description.kind, headline.filter(|_| !is_of_places)),
+        question: shared_question(folders),
         cases: folders.iter().zip(&letters).map(case).collect(),
         checks: verdict.as_ref().map(|v| super::packed::script_json(&v.checks)).unwrap_or_default(),
         verdict,
         picture,
-        changes: changes(folders, &letters)?,
-        machines: machines(folders)?,
-        setting: side_by_side(setting.map(Iterator::collect).collect()),
-        explorers: views.iter().map(|aligned| compared(aligned, folders, first.description.colours())).collect(),
+        changes: input_changes(folders, &letters)?,
+        machines: machine_figures(folders)?,
+        setting: setting_rows(setting.map(Iterator::collect).collect()),
+        explorers: views.iter().map(|aligned| compare_view(aligned, folders, first.description.colours())).collect(),
         notes,
         rules: rules(&floors, tolerance.as_ref()),
-        manifest: side_by_side(manifest.map(Iterator::collect).collect()),
+        manifest: setting_rows(manifest.map(Iterator::collect).collect()),
     };
     render("comparison.html", &context)
 }
 
-/// The question of all, or what is asked of several.
-fn question(folders: &[ResultFolder]) -> String {
+/// Returns the question that all studies ask, or a general one if they differ.
+fn shared_question(folders: &[ResultFolder]) -> String {
     let own = |folder: &ResultFolder| folder.description.question.clone();
     let first = folders.first().map(own).unwrap_or_default();
     if folders.iter().all(|folder| own(folder) == first) {
@@ -142,25 +139,27 @@ fn question(folders: &[ResultFolder]) -> String {
     }
 }
 
-fn kind(kind: &str, headline: Option<&Aligned>) -> String {
+/// Returns the line that says which kind of results is compared, and over which nodes.
+fn kind_line(kind: &str, headline: Option<&Aligned>) -> String {
     let over = headline.map_or_else(String::new, |aligned| {
         let group = Some(aligned.group_name(0)).filter(|group| !group.is_empty());
         let group = group.map_or_else(String::new, |group| format!(" · {group}"));
-        format!(" · computed {}{group}", aligned.extremes_of().1)
+        format!(" · computed {}{group}", aligned.extremes_basis().1)
     });
     format!("Comparison · {}{over}", kind.replace('_', " "))
 }
 
+/// Returns sentences on what counts as rounding, and on the tolerance that decides whether a difference matters.
 fn rules(floors: &Floors, tolerance: Option<&(f64, String)>) -> Vec<String> {
     let matters = match tolerance {
         Some((mm, whose)) => format!("Whether a difference matters is held against {mm} mm ({whose})."),
         None => "No tolerance is given: with --tolerance MM this page says whether a difference matters.".into(),
     };
-    vec![floors.words(), matters]
+    vec![floors.rule_sentence(), matters]
 }
 
-/// The tolerance of the first study that has one, and whose it is.
-fn given_tolerance(folders: &[ResultFolder], letters: &[char]) -> Result<Option<(f64, String)>> {
+/// Returns the tolerance in mm of the first study that has one, with a description of its source.
+fn study_tolerance(folders: &[ResultFolder], letters: &[char]) -> Result<Option<(f64, String)>> {
     for (folder, letter) in folders.iter().zip(letters) {
         if let Some(mm) = tolerance_mm(folder)? {
             return Ok(Some((mm, format!("tolerance_mm of the study of {letter}"))));
@@ -169,8 +168,7 @@ fn given_tolerance(folders: &[ResultFolder], letters: &[char]) -> Result<Option<
     Ok(None)
 }
 
-/// By what results are told apart in a sentence: titles of machines, else their names, else studies; nothing where these are the
-/// same.
+/// Returns names by which sentences distinguish results: titles of machines, else their names, else studies; none if all are equal.
 fn short_names(folders: &[ResultFolder]) -> Vec<String> {
     let titles: Vec<&str> = folders.iter().map(|f| f.description.machine.short_title.as_str()).collect();
     let machines: Vec<&str> = folders.iter().map(|f| f.description.machine.name.as_str()).collect();
@@ -180,8 +178,8 @@ fn short_names(folders: &[ResultFolder]) -> Vec<String> {
     chosen.map_or_else(Vec::new, |names| names.into_iter().map(String::from).collect())
 }
 
-/// Each machine once.
-fn machines(folders: &[ResultFolder]) -> Result<Vec<FigureView>> {
+/// Returns a figure of each different machine.
+fn machine_figures(folders: &[ResultFolder]) -> Result<Vec<FigureView>> {
     let mut shown = Vec::new();
     for folder in folders {
         let machine = &folder.description.machine;
@@ -189,10 +187,11 @@ fn machines(folders: &[ResultFolder]) -> Result<Vec<FigureView>> {
             shown.push(machine);
         }
     }
-    shown.into_iter().map(|machine| drawn("machine", &machine.figure())).collect()
+    shown.into_iter().map(|machine| draw_figure("machine", &machine.figure())).collect()
 }
 
-fn check(folders: &[ResultFolder]) -> Result<&ResultFolder> {
+/// Returns the first folder; `Err` if there is none, there are too many, or their kinds differ.
+fn check_comparable(folders: &[ResultFolder]) -> Result<&ResultFolder> {
     let refused = |argument: String, problem: String| Err(Error::Argument { argument, problem });
     let [first, others @ ..] = folders else {
         return refused("results".into(), "give at least one result folder".into());
@@ -214,7 +213,8 @@ fn check(folders: &[ResultFolder]) -> Result<&ResultFolder> {
     Ok(first)
 }
 
-fn side_by_side(all: Vec<Vec<(String, String)>>) -> Vec<SettingRow> {
+/// Returns a row for each label of any result, with its value in every result.
+fn setting_rows(all: Vec<Vec<(String, String)>>) -> Vec<SettingRow> {
     let mut labels: Vec<&String> = Vec::new();
     for (label, _) in all.iter().flatten() {
         if !labels.contains(&label) {

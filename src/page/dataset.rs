@@ -1,4 +1,4 @@
-//! The numbers of an explorer, from its table.
+//! The numbers of an interactive view, read from its table.
 
 use std::{
     cmp::Ordering,
@@ -9,14 +9,14 @@ use csv::StringRecord;
 
 use super::{
     description::{Explorer, GroupValue, Shape},
-    table::{Table, number},
+    table::{Table, format_number},
 };
-use crate::{input::error::Result, simulation::is_found};
+use crate::{input::error::Result, simulation::is_solved_status};
 
-/// Most numbers that a page holds; a larger grid is thinned.
+/// Most numbers that a page holds; larger tables are thinned.
 pub(super) const MOST_NUMBERS: usize = 4_000_000;
 
-/// Numbers over nodes, by quantity and group.
+/// Numbers of a view at its nodes (grid points, points of a curve, or names), by quantity and group.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Dataset {
     /// Node coordinates along each axis of a grid, x fastest; along a curve, one list.
@@ -25,19 +25,17 @@ pub struct Dataset {
     pub names: Vec<String>,
     /// Values by quantity, then group, then node; NaN where there is none.
     pub values: Vec<Vec<Vec<f64>>>,
-    /// Nodes that are no plain answer: index and index into `notes`, by group.
+    /// Flagged nodes by group, whose numbers are not valid results: index of the node, and index into `notes`.
     pub flags: Vec<Vec<(usize, usize)>>,
-    /// Status and reason.
+    /// Different texts of status and reason.
     pub notes: Vec<String>,
-    /// Nodes of the table along each axis if not all are here.
+    /// Number of nodes of the whole table along each axis, if some are left out here.
     pub thinned_from: Option<Vec<usize>>,
 }
 
 impl Dataset {
-    /// Reads the numbers of `explorer`, a grid thinned to about `most` numbers.
-    ///
-    /// # Errors
-    /// The table cannot be read, has not the columns, or has a cell that should be a number and is none.
+    /// Reads the numbers of `explorer` from its table, thinned to about `most` numbers; `Err` when the table cannot be read, lacks a
+    /// column, or has a cell that should be a number and is none.
     pub fn read(explorer: &Explorer, table: &Table, most: usize) -> Result<Self> {
         let columns = Columns::new(explorer, table)?;
         let groups = explorer.group.as_ref().map_or(1, |group| group.values.len());
@@ -58,6 +56,7 @@ impl Dataset {
         Ok(data)
     }
 
+    /// Reads values, names and flags of all rows into the nodes; `Err` for a cell that should be a number and is none.
     fn fill(&mut self, explorer: &Explorer, table: &Table, columns: &Columns, mut nodes: Nodes) -> Result<()> {
         let groups = self.flags.len();
         let count = nodes.count();
@@ -67,7 +66,7 @@ impl Dataset {
         let mut fault = None;
         table.each_row(|row| {
             if fault.is_none() {
-                fault = columns.no_number(row, explorer.shape).map(|column| table.no_number(row, column));
+                fault = columns.non_number_column(row, explorer.shape).map(|column| table.not_a_number(row, column));
             }
             let group = columns.group(explorer, row);
             let Some((group, node)) = group.and_then(|group| Some((group, nodes.of(columns, row, group)?))) else {
@@ -85,7 +84,7 @@ impl Dataset {
                 }
                 values[node] = columns.value(quantity, row);
             }
-            if let Some(note) = columns.note(row) {
+            if let Some(note) = columns.status_note(row) {
                 let next = self.notes.len();
                 let index = *known_notes.entry(note.clone()).or_insert(next);
                 if index == next {
@@ -110,7 +109,7 @@ impl Dataset {
         Ok(())
     }
 
-    /// All numbers, missing ones included.
+    /// Number of values in all quantities and groups, missing ones included.
     pub fn number_count(&self) -> usize {
         self.values.iter().flatten().map(Vec::len).sum()
     }
@@ -120,14 +119,14 @@ impl Dataset {
         if self.axes.is_empty() { self.names.len() } else { self.axes.iter().map(Vec::len).product() }
     }
 
-    /// The part at the nodes that `other` has as well.
-    pub fn at_nodes_of(&self, other: &Self) -> Self {
+    /// Returns the numbers at the nodes that `other` has as well.
+    pub fn restricted_to(&self, other: &Self) -> Self {
         let kept_names: Vec<usize> = (0..self.names.len()).filter(|i| other.names.contains(&self.names[*i])).collect();
         let kept: Vec<Vec<usize>> = self
             .axes
             .iter()
             .zip(&other.axes)
-            .map(|(own, other)| (0..own.len()).filter(|i| contains(other, own[*i])).collect())
+            .map(|(own, other)| (0..own.len()).filter(|i| axis_contains(other, own[*i])).collect())
             .collect();
         let nodes: Vec<usize> = if self.axes.is_empty() { kept_names.clone() } else { grid_nodes(&self.axes, &kept) };
         let position: HashMap<usize, usize> = nodes.iter().enumerate().map(|(new, old)| (*old, new)).collect();
@@ -145,7 +144,7 @@ impl Dataset {
         }
     }
 
-    /// Coordinates of a node; `None` where nodes have names.
+    /// Returns the coordinates of a node; `None` where nodes have names.
     pub fn position(&self, node: usize) -> Option<Vec<f64>> {
         if self.axes.is_empty() {
             return None;
@@ -159,8 +158,8 @@ impl Dataset {
         Some(self.axes.iter().map(coordinate).collect())
     }
 
-    /// The node's place in words, coordinates as in `explorer`.
-    pub fn place(&self, explorer: &Explorer, node: usize) -> String {
+    /// Returns the name of a node, or its coordinates with labels and units of `explorer`.
+    pub fn node_label(&self, explorer: &Explorer, node: usize) -> String {
         if let Some(name) = self.names.get(node) {
             return name.clone();
         }
@@ -170,21 +169,21 @@ impl Dataset {
             let value = axis[rest % axis.len()];
             rest /= axis.len();
             if axis.len() > 1 {
-                parts.push(format!("{} {} {}", coordinate.label, number(value), coordinate.unit));
+                parts.push(format!("{} {} {}", coordinate.label, format_number(value), coordinate.unit));
             }
         }
         parts.join(", ")
     }
 }
 
-/// Whether an ascending axis has `value`, but for rounding.
-fn contains(axis: &[f64], value: f64) -> bool {
+/// Whether an ascending axis contains `value`, but for rounding.
+fn axis_contains(axis: &[f64], value: f64) -> bool {
     let rounding = 1e-9 * (1.0 + value.abs());
     let next = axis.partition_point(|other| *other < value - rounding);
     axis.get(next).is_some_and(|other| *other <= value + rounding)
 }
 
-/// Indices of the nodes at these positions along the axes, x fastest.
+/// Returns the indices of the grid nodes at the positions `kept` along each axis, x fastest.
 fn grid_nodes(axes: &[Vec<f64>], kept: &[Vec<usize>]) -> Vec<usize> {
     let mut nodes = vec![0];
     for (axis, kept) in axes.iter().zip(kept).rev() {
@@ -193,33 +192,33 @@ fn grid_nodes(axes: &[Vec<f64>], kept: &[Vec<usize>]) -> Vec<usize> {
     nodes
 }
 
-/// How rows find their nodes.
+/// Assigns nodes to the rows of a table.
 pub(super) enum Nodes {
-    /// By coordinates: for each axis the position of a value's bits.
+    /// By coordinates: maps the bits of a value to its position, for each axis.
     Grid(Vec<HashMap<u64, usize>>),
-    /// By order in each group: rows seen so far, of which every so-many-th is a node.
+    /// By order in each group: number of rows read so far, of which every `stride`-th is a node.
     InOrder { seen: Vec<usize>, stride: usize },
 }
 
 impl Nodes {
-    /// Nodes of a grid, thinned so that at most `most` remain.
+    /// Returns the nodes of a grid, thinned so that at most `most` remain.
     pub fn grid(columns: &Columns, table: &Table, most: usize) -> Result<Axes> {
-        let mut axes: Vec<BTreeSet<OrderedBits>> = vec![BTreeSet::new(); columns.coordinates.len()];
+        let mut axes: Vec<BTreeSet<OrderedNumber>> = vec![BTreeSet::new(); columns.coordinates.len()];
         table.each_row(|row| {
             for (axis, column) in axes.iter_mut().zip(&columns.coordinates) {
                 if let Some(value) = row.get(*column).and_then(|cell| cell.parse::<f64>().ok()) {
-                    axis.insert(OrderedBits(value));
+                    axis.insert(OrderedNumber(value));
                 }
             }
         })?;
         let all: Vec<Vec<f64>> = axes.into_iter().map(|axis| axis.into_iter().map(|v| v.0).collect()).collect();
-        let kept = thinned(&all, most);
+        let kept = thin_axes(&all, most);
         let thinned_from = (kept != all).then(|| all.iter().map(Vec::len).collect());
         let positions = |axis: &Vec<f64>| axis.iter().enumerate().map(|(i, value)| (value.to_bits(), i)).collect();
         Ok(Axes { nodes: Self::Grid(kept.iter().map(positions).collect()), values: kept, thinned_from })
     }
 
-    /// Rows in order, thinned so that about `most` remain in all groups together.
+    /// Returns the rows in order as nodes, thinned so that about `most` remain in all groups together.
     pub(crate) fn in_order(table: &Table, groups: usize, most: usize) -> Result<Axes> {
         let mut rows = 0usize;
         if table.most_rows()? > most as u64 {
@@ -230,7 +229,7 @@ impl Nodes {
         Ok(Axes { nodes: Self::InOrder { seen: vec![0; groups], stride }, values: Vec::new(), thinned_from })
     }
 
-    /// Number of nodes; 0 where it shows only as rows are read.
+    /// Number of nodes; 0 where it is known only after reading the rows.
     pub fn count(&self) -> usize {
         match self {
             Self::Grid(axes) => axes.iter().map(HashMap::len).product(),
@@ -238,7 +237,7 @@ impl Nodes {
         }
     }
 
-    /// The node of a row, if it has one.
+    /// Returns the node of the next row of a group; `None` if the row belongs to no node.
     pub fn of(&mut self, columns: &Columns, row: &StringRecord, group: usize) -> Option<usize> {
         match self {
             Self::Grid(axes) => {
@@ -258,35 +257,34 @@ impl Nodes {
     }
 }
 
-/// Nodes, and where they lie.
+/// The nodes of a table, and their coordinates.
 pub(super) struct Axes {
     pub nodes: Nodes,
-    /// Coordinates along each axis of a grid.
     pub values: Vec<Vec<f64>>,
-    /// Nodes of the table along each axis, if some are left out.
+    /// Number of nodes of the table along each axis, if some are left out.
     pub thinned_from: Option<Vec<usize>>,
 }
 
-/// Numbers in order of size.
+/// A number ordered by size, NaN included.
 #[derive(Clone, Copy, PartialEq)]
-struct OrderedBits(f64);
+struct OrderedNumber(f64);
 
-impl Eq for OrderedBits {}
+impl Eq for OrderedNumber {}
 
-impl PartialOrd for OrderedBits {
+impl PartialOrd for OrderedNumber {
     fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
         Some(self.cmp(other))
     }
 }
 
-impl Ord for OrderedBits {
+impl Ord for OrderedNumber {
     fn cmp(&self, other: &Self) -> Ordering {
         self.0.total_cmp(&other.0)
     }
 }
 
-/// The axes with so many values left out that at most `most` nodes remain, both ends kept.
-pub fn thinned(axes: &[Vec<f64>], most: usize) -> Vec<Vec<f64>> {
+/// Returns the axes with evenly chosen values, both ends kept, so that at most `most` nodes remain.
+pub fn thin_axes(axes: &[Vec<f64>], most: usize) -> Vec<Vec<f64>> {
     let mut counts: Vec<usize> = axes.iter().map(Vec::len).collect();
     while counts.iter().product::<usize>() > most.max(1) {
         let Some(longest) = counts.iter_mut().max().filter(|count| **count > 2) else { break };
@@ -301,7 +299,7 @@ pub fn thinned(axes: &[Vec<f64>], most: usize) -> Vec<Vec<f64>> {
     axes.iter().zip(counts).map(thin).collect()
 }
 
-/// Where the cells of a row are.
+/// Positions in a row of the columns that a view needs.
 pub(super) struct Columns {
     pub coordinates: Vec<usize>,
     group: Vec<usize>,
@@ -310,10 +308,11 @@ pub(super) struct Columns {
     notes: Vec<[usize; 2]>,
 }
 
-/// Columns that say whether a row is an answer, in full and in part, and why not.
+/// Names of the columns that say whether a row is a valid result, and its correction, and why not.
 pub(super) const NOTES: [[&str; 2]; 2] = [["status", "reason"], ["correction_status", "correction_reason"]];
 
 impl Columns {
+    /// Finds the columns of `explorer` in `table`; `Err` if one is missing.
     pub fn new(explorer: &Explorer, table: &Table) -> Result<Self> {
         let column = |name: &String| table.column(name);
         let find = |name: &str| table.header.iter().position(|column| column == name);
@@ -329,7 +328,7 @@ impl Columns {
         })
     }
 
-    /// Index of the row's group among those of `explorer`; 0 where it has none.
+    /// Returns the index of the row's group in `explorer`; 0 without groups, `None` if it belongs to none of them.
     pub fn group(&self, explorer: &Explorer, row: &StringRecord) -> Option<usize> {
         let Some(group) = &explorer.group else { return Some(0) };
         let is_own =
@@ -337,7 +336,7 @@ impl Columns {
         group.values.iter().position(is_own)
     }
 
-    /// The number of a quantity in a row; NaN where there is none.
+    /// Returns the value of a quantity in a row, of several columns the largest size; NaN where there is none.
     pub fn value(&self, quantity: usize, row: &StringRecord) -> f64 {
         let cell = |column: &usize| row.get(*column).and_then(|cell| cell.parse::<f64>().ok()).unwrap_or(f64::NAN);
         match self.quantities[quantity].as_slice() {
@@ -349,8 +348,8 @@ impl Columns {
         }
     }
 
-    /// A column of `row` that should hold a number, or nothing, and does not.
-    pub fn no_number(&self, row: &StringRecord, shape: Shape) -> Option<usize> {
+    /// Returns a column of `row` that should hold a number or nothing, and holds something else.
+    pub fn non_number_column(&self, row: &StringRecord, shape: Shape) -> Option<usize> {
         let is_wrong = |column: usize| {
             let cell = row.get(column).unwrap_or_default();
             !cell.is_empty() && !cell.parse::<f64>().is_ok_and(|number| !number.is_nan())
@@ -359,10 +358,10 @@ impl Columns {
         self.quantities.iter().flatten().chain(coordinates).copied().find(|column| is_wrong(*column))
     }
 
-    /// Status and reason of a row that is no plain answer, or whose correction is none.
-    pub fn note(&self, row: &StringRecord) -> Option<String> {
+    /// Returns status and reason of a row that is not a valid result or has no valid correction; otherwise `None`.
+    pub fn status_note(&self, row: &StringRecord) -> Option<String> {
         self.notes.iter().enumerate().find_map(|(index, &[status, reason])| {
-            let status = row.get(status).filter(|status| !is_found(status))?.replace('_', " ");
+            let status = row.get(status).filter(|status| !is_solved_status(status))?.replace('_', " ");
             let what = if index == 0 { "" } else { "no correction, " };
             match row.get(reason).filter(|reason| !reason.is_empty()) {
                 Some(reason) => Some(format!("{what}{status}: {reason}")),

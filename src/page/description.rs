@@ -1,4 +1,4 @@
-//! What a run leaves for its page: `report.json`, from which, with the tables and figures beside it, the page is made.
+//! Description of a result folder, `report.json`: from it, and the tables and figures beside it, the page is made.
 
 use serde::{Deserialize, Serialize};
 
@@ -11,50 +11,50 @@ use crate::{
 /// Version of `report.json`.
 pub(crate) const SCHEMA: u32 = 3;
 
-/// A result folder in words, and what its files are.
+/// Contents of `report.json`: the results of a run in words, and the meaning of its files.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Description {
-    /// Version of this description; 2.
+    /// Version of this description.
     pub schema: u32,
     /// What was computed: `workspace_map`, `path`, `placement`, …
     pub kind: String,
     /// Name of the study.
     pub name: String,
-    /// The question.
+    /// The question that the study answers.
     pub question: String,
-    /// Machine, process, errors and limits, a line each.
+    /// Machine, process, errors and limits, one line each.
     pub setting: Vec<Fact>,
-    /// The first screen.
+    /// Answer, key numbers and cautions, for the first screen.
     pub headline: Headline,
-    /// Words of the first screen that mean something of their own in this question.
+    /// Meanings of words on the first screen that are special to this question.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub terms: Vec<Fact>,
-    /// What follows it, folded, in the order in which a reader asks.
+    /// Folded parts of the page after the first screen, in the order in which a reader asks.
     pub sections: Vec<Section>,
     /// The machine.
     pub machine: MachineDescription,
-    /// Views of tables in which a reader picks quantity, source and slice.
+    /// Interactive views of tables, in which a reader picks quantity, source and slice.
     pub explorers: Vec<Explorer>,
-    /// Figures, in the order to be shown.
+    /// Figures, in the order shown.
     pub figures: Vec<FigureNote>,
-    /// Tables, in the order to be shown.
+    /// Tables, in the order shown.
     pub tables: Vec<TableNote>,
     /// Colours of maps: `viridis`, `cividis` or `grey`; viridis if not given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub colours: Option<String>,
-    /// What its reader can try.
+    /// What a reader can try with the engine in the page.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub to_try: Option<ToTry>,
 }
 
-/// One line of the setting.
+/// A label with its value, such as one line of the setting.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Fact {
-    /// What.
+    /// What the value is.
     pub label: String,
-    /// How much, with its unit.
+    /// The value in words, with its unit.
     pub value: String,
 }
 
@@ -64,17 +64,17 @@ pub struct Fact {
 pub struct FigureNote {
     /// File name without extension.
     pub file: String,
-    /// Title and setting.
+    /// Title and conditions.
     pub caption: String,
-    /// For readers who do not see it.
+    /// Description for readers who do not see the figure.
     pub alternative: String,
 }
 
-/// A table of the folder.
+/// A table of the folder, and how a page shows it.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TableNote {
-    /// CSV file.
+    /// Name of the CSV file.
     pub file: String,
     /// What its rows are.
     pub caption: String,
@@ -82,7 +82,7 @@ pub struct TableNote {
     pub largest_first: Option<String>,
 }
 
-/// A part of the page under a heading.
+/// A folded part of the page under a heading.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Section {
@@ -90,84 +90,83 @@ pub struct Section {
     pub heading: String,
     /// What is found there, in a few words.
     pub hint: String,
-    /// Paragraphs.
+    /// Paragraphs of text.
     pub text: Vec<String>,
-    /// Tables that no file holds.
+    /// Tables that are in no file.
     pub small_tables: Vec<SmallTable>,
     /// Something to copy, such as a command or a table of a file.
     pub to_copy: Option<String>,
-    /// Titles of its views.
+    /// Titles of the views shown here.
     pub explorers: Vec<String>,
-    /// Begins of the file names of its figures.
+    /// Beginnings of the file names of the figures shown here.
     pub figures: Vec<String>,
-    /// Files of its tables.
+    /// File names of the tables shown here.
     pub tables: Vec<String>,
 }
 
-/// A few rows.
+/// A table of a few rows that is in no file.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SmallTable {
     /// What its rows are.
     pub caption: String,
-    /// Heads of its columns.
+    /// Headings of its columns.
     pub header: Vec<String>,
     /// Its rows, a text for each column.
     pub rows: Vec<Vec<String>>,
 }
 
-/// A view of a table.
+/// An interactive view of a table.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Explorer {
     /// Its heading.
     pub title: String,
-    /// CSV file.
+    /// Name of the CSV file.
     pub table: String,
-    /// How its rows lie.
+    /// How the rows are arranged.
     pub shape: Shape,
-    /// Columns that say where a row belongs: three or four of a grid (x fastest), one of a curve or of names. A curve may have a second
-    /// one that it can be seen over as well: the label of a quantity.
+    /// Columns that identify a node: of a grid three or four (x fastest), else one. A curve may have a second one to be drawn over.
     pub coordinates: Vec<Column>,
-    /// What tells curves or layers over the same coordinates apart, such as the source of error.
+    /// Columns that distinguish curves or layers over the same coordinates, such as the source of error.
     pub group: Option<Group>,
-    /// What can be picked, the first one shown first.
+    /// Quantities to choose from, the first one shown first.
     pub quantities: Vec<Quantity>,
-    /// Named places.
+    /// Named points.
     pub marks: Vec<Mark>,
 }
 
-/// How the rows of a table lie.
+/// How the rows of a table are arranged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Shape {
     /// On a regular grid.
     Grid,
-    /// Along a line.
+    /// Along a curve.
     Curve,
-    /// One per name.
+    /// One row for each name.
     Names,
 }
 
-/// A column of a table.
+/// A column of a table, with label and unit.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Column {
-    /// Its header.
+    /// Its header in the file.
     pub column: String,
-    /// In words.
+    /// Its name in words.
     pub label: String,
     /// Unit, empty if it has none.
     pub unit: String,
 }
 
-/// Groups of rows.
+/// Columns whose values divide the rows into groups, such as the source of error.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Group {
-    /// Column headers.
+    /// Headers of these columns.
     pub columns: Vec<String>,
-    /// In words.
+    /// Name of the grouping in words.
     pub label: String,
     /// The groups, the first one shown first; rows of no group are left out.
     pub values: Vec<GroupValue>,
@@ -177,19 +176,19 @@ pub struct Group {
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct GroupValue {
-    /// As in the table, one per column.
+    /// Cells that its rows have in the columns of the group.
     pub cells: Vec<String>,
-    /// In words.
+    /// Name of the group in words.
     pub label: String,
 }
 
-/// A quantity that can be picked.
+/// A quantity that a reader can choose in a view.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Quantity {
-    /// Column headers; of several, the largest size counts.
+    /// Headers of its columns; of several, the largest absolute value in a row counts.
     pub columns: Vec<String>,
-    /// In words.
+    /// Its name in words.
     pub label: String,
     /// Unit, empty if it has none.
     pub unit: String,
@@ -197,7 +196,7 @@ pub struct Quantity {
     pub better: Better,
 }
 
-/// Which of two values is the better one.
+/// Which of two values of a quantity is better.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Better {
@@ -209,18 +208,18 @@ pub enum Better {
     Neither,
 }
 
-/// A named place.
+/// A named point of a view.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Mark {
     /// Its name.
     pub label: String,
-    /// Where, one number per coordinate of the view.
+    /// Its position: a number for each coordinate of the view.
     pub position: Vec<f64>,
 }
 
 impl Description {
-    /// A result of `kind` for `machine`, without words, views and files.
+    /// Returns the description of a result of `kind` for `machine`, without texts, views and files.
     pub fn new(kind: &str, machine: MachineDescription) -> Self {
         Self {
             schema: SCHEMA,
@@ -240,25 +239,25 @@ impl Description {
         }
     }
 
-    /// Colours of maps, as a page names them.
+    /// Returns the name of the colour map of the study, or of the default one.
     pub(crate) fn colours(&self) -> &'static str {
         let named = |colours: &&Colours| Some(colours.label()) == self.colours.as_deref();
         Colours::ALL.iter().find(named).copied().unwrap_or_default().label()
     }
 
-    /// With the figures of the folder, by file stem.
+    /// Replaces the figures by these, given with their file stems.
     #[must_use]
     pub(crate) fn with_figures(mut self, figures: &[(String, Figure)]) -> Self {
         let note = |(file, figure): &(String, Figure)| FigureNote {
             file: file.clone(),
             caption: figure.caption(),
-            alternative: figure.alternative(),
+            alternative: figure.alternative_text(),
         };
         self.figures = figures.iter().map(note).collect();
         self
     }
 
-    /// As a JSON file.
+    /// Returns the contents of `report.json`.
     pub(crate) fn to_json(&self) -> String {
         // A struct of strings and numbers always serialises.
         serde_json::to_string_pretty(self).unwrap_or_default() + "\n"
@@ -266,7 +265,7 @@ impl Description {
 }
 
 impl Explorer {
-    /// The columns by which a row is found again: of a curve the first.
+    /// Returns the columns that identify a row: of a curve only the first coordinate.
     pub(crate) fn keys(&self) -> &[Column] {
         let count = if self.shape == Shape::Curve { 1 } else { self.coordinates.len() };
         &self.coordinates[..count.min(self.coordinates.len())]
@@ -274,47 +273,47 @@ impl Explorer {
 }
 
 impl Section {
-    /// A part without contents.
+    /// Returns a section without contents.
     pub fn new(heading: &str, hint: &str) -> Self {
         Self { heading: heading.into(), hint: hint.into(), ..Self::default() }
     }
 
-    /// With the paragraphs of `text`, one a line.
+    /// Adds a paragraph for each line of `text`.
     #[must_use]
     pub fn text(mut self, text: &str) -> Self {
         self.text.extend(text.lines().map(str::trim).filter(|line| !line.is_empty()).map(String::from));
         self
     }
 
-    /// With tables that no file holds.
+    /// Adds tables that are in no file.
     #[must_use]
     pub fn small_tables(mut self, tables: impl IntoIterator<Item = SmallTable>) -> Self {
         self.small_tables.extend(tables);
         self
     }
 
-    /// With something to copy.
+    /// Sets the text to copy.
     #[must_use]
     pub fn to_copy(mut self, text: impl Into<String>) -> Self {
         self.to_copy = Some(text.into());
         self
     }
 
-    /// With the views of these titles.
+    /// Adds the views with these titles.
     #[must_use]
     pub fn explorers<S: Into<String>>(mut self, titles: impl IntoIterator<Item = S>) -> Self {
         self.explorers.extend(titles.into_iter().map(Into::into));
         self
     }
 
-    /// With the figures whose file names begin so.
+    /// Adds the figures whose file names begin with one of `begins`.
     #[must_use]
     pub fn figures(mut self, begins: &[&str]) -> Self {
         self.figures.extend(begins.iter().map(|begin| begin.to_string()));
         self
     }
 
-    /// With these tables.
+    /// Adds the tables of these files.
     #[must_use]
     pub fn tables<S: Into<String>>(mut self, files: impl IntoIterator<Item = S>) -> Self {
         self.tables.extend(files.into_iter().map(Into::into));
@@ -323,33 +322,33 @@ impl Section {
 }
 
 impl Fact {
-    /// A line of the setting.
+    /// Returns the value with its label.
     pub fn new(label: impl Into<String>, value: impl Into<String>) -> Self {
         Self { label: label.into(), value: value.into() }
     }
 }
 
 impl Column {
-    /// A column.
+    /// Returns the column with this header, label and unit.
     pub fn new(column: impl Into<String>, label: impl Into<String>, unit: impl Into<String>) -> Self {
         Self { column: column.into(), label: label.into(), unit: unit.into() }
     }
 }
 
 impl Quantity {
-    /// A quantity of one or several columns.
+    /// Returns a quantity of one or several columns.
     pub fn new<S: Into<String>>(columns: impl IntoIterator<Item = S>, label: &str, unit: &str, better: Better) -> Self {
         Self { columns: columns.into_iter().map(Into::into).collect(), label: label.into(), unit: unit.into(), better }
     }
 }
 
 impl TableNote {
-    /// A table shown from its first row on.
+    /// Returns a note for a table that is shown from its first row on.
     pub fn new(file: &str, caption: &str) -> Self {
         Self { file: file.into(), caption: caption.into(), largest_first: None }
     }
 
-    /// A table of which the rows with the largest values of `column` are shown first.
+    /// Returns a note for a table whose rows with the largest values of `column` are shown first.
     pub fn ranked(file: &str, caption: &str, column: &str) -> Self {
         Self { largest_first: Some(column.into()), ..Self::new(file, caption) }
     }

@@ -1,4 +1,4 @@
-//! The engine in a page: the machine and the workpiece, to be moved by hand.
+//! The engine in a page: a reader moves machine and workpiece by hand, and the page computes.
 
 use std::sync::OnceLock;
 
@@ -14,9 +14,9 @@ use super::{
 };
 use crate::input::error::Result;
 
-/// The engine as WebAssembly, compressed by Brotli; `web/README.md` says how it is made.
+/// Engine as WebAssembly, compressed by Brotli; `web/README.md` says how it is made.
 const ENGINE: &[u8] = include_bytes!("assets/engine.wasm.br");
-/// Its scripts, in the order they run.
+/// Scripts of the engine's block, in the order they run.
 pub(super) const SCRIPTS: [&str; 6] = [
     include_str!("assets/engine.js"),
     include_str!("assets/explore_space.js"),
@@ -25,20 +25,19 @@ pub(super) const SCRIPTS: [&str; 6] = [
     include_str!("assets/explore_map.js"),
     include_str!("assets/explore.js"),
 ];
-/// Its styles.
 const STYLE: &str = include_str!("assets/explore.css");
 
-/// What a page of a run lets its reader try, as `report.json` has it.
+/// What a page lets its reader try with the engine, as in `report.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum ToTry {
     /// The scene that the engine opens.
     Scene(Value),
-    /// Nothing, and why.
+    /// Nothing, with the reason.
     Nothing(String),
 }
 
-/// What the block of the engine shows.
+/// Content of the block of the engine in a template.
 #[derive(Debug, Serialize)]
 pub(super) struct EngineView {
     title: &'static str,
@@ -51,7 +50,7 @@ pub(super) struct EngineView {
 }
 
 impl EngineView {
-    /// `heading`: its title, and what can be done in a few words.
+    /// Returns the block with its title and hint, and with scene and engine unless there is nothing to try.
     pub fn new((title, hint): (&'static str, &'static str), to_try: &ToTry) -> Self {
         let (reason, scene) = match to_try {
             ToTry::Scene(scene) => (None, Some(scene)),
@@ -62,13 +61,14 @@ impl EngineView {
             hint,
             reason,
             scene: scene.map(script_json).unwrap_or_default(),
-            bytes: scene.map(|_| STANDARD.encode(engine())).unwrap_or_default(),
+            bytes: scene.map(|_| STANDARD.encode(gzipped_engine())).unwrap_or_default(),
             script: scene.map(|_| SCRIPTS.concat()).unwrap_or_default(),
             style: STYLE,
         }
     }
 }
 
+/// Content of the template `explore.html`.
 #[derive(Debug, Serialize)]
 struct ExplorePage<'a> {
     name: &'a str,
@@ -76,17 +76,14 @@ struct ExplorePage<'a> {
     engine: EngineView,
 }
 
-/// A page of nothing but `scene`, which is called `name`; `question` is its heading.
-///
-/// # Errors
-/// The page's template is at fault.
+/// Returns an interactive HTML page of `scene` alone, called `name`, with `question` as its heading; `Err` when the template is at fault.
 pub fn explore_page(name: &str, question: &str, scene: Value) -> Result<String> {
     let engine = EngineView::new(("Try", ""), &ToTry::Scene(scene));
     render("explore.html", &ExplorePage { name, question, engine })
 }
 
-/// The engine as pages have it: compressed by gzip, which browsers can undo.
-fn engine() -> &'static [u8] {
+/// Returns the engine compressed by gzip, which browsers can decompress.
+fn gzipped_engine() -> &'static [u8] {
     static PACKED: OnceLock<Vec<u8>> = OnceLock::new();
     PACKED.get_or_init(|| {
         let mut packed = GzEncoder::new(Vec::new(), Compression::best());

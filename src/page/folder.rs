@@ -1,4 +1,4 @@
-//! A result folder, read back, and addresses of its files on a page.
+//! Result folders read back, and addresses of their files on a page.
 
 use std::path::{Component, Path, PathBuf};
 
@@ -20,19 +20,16 @@ use crate::{
 /// A folder that a run has written.
 #[derive(Debug, Clone)]
 pub struct ResultFolder {
-    /// Where it is.
+    /// Path of the folder.
     pub path: PathBuf,
-    /// What it holds, in words.
+    /// Contents of its `report.json`.
     pub description: Description,
-    /// Its manifest.
+    /// Contents of its `manifest.json`.
     pub manifest: Value,
 }
 
 impl ResultFolder {
-    /// Reads `report.json` and `manifest.json` of `path`.
-    ///
-    /// # Errors
-    /// `path` is not a result folder, or one of another version of this program, or its files are of two runs.
+    /// Reads `report.json` and `manifest.json` of `path`; `Err` for what is no complete result folder of this version of the program.
     pub fn open(path: &Path) -> Result<Self> {
         let not_a_result = |problem: String| Error::Argument { argument: path.display().to_string(), problem };
         if !path.is_dir() {
@@ -48,7 +45,7 @@ impl ResultFolder {
             }
         }
         let file = path.join("manifest.json");
-        let manifest: Value = json(&file, &read(&file)?)?;
+        let manifest: Value = parse_json(&file, &read_text(&file)?)?;
         if manifest["program"] != env!("CARGO_PKG_NAME") {
             let problem = format!("must be \"{}\", got {}", env!("CARGO_PKG_NAME"), manifest["program"]);
             return Err(Error::Value { file: file.display().to_string(), key: "program".into(), problem });
@@ -61,33 +58,28 @@ impl ResultFolder {
             ));
         }
         let file = path.join("report.json");
-        let text = read(&file)?;
-        let Written { schema } = json(&file, &text)?;
+        let text = read_text(&file)?;
+        let SchemaVersion { schema } = parse_json(&file, &text)?;
         if schema != SCHEMA {
             let problem = format!("must be {SCHEMA}, got {schema}; run the study again with this version");
             return Err(Error::Value { file: file.display().to_string(), key: "schema".into(), problem });
         }
-        Ok(Self { path: path.to_path_buf(), description: json(&file, &text)?, manifest })
+        Ok(Self { path: path.to_path_buf(), description: parse_json(&file, &text)?, manifest })
     }
 
-    /// A table of the folder.
-    ///
-    /// # Errors
-    /// It cannot be read, or its name leads out of the folder.
+    /// Opens a table of the folder; `Err` when it cannot be read or its name leads out of the folder.
     pub(super) fn table(&self, name: &str) -> Result<Table> {
-        Table::open(&self.file(name)?)
+        Table::open(&self.file_path(name)?)
     }
 
-    /// A text file of the folder.
-    ///
-    /// # Errors
-    /// As [`ResultFolder::table`].
+    /// Reads a text file of the folder; `Err` when it cannot be read or its name leads out of the folder.
     pub(super) fn text(&self, name: &str) -> Result<String> {
-        let file = self.file(name)?;
-        read(&file)
+        let file = self.file_path(name)?;
+        read_text(&file)
     }
 
-    fn file(&self, name: &str) -> Result<PathBuf> {
+    /// Returns the path of a file of the folder; `Err` if `name` leads out of it.
+    fn file_path(&self, name: &str) -> Result<PathBuf> {
         if Path::new(name).file_name().is_none_or(|own| own != name) {
             return Err(Error::Value {
                 file: self.path.join("report.json").display().to_string(),
@@ -99,9 +91,9 @@ impl ResultFolder {
     }
 }
 
-/// What says whether the rest of `report.json` can be read.
+/// The version in `report.json`, read first to see whether the rest can be read.
 #[derive(Deserialize)]
-struct Written {
+struct SchemaVersion {
     #[serde(default)]
     schema: Value,
 }
@@ -109,13 +101,14 @@ struct Written {
 /// Most bytes of a file other than a table.
 const LONGEST: u64 = 256 << 20;
 
-fn read(file: &Path) -> Result<String> {
+/// Reads a file as text; `Err` if it is too long or is not in UTF-8.
+fn read_text(file: &Path) -> Result<String> {
     let fault = |problem: &str| Error::Read { file: file.to_path_buf(), source: std::io::Error::other(problem) };
-    String::from_utf8(file::bounded(file, LONGEST)?).map_err(|_| fault("is no text in UTF-8"))
+    String::from_utf8(file::read_bounded(file, LONGEST)?).map_err(|_| fault("is no text in UTF-8"))
 }
 
-/// The content of `file`, whose text is given.
-fn json<T: DeserializeOwned>(file: &Path, text: &str) -> Result<T> {
+/// Parses `text` as JSON; `file` names it in errors.
+fn parse_json<T: DeserializeOwned>(file: &Path, text: &str) -> Result<T> {
     serde_json::from_str(text).map_err(|fault| Error::Syntax {
         file: file.display().to_string(),
         line: Some(fault.line()),
@@ -124,20 +117,21 @@ fn json<T: DeserializeOwned>(file: &Path, text: &str) -> Result<T> {
     })
 }
 
-/// Address of `file` on a page that lies at `page`, both relative to the present folder or absolute.
+/// Returns the URL-encoded relative address of `file` on a page at `page`; relative paths count from the current folder.
 pub fn href(page: &Path, file: &Path) -> String {
     let parts: Vec<String> =
-        way(page, file).components().map(|part| encoded(&part.as_os_str().to_string_lossy())).collect();
+        relative_path(page, file).components().map(|part| url_encoded(&part.as_os_str().to_string_lossy())).collect();
     if parts.is_empty() { ".".into() } else { parts.join("/") }
 }
 
-/// The way of [`href`] in words: nothing is encoded.
-pub fn relative(page: &Path, file: &Path) -> String {
-    let way = way(page, file);
-    if way.as_os_str().is_empty() { ".".into() } else { way.display().to_string() }
+/// Returns the relative path of `file` seen from a page at `page`, as text to read.
+pub fn relative_display(page: &Path, file: &Path) -> String {
+    let relative_path = relative_path(page, file);
+    if relative_path.as_os_str().is_empty() { ".".into() } else { relative_path.display().to_string() }
 }
 
-fn way(page: &Path, file: &Path) -> PathBuf {
+/// Returns the relative path from the folder of `page` to `file`.
+fn relative_path(page: &Path, file: &Path) -> PathBuf {
     let absolute = |path: &Path| std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf());
     let (page, file) = (absolute(page), absolute(file));
     let from: Vec<Component<'_>> = page.parent().map(|p| p.components().collect()).unwrap_or_default();
@@ -147,8 +141,8 @@ fn way(page: &Path, file: &Path) -> PathBuf {
     up.chain(to[shared..].iter().copied()).collect()
 }
 
-/// A file name in an address.
-fn encoded(name: &str) -> String {
+/// Encodes a file name for use in an address.
+fn url_encoded(name: &str) -> String {
     let byte = |b: u8| match b {
         b'A'..=b'Z' | b'a'..=b'z' | b'0'..=b'9' | b'-' | b'_' | b'.' | b'~' => char::from(b).to_string(),
         other => format!("%{other:02X}"),

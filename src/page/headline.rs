@@ -1,59 +1,58 @@
-//! What a reader takes away at a glance: the answer as a sentence, at most three numbers with what they are measured
-//! against, and what must be known with them. The first screen of a page and the closing words on the terminal are made of it.
+//! The result at a glance, for the first screen of a page and the terminal: a sentence, at most three numbers, and cautions.
 
 use serde::{Deserialize, Serialize};
 
 use crate::files::words::with_unit;
 
-/// The first screen of an answer.
+/// The result at a glance, for the first screen of a page and the end of the terminal output.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Headline {
-    /// The part of the work that was not solved, and why, if any was not.
+    /// Sentence on the part of the work that was not solved, and why; `None` if all was.
     pub unsolved: Option<String>,
-    /// The answer as somebody would say it.
+    /// The result in a sentence.
     pub sentence: String,
-    /// At most three.
+    /// Key numbers, at most three.
     pub numbers: Vec<KeyNumber>,
-    /// From how much the answer was computed.
+    /// What the result was computed from, such as a number of points.
     pub basis: String,
-    /// What must be known with the answer, a sentence each.
+    /// Sentences that a reader must know with the result.
     pub cautions: Vec<String>,
 }
 
-/// A number of the first screen.
+/// One of the numbers of a headline.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct KeyNumber {
-    /// As shown, without unit.
+    /// The number as shown, without unit.
     pub value: String,
     /// Its unit, empty if it has none.
     pub unit: String,
-    /// What it is, and over what it is taken.
+    /// What the number is, and over what it is taken.
     pub what: String,
-    /// What it is measured against: a tolerance, the best, another place.
+    /// What it is compared with: a tolerance, the best, another place.
     pub against: String,
-    /// Where it stands in a table, if it does.
+    /// Where a table has the number, if one does.
     pub found: Option<InTable>,
 }
 
-/// The extreme of a column of a table.
+/// Where a table has a key number: the extreme of a column over certain rows.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct InTable {
     /// CSV file.
     pub file: String,
-    /// Columns; of several, the largest size in a row counts.
+    /// Columns; of several, the largest absolute value in a row counts.
     pub columns: Vec<String>,
-    /// Only rows that have these values in these columns.
+    /// Conditions on rows, as pairs of column and value.
     pub rows: Vec<[String; 2]>,
-    /// Which of the rows.
+    /// Whether it is the smallest or the largest value.
     pub extreme: Extreme,
-    /// The value, with all digits.
+    /// The value with all digits.
     pub value: f64,
 }
 
-/// Which of the rows.
+/// Whether the smallest or the largest value is meant.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Extreme {
@@ -64,26 +63,26 @@ pub enum Extreme {
 }
 
 impl Headline {
-    /// An answer in a sentence, computed from `basis`.
+    /// Returns a headline with a sentence that was computed from `basis`, without numbers.
     pub fn new(sentence: impl Into<String>, basis: impl Into<String>) -> Self {
         Self { sentence: sentence.into(), basis: basis.into(), ..Self::default() }
     }
 
-    /// With what must be known with it, one sentence a line of `text`.
+    /// Adds each line of `text` that is not blank as a caution.
     #[must_use]
     pub fn with_cautions(mut self, text: &str) -> Self {
         self.cautions.extend(text.lines().filter(|line| !line.trim().is_empty()).map(String::from));
         self
     }
 
-    /// With the numbers there are.
+    /// Adds key numbers.
     #[must_use]
-    pub fn with_all(mut self, numbers: impl IntoIterator<Item = KeyNumber>) -> Self {
+    pub fn with_numbers(mut self, numbers: impl IntoIterator<Item = KeyNumber>) -> Self {
         self.numbers.extend(numbers);
         self
     }
 
-    /// With one number more.
+    /// Adds one key number.
     #[must_use]
     pub fn with(mut self, number: KeyNumber) -> Self {
         self.numbers.push(number);
@@ -92,7 +91,7 @@ impl Headline {
 }
 
 impl KeyNumber {
-    /// A number with its unit, such as `1.712 mm`: what it is, and what it is measured against.
+    /// Returns the number `shown`, such as `1.712 mm`, split into value and unit, with its meaning and what it is compared with.
     pub fn new(shown: &str, what: impl Into<String>, against: impl Into<String>) -> Self {
         let (value, unit) = match shown.rsplit_once(' ') {
             Some((value, unit)) => (value, unit),
@@ -104,21 +103,21 @@ impl KeyNumber {
         Self { value: value.into(), unit: unit.into(), what: what.into(), against: against.into(), found: None }
     }
 
-    /// As it stands in a table.
+    /// Sets where a table has the number.
     #[must_use]
     pub fn found(mut self, found: InTable) -> Self {
         self.found = Some(found);
         self
     }
 
-    /// With its unit.
+    /// Returns the value with its unit.
     pub fn shown(&self) -> String {
         with_unit(&self.value, &self.unit)
     }
 }
 
 impl InTable {
-    /// The `extreme` of `columns` in `file` over the rows that have `rows`.
+    /// Returns the extreme of `columns` in `file` over the rows that meet the conditions `rows`.
     pub fn new<C: Into<String>>(
         file: &str,
         columns: impl IntoIterator<Item = C>,

@@ -1,4 +1,4 @@
-//! The machine as a page shows it.
+//! The machine on a page: its figures, provenance, limits and errors in words.
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
@@ -8,12 +8,12 @@ use crate::{
     figures::{Figure, PoseFigure, Surroundings, amplification::amplification},
     files::{
         table::tidy_degrees,
-        words::{signed, typographic},
+        words::{typographic, with_minus_signs},
     },
     machine::{Chain, ChainError, Drive, Machine, Motion, Provenance, Skeleton},
 };
 
-/// A machine at home, its ways, box and points.
+/// What a page says of a machine: its lines at home, guideways, workspace and named points.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MachineDescription {
@@ -21,51 +21,52 @@ pub struct MachineDescription {
     pub name: String,
     /// What machine it is, in a few words.
     pub short_title: String,
-    /// One line: what machine it is.
+    /// What machine it is, in one line.
     pub title: String,
-    /// Where its numbers come from.
+    /// Where its parameters come from.
     pub source: String,
-    /// The same for groups of them: which, and how far they may be trusted and who says so.
+    /// Sources of single groups of parameters, with grade and confidence interval.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub provenance: Vec<Fact>,
-    /// Its lines at home.
+    /// Its lines at home, in frame O.
     pub home: Skeleton,
-    /// Ends of the ways of its slides, mm.
+    /// Ends of the guideways of its slides, in O, mm.
     pub rails: Vec<[[f64; 3]; 2]>,
     /// Lower and upper corner of the workspace of P, mm.
     pub workspace_mm: [[f64; 3]; 2],
-    /// Named positions of P.
+    /// Named positions of P, in O.
     pub points: Vec<Mark>,
-    /// Limits of drives and joints, a line each.
+    /// Limits of drives and joints, one line each.
     pub limits: Vec<Fact>,
 }
 
-/// A machine under load, undeflected and deflected.
+/// A machine without and with its deflection under a load.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DeflectedPose {
-    /// Where and under what, in words.
+    /// Position and load, in words.
     pub place: String,
-    /// The nominal machine at its command.
+    /// Nominal machine at its drive commands.
     pub commanded: Skeleton,
-    /// The real machine under load.
-    pub settled: Skeleton,
-    /// Displacement of the tool tip, O axes, mm.
+    /// Actual machine in equilibrium under the load.
+    pub loaded: Skeleton,
+    /// Displacement of the tool tip in O, mm.
     pub tool_displacement_mm: Vector3<f64>,
-    /// Force on the tool, O axes, N.
+    /// Force on the tool in O, N.
     pub force_n: Vector3<f64>,
 }
 
-fn fact(told: &Provenance) -> Fact {
+/// Returns what a group of parameters is based on: grade, confidence interval and source.
+fn provenance_fact(provenance: &Provenance) -> Fact {
     let interval =
-        told.interval.map_or(String::new(), |[low, high]| format!(", 95 % interval {low:.4e} to {high:.4e}"));
+        provenance.interval.map_or(String::new(), |[low, high]| format!(", 95 % interval {low:.4e} to {high:.4e}"));
     Fact {
-        label: told.what.clone(),
-        value: format!("{}{interval}: {}", told.grade.label().replace('_', " "), told.source),
+        label: provenance.what.clone(),
+        value: format!("{}{interval}: {}", provenance.grade.label().replace('_', " "), provenance.source),
     }
 }
 
 impl MachineDescription {
-    /// Describes `machine`.
+    /// Describes `machine` at home.
     pub fn new(machine: &Machine) -> Self {
         let mut home = machine.rigid_skeleton(&machine.home);
         home.chains.extend(machine.carrier.iter().flat_map(|carrier| carrier.rigid_skeleton(&carrier.home).chains));
@@ -85,7 +86,7 @@ impl MachineDescription {
             short_title: machine.short_title().into(),
             title: machine.title.clone(),
             source: machine.source.clone(),
-            provenance: machine.provenance.iter().map(fact).collect(),
+            provenance: machine.provenance.iter().map(provenance_fact).collect(),
             home,
             rails,
             workspace_mm: [machine.workspace.min.into(), machine.workspace.max.into()],
@@ -94,11 +95,11 @@ impl MachineDescription {
                 .iter()
                 .map(|point| Mark { label: point.name.clone(), position: point.position.iter().copied().collect() })
                 .collect(),
-            limits: limits(machine),
+            limits: limit_facts(machine),
         }
     }
 
-    /// The machine at home.
+    /// Returns a figure of the machine at home.
     pub fn figure(&self) -> Figure {
         Figure::Pose(Box::new(PoseFigure {
             title: format!("{} at home", self.title),
@@ -112,20 +113,20 @@ impl MachineDescription {
         }))
     }
 
-    /// The machine bent by a load, displacements amplified so that they are seen.
+    /// Returns a figure of the machine deflected by a load, with displacements amplified so that they can be seen.
     pub(crate) fn bent_figure(&self, bent: &DeflectedPose) -> Figure {
         let size = bent.tool_displacement_mm.norm();
-        let points: Vec<_> = points(&bent.commanded).into_iter().map(Into::into).collect();
+        let points: Vec<_> = link_points(&bent.commanded).into_iter().map(Into::into).collect();
         let factor = amplification(&points, size);
         let [x, y, z]: [f64; 3] = bent.force_n.map(|part| part.round() + 0.0).into();
         Figure::Pose(Box::new(PoseFigure {
             title: format!("How the machine bends {}", bent.place),
-            subtitle: signed(&format!(
+            subtitle: with_minus_signs(&format!(
                 "{}, force on the tool ({x:.0}, {y:.0}, {z:.0}) N, tool displacement {size:.3} mm",
                 self.short_title
             )),
             pose: bent.commanded.clone(),
-            displaced: Some(amplified(&bent.commanded, &bent.settled, factor)),
+            displaced: Some(amplified_pose(&bent.commanded, &bent.loaded, factor)),
             rails: self.rails.clone(),
             workspace: self.workspace_mm,
             around: Surroundings::default(),
@@ -134,12 +135,13 @@ impl MachineDescription {
     }
 }
 
-fn points(skeleton: &Skeleton) -> Vec<[f64; 3]> {
+/// Returns the points of all links, mm.
+fn link_points(skeleton: &Skeleton) -> Vec<[f64; 3]> {
     skeleton.chains.iter().flat_map(|chain| chain.links.iter().flatten().copied()).collect()
 }
 
-/// `from` plus `factor` times the way to `to`; both are poses of one machine, whose lines agree point by point.
-fn amplified(from: &Skeleton, to: &Skeleton, factor: f64) -> Skeleton {
+/// Returns the pose `from` displaced by `factor` times the displacement to `to`; both are poses of the same machine.
+fn amplified_pose(from: &Skeleton, to: &Skeleton, factor: f64) -> Skeleton {
     let between = |a: [f64; 3], b: [f64; 3]| std::array::from_fn(|i| a[i] + factor * (b[i] - a[i]));
     let mut out = to.clone();
     for (chain, start) in out.chains.iter_mut().zip(&from.chains) {
@@ -162,11 +164,11 @@ fn amplified(from: &Skeleton, to: &Skeleton, factor: f64) -> Skeleton {
     out
 }
 
-/// Travel and force limit of each drive, limits of passive joints.
-fn limits(machine: &Machine) -> Vec<Fact> {
+/// Returns travel and force limit of each drive, and limits of passive joints, in words.
+fn limit_facts(machine: &Machine) -> Vec<Fact> {
     let mut facts = Vec::new();
     let between = |(low, high): (f64, f64), motion: Motion| {
-        let (low, high, unit) = (motion.shown(low), motion.shown(high), motion.position_suffix());
+        let (low, high, unit) = (motion.to_shown(low), motion.to_shown(high), motion.position_suffix());
         typographic(&match motion {
             Motion::Prismatic => format!("{low} to {high}{unit}"),
             Motion::Revolute => format!("{low:.3}{unit} to {high:.3}{unit}"),
@@ -195,7 +197,7 @@ fn limits(machine: &Machine) -> Vec<Fact> {
     facts
 }
 
-/// Errors of the chains, a line for each chain that has any.
+/// Returns the chain errors in words, a line for each chain that has any.
 pub(crate) fn error_facts(machine: &Machine, errors: &[ChainError]) -> Vec<Fact> {
     let mut facts: Vec<Fact> = Vec::new();
     for (chain, error) in machine.chains.iter().zip(errors) {
@@ -210,7 +212,7 @@ pub(crate) fn error_facts(machine: &Machine, errors: &[ChainError]) -> Vec<Fact>
     facts
 }
 
-/// The rotation vector of a frame, degrees, in words: about one of its axes, or about the direction that it has.
+/// Describes the rotation vector of a frame in degrees: the angle about one of its axes, or about a direction.
 fn rotation_words(frame: &str, rotation: Vector3<f64>) -> String {
     let about: Vec<usize> = (0..3).filter(|&axis| rotation[axis] != 0.0).collect();
     typographic(&match about.as_slice() {
@@ -223,6 +225,7 @@ fn rotation_words(frame: &str, rotation: Vector3<f64>) -> String {
     })
 }
 
+/// Describes the errors of a chain: shifts and rotations of its base and end, and drive offsets.
 fn error_words(chain: &Chain, error: &ChainError) -> Vec<String> {
     let vector = |v: nalgebra::Vector3<f64>, unit: &str| {
         let [x, y, z]: [f64; 3] = v.map(|c| (c * 1e9).round() / 1e9 + 0.0).into();
@@ -239,7 +242,7 @@ fn error_words(chain: &Chain, error: &ChainError) -> Vec<String> {
     }
     if error.drive_offsets.iter().any(|offset| *offset != 0.0) {
         let offset = |(drive, offset): (&Drive, &f64)| {
-            let shown = tidy_degrees(drive.motion.shown(*offset)) + 0.0;
+            let shown = tidy_degrees(drive.motion.to_shown(*offset)) + 0.0;
             typographic(&format!("{shown}{}", drive.motion.position_suffix()))
         };
         let offsets: Vec<String> = chain.drives.iter().zip(&error.drive_offsets).map(offset).collect();

@@ -1,7 +1,6 @@
 //! Results as one HTML file, readable without this program or a network: everything a result folder says.
 //!
-//! [`Description`] is what a run leaves beside its tables; [`ResultFolder`] reads both back; [`page()`] makes a report of one
-//! folder and [`comparison()`] of several.
+//! A run leaves a [`Description`]; [`ResultFolder`] reads it; [`page()`] makes a report of one folder, [`comparison()`] of several.
 
 mod aligned;
 mod compared;
@@ -29,7 +28,7 @@ pub use description::{
     SmallTable, TableNote,
 };
 pub use explore::{ToTry, explore_page};
-pub use folder::{ResultFolder, href, relative};
+pub use folder::{ResultFolder, href, relative_display};
 pub use machine::DeflectedPose;
 pub use machine::MachineDescription;
 pub(crate) use machine::error_facts;
@@ -39,22 +38,22 @@ pub use record::{ReasonView, count_reasons};
 pub(crate) use single::{MACHINE_AT_HOME, WORST_ANGLE};
 pub use single::{page, page_with};
 
-use crate::files::table::{columns_of, correction_columns, force_columns, kind_word};
+use crate::files::table::{columns_of_kind, correction_columns, force_columns, kind_word};
 use crate::machine::{Drive, Machine};
 
-/// Largest correction and largest force over the drives, of slides and of hinges.
-pub(crate) fn largest_of_drives(machine: &Machine) -> Vec<Quantity> {
+/// Returns the quantities "largest correction" and "largest force" over the drives, apart for slides and hinges if there are both.
+pub(crate) fn largest_drive_quantities(machine: &Machine) -> Vec<Quantity> {
     let name = |kind, what: &str| match machine.has_mixed_drives() {
         false => format!("largest drive {what}"),
         true => format!("largest {what} of {}", kind_word(machine, kind)),
     };
     let corrections = machine.drive_kinds().map(|kind| {
-        let columns = columns_of(machine, kind, correction_columns(machine));
+        let columns = columns_of_kind(machine, kind, correction_columns(machine));
         let words = format!("{} |Δρ|", name(kind, "correction"));
         Quantity::new(columns, &words, kind.shown_position_unit(), Better::Smaller)
     });
     let forces = machine.drive_kinds().map(|kind| {
-        let columns = columns_of(machine, kind, force_columns(machine));
+        let columns = columns_of_kind(machine, kind, force_columns(machine));
         let words = format!("{} |τ|", name(kind, kind.force_word()));
         Quantity::new(columns, &words, kind.shown_force_unit(), Better::Smaller)
     });
@@ -64,10 +63,10 @@ pub(crate) fn largest_of_drives(machine: &Machine) -> Vec<Quantity> {
 /// Name of the page in a result folder.
 pub const PAGE: &str = "report.html";
 
-/// What a page says near its begin of the program that made it.
+/// Tag near the beginning of each page that names the program that made it.
 pub const GENERATOR: &str = r#"<meta name="generator" content="kinetostat">"#;
 
-/// Correction and force of each drive.
+/// Returns the quantities correction and force of each drive, with `better` as their direction.
 pub(crate) fn drive_quantities(machine: &Machine, better: Better) -> Vec<Quantity> {
     let labels = machine.drive_labels();
     let drives: Vec<(&String, &Drive)> = labels.iter().zip(machine.drives().map(|(_, drive)| drive)).collect();

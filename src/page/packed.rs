@@ -1,17 +1,17 @@
-//! Numbers in a page: 32 bits each, or 16 where a map has so many that the page would grow large. Tables keep all digits.
+//! Numbers stored compactly in a page: 32 bits each, or 16 where there are very many. Tables keep all digits.
 
 use base64::{Engine, engine::general_purpose::STANDARD};
 use serde::Serialize;
 
-use crate::files::visible::shown_json;
+use crate::files::visible::display_json;
 
-/// Steps of the range; the code above them is a missing value.
+/// Steps of the range in 16 bits; the code above them is a missing value.
 const STEPS: f64 = 65534.0;
 const MISSING: u16 = u16::MAX;
 /// Most numbers of a page in single precision: 5 MB of text.
 const MOST_SINGLE: usize = 900_000;
 
-/// How many digits a page keeps of a number.
+/// Precision of the numbers in a page.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Precision {
     /// Single precision, 32 bits: seven digits of each number, however small.
@@ -21,12 +21,12 @@ pub enum Precision {
 }
 
 impl Precision {
-    /// Single precision as long as the page stays small.
+    /// Returns single precision for a count that keeps the page small, and steps for more.
     pub fn for_numbers(count: usize) -> Self {
         if count <= MOST_SINGLE { Self::Single } else { Self::Steps }
     }
 
-    /// What a reader must know of it.
+    /// Returns the words that tell a reader about the precision.
     pub fn words(self) -> &'static str {
         match self {
             Self::Single => "Values here have seven digits",
@@ -39,18 +39,18 @@ impl Precision {
 /// codes for `low + code / 65534 · (high − low)`, 65535 where there is none.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Packed {
-    /// The least number.
+    /// Smallest number.
     pub low: f64,
-    /// The largest number.
+    /// Largest number.
     pub high: f64,
     /// Bits of each value: 32 or 16.
     pub bits: u8,
-    /// The values.
+    /// Encoded values.
     pub codes: String,
 }
 
 impl Packed {
-    /// Of `values`; `None` if there is no number at all.
+    /// Packs `values`; `None` if none of them is a finite number.
     pub fn new(values: &[f64], precision: Precision) -> Option<Self> {
         let known = || values.iter().copied().filter(|value| value.is_finite());
         let low = known().reduce(f64::min)?;
@@ -68,14 +68,14 @@ impl Packed {
     }
 }
 
-/// A `data:` address of `bytes`.
-pub(super) fn data_address(media_type: &str, bytes: &[u8]) -> String {
+/// Returns `bytes` as a `data:` URL.
+pub(super) fn data_url(media_type: &str, bytes: &[u8]) -> String {
     format!("data:{media_type};base64,{}", STANDARD.encode(bytes))
 }
 
-/// JSON that may stand in a `script` element: no `<` can end it, and its strings are shown as they are written.
+/// Returns JSON for a `script` element: no `<` can end the element, and characters that would act in texts are written out.
 pub(super) fn script_json(value: &impl Serialize) -> String {
     // A struct of strings and finite numbers always serialises.
     let text = serde_json::to_string(value).unwrap_or_default();
-    shown_json(&text.replace('<', "\\u003c")).into_owned()
+    display_json(&text.replace('<', "\\u003c")).into_owned()
 }

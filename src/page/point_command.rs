@@ -1,4 +1,4 @@
-//! The command that explains a point of a map: `kinetostat point` with the machine, force and errors of the study.
+//! The command line that recomputes one point of a map: `kinetostat point` with the machine, force and errors of the study.
 
 use std::collections::BTreeMap;
 
@@ -6,20 +6,19 @@ use serde::Serialize;
 
 use super::description::{Description, Explorer};
 
-/// A command with blanks: `{position}`, and `{phi}` where the tool's angle counts.
+/// A command with placeholders: `{position}`, and `{phi}` where the tool angle matters.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct PointCommand {
-    /// The command.
+    /// The command with placeholders.
     pub text: String,
-    /// Which quantity of the view is the tool's angle.
+    /// Index of the view's quantity that is the tool angle, if the command needs it.
     pub phi: Option<usize>,
 }
 
-/// Values of inputs by part and key.
+/// Values of the inputs by part and key.
 type Keys = BTreeMap<(String, String), String>;
 
-/// The command of each group of `explorer`, whose quantity `phi` is the tool's angle; nothing where the study is not one that
-/// `point` can repeat. Then what the command leaves out.
+/// Returns the command for each group of `explorer`, with the tool angle as quantity `phi`, and a note on what the commands leave out.
 pub fn point_commands(
     description: &Description,
     explorer: &Explorer,
@@ -30,13 +29,14 @@ pub fn point_commands(
     if description.kind != "workspace_map" {
         return (Vec::new(), String::new());
     }
-    let commands: Vec<Option<PointCommand>> = sources.map(|source| command(&source, phi, keys)).collect();
-    (commands, note(keys))
+    let commands: Vec<Option<PointCommand>> = sources.map(|source| point_command(&source, phi, keys)).collect();
+    (commands, omission_note(keys))
 }
 
-fn command(source: &str, phi: Option<usize>, keys: &Keys) -> Option<PointCommand> {
+/// Returns the command for a source of error; `None` if `kinetostat point` cannot repeat it.
+fn point_command(source: &str, phi: Option<usize>, keys: &Keys) -> Option<PointCommand> {
     let key = |part: &str, name: &str| keys.get(&(part.to_string(), name.to_string())).map(String::as_str);
-    let mut text = format!("kinetostat point --machine {} --position {{position}}", quoted(key("study", "machine")?));
+    let mut text = format!("kinetostat point --machine {} --position {{position}}", quote(key("study", "machine")?));
     let (has_force, has_errors) = match source {
         "all" => (true, true),
         "cutting" => (true, false),
@@ -55,8 +55,8 @@ fn command(source: &str, phi: Option<usize>, keys: &Keys) -> Option<PointCommand
         text += " --wrench 0,0,0,0,0,0";
     }
     if has_errors {
-        for (chain, turn) in turns(keys) {
-            text += &format!(" --set {}={turn}", quoted(&format!("{chain}.turn")));
+        for (chain, turn) in chain_rotations(keys) {
+            text += &format!(" --set {}={turn}", quote(&format!("{chain}.turn")));
         }
     }
     text += &key("study", "branch").map_or_else(String::new, |branch| format!(" --branch {branch}"));
@@ -68,16 +68,16 @@ fn command(source: &str, phi: Option<usize>, keys: &Keys) -> Option<PointCommand
     Some(PointCommand { text, phi: phi.filter(|_| has_force) })
 }
 
-/// The turns of chains about their drives' axes, degrees.
-fn turns(keys: &Keys) -> impl Iterator<Item = (&str, &str)> {
+/// Yields each chain with its rotation error about its drive's axis, in degrees.
+fn chain_rotations(keys: &Keys) -> impl Iterator<Item = (&str, &str)> {
     keys.iter().filter_map(|((part, key), value)| {
         let chain = key.strip_prefix("chain_error.")?.strip_suffix(".turn_about_drive_axis_deg")?;
         (part == "process").then_some((chain, value.as_str()))
     })
 }
 
-/// What the command does not say.
-fn note(keys: &Keys) -> String {
+/// Returns a note on what the commands leave out of the process, and where to run them.
+fn omission_note(keys: &Keys) -> String {
     let is_said = |key: &str| {
         ["force.path_frame.", "compensate.target"].iter().any(|own| key.starts_with(own))
             || (key.starts_with("chain_error.")
@@ -101,8 +101,8 @@ fn note(keys: &Keys) -> String {
     note.trim().to_string()
 }
 
-/// A word for a shell.
-fn quoted(word: &str) -> String {
+/// Quotes a word for a shell if need be.
+fn quote(word: &str) -> String {
     let is_plain = |c: char| c.is_ascii_alphanumeric() || "_-./=".contains(c);
     if !word.is_empty() && word.chars().all(is_plain) {
         word.into()

@@ -1,5 +1,4 @@
-//! The record of results: statuses, reasons and manifest of one, and what differs in the machine, process and study files of
-//! several, key by key.
+//! The record of results: statuses, reasons and manifest of one, and the differences between the inputs of several, key by key.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
@@ -10,17 +9,17 @@ use super::{
     dataset::NOTES,
     description::Fact,
     folder::ResultFolder,
-    table::{Table, number},
+    table::{Table, format_number},
 };
 use crate::{
     files::{
         Recorded,
-        words::{counted, listed},
+        words::{counted, join_words},
     },
     input::error::{Error, Result},
 };
 
-/// A status and its rows.
+/// A status and the number of its rows, as text.
 #[derive(Debug, Serialize)]
 pub(super) struct StatusView {
     status: String,
@@ -30,18 +29,18 @@ pub(super) struct StatusView {
 /// A status with its reason, and how many rows of a table have it.
 #[derive(Debug, Serialize)]
 pub struct ReasonView {
-    /// The table.
+    /// Name of the table's file.
     pub table: String,
     /// The status, in words.
     pub status: String,
     /// The reason, of the first such row.
     pub reason: String,
-    /// How many rows.
+    /// Number of rows.
     pub rows: usize,
 }
 
-/// Rows per status.
-pub(super) fn statuses(manifest: &Value) -> Vec<StatusView> {
+/// Returns the statuses in a manifest with their numbers of rows.
+pub(super) fn status_rows(manifest: &Value) -> Vec<StatusView> {
     let list = manifest.get("statuses").and_then(Value::as_array);
     let word =
         |value: Option<&Value>| value.map_or_else(String::new, |v| v.as_str().map_or(v.to_string(), String::from));
@@ -51,10 +50,7 @@ pub(super) fn statuses(manifest: &Value) -> Vec<StatusView> {
         .collect()
 }
 
-/// Adds the reasons that a table gives with its statuses, most frequent first; rows that differ in the numbers of their reason only count as one.
-///
-/// # Errors
-/// A row that cannot be read.
+/// Adds the reasons in a table, most frequent first; those that differ only in numbers count as one. `Err` when a row cannot be read.
 pub fn count_reasons(file: &str, table: &Table, reasons: &mut Vec<ReasonView>) -> Result<()> {
     let place = |name: &str| table.header.iter().position(|column| column == name);
     let columns: Vec<[usize; 2]> =
@@ -83,52 +79,52 @@ pub fn count_reasons(file: &str, table: &Table, reasons: &mut Vec<ReasonView>) -
     Ok(())
 }
 
+/// Returns a text without digits, points and minus signs.
 fn without_numbers(text: &str) -> String {
     text.chars().filter(|c| !c.is_ascii_digit() && !".-".contains(*c)).collect()
 }
 
-/// The manifest as lines.
-pub(super) fn facts(manifest: &Value) -> Vec<Fact> {
+/// Returns the entries of a manifest as labels and values, without lists.
+pub(super) fn manifest_facts(manifest: &Value) -> Vec<Fact> {
     let Some(entries) = manifest.as_object() else { return Vec::new() };
     let mut facts = Vec::new();
     for (key, value) in entries {
         match value {
             Value::Object(inner) => {
-                facts.extend(inner.iter().map(|(name, value)| Fact::new(name.replace('_', " "), words(value))));
+                facts.extend(inner.iter().map(|(name, value)| Fact::new(name.replace('_', " "), value_words(value))));
             }
             Value::Array(_) => {}
-            _ => facts.push(Fact::new(key.replace('_', " "), words(value))),
+            _ => facts.push(Fact::new(key.replace('_', " "), value_words(value))),
         }
     }
     facts
 }
 
-fn words(value: &Value) -> String {
+/// Writes a JSON value in words.
+fn value_words(value: &Value) -> String {
     match value {
         Value::Null => "none".into(),
         Value::String(text) => text.clone(),
-        Value::Number(n) => n.as_f64().map_or_else(|| n.to_string(), number),
-        Value::Array(items) => items.iter().map(words).collect::<Vec<_>>().join(" × "),
+        Value::Number(n) => n.as_f64().map_or_else(|| n.to_string(), format_number),
+        Value::Array(items) => items.iter().map(value_words).collect::<Vec<_>>().join(" × "),
         other => other.to_string(),
     }
 }
 
-/// Most changes that are named on the first screen.
+/// Most changes that the first screen names one by one.
 const MOST_NAMED: usize = 3;
-/// Longest value shown, characters.
+/// Longest value shown, in characters.
 const LONGEST: usize = 160;
 
-/// Keys that differ.
+/// Differences between the inputs of several results.
 #[derive(Debug, Serialize)]
 pub(super) struct Changes {
-    /// One row for each, with the value of every result.
     rows: Vec<Change>,
-    /// Number of keys that do not differ.
     same: usize,
-    /// In a sentence.
     pub sentence: String,
 }
 
+/// A key that differs, with its value in each result.
 #[derive(Debug, Serialize)]
 struct Change {
     part: String,
@@ -136,12 +132,9 @@ struct Change {
     values: Vec<String>,
 }
 
-/// What differs between `folders`.
-///
-/// # Errors
-/// A manifest whose inputs are not of the expected form.
-pub(super) fn changes(folders: &[ResultFolder], letters: &[char]) -> Result<Changes> {
-    let all = folders.iter().map(recorded).collect::<Result<Vec<_>>>()?;
+/// Returns the differences between the inputs of `folders`; `Err` when a manifest does not record them in the expected form.
+pub(super) fn input_changes(folders: &[ResultFolder], letters: &[char]) -> Result<Changes> {
+    let all = folders.iter().map(recorded_keys).collect::<Result<Vec<_>>>()?;
     let hashes: BTreeSet<&str> = folders.iter().filter_map(|f| f.manifest["input_sha256"].as_str()).collect();
     let without: Vec<String> =
         letters.iter().zip(&all).filter(|(_, keys)| keys.is_empty()).map(|(letter, _)| letter.to_string()).collect();
@@ -164,15 +157,16 @@ pub(super) fn changes(folders: &[ResultFolder], letters: &[char]) -> Result<Chan
         if found.iter().all(|value| *value == found[0]) {
             same += 1;
         } else if (part.as_str(), key.as_str()) != ("study", "question") {
-            let values = found.iter().map(|value| value.map_or_else(|| "–".into(), |text| shortened(text))).collect();
+            let values = found.iter().map(|value| value.map_or_else(|| "–".into(), |text| shorten(text))).collect();
             rows.push(Change { part: part.clone(), key: key.clone(), values });
         }
     }
-    let sentence = sentence(&rows, hashes.len() > 1);
+    let sentence = change_sentence(&rows, hashes.len() > 1);
     Ok(Changes { rows, same, sentence })
 }
 
-fn sentence(rows: &[Change], is_other_text: bool) -> String {
+/// Summarises the changes in a sentence; `is_other_text` says whether the input files differ as texts.
+fn change_sentence(rows: &[Change], is_other_text: bool) -> String {
     let name = |row: &Change| match row.key.as_str() {
         "" => format!("{}: {}", row.part, row.values.join(" against ")),
         key => format!("{} {key}: {}", row.part, row.values.join(" against ")),
@@ -193,14 +187,11 @@ fn sentence(rows: &[Change], is_other_text: bool) -> String {
     }
     let parts: Vec<String> =
         parts.iter().map(|(part, count)| format!("{} of the {part}", counted(*count, "value"))).collect();
-    format!("They differ in {}, listed under Why.", listed(&parts.iter().map(String::as_str).collect::<Vec<_>>()))
+    format!("They differ in {}, listed under Why.", join_words(&parts.iter().map(String::as_str).collect::<Vec<_>>()))
 }
 
-/// The keys of a result with their values; none of one that has recorded none.
-///
-/// # Errors
-/// As [`changes`].
-pub(super) fn recorded(folder: &ResultFolder) -> Result<BTreeMap<(String, String), String>> {
+/// Returns the values of a result's inputs by part and key; empty if none are recorded, `Err` if they have not the expected form.
+pub(super) fn recorded_keys(folder: &ResultFolder) -> Result<BTreeMap<(String, String), String>> {
     let Some(inputs) = folder.manifest.get("inputs") else { return Ok(BTreeMap::new()) };
     let inputs: Vec<Recorded> = Deserialize::deserialize(inputs).map_err(|fault: serde_json::Error| Error::Value {
         file: folder.path.join("manifest.json").display().to_string(),
@@ -210,16 +201,17 @@ pub(super) fn recorded(folder: &ResultFolder) -> Result<BTreeMap<(String, String
     Ok(Recorded::by_part(&inputs))
 }
 
-/// The tolerance of the study of `folder` or of its process, mm: the smallest, if there are several.
+/// Returns the smallest tolerance of the study of `folder` or of its process, mm; `None` if there is none.
 pub(super) fn tolerance_mm(folder: &ResultFolder) -> Result<Option<f64>> {
-    let keys = recorded(folder)?;
+    let keys = recorded_keys(folder)?;
     let own = keys.iter().filter(|((part, key), _)| {
         ["study", "process"].contains(&part.as_str()) && key.rsplit('.').next() == Some("tolerance_mm")
     });
     Ok(own.filter_map(|(_, value)| value.parse::<f64>().ok()).reduce(f64::min))
 }
 
-fn shortened(text: &str) -> String {
+/// Returns a text cut to the longest length shown.
+fn shorten(text: &str) -> String {
     match text.char_indices().nth(LONGEST) {
         Some((end, _)) => format!("{}…", &text[..end]),
         None => text.to_string(),

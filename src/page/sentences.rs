@@ -1,49 +1,52 @@
-//! The sentences of a comparison's first screen.
+//! Sentences of the first screen of a comparison.
 
 use super::{
     dataset::Dataset,
     description::{Better, Shape},
-    table::number,
-    verdict::Compares,
-    winners::{Extremes, Winners, against, percent, rounding},
+    table::format_number,
+    verdict::VerdictWriter,
+    winners::{Extremes, Winners, difference_words, format_floor, percent},
 };
 use crate::files::words::{position, typographic, with_unit};
 
-impl Compares<'_> {
+impl VerdictWriter<'_> {
+    /// Returns the unit of a quantity.
     pub(super) fn unit(&self, quantity: usize) -> &str {
         &self.aligned.shared.quantities[quantity].unit
     }
 
+    /// Returns the size below which a quantity counts as rounding.
     pub(super) fn floor(&self, quantity: usize) -> f64 {
         self.aligned.floors[quantity]
     }
 
-    /// "B (delta_3puu)".
-    pub(super) fn named(&self, who: usize) -> String {
+    /// Returns letter and name of a result, such as "B (delta_3puu)".
+    pub(super) fn full_name(&self, who: usize) -> String {
         match self.names.get(who) {
             Some(name) if !name.is_empty() => format!("{} ({name})", self.aligned.letters[who]),
             _ => self.aligned.letters[who].to_string(),
         }
     }
 
-    pub(super) fn extent(&self) -> String {
+    /// Returns the name of what is compared as a whole: "the workspace", "the path", "the methods".
+    pub(super) fn extent_words(&self) -> String {
         match self.aligned.shared.shape {
-            Shape::Grid if self.aligned.noun() == "grid point" => "the workspace".into(),
+            Shape::Grid if self.aligned.node_noun() == "grid point" => "the workspace".into(),
             Shape::Curve => "the path".into(),
-            Shape::Grid | Shape::Names => format!("the {}s", self.aligned.noun()),
+            Shape::Grid | Shape::Names => format!("the {}s", self.aligned.node_noun()),
         }
     }
 
-    /// Whether a small number is a tool that moves less.
+    /// Whether a quantity is a motion of the tool: then a smaller value means that the tool moves less.
     fn is_motion(&self, quantity: usize) -> bool {
         let label = &self.aligned.shared.quantities[quantity].label;
         label.contains("deflection") || label.contains("displacement")
     }
 
-    /// "the tool of B moves less", "B has the smaller superposition error".
-    fn is_better(&self, quantity: usize, who: usize, of_two: bool) -> String {
+    /// Returns "the tool of B moves less" or "B has the smaller superposition error", in the superlative unless `of_two`.
+    fn better_clause(&self, quantity: usize, who: usize, of_two: bool) -> String {
         let q = &self.aligned.shared.quantities[quantity];
-        let name = self.named(who);
+        let name = self.full_name(who);
         let (less, smaller, larger) =
             if of_two { ("less", "smaller", "larger") } else { ("least", "smallest", "largest") };
         match q.better {
@@ -53,40 +56,42 @@ impl Compares<'_> {
         }
     }
 
-    fn of_other(&self, quantity: usize, who: usize) -> String {
-        if self.is_motion(quantity) { format!("that of {}", self.named(who)) } else { self.named(who) }
+    /// Returns the words for another result: "that of B" for a motion, else its name.
+    fn other_in_words(&self, quantity: usize, who: usize) -> String {
+        if self.is_motion(quantity) { format!("that of {}", self.full_name(who)) } else { self.full_name(who) }
     }
 
-    pub(super) fn who_of_two(&self, quantity: usize, winners: &Winners) -> String {
-        let order = winners.order();
-        let (first, second, extent) = (order[0], order[1], self.extent());
-        let Some(typical) = winners.typical(first) else {
+    /// Says which of two results is better, in how much of the workspace or path, and by how much.
+    pub(super) fn best_of_two_sentence(&self, quantity: usize, winners: &Winners) -> String {
+        let order = winners.order_by_wins();
+        let (first, second, extent) = (order[0], order[1], self.extent_words());
+        let Some(typical_lead) = winners.typical_lead(first) else {
             let (floor, unit) = (self.floor(quantity), self.unit(quantity));
             return format!(
                 "{} and {} are the same: their {} differs nowhere by more than {}.",
-                self.named(0),
-                self.named(1),
+                self.full_name(0),
+                self.full_name(1),
                 self.aligned.shared.quantities[quantity].label,
-                with_unit(&rounding(floor), unit)
+                with_unit(&format_floor(floor), unit)
             );
         };
-        let better = self.is_better(quantity, first, true);
-        let by = format!("typically by {}", percent(typical));
+        let better = self.better_clause(quantity, first, true);
+        let by = format!("typically by {}", percent(typical_lead));
         if let Some(node) = winners.most(second) {
-            let only = if winners.share(second) < 0.2 { "only in" } else { "in" };
+            let only = if winners.win_share(second) < 0.2 { "only in" } else { "in" };
             return format!(
                 "{better} in {} of {extent}, {by}; {} {only} {}, most of all {}.",
-                percent(winners.share(first)),
-                self.of_other(quantity, second),
-                percent(winners.share(second)),
-                self.at(self.place(&self.aligned.parts[0], node))
+                percent(winners.win_share(first)),
+                self.other_in_words(quantity, second),
+                percent(winners.win_share(second)),
+                self.location(self.node_words(&self.aligned.common[0], node))
             );
         }
         match winners.share_same() {
             0.0 => format!("{better} everywhere in {extent}, {by}."),
             share => format!(
                 "{better} in {} of {extent}, {by}; in the other {} they are the same.",
-                percent(winners.share(first)),
+                percent(winners.win_share(first)),
                 percent(share)
             ),
         }
@@ -94,50 +99,52 @@ impl Compares<'_> {
         .replace("everywhere in the methods", "with every method")
     }
 
-    pub(super) fn who_of_several(&self, quantity: usize, winners: &Winners) -> String {
-        let order = winners.order();
-        let Some(typical) = winners.typical(order[0]) else {
-            return format!("Nowhere in {} is one of the {} better than all others.", self.extent(), order.len());
+    /// Says which of several results is best, in how much of the workspace or path, and by how much.
+    pub(super) fn best_of_several_sentence(&self, quantity: usize, winners: &Winners) -> String {
+        let order = winners.order_by_wins();
+        let Some(typical_lead) = winners.typical_lead(order[0]) else {
+            return format!("Nowhere in {} is one of the {} better than all others.", self.extent_words(), order.len());
         };
         let others = order[1..].iter().map(|who| {
-            let other = self.of_other(quantity, *who);
-            match winners.share(*who) {
+            let other = self.other_in_words(quantity, *who);
+            match winners.win_share(*who) {
                 0.0 => format!("{other} nowhere"),
                 share => format!("{other} in {}", percent(share)),
             }
         });
-        let share = match winners.share(order[0]) {
-            1.0 => format!("everywhere in {}", self.extent()),
-            share => format!("in {} of {}", percent(share), self.extent()),
+        let share = match winners.win_share(order[0]) {
+            1.0 => format!("everywhere in {}", self.extent_words()),
+            share => format!("in {} of {}", percent(share), self.extent_words()),
         };
-        let better = self.is_better(quantity, order[0], false);
+        let better = self.better_clause(quantity, order[0], false);
         let less = if self.aligned.shared.quantities[quantity].better == Better::Larger { "more" } else { "less" };
-        let by = format!("typically {} {less} than the next best", percent(typical));
+        let by = format!("typically {} {less} than the next best", percent(typical_lead));
         format!("{better} {share}, {by}; {}.", others.collect::<Vec<_>>().join(", "))
     }
 
-    pub(super) fn by_worst(&self, quantity: usize, best: usize, extremes: &[Extremes]) -> String {
+    /// Says by how much the worst value of the result `best` is better than those of the others.
+    pub(super) fn worst_case_sentence(&self, quantity: usize, best: usize, extremes: &[Extremes]) -> String {
         let q = &self.aligned.shared.quantities[quantity];
-        let of = |who: usize| self.worst(quantity, &extremes[who]).0;
+        let of = |who: usize| self.worst_extreme(quantity, &extremes[who]).0;
         let others: Vec<String> = (0..extremes.len())
             .filter(|who| *who != best)
-            .map(|who| self.than(quantity, of(best), who, of(who)))
+            .map(|who| self.comparison(quantity, of(best), who, of(who)))
             .collect();
         let which = if q.better == Better::Larger { "smallest" } else { "largest" };
         format!(
             "The {which} {} of {} is {}: {}.",
-            bare(&q.label),
-            self.named(best),
-            with_unit(&three(of(best)), &q.unit),
+            without_extreme_word(&q.label),
+            self.full_name(best),
+            with_unit(&three_digits(of(best)), &q.unit),
             others.join(", ")
         )
     }
 
-    /// "24 % less than in A (1.71 mm)".
-    pub(super) fn than(&self, quantity: usize, value: f64, other: usize, reference: f64) -> String {
+    /// Compares `value` with the value `reference` of another result: "24 % less than in A (1.71 mm)".
+    pub(super) fn comparison(&self, quantity: usize, value: f64, other: usize, reference: f64) -> String {
         let letter = self.aligned.letters[other];
-        let shown = with_unit(&three(reference), self.unit(quantity));
-        match against(value, reference, self.floor(quantity)) {
+        let shown = with_unit(&three_digits(reference), self.unit(quantity));
+        match difference_words(value, reference, self.floor(quantity)) {
             words if words == "the same" => format!("the same as in {letter}"),
             words if words.ends_with("less") || words.ends_with("more") => {
                 format!("{words} than in {letter} ({shown})")
@@ -150,8 +157,8 @@ impl Compares<'_> {
         }
     }
 
-    /// "at (1, 2, 3) mm", "53.2 mm along the path", "with newton".
-    pub(super) fn at(&self, place: String) -> String {
+    /// Returns a node with its preposition: "at (1, 2, 3) mm", "53.2 mm along the path", "with newton".
+    pub(super) fn location(&self, place: String) -> String {
         match self.aligned.shared.shape {
             Shape::Grid => format!("at {place}"),
             Shape::Curve => place,
@@ -159,7 +166,8 @@ impl Compares<'_> {
         }
     }
 
-    pub(super) fn place(&self, data: &Dataset, node: usize) -> String {
+    /// Returns a node of `data` in words: its position, its length along the path, or its name.
+    pub(super) fn node_words(&self, data: &Dataset, node: usize) -> String {
         let coordinates = &self.aligned.shared.coordinates;
         let is_position = coordinates.len() == 3 && coordinates.iter().all(|c| c.unit == "mm");
         match data.position(node) {
@@ -167,26 +175,26 @@ impl Compares<'_> {
             Some(at) if at.len() == 1 => {
                 let column = &coordinates[0];
                 let along = column.label.replace("length along", "along");
-                format!("{} {along}", with_unit(&three(at[0]), &column.unit))
+                format!("{} {along}", with_unit(&three_digits(at[0]), &column.unit))
             }
-            _ => data.place(&self.aligned.shared, node),
+            _ => data.node_label(&self.aligned.shared, node),
         }
     }
 }
 
-/// A quantity without the "worst" or "largest" that it is itself over something else.
-pub(super) fn bare(label: &str) -> &str {
+/// Returns a label without a leading "worst", "largest" or "smallest".
+pub(super) fn without_extreme_word(label: &str) -> &str {
     ["worst ", "largest ", "smallest "].iter().find_map(|word| label.strip_prefix(word)).unwrap_or(label)
 }
 
-/// Three significant digits, as large numbers are read.
-pub(super) fn three(value: f64) -> String {
+/// Formats a number with three significant digits, as large numbers are read.
+pub(super) fn three_digits(value: f64) -> String {
     if value == 0.0 || !value.is_finite() {
-        return number(value);
+        return format_number(value);
     }
     let digits = (2.0 - value.abs().log10().floor()).max(0.0);
     if digits > 7.0 {
-        return number(value);
+        return format_number(value);
     }
     typographic(&format!("{value:.*}", digits as usize))
 }

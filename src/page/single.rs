@@ -1,4 +1,4 @@
-//! The report of one result folder.
+//! The report of one result folder as an HTML page.
 
 use std::{collections::BTreeMap, path::Path};
 
@@ -9,9 +9,9 @@ use super::{
     description::{Column, Description, Explorer, Fact, Mark, Quantity, Section, Shape},
     explore::EngineView,
     folder::{ResultFolder, href},
-    packed::{Packed, Precision, data_address, script_json},
+    packed::{Packed, Precision, data_url, script_json},
     point_command::{PointCommand, point_commands},
-    record::{ReasonView, StatusView, count_reasons, facts, recorded, statuses},
+    record::{ReasonView, StatusView, count_reasons, manifest_facts, recorded_keys, status_rows},
     table::TableView,
     template::render,
 };
@@ -22,19 +22,19 @@ use crate::{
     machine::{MassMark, Polyline},
 };
 
-/// Most reasons listed.
+/// Most reasons listed on a page.
 const MOST_REASONS: usize = 20;
 
-/// What the template shows.
+/// Content of the template `single.html`.
 #[derive(Debug, Serialize)]
 struct SinglePage<'a> {
     description: &'a Description,
-    /// The picture of the first screen.
+    /// Figure of the first screen.
     hero: Option<FigureView>,
     terms: Vec<Fact>,
     sections: Vec<SectionView<'a>>,
     machine: FigureView,
-    /// What no section takes.
+    /// Views, figures and tables that no section contains.
     rest: Contents,
     statuses: Vec<StatusView>,
     reasons: Vec<ReasonView>,
@@ -43,14 +43,14 @@ struct SinglePage<'a> {
     engine: Option<EngineView>,
 }
 
-/// A part under a heading.
+/// A section with the views, figures and tables it contains.
 #[derive(Debug, Serialize)]
 struct SectionView<'a> {
     section: &'a Section,
     contents: Contents,
 }
 
-/// What is shown in a part.
+/// Views, figures and tables of a section.
 #[derive(Debug, Default, Serialize)]
 struct Contents {
     explorers: Vec<ExplorerView>,
@@ -58,13 +58,12 @@ struct Contents {
     tables: Vec<TableView>,
 }
 
-/// An image with its words.
+/// A figure on a page with its texts and addresses.
 #[derive(Debug, Serialize)]
 pub(super) struct FigureView {
     source: String,
     caption: String,
     alternative: String,
-    /// Where the figure lies as a file, if it does, and its data.
     href: Option<String>,
     png: Option<String>,
     csv: Option<String>,
@@ -73,18 +72,17 @@ pub(super) struct FigureView {
     stem: String,
 }
 
-/// An interactive view: its words, and its numbers for the script.
+/// An interactive view: its texts, and its numbers as JSON for the script.
 #[derive(Debug, Serialize)]
 pub(super) struct ExplorerView {
     pub title: String,
     pub shape: Shape,
     pub note: String,
     pub json: String,
-    /// What its data is called on the page.
     pub id: String,
 }
 
-/// What the script needs of an explorer.
+/// Numbers of an interactive view for the page's script.
 #[derive(Debug, Serialize)]
 struct ExplorerData<'a> {
     shape: Shape,
@@ -99,20 +97,18 @@ struct ExplorerData<'a> {
     notes: &'a [String],
     flags: &'a [Vec<(usize, usize)>],
     marks: &'a [Mark],
-    /// What explains a point, by group.
     commands: Vec<Option<PointCommand>>,
     command_note: String,
-    /// What the engine of the page can be asked of each group; none where it has no such answer.
+    /// Source of error by group for which the engine in the page can be asked; none where it cannot.
     sources: Vec<String>,
-    /// Which quantity is the tool's angle.
     phi: Option<usize>,
     machine: Vec<&'a Polyline>,
     springs: Vec<&'a Polyline>,
     masses: Vec<&'a MassMark>,
-    /// From P to T, mm.
     tool: [[f64; 3]; 2],
 }
 
+/// Packed values of one quantity, by group.
 #[derive(Debug, Serialize)]
 struct QuantityData {
     label: String,
@@ -120,24 +116,18 @@ struct QuantityData {
     series: Vec<Option<Packed>>,
 }
 
-/// The report of `folder` as HTML that lies at `out`.
-///
-/// # Errors
-/// A file of the folder is missing or not of the expected form.
+/// Returns the report of `folder` as an HTML page that will lie at `out`; `Err` when a file is missing or not of the expected form.
 pub fn page(folder: &ResultFolder, out: &Path) -> Result<String> {
     page_with(folder, &[], out)
 }
 
-/// As [`page`], with figures besides those of the folder, by name.
-///
-/// # Errors
-/// As [`page`].
+/// Returns the report of `folder` as [`page`] does, with additional figures, which are given with their names; `Err` as there.
 pub fn page_with(folder: &ResultFolder, besides: &[(String, Figure)], out: &Path) -> Result<String> {
     let description = &folder.description;
     let address = |name: &str| href(out, &folder.path.join(name));
     let mut explorers = Vec::new();
     let share = MOST_NUMBERS / description.explorers.len().max(1);
-    let keys = recorded(folder)?;
+    let keys = recorded_keys(folder)?;
     for explorer in &description.explorers {
         let data = Dataset::read(explorer, &folder.table(&explorer.table)?, share)?;
         explorers.push(explorer_view(explorer, &data, description, (&keys, explorers.len())));
@@ -151,9 +141,9 @@ pub fn page_with(folder: &ResultFolder, besides: &[(String, Figure)], out: &Path
     }
     let more_reasons = reasons.len().saturating_sub(MOST_REASONS);
     reasons.truncate(MOST_REASONS);
-    let mut figures = figures(folder, out)?;
+    let mut figures = folder_figures(folder, out)?;
     for (stem, figure) in besides {
-        figures.push(FigureView { stem: stem.clone(), ..drawn(stem, figure)? });
+        figures.push(FigureView { stem: stem.clone(), ..draw_figure(stem, figure)? });
     }
     let hero = figures.iter().position(|figure| figure.stem == ANSWER).map(|at| figures.remove(at));
     let mut rest = Contents { explorers, figures, tables };
@@ -163,19 +153,19 @@ pub fn page_with(folder: &ResultFolder, besides: &[(String, Figure)], out: &Path
         hero,
         terms: terms(description),
         sections: sections.collect(),
-        machine: drawn("machine", &description.machine.figure())?,
+        machine: draw_figure("machine", &description.machine.figure())?,
         rest,
-        statuses: statuses(&folder.manifest),
+        statuses: status_rows(&folder.manifest),
         reasons,
         more_reasons,
-        manifest: facts(&folder.manifest),
-        engine: description.to_try.as_ref().map(|to_try| EngineView::new(trying(description), to_try)),
+        manifest: manifest_facts(&folder.manifest),
+        engine: description.to_try.as_ref().map(|to_try| EngineView::new(engine_heading(description), to_try)),
     };
     render("single.html", &context)
 }
 
-/// What the engine lets a reader try.
-fn trying(description: &Description) -> (&'static str, &'static str) {
+/// Returns title and hint for the block in which a reader tries other places or forces.
+fn engine_heading(description: &Description) -> (&'static str, &'static str) {
     match description.kind.as_str() {
         "workspace_map" => ("Try another force", "pull the tool, change a number: computed in this page"),
         _ => ("Try another place", "move the part, pull the tool, change a number: computed in this page"),
@@ -183,7 +173,7 @@ fn trying(description: &Description) -> (&'static str, &'static str) {
 }
 
 impl Contents {
-    /// What `section` names, taken out.
+    /// Moves the contents that `section` names out of these.
     fn take(&mut self, section: &Section) -> Self {
         let begins = |stem: &str| section.figures.iter().any(|begin| stem.starts_with(begin));
         Self {
@@ -194,16 +184,16 @@ impl Contents {
     }
 }
 
-/// File stem of the figure that shows the answer.
+/// File stem of the figure that shows the result.
 pub(crate) const ANSWER: &str = "answer";
 
-/// A figure drawn into the page, without files beside it; one that cannot be drawn is an error that names it.
-pub(super) fn drawn(name: &str, figure: &Figure) -> Result<FigureView> {
+/// Draws a figure into the page, without files beside it; `Err` with its `name` if it cannot be drawn.
+pub(super) fn draw_figure(name: &str, figure: &Figure) -> Result<FigureView> {
     let fault = |fault: FigureError| Error::Figure { name: name.into(), problem: fault.to_string() };
     Ok(FigureView {
-        source: picture_address(&figure.svg(Colours::default()).map_err(fault)?),
+        source: svg_data_url(&figure.svg(Colours::default()).map_err(fault)?),
         caption: figure.caption(),
-        alternative: figure.alternative(),
+        alternative: figure.alternative_text(),
         href: None,
         png: None,
         csv: None,
@@ -211,12 +201,13 @@ pub(super) fn drawn(name: &str, figure: &Figure) -> Result<FigureView> {
     })
 }
 
-fn picture_address(svg: &str) -> String {
-    data_address("image/svg+xml", Figure::for_page(svg).as_bytes())
+/// Returns an SVG document as a `data:` URL that is dark on dark pages.
+fn svg_data_url(svg: &str) -> String {
+    data_url("image/svg+xml", Figure::with_dark_theme(svg).as_bytes())
 }
 
-/// The figures of the folder, but for the machine at home, which every page has.
-fn figures(folder: &ResultFolder, out: &Path) -> Result<Vec<FigureView>> {
+/// Returns the figures of the folder, without the machine at home, which every page has.
+fn folder_figures(folder: &ResultFolder, out: &Path) -> Result<Vec<FigureView>> {
     let shown = folder.description.figures.iter().filter(|note| note.file != MACHINE_AT_HOME);
     shown
         .map(|note| {
@@ -224,7 +215,7 @@ fn figures(folder: &ResultFolder, out: &Path) -> Result<Vec<FigureView>> {
             let beside = |name: String| Some(href(out, &folder.path.join(name)));
             let data = format!("{}_data.csv", note.file);
             Ok(FigureView {
-                source: picture_address(&folder.text(&name)?),
+                source: svg_data_url(&folder.text(&name)?),
                 caption: note.caption.clone(),
                 alternative: note.alternative.clone(),
                 png: beside(format!("{}.png", note.file)),
@@ -239,6 +230,7 @@ fn figures(folder: &ResultFolder, out: &Path) -> Result<Vec<FigureView>> {
 /// File stem of the figure of the machine at home.
 pub(crate) const MACHINE_AT_HOME: &str = "machine_at_home";
 
+/// Returns an interactive view with its numbers; `index` makes its id unique.
 fn explorer_view(
     explorer: &Explorer,
     data: &Dataset,
@@ -278,7 +270,7 @@ fn explorer_view(
         marks: &explorer.marks,
         commands,
         command_note,
-        sources: sources(description, explorer),
+        sources: group_sources(description, explorer),
         phi,
         machine: lines.collect(),
         springs: home.springs().collect(),
@@ -288,27 +280,28 @@ fn explorer_view(
     ExplorerView {
         title: explorer.title.clone(),
         shape: explorer.shape,
-        note: note(explorer, data, precision),
+        note: precision_note(explorer, data, precision),
         json,
         id: format!("data-{index}"),
     }
 }
 
-/// Label of the quantity that is the tool's angle.
+/// Label of the quantity that is the tool angle.
 pub(crate) const WORST_ANGLE: &str = "tool angle of the worst deflection";
 
-/// The source of each group, of a map.
-fn sources(description: &Description, explorer: &Explorer) -> Vec<String> {
+/// Returns the source of error of each group of a workspace map; empty for other results.
+fn group_sources(description: &Description, explorer: &Explorer) -> Vec<String> {
     let groups = explorer.group.iter().flat_map(|group| &group.values);
     groups.filter(|_| description.kind == "workspace_map").map(|value| value.cells.join(" ")).collect()
 }
 
+/// Returns the labels of the groups.
 pub(super) fn group_labels(explorer: &Explorer) -> Vec<&str> {
     explorer.group.iter().flat_map(|group| group.values.iter().map(|value| value.label.as_str())).collect()
 }
 
-/// What a reader must know of the numbers of a view.
-pub(super) fn note(explorer: &Explorer, data: &Dataset, precision: Precision) -> String {
+/// Returns a note on how the numbers of a view are thinned and rounded.
+pub(super) fn precision_note(explorer: &Explorer, data: &Dataset, precision: Precision) -> String {
     let times = |axes: Vec<usize>| axes.iter().map(usize::to_string).collect::<Vec<_>>().join(" × ");
     let counts = |axes: &[Vec<f64>]| times(axes.iter().map(Vec::len).collect());
     let mut note = match &data.thinned_from {
@@ -324,7 +317,7 @@ pub(super) fn note(explorer: &Explorer, data: &Dataset, precision: Precision) ->
     note
 }
 
-/// Words, what they begin with in a text, and their meaning.
+/// Terms explained on a page: title, the words to look for in a text, and meaning.
 const TERMS: [(&str, &str, &str); 3] = [
     (
         "Chain errors",
@@ -339,7 +332,7 @@ const TERMS: [(&str, &str, &str); 3] = [
     ("Superposition error", "superposition error", "displacements by single sources added, less that by all at once"),
 ];
 
-/// The terms that the first screen of `description` uses, in the order of a glossary.
+/// Returns the terms that the first screen of `description` uses, with their meanings.
 fn terms(description: &Description) -> Vec<Fact> {
     let headline = &description.headline;
     let numbers = headline.numbers.iter().flat_map(|number| [&number.what, &number.against]);

@@ -1,5 +1,4 @@
-//! Tables read back from CSV, and the rows of them that a page shows: the first, and those that stand first when a large table
-//! is sorted by any of its columns, either way.
+//! CSV tables read back, and their rows that a page shows: the first ones, and the leading ones by each column of a large table.
 
 use std::{
     cmp::Ordering,
@@ -22,7 +21,7 @@ use crate::{
 /// Most rows of a table on a page.
 const MOST_ROWS: usize = 60;
 
-/// A CSV file with a header. Rows are read anew each time: a map may have millions.
+/// A CSV file with a header. Rows are read from the file each time: a map may have millions.
 #[derive(Debug, Clone)]
 pub struct Table {
     file: PathBuf,
@@ -31,23 +30,22 @@ pub struct Table {
 }
 
 impl Table {
-    /// The table in `file`.
-    ///
-    /// # Errors
-    /// It cannot be read.
+    /// Opens the table in `file` and reads its header; `Err` when it cannot be read.
     pub fn open(file: &Path) -> Result<Self> {
         let mut table = Self { file: file.to_path_buf(), header: Vec::new() };
         let mut reader = table.reader()?;
-        let header = reader.headers().map_err(|fault| table.fault(&fault))?;
+        let header = reader.headers().map_err(|fault| table.csv_error(&fault))?;
         table.header = header.iter().map(|column| text_of(column).to_string()).collect();
         Ok(table)
     }
 
+    /// Opens the file for reading.
     fn reader(&self) -> Result<csv::Reader<std::fs::File>> {
         Ok(csv::Reader::from_reader(file::open(&self.file)?))
     }
 
-    fn fault(&self, fault: &csv::Error) -> Error {
+    /// Wraps an error of the CSV library, with file and line.
+    fn csv_error(&self, fault: &csv::Error) -> Error {
         Error::Syntax {
             file: self.file.display().to_string(),
             line: fault.position().map(|at| at.line() as usize),
@@ -56,15 +54,12 @@ impl Table {
         }
     }
 
-    /// Calls `see` with each row.
-    ///
-    /// # Errors
-    /// A row that cannot be read.
+    /// Calls `see` with each row, its texts without the mark against formulas; `Err` when a row cannot be read.
     pub(crate) fn each_row(&self, mut see: impl FnMut(&StringRecord)) -> Result<()> {
         let mut reader = self.reader()?;
         let mut row = StringRecord::new();
-        while reader.read_record(&mut row).map_err(|fault| self.fault(&fault))? {
-            // Texts as they were before spreadsheets were thought of. Rows without the mark, nearly all, are looked at as a whole.
+        while reader.read_record(&mut row).map_err(|fault| self.csv_error(&fault))? {
+            // Removes the mark against formulas. Rows without one, nearly all, are checked as a whole.
             if row.as_slice().contains('\'') && row.iter().any(|cell| cell.starts_with('\'')) {
                 let at = row.position().cloned();
                 row = row.iter().map(text_of).collect();
@@ -75,18 +70,15 @@ impl Table {
         Ok(())
     }
 
-    /// No more rows than it can have: each has a separator per column, the last of which is its end.
-    ///
-    /// # Errors
-    /// The file cannot be read.
+    /// Returns an upper bound of the number of rows, from the file's size (a separator per column); `Err` when it cannot be read.
     pub(crate) fn most_rows(&self) -> Result<u64> {
         let fault = |source| Error::Read { file: self.file.clone(), source };
         let bytes = file::open(&self.file)?.metadata().map_err(fault)?.len();
         Ok(bytes / self.header.len().max(1) as u64)
     }
 
-    /// The fault of a `cell` of a row that should hold a number, or nothing.
-    pub(crate) fn no_number(&self, row: &StringRecord, column: usize) -> Error {
+    /// Returns the error for a cell of `row` that should hold a number or nothing.
+    pub(crate) fn not_a_number(&self, row: &StringRecord, column: usize) -> Error {
         Error::Syntax {
             file: self.file.display().to_string(),
             line: row.position().map(|at| at.line() as usize),
@@ -95,10 +87,7 @@ impl Table {
         }
     }
 
-    /// Index of a column.
-    ///
-    /// # Errors
-    /// There is none of this name.
+    /// Returns the index of the column `name`; `Err` when there is none.
     pub fn column(&self, name: &str) -> Result<usize> {
         self.header.iter().position(|column| column == name).ok_or_else(|| Error::Syntax {
             file: self.file.display().to_string(),
@@ -109,43 +98,40 @@ impl Table {
     }
 }
 
-/// A table on a page.
+/// A table as a page shows it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct TableView {
     /// Its file.
     pub file: String,
-    /// The address of the file.
+    /// Address of the file.
     pub href: String,
     /// What its rows are.
     pub caption: String,
-    /// The column by which the rows were chosen, if some are left out.
+    /// Column whose largest values are shown, if rows are left out.
     pub ranked_by: Option<String>,
-    /// Rows of the file.
+    /// Number of rows in the file.
     pub total: usize,
     /// Names of its columns.
     pub columns: Vec<String>,
-    /// Whether all cells of a column are numbers or empty.
+    /// Whether all shown cells of a column are numbers or empty, by column.
     pub numeric: Vec<bool>,
     /// The rows shown.
     pub rows: Vec<Vec<Cell>>,
-    /// Which rows stand first in any order, for a script; empty where all rows are here.
+    /// Data with which a script sorts all rows, as JSON; empty where all rows are here.
     pub ranking: String,
 }
 
-/// A cell as shown and as sorted by.
+/// A cell of a table on a page.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Cell {
-    /// As shown.
+    /// Text shown.
     pub text: String,
-    /// As in the file.
+    /// Text in the file, by which it is sorted.
     pub sort: String,
 }
 
 impl TableView {
-    /// Of `table` as `note` tells of it, at the address `href`.
-    ///
-    /// # Errors
-    /// It cannot be read, or has not the column that it is ranked by.
+    /// Reads the rows of `table` to be shown, as `note` says, with the file's address `href`; `Err` when it cannot be read or ranked.
     pub fn new(table: &Table, note: &TableNote, href: String) -> Result<Self> {
         let ranked_by = match &note.largest_first {
             Some(column) => Some(table.column(column)?),
@@ -159,9 +145,9 @@ impl TableView {
             }
             ranks.truncate(MOST_ROWS);
         };
-        let mut first = FirstRows::of(table.header.len());
+        let mut first = LeadingRowsByColumn::of(table.header.len());
         table.each_row(|row| {
-            first.see(row);
+            first.add(row);
             let value = ranked_by.and_then(|column| row.get(column)?.parse().ok()).unwrap_or(f64::NEG_INFINITY);
             ranks.push((value, total));
             total += 1;
@@ -175,7 +161,7 @@ impl TableView {
         }
         let mut chosen: Vec<(usize, Vec<Cell>)> = Vec::new();
         let wanted: BTreeSet<usize> = ranks.iter().map(|(_, index)| *index).collect();
-        let mut ranked = (total > MOST_ROWS).then(|| Ranked::new(first));
+        let mut ranked = (total > MOST_ROWS).then(|| RankingBuilder::new(first));
         let mut index = 0;
         table.each_row(|row| {
             if wanted.contains(&index) {
@@ -208,22 +194,22 @@ impl TableView {
 }
 
 impl Cell {
-    /// Of a cell of a file.
+    /// Returns the cell of a page for a text of the file: numbers are rounded.
     pub fn new(text: &str) -> Self {
         let shown = match text.parse::<f64>() {
             Ok(value) if value != 0.0 && value.abs() < ROUNDING => "≈ 0".into(),
-            Ok(value) => number(value),
+            Ok(value) => format_number(value),
             Err(_) => text.to_string(),
         };
         Self { text: shown, sort: text.to_string() }
     }
 }
 
-/// Numbers of tables below this are rounding, whatever their unit.
+/// Size below which numbers of tables count as rounding, whatever their unit.
 const ROUNDING: f64 = 1e-12;
 
-/// Five significant digits, whole numbers as they are; a real minus sign.
-pub fn number(value: f64) -> String {
+/// Formats a number with five significant digits, whole numbers in full, and a true minus sign; a dash if it is not finite.
+pub fn format_number(value: f64) -> String {
     if !value.is_finite() {
         return "–".into();
     }
@@ -239,20 +225,20 @@ pub fn number(value: f64) -> String {
     typographic(&text)
 }
 
-/// Rows shown of a large table that is sorted.
+/// Most rows shown of a large table that is sorted.
 const MOST_SORTED: usize = 20;
 
-/// What a script needs to sort all rows of a table of which it has few.
+/// The leading rows of a table by each column, for a script that sorts all rows.
 #[derive(Debug, PartialEq, Serialize)]
 struct Ranking {
     total: usize,
     rows: Vec<Vec<String>>,
-    /// By column: indices into `rows`, smallest first and largest first. Empty cells are never first.
+    /// Indices into `rows` by column, smallest and largest values first. Empty cells never lead.
     smallest: Vec<Vec<usize>>,
     largest: Vec<Vec<usize>>,
 }
 
-/// A cell as it is sorted: numbers before words.
+/// Sorting key of a cell: numbers before words.
 #[derive(Debug, Clone, PartialEq)]
 enum Key {
     Number(f64),
@@ -260,6 +246,7 @@ enum Key {
 }
 
 impl Key {
+    /// Returns the key of a cell; `None` if it is empty.
     fn of(cell: &str) -> Option<Self> {
         match cell.parse::<f64>() {
             Ok(number) if !number.is_nan() => Some(Key::Number(number)),
@@ -268,7 +255,8 @@ impl Key {
         }
     }
 
-    fn order(&self, other: &Self) -> Ordering {
+    /// Compares two keys: numbers by size, words by letters.
+    fn compare(&self, other: &Self) -> Ordering {
         match (self, other) {
             (Key::Number(a), Key::Number(b)) => a.total_cmp(b),
             (Key::Word(a), Key::Word(b)) => a.cmp(b),
@@ -278,24 +266,25 @@ impl Key {
     }
 }
 
-/// The first rows of one order of one column, as rows are seen.
-struct First {
+/// The leading rows of one column in one direction, among the rows read so far.
+struct LeadingRows {
     is_largest: bool,
     kept: Vec<(Key, usize)>,
 }
 
-impl First {
-    fn see(&mut self, key: &Key, row: usize) {
+impl LeadingRows {
+    /// Inserts the row if it belongs to the leading ones.
+    fn add(&mut self, key: &Key, row: usize) {
         let is_late = |last: &(Key, usize)| match self.is_largest {
-            true => key.order(&last.0) != Ordering::Greater,
-            false => key.order(&last.0) != Ordering::Less,
+            true => key.compare(&last.0) != Ordering::Greater,
+            false => key.compare(&last.0) != Ordering::Less,
         };
         if self.kept.len() == MOST_SORTED && self.kept.last().is_some_and(is_late) {
             return;
         }
         let is_before = |own: &(Key, usize)| match self.is_largest {
-            true => own.0.order(key) != Ordering::Less,
-            false => own.0.order(key) != Ordering::Greater,
+            true => own.0.compare(key) != Ordering::Less,
+            false => own.0.compare(key) != Ordering::Greater,
         };
         let at = self.kept.partition_point(is_before);
         self.kept.insert(at, (key.clone(), row));
@@ -303,60 +292,60 @@ impl First {
     }
 }
 
-/// The first rows of both orders of each column, as rows are seen.
-struct FirstRows {
-    smallest: Vec<First>,
-    largest: Vec<First>,
+/// The leading rows of each column in both directions, among the rows read so far.
+struct LeadingRowsByColumn {
+    smallest: Vec<LeadingRows>,
+    largest: Vec<LeadingRows>,
     seen: usize,
 }
 
-impl FirstRows {
-    /// Of a table with so many columns, no row seen.
+impl LeadingRowsByColumn {
+    /// Returns an empty list for each column of a table.
     pub fn of(columns: usize) -> Self {
-        let first = |is_largest| move || First { is_largest, kept: Vec::new() };
+        let first = |is_largest| move || LeadingRows { is_largest, kept: Vec::new() };
         let of_columns = |is_largest| std::iter::repeat_with(first(is_largest)).take(columns).collect();
         Self { smallest: of_columns(false), largest: of_columns(true), seen: 0 }
     }
 
-    /// Takes note of the next row.
-    pub fn see(&mut self, row: &StringRecord) {
+    /// Adds the next row.
+    pub fn add(&mut self, row: &StringRecord) {
         for (cell, (smallest, largest)) in row.iter().zip(self.smallest.iter_mut().zip(&mut self.largest)) {
             if let Some(key) = Key::of(cell) {
-                smallest.see(&key, self.seen);
-                largest.see(&key, self.seen);
+                smallest.add(&key, self.seen);
+                largest.add(&key, self.seen);
             }
         }
         self.seen += 1;
     }
 }
 
-/// The first rows, their cells being gathered.
-struct Ranked {
-    first: FirstRows,
+/// The indices of all leading rows, while their cells are collected.
+struct RankingBuilder {
+    first: LeadingRowsByColumn,
     wanted: BTreeSet<usize>,
     rows: Vec<Vec<String>>,
 }
 
-impl Ranked {
-    /// Of a table of which all rows were seen.
-    pub fn new(first: FirstRows) -> Self {
+impl RankingBuilder {
+    /// Starts to collect, after all rows of the table have been added to `first`.
+    pub fn new(first: LeadingRowsByColumn) -> Self {
         let kept = first.smallest.iter().chain(&first.largest).flat_map(|first| &first.kept);
         Self { wanted: kept.map(|(_, row)| *row).collect(), rows: Vec::new(), first }
     }
 
-    /// Takes the row with this index, which are given in order.
+    /// Adds the cells of a row if it is a leading one; rows come in the order of their indices.
     pub fn take(&mut self, index: usize, row: &StringRecord) {
         if self.wanted.contains(&index) {
             self.rows.push(row.iter().map(|cell| Cell::new(cell).text).collect());
         }
     }
 
-    /// The ranking of the table, of so many rows, as JSON for its script.
+    /// Returns the ranking of a table of `total` rows as JSON for its script.
     pub fn json(self, total: usize) -> String {
         let places: BTreeMap<usize, usize> = self.wanted.iter().enumerate().map(|(place, row)| (*row, place)).collect();
-        let of_column = |first: &First| first.kept.iter().map(|(_, row)| places[row]).collect();
-        let indices = |all: &[First]| all.iter().map(of_column).collect();
-        let FirstRows { smallest, largest, .. } = &self.first;
+        let of_column = |first: &LeadingRows| first.kept.iter().map(|(_, row)| places[row]).collect();
+        let indices = |all: &[LeadingRows]| all.iter().map(of_column).collect();
+        let LeadingRowsByColumn { smallest, largest, .. } = &self.first;
         script_json(&Ranking { total, smallest: indices(smallest), largest: indices(largest), rows: self.rows })
     }
 }

@@ -1,4 +1,4 @@
-//! Templates, styles and scripts of a page.
+//! Templates, styles and scripts of pages.
 
 use std::{io::Read as _, sync::LazyLock};
 
@@ -14,9 +14,8 @@ use crate::{
     input::error::{Error, Result},
 };
 
-/// Styles.
 const STYLE: &str = concat!(include_str!("assets/page.css"), include_str!("assets/comparison.css"));
-/// Own scripts, in the order they run.
+/// Scripts of all pages, in the order they run.
 const SCRIPTS: [&str; 12] = [
     include_str!("assets/theme.js"),
     include_str!("assets/folds.js"),
@@ -39,7 +38,7 @@ static PLOTLY: LazyLock<String> = LazyLock::new(|| {
     read.expect("the library is part of the program, and memory takes it");
     text
 });
-/// Bytes that are decompressed at once.
+/// Bytes decompressed at once.
 pub(super) const BUFFER: usize = 1 << 16;
 
 static TEMPLATES: LazyLock<std::result::Result<Environment<'static>, minijinja::Error>> = LazyLock::new(|| {
@@ -59,10 +58,7 @@ static TEMPLATES: LazyLock<std::result::Result<Environment<'static>, minijinja::
     Ok(environment)
 });
 
-/// The page of template `name` with `content`. Every text of it is escaped.
-///
-/// # Errors
-/// The template asks for something the content does not have: a fault of this program.
+/// Returns the page of template `name` with `content`, whose texts are all escaped; `Err` when the template asks for what is not there.
 pub(super) fn render(name: &str, content: &impl Serialize) -> Result<String> {
     let fault = |fault: &minijinja::Error| Error::Page { template: name.into(), problem: fault.to_string() };
     let templates = TEMPLATES.as_ref().map_err(fault)?;

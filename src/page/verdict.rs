@@ -1,4 +1,4 @@
-//! The first screen of a comparison: one sentence, at most three numbers, and what of the tables they quote.
+//! The first screen of a comparison: one sentence, at most three numbers, and where the tables have them.
 
 use std::collections::HashSet;
 
@@ -7,144 +7,138 @@ use serde::Serialize;
 use super::{
     aligned::Aligned,
     description::{Better, Quantity, Shape},
-    picture::{Picture, bars},
-    sentences::{bare, three},
+    picture::{Picture, bar_picture},
+    sentences::{three_digits, without_extreme_word},
     winners::{Extremes, percent},
 };
 
-/// What places are judged by.
+/// Label of the quantity by which placements are judged.
 const OBJECTIVE: &str = "objective";
 
-/// What a comparison says first.
+/// First screen of a comparison: sentence, key numbers, further sentences, and checks of the numbers.
 #[derive(Debug, Default, Serialize)]
 pub(super) struct Verdict {
-    /// The answer.
     pub sentence: String,
-    /// At most three.
-    pub numbers: Vec<Large>,
-    /// What follows from it.
+    pub numbers: Vec<LargeNumber>,
     pub lines: Vec<String>,
-    /// Which numbers of which tables these are.
     pub checks: Vec<Check>,
 }
 
-/// A number in large letters.
+/// A key number in large letters: what it is, and what it is compared with.
 #[derive(Debug, Serialize)]
-pub(super) struct Large {
+pub(super) struct LargeNumber {
     pub value: String,
     pub unit: String,
-    /// What it is.
     pub what: String,
-    /// What it is measured against.
     pub against: String,
 }
 
-/// What is compared, and by which names.
-pub(super) struct Compares<'a> {
-    /// The view that the verdict rests on.
+/// Writes the first screen of a comparison from one view of all results.
+pub(super) struct VerdictWriter<'a> {
     pub aligned: &'a Aligned,
-    /// The name of each result, where they have names of their own.
+    /// Name of each result; empty if they have no different names.
     pub names: &'a [String],
-    /// How much may be, mm.
+    /// Difference from which one matters, mm.
     pub tolerance_mm: Option<f64>,
-    /// Addresses of the result folders on the page.
     pub folders: &'a [String],
 }
 
-impl Compares<'_> {
-    /// The quantity that the first screen is about: the first of which one value is the better one.
-    pub fn quantity(&self) -> Option<usize> {
+impl VerdictWriter<'_> {
+    /// Returns the quantity of the first screen: the first one whose small or large values are better.
+    pub fn main_quantity(&self) -> Option<usize> {
         self.aligned.shared.quantities.iter().position(|q| q.better != Better::Neither)
     }
 
-    /// The verdict; `None` if there is no number to be compared.
+    /// Returns the first screen; `None` if no number can be compared.
     pub fn verdict(&self) -> Option<Verdict> {
-        let quantity = self.quantity()?;
+        let quantity = self.main_quantity()?;
         let extremes = self.aligned.extremes(quantity, 0)?;
         let winners = self.aligned.winners(quantity)?;
-        let (is_curve, is_whole) = (self.aligned.shared.shape == Shape::Curve, self.aligned.is_whole());
-        let by_place = winners.counted() > 0 && (is_whole || !is_curve);
-        let best = if by_place { winners.order()[0] } else { self.least_bad(quantity, &extremes) };
+        let (is_curve, has_same_nodes) = (self.aligned.shared.shape == Shape::Curve, self.aligned.has_same_nodes());
+        let by_place = winners.compared_count() > 0 && (has_same_nodes || !is_curve);
+        let best = if by_place { winners.order_by_wins()[0] } else { self.best_worst_case(quantity, &extremes) };
         let sentence = match by_place {
-            true if self.aligned.letters.len() == 2 => self.who_of_two(quantity, &winners),
-            true => self.who_of_several(quantity, &winners),
-            false => self.by_worst(quantity, best, &extremes),
+            true if self.aligned.letters.len() == 2 => self.best_of_two_sentence(quantity, &winners),
+            true => self.best_of_several_sentence(quantity, &winners),
+            false => self.worst_case_sentence(quantity, best, &extremes),
         };
         let mut verdict = Verdict { sentence, ..Verdict::default() };
         self.add_extremes(quantity, best, &extremes, &mut verdict);
         match self.tolerance_mm.filter(|_| self.unit(quantity) == "mm") {
-            Some(tolerance) => self.add_within(quantity, best, tolerance, by_place, &mut verdict),
+            Some(tolerance) => self.add_tolerance_share(quantity, best, tolerance, by_place, &mut verdict),
             None if by_place => self.add_difference(quantity, best, &mut verdict),
             None => {}
         }
         Some(verdict)
     }
 
-    /// The result whose worst number is the best.
-    fn least_bad(&self, quantity: usize, extremes: &[Extremes]) -> usize {
+    /// Returns the result with the best worst value.
+    fn best_worst_case(&self, quantity: usize, extremes: &[Extremes]) -> usize {
         let sign = if self.aligned.shared.quantities[quantity].better == Better::Larger { -1.0 } else { 1.0 };
-        let cost = |who: &usize| sign * self.worst(quantity, &extremes[*who]).0;
+        let cost = |who: &usize| sign * self.worst_extreme(quantity, &extremes[*who]).0;
         (0..extremes.len()).min_by(|a, b| cost(a).total_cmp(&cost(b))).unwrap_or(0)
     }
 
-    pub(super) fn worst(&self, quantity: usize, extremes: &Extremes) -> (f64, usize) {
+    /// Returns the worst value of a result and its node.
+    pub(super) fn worst_extreme(&self, quantity: usize, extremes: &Extremes) -> (f64, usize) {
         match self.aligned.shared.quantities[quantity].better {
             Better::Larger => extremes.smallest,
             _ => extremes.largest,
         }
     }
 
-    fn best(&self, quantity: usize, extremes: &Extremes) -> (f64, usize) {
+    /// Returns the best value of a result and its node.
+    fn best_extreme(&self, quantity: usize, extremes: &Extremes) -> (f64, usize) {
         match self.aligned.shared.quantities[quantity].better {
             Better::Larger => extremes.largest,
             _ => extremes.smallest,
         }
     }
 
-    /// The worst and the best number of the winner, each against the same of the others.
+    /// Adds worst and best value of the result `best`, each compared with the same of the other results.
     fn add_extremes(&self, quantity: usize, best: usize, extremes: &[Extremes], verdict: &mut Verdict) {
         let q = &self.aligned.shared.quantities[quantity];
-        let (data, _) = self.aligned.extremes_of();
+        let (data, _) = self.aligned.extremes_basis();
         let is_larger = q.better == Better::Larger;
         let which = if is_larger { ["smallest", "largest"] } else { ["largest", "smallest"] };
         type Of<'b> = &'b dyn Fn(&Extremes) -> (f64, usize);
-        let of: [Of<'_>; 2] = [&|e| self.worst(quantity, e), &|e| self.best(quantity, e)];
+        let of: [Of<'_>; 2] = [&|e| self.worst_extreme(quantity, e), &|e| self.best_extreme(quantity, e)];
         for (which, of) in which.into_iter().zip(of) {
             let (value, node) = of(&extremes[best]);
             let others = (0..extremes.len()).filter(|who| *who != best);
-            verdict.numbers.push(Large {
-                value: three(value),
+            verdict.numbers.push(LargeNumber {
+                value: three_digits(value),
                 unit: q.unit.clone(),
                 what: format!(
                     "{which} {} in {}, {}",
-                    bare(&q.label),
+                    without_extreme_word(&q.label),
                     self.aligned.letters[best],
-                    self.at(self.place(&data[best], node))
+                    self.location(self.node_words(&data[best], node))
                 ),
                 against: others
-                    .map(|who| self.than(quantity, value, who, of(&extremes[who]).0))
+                    .map(|who| self.comparison(quantity, value, who, of(&extremes[who]).0))
                     .collect::<Vec<_>>()
                     .join("; "),
             });
             for (who, own) in extremes.iter().enumerate() {
-                let rule = if which == "largest" { Checked::Max } else { Checked::Min };
+                let rule = if which == "largest" { Rule::Max } else { Rule::Min };
                 verdict.checks.extend(Check::of(self, quantity, who, rule, of(own).0));
             }
         }
     }
 
-    /// How much of the winner is within the tolerance, and whether the difference matters.
-    fn add_within(&self, quantity: usize, best: usize, tolerance: f64, by_place: bool, verdict: &mut Verdict) {
-        let (data, _) = self.aligned.extremes_of();
+    /// Adds the share of the result `best` within the tolerance, and a sentence on whether the difference matters.
+    fn add_tolerance_share(&self, quantity: usize, best: usize, tolerance: f64, by_place: bool, verdict: &mut Verdict) {
+        let (data, _) = self.aligned.extremes_basis();
         let share = |who: usize| {
             let values = data[who].values[quantity][0].iter().filter(|value| value.is_finite());
             values.clone().filter(|value| value.abs() <= tolerance).count() as f64 / values.count().max(1) as f64
         };
         let others = (0..data.len()).filter(|who| *who != best);
-        verdict.numbers.push(Large {
+        verdict.numbers.push(LargeNumber {
             value: percent(share(best)).trim_end_matches(" %").to_string(),
             unit: "%".into(),
-            what: format!("of {} within {tolerance} mm in {}", self.extent(), self.aligned.letters[best]),
+            what: format!("of {} within {tolerance} mm in {}", self.extent_words(), self.aligned.letters[best]),
             against: others
                 .map(|who| format!("in {} {}", self.aligned.letters[who], percent(share(who))))
                 .collect::<Vec<_>>()
@@ -163,24 +157,24 @@ impl Compares<'_> {
             count => format!(
                 "They differ by more than the tolerance of {tolerance} mm in {} of {}: there the difference matters.",
                 percent(count as f64 / differences.len() as f64),
-                self.extent()
+                self.extent_words()
             ),
         });
     }
 
-    /// By how much the winner differs from the others at most, where no tolerance says whether it matters.
+    /// Adds the largest difference of the result `best` from the others, where no tolerance says whether it matters.
     fn add_difference(&self, quantity: usize, best: usize, verdict: &mut Verdict) {
         let differences = self.differences(quantity, best);
         let Some((node, by)) = differences.into_iter().max_by(|a, b| a.1.total_cmp(&b.1)) else { return };
         let is_length = self.unit(quantity) == "mm";
         let is_nothing = by <= self.floor(quantity);
-        verdict.numbers.push(Large {
-            value: if is_nothing { "0".into() } else { three(by) },
+        verdict.numbers.push(LargeNumber {
+            value: if is_nothing { "0".into() } else { three_digits(by) },
             unit: self.unit(quantity).into(),
             what: match is_nothing {
                 true => "largest difference, but for rounding".into(),
                 false => {
-                    format!("largest difference, {}", self.at(self.place(&self.aligned.parts[0], node)))
+                    format!("largest difference, {}", self.location(self.node_words(&self.aligned.common[0], node)))
                 }
             },
             against: match is_length {
@@ -190,12 +184,12 @@ impl Compares<'_> {
         });
     }
 
-    /// The largest difference of `best` from another result at each node at which all have an answer.
+    /// Returns the largest difference of `best` from another result, at each node where all results are valid.
     fn differences(&self, quantity: usize, best: usize) -> Vec<(usize, f64)> {
-        let parts = &self.aligned.parts;
+        let parts = &self.aligned.common;
         let value = |who: usize, node: usize| parts[who].values[quantity][0][node];
         let flagged: HashSet<usize> = parts.iter().flat_map(|part| &part.flags[0]).map(|flag| flag.0).collect();
-        (0..self.aligned.count())
+        (0..self.aligned.node_count())
             .filter_map(|node| {
                 let by = (0..parts.len()).map(|who| (value(who, node) - value(best, node)).abs());
                 let by = by.fold(0.0, |most: f64, by| if by.is_nan() { f64::NAN } else { most.max(by) });
@@ -206,9 +200,9 @@ impl Compares<'_> {
 }
 
 /// The first screen of compared placements: what the place found best costs in each.
-impl Compares<'_> {
-    /// The verdict on the best places of several placements; `None` if the view is not one of judged places.
-    pub fn on_best_places(&self) -> Option<Verdict> {
+impl VerdictWriter<'_> {
+    /// Returns the first screen for several placements, from their best places; `None` if the view is not one of placements.
+    pub fn best_place_verdict(&self) -> Option<Verdict> {
         let shared = &self.aligned.shared;
         let objective = shared.quantities.iter().position(|q| q.label == OBJECTIVE)?;
         let is_cost = |(_, q): &(usize, &Quantity)| q.unit == "mm" && q.better == Better::Smaller;
@@ -222,16 +216,16 @@ impl Compares<'_> {
         let best = order[0];
         let against = |quantity: usize| {
             let others = order[1..].iter().filter(|who| value(**who, quantity).is_finite());
-            let words = others.map(|who| self.than(quantity, value(best, quantity), *who, value(*who, quantity)));
+            let words = others.map(|who| self.comparison(quantity, value(best, quantity), *who, value(*who, quantity)));
             words.collect::<Vec<_>>().join("; ")
         };
         let q = &shared.quantities[main];
         let mut verdict = Verdict {
             sentence: format!(
                 "At its best place {} has a {} of {} {}, {}.",
-                self.named(best),
+                self.full_name(best),
                 q.label,
-                three(value(best, main)),
+                three_digits(value(best, main)),
                 q.unit,
                 against(main)
             ),
@@ -241,9 +235,9 @@ impl Compares<'_> {
             [Some(main), costs.iter().copied().find(|index| shared.quantities[*index].label.contains("correction"))]
         {
             let Some(quantity) = quantity.filter(|q| value(best, *q).is_finite()) else { continue };
-            let at = self.place(&self.aligned.data[best], chosen[best]);
-            verdict.numbers.push(Large {
-                value: three(value(best, quantity)),
+            let at = self.node_words(&self.aligned.data[best], chosen[best]);
+            verdict.numbers.push(LargeNumber {
+                value: three_digits(value(best, quantity)),
                 unit: shared.quantities[quantity].unit.clone(),
                 what: format!(
                     "{} at the best place of {} ({at})",
@@ -257,7 +251,7 @@ impl Compares<'_> {
             let others = order[1..]
                 .iter()
                 .map(|who| format!("in {} {}", self.aligned.letters[*who], percent(value(*who, within))));
-            verdict.numbers.push(Large {
+            verdict.numbers.push(LargeNumber {
                 value: percent(value(best, within)).trim_end_matches(" %").to_string(),
                 unit: "%".into(),
                 what: format!("of the path within the tolerance of its study in {}", self.aligned.letters[best]),
@@ -266,23 +260,23 @@ impl Compares<'_> {
         }
         for who in order {
             let objective_value = value(who, objective);
-            verdict.checks.extend(Check::of(self, objective, who, Checked::Min, objective_value).map(Check::alone));
+            verdict.checks.extend(Check::of(self, objective, who, Rule::Min, objective_value).map(Check::own_rows));
         }
         Some(verdict)
     }
 
-    /// What the best places cost, as a picture; `None` as for [`Compares::on_best_places`].
-    pub fn best_places_drawn(&self) -> Option<Picture> {
+    /// Draws the main error at the best place of each placement; `None` if the view is not one of placements.
+    pub fn best_place_picture(&self) -> Option<Picture> {
         let shared = &self.aligned.shared;
         let objective = shared.quantities.iter().position(|q| q.label == OBJECTIVE)?;
         let main = shared.quantities.iter().position(|q| q.unit == "mm" && q.better == Better::Smaller)?;
         let value = |who: usize| Some(self.aligned.data[who].values[main][0][self.best_row(who, objective)?]);
         let values: Vec<f64> = (0..self.aligned.letters.len()).map(value).collect::<Option<_>>()?;
         let q = &shared.quantities[main];
-        bars(format!("{} at the best place of each", q.label), &q.unit, &values, &self.aligned.letters)
+        bar_picture(format!("{} at the best place of each", q.label), &q.unit, &values, &self.aligned.letters)
     }
 
-    /// The row with the smallest objective that is an answer.
+    /// Returns the valid row with the smallest objective.
     fn best_row(&self, who: usize, objective: usize) -> Option<usize> {
         let data = &self.aligned.data[who];
         let is_answer = |node: &usize| !data.flags[0].iter().any(|flag| flag.0 == *node);
@@ -292,50 +286,45 @@ impl Compares<'_> {
     }
 }
 
-/// A number on the first screen, and how it follows from a table.
+/// Where a table has a number of the first screen, so that the page can check it.
 #[derive(Debug, Serialize)]
 pub(super) struct Check {
-    /// Address of the table on the page.
     file: String,
-    /// Columns; of several, the largest size counts.
+    /// Columns; of several, the largest absolute value counts.
     columns: Vec<String>,
     /// Cells that a row must have, by column.
     r#where: Vec<(String, String)>,
-    /// Columns that say where a row belongs.
+    /// Columns that identify a row.
     coordinates: Vec<String>,
-    /// Tables that must have the same place.
+    /// Tables that must have the same node.
     common: Vec<String>,
-    /// What is taken of the rows.
-    rule: Checked,
-    /// The number.
+    rule: Rule,
     value: f64,
 }
 
-/// What is taken of a column.
+/// Which value of the columns is meant.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub(super) enum Checked {
-    /// The largest number.
+pub(super) enum Rule {
     Max,
-    /// The smallest.
     Min,
 }
 
 impl Check {
-    /// That `value` is the extreme of a quantity of the result `who`, in the first group; `None` if the page leaves nodes out.
-    pub fn of(compares: &Compares<'_>, quantity: usize, who: usize, rule: Checked, value: f64) -> Option<Self> {
-        let aligned = compares.aligned;
+    /// Returns a check that `value` is the extreme of a quantity of the result `who`, first group; `None` if the page leaves nodes out.
+    pub fn of(writer: &VerdictWriter<'_>, quantity: usize, who: usize, rule: Rule, value: f64) -> Option<Self> {
+        let aligned = writer.aligned;
         if aligned.data.iter().any(|data| data.thinned_from.is_some()) {
             return None;
         }
         let shared = &aligned.shared;
         let table = |folder: &String| format!("{folder}/{}", shared.table);
         let group = shared.group.as_ref().and_then(|group| Some((&group.columns, &group.values.first()?.cells)));
-        let (_, over) = aligned.extremes_of();
+        let (_, over) = aligned.extremes_basis();
         let is_own = over.contains("own");
-        let others = compares.folders.iter().enumerate().filter(|(other, _)| *other != who && !is_own);
+        let others = writer.folders.iter().enumerate().filter(|(other, _)| *other != who && !is_own);
         Some(Self {
-            file: table(&compares.folders[who]),
+            file: table(&writer.folders[who]),
             columns: shared.quantities[quantity].columns.clone(),
             r#where: group
                 .map(|(columns, cells)| columns.iter().cloned().zip(cells.iter().cloned()).collect())
@@ -347,9 +336,9 @@ impl Check {
         })
     }
 
-    /// The same over all rows of its own table.
+    /// Returns the check over all rows of its own table.
     #[must_use]
-    pub fn alone(self) -> Self {
+    pub fn own_rows(self) -> Self {
         Self { common: Vec::new(), ..self }
     }
 }

@@ -1,5 +1,4 @@
-//! Which of several results is best at each place, and by how much; and below which size a number is rounding: such numbers
-//! have no winner and set no axis.
+//! Which of several results is best at each node, by how much, and below which size a number counts as rounding and has no winner.
 
 use std::cmp::Ordering;
 
@@ -7,29 +6,30 @@ use super::{
     aligned::Aligned,
     dataset::Dataset,
     description::{Better, Explorer},
-    table::number,
+    table::format_number,
 };
 use crate::files::words::{typographic, with_unit};
 
-/// Share of the largest size in a unit below which a number of that unit counts as nothing.
+/// Share of the largest number in a unit below which a number of that unit counts as rounding.
 const RESOLVED: f64 = 1e-7;
 
-/// The largest size of all compared numbers, by unit.
+/// The largest absolute value of all compared numbers, by unit: it decides what counts as rounding.
 #[derive(Debug, Default)]
 pub(super) struct Floors(Vec<(String, f64)>);
 
 impl Floors {
-    /// Of the numbers of all results in `views`, which are told what is rounding in them.
+    /// Finds the largest numbers in all `views`, and sets in each view the sizes below which numbers are rounding.
     pub fn of(views: &mut [Aligned]) -> Self {
         let mut floors = Self::default();
-        views.iter().for_each(|view| floors.see(&view.shared, &view.data));
+        views.iter().for_each(|view| floors.add_sizes(&view.shared, &view.data));
         for view in views {
             view.floors = view.shared.quantities.iter().map(|quantity| floors.floor(&quantity.unit)).collect();
         }
         floors
     }
 
-    fn see(&mut self, explorer: &Explorer, data: &[Dataset]) {
+    /// Raises the largest numbers by those of all results in one view.
+    fn add_sizes(&mut self, explorer: &Explorer, data: &[Dataset]) {
         for (q, quantity) in explorer.quantities.iter().enumerate() {
             let sizes = data.iter().flat_map(|own| own.values[q].iter().flatten()).map(|value| value.abs());
             let most = sizes.filter(|size| size.is_finite()).fold(0.0, f64::max);
@@ -40,56 +40,57 @@ impl Floors {
         }
     }
 
-    /// What is nothing in `unit`.
+    /// Returns the size below which a number in `unit` counts as rounding.
     fn floor(&self, unit: &str) -> f64 {
         self.0.iter().find(|(own, _)| own == unit).map_or(0.0, |(_, most)| RESOLVED * most)
     }
 
-    /// The rule, for readers.
-    pub fn words(&self) -> String {
+    /// Returns a sentence that explains the rule to readers.
+    pub fn rule_sentence(&self) -> String {
         let named = self.0.iter().filter(|(unit, most)| !unit.is_empty() && *most > 0.0);
-        let floors: Vec<String> = named.map(|(unit, most)| with_unit(&rounding(RESOLVED * most), unit)).collect();
+        let floors: Vec<String> = named.map(|(unit, most)| with_unit(&format_floor(RESOLVED * most), unit)).collect();
         let rule = "What is smaller than a ten-millionth of the largest number compared in the same unit counts as \
                     rounding: it has no winner and sets no axis";
         if floors.is_empty() { format!("{rule}.") } else { format!("{rule} (here {}).", floors.join(", ")) }
     }
 }
 
-/// Whether two numbers are the same, but for rounding.
-pub(super) fn same(a: f64, b: f64, floor: f64) -> bool {
+/// Whether two numbers are equal but for rounding.
+pub(super) fn is_same(a: f64, b: f64, floor: f64) -> bool {
     (a - b).abs() <= floor.max(1e-9 * a.abs().max(b.abs()))
 }
 
-/// "24 % less", "3.2 times as much" or "the same": `value` against `reference`.
-pub fn against(value: f64, reference: f64, floor: f64) -> String {
+/// Compares `value` with `reference` in words: "24 % less", "3.2 times as much" or "the same".
+pub fn difference_words(value: f64, reference: f64, floor: f64) -> String {
     let (size, other) = (value.abs(), reference.abs());
     match size / other {
-        _ if same(value, reference, floor) => "the same".into(),
+        _ if is_same(value, reference, floor) => "the same".into(),
         _ if other <= floor || value * reference < 0.0 => "–".into(),
         _ if size <= floor => "nothing left".into(),
-        ratio if ratio < 0.1 => format!("1/{} of it", short(1.0 / ratio)),
+        ratio if ratio < 0.1 => format!("1/{} of it", format_ratio(1.0 / ratio)),
         ratio if ratio < 1.0 => format!("{} less", percent(1.0 - ratio)),
         ratio if ratio < 2.0 => format!("{} more", percent(ratio - 1.0)),
-        ratio => format!("{} times as much", short(ratio)),
+        ratio => format!("{} times as much", format_ratio(ratio)),
     }
 }
 
-/// A size below which all is rounding, as readers see it.
-pub(super) fn rounding(floor: f64) -> String {
+/// Formats the size below which numbers are rounding.
+pub(super) fn format_floor(floor: f64) -> String {
     typographic(&format!("{floor:.0e}"))
 }
 
-fn short(ratio: f64) -> String {
+/// Formats a ratio above 1 with few digits.
+fn format_ratio(ratio: f64) -> String {
     if ratio < 10.0 {
         format!("{ratio:.1}")
     } else if ratio < 1e4 {
         format!("{ratio:.0}")
     } else {
-        number(ratio.round())
+        format_number(ratio.round())
     }
 }
 
-/// A share as readers say it: "24 %", "0.3 %", never "100 %" of what is not all.
+/// Formats a share in percent: "24 %", "0.3 %", never "100 %" for less than all.
 pub fn percent(share: f64) -> String {
     let percent = 100.0 * share;
     match percent {
@@ -101,7 +102,7 @@ pub fn percent(share: f64) -> String {
     }
 }
 
-/// Smallest, mean and largest value of one result.
+/// Smallest and largest value of one result with their nodes, and its mean value.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Extremes {
     pub smallest: (f64, usize),
@@ -110,7 +111,7 @@ pub(super) struct Extremes {
 }
 
 impl Extremes {
-    /// Over the nodes that `counts`; `None` if there is no number.
+    /// Returns the extremes over the nodes for which `counts` is true; `None` if there is no number.
     pub fn new(values: &[f64], counts: impl Fn(usize) -> bool) -> Option<Self> {
         let mut known = values.iter().copied().enumerate().filter(|(node, v)| v.is_finite() && counts(*node));
         let (node, value) = known.next()?;
@@ -131,14 +132,14 @@ impl Extremes {
     }
 }
 
-/// What a place says.
+/// Which result is best at one node.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum At {
-    /// Not all results have a number there that is an answer.
+pub enum NodeWinner {
+    /// Not all results have a valid number there.
     Nothing,
-    /// The best and the next best are the same.
+    /// The best and the next best are equal but for rounding.
     Same,
-    /// One is better than all others.
+    /// One result is better than all others.
     Best {
         /// Which.
         who: usize,
@@ -147,16 +148,16 @@ pub enum At {
     },
 }
 
-/// Places by their winner.
+/// The best result at each node.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Winners {
-    /// By node in common.
-    pub at: Vec<At>,
+    /// The winner at each common node.
+    pub at: Vec<NodeWinner>,
     results: usize,
 }
 
 impl Winners {
-    /// Of a quantity and group of `parts`, which have the same nodes; `None` if neither value is the better one by its nature.
+    /// Finds the best of `parts`, which have the same nodes, for a quantity and group; `None` if neither value is better by nature.
     pub fn new(parts: &[&Dataset], quantity: usize, group: usize, better: Better, floor: f64) -> Option<Self> {
         let sign = match better {
             Better::Smaller => 1.0,
@@ -174,61 +175,61 @@ impl Winners {
         let at = |node: usize| {
             let value = |who: usize| parts[who].values[quantity][group][node];
             if !is_answer[node] || (0..parts.len()).any(|who| !value(who).is_finite()) {
-                return At::Nothing;
+                return NodeWinner::Nothing;
             }
             let best_of = |all: &mut dyn Iterator<Item = usize>| {
                 all.min_by(|a, b| (sign * value(*a)).partial_cmp(&(sign * value(*b))).unwrap_or(Ordering::Equal))
             };
             let who = best_of(&mut (0..parts.len()));
             match who.zip(best_of(&mut (0..parts.len()).filter(|other| Some(*other) != who))) {
-                None => At::Nothing,
-                Some((who, next)) if same(value(who), value(next), floor) => At::Same,
+                None => NodeWinner::Nothing,
+                Some((who, next)) if is_same(value(who), value(next), floor) => NodeWinner::Same,
                 Some((who, next)) => {
-                    At::Best { who, lead: (value(next) - value(who)).abs() / value(next).abs().max(floor) }
+                    NodeWinner::Best { who, lead: (value(next) - value(who)).abs() / value(next).abs().max(floor) }
                 }
             }
         };
         Some(Self { at: (0..count).map(at).collect(), results: parts.len() })
     }
 
-    /// Places at which all have an answer.
-    pub fn counted(&self) -> usize {
-        self.at.iter().filter(|at| **at != At::Nothing).count()
+    /// Number of nodes at which all results are valid.
+    pub fn compared_count(&self) -> usize {
+        self.at.iter().filter(|at| **at != NodeWinner::Nothing).count()
     }
 
-    /// Share of these at which `who` is best.
-    pub fn share(&self, who: usize) -> f64 {
-        self.leads(who).count() as f64 / self.counted().max(1) as f64
+    /// Share of the compared nodes at which the result `who` is best.
+    pub fn win_share(&self, who: usize) -> f64 {
+        self.leads(who).count() as f64 / self.compared_count().max(1) as f64
     }
 
-    /// Share at which the best two are the same.
+    /// Share of the compared nodes at which the best two results are equal.
     pub fn share_same(&self) -> f64 {
-        self.at.iter().filter(|at| **at == At::Same).count() as f64 / self.counted().max(1) as f64
+        self.at.iter().filter(|at| **at == NodeWinner::Same).count() as f64 / self.compared_count().max(1) as f64
     }
 
-    /// The results, those that are best at most places first.
-    pub fn order(&self) -> Vec<usize> {
+    /// Returns the results, the one that is best at most nodes first.
+    pub fn order_by_wins(&self) -> Vec<usize> {
         let mut order: Vec<usize> = (0..self.results).collect();
         order.sort_by_key(|who| std::cmp::Reverse(self.leads(*who).count()));
         order
     }
 
-    /// The lead that `who` has at half of the places where it is best, and more at the others.
-    pub fn typical(&self, who: usize) -> Option<f64> {
+    /// Returns the median lead of the result `who` over the nodes where it is best; `None` if it is nowhere.
+    pub fn typical_lead(&self, who: usize) -> Option<f64> {
         let mut leads: Vec<f64> = self.leads(who).map(|(_, lead)| lead).collect();
         leads.sort_by(f64::total_cmp);
         leads.get(leads.len() / 2).copied()
     }
 
-    /// Where `who` is ahead most.
+    /// Returns the node at which the result `who` has its largest lead; `None` if it is nowhere best.
     pub fn most(&self, who: usize) -> Option<usize> {
         self.leads(who).max_by(|a, b| a.1.total_cmp(&b.1)).map(|(node, _)| node)
     }
 
-    /// The places at which `who` is best, and by which lead.
+    /// Yields the nodes at which the result `who` is best, with its lead as a share of the next best value.
     pub fn leads(&self, who: usize) -> impl Iterator<Item = (usize, f64)> {
         self.at.iter().enumerate().filter_map(move |(node, at)| match at {
-            At::Best { who: own, lead } if *own == who => Some((node, *lead)),
+            NodeWinner::Best { who: own, lead } if *own == who => Some((node, *lead)),
             _ => None,
         })
     }

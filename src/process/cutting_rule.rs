@@ -1,39 +1,40 @@
-//! Which moves of a path cut, where the path itself does not say: G1 through air is none that does.
+//! The rule that decides which moves of a path cut, where the path itself does not say: G1 through air does not.
 
 use crate::toolpath::{PathPoint, Toolpath};
 
-/// What besides not being a rapid move makes a move one that cuts; without conditions every such move does.
+/// Conditions under which a move that is not rapid counts as cutting; without any, every such move does.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct CuttingRule {
-    /// Highest z in W at which the tool cuts, mm: of a workpiece below the tool.
+    /// Highest z in W at which the tool cuts, mm: for a workpiece below the tool.
     pub below_z_mm: Option<f64>,
-    /// Lowest z in W at which the tool cuts, mm: of a workpiece above the tool.
+    /// Lowest z in W at which the tool cuts, mm: for a workpiece above the tool.
     pub above_z_mm: Option<f64>,
     /// Fastest feed at which the tool cuts, mm/min. A move without a feed is no faster.
     pub max_feed_mm_per_min: Option<f64>,
 }
 
 impl CuttingRule {
-    /// Whether there is any condition.
+    /// Whether any condition is given.
     #[must_use]
-    pub fn is_given(&self) -> bool {
+    pub fn has_conditions(&self) -> bool {
         *self != Self::default()
     }
 
-    /// `path`, with those of its cutting points that the conditions exclude not cutting.
+    /// Returns `path`, in which cutting points that the conditions exclude no longer cut.
     #[must_use]
     pub fn apply(&self, path: Toolpath) -> Toolpath {
-        if self.is_given() { path.cutting_where(|point| self.cuts(point)) } else { path }
+        if self.has_conditions() { path.cutting_where(|point| self.meets_conditions(point)) } else { path }
     }
 
-    fn cuts(&self, point: &PathPoint) -> bool {
+    /// Whether a cutting point meets all conditions.
+    fn meets_conditions(&self, point: &PathPoint) -> bool {
         let z = point.position_mm.z;
         self.below_z_mm.is_none_or(|most| z <= most)
             && self.above_z_mm.is_none_or(|least| z >= least)
             && self.max_feed_mm_per_min.is_none_or(|most| point.feed_mm_per_min.is_none_or(|feed| feed <= most))
     }
 
-    /// What counts as cutting, in words.
+    /// Describes in words which moves count as cutting.
     #[must_use]
     pub fn words(&self) -> String {
         let conditions = [

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::spatial::{Pose, Wrench};
 
-/// How eq. (17) turns radial and tangential force into the plane normal to the tool.
+/// The two readings of eq. (17), which resolves radial and tangential force in the plane normal to the tool.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum ForceLaw {
@@ -21,7 +21,7 @@ impl ForceLaw {
     /// Both.
     pub const ALL: [ForceLaw; 2] = [ForceLaw::Printed, ForceLaw::Rotated];
 
-    /// Its name in files and on the command line.
+    /// Returns the law's name in files and on the command line.
     pub fn label(self) -> &'static str {
         match self {
             ForceLaw::Printed => "printed",
@@ -55,12 +55,12 @@ impl MillingForce {
     /// The paper's groove: F_r = 215 N, F_t = −10 N, F_z = −25 N, eq. (17) as printed.
     pub const PAPER: Self = Self { radial: 215.0, tangential: -10.0, axial: -25.0, law: ForceLaw::Printed };
 
-    /// Whether there is none.
+    /// Whether all force components are zero.
     pub fn is_zero(&self) -> bool {
         [self.radial, self.tangential, self.axial] == [0.0; 3]
     }
 
-    /// Force on the tool tip at angle `phi` rad, axes of the tool frame, N; eq. (17).
+    /// Returns the force on the tool tip at the angle of engagement `phi` (rad), axes of the tool frame T, N; eq. (17).
     pub fn force(&self, phi: f64) -> Vector3<f64> {
         let (sin, cos) = phi.sin_cos();
         let sign = match self.law {
@@ -74,7 +74,7 @@ impl MillingForce {
         )
     }
 
-    /// Wrench at P in O axes of the force on a tool whose frame, seen from P in O axes, is `tool`
+    /// Returns the wrench at P in O axes (N, N·mm) of the force on a tool whose frame, seen from P in O axes, is `tool`
     /// ([`Machine::tool_at`](crate::machine::Machine::tool_at)), eq. (16): a dead load.
     pub fn wrench(&self, phi: f64, tool: &Pose) -> Wrench {
         let force = tool.rotation * self.force(phi);

@@ -6,13 +6,13 @@ pub mod file;
 mod milling;
 mod not_followed;
 mod placement;
-pub(crate) mod tilt;
 mod redundancy;
+pub(crate) mod tilt;
 mod workpiece;
 
 pub use cutting_rule::CuttingRule;
 pub use file::Process;
 pub use milling::{ForceLaw, MillingForce};
-pub use placement::{PathReference, Placed, Placement};
-pub use redundancy::{GammaChoice, RedundancySettings, RedundancyCost, RedundancyObjective};
+pub use placement::{PathReference, PlacedWorkpiece, Placement};
+pub use redundancy::{GammaChoice, RedundancyCost, RedundancyObjective, RedundancySettings};
 pub use workpiece::{Extent, Feature, ForbiddenBox};

@@ -1,4 +1,4 @@
-//! Where the workpiece stands in the machine.
+//! The placement of the workpiece in the machine, and the platform poses and loads that follow from it.
 
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
@@ -8,7 +8,7 @@ use crate::{
     toolpath::{Load, Orientation, least_turn},
 };
 
-/// The point a path's coordinates are those of.
+/// The point of the machine whose positions a path gives: tool tip or platform point.
 ///
 /// A toolpath is that of the tool tip; a commanded position, everywhere else in this program, is that of P. The paper's
 /// "circle centred at Q1" is a path of P.
@@ -33,18 +33,18 @@ pub struct Placement {
     pub origin_mm: Vector3<f64>,
     /// Roll, pitch and yaw ψ of W, rad: `R_OW = R_z(yaw) R_y(pitch) R_x(roll)`.
     pub roll_pitch_yaw: Vector3<f64>,
-    /// Whose positions the path gives.
+    /// The point whose positions the path gives.
     pub reference: PathReference,
 }
 
 impl Placement {
-    /// `X_OW`.
+    /// Returns the pose of the workpiece frame, `X_OW`, mm.
     #[must_use]
     pub fn pose(&self) -> Pose {
         Pose { translation: self.origin_mm, ..Pose::from_roll_pitch_yaw(self.roll_pitch_yaw) }
     }
 
-    /// `R_OP` for a path in W, given `home`, the orientation of the platform at home: `R_OP = R_OW R_z(−yaw) R_home`.
+    /// Returns the platform orientation `R_OP` for a path in W from `home`, that of the platform at home: `R_OP = R_OW R_z(−yaw) R_home`.
     #[must_use]
     pub fn platform_orientation(&self, home: &Matrix3<f64>) -> Matrix3<f64> {
         let tilted = Vector3::new(self.roll_pitch_yaw.x, self.roll_pitch_yaw.y, 0.0);
@@ -56,15 +56,15 @@ impl Placement {
         tilt.rotation * home
     }
 
-    /// The placement on a machine whose platform has the orientation `home` at home and whose tool frame stands at `tool`,
-    /// `X_PT` in platform axes.
+    /// Applies the placement to a machine whose platform has the orientation `home` at home and whose tool frame is `tool`,
+    /// `X_PT` in platform axes, mm.
     #[must_use]
-    pub fn on(&self, home: &Matrix3<f64>, tool: &Pose) -> Placed {
+    pub fn on_machine(&self, home: &Matrix3<f64>, tool: &Pose) -> PlacedWorkpiece {
         let orientation = self.platform_orientation(home);
         // R_OP = R_OW R_z(−yaw) R_home, so that of R_WP only the yaw is left.
         let unturned = Pose::from_roll_pitch_yaw(Vector3::new(0.0, 0.0, -self.roll_pitch_yaw.z)).rotation;
-        let reference = self.reference_from_platform(tool.translation);
-        Placed {
+        let reference = self.reference_in_platform(tool.translation);
+        PlacedWorkpiece {
             workpiece: self.pose(),
             home: *home,
             orientation,
@@ -74,7 +74,8 @@ impl Placement {
         }
     }
 
-    fn reference_from_platform(&self, tool_tip: Vector3<f64>) -> Vector3<f64> {
+    /// Returns the position `p_PR` of the path's reference point in platform axes, mm.
+    fn reference_in_platform(&self, tool_tip: Vector3<f64>) -> Vector3<f64> {
         match self.reference {
             PathReference::ToolTip => tool_tip,
             PathReference::PlatformPoint => Vector3::zeros(),
@@ -82,9 +83,9 @@ impl Placement {
     }
 }
 
-/// A placement on a machine: what is the same for all points of a path.
+/// A workpiece placed in a machine: the frames that convert path points and loads to poses and wrenches of the platform.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Placed {
+pub struct PlacedWorkpiece {
     /// `X_OW`.
     workpiece: Pose,
     /// `R_OP` with the machine at home.
@@ -95,37 +96,37 @@ pub struct Placed {
     reference: Vector3<f64>,
     /// `X_PT`, the tool frame in platform axes.
     tool: Pose,
-    /// See [`Placed::tool_axes`].
+    /// See [`PlacedWorkpiece::tool_axes`].
     tool_axes: Matrix3<f64>,
 }
 
-impl Placed {
-    /// The pose `X_OP` to command for the path position `position_mm` (W, mm): `p_OP = X_OW · p_W − R_OP p_PR`, where R is
-    /// the path's reference point.
+impl PlacedWorkpiece {
+    /// Returns the pose `X_OP` to command for the path position `position_mm` (W, mm): `p_OP = X_OW · p_W − R_OP p_PR`, where
+    /// R is the path's reference point.
     #[must_use]
     pub fn platform_pose(&self, position_mm: Vector3<f64>) -> Pose {
         let arm = self.orientation * self.reference;
         Pose { rotation: self.orientation, translation: self.workpiece.transform(position_mm) - arm }
     }
 
-    /// The same placement on a carrier whose frame stands at `carrier` (`X_OC`): the workpiece goes with it and the tool does not,
-    /// so that moving the carrier moves and turns the workpiece under the tool.
+    /// Returns the placement with the workpiece on a carrier at the pose `carrier` (`X_OC`): moving the carrier moves and turns
+    /// the workpiece under the tool.
     #[must_use]
-    pub fn carried(&self, carrier: &Pose) -> Self {
+    pub fn on_carrier(&self, carrier: &Pose) -> Self {
         let workpiece = carrier.compose(&self.workpiece);
         let axis = workpiece.rotation.tr_mul(&(self.orientation * self.tool.rotation.column(2)));
         Self { workpiece, tool_axes: frame_about(axis.normalize()), ..*self }
     }
 
-    /// `X_OW`.
+    /// Returns the pose of the workpiece frame, `X_OW`, mm.
     #[must_use]
     pub fn workpiece(&self) -> &Pose {
         &self.workpiece
     }
 
-    /// The same placement where the platform has the orientation `rotation` (`R_OP`), because its drives do not control it.
+    /// Returns the placement with the platform orientation `rotation` (`R_OP`), such as one that the drives do not control.
     #[must_use]
-    pub fn turned(&self, rotation: &Matrix3<f64>) -> Self {
+    pub fn with_platform_rotation(&self, rotation: &Matrix3<f64>) -> Self {
         if *rotation == self.orientation {
             return *self;
         }
@@ -133,10 +134,10 @@ impl Placed {
         Self { orientation: *rotation, tool_axes: frame_about(axis.normalize()), ..*self }
     }
 
-    /// The same placement where the path has the tool stand as `orientation` says (W axes). Of an axis alone, the platform is turned
-    /// least from where it stands at home.
+    /// Returns the placement with the tool orientation that the path gives (W axes). For a tool axis alone, the platform is rotated
+    /// least from its orientation at home.
     #[must_use]
-    pub fn oriented(&self, orientation: &Orientation) -> Self {
+    pub fn with_tool_orientation(&self, orientation: &Orientation) -> Self {
         let workpiece = &self.workpiece.rotation;
         let rotation = match orientation {
             Orientation::Platform(platform) => workpiece * platform.to_rotation_matrix().matrix(),
@@ -146,13 +147,13 @@ impl Placed {
                 rotation_exp(least_turn(own.normalize(), (workpiece * axis).normalize())) * self.home
             }
         };
-        self.turned(&rotation)
+        self.with_platform_rotation(&rotation)
     }
 
-    /// How the tool stands where the platform is turned to `rotation`, `R_OP`, said as `like` says it: the inverse of
-    /// [`Placed::oriented`].
+    /// Returns the tool orientation in W for the platform orientation `rotation` (`R_OP`), as a tool axis or platform orientation
+    /// as `like` is: the inverse of [`PlacedWorkpiece::with_tool_orientation`].
     #[must_use]
-    pub fn orientation_of(&self, rotation: &Matrix3<f64>, like: &Orientation) -> Orientation {
+    pub fn tool_orientation_at(&self, rotation: &Matrix3<f64>, like: &Orientation) -> Orientation {
         let in_workpiece = self.workpiece.rotation.tr_mul(rotation);
         match like {
             Orientation::Platform(own) => {
@@ -170,26 +171,26 @@ impl Placed {
         }
     }
 
-    /// `R_OP`.
+    /// Returns the platform orientation `R_OP`.
     #[must_use]
     pub fn orientation(&self) -> &Matrix3<f64> {
         &self.orientation
     }
 
-    /// `p_PR` in platform axes, mm, of the point whose positions the path gives.
+    /// Returns the position `p_PR` of the path's reference point in platform axes, mm.
     #[must_use]
     pub fn reference(&self) -> Vector3<f64> {
         self.reference
     }
 
-    /// The tool in W axes: the column z points along it from the spindle to its tip, x is the projection of the x axis of W
+    /// Returns the tool's axes in W: column z points along the tool from the spindle to its tip, x is the projection of the x axis of W
     /// onto the plane normal to z, y = z × x.
     #[must_use]
     pub fn tool_axes(&self) -> &Matrix3<f64> {
         &self.tool_axes
     }
 
-    /// The wrench at P in O axes of a `load` about the tool tip in W axes, at the commanded orientation: `f = R_OW f_W`,
+    /// Returns the wrench at P in O axes for a `load` about the tool tip in W axes, at the commanded orientation: `f = R_OW f_W`,
     /// `m = R_OW m_W + p_PT × f`. Without a moment of the load and with W along O this is eq. (16).
     #[must_use]
     pub fn wrench(&self, load: &Load) -> Wrench {
@@ -198,7 +199,7 @@ impl Placed {
             .shift(-(self.orientation * self.tool.translation))
     }
 
-    /// The load about the tool tip in W axes of a `wrench` at P in O axes: the inverse of [`Placed::wrench`].
+    /// Returns the load about the tool tip in W axes for a `wrench` at P in O axes: the inverse of [`PlacedWorkpiece::wrench`].
     #[must_use]
     pub fn load(&self, wrench: &Wrench) -> Load {
         let Wrench { force, moment } = wrench.shift(self.orientation * self.tool.translation);

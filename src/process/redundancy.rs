@@ -1,18 +1,18 @@
-//! The turn of the platform about the tool's axis, which a rotating tool leaves free: whether it is sought, and within what.
+//! The redundancy angle γ: the rotation of the platform about the tool's axis, which a rotating tool leaves free; how it is chosen.
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-/// Which turn about the tool's axis the points of a path have.
+/// How the redundancy angle γ of the points of a path is chosen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum GammaChoice {
-    /// The one that the path gives.
+    /// The orientation that the path gives.
     #[default]
     AsProgrammed,
-    /// The same turn from it at all points, the best there is.
+    /// The best γ that is the same at all points.
     BestConstant,
-    /// A γ at each point, the best there is.
+    /// The best γ at each point.
     Best,
 }
 
@@ -20,7 +20,7 @@ impl GammaChoice {
     /// All of them.
     pub const ALL: [Self; 3] = [Self::AsProgrammed, Self::BestConstant, Self::Best];
 
-    /// Word in files.
+    /// Returns the choice's word in files.
     #[must_use]
     pub fn label(self) -> &'static str {
         match self {
@@ -30,7 +30,7 @@ impl GammaChoice {
         }
     }
 
-    /// What it is, in words.
+    /// Describes the choice in words.
     #[must_use]
     pub fn words(self) -> &'static str {
         match self {
@@ -41,17 +41,17 @@ impl GammaChoice {
     }
 }
 
-/// What of the loaded tool's distance from its path counts.
+/// Which component of the loaded tool's deviation from its path counts as the cost of γ.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum RedundancyCost {
-    /// All of it.
+    /// The whole deviation.
     #[default]
     Deflection,
-    /// What is across the direction of motion: along it, the tool is only early or late.
+    /// The component across the direction of motion: along it, the tool is only early or late.
     AcrossPath,
-    /// What is across the direction of motion and the tool's axis: normal to the wall that the side of the tool leaves. All that is
-    /// across the direction of motion, where that is along the tool's axis.
+    /// The component across the direction of motion and the tool's axis, normal to the wall that the side of the tool leaves; where the
+    /// motion is along the tool's axis, the whole component across it.
     AcrossSurface,
 }
 
@@ -59,7 +59,7 @@ pub enum RedundancyCost {
 const ALONG_AXIS: f64 = 1e-6;
 
 impl RedundancyCost {
-    /// Word in files.
+    /// Returns the cost's word in files.
     #[must_use]
     pub fn label(self) -> &'static str {
         match self {
@@ -69,7 +69,8 @@ impl RedundancyCost {
         }
     }
 
-    /// What counts of `error`, mm, where the tool moves along the unit vector `along` and its axis is `axis`, all in the same axes.
+    /// Returns the part of the deviation `error` that counts, mm, for a motion along the unit vector `along` with the tool axis `axis`, all in
+    /// the same axes.
     #[must_use]
     pub fn of(self, error: &Vector3<f64>, along: Vector3<f64>, axis: Vector3<f64>) -> f64 {
         let across = error - along * along.dot(error);
@@ -83,7 +84,7 @@ impl RedundancyCost {
         }
     }
 
-    /// What is made small, in words.
+    /// Describes in words what is minimised.
     #[must_use]
     pub fn words(self) -> &'static str {
         match self {
@@ -94,28 +95,28 @@ impl RedundancyCost {
     }
 }
 
-/// Over the points of a path, what is made small.
+/// Which statistic of the cost over the points of a path is minimised.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum RedundancyObjective {
     /// The root mean square.
     #[default]
     Rms,
-    /// The largest; among turns that have the same, the root mean square.
+    /// The largest; among choices with the same largest, the root mean square.
     Worst,
 }
 
-/// How the turn about the tool's axis is chosen. γ is the turn from the orientation that the path gives, about z of the tool frame,
-/// which points from the spindle to the tip.
+/// The settings for choosing the redundancy angle γ, the rotation from the orientation that the path gives, about z of the tool
+/// frame, which points from the spindle to the tip.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RedundancySettings {
-    /// Whether it is sought.
+    /// How γ is chosen.
     pub gamma: GammaChoice,
-    /// What counts at a point.
+    /// The cost at a point.
     pub cost: RedundancyCost,
-    /// What counts of the path.
+    /// The statistic of the cost over the path.
     pub objective: RedundancyObjective,
-    /// Between neighbouring turns of the lattice, degrees.
+    /// Step between neighbouring angles of the search lattice, degrees.
     pub step_deg: f64,
     /// Least and largest γ, degrees.
     pub range_deg: [f64; 2],
@@ -146,7 +147,7 @@ impl Default for RedundancySettings {
 }
 
 impl RedundancySettings {
-    /// Whether another turn than that of the path is sought.
+    /// Whether γ is searched for, not taken from the path.
     #[must_use]
     pub fn is_sought(&self) -> bool {
         self.gamma != GammaChoice::AsProgrammed

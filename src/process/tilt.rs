@@ -1,19 +1,19 @@
-//! Whether a machine's tool can follow a tilted workpiece.
+//! Checks that a machine's tool can follow a tilted workpiece.
 
 use crate::{
     input::{check::Check, error::Result},
     machine::{Coordinate, Machine},
 };
 
-/// Which angles of a workpiece are, or may become, other than zero.
+/// Which of roll, pitch and yaw of a workpiece are, or may become, nonzero.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Turned {
+pub(crate) struct TiltAngles {
     pub roll: bool,
     pub pitch: bool,
     pub yaw: bool,
 }
 
-impl Turned {
+impl TiltAngles {
     /// Refuses a tilt that needs a rotation `machine` does not control; `key` gives the key of an angle's name.
     ///
     /// Roll turns about x, pitch about y; a workpiece that is yawed as well turns about both for either.

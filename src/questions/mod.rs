@@ -1,10 +1,8 @@
 //! The questions that a study file asks, a folder each: as written (`spec`), checked ([`Study`]), run, and reported.
 //!
-//! Each question is a folder (spec, resolve, run, report and template) and one line of the list below; those that pages do not ask are
-//! left out of what is built for them. What is cut along a
-//! toolpath is said in a process file ([`crate::process::file`]), or in the same tables of the study.
-//!
-//! A study is a folder with a `study.toml`; its inputs are named relative to that folder.
+//! Each has one line in the list below; those that pages do not ask are left out of the WebAssembly build. What is cut along a toolpath
+//! stands in a process file ([`crate::process::file`]) or in the same tables of the study. A study is a folder with a `study.toml`; its
+//! inputs are named relative to that folder.
 
 pub mod over_workspace;
 mod question;
@@ -13,7 +11,7 @@ pub(crate) mod spec;
 
 #[cfg(feature = "report")]
 pub use question::Answered;
-pub use question::{Given, Overrides, Question, Resolved, Template};
+pub use question::{Overrides, Question, Resolved, StudyContext, Template};
 
 use std::{cell::Cell, path::Path};
 
@@ -40,24 +38,24 @@ question::questions! {
 /// A checked study, ready to run.
 #[derive(Debug, Clone)]
 pub struct Study {
-    /// Name of its folder; results are written under it.
+    /// Name of the study's folder; results are written under it.
     pub name: String,
-    /// The question it answers.
+    /// The question that the study answers, one sentence.
     pub question: String,
-    /// What decides its results.
+    /// Everything that determines the results: files and overrides.
     pub inputs: Inputs,
-    /// What to compute.
+    /// The checked study of its kind: what to compute.
     pub kind: StudyKind,
-    /// Its text and the files it was read from, by names relative to its folder; see [`crate::explore::Scene`].
+    /// Text of the study and the files read for it, by names relative to its folder; see [`crate::explore::Scene`].
     pub files: StudyFiles,
 }
 
-/// What a study was read from.
+/// The files from which a study was read.
 #[derive(Debug, Clone, Default)]
 pub struct StudyFiles {
-    /// The study file.
+    /// Text of the study file.
     pub text: String,
-    /// The files that it names, and those that they name.
+    /// Contents of the files that the study names, and of those that they name, by name.
     pub named: std::collections::BTreeMap<String, Vec<u8>>,
 }
 
@@ -78,31 +76,31 @@ impl Study {
     /// # Errors
     /// As [`Study::open`].
     pub fn from_toml(text: &str, origin: &str, folder: impl Into<Folder>, overrides: &Overrides) -> Result<Study> {
-        let (folder, check) = (folder.into().noting(), Check::new(origin));
+        let (folder, check) = (folder.into().recording(), Check::new(origin));
         let spec: StudySpec = spec::parse(text, origin)?;
         let (header, asked) = spec.split(&check)?;
-        let (machine, machine_text) = resolve::header(&header, &folder, overrides, &check)?;
+        let (machine, machine_text) = resolve::resolve_header(&header, &folder, overrides, &check)?;
         let set = overrides.branch.map_or_else(Inputs::default, |branch| Inputs::of("branch", branch.label()));
         let inputs = Inputs::of_file(origin, text).and(Inputs::of(&header.machine, machine_text)).and(set);
         #[cfg(not(target_family = "wasm"))]
         let inputs =
             inputs.and(overrides.redundancy.map_or_else(Inputs::default, |own| Inputs::of("redundancy", own.label())));
-        let given = Given {
+        let given = StudyContext {
             machine,
             folder: &folder,
             overrides,
             check,
             name: "",
             header: &header,
-            asked_process: Cell::new(false),
+            is_process_read: Cell::new(false),
         };
         let (kind, settings) = asked.resolve(given)?;
         Ok(Study {
-            name: resolve::folder_name(folder.here()),
+            name: resolve::folder_name(folder.root()),
             question: header.question.trim().to_string(),
             inputs: inputs.and(settings),
             kind,
-            files: StudyFiles { text: text.into(), named: folder.noted() },
+            files: StudyFiles { text: text.into(), named: folder.recorded() },
         })
     }
 }

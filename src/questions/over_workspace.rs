@@ -1,8 +1,8 @@
-//! What studies over the workspace have in common: the box, its grid, the cutting force over a revolution of the tool, and which process keys need a path.
+//! Parts shared by studies over the workspace: the box, its grid, the cutting force over φ, and which process keys need a path.
 
 use nalgebra::Vector3;
 
-use super::{Given, Overrides, spec::ProcessRef};
+use super::{Overrides, StudyContext, spec::ProcessRef};
 use crate::{
     compensation::Target,
     input::{Inputs, check::Check, error::Result},
@@ -11,36 +11,37 @@ use crate::{
     spatial::Grid,
 };
 
-/// Step between tool angles over one turn where a study does not say it, degrees.
+/// Default step between tool angles φ over one revolution, degrees.
 const PHI_STEP_DEG: f64 = 10.0;
 
-/// What a study says in its own keys.
-pub(super) struct OwnKeys {
+/// The keys of a workspace study that its scene depends on.
+pub(super) struct SceneKeys {
+    /// Step between tool angles φ, degrees; [`PHI_STEP_DEG`] if `None`.
     pub phi_step_deg: Option<f64>,
-    /// Whether it compensates.
+    /// Whether the study compensates, so that target and tolerance matter.
     pub uses_target: bool,
 }
 
-/// What an answer over the workspace shows, and what it says to have left aside.
+/// What the report of a workspace study draws, and which process tables it mentions as unused.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Shown {
-    /// Heights of the slices drawn, mm.
+    /// Heights of the slices drawn, O, mm.
     pub slices_z: Vec<f64>,
-    /// Tables of the process that the question has no use for.
+    /// Process tables and keys that the question does not use.
     pub not_used: Vec<&'static str>,
 }
 
-/// The scene of a study over the workspace, tables of the process that it has no use for, and the files that it comes from.
-pub(super) fn scene(given: &Given<'_>, own: OwnKeys) -> Result<(Scene, Vec<&'static str>, Inputs)> {
+/// Returns the scene of a workspace study, the process tables it does not use, and its input files. `Err` without a force in the tool frame.
+pub(super) fn scene(given: &StudyContext<'_>, own: SceneKeys) -> Result<(Scene, Vec<&'static str>, Inputs)> {
     let process = given.process(None, &given.check)?;
     let CuttingLaw::PathFrame(frame) = process.cutting else {
         let problem = format!(
             "{} has no path: expected a force that is constant in the frame of the tool, [force.path_frame]",
             given.name
         );
-        return given.process_place(None).key("force").fail(problem);
+        return given.process_location(None).key("force").fail(problem);
     };
-    let mut not_used = process.of_paths.clone();
+    let mut not_used = process.path_only_tables.clone();
     // What does not compensate has no error to hold against a tolerance either.
     if !own.uses_target && process.target != Target::default() {
         not_used.push("compensate");
@@ -63,7 +64,7 @@ pub(super) fn scene(given: &Given<'_>, own: OwnKeys) -> Result<(Scene, Vec<&'sta
     Ok((scene, not_used, process.inputs))
 }
 
-/// The tool angles of one turn in steps of `step` degrees, rad.
+/// Returns the tool angles φ of one revolution in steps of `step` degrees, rad. `Err` if `step` does not divide 360.
 fn tool_angles(step: f64, check: &Check) -> Result<Vec<f64>> {
     if !(0.01..=360.0).contains(&step) {
         return check.fail(format!("must be between 0.01 and 360, got {step}"));
@@ -75,12 +76,12 @@ fn tool_angles(step: f64, check: &Check) -> Result<Vec<f64>> {
     Ok((0..count as usize).map(|i| (i as f64 * step).to_radians()).collect())
 }
 
-/// The size of a grid, which the command line can change.
+/// Returns the size of a grid as an input, since the command line can change it.
 pub(super) fn grid_input(counts: impl std::fmt::Debug) -> Inputs {
     Inputs::of("grid", format!("{counts:?}"))
 }
 
-/// What a study says of the places of its map.
+/// The box, grid and slices of a map, as a study writes them.
 pub(super) struct Region<'a> {
     pub min_mm: Option<[f64; 3]>,
     pub max_mm: Option<[f64; 3]>,
@@ -89,23 +90,23 @@ pub(super) struct Region<'a> {
 }
 
 impl Region<'_> {
-    /// The grid over its box, or over `default` if it has none, of at most so many points; heights of its slices, mm; and its size as an input.
-    pub fn checked(
+    /// Returns the grid over the box (or over `default`) with at most `most` points, the heights of its slices in mm, and its size as an input.
+    pub fn checked_grid(
         self,
-        given: &Given<'_>,
+        given: &StudyContext<'_>,
         default: [Vector3<f64>; 2],
         most: usize,
     ) -> Result<(Grid, Vec<f64>, Inputs)> {
         let check = &given.check;
-        let corners = corners_or(self.min_mm, self.max_mm, default, check)?;
+        let corners = corners_or_default(self.min_mm, self.max_mm, default, check)?;
         let grid = box_grid(corners, self.grid, given.overrides, (most, check))?;
         let size = grid_input(grid.counts());
         Ok((grid, slice_heights(self.slices_z_mm, corners, check)?, size))
     }
 }
 
-/// The box between two corners, or `default` if neither is given.
-pub(super) fn corners_or(
+/// Returns the corners of the box, O, mm, or `default` if neither is given. `Err` if only one is.
+pub(super) fn corners_or_default(
     min_mm: Option<[f64; 3]>,
     max_mm: Option<[f64; 3]>,
     default: [Vector3<f64>; 2],
@@ -124,7 +125,7 @@ pub(super) fn corners_or(
     }
 }
 
-/// The grid of a map over a box; `most` is the largest number of points, `check` the place of the map.
+/// Returns the grid over a box, with the counts of the command line if it gives any; `most` is the largest number of points.
 pub(super) fn box_grid(
     [min, max]: [Vector3<f64>; 2],
     counts: [usize; 3],
@@ -132,12 +133,12 @@ pub(super) fn box_grid(
     (most, check): (usize, &Check),
 ) -> Result<Grid> {
     match overrides.grid {
-        Some(counts) => grid(min, max, counts, most, &Overrides::place("grid")),
-        None => grid(min, max, counts, most, &check.key("grid")),
+        Some(counts) => grid_between(min, max, counts, most, &Overrides::location("grid")),
+        None => grid_between(min, max, counts, most, &check.key("grid")),
     }
 }
 
-/// Heights of the slices of a map over a box; `check` is the place of the map.
+/// Returns the heights of the slices, O, mm. `Err` if there are none or more than 6, or one lies outside the box.
 fn slice_heights(heights: &[f64], [min, max]: [Vector3<f64>; 2], check: &Check) -> Result<Vec<f64>> {
     let check = check.key("slices_z_mm");
     if heights.is_empty() || heights.len() > 6 {
@@ -153,7 +154,8 @@ fn slice_heights(heights: &[f64], [min, max]: [Vector3<f64>; 2], check: &Check) 
     heights.iter().map(height).collect()
 }
 
-fn grid(min: Vector3<f64>, max: Vector3<f64>, counts: [usize; 3], most: usize, check: &Check) -> Result<Grid> {
+/// Returns the grid between two corners, O, mm. `Err` if it has no points, more than `most`, or points that coincide.
+fn grid_between(min: Vector3<f64>, max: Vector3<f64>, counts: [usize; 3], most: usize, check: &Check) -> Result<Grid> {
     let total = counts.iter().try_fold(1usize, |product, &n| product.checked_mul(n));
     if counts.contains(&0) || total.is_none_or(|total| total > most) {
         let problem = format!("must be at least 1 along each axis and at most {most} in all, got {counts:?}");

@@ -1,4 +1,4 @@
-//! What a question is to the list of questions, and what it is given when it is asked.
+//! The trait that every question implements, what it is given when it is asked, and the macro that lists the questions.
 
 use std::{cell::Cell, io::ErrorKind};
 
@@ -11,50 +11,49 @@ use crate::{
         error::{Error, Result},
     },
     machine::{Branch, Machine},
-    process::{Process, GammaChoice},
+    process::{GammaChoice, Process},
     questions::spec::{Header, ProcessRef},
     work::Work,
 };
 
 /// A question: a checked study that can be run.
 pub trait Question: Sized {
-    /// Its table in a study file.
+    /// The question's table in a study file, as written.
     type Spec: DeserializeOwned;
-    /// What its pictures and pages show, where the study file says so.
+    /// Display settings for its figures and pages, as far as the study file gives any.
     type Shown: Clone + std::fmt::Debug;
-    /// What a study of it is called in sentences.
+    /// Name of a study of this kind in sentences, with its article.
     const NAME: &str;
-    /// What `kinetostat new` writes for it.
+    /// The study folder that `kinetostat new` writes.
     const TEMPLATE: Template;
-    /// Its first tables: what must not be in their places is told before anything is computed.
+    /// Names of its first tables: files in their places are refused before anything is computed.
     const TABLES: &[&str];
 
-    /// Checks what a study file says.
+    /// Checks the question's table and reads the files that it names.
     ///
     /// # Errors
     /// Values that make no sense, and files that cannot be read.
-    fn resolve(spec: &Self::Spec, given: &Given<'_>) -> Result<Resolved<Self>>;
+    fn resolve(spec: &Self::Spec, given: &StudyContext<'_>) -> Result<Resolved<Self>>;
 
-    /// How many items it computes, and what they are called.
+    /// Returns how many items the study computes, and the plural noun for them.
     fn items(&self) -> (usize, &'static str);
 
-    /// Points of its map over the workspace, if it has one that can be an image.
+    /// Returns the number of grid points of its map, if it has one that can be written as an image.
     fn image_points(&self) -> Option<usize> {
         None
     }
 
-    /// How many pieces are computed that do not need one another: those of its first round, where they go in rounds. None where it is over
-    /// before it would be divided.
+    /// Returns how many pieces can be computed independently, of the first round where it goes in rounds; 0 if it is not divided.
     fn pieces(&self) -> usize {
         0
     }
 
-    /// Whether what is computed next depends on what all pieces before have found.
+    /// Returns whether later pieces depend on the results of all earlier ones.
     fn goes_in_rounds(&self) -> bool {
         false
     }
 
-    /// Computes the pieces without making anything of them.
+    /// Computes the pieces and keeps them in `work`, without a report.
     ///
     /// # Errors
     /// Of the work.
@@ -63,10 +62,10 @@ pub trait Question: Sized {
     }
 }
 
-/// A question that leaves an answer in a folder.
+/// A question whose results are written to a folder as a report.
 #[cfg(feature = "report")]
 pub trait Answered: Question {
-    /// Computes it and makes what it leaves.
+    /// Computes the study and makes its report: tables, figures and page.
     ///
     /// # Errors
     /// Of the work; files that cannot be written.
@@ -76,119 +75,119 @@ pub trait Answered: Question {
 /// A study folder to start from.
 #[derive(Debug, Clone, Copy)]
 pub struct Template {
-    /// What it is called on the command line.
+    /// Name of the template on the command line.
     pub name: &'static str,
-    /// What the study asks, in a line.
+    /// What the study asks, in one line.
     pub about: &'static str,
     /// Names and contents of its files.
     pub files: &'static [(&'static str, &'static str)],
 }
 
-/// A checked study with what its pictures show and what it was made from.
+/// A checked study with the display settings of its report and its inputs.
 #[derive(Debug, Clone)]
 pub struct Resolved<Q: Question> {
-    /// The study.
+    /// The checked study.
     pub study: Q,
-    /// What its pictures show.
+    /// The display settings of its report.
     pub shown: Q::Shown,
-    /// The files it was made from, but the study and the machine, and what the command line set.
+    /// Its input files except study and machine, and the settings of the command line.
     pub inputs: Inputs,
 }
 
-/// What is changed in a study for one run.
+/// Settings that replace those of a study file for one run.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Overrides {
     /// Grid points per axis of a map.
     pub grid: Option<[usize; 3]>,
     /// Points along a circle.
     pub points: Option<usize>,
-    /// The branch on which an arm is to stand.
+    /// The branch of inverse kinematics of an arm.
     pub branch: Option<Branch>,
-    /// Which turn about the tool's axis a path has.
+    /// Choice of γ, the rotation about the tool axis, for a path.
     pub redundancy: Option<GammaChoice>,
-    /// Other numbers of the machine than its file has, by name; errors of chains are not among them.
+    /// Values of machine parameters by name; chain errors are not among them.
     pub parameters: Vec<(String, f64)>,
 }
 
 impl Overrides {
-    /// Refuses points along a path for a study of the kind `name`.
+    /// Refuses points along a path, which a study of the kind `name` does not have.
     ///
     /// # Errors
-    /// They are given.
+    /// The override is given.
     pub fn refuse_points(&self, name: &str) -> Result<()> {
         self.refuse("points", format!("{name} has no points along a path, but a grid"))
     }
 
-    /// Refuses a grid for a study of the kind `name`.
+    /// Refuses a grid, which a study of the kind `name` does not have.
     ///
     /// # Errors
-    /// It is given.
+    /// The override is given.
     pub fn refuse_grid(&self, name: &str) -> Result<()> {
         self.refuse("grid", format!("{name} has no grid, but points along a path"))
     }
 
-    /// Refuses both for a study of the kind `name`, which has measurements instead.
+    /// Refuses points and grid for a study of the kind `name`, which has measurements instead.
     ///
     /// # Errors
-    /// One is given.
+    /// One of them is given.
     pub fn refuse_beside_measurements(&self, name: &str) -> Result<()> {
         ["points", "grid"].iter().try_for_each(|own| self.refuse(own, format!("{name} has measurements, and no {own}")))
     }
 
+    /// Returns an error with `problem` if the override `own`, "points" or "grid", is given.
     fn refuse(&self, own: &str, problem: String) -> Result<()> {
         let is_given = if own == "grid" { self.grid.is_some() } else { self.points.is_some() };
-        if is_given { Self::place(own).fail(problem) } else { Ok(()) }
+        if is_given { Self::location(own).fail(problem) } else { Ok(()) }
     }
 
-    /// What names overrides in errors, before their own name.
+    /// Word that stands for the overrides in errors, before their own name.
     pub const ORIGIN: &str = "settings";
 
-    /// The place of the override called `name`.
-    pub(crate) fn place(name: &str) -> Check {
+    /// Returns the location of the override `name`, for error messages.
+    pub(crate) fn location(name: &str) -> Check {
         Check::new(Self::ORIGIN).key(name)
     }
 }
 
-/// What a question is given besides its own table.
+/// Everything a question is given besides its own table.
 #[derive(Debug)]
-pub struct Given<'a> {
+pub struct StudyContext<'a> {
     /// The nominal machine.
     pub machine: Machine,
-    /// Where the files are that the study names.
+    /// The folder against which the study's file names are resolved.
     pub folder: &'a Folder,
-    /// What is changed for one run.
+    /// Settings that replace those of the study for this run.
     pub overrides: &'a Overrides,
-    /// The place of the question's table.
+    /// Location of the question's table, for error messages.
     pub check: Check,
-    /// What a study of this kind is called in sentences.
+    /// Name of a study of this kind in sentences.
     pub name: &'static str,
     pub(crate) header: &'a Header,
-    /// Whether the question has asked for the process of the study.
-    pub(crate) asked_process: Cell<bool>,
+    /// Whether the question has read the process of the study.
+    pub(crate) is_process_read: Cell<bool>,
 }
 
-impl Given<'_> {
-    /// The process of the study, or `own`, one that is named at the key `process` of `check`. Its inputs hold the files it
-    /// comes from.
+impl StudyContext<'_> {
+    /// Returns the process of the study, or the process file `own`, which the key `process` of `check` names. Its inputs hold the files read.
     ///
     /// # Errors
     /// No process, or one that makes no sense.
     pub fn process(&self, own: Option<&str>, check: &Check) -> Result<Process> {
-        let process = self.turned_process(own, check)?;
+        let process = self.process_with_gamma(own, check)?;
         #[cfg(not(target_family = "wasm"))]
-        self.refuse_turn(&process, own)?;
+        self.refuse_gamma_search(&process, own)?;
         Ok(process)
     }
 
-    /// Refuses a process that seeks the turn about the tool's axis.
+    /// Refuses a process that searches for the redundancy angle γ.
     #[cfg(not(target_family = "wasm"))]
-    fn refuse_turn(&self, process: &Process, own: Option<&str>) -> Result<()> {
+    fn refuse_gamma_search(&self, process: &Process, own: Option<&str>) -> Result<()> {
         if !process.redundancy.is_sought() {
             return Ok(());
         }
         let place = match self.overrides.redundancy {
-            Some(_) => Overrides::place("redundancy"),
-            None => self.process_place(own).key("redundancy.gamma"),
+            Some(_) => Overrides::location("redundancy"),
+            None => self.process_location(own).key("redundancy.gamma"),
         };
         place.fail(format!(
             "is {}: in {} the tool stands as programmed; only path studies and compensate seek γ",
@@ -197,11 +196,8 @@ impl Given<'_> {
         ))
     }
 
-    /// As [`Given::process`], of a question that seeks the turn about the tool's axis where the process says so.
-    ///
-    /// # Errors
-    /// As [`Given::process`], but for that.
-    pub(crate) fn turned_process(&self, own: Option<&str>, check: &Check) -> Result<Process> {
+    /// Returns the process as [`StudyContext::process`] does, for a question that can search for the redundancy angle γ.
+    pub(crate) fn process_with_gamma(&self, own: Option<&str>, check: &Check) -> Result<Process> {
         #[cfg_attr(target_family = "wasm", allow(unused_mut, reason = "the process of pages seeks no γ"))]
         let mut process = self.process_as_written(own, check)?;
         #[cfg(not(target_family = "wasm"))]
@@ -211,9 +207,10 @@ impl Given<'_> {
         Ok(process)
     }
 
+    /// Returns the process of the study, or of the file `own`, without the overrides. `Err` if there is none.
     fn process_as_written(&self, own: Option<&str>, check: &Check) -> Result<Process> {
         let top = self.check.root().key("process");
-        self.asked_process.set(self.asked_process.get() || own.is_none());
+        self.is_process_read.set(self.is_process_read.get() || own.is_none());
         match (own, &self.header.process) {
             (Some(file), _) => self.process_file(file, &check.key("process")),
             (None, Some(ProcessRef::File(file))) => self.process_file(file, &top),
@@ -222,6 +219,7 @@ impl Given<'_> {
         }
     }
 
+    /// Reads the process file `file` in the study's folder. `Err` at `check` if there is no such file.
     fn process_file(&self, file: &str, check: &Check) -> Result<Process> {
         match Process::in_folder(self.folder, file, &self.machine) {
             Err(Error::Read { source, .. }) if source.kind() == ErrorKind::NotFound => {
@@ -231,7 +229,7 @@ impl Given<'_> {
         }
     }
 
-    /// Refuses a machine with a workpiece carrier; `why` goes on after "which".
+    /// Refuses a machine with a workpiece carrier; `why` completes the sentence after "which".
     pub(crate) fn refuse_carrier(&self, why: &str) -> Result<()> {
         let Some(carrier) = &self.machine.carrier else { return Ok(()) };
         self.check.root().key("machine").fail(format!(
@@ -240,25 +238,26 @@ impl Given<'_> {
         ))
     }
 
-    /// Refuses what stands in the file beside the question's own table and was not asked for.
+    /// Refuses a process in the study file that the question never read.
     pub(crate) fn refuse_unused(&self) -> Result<()> {
-        if self.header.process.is_some() && !self.asked_process.get() {
+        if self.header.process.is_some() && !self.is_process_read.get() {
             let problem = format!("has no effect: nothing in {} takes it", self.name);
             return self.check.root().key("process").fail(problem);
         }
         Ok(())
     }
 
-    /// The place of the process that [`Given::process`] gives for `own`.
-    pub(crate) fn process_place(&self, own: Option<&str>) -> Check {
+    /// Returns the location of the process that [`StudyContext::process`] returns for `own`, for error messages.
+    pub(crate) fn process_location(&self, own: Option<&str>) -> Check {
         match (own, &self.header.process) {
-            (Some(file), _) => self.place_of(file),
-            (None, Some(ProcessRef::File(file))) => self.place_of(file),
+            (Some(file), _) => self.file_location(file),
+            (None, Some(ProcessRef::File(file))) => self.file_location(file),
             (None, _) => self.check.root().key("process"),
         }
     }
 
-    fn place_of(&self, file: &str) -> Check {
+    /// Returns the path of `file` in the study's folder as a location for error messages.
+    fn file_location(&self, file: &str) -> Check {
         Check::new(&self.folder.path(file).display().to_string())
     }
 }
@@ -268,7 +267,7 @@ macro_rules! questions {
     ($($(#[$gate:meta])* $key:ident: $kind:ident($folder:ident::$study:ident),)*) => {
         $($(#[$gate])* pub mod $folder;)*
 
-        /// What a study computes, with what its pictures show.
+        /// A checked study of one of the questions, with the display settings of its report.
         #[derive(Debug, Clone)]
         pub enum StudyKind {
             $($(#[$gate])*
@@ -276,7 +275,7 @@ macro_rules! questions {
             $kind(Box<$folder::$study>, <$folder::$study as Question>::Shown),)*
         }
 
-        /// A study file.
+        /// A study file as written.
         #[derive(Debug, Clone, serde::Deserialize)]
         #[serde(deny_unknown_fields)]
         pub(crate) struct StudySpec {
@@ -291,8 +290,8 @@ macro_rules! questions {
         }
 
         impl StudySpec {
-            /// The keys of a study of any kind, and the table of the one question that it asks.
-            fn split(self, check: &Check) -> Result<(spec::Header, Asked)> {
+            /// Separates the keys of every study from the table of the one question asked. `Err` unless exactly one is asked.
+            fn split(self, check: &Check) -> Result<(spec::Header, QuestionTable)> {
                 let header = spec::Header {
                     schema: self.schema,
                     question: self.question,
@@ -302,7 +301,7 @@ macro_rules! questions {
                     process: self.process,
                 };
                 let mut asked = Vec::new();
-                $($(#[$gate])* asked.extend(self.$key.map(|table| Asked::$kind(Box::new(table))));)*
+                $($(#[$gate])* asked.extend(self.$key.map(|table| QuestionTable::$kind(Box::new(table))));)*
                 match asked.pop() {
                     Some(one) if asked.is_empty() => Ok((header, one)),
                     _ => {
@@ -313,17 +312,18 @@ macro_rules! questions {
             }
         }
 
-        /// The table of a question.
-        enum Asked {
+        /// The table of the one question that a study asks.
+        enum QuestionTable {
             $($(#[$gate])* $kind(Box<<$folder::$study as Question>::Spec>),)*
         }
 
-        impl Asked {
-            fn resolve(&self, given: question::Given<'_>) -> Result<(StudyKind, Inputs)> {
+        impl QuestionTable {
+            /// Checks the table with the question it belongs to; returns the study and its inputs.
+            fn resolve(&self, given: question::StudyContext<'_>) -> Result<(StudyKind, Inputs)> {
                 match self {
-                    $($(#[$gate])* Asked::$kind(table) => {
+                    $($(#[$gate])* QuestionTable::$kind(table) => {
                         let (check, name) = (given.check.key(stringify!($key)), <$folder::$study>::NAME);
-                        let given = Given { check, name, ..given };
+                        let given = StudyContext { check, name, ..given };
                         let Resolved { study, shown, inputs } = <$folder::$study>::resolve(table, &given)?;
                         given.refuse_unused()?;
                         Ok((StudyKind::$kind(Box::new(study), shown), inputs))
@@ -336,36 +336,38 @@ macro_rules! questions {
         pub const TEMPLATES: &[Template] = &[$($(#[$gate])* <$folder::$study as Question>::TEMPLATE),*];
 
         impl StudyKind {
-            /// How many items it computes, and what they are called.
+            /// Returns how many items the study computes, and the plural noun for them.
             pub fn items(&self) -> (usize, &'static str) {
                 match self { $($(#[$gate])* StudyKind::$kind(study, _) => study.items(),)* }
             }
 
-            /// Points of its map over the workspace, if it has one that can be an image.
+            /// Returns the number of grid points of its map, if it has one that can be written as an image.
             pub fn image_points(&self) -> Option<usize> {
                 match self { $($(#[$gate])* StudyKind::$kind(study, _) => study.image_points(),)* }
             }
 
-            /// How many pieces it computes that do not need one another: those of its first round, if it goes in rounds.
+            /// Returns how many pieces can be computed independently: those of the first round, if it goes in rounds.
             pub fn pieces(&self) -> usize {
                 match self { $($(#[$gate])* StudyKind::$kind(study, _) => study.pieces(),)* }
             }
 
-            /// Whether what it computes next depends on what all pieces before have found.
+            /// Returns whether later pieces depend on the results of all earlier ones.
             pub fn goes_in_rounds(&self) -> bool {
                 match self { $($(#[$gate])* StudyKind::$kind(study, _) => study.goes_in_rounds(),)* }
             }
 
+            /// Computes the pieces and keeps them in `work`, without a report.
             #[cfg(feature = "report")]
             pub(crate) fn compute(&self, work: &crate::work::Work) -> Result<()> {
                 match self { $($(#[$gate])* StudyKind::$kind(study, _) => study.compute(work),)* }
             }
 
-            /// Its first tables.
+            /// Returns the names of its first tables.
             pub fn tables(&self) -> &'static [&'static str] {
                 match self { $($(#[$gate])* StudyKind::$kind(..) => <$folder::$study>::TABLES,)* }
             }
 
+            /// Computes the study and makes its report.
             #[cfg(feature = "report")]
             pub(crate) fn answer(&self, run: &crate::answer::Run<'_>) -> Result<crate::answer::Output> {
                 match self { $($(#[$gate])* StudyKind::$kind(study, shown) => question::Answered::answer(&**study, shown, run),)* }

@@ -1,4 +1,4 @@
-//! The keys that all study files have.
+//! Checks of the keys that all study files have: schema, question, machine, branch and locked drives.
 
 use std::path::Path;
 
@@ -15,8 +15,8 @@ use crate::{
     machine::{Branch, Machine, catalogue},
 };
 
-/// Checks the keys of a study of any kind; its machine and the text of the machine's file.
-pub(crate) fn header(
+/// Checks the keys of a study of any kind; returns its machine and the text of the machine's file.
+pub(crate) fn resolve_header(
     header: &Header,
     folder: &Folder,
     overrides: &Overrides,
@@ -26,13 +26,13 @@ pub(crate) fn header(
     if header.question.trim().is_empty() {
         return check.key("question").fail("must be a sentence, which is printed with the answer, got none".into());
     }
-    let (machine, text) = machine(&header.machine, folder, &check.key("machine"))?;
+    let (machine, text) = load_machine(&header.machine, folder, &check.key("machine"))?;
     let machine = with_parameters(machine, overrides)?;
     let machine = on_branch(machine, header.branch.as_deref(), overrides, &check.key("branch"))?;
-    Ok((locked(&machine, header, &check.key("locked"))?, text))
+    Ok((with_locked_drives(&machine, header, &check.key("locked"))?, text))
 }
 
-/// The machine with the numbers that are set for one run.
+/// Returns the machine with the parameters that are overridden for this run. `Err` for a chain error.
 fn with_parameters(machine: Machine, overrides: &Overrides) -> Result<Machine> {
     if overrides.parameters.is_empty() {
         return Ok(machine);
@@ -40,12 +40,12 @@ fn with_parameters(machine: Machine, overrides: &Overrides) -> Result<Machine> {
     let changed = machine.with_parameters(&overrides.parameters)?;
     match changed.parameter_errors().is_empty() {
         true => Ok(changed),
-        false => Overrides::place("parameters").fail("errors of chains are those of the process".into()),
+        false => Overrides::location("parameters").fail("errors of chains are those of the process".into()),
     }
 }
 
-/// The machine with the drives locked that the study holds.
-fn locked(machine: &Machine, header: &Header, check: &Check) -> Result<Machine> {
+/// Returns the machine with the drives locked that the study lists.
+fn with_locked_drives(machine: &Machine, header: &Header, check: &Check) -> Result<Machine> {
     let positions: Vec<(&String, f64)> = header.locked.iter().map(|(name, value)| (name, *value)).collect();
     machine.with_locked_drives(&positions).or_else(|error| match error {
         Error::Argument { argument, problem } => check.key(&argument).fail(problem),
@@ -53,10 +53,10 @@ fn locked(machine: &Machine, header: &Header, check: &Check) -> Result<Machine> 
     })
 }
 
-/// The machine on the branch of the study, or on that which is set for one run.
+/// Returns the machine on the branch of inverse kinematics that the override, or else the study (`word`), names; unchanged without either.
 fn on_branch(machine: Machine, word: Option<&str>, overrides: &Overrides, check: &Check) -> Result<Machine> {
     let (place, chosen) = match (overrides.branch, word) {
-        (Some(branch), _) => (Overrides::place("branch"), Ok(branch)),
+        (Some(branch), _) => (Overrides::location("branch"), Ok(branch)),
         (None, Some(word)) => (check.clone(), word.parse()),
         (None, None) => return Ok(machine),
     };
@@ -66,12 +66,12 @@ fn on_branch(machine: Machine, word: Option<&str>, overrides: &Overrides, check:
     })
 }
 
-/// The machine and its file's text.
-fn machine(name: &str, folder: &Folder, check: &Check) -> Result<(Machine, String)> {
+/// Reads the built-in machine or the machine file `name`; returns it and the text of its file.
+fn load_machine(name: &str, folder: &Folder, check: &Check) -> Result<(Machine, String)> {
     if let Some(entry) = catalogue::find(name) {
         return Ok((Machine::from_toml(entry.toml, entry.name)?, entry.toml.to_string()));
     }
-    if !folder.has(name) {
+    if !folder.has_file(name) {
         let names = catalogue::names().collect::<Vec<_>>().join(", ");
         return check
             .fail(format!("\"{name}\" is neither a built-in machine ({names}) nor a file in the study's folder"));
@@ -80,7 +80,7 @@ fn machine(name: &str, folder: &Folder, check: &Check) -> Result<(Machine, Strin
     Ok((Machine::from_toml(&text, &folder.path(name).display().to_string())?, text))
 }
 
-/// Name of the folder a study stands in.
+/// Returns the name of the study's folder, "study" if it has none.
 pub(super) fn folder_name(folder: &Path) -> String {
     let whole = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
     let named = match whole.file_name() {

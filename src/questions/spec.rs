@@ -1,5 +1,4 @@
-//! What study files of several kinds hold, as written: raw, units in the keys, unknown keys refused. The rest stands with
-//! its question. Checked by [`super::Study`].
+//! Keys that study files of several kinds share, as written: raw, units in the keys, unknown keys refused. Checked by [`super::Study`].
 
 use std::collections::BTreeMap;
 
@@ -9,18 +8,14 @@ use serde::{
 };
 
 use crate::{
-    input::{
-        check::Check,
-        error::Result,
-        toml_file,
-    },
+    input::{check::Check, error::Result, toml_file},
     process::file::{self, spec::ProcessSpec},
 };
 
 /// Version of study files.
 pub const SCHEMA: u32 = 3;
 
-/// What tells a study of any version.
+/// The keys by which a study of any version is recognised.
 #[derive(Deserialize)]
 struct Versioned {
     schema: u32,
@@ -28,11 +23,7 @@ struct Versioned {
     _question: IgnoredAny,
 }
 
-/// Parses a study as written. Where it is of another version, that is what is told, not the first key that is unknown in
-/// this one; `origin` names it.
-///
-/// # Errors
-/// As [`toml_file::parse`].
+/// Parses a study file, which `origin` names in errors. For a file of another version the error says so, not which key is unknown.
 pub(crate) fn parse<T: DeserializeOwned>(text: &str, origin: &str) -> Result<T> {
     toml_file::parse_renamed(text, origin, &[&RENAMED[..], &file::RENAMED].concat()).or_else(|fault| {
         if let Ok(versioned) = toml_file::parse::<Versioned>(text, origin) {
@@ -42,7 +33,7 @@ pub(crate) fn parse<T: DeserializeOwned>(text: &str, origin: &str) -> Result<T> 
     })
 }
 
-/// Keys and values of version 2, and what they are since.
+/// Keys and values of version 2 with their new names.
 pub(crate) const RENAMED: [(&str, &str); 5] = [
     ("held", "locked"),
     ("turn_map", "redundancy_map"),
@@ -51,10 +42,7 @@ pub(crate) const RENAMED: [(&str, &str); 5] = [
     ("departure", "superposition_error"),
 ];
 
-/// Refuses a version that is not read.
-///
-/// # Errors
-/// It is another than [`SCHEMA`].
+/// Checks the version of a study file. `Err` if it is not [`SCHEMA`].
 pub(crate) fn check_schema(schema: u32, check: &Check) -> Result<()> {
     let more = if schema == 2 { "; packaging/convert.py changes files of version 2" } else { "" };
     match schema {
@@ -68,19 +56,19 @@ pub(crate) fn check_schema(schema: u32, check: &Check) -> Result<()> {
 pub struct Header {
     /// Version of the file format.
     pub schema: u32,
-    /// What the study is to answer, in one sentence.
+    /// The question that the study answers, one sentence.
     pub question: String,
     /// A built-in machine, or a machine file relative to the study's folder.
     pub machine: String,
-    /// The branch on which an arm is to stand, such as `front-up-noflip`; any if not given.
+    /// The branch of inverse kinematics of an arm, such as `front-up-noflip`; any if not given.
     pub branch: Option<String>,
-    /// Locked drives, mm or degrees, by name.
+    /// Positions of the locked drives, mm or degrees, by name.
     pub locked: BTreeMap<String, f64>,
-    /// Force, chain errors, placement and what else is said of a process.
+    /// The process: force, chain errors, placement and tolerance.
     pub process: Option<ProcessRef>,
 }
 
-/// The process of a study.
+/// The process of a study: the name of its file, or its tables.
 #[derive(Debug, Clone)]
 pub enum ProcessRef {
     /// A process file, relative to the study's folder.
@@ -90,20 +78,25 @@ pub enum ProcessRef {
 }
 
 impl<'de> Deserialize<'de> for ProcessRef {
+    /// Reads a string as a file name and a table as the process itself.
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> std::result::Result<Self, D::Error> {
+        /// Visitor that accepts a string or a table.
         struct NameOrTables;
 
         impl<'de> Visitor<'de> for NameOrTables {
             type Value = ProcessRef;
 
+            /// Writes what a process must be, for error messages.
             fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
                 f.write_str("the name of a process file, or its tables")
             }
 
+            /// Returns the process file called `name`.
             fn visit_str<E>(self, name: &str) -> std::result::Result<ProcessRef, E> {
                 Ok(ProcessRef::File(name.into()))
             }
 
+            /// Returns the process given by its tables.
             fn visit_map<A: MapAccess<'de>>(self, tables: A) -> std::result::Result<ProcessRef, A::Error> {
                 ProcessSpec::deserialize(MapAccessDeserializer::new(tables)).map(|spec| ProcessRef::Tables(spec.into()))
             }
@@ -117,16 +110,17 @@ impl<'de> Deserialize<'de> for ProcessRef {
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CircleSpec {
-    /// Centre; a circle has this or `centre_point`.
+    /// Centre in W; a circle has this or `centre_point`.
     pub centre_mm: Option<[f64; 3]>,
     /// Named point of the machine as the centre.
     pub centre_point: Option<String>,
     /// Diameter.
     pub diameter_mm: f64,
-    /// Points along it, both ends included.
+    /// Number of points along it, both ends included.
     pub points: usize,
 }
 
+/// Returns the grid of a map that gives none: 11 × 11 × 11 points.
 pub(super) fn default_grid() -> [usize; 3] {
     [11; 3]
 }

@@ -1,28 +1,28 @@
-//! The points of a path at which the lattice has turns: all of them, or as many as are far enough apart to turn by a step between them.
+//! Knots: the path points at which the lattice has nodes. All points, or as many as are far enough apart to rotate by a step between them.
 
 use crate::toolpath::PathPoint;
 
-/// A point of the path at which the lattice has turns.
+/// A path point at which the lattice has nodes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Knot {
-    /// Index of the point.
+    /// Index of the path point.
     pub point: usize,
-    /// How many points that count are nearest to it.
+    /// Number of counted points nearest to it.
     pub weight: f64,
-    /// Steps by which it may be turned from the knot before.
+    /// Most steps of γ from the knot before.
     pub band: usize,
     /// Time from the knot before at the programmed feed, s; infinite over a rapid move or where no feed is given.
     pub seconds: f64,
 }
 
-/// Length and time of the way to `point` from the one `before`, mm and s.
-pub(super) fn way(before: &PathPoint, point: &PathPoint) -> (f64, f64) {
+/// Length (mm) from the point `before` to `point`, and its time (s) at the programmed feed: infinite for rapid moves or without feed.
+pub(super) fn length_and_time(before: &PathPoint, point: &PathPoint) -> (f64, f64) {
     let length = (point.arc_length_mm - before.arc_length_mm).max(0.0);
     let seconds = point.feed_mm_per_min.filter(|feed| *feed > 0.0).map_or(f64::INFINITY, |feed| 60.0 * length / feed);
     (length, seconds)
 }
 
-/// The knots of the path through `points`. `steps_per_mm`: by how many steps of the lattice it may be turned per length.
+/// Chooses the knots among `points`, of which `counts` says which count. `steps_per_mm` is the most steps of γ per length.
 pub(super) fn knots(points: &[PathPoint], steps_per_mm: f64, counts: impl Fn(usize) -> bool) -> Vec<Knot> {
     // Rounding must not cost a step.
     let steps = |length: f64| (length * steps_per_mm + 1e-6).floor() as usize;
@@ -30,7 +30,7 @@ pub(super) fn knots(points: &[PathPoint], steps_per_mm: f64, counts: impl Fn(usi
     let (mut length, mut seconds) = (0.0, 0.0);
     for (point, at) in points.iter().enumerate() {
         if let Some(before) = point.checked_sub(1) {
-            let (way_mm, way_s) = way(&points[before], at);
+            let (way_mm, way_s) = length_and_time(&points[before], at);
             length += way_mm;
             seconds += way_s;
         }
@@ -39,11 +39,11 @@ pub(super) fn knots(points: &[PathPoint], steps_per_mm: f64, counts: impl Fn(usi
             (length, seconds) = (0.0, 0.0);
         }
     }
-    let places: Vec<usize> = knots.iter().map(|knot| knot.point).collect();
+    let knot_points: Vec<usize> = knots.iter().map(|knot| knot.point).collect();
     for point in (0..points.len()).filter(|point| counts(*point)) {
-        let after = places.partition_point(|place| *place < point);
+        let after = knot_points.partition_point(|knot_point| *knot_point < point);
         let before = after.saturating_sub(1);
-        let to = |knot: usize| (points[places[knot]].arc_length_mm - points[point].arc_length_mm).abs();
+        let to = |knot: usize| (points[knot_points[knot]].arc_length_mm - points[point].arc_length_mm).abs();
         let nearest = if to(before) <= to(after) { before } else { after };
         knots[nearest].weight += 1.0;
     }

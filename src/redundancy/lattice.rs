@@ -1,127 +1,124 @@
-//! The cheapest way through a lattice of turns and branches, knot after knot: dynamic programming. Of a knot that is passed, two
-//! bytes for each node are kept.
+//! The cheapest path through a lattice of γ and branches by dynamic programming, knot after knot. Each passed node keeps two bytes.
 
 use serde::Serialize;
 
 use super::{
-    nodes::{Infeasible, Node, Standing},
+    nodes::{Infeasible, Node, NodeState},
     turnable::MOST_DRIVES,
 };
 use crate::{
     machine::Machine,
-    process::{RedundancySettings, RedundancyObjective},
+    process::{RedundancyObjective, RedundancySettings},
 };
 
-/// Nodes of a knot.
+/// Nodes of one knot.
 #[derive(Debug, Clone)]
 pub struct Layer {
-    /// How much its cost counts.
+    /// Number of counted points that the knot stands for.
     pub weight: f64,
-    /// Steps by which the turn may change from the knot before.
+    /// Most steps of γ from the knot before.
     pub band: usize,
-    /// Time from there, s.
+    /// Time from the knot before, s.
     pub seconds: f64,
-    /// Turn by turn, the branches of each.
+    /// The nodes γ by γ, the branches of each.
     pub nodes: Vec<Node>,
 }
 
-/// What the lattice is like.
+/// Size of the lattice and limits of its steps.
 #[derive(Debug, Clone, Default)]
 pub struct Shape {
-    /// Ways to stand.
+    /// Number of branches.
     pub branches: usize,
-    /// Turns.
-    pub turns: usize,
-    /// Whether the last turn neighbours the first.
-    pub wraps: bool,
-    /// Of each drive, what a full turn of it is, rad; `None` of a slide.
+    /// Number of values of γ.
+    pub gammas: usize,
+    /// Whether the last γ neighbours the first.
+    pub is_cyclic: bool,
+    /// Full turn of each drive, rad; `None` for a linear drive.
     pub full_turns: Vec<Option<f64>>,
-    /// Fastest motion of each drive, rad/s; none if empty.
+    /// Speed limit of each drive, rad/s; no limits if empty.
     pub speeds: Vec<f64>,
-    /// Turn and branch that are nearest to as programmed; none is preferred without.
+    /// Indices of the γ and the branch nearest to the programmed ones, which win ties; `None` prefers none.
     pub programmed: Option<(usize, usize)>,
 }
 
-/// Costs that differ by no more are the same, mm: what solving the machine leaves open.
+/// Costs that differ by less are equal, mm: the tolerance of the solver.
 pub const TIE_MM: f64 = 1e-9;
 
-/// A hinge that moves by a larger share of a full turn from one point to the next is not tracked there: it has swung about.
+/// A hinge that moves by a larger share of a full turn between two knots has swung about and is not tracked.
 const SWUNG: f64 = 0.25;
 
 impl Shape {
-    /// How far and fast drives of `machine` may move: without a lattice.
+    /// Step limits of `machine` alone, with a lattice of no size.
     #[must_use]
-    pub fn of(machine: &Machine, turn: &RedundancySettings) -> Self {
-        let speeds = turn.speed_limits_deg_per_s.iter().map(|limit| limit.to_radians()).collect();
+    pub fn of(machine: &Machine, settings: &RedundancySettings) -> Self {
+        let speeds = settings.speed_limits_deg_per_s.iter().map(|limit| limit.to_radians()).collect();
         Self { full_turns: machine.full_turns().collect(), speeds, ..Self::default() }
     }
 
-    /// Whether the drives may go from `before` to `after` within `seconds`.
+    /// Whether the drives may move from `before` to `after` (mm or rad) within `seconds`.
     #[must_use]
     pub fn allows(&self, before: &[f64; MOST_DRIVES], after: &[f64; MOST_DRIVES], seconds: f64) -> bool {
-        let way = |k: usize| (after[k] - before[k]).abs();
-        let is_tracked = |(k, turn): (usize, &Option<f64>)| turn.is_none_or(|turn| way(k) <= SWUNG * turn);
+        let distance = |k: usize| (after[k] - before[k]).abs();
+        let is_tracked = |(k, full): (usize, &Option<f64>)| full.is_none_or(|full| distance(k) <= SWUNG * full);
         self.full_turns.iter().enumerate().all(is_tracked)
-            && self.speeds.iter().enumerate().all(|(k, most)| way(k) <= most * seconds)
+            && self.speeds.iter().enumerate().all(|(k, most)| distance(k) <= most * seconds)
     }
 
-    /// What a node costs more than one that is as programmed, mm: never more than a tie, together with [`Shape::motion`], beside which it is
-    /// little, so that a path begins turned and does not turn on its way.
-    fn aside(&self, node: usize) -> f64 {
-        let Some((turn, branch)) = self.programmed else { return 0.0 };
+    /// Cost added to a node not as programmed, mm: less than a tie, and small beside [`Shape::step_penalty`], so that γ rather stays.
+    fn tie_penalty(&self, node: usize) -> f64 {
+        let Some((gamma, branch)) = self.programmed else { return 0.0 };
         let stands_aside = node % self.branches != branch;
-        TIE_MM * (0.05 * self.apart(turn, node / self.branches) + if stands_aside { 0.25 } else { 0.0 })
+        TIE_MM * (0.05 * self.distance(gamma, node / self.branches) + if stands_aside { 0.25 } else { 0.0 })
     }
 
-    /// What it costs more to turn from one turn to another than to stay, mm.
-    fn motion(&self, from: usize, to: usize) -> f64 {
-        if self.programmed.is_some() { 0.5 * TIE_MM * self.apart(from, to) } else { 0.0 }
+    /// Cost added to a change of γ, mm.
+    fn step_penalty(&self, from: usize, to: usize) -> f64 {
+        if self.programmed.is_some() { 0.5 * TIE_MM * self.distance(from, to) } else { 0.0 }
     }
 
-    /// How far two turns are apart, as a share of the farthest.
-    fn apart(&self, a: usize, b: usize) -> f64 {
+    /// Steps between two values of γ, as a share of the largest.
+    fn distance(&self, a: usize, b: usize) -> f64 {
         let steps = a.abs_diff(b);
-        match self.wraps {
-            true => steps.min(self.turns - steps) as f64 / (self.turns / 2).max(1) as f64,
-            false => steps as f64 / self.turns.saturating_sub(1).max(1) as f64,
+        match self.is_cyclic {
+            true => steps.min(self.gammas - steps) as f64 / (self.gammas / 2).max(1) as f64,
+            false => steps as f64 / self.gammas.saturating_sub(1).max(1) as f64,
         }
     }
 
-    /// Turns from which `turn` is reached in `steps` steps either way.
-    fn near(&self, turn: usize, steps: usize) -> impl Iterator<Item = usize> + use<> {
-        let (turns, wraps) = (self.turns, self.wraps);
-        let there = move |k: usize| match wraps {
-            true => Some((turn + turns - k % turns) % turns),
-            false => turn.checked_sub(k),
+    /// Values of γ at most `steps` steps from `gamma`, each once.
+    fn neighbours(&self, gamma: usize, steps: usize) -> impl Iterator<Item = usize> + use<> {
+        let (gammas, is_cyclic) = (self.gammas, self.is_cyclic);
+        let there = move |k: usize| match is_cyclic {
+            true => Some((gamma + gammas - k % gammas) % gammas),
+            false => gamma.checked_sub(k),
         };
-        let back = move |k: usize| match wraps {
-            true => Some((turn + k) % turns),
-            false => Some(turn + k).filter(|turn| *turn < turns),
+        let back = move |k: usize| match is_cyclic {
+            true => Some((gamma + k) % gammas),
+            false => Some(gamma + k).filter(|gamma| *gamma < gammas),
         };
-        let is_twice = move |k: usize| k == 0 || (wraps && 2 * k == turns);
-        let most = if wraps { steps.min(turns / 2) } else { steps.min(turns - 1) };
+        let is_twice = move |k: usize| k == 0 || (is_cyclic && 2 * k == gammas);
+        let most = if is_cyclic { steps.min(gammas / 2) } else { steps.min(gammas - 1) };
         (0..=most).flat_map(move |k| there(k).into_iter().chain(back(k).filter(|_| !is_twice(k))))
     }
 }
 
-/// Where a way through the lattice ends, and why.
+/// The point at which the path through the lattice ends, and why.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct DeadEnd {
-    /// Index of the point.
+    /// Index of the path point.
     pub point: usize,
-    /// What hinders most turns there; `None` if there are some, but none that is reached from the point before within the band of
-    /// turns and the speeds of the drives.
+    /// Most frequent reason there; `None` if some γ are feasible, but none continues from the point before within band and speed limits.
     pub infeasible: Option<Infeasible>,
 }
 
 impl DeadEnd {
-    /// Word in tables.
+    /// The value of this reason in tables.
     #[must_use]
     pub fn label(&self) -> &'static str {
         self.infeasible.map_or("no_continuous_path", Infeasible::label)
     }
 
-    /// In words.
+    /// The point and the reason in words.
     #[must_use]
     pub fn reason(&self) -> String {
         let why = match self.infeasible {
@@ -134,6 +131,7 @@ impl DeadEnd {
         format!("point {}: {why}", self.point)
     }
 
+    /// The dead end at `point` with these `nodes`: all infeasible for their most frequent reason, or not connected.
     pub(super) fn of(point: usize, nodes: &[Node]) -> Self {
         let count = |infeasible: Infeasible| nodes.iter().filter(|node| **node == Err(infeasible)).count();
         let most = Infeasible::ALL.into_iter().rev().max_by_key(|infeasible| count(*infeasible));
@@ -141,64 +139,63 @@ impl DeadEnd {
     }
 }
 
-/// What holding one turn on one branch comes to.
+/// Cost of one constant γ on one branch so far.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Held {
-    /// Sum of squares of what counts, mm².
+pub struct ConstantCost {
+    /// Weighted sum of squared costs, mm².
     pub squares: f64,
-    /// Of how many points.
+    /// Sum of the weights.
     pub weight: f64,
-    /// The largest, mm.
+    /// Largest counted cost, mm.
     pub worst: f64,
 }
 
-/// What a motion in air is weighed by, mm: about what tools leave their paths by where they cut.
+/// Cost that weighs motion between cuts, mm: about the deviation of tools that cut.
 const AIR_MM: f64 = 1.0;
 
-/// No node before.
+/// Marks a node without predecessor.
 const NONE: u16 = u16::MAX;
 
-/// A walk through the lattice.
+/// Dynamic programming over the lattice, as far as the last knot.
 #[derive(Debug)]
 pub struct Walk {
     shape: Shape,
     objective: RedundancyObjective,
-    /// No node may cost more.
+    /// Nodes that cost more are left out, mm.
     ceiling_mm: f64,
-    /// The cheapest way to each node of the last knot: mm or mm², as the objective says.
+    /// Cost of the cheapest path to each node of the last knot, mm or mm² as the objective says.
     value: Vec<f64>,
     before: Vec<Node>,
-    /// Of each knot but the first, the turn before each node.
+    /// Index of the best γ before, for each node of all knots but the first.
     back: Vec<u16>,
-    /// What holding each turn comes to; `None` where it cannot be held.
-    pub held: Vec<Option<Held>>,
-    /// The first knot that no way leads to.
+    /// Cost of each constant γ on each branch; `None` where it is infeasible.
+    pub costs: Vec<Option<ConstantCost>>,
+    /// The first knot that no path reaches.
     pub dead_end: Option<DeadEnd>,
 }
 
 impl Walk {
-    /// A walk that has passed nothing. `worst` objectives are solved twice: first for the least largest cost, then with that as
-    /// `ceiling_mm` for the least sum of squares.
+    /// Starts before the first knot; nodes that cost more than `ceiling_mm` are left out.
     #[must_use]
     pub fn new(shape: Shape, objective: RedundancyObjective, ceiling_mm: f64) -> Self {
-        let held = vec![Some(Held { squares: 0.0, weight: 0.0, worst: 0.0 }); shape.turns * shape.branches];
+        let costs = vec![Some(ConstantCost { squares: 0.0, weight: 0.0, worst: 0.0 }); shape.gammas * shape.branches];
         let (value, before, back) = (Vec::new(), Vec::new(), Vec::new());
-        Self { shape, objective, ceiling_mm, value, before, back, held, dead_end: None }
+        Self { shape, objective, ceiling_mm, value, before, back, costs, dead_end: None }
     }
 
-    /// Goes on to the knot at `point`.
+    /// Adds the knot at path point `point`.
     pub fn step(&mut self, point: usize, layer: Layer) {
         let Layer { weight, band, seconds, nodes } = layer;
-        let counted = |standing: &Standing| if weight > 0.0 { standing.cost_mm } else { 0.0 };
+        let counted = |standing: &NodeState| if weight > 0.0 { standing.cost_mm } else { 0.0 };
         let is_first = self.before.is_empty();
-        let own: Vec<Option<&Standing>> =
+        let own: Vec<Option<&NodeState>> =
             nodes.iter().map(|node| node.as_ref().ok().filter(|at| counted(at) <= self.ceiling_mm)).collect();
-        self.hold(&nodes, weight, seconds, is_first);
+        self.update_constant(&nodes, weight, seconds, is_first);
         let (mut value, mut back) = (vec![f64::INFINITY; nodes.len()], vec![NONE; nodes.len()]);
         for (node, at) in own.iter().enumerate() {
             let Some(at) = at else { continue };
-            // From as programmed to the first turn, as motion is: what has no effect is not turned back for.
-            let aside = if is_first { self.shape.aside(node) } else { 0.0 };
+            // The first γ is charged once, like a step: a γ without effect is not turned back.
+            let aside = if is_first { self.shape.tie_penalty(node) } else { 0.0 };
             let with = |so_far: f64, more: f64| {
                 let cost = at.cost_mm + aside + more;
                 match self.objective {
@@ -210,7 +207,7 @@ impl Walk {
                 }
             };
             let reached =
-                if is_first { Some((with(0.0, 0.0), NONE)) } else { self.reach(node, at, band, seconds, with) };
+                if is_first { Some((with(0.0, 0.0), NONE)) } else { self.cheapest_step(node, at, band, seconds, with) };
             let Some((cost, from)) = reached else { continue };
             (value[node], back[node]) = (cost, from);
         }
@@ -223,23 +220,22 @@ impl Walk {
         (self.value, self.before) = (value, nodes);
     }
 
-    /// The cheapest way to a node at which the machine stands as in `at`, and the turn that it comes from; `with`: what a way comes to with
-    /// the node, from what it came to before and what the motion costs.
-    fn reach(
+    /// Cost of the cheapest path to `node` with state `at`, and the γ before it. `with(cost, penalty)` adds this node to a path.
+    fn cheapest_step(
         &self,
         node: usize,
-        at: &Standing,
+        at: &NodeState,
         band: usize,
         seconds: f64,
         with: impl Fn(f64, f64) -> f64,
     ) -> Option<(f64, u16)> {
-        let (turn, branch) = (node / self.shape.branches, node % self.shape.branches);
+        let (gamma, branch) = (node / self.shape.branches, node % self.shape.branches);
         let mut cheapest: Option<(f64, u16)> = None;
-        for from in self.shape.near(turn, band) {
+        for from in self.shape.neighbours(gamma, band) {
             let before = from * self.shape.branches + branch;
             let so_far = self.value[before];
             if so_far.is_finite()
-                && let value = with(so_far, self.shape.motion(from, turn))
+                && let value = with(so_far, self.shape.step_penalty(from, gamma))
                 && cheapest.is_none_or(|(least, _)| value < least)
                 && let Ok(standing) = &self.before[before]
                 && self.shape.allows(&standing.drives, &at.drives, seconds)
@@ -250,57 +246,58 @@ impl Walk {
         cheapest
     }
 
-    fn hold(&mut self, nodes: &[Node], weight: f64, seconds: f64, is_first: bool) {
-        for (k, (held, node)) in self.held.iter_mut().zip(nodes).enumerate() {
-            let is_tracked = |at: &Standing| match self.before.get(k) {
+    /// Adds a knot to the cost of each constant γ; one that is infeasible there or cannot be tracked drops out.
+    fn update_constant(&mut self, nodes: &[Node], weight: f64, seconds: f64, is_first: bool) {
+        for (k, (cost, node)) in self.costs.iter_mut().zip(nodes).enumerate() {
+            let is_tracked = |at: &NodeState| match self.before.get(k) {
                 Some(Ok(before)) => self.shape.allows(&before.drives, &at.drives, seconds),
                 _ => is_first,
             };
-            *held = match (*held, node) {
-                (Some(held), Ok(at)) if is_tracked(at) => Some(Held {
-                    squares: held.squares + weight * at.cost_mm * at.cost_mm,
-                    weight: held.weight + weight,
-                    worst: if weight > 0.0 { held.worst.max(at.cost_mm) } else { held.worst },
+            *cost = match (*cost, node) {
+                (Some(cost), Ok(at)) if is_tracked(at) => Some(ConstantCost {
+                    squares: cost.squares + weight * at.cost_mm * at.cost_mm,
+                    weight: cost.weight + weight,
+                    worst: if weight > 0.0 { cost.worst.max(at.cost_mm) } else { cost.worst },
                 }),
                 _ => None,
             };
         }
     }
 
-    /// The cheapest way: what it comes to, the turn at each knot, and the branch.
+    /// The cheapest path: its cost, the index of γ at each knot, and the branch; `None` at a dead end.
     #[must_use]
     pub fn cheapest(&self) -> Option<(f64, Vec<usize>, usize)> {
         let nodes = self.value.len();
         let (mut node, value) = least(self.value.iter().copied())?;
         let branch = node % self.shape.branches;
-        let mut turns = vec![node / self.shape.branches];
+        let mut gammas = vec![node / self.shape.branches];
         for layer in self.back.chunks_exact(nodes).rev() {
             let from = layer[node] as usize;
-            turns.push(from);
+            gammas.push(from);
             node = from * self.shape.branches + branch;
         }
-        turns.reverse();
-        Some((value, turns, branch))
+        gammas.reverse();
+        Some((value, gammas, branch))
     }
 
-    /// The turn and branch that are best held all along; of those that are so within a tie, the nearest to as programmed.
+    /// Indices of the best constant γ and its branch; within a tie the nearest to as programmed. `None` if none is feasible.
     #[must_use]
-    pub fn best_held(&self) -> Option<(usize, usize)> {
-        let held = || self.held.iter().enumerate().filter_map(|(node, held)| Some((node, (*held)?)));
+    pub fn best_constant(&self) -> Option<(usize, usize)> {
+        let costs = || self.costs.iter().enumerate().filter_map(|(node, cost)| Some((node, (*cost)?)));
         let most = match self.objective {
             RedundancyObjective::Rms => f64::INFINITY,
-            RedundancyObjective::Worst => held().map(|(_, held)| held.worst).fold(f64::INFINITY, f64::min) + TIE_MM,
+            RedundancyObjective::Worst => costs().map(|(_, cost)| cost.worst).fold(f64::INFINITY, f64::min) + TIE_MM,
         };
-        let rms = |held: &Held| (held.squares / held.weight.max(1.0)).sqrt();
-        let within = || held().filter(|(_, held)| held.worst <= most).map(|(node, held)| (node, rms(&held)));
+        let rms = |cost: &ConstantCost| (cost.squares / cost.weight.max(1.0)).sqrt();
+        let within = || costs().filter(|(_, cost)| cost.worst <= most).map(|(node, cost)| (node, rms(&cost)));
         let least = within().map(|(_, rms)| rms).fold(f64::INFINITY, f64::min);
         let tied = within().filter(|(_, rms)| *rms <= least + TIE_MM).map(|(node, _)| node);
-        let node = tied.reduce(|a, b| if self.shape.aside(b) < self.shape.aside(a) { b } else { a })?;
+        let node = tied.reduce(|a, b| if self.shape.tie_penalty(b) < self.shape.tie_penalty(a) { b } else { a })?;
         Some((node / self.shape.branches, node % self.shape.branches))
     }
 }
 
-/// The first of the least finite values.
+/// Index and value of the first least finite value.
 fn least(values: impl Iterator<Item = f64>) -> Option<(usize, f64)> {
     values.enumerate().filter(|(_, value)| value.is_finite()).reduce(|a, b| if b.1 < a.1 { b } else { a })
 }

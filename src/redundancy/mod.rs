@@ -1,9 +1,9 @@
 //! Rotation about the tool axis, the redundancy angle γ: at which γ the loaded tool stays nearest to its path.
 //!
-//! A machine that controls all six coordinates, with a tool that rotates, may turn its platform about the tool's axis by any angle γ at
-//! each point. Where a lattice of points, turns and branches has nodes, the loaded machine is solved exactly (`nodes`); the cheapest
-//! way through it within a band of turns is found by dynamic programming (`lattice`), and turns between its own are found point by
-//! point (`refine`). What is said of the result is what the machine does when it is tracked along the turned path (`along`).
+//! A machine that controls all six coordinates, with a tool that rotates, may rotate its platform about the tool axis by any angle γ at
+//! each point. At the nodes of a lattice of points, γ and branches the loaded machine is solved exactly (`nodes`); the cheapest path
+//! through it within a band of γ is found by dynamic programming (`lattice`), and γ between those of the lattice are found point by
+//! point (`refine`). Reported is what the machine does when it is tracked along the rotated path (`along`).
 
 mod along;
 #[cfg(not(target_family = "wasm"))]
@@ -22,23 +22,23 @@ use std::cmp::Ordering;
 use rayon::prelude::*;
 use serde::Serialize;
 
-pub use along::TurnedAlong;
+pub use along::PathCost;
 #[cfg(not(target_family = "wasm"))]
-pub(crate) use at_points::at_points;
+pub(crate) use at_points::nodes_at_points;
 pub use lattice::DeadEnd;
 pub use nodes::Infeasible;
 #[cfg(not(target_family = "wasm"))]
 pub(crate) use nodes::Node;
 #[cfg(not(target_family = "wasm"))]
 pub(crate) use turnable::check;
-pub use turnable::{OnBranch, TurnAsked};
+pub use turnable::{BranchMachine, GammaProblem};
 
 use self::{
     knots::{Knot, knots},
     lattice::{Layer, Shape, TIE_MM, Walk},
     nodes::Solver,
-    refine::Refined,
-    turnable::Turnable,
+    refine::Refinement,
+    turnable::RotatablePath,
 };
 use crate::{
     compensation::TaskPoint,
@@ -53,12 +53,12 @@ use crate::{
 #[cfg(not(target_family = "wasm"))]
 use crate::{machine::Configuration, process::RedundancySettings, toolpath::PathPoint};
 
-/// What tests hold against all ways: no part of the interface.
+/// Items for tests, which compare the lattice with all its paths; not part of the interface.
 #[doc(hidden)]
 pub mod internals {
     pub use super::{
         lattice::{Layer, Shape, Walk},
-        nodes::Standing,
+        nodes::NodeState,
         turnable::MOST_DRIVES,
     };
 }
@@ -68,12 +68,12 @@ const STRIPE: usize = 64;
 /// Most nodes of a lattice, all knots together.
 const MOST_NODES: usize = 1 << 28;
 
-/// Turns along a path, and what the loaded tool does then.
+/// A path rotated by γ about the tool axis at each point, and how far the loaded tool is from it.
 #[derive(Debug, Clone, Serialize)]
-pub struct Turned {
-    /// The branch on which the machine stands, of an arm.
+pub struct RotatedPath {
+    /// The arm's branch; `None` on a machine without branches.
     pub branch: Option<Branch>,
-    /// The machine on it.
+    /// The nominal machine on this branch.
     #[serde(skip)]
     pub machine: Machine,
     /// γ at each point, degrees.
@@ -81,47 +81,47 @@ pub struct Turned {
     pub turns_deg: Vec<f64>,
     /// Least and largest γ, degrees.
     pub range_deg: [f64; 2],
-    /// The path with its platform turned so.
+    /// The path with its platform orientations rotated.
     #[serde(skip)]
     pub path: Toolpath,
-    /// What the loaded tool does along it.
-    pub along: TurnedAlong,
+    /// How far the loaded tool is from the path.
+    pub along: PathCost,
 }
 
-/// What was found on the lattice.
+/// The best γ at each knot of the lattice, before refinement.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct OnLattice {
-    /// Index of the point of each knot.
+pub struct LatticePath {
+    /// Index of the path point of each knot.
     pub points: Vec<usize>,
-    /// γ there, degrees: the turns of the lattice, gone on from one to the next.
+    /// γ at each knot, degrees, continued from knot to knot without jumps of a full turn.
     pub turns_deg: Vec<f64>,
-    /// The branch, of an arm.
+    /// The arm's branch; `None` on a machine without branches.
     pub branch: Option<Branch>,
-    /// What it comes to over the points that count, mm: root mean square or largest, as the objective says.
+    /// The objective over the counted points, mm: root mean square or largest cost.
     pub value_mm: f64,
 }
 
-/// Rotation about the tool axis along a path.
+/// Results of the search for γ along a path: as programmed, the best constant γ and the best γ at each point.
 #[derive(Debug, Clone)]
 pub struct FoundGamma {
-    /// At the orientations that the path gives.
-    pub as_programmed: TurnedAlong,
-    /// Turned by the same angle everywhere.
-    pub best_constant: std::result::Result<Turned, DeadEnd>,
-    /// Turned point by point; the constant turn where only that is sought.
-    pub best: std::result::Result<Turned, DeadEnd>,
-    /// What the lattice came to.
-    pub on_lattice: std::result::Result<OnLattice, DeadEnd>,
-    /// Branches that are left out since the machine cannot stand on them, and why.
+    /// Cost of the path at the programmed orientations.
+    pub as_programmed: PathCost,
+    /// The path at the best γ that is the same everywhere.
+    pub best_constant: std::result::Result<RotatedPath, DeadEnd>,
+    /// The path at the best γ of each point; the best constant γ if only that was asked for.
+    pub best: std::result::Result<RotatedPath, DeadEnd>,
+    /// The solution on the lattice.
+    pub on_lattice: std::result::Result<LatticePath, DeadEnd>,
+    /// Branches left out because the machine has no home on them, and why.
     pub refused: Vec<(Branch, String)>,
-    /// Points that count.
+    /// Whether each point counts: the tool cuts there, or nowhere on the path.
     pub counted: Vec<bool>,
 }
 
 impl FoundGamma {
-    /// The turns that `redundancy` asks for; `None` as programmed.
+    /// The path at the γ of this choice; `None` if the tool stays as programmed.
     #[must_use]
-    pub fn chosen(&self, redundancy: GammaChoice) -> Option<&std::result::Result<Turned, DeadEnd>> {
+    pub fn result_for(&self, redundancy: GammaChoice) -> Option<&std::result::Result<RotatedPath, DeadEnd>> {
         match redundancy {
             GammaChoice::AsProgrammed => None,
             GammaChoice::BestConstant => Some(&self.best_constant),
@@ -130,65 +130,56 @@ impl FoundGamma {
     }
 }
 
-/// Seeks the turns about the tool's axis along a path, on the current rayon pool. What is found does not depend on its threads.
-///
-/// # Errors
-/// A machine that cannot turn its tool freely, a lattice that is too large, and those of `work`.
-pub fn seek(asked: TurnAsked<'_>, work: &Work) -> Result<FoundGamma> {
-    let path = Turnable::new(asked)?;
+/// Finds the best γ along a path, on the current rayon pool; independent of the number of threads. `Err` if the machine cannot rotate its
+/// tool freely or the lattice is too large, or from `work`.
+pub fn search_gamma(asked: GammaProblem<'_>, work: &Work) -> Result<FoundGamma> {
+    let path = RotatablePath::new(asked)?;
     let lattice = Lattice::new(&path)?;
-    let as_programmed = along::along(&path, &Machines::new(asked.machine, asked.errors)?, &programmed(&path));
-    let walk = lattice.walk(asked.turn.objective, f64::INFINITY, work)?;
-    let best_constant = match walk.best_held() {
-        Some((turn, on_branch)) => {
-            let turn = constant::refined(&path, &lattice.shape, on_branch, lattice.turns[turn], lattice.step, work)?;
-            Ok(turned(&path, on_branch, vec![turn; path.points().len()]))
+    let as_programmed = along::path_cost(&path, &Machines::new(asked.machine, asked.errors)?, &programmed_tasks(&path));
+    let walk = lattice.walk(asked.settings.objective, f64::INFINITY, work)?;
+    let best_constant = match walk.best_constant() {
+        Some((gamma, on_branch)) => {
+            let gamma = constant::refine(&path, &lattice.shape, on_branch, lattice.gammas[gamma], lattice.step, work)?;
+            Ok(rotated_path(&path, on_branch, vec![gamma; path.points().len()]))
         }
         None => Err(walk.dead_end.clone().unwrap_or(DeadEnd { point: 0, infeasible: None })),
     };
-    let (on_lattice, best) = if asked.turn.gamma == GammaChoice::Best {
-        best(&path, &lattice, walk, &best_constant, work)?
+    let (on_lattice, best) = if asked.settings.gamma == GammaChoice::Best {
+        best_gamma(&path, &lattice, walk, &best_constant, work)?
     } else {
-        (lattice.found(&walk, asked.turn.objective).map(|(_, found)| found), best_constant.clone())
+        (lattice.solution(&walk, asked.settings.objective).map(|(_, found)| found), best_constant.clone())
     };
-    let counted = (0..path.points().len()).map(|k| path.counts(k)).collect();
+    let counted = (0..path.points().len()).map(|k| path.is_counted(k)).collect();
     Ok(FoundGamma { as_programmed, best_constant, best, on_lattice, refused: path.refused, counted })
 }
 
-/// What the cheapest turns of the lattice come to along a path at a place, mm, as the objective says; without refinement. For searches
-/// that ask of many places.
-///
-/// # Errors
-/// As [`seek`].
-pub fn lattice_cost(asked: TurnAsked<'_>, work: &Work) -> Result<std::result::Result<OnLattice, DeadEnd>> {
-    let path = Turnable::new(asked)?;
+/// Finds the best γ on the lattice without refinement, for searches over many workpiece placements. `Err` as of [`search_gamma`].
+pub fn lattice_cost(asked: GammaProblem<'_>, work: &Work) -> Result<std::result::Result<LatticePath, DeadEnd>> {
+    let path = RotatablePath::new(asked)?;
     let lattice = Lattice::new(&path)?;
-    let walk = lattice.walk(asked.turn.objective, f64::INFINITY, work)?;
-    Ok(lattice.found(&walk, asked.turn.objective).map(|(_, found)| found))
+    let walk = lattice.walk(asked.settings.objective, f64::INFINITY, work)?;
+    Ok(lattice.solution(&walk, asked.settings.objective).map(|(_, found)| found))
 }
 
-/// The turns of the lattice at which the machine can be at each point of a path at a place, rad, and as programmed if that is within their
-/// range: those that leave the loaded tool nearest to the path first. For searches that ask of many places.
-///
-/// # Errors
-/// A machine that cannot turn its tool freely, and those of `work`.
+/// Values of γ on the lattice, rad, at which the machine reaches each point of the path on its own, least cost first; with γ = 0 if it is in
+/// range. `Err` if the machine cannot rotate its tool freely, or from `work`.
 #[cfg(not(target_family = "wasm"))]
-pub fn turns_by_cost(asked: TurnAsked<'_>, work: &Work) -> Result<std::result::Result<Vec<f64>, DeadEnd>> {
-    let path = Turnable::new(asked)?;
-    let [low, high] = asked.turn.range_deg;
-    let mut turns = path.turns();
-    if (low..=high).contains(&0.0) && !turns.contains(&0.0) {
-        turns.push(0.0);
+pub fn gammas_by_cost(asked: GammaProblem<'_>, work: &Work) -> Result<std::result::Result<Vec<f64>, DeadEnd>> {
+    let path = RotatablePath::new(asked)?;
+    let [low, high] = asked.settings.range_deg;
+    let mut gammas = path.gammas();
+    if (low..=high).contains(&0.0) && !gammas.contains(&0.0) {
+        gammas.push(0.0);
     }
     let mut solver = Solver::new(&path);
-    let mut costs = vec![Some(0.0f64); turns.len() * path.on_branches.len()];
+    let mut costs = vec![Some(0.0f64); gammas.len() * path.on_branches.len()];
     for k in 0..path.points().len() {
         work.check()?;
-        let nodes = solver.layer(k, &turns);
+        let nodes = solver.layer(k, &gammas);
         for (cost, node) in costs.iter_mut().zip(&nodes) {
             let so_far = cost.zip(node.ok().map(|at| at.cost_mm));
-            *cost = so_far.map(|(so_far, here)| match asked.turn.objective {
-                _ if !path.counts(k) => so_far,
+            *cost = so_far.map(|(so_far, here)| match asked.settings.objective {
+                _ if !path.is_counted(k) => so_far,
                 RedundancyObjective::Rms => so_far + here * here,
                 RedundancyObjective::Worst => so_far.max(here),
             });
@@ -198,148 +189,146 @@ pub fn turns_by_cost(asked: TurnAsked<'_>, work: &Work) -> Result<std::result::R
         }
     }
     let least = |costs: &[Option<f64>]| costs.iter().flatten().copied().reduce(f64::min);
-    let of_turns = turns.into_iter().zip(costs.chunks(path.on_branches.len()).map(least));
-    let mut found: Vec<(f64, f64)> = of_turns.filter_map(|(turn, cost)| Some((cost?, turn))).collect();
+    let by_gamma = gammas.into_iter().zip(costs.chunks(path.on_branches.len()).map(least));
+    let mut found: Vec<(f64, f64)> = by_gamma.filter_map(|(gamma, cost)| Some((cost?, gamma))).collect();
     found.sort_by(|a, b| a.0.total_cmp(&b.0));
-    Ok(Ok(found.into_iter().map(|(_, turn)| turn).collect()))
+    Ok(Ok(found.into_iter().map(|(_, gamma)| gamma).collect()))
 }
 
-/// Why the machine cannot go on to a point at which it stands `here`, from the point `before`: the room that turns leave to the ends of
-/// travel and to singularities, and how far and how fast drives move.
+/// Why the machine cannot stand at the point `here` or cannot move there from the point `before`: margins to travel limits and singularities,
+/// a swing of a hinge, or speed limits; `None` if it can.
 #[cfg(not(target_family = "wasm"))]
-pub(crate) fn infeasible_turns(
-    turn: &RedundancySettings,
+pub(crate) fn infeasible_step(
+    settings: &RedundancySettings,
     machine: &Machine,
     before: Option<(&PathPoint, &Configuration)>,
     here: (&PathPoint, &Configuration),
 ) -> Option<&'static str> {
-    if let Err(infeasible) = nodes::room(turn, machine, here.1) {
+    if let Err(infeasible) = nodes::check_margins(settings, machine, here.1) {
         return Some(infeasible.words());
     }
     let (before, last) = before?;
-    let (_, seconds) = knots::way(before, here.0);
+    let (_, seconds) = knots::length_and_time(before, here.0);
     let drives = |at: &Configuration| {
         let mut drives = [0.0; turnable::MOST_DRIVES];
         drives.iter_mut().zip(&at.drives).for_each(|(own, rho)| *own = *rho);
         drives
     };
-    let is_tracked = Shape::of(machine, turn).allows(&drives(last), &drives(here.1), seconds);
+    let is_tracked = Shape::of(machine, settings).allows(&drives(last), &drives(here.1), seconds);
     (!is_tracked).then_some("reached from the point before only by a swing of a hinge, or faster than the drives move")
 }
 
-/// The path of `asked` with its platform turned by `turn`, rad, all along.
-///
-/// # Errors
-/// A machine that cannot turn its tool freely.
+/// The path of `asked` with all its platform orientations rotated by `gamma`, rad, about the tool axis. `Err` if the machine cannot do so.
 #[cfg(not(target_family = "wasm"))]
-pub fn turned_by(asked: TurnAsked<'_>, turn: f64) -> Result<Toolpath> {
-    let path = Turnable::new(asked)?;
-    Ok(path.turned(&vec![turn; path.points().len()]))
+pub fn rotated_by(asked: GammaProblem<'_>, gamma: f64) -> Result<Toolpath> {
+    let path = RotatablePath::new(asked)?;
+    Ok(path.rotated(&vec![gamma; path.points().len()]))
 }
 
-/// What the path asks for as it is.
-fn programmed(path: &Turnable<'_>) -> Vec<TaskPoint> {
+/// Task points of the path at γ = 0.
+fn programmed_tasks(path: &RotatablePath<'_>) -> Vec<TaskPoint> {
     (0..path.points().len()).map(|k| path.task(k, 0.0)).collect()
 }
 
-/// The cheapest turns of the lattice, refined; never worse than the constant one.
-fn best(
-    path: &Turnable<'_>,
+/// The best γ at each point: the lattice solution and its refinement, or the constant γ if that is as good.
+fn best_gamma(
+    path: &RotatablePath<'_>,
     lattice: &Lattice<'_>,
     walk: Walk,
-    constant: &std::result::Result<Turned, DeadEnd>,
+    constant: &std::result::Result<RotatedPath, DeadEnd>,
     work: &Work,
-) -> Result<(std::result::Result<OnLattice, DeadEnd>, std::result::Result<Turned, DeadEnd>)> {
-    let objective = path.asked.turn.objective;
+) -> Result<(std::result::Result<LatticePath, DeadEnd>, std::result::Result<RotatedPath, DeadEnd>)> {
+    let objective = path.asked.settings.objective;
     let (walk, of_lattice) = match (objective, walk.cheapest()) {
         (RedundancyObjective::Worst, Some((largest, ..))) => {
             (lattice.walk(RedundancyObjective::Rms, largest, work)?, Some(largest))
         }
         _ => (walk, None),
     };
-    let (on_branch, mut found) = match lattice.found(&walk, RedundancyObjective::Rms) {
+    let (on_branch, mut found) = match lattice.solution(&walk, RedundancyObjective::Rms) {
         Ok(found) => found,
         Err(dead_end) => return Ok((Err(dead_end.clone()), Err(dead_end))),
     };
     found.value_mm = of_lattice.unwrap_or(found.value_mm);
-    let refined = Refined {
+    let refined = Refinement {
         path,
         shape: &lattice.shape,
         branch: on_branch,
-        rate: path.asked.turn.max_step_deg_per_mm.to_radians(),
-        reach: lattice.step,
+        rate: path.asked.settings.max_step_deg_per_mm.to_radians(),
+        max_shift: lattice.step,
         work,
     };
-    let turns = refined.refined(lattice.between(&found))?;
-    let best = turned(path, on_branch, turns);
-    let value = |turned: &Turned| match objective {
+    let gammas = refined.refine(lattice.interpolated(&found))?;
+    let best = rotated_path(path, on_branch, gammas);
+    let value = |turned: &RotatedPath| match objective {
         RedundancyObjective::Rms => turned.along.rms_mm,
         RedundancyObjective::Worst => turned.along.worst_mm,
     };
-    let unsolved = |turned: &Turned| turned.along.points - turned.along.solved;
-    // To turn on the way must be worth more than a tie.
-    let is_as_good = |constant: &&Turned| match unsolved(constant).cmp(&unsolved(&best)) {
-        Ordering::Equal => value(constant).zip(value(&best)).is_none_or(|(held, turned)| held <= turned + TIE_MM),
+    let unsolved = |turned: &RotatedPath| turned.along.points - turned.along.solved;
+    // A change of γ on the way must be worth more than a tie.
+    let is_as_good = |constant: &&RotatedPath| match unsolved(constant).cmp(&unsolved(&best)) {
+        Ordering::Equal => value(constant).zip(value(&best)).is_none_or(|(a, b)| a <= b + TIE_MM),
         other => other == Ordering::Less,
     };
     let best = constant.as_ref().ok().filter(is_as_good).cloned().unwrap_or(best);
     Ok((Ok(found), Ok(best)))
 }
 
-/// The path turned by `turns` (rad), and what the machine does along it on branch number `on_branch`.
-fn turned(path: &Turnable<'_>, on_branch: usize, turns: Vec<f64>) -> Turned {
-    let OnBranch { branch, machine, machines } = &path.on_branches[on_branch];
-    let tasks: Vec<TaskPoint> = turns.iter().enumerate().map(|(k, turn)| path.task(k, *turn)).collect();
-    let turns_deg: Vec<f64> = turns.iter().map(|turn| turn.to_degrees()).collect();
+/// The path rotated by `gammas` (rad, one for each point), and its cost on branch number `on_branch`.
+fn rotated_path(path: &RotatablePath<'_>, on_branch: usize, gammas: Vec<f64>) -> RotatedPath {
+    let BranchMachine { branch, machine, machines } = &path.on_branches[on_branch];
+    let tasks: Vec<TaskPoint> = gammas.iter().enumerate().map(|(k, gamma)| path.task(k, *gamma)).collect();
+    let turns_deg: Vec<f64> = gammas.iter().map(|gamma| gamma.to_degrees()).collect();
     let end = |of: fn(f64, f64) -> f64| turns_deg.iter().copied().reduce(of).unwrap_or_default();
-    Turned {
+    RotatedPath {
         branch: *branch,
         machine: machine.clone(),
         range_deg: [end(f64::min), end(f64::max)],
         turns_deg,
-        path: path.turned(&turns),
-        along: along::along(path, machines, &tasks),
+        path: path.rotated(&gammas),
+        along: along::path_cost(path, machines, &tasks),
     }
 }
 
-/// The lattice of a path.
+/// Values of γ, branches and knots at which a path is solved.
 struct Lattice<'a> {
-    path: &'a Turnable<'a>,
-    /// rad.
-    turns: Vec<f64>,
-    /// Between neighbouring turns, rad.
+    path: &'a RotatablePath<'a>,
+    /// Values of γ, rad.
+    gammas: Vec<f64>,
+    /// Between neighbouring values, rad.
     step: f64,
     shape: Shape,
     knots: Vec<Knot>,
 }
 
 impl<'a> Lattice<'a> {
-    fn new(path: &'a Turnable<'a>) -> Result<Self> {
-        let (turns, turn) = (path.turns(), path.asked.turn);
-        let [low, high] = turn.range_deg.map(f64::to_radians);
-        let step = (high - low) / (turns.len() - usize::from(!path.wraps())) as f64;
-        let knots = knots(path.points(), turn.max_step_deg_per_mm.to_radians() / step, |k| path.counts(k));
-        let of_drives = Shape::of(path.asked.machine, turn);
-        let nearest = (0..turns.len()).min_by(|a, b| turns[*a].abs().total_cmp(&turns[*b].abs())).unwrap_or_default();
+    /// Lays the lattice over `path`. `Err` if it would have more than [`MOST_NODES`] nodes.
+    fn new(path: &'a RotatablePath<'a>) -> Result<Self> {
+        let (gammas, settings) = (path.gammas(), path.asked.settings);
+        let [low, high] = settings.range_deg.map(f64::to_radians);
+        let step = (high - low) / (gammas.len() - usize::from(!path.is_cyclic())) as f64;
+        let knots = knots(path.points(), settings.max_step_deg_per_mm.to_radians() / step, |k| path.is_counted(k));
+        let of_drives = Shape::of(path.asked.machine, settings);
+        let least = (0..gammas.len()).min_by(|a, b| gammas[*a].abs().total_cmp(&gammas[*b].abs())).unwrap_or_default();
         let own = path.asked.machine.branch_of(&path.asked.machine.home);
         let on_branch = path.on_branches.iter().position(|on_branch| on_branch.branch == own).unwrap_or_default();
-        let (branches, wraps, programmed) = (path.on_branches.len(), path.wraps(), Some((nearest, on_branch)));
-        let shape = Shape { branches, turns: turns.len(), wraps, programmed, ..of_drives };
-        let nodes = knots.len().saturating_mul(shape.turns * shape.branches);
+        let (branches, is_cyclic, programmed) = (path.on_branches.len(), path.is_cyclic(), Some((least, on_branch)));
+        let shape = Shape { branches, gammas: gammas.len(), is_cyclic, programmed, ..of_drives };
+        let nodes = knots.len().saturating_mul(shape.gammas * shape.branches);
         if nodes > MOST_NODES {
             let problem = format!(
                 "the lattice of {} points, {} values of γ and {} branches has {nodes} nodes: expected at most {MOST_NODES}; a larger \
                  redundancy.step_deg or a part of the path has fewer",
                 knots.len(),
-                shape.turns,
+                shape.gammas,
                 shape.branches
             );
             return Err(Error::Argument { argument: "redundancy".into(), problem });
         }
-        Ok(Self { path, turns, step, shape, knots })
+        Ok(Self { path, gammas, step, shape, knots })
     }
 
-    /// Walks through all knots.
+    /// Solves the nodes of all knots and finds the cheapest path to each; nodes above `ceiling_mm` are left out.
     fn walk(&self, objective: RedundancyObjective, ceiling_mm: f64, work: &Work) -> Result<Walk> {
         let mut walk = Walk::new(self.shape.clone(), objective, ceiling_mm);
         work.tell(Event::Stage(Stage { of: "points at all γ", items: self.knots.len() }));
@@ -351,7 +340,7 @@ impl<'a> Lattice<'a> {
                     weight: knot.weight,
                     band: knot.band,
                     seconds: knot.seconds,
-                    nodes: solver.layer(knot.point, &self.turns),
+                    nodes: solver.layer(knot.point, &self.gammas),
                 },
             );
             let layers: Vec<Layer> = layers.collect();
@@ -363,48 +352,52 @@ impl<'a> Lattice<'a> {
         Ok(walk)
     }
 
-    /// What `walk` has found: the branch, and the turns at the knots.
-    fn found(&self, walk: &Walk, objective: RedundancyObjective) -> std::result::Result<(usize, OnLattice), DeadEnd> {
+    /// The cheapest path that `walk` found: number of its branch, and γ at the knots.
+    fn solution(
+        &self,
+        walk: &Walk,
+        objective: RedundancyObjective,
+    ) -> std::result::Result<(usize, LatticePath), DeadEnd> {
         let dead_end = || walk.dead_end.clone().unwrap_or(DeadEnd { point: 0, infeasible: None });
-        let (value, places, on_branch) = walk.cheapest().ok_or_else(dead_end)?;
+        let (value, indices, on_branch) = walk.cheapest().ok_or_else(dead_end)?;
         let counted: f64 = self.knots.iter().map(|knot| knot.weight).sum();
         let value_mm = match objective {
             RedundancyObjective::Rms => (value / counted.max(1.0)).sqrt(),
             RedundancyObjective::Worst => value,
         };
-        let mut turns_deg: Vec<f64> = Vec::with_capacity(places.len());
-        for (k, place) in places.iter().enumerate() {
-            let steps = k.checked_sub(1).map_or(0, |before| self.steps(places[before], *place));
-            let before = turns_deg.last().copied().unwrap_or_else(|| self.turns[*place].to_degrees());
+        let mut turns_deg: Vec<f64> = Vec::with_capacity(indices.len());
+        for (k, index) in indices.iter().enumerate() {
+            let steps = k.checked_sub(1).map_or(0, |before| self.steps_between(indices[before], *index));
+            let before = turns_deg.last().copied().unwrap_or_else(|| self.gammas[*index].to_degrees());
             turns_deg.push(before + steps as f64 * self.step.to_degrees());
         }
         let points = self.knots.iter().map(|knot| knot.point).collect();
-        Ok((on_branch, OnLattice { points, turns_deg, branch: self.path.on_branches[on_branch].branch, value_mm }))
+        Ok((on_branch, LatticePath { points, turns_deg, branch: self.path.on_branches[on_branch].branch, value_mm }))
     }
 
-    /// Steps from one turn of the lattice to another, the shorter way round.
-    fn steps(&self, from: usize, to: usize) -> isize {
-        let (apart, turns) = (to as isize - from as isize, self.shape.turns as isize);
-        match self.shape.wraps {
-            true if 2 * apart > turns => apart - turns,
-            true if 2 * apart < -turns => apart + turns,
+    /// Signed steps from one value of γ to another, the shorter way round if γ wraps.
+    fn steps_between(&self, from: usize, to: usize) -> isize {
+        let (apart, gammas) = (to as isize - from as isize, self.shape.gammas as isize);
+        match self.shape.is_cyclic {
+            true if 2 * apart > gammas => apart - gammas,
+            true if 2 * apart < -gammas => apart + gammas,
             _ => apart,
         }
     }
 
-    /// γ at each point, rad: between knots in proportion to the length of the path.
-    fn between(&self, found: &OnLattice) -> Vec<f64> {
+    /// γ at each path point, rad, linear in arc length between the knots of `found`.
+    fn interpolated(&self, found: &LatticePath) -> Vec<f64> {
         let points = self.path.points();
-        let mut turns = Vec::with_capacity(points.len());
+        let mut gammas = Vec::with_capacity(points.len());
         for (k, point) in points.iter().enumerate() {
             let after = found.points.partition_point(|knot| *knot < k);
             let before = after.saturating_sub(1);
-            let place = |knot: usize| points[found.points[knot]].arc_length_mm;
-            let length = place(after) - place(before);
-            let share = if length > 0.0 { (point.arc_length_mm - place(before)) / length } else { 1.0 };
-            let turn = found.turns_deg[before] + share * (found.turns_deg[after] - found.turns_deg[before]);
-            turns.push(turn.to_radians());
+            let arc_length = |knot: usize| points[found.points[knot]].arc_length_mm;
+            let length = arc_length(after) - arc_length(before);
+            let share = if length > 0.0 { (point.arc_length_mm - arc_length(before)) / length } else { 1.0 };
+            let gamma = found.turns_deg[before] + share * (found.turns_deg[after] - found.turns_deg[before]);
+            gammas.push(gamma.to_radians());
         }
-        turns
+        gammas
     }
 }

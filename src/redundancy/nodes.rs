@@ -1,36 +1,35 @@
-//! Nodes of the lattice: at a point, for each turn and each branch, where the drives are and how far the loaded tool is from its
-//! path, or why it cannot be there.
+//! Nodes of the lattice: at each point, γ and branch the drive positions and the distance of the loaded tool from its path, if any.
 
 use nalgebra::Vector3;
 use serde::Serialize;
 
-use super::turnable::{MOST_DRIVES, OnBranch, Turnable};
+use super::turnable::{BranchMachine, MOST_DRIVES, RotatablePath};
 use crate::{
     compensation::TaskPoint,
-    machine::{Configuration, Machine, Unreachable, Zeroed},
+    machine::{Configuration, Machine, Unreachable, ZeroState},
     process::RedundancySettings,
     spatial::Wrench,
     statics::{self, Batch, Case, State, Status},
 };
 
-/// Why a turn cannot be at a point.
+/// Why a γ is infeasible at a point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Infeasible {
-    /// The machine does not reach there.
+    /// The machine cannot reach the pose.
     Unreachable,
-    /// A drive or joint would be beyond its travel.
+    /// A drive or joint would leave its travel.
     Limits,
-    /// It is nearer to a singularity than is allowed.
+    /// The machine would be nearer to a singularity than is allowed.
     Singularity,
-    /// The loaded machine does not settle.
+    /// The loaded machine has no stable equilibrium that was found.
     NotStable,
 }
 
 impl Infeasible {
     pub(super) const ALL: [Self; 4] = [Self::Unreachable, Self::Limits, Self::Singularity, Self::NotStable];
 
-    /// Word in tables.
+    /// The value of this reason in tables.
     #[must_use]
     pub fn label(self) -> &'static str {
         match self {
@@ -41,7 +40,7 @@ impl Infeasible {
         }
     }
 
-    /// In words, of turns on branches.
+    /// The reason in words, as said of several γ.
     #[must_use]
     pub fn words(self) -> &'static str {
         match self {
@@ -53,77 +52,78 @@ impl Infeasible {
     }
 }
 
-/// Where the drives are, mm or rad, and what counts of the distance from the path, mm.
+/// Drive positions and cost of a feasible node.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Standing {
-    /// Of each drive, mm or rad.
+pub struct NodeState {
+    /// Positions of the drives, mm or rad; 0 beyond the last.
     pub drives: [f64; MOST_DRIVES],
-    /// What counts, mm.
+    /// Distance of the loaded tool from the path as the cost setting measures it, mm.
     pub cost_mm: f64,
 }
 
-/// A node.
-pub type Node = std::result::Result<Standing, Infeasible>;
+/// A node of the lattice: feasible, or the reason why not.
+pub type Node = std::result::Result<NodeState, Infeasible>;
 
-/// How closely equilibria of the lattice are solved.
+/// Tolerance and iterations of equilibria on the lattice.
 const SETTINGS: statics::Settings = statics::Settings { tolerance: 1e-9, max_iterations: 12 };
 
-/// What solves nodes, one for each thread.
+/// Solver of nodes, one for each thread.
 #[derive(Debug)]
 pub(super) struct Solver<'a> {
-    path: &'a Turnable<'a>,
-    /// For each branch: of the machine that answers, and of the one from whose rest deflections are measured.
+    path: &'a RotatablePath<'a>,
+    /// For each branch: the actual machine, and the unloaded one where deflections count from its equilibrium.
     batches: Vec<(Batch, Option<Batch>)>,
 }
 
 impl<'a> Solver<'a> {
-    pub fn new(path: &'a Turnable<'a>) -> Self {
+    /// Prepares a solver for the branches of `path`.
+    pub fn new(path: &'a RotatablePath<'a>) -> Self {
         let source = crate::simulation::Source::All;
         let batches = path.on_branches.iter().map(|on_branch| {
-            let rests = on_branch.machine.zeroed == Zeroed::AtRest && on_branch.machine.own_forces().is_some();
+            let rests = on_branch.machine.zeroed == ZeroState::AtRest && on_branch.machine.own_load_words().is_some();
             (on_branch.machines.batch(source), rests.then(|| Batch::new(on_branch.machines.unloaded())))
         });
         Self { path, batches: batches.collect() }
     }
 
-    /// The nodes of point `k` at `turns` (rad) for all branches, turn by turn.
-    pub fn layer(&mut self, k: usize, turns: &[f64]) -> Vec<Node> {
-        let tasks: Vec<TaskPoint> = turns.iter().map(|turn| self.path.task(k, *turn)).collect();
-        let found = postures(self.path, turns, &tasks);
+    /// Solves point `k` at each of `gammas` (rad) on all branches: γ by γ, the branches of each.
+    pub fn layer(&mut self, k: usize, gammas: &[f64]) -> Vec<Node> {
+        let tasks: Vec<TaskPoint> = gammas.iter().map(|gamma| self.path.task(k, *gamma)).collect();
+        let found = postures(self.path, gammas, &tasks);
         let count = self.path.on_branches.len();
-        let mut nodes = vec![Err(Infeasible::Unreachable); turns.len() * count];
-        for (s, own) in found.into_iter().enumerate() {
-            for (turn, node) in self.solved(k, s, &tasks, own).into_iter().enumerate() {
-                nodes[turn * count + s] = node;
+        let mut nodes = vec![Err(Infeasible::Unreachable); gammas.len() * count];
+        for (branch, own) in found.into_iter().enumerate() {
+            for (gamma, node) in self.solve_on_branch(k, branch, &tasks, own).into_iter().enumerate() {
+                nodes[gamma * count + branch] = node;
             }
         }
         nodes
     }
 
-    /// The nodes of point `k` at `turns` on branch number `s` alone.
-    pub fn nodes_on_branch(&mut self, k: usize, s: usize, turns: &[f64]) -> Vec<Node> {
-        let tasks: Vec<TaskPoint> = turns.iter().map(|turn| self.path.task(k, *turn)).collect();
-        let mut found = postures(self.path, turns, &tasks);
-        self.solved(k, s, &tasks, found.swap_remove(s))
+    /// Solves point `k` at each of `gammas` (rad) on branch number `branch` alone.
+    pub fn nodes_on_branch(&mut self, k: usize, branch: usize, gammas: &[f64]) -> Vec<Node> {
+        let tasks: Vec<TaskPoint> = gammas.iter().map(|gamma| self.path.task(k, *gamma)).collect();
+        let mut found = postures(self.path, gammas, &tasks);
+        self.solve_on_branch(k, branch, &tasks, found.swap_remove(branch))
     }
 
-    /// The loaded machine at what was `found` on branch number `s`.
-    fn solved(
+    /// Loads the machine at the configurations `found` on branch number `branch`, and measures its distance from point `k`.
+    fn solve_on_branch(
         &mut self,
         k: usize,
-        s: usize,
+        branch: usize,
         tasks: &[TaskPoint],
         found: Vec<Result<Configuration, Infeasible>>,
     ) -> Vec<Node> {
-        let on_branch = &self.path.on_branches[s];
-        let allowed = |at: Configuration| room(self.path.asked.turn, &on_branch.machine, &at).map(|()| at);
+        let on_branch = &self.path.on_branches[branch];
+        let allowed = |at: Configuration| check_margins(self.path.asked.settings, &on_branch.machine, &at).map(|()| at);
         let found: Vec<_> = found.into_iter().map(|at| at.and_then(allowed)).collect();
         let at: Vec<(&TaskPoint, &Configuration)> =
             tasks.iter().zip(&found).filter_map(|(task, at)| at.as_ref().ok().map(|at| (task, at))).collect();
-        let (batch, unloaded) = &mut self.batches[s];
-        let loaded = settled(on_branch, batch, at.iter().map(|(task, at)| (task.load, *at)));
+        let (batch, unloaded) = &mut self.batches[branch];
+        let loaded = stable_equilibria(on_branch, batch, at.iter().map(|(task, at)| (task.load, *at)));
         let rest = match unloaded {
-            Some(unloaded) => settled(on_branch, unloaded, at.iter().map(|(_, at)| (Wrench::zero(), *at))),
+            Some(unloaded) => stable_equilibria(on_branch, unloaded, at.iter().map(|(_, at)| (Wrench::zero(), *at))),
             None => at.iter().map(|(_, at)| Some(State::rigid(&on_branch.machine, at))).collect(),
         };
         let errors = at.iter().zip(loaded).zip(rest).map(|(((task, _), loaded), rest)| {
@@ -136,24 +136,28 @@ impl<'a> Solver<'a> {
             let error = errors.next().flatten().ok_or(Infeasible::NotStable)?;
             let mut drives = [0.0; MOST_DRIVES];
             drives.iter_mut().zip(&at.drives).for_each(|(own, rho)| *own = *rho);
-            Ok(Standing { drives, cost_mm: self.path.cost(k, &error) })
+            Ok(NodeState { drives, cost_mm: self.path.cost(k, &error) })
         };
         found.into_iter().map(node).collect()
     }
 }
 
-/// Whether a machine stands as far from the ends of travel and from singularities as turns must leave it.
-pub(super) fn room(turn: &RedundancySettings, machine: &Machine, at: &Configuration) -> Result<(), Infeasible> {
-    match turn.travel_margin > 0.0 && machine.limit_room(at) < turn.travel_margin {
+/// Checks the margins to travel limits and singularities that `settings` demand of a configuration.
+pub(super) fn check_margins(
+    settings: &RedundancySettings,
+    machine: &Machine,
+    at: &Configuration,
+) -> Result<(), Infeasible> {
+    match settings.travel_margin > 0.0 && machine.limit_margin(at) < settings.travel_margin {
         true => Err(Infeasible::Limits),
-        false if machine.is_conditioned(at, turn.min_singularity_distance) => Ok(()),
+        false if machine.is_conditioned(at, settings.min_singularity_distance) => Ok(()),
         false => Err(Infeasible::Singularity),
     }
 }
 
-/// Stable equilibria under dead wrenches at P, from rigid configurations.
-fn settled<'b>(
-    on_branch: &OnBranch,
+/// Stable equilibria under constant wrenches at P (N, N·mm), started from rigid configurations; `None` where there is none.
+fn stable_equilibria<'b>(
+    on_branch: &BranchMachine,
     batch: &mut Batch,
     cases: impl Iterator<Item = (Wrench, &'b Configuration)>,
 ) -> Vec<Option<State>> {
@@ -171,18 +175,22 @@ fn settled<'b>(
     stable.map(|(state, outcome)| (outcome.status == Status::Solved).then_some(state)).collect()
 }
 
-/// Where the machine stands at each task, for each branch.
-fn postures(path: &Turnable<'_>, turns: &[f64], tasks: &[TaskPoint]) -> Vec<Vec<Result<Configuration, Infeasible>>> {
+/// Configurations at each of `tasks`, for each branch.
+fn postures(
+    path: &RotatablePath<'_>,
+    gammas: &[f64],
+    tasks: &[TaskPoint],
+) -> Vec<Vec<Result<Configuration, Infeasible>>> {
     match path.on_branches.as_slice() {
-        [only] if only.branch.is_none() => vec![track(only, turns, tasks)],
+        [only] if only.branch.is_none() => vec![track(only, gammas, tasks)],
         on_branches => {
             let mut found: Vec<Vec<_>> = vec![vec![Err(Infeasible::Unreachable); tasks.len()]; on_branches.len()];
-            for (turn, task) in tasks.iter().enumerate() {
+            for (gamma, task) in tasks.iter().enumerate() {
                 for (branch, mut drives) in path.asked.machine.postures_in_closed_form(&task.pose) {
                     let own = on_branches.iter().position(|on_branch| on_branch.branch == Some(branch));
-                    if let Some(s) = own {
-                        let at = on_branches[s].machine.posture_within_travel(&mut drives, &path.full_turns);
-                        found[s][turn] = at.ok_or(Infeasible::Limits);
+                    if let Some(number) = own {
+                        let at = on_branches[number].machine.posture_within_travel(&mut drives, &path.full_turns);
+                        found[number][gamma] = at.ok_or(Infeasible::Limits);
                     }
                 }
             }
@@ -191,29 +199,28 @@ fn postures(path: &Turnable<'_>, turns: &[f64], tasks: &[TaskPoint]) -> Vec<Vec<
     }
 }
 
-/// A machine without branches: the least turn is gone to from home, and from there one after another as far as they lead. Beyond a turn
-/// that cannot be reached there are none.
-fn track(on_branch: &OnBranch, turns: &[f64], tasks: &[TaskPoint]) -> Vec<Result<Configuration, Infeasible>> {
-    let least = (0..turns.len()).min_by(|a, b| turns[*a].abs().total_cmp(&turns[*b].abs())).unwrap_or_default();
+/// Configurations of a machine without branches, continued from the γ nearest to 0 up and down, as far as each γ can be reached.
+fn track(on_branch: &BranchMachine, gammas: &[f64], tasks: &[TaskPoint]) -> Vec<Result<Configuration, Infeasible>> {
+    let least = (0..gammas.len()).min_by(|a, b| gammas[*a].abs().total_cmp(&gammas[*b].abs())).unwrap_or_default();
     let mut found = vec![Err(Infeasible::Unreachable); tasks.len()];
     let (up, down): (Vec<usize>, Vec<usize>) = ((least..tasks.len()).collect(), (0..least).rev().collect());
-    found_along(on_branch, tasks, None, &up, &mut found);
+    track_from(on_branch, tasks, None, &up, &mut found);
     let near = found.get(least).and_then(|at| at.as_ref().ok().cloned());
-    found_along(on_branch, tasks, near, &down, &mut found);
+    track_from(on_branch, tasks, near, &down, &mut found);
     found
 }
 
-/// The tasks at `places`, each gone to from the one before, `near` at first; from home where there is none.
-fn found_along(
-    on_branch: &OnBranch,
+/// Writes into `found` the configurations at `tasks[order]`, each continued from the one before: from `near` at first, or from home.
+fn track_from(
+    on_branch: &BranchMachine,
     tasks: &[TaskPoint],
     mut near: Option<Configuration>,
-    places: &[usize],
+    order: &[usize],
     found: &mut [Result<Configuration, Infeasible>],
 ) {
     let machine = &on_branch.machine;
-    for (done, place) in places.iter().enumerate() {
-        let pose = &tasks[*place].pose;
+    for (done, task) in order.iter().enumerate() {
+        let pose = &tasks[*task].pose;
         let at = match &near {
             Some(near) => machine.inverse_kinematics_from(near, pose),
             None => machine.inverse_kinematics(pose),
@@ -221,7 +228,7 @@ fn found_along(
         match at {
             Ok(at) => {
                 near = Some(at.clone());
-                found[*place] = Ok(at);
+                found[*task] = Ok(at);
             }
             Err(unreachable) => {
                 let infeasible = match unreachable {
@@ -229,8 +236,8 @@ fn found_along(
                     _ => Infeasible::Unreachable,
                 };
                 // One after another only from where the machine stands.
-                let beyond = if near.is_some() { &places[done..] } else { &places[done..=done] };
-                beyond.iter().for_each(|place| found[*place] = Err(infeasible));
+                let beyond = if near.is_some() { &order[done..] } else { &order[done..=done] };
+                beyond.iter().for_each(|task| found[*task] = Err(infeasible));
                 if near.is_some() {
                     return;
                 }

@@ -1,23 +1,24 @@
-//! Rotation about the tool axis: a table of the points, a small one that compares, sentences and a JSON object.
+//! Reports on rotation about the tool axis: table of the points, table of comparison, sentences and JSON.
 
 use serde_json::{Value, json};
 
-use super::{DeadEnd, FoundGamma, Turned, TurnedAlong};
+use super::{DeadEnd, FoundGamma, PathCost, RotatedPath};
 use crate::{
     files::{
         exchange::{Table, counts, numbers, texts},
         text_table::text_table,
-        words::{if_any, millimetres_in_table, percent},
+        words::{millimetres_in_table, or_dash, percent},
     },
     process::{GammaChoice, RedundancySettings},
 };
 
-/// Words of the rows that are compared.
+/// Names of the compared rows.
 const PROGRAMMED: &str = "as programmed";
 const CONSTANT: &str = "best constant γ";
 const BEST: &str = "best γ at each point";
 
-/// One row per point: whether it counts, and the turn and what counts of the distance from the path as programmed, at the best constant γ and at the best one. What is missing is so because the machine does not settle there, or no turn goes all along.
+/// One row per point: whether it counts, γ and cost (distance of the loaded tool from the path) as programmed, at the best constant γ and at
+/// the best γ. Cells are empty without equilibrium, or where no γ is possible all along.
 #[must_use]
 pub fn table(found: &FoundGamma, arc_lengths_mm: impl Iterator<Item = f64>) -> Table {
     let mut columns = counts(["point"]);
@@ -25,7 +26,7 @@ pub fn table(found: &FoundGamma, arc_lengths_mm: impl Iterator<Item = f64>) -> T
     columns.extend(numbers(["programmed_cost_mm", "constant_gamma_deg", "constant_cost_mm", "gamma_deg", "cost_mm"]));
     columns.extend(texts(["branch", "status", "reason"]));
     let rows = arc_lengths_mm.enumerate().map(|(k, arc_length_mm)| {
-        let turned = |turned: &Result<Turned, DeadEnd>| {
+        let turned = |turned: &Result<RotatedPath, DeadEnd>| {
             let turned = turned.as_ref().ok();
             [turned.map(|turned| turned.turns_deg[k]), turned.and_then(|turned| turned.along.cost_mm[k])]
         };
@@ -51,10 +52,11 @@ pub fn table(found: &FoundGamma, arc_lengths_mm: impl Iterator<Item = f64>) -> T
     Table::new(columns, rows)
 }
 
-/// What the tool does at some turns, with the least and the largest of them, degrees; or why there are none.
-type Compared<'a> = Result<(&'a TurnedAlong, [f64; 2]), &'a DeadEnd>;
+/// Cost and range of γ (degrees) of one compared row, or why there is none.
+type Compared<'a> = Result<(&'a PathCost, [f64; 2]), &'a DeadEnd>;
 
-fn rows(found: &FoundGamma, redundancy: GammaChoice) -> Vec<(&'static str, Compared<'_>)> {
+/// Rows of the comparison: as programmed, best constant γ, and the best γ if it was sought.
+fn compared_rows(found: &FoundGamma, redundancy: GammaChoice) -> Vec<(&'static str, Compared<'_>)> {
     let mut rows = vec![(PROGRAMMED, Ok((&found.as_programmed, [0.0; 2])))];
     rows.push((CONSTANT, found.best_constant.as_ref().map(|own| (&own.along, own.range_deg))));
     if redundancy == GammaChoice::Best {
@@ -63,44 +65,46 @@ fn rows(found: &FoundGamma, redundancy: GammaChoice) -> Vec<(&'static str, Compa
     rows
 }
 
-/// What the turn brings, in sentences and a table for a terminal.
+/// Sentence and table on what γ gains, for a terminal.
 #[must_use]
-pub fn text(found: &FoundGamma, turn: &RedundancySettings) -> String {
-    let mut text = sentence(found, turn);
+pub fn text(found: &FoundGamma, settings: &RedundancySettings) -> String {
+    let mut text = sentence(found, settings);
     let mut table = text_table(["rotation about the tool axis", "γ", "largest", "mean", "rms", "solved"], 1);
-    for (name, row) in rows(found, turn.gamma) {
+    for (name, row) in compared_rows(found, settings.gamma) {
         match row {
             Ok((along, [low, high])) => table.add_row([
                 name.to_string(),
                 format!("{low:.1} to {high:.1}°"),
-                if_any(along.worst_mm, shown),
-                if_any(along.mean_mm, shown),
-                if_any(along.rms_mm, shown),
+                or_dash(along.worst_mm, in_table),
+                or_dash(along.mean_mm, in_table),
+                or_dash(along.rms_mm, in_table),
                 format!("{} of {}", along.solved, along.points),
             ]),
             Err(dead_end) => table.add_row([name.to_string(), format!("none: {}", dead_end.label())]),
         };
     }
-    text += &format!("{}, uncompensated:\n{table}\n", capital(turn.cost.words()));
+    text += &format!("{}, uncompensated:\n{table}\n", capitalised(settings.cost.words()));
     for (branch, reason) in &found.refused {
         text += &format!("Branch left out: {branch}: {reason}.\n");
     }
     text
 }
 
-fn shown(length_mm: f64) -> String {
+/// A length in mm as the table of comparison shows it.
+fn in_table(length_mm: f64) -> String {
     millimetres_in_table(length_mm, 4)
 }
 
-fn capital(words: &str) -> String {
+/// `words` with its first letter in upper case.
+fn capitalised(words: &str) -> String {
     let mut letters = words.chars();
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
-/// What the turn brings, in a sentence.
+/// One sentence on the γ found and what it gains; empty if the tool stands as programmed.
 #[must_use]
-pub fn sentence(found: &FoundGamma, turn: &RedundancySettings) -> String {
-    let turned = match found.chosen(turn.gamma) {
+pub fn sentence(found: &FoundGamma, settings: &RedundancySettings) -> String {
+    let turned = match found.result_for(settings.gamma) {
         None => return String::new(),
         Some(Err(dead_end)) => {
             return format!(
@@ -111,7 +115,7 @@ pub fn sentence(found: &FoundGamma, turn: &RedundancySettings) -> String {
         Some(Ok(turned)) => turned,
     };
     let branch = turned.branch.map_or_else(String::new, |branch| format!(", branch {branch}"));
-    let gain = |than: &TurnedAlong, name: &str| match (turned.along.rms_mm, than.rms_mm) {
+    let gain = |than: &PathCost, name: &str| match (turned.along.rms_mm, than.rms_mm) {
         (Some(own), Some(other)) if other > 0.0 && than.solved == than.points => match 1.0 - own / other {
             share if share >= 0.0 => format!("{} less than {name}", percent(share)),
             share => format!("{} more than {name}", percent(-share)),
@@ -119,23 +123,23 @@ pub fn sentence(found: &FoundGamma, turn: &RedundancySettings) -> String {
         _ => format!("{name} not every point of the path could be solved"),
     };
     let mut gains = gain(&found.as_programmed, PROGRAMMED);
-    if let (GammaChoice::Best, Ok(constant)) = (turn.gamma, &found.best_constant) {
+    if let (GammaChoice::Best, Ok(constant)) = (settings.gamma, &found.best_constant) {
         gains += &format!(", {}", gain(&constant.along, "at the best constant γ"));
     }
     let [low, high] = turned.range_deg;
     let by = if high - low < 0.05 { format!("{low:.1}°") } else { format!("{low:.1} to {high:.1}°") };
     format!(
         "Rotated about the tool axis by γ = {by}{branch}; root mean square of the {}: {gains}.\n",
-        turn.cost.words()
+        settings.cost.words()
     )
 }
 
-/// What was found, for programs.
+/// The comparison as a JSON object.
 #[must_use]
-pub fn json(found: &FoundGamma, turn: &RedundancySettings) -> Value {
+pub fn json(found: &FoundGamma, settings: &RedundancySettings) -> Value {
     let mut entries = serde_json::Map::new();
     let keys = ["as_programmed", "best_constant", "best"];
-    for (key, (_, row)) in keys.into_iter().zip(rows(found, turn.gamma)) {
+    for (key, (_, row)) in keys.into_iter().zip(compared_rows(found, settings.gamma)) {
         let entry = match row {
             Ok((along, range)) => json!({
                 "gamma_min_deg": range[0],
@@ -150,10 +154,10 @@ pub fn json(found: &FoundGamma, turn: &RedundancySettings) -> Value {
         };
         entries.insert(key.into(), entry);
     }
-    let branch = found.chosen(turn.gamma).and_then(|turned| turned.as_ref().ok()?.branch);
+    let branch = found.result_for(settings.gamma).and_then(|turned| turned.as_ref().ok()?.branch);
     json!({
-        "gamma": turn.gamma.label(),
-        "cost": turn.cost.label(),
+        "gamma": settings.gamma.label(),
+        "cost": settings.cost.label(),
         "branch": branch.map(|branch| branch.label()),
         "gammas": entries,
     })

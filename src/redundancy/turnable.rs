@@ -1,5 +1,4 @@
-//! A path whose tool may be turned about its axis on a machine: what is wanted at each point for each turn, and the branches on which an
-//! arm may stand.
+//! A path whose tool may be rotated about its axis: the task point of each point and γ, and the branches of the machine.
 
 use std::f64::consts::TAU;
 
@@ -9,76 +8,74 @@ use crate::{
     compensation::{Target, TaskPoint},
     input::error::{Error, Result},
     machine::{Branch, ChainError, Machine, ToolAxisSource},
-    process::{PathReference, Placed, Placement, RedundancySettings, cutting::PathLoad},
-    simulation::{Machines, tasks::placed},
+    process::{PathReference, PlacedWorkpiece, Placement, RedundancySettings, cutting::PathLoad},
+    simulation::{Machines, tasks::place_workpiece},
     toolpath::{PathPoint, Toolpath},
 };
 
-/// What is asked: a path at a place on a machine, under loads.
+/// A path on a machine under loads, for which γ is sought.
 #[derive(Debug, Clone, Copy)]
-pub struct TurnAsked<'a> {
+pub struct GammaProblem<'a> {
     /// The nominal machine.
     pub machine: &'a Machine,
-    /// Errors of each chain of the real one.
+    /// Chain errors of the actual machine.
     pub errors: &'a [ChainError],
-    /// Where the workpiece stands.
+    /// Placement of the workpiece.
     pub placement: &'a Placement,
-    /// What of a pose counts.
+    /// Which coordinates of the pose are compensated.
     pub target: Target,
-    /// The path.
+    /// The path as programmed.
     pub path: &'a Toolpath,
-    /// The load at each of its points.
+    /// The load at each point of the path.
     pub loads: &'a [PathLoad],
-    /// How the turn is chosen.
-    pub turn: &'a RedundancySettings,
+    /// Objective, range, step and limits of γ.
+    pub settings: &'a RedundancySettings,
 }
 
-/// A branch: the machine on a branch, or the machine that has none.
+/// The machine on one branch, or the machine that has none.
 #[derive(Debug, Clone)]
-pub struct OnBranch {
-    /// Its branch, of an arm.
+pub struct BranchMachine {
+    /// The arm's branch; `None` on a machine without branches.
     pub branch: Option<Branch>,
-    /// The machine on it.
+    /// The nominal machine with its home on this branch.
     pub machine: Machine,
-    /// What commands and answers.
+    /// The nominal and the actual machine.
     pub(super) machines: Machines,
 }
 
-/// Branches that a machine refuses, and why.
+/// Branches left out, and why.
 pub(super) type Refused = Vec<(Branch, String)>;
 
-/// A checked path with its turns.
+/// A path that is checked to be rotatable about its tool axis, and its machines.
 #[derive(Debug)]
-pub(super) struct Turnable<'a> {
-    pub asked: TurnAsked<'a>,
-    /// The branches, in the order of [`Branch::ALL`].
-    pub on_branches: Vec<OnBranch>,
-    /// Branches that the machine refuses, and why.
+pub(super) struct RotatablePath<'a> {
+    pub asked: GammaProblem<'a>,
+    /// The machine on each branch, in the order of [`Branch::ALL`].
+    pub on_branches: Vec<BranchMachine>,
+    /// Branches left out, and why.
     pub refused: Refused,
-    /// Of each drive, what a full turn of it is, rad; `None` of a slide.
+    /// Full turn of each drive, rad; `None` for a linear drive.
     pub full_turns: Vec<Option<f64>>,
-    placed: Placed,
-    /// z of the tool frame in platform axes.
+    placed: PlacedWorkpiece,
+    /// Tool axis: z of the tool frame in platform axes.
     axis: Unit<Vector3<f64>>,
-    /// `R_WP` at each point as the path gives it.
-    unturned: Vec<Matrix3<f64>>,
+    /// `R_WP` at each point at γ = 0.
+    programmed_rotations: Vec<Matrix3<f64>>,
     cuts_nowhere: bool,
 }
 
-/// The tip is on the tool's axis through P within this, mm.
+/// Most distance of the tip from the tool axis through P, mm.
 const ON_AXIS_MM: f64 = 1e-6;
 
-/// Most drives of a machine that is turned.
+/// Most drives of a machine for which γ is sought.
 pub const MOST_DRIVES: usize = 8;
 
+/// `Err` about the redundancy with `problem` as its message.
 fn refuse<T>(problem: String) -> Result<T> {
     Err(Error::Argument { argument: "redundancy".into(), problem })
 }
 
-/// Refuses a `machine` whose turn about the tool's axis is not free, with the reason.
-///
-/// # Errors
-/// It is not, or the path has no points.
+/// Checks that `machine` can rotate its tool freely about its axis along `path`. `Err` says why not, or that the path has no points.
 pub(crate) fn check(machine: &Machine, placement: &Placement, path: &Toolpath) -> Result<()> {
     let name = &machine.name;
     if machine.controls.len() != 6 {
@@ -123,51 +120,50 @@ pub(crate) fn check(machine: &Machine, placement: &Placement, path: &Toolpath) -
     }
 }
 
-impl<'a> Turnable<'a> {
-    /// Checks what is asked.
-    ///
-    /// # Errors
-    /// A machine that cannot turn its tool freely; the message says why.
-    pub fn new(asked: TurnAsked<'a>) -> Result<Self> {
-        let TurnAsked { machine, errors, placement, path, .. } = asked;
+impl<'a> RotatablePath<'a> {
+    /// Checks the problem and prepares the machine on each branch. `Err` says why the machine cannot rotate its tool freely.
+    pub fn new(asked: GammaProblem<'a>) -> Result<Self> {
+        let GammaProblem { machine, errors, placement, path, .. } = asked;
         check(machine, placement, path)?;
-        let placed = placed(machine, placement);
+        let placed = place_workpiece(machine, placement);
         let workpiece = placed.workpiece().rotation;
-        let unturned = |point: &PathPoint| {
-            let there = point.orientation.as_ref().map_or(placed, |orientation| placed.oriented(orientation));
+        let programmed_rotations = |point: &PathPoint| {
+            let there =
+                point.orientation.as_ref().map_or(placed, |orientation| placed.with_tool_orientation(orientation));
             workpiece.tr_mul(there.orientation())
         };
-        let (on_branches, refused) = on_branches(machine, errors)?;
+        let (on_branches, refused) = branch_machines(machine, errors)?;
         Ok(Self {
             asked,
             on_branches,
             refused,
             full_turns: machine.full_turns().collect(),
             axis: Unit::new_normalize(machine.tool_axes.column(2).into_owned()),
-            unturned: path.points().iter().map(unturned).collect(),
+            programmed_rotations: path.points().iter().map(programmed_rotations).collect(),
             placed,
             cuts_nowhere: !path.points().iter().any(|point| point.cutting),
         })
     }
 
+    /// Points of the path as programmed.
     pub fn points(&self) -> &[PathPoint] {
         self.asked.path.points()
     }
 
-    /// Whether what is left at point `k` counts: the tool cuts there, if it does anywhere.
-    pub fn counts(&self, k: usize) -> bool {
+    /// Whether point `k` counts: the tool cuts there, or nowhere on the path.
+    pub fn is_counted(&self, k: usize) -> bool {
         self.points()[k].cutting || self.cuts_nowhere
     }
 
-    /// `R_WP` at point `k`, turned by `turn` rad.
-    fn platform(&self, k: usize, turn: f64) -> Matrix3<f64> {
-        self.unturned[k] * Rotation3::from_axis_angle(&self.axis, turn)
+    /// `R_WP` at point `k`, rotated by `gamma` rad about the tool axis.
+    fn rotation(&self, k: usize, gamma: f64) -> Matrix3<f64> {
+        self.programmed_rotations[k] * Rotation3::from_axis_angle(&self.axis, gamma)
     }
 
-    /// What is wanted at point `k`, turned by `turn` rad.
-    pub fn task(&self, k: usize, turn: f64) -> TaskPoint {
+    /// Task point (pose and load, O axes) of point `k`, rotated by `gamma` rad.
+    pub fn task(&self, k: usize, gamma: f64) -> TaskPoint {
         let (point, load) = (&self.points()[k], &self.asked.loads[k]);
-        let there = self.placed.turned(&(self.placed.workpiece().rotation * self.platform(k, turn)));
+        let there = self.placed.with_platform_rotation(&(self.placed.workpiece().rotation * self.rotation(k, gamma)));
         TaskPoint {
             pose: there.platform_pose(point.position_mm),
             load: there.wrench(&load.on_tool(point.tangent, there.tool_axes())),
@@ -177,18 +173,18 @@ impl<'a> Turnable<'a> {
         }
     }
 
-    /// What counts of `error`, the distance from where the tool should be at point `k`, O axes, mm.
+    /// The part of `error`, the position error of the tool at point `k` (O axes, mm), that the cost setting measures, mm.
     pub fn cost(&self, k: usize, error: &Vector3<f64>) -> f64 {
         let there = &self.placed.workpiece().rotation;
-        let axis = there * (self.unturned[k] * *self.axis);
-        self.asked.turn.cost.of(error, there * self.points()[k].tangent, axis)
+        let axis = there * (self.programmed_rotations[k] * *self.axis);
+        self.asked.settings.cost.of(error, there * self.points()[k].tangent, axis)
     }
 
-    /// The path with its platform turned by `turns`, rad, one for each point.
-    pub fn turned(&self, turns: &[f64]) -> Toolpath {
-        let mut platforms: Vec<UnitQuaternion<f64>> = Vec::with_capacity(turns.len());
-        for (k, turn) in turns.iter().enumerate() {
-            let rotation = Rotation3::from_matrix_unchecked(self.platform(k, *turn));
+    /// The path with its platform orientations rotated by `gammas`, rad, one for each point.
+    pub fn rotated(&self, gammas: &[f64]) -> Toolpath {
+        let mut platforms: Vec<UnitQuaternion<f64>> = Vec::with_capacity(gammas.len());
+        for (k, gamma) in gammas.iter().enumerate() {
+            let rotation = Rotation3::from_matrix_unchecked(self.rotation(k, *gamma));
             let own = UnitQuaternion::from_rotation_matrix(&rotation);
             // Of the two quaternions of an orientation, the one that goes on from the point before.
             let is_opposite = platforms.last().is_some_and(|before| before.coords.dot(&own.coords) < 0.0);
@@ -197,26 +193,26 @@ impl<'a> Turnable<'a> {
         self.asked.path.clone().with_platforms(&platforms)
     }
 
-    /// Whether the turns of the lattice go round: after the last comes the first.
-    pub fn wraps(&self) -> bool {
-        let [low, high] = self.asked.turn.range_deg;
+    /// Whether the range of γ is a full turn, so that the last value neighbours the first.
+    pub fn is_cyclic(&self) -> bool {
+        let [low, high] = self.asked.settings.range_deg;
         (high - low).to_radians() > TAU * (1.0 - 1e-9)
     }
 
-    /// The turns of the lattice, rad.
-    pub fn turns(&self) -> Vec<f64> {
-        let [low, high] = self.asked.turn.range_deg;
-        let steps = ((high - low) / self.asked.turn.step_deg - 1e-9).ceil().max(1.0) as usize;
+    /// Values of γ on the lattice, rad.
+    pub fn gammas(&self) -> Vec<f64> {
+        let [low, high] = self.asked.settings.range_deg;
+        let steps = ((high - low) / self.asked.settings.step_deg - 1e-9).ceil().max(1.0) as usize;
         let step = (high - low) / steps as f64;
-        let count = if self.wraps() { steps } else { steps + 1 };
+        let count = if self.is_cyclic() { steps } else { steps + 1 };
         (0..count).map(|k| (low + step * k as f64).to_radians()).collect()
     }
 }
 
-/// The branches on which `machine` may stand, and those that it refuses.
-fn on_branches(machine: &Machine, errors: &[ChainError]) -> Result<(Vec<OnBranch>, Refused)> {
-    let on_branch = |branch, machine: Machine| -> Result<OnBranch> {
-        Ok(OnBranch { branch, machines: Machines::new(&machine, errors)?, machine })
+/// The machine on each branch, and the branches it cannot stand on with the reason.
+fn branch_machines(machine: &Machine, errors: &[ChainError]) -> Result<(Vec<BranchMachine>, Refused)> {
+    let on_branch = |branch, machine: Machine| -> Result<BranchMachine> {
+        Ok(BranchMachine { branch, machines: Machines::new(&machine, errors)?, machine })
     };
     let own = machine.branch.map_or_else(|| Branch::ALL.to_vec(), |branch| vec![branch]);
     if machine.branch_of(&machine.home).is_none() {

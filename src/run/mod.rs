@@ -15,13 +15,13 @@ use crate::{
     answer::{Output, Run},
     explore::Scene,
     figures::Colours,
-    files::{Manifest, StatusCount, clean, exchange::Format, prepare, remove},
-    input::error::{Error, Result, Way},
+    files::{Manifest, StatusCount, exchange::Format, prepare, remove, remove_temporary},
+    input::error::{Error, Remedy, Result},
     page::{PAGE, ToTry, headline::Headline},
     questions::{Overrides, Study, StudyKind},
     work::{
         Event, Work,
-        checkpoint::{Checkpoint, Found, Origin},
+        checkpoint::{Checkpoint, ExistingPieces, Origin},
         part_file::{Part, Parts},
     },
 };
@@ -36,7 +36,7 @@ pub struct RunOptions {
     /// Colours of maps in figures.
     pub colours: Colours,
     /// What becomes of an unfinished run in the folder.
-    pub begin: Begin,
+    pub begin: Start,
     /// The build of the program, whose pieces another one does not take over; the running executable if not given, which
     /// a program that loads this library otherwise (an extension of Python) must not rely on.
     pub program: Option<String>,
@@ -45,26 +45,26 @@ pub struct RunOptions {
 impl Default for RunOptions {
     /// CSV tables, a page, and figures in viridis; refuses to lose an unfinished run.
     fn default() -> Self {
-        let (colours, begin) = (Colours::Viridis, Begin::default());
+        let (colours, begin) = (Colours::Viridis, Start::default());
         Self { formats: vec![Format::Csv], figures: true, colours, begin, program: None }
     }
 }
 
-/// What becomes of an unfinished run in the folder.
+/// How a run starts in a folder that holds an unfinished one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Begin {
-    /// It is refused to begin.
+pub enum Start {
+    /// It is refused.
     #[default]
     New,
-    /// It is gone on with; without one, the run begins.
+    /// The unfinished run is gone on with; without one, a new run starts.
     Resume,
-    /// Its pieces are lost.
+    /// A new run starts; the pieces of the unfinished one are lost.
     Restart,
 }
 
-/// What a run has left.
+/// Results of a run.
 #[derive(Debug, Clone, Serialize)]
-pub struct Finished {
+pub struct FinishedRun {
     /// The answer at a glance.
     pub headline: Headline,
     /// Everything it says, in sentences and small tables.
@@ -88,7 +88,7 @@ pub struct FolderRun<'a> {
     is_new: bool,
 }
 
-/// A run that keeps its pieces from here on.
+/// A run that keeps its pieces in the folder from here on.
 #[derive(Debug)]
 pub struct BegunRun<'a> {
     run: &'a FolderRun<'a>,
@@ -97,15 +97,15 @@ pub struct BegunRun<'a> {
 }
 
 impl BegunRun<'_> {
-    /// Computes and writes, see [`Study::run_into`]. First `watch` is told what is taken over ([`Event::Resumed`]).
+    /// Computes and writes everything, see [`Study::run_into`]. First `watch` is told what is taken over ([`Event::Resumed`]).
     ///
     /// # Errors
     /// [`Error::Stopped`], and whatever cannot be read, drawn or written; what was computed is then kept in the folder, see
     /// [`FolderRun::is_unfinished`].
-    pub fn run(self, stop: Arc<AtomicBool>, watch: impl Fn(Event) + Send + Sync + 'static) -> Result<Finished> {
+    pub fn run(self, stop: Arc<AtomicBool>, watch: impl Fn(Event) + Send + Sync + 'static) -> Result<FinishedRun> {
         let Self { run, checkpoint, parts } = self;
-        let found = Event::Resumed { pieces: checkpoint.len(), lost: checkpoint.damaged() };
-        let work = Work::shared((Some(checkpoint), parts, None), stop, Box::new(watch));
+        let found = Event::Resumed { pieces: checkpoint.len(), lost: checkpoint.damaged_count() };
+        let work = Work::with_parts((Some(checkpoint), parts, None), stop, Box::new(watch));
         work.tell(found);
         match run.answer(&work) {
             // Nothing is left to go on with once the results are written.
@@ -136,24 +136,24 @@ impl Study {
     /// bytes on any number of threads, stopped and resumed or not.
     ///
     /// # Errors
-    /// As [`Study::may_run_into`], [`FolderRun::begin`] and [`BegunRun::run`].
+    /// As [`Study::prepare_run`], [`FolderRun::begin`] and [`BegunRun::run`].
     pub fn run_into(
         &self,
         out: &Path,
         options: &RunOptions,
         stop: Arc<AtomicBool>,
         watch: impl Fn(Event) + Send + Sync + 'static,
-    ) -> Result<Finished> {
-        self.may_run_into(out, options)?.begin()?.run(stop, watch)
+    ) -> Result<FinishedRun> {
+        self.prepare_run(out, options)?.begin()?.run(stop, watch)
     }
 
-    /// Whether the study has the formats of `options`, and this program can write them.
+    /// Checks that the study has the formats of `options`, and that this program can write them.
     ///
     /// # Errors
     /// Only maps can be images, and not of any size.
     pub fn check_formats(&self, options: &RunOptions) -> Result<()> {
         let (name, map_points, formats) = (&self.name, self.kind.image_points(), &options.formats);
-        let refuse = |problem| Overrides::place("format").fail(problem);
+        let refuse = |problem| Overrides::location("format").fail(problem);
         if let Some(not_built) = formats.iter().find_map(|format| format.check_built().err()) {
             return refuse(not_built.to_string());
         }
@@ -169,36 +169,36 @@ impl Study {
         }
     }
 
-    /// Finds out, before anything is computed, whether the study can be run into the folder `out`, and makes the folder.
+    /// Checks, before anything is computed, that the study can be run into the folder `out`, and makes the folder.
     ///
     /// # Errors
     /// A format that the study does not have, a folder that cannot be written, files in it that are not ours to replace, or
     /// an unfinished run that is not to be gone on with.
-    pub fn may_run_into(&self, out: &Path, options: &RunOptions) -> Result<FolderRun<'_>> {
+    pub fn prepare_run(&self, out: &Path, options: &RunOptions) -> Result<FolderRun<'_>> {
         self.check_formats(options)?;
         let origin = Origin::of(options.program.as_deref(), self.inputs.clone())?;
         let is_new = !out.exists();
         let run = FolderRun { study: self, out: out.to_path_buf(), options: options.clone(), origin, is_new };
         prepare(out)?;
-        Manifest::may_write(out, run.main_files().iter().map(String::as_str))?;
-        refuse_to_lose(&out.join(STATE), &run.origin, options.begin)?;
+        Manifest::check_may_write(out, run.main_files().iter().map(String::as_str))?;
+        protect_unfinished_run(&out.join(STATE), &run.origin, options.begin)?;
         Ok(run)
     }
 }
 
-/// What a reader of the page can try: the workpiece at other places, where a study has one.
-fn to_try(study: &Study, best: Option<Value>) -> Result<Option<ToTry>> {
+/// Scene in which a reader of the page can try the workpiece at other places, or why none can; `None` for a study without a workpiece.
+fn interactive_scene(study: &Study, best: Option<Value>) -> Result<Option<ToTry>> {
     let nothing = |why: &str| Ok(Some(ToTry::Nothing(format!("Other places cannot be tried here: {why}."))));
     match &study.kind {
-        StudyKind::Path(path, _) if path.turn.is_some() => {
+        StudyKind::Path(path, _) if path.gamma_search.is_some() => {
             return nothing("the rotation about the tool axis was sought for this one");
         }
-        StudyKind::Placement(placement, _) if placement.features.iter().any(|job| job.turn.is_some()) => {
+        StudyKind::Placement(placement, _) if placement.features.iter().any(|job| job.gamma_search.is_some()) => {
             return nothing("this study seeks the rotation about the tool axis at each place, which the page cannot");
         }
         _ => {}
     }
-    let scene = match Scene::of_study(study) {
+    let scene = match Scene::from_study(study) {
         Ok(Some(scene)) => scene,
         Ok(None) => return Ok(None),
         // The study has an answer all the same.
@@ -213,12 +213,12 @@ fn to_try(study: &Study, best: Option<Value>) -> Result<Option<ToTry>> {
 }
 
 impl FolderRun<'_> {
-    /// The study.
+    /// The study that is run.
     pub fn study(&self) -> &Study {
         self.study
     }
 
-    /// The folder.
+    /// The folder into which it is run.
     pub fn out(&self) -> &Path {
         &self.out
     }
@@ -228,17 +228,17 @@ impl FolderRun<'_> {
         self.out.join(STATE).is_file()
     }
 
-    /// Opens what keeps the pieces: those of an unfinished run, if it is to be gone on with.
+    /// Opens the checkpoint: that of an unfinished run, if it is to be gone on with, or a new one.
     ///
     /// # Errors
     /// An unfinished run that cannot be gone on with, or a file that cannot be written.
     pub fn begin(&self) -> Result<BegunRun<'_>> {
-        let checkpoint = begun(&self.out.join(STATE), &self.origin, self.options.begin)?;
-        clean(&self.out)?;
+        let checkpoint = open_checkpoint(&self.out.join(STATE), &self.origin, self.options.begin)?;
+        remove_temporary(&self.out)?;
         Ok(BegunRun { run: self, checkpoint, parts: None })
     }
 
-    /// As [`FolderRun::begin`]; what `parts` have computed is taken over.
+    /// Opens the checkpoint as [`FolderRun::begin`], with the pieces that `parts` have computed.
     ///
     /// # Errors
     /// As [`Parts::new`] and [`FolderRun::begin`].
@@ -253,19 +253,20 @@ impl FolderRun<'_> {
         Ok(BegunRun { parts: Some(parts), ..self.begin()? })
     }
 
-    fn answer(&self, work: &Work) -> Result<Finished> {
+    /// Computes the study with `work` and writes its results into the folder.
+    fn answer(&self, work: &Work) -> Result<FinishedRun> {
         let Self { study, out, options, .. } = self;
         let run = Run { out, formats: &options.formats, figures: options.figures, work };
         let mut output = study.kind.answer(&run)?;
         (output.page.name, output.page.question) = (study.name.clone(), study.question.clone());
-        output.page.to_try = to_try(study, output.best_place.take())?;
+        output.page.to_try = interactive_scene(study, output.best_place.take())?;
         let files = output.write(&run, options.colours, &study.inputs)?;
         let is_complete = output.is_complete();
         let Output { page, details, statuses, .. } = output;
-        Ok(Finished { headline: page.headline, details, is_complete, statuses, files })
+        Ok(FinishedRun { headline: page.headline, details, is_complete, statuses, files })
     }
 
-    /// The main files of the study. The others are held against the folder before the first of all is written.
+    /// Names of the main result files of the study. The others are held against the folder before the first of all is written.
     fn main_files(&self) -> Vec<String> {
         let stems = self.study.kind.tables();
         let endings = self.options.formats.iter().map(|format| format.label());
@@ -274,25 +275,25 @@ impl FolderRun<'_> {
     }
 }
 
-/// Opens what keeps the pieces: `state`, if it is to be gone on with.
-pub(crate) fn begun(state: &Path, origin: &Origin, begin: Begin) -> Result<Checkpoint> {
+/// Opens the checkpoint `state`, if an unfinished run is to be gone on with, or creates it anew.
+pub(crate) fn open_checkpoint(state: &Path, origin: &Origin, begin: Start) -> Result<Checkpoint> {
     match begin {
-        Begin::Resume if state.is_file() => Checkpoint::resume(state, origin),
+        Start::Resume if state.is_file() => Checkpoint::resume(state, origin),
         _ => Checkpoint::create(state, origin),
     }
 }
 
-/// What an unfinished run has computed is not replaced unless that is asked for.
-pub(crate) fn refuse_to_lose(state: &Path, origin: &Origin, begin: Begin) -> Result<()> {
-    if begin != Begin::New {
+/// Refuses to replace what an unfinished run has computed in `state`, unless `begin` asks for that.
+pub(crate) fn protect_unfinished_run(state: &Path, origin: &Origin, begin: Start) -> Result<()> {
+    if begin != Start::New {
         return Ok(());
     }
-    let (problem, way) = match Checkpoint::find(state, origin)? {
-        Found::Nothing => return Ok(()),
-        Found::Same => ("holds what an unfinished run has computed".into(), Way::ResumeOrRestart),
-        Found::Other(change) => {
-            (format!("holds what an unfinished run of something else has computed ({change})"), Way::Restart)
+    let (problem, remedy) = match Checkpoint::find(state, origin)? {
+        ExistingPieces::Nothing => return Ok(()),
+        ExistingPieces::Same => ("holds what an unfinished run has computed".into(), Remedy::ResumeOrRestart),
+        ExistingPieces::Other(change) => {
+            (format!("holds what an unfinished run of something else has computed ({change})"), Remedy::Restart)
         }
     };
-    Err(Error::Resume { file: state.to_path_buf(), problem, way })
+    Err(Error::Resume { file: state.to_path_buf(), problem, remedy })
 }

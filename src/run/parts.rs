@@ -1,5 +1,4 @@
-//! A study shared out: parts that several machines compute, each into a file or into memory, and the results of all of
-//! them together, which are those of a single run.
+//! Studies in parts that several machines compute, each into a file or into memory, and merged into the results of a single run.
 
 use std::{
     io::BufWriter,
@@ -9,7 +8,7 @@ use std::{
 
 use serde::{Deserialize, Serialize};
 
-use super::{Begin, Finished, RunOptions, begun, refuse_to_lose};
+use super::{FinishedRun, RunOptions, Start, open_checkpoint, protect_unfinished_run};
 use crate::{
     files::{OutputFile, prepare, prepare_beside, remove, temporary_beside, write_beside},
     input::error::{Error, Result},
@@ -17,23 +16,23 @@ use crate::{
     work::{
         Event, Work,
         checkpoint::{Checkpoint, Origin},
+        if_this_shard,
         part_file::{Part, PartHead, PartSource, Parts},
         share::Share,
-        this_shard,
     },
 };
 
-/// How a study was opened.
+/// Place of the study of a part, and what was changed in it.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub struct Opened {
+pub struct StudySource {
     /// The folder or file.
     pub study: PathBuf,
     /// What was changed in it.
     pub overrides: Overrides,
 }
 
-impl Opened {
-    /// How the study of `part` was opened, if it is said.
+impl StudySource {
+    /// Reads where the study of `part` is found; `None` if the part does not say.
     ///
     /// # Errors
     /// It cannot be understood.
@@ -42,15 +41,17 @@ impl Opened {
         if opened.is_empty() {
             return Ok(None);
         }
-        serde_json::from_str(opened).map(Some).map_err(|fault| not_words(&fault))
+        serde_json::from_str(opened).map(Some).map_err(|fault| unreadable_text(&fault))
     }
 
-    fn words(&self) -> Result<String> {
-        serde_json::to_string(self).map_err(|fault| not_words(&fault))
+    /// The source as JSON text, for the head of a part.
+    fn to_json(&self) -> Result<String> {
+        serde_json::to_string(self).map_err(|fault| unreadable_text(&fault))
     }
 }
 
-fn not_words(fault: &serde_json::Error) -> Error {
+/// Error that a study's name or settings are no readable text.
+fn unreadable_text(fault: &serde_json::Error) -> Error {
     let problem = format!("expected the name of a study and its settings in letters that can be read: {fault}");
     Error::argument("study of a part", problem)
 }
@@ -59,17 +60,16 @@ fn not_words(fault: &serde_json::Error) -> Error {
 #[derive(Debug, Clone)]
 pub struct PartOptions {
     /// What becomes of an unfinished run of the same part in the folder.
-    pub begin: Begin,
+    pub begin: Start,
     /// As in [`RunOptions`].
     pub program: Option<String>,
     /// Where whoever merges the parts finds the study.
-    pub opened: Opened,
-    /// Which round, from 1; later ones than the first go on from all parts of the rounds before, which are in the
-    /// folder.
+    pub opened: StudySource,
+    /// Which round, from 1; later ones than the first go on from all parts of the rounds before, which are in the folder.
     pub round: u32,
 }
 
-/// A part in a folder.
+/// A part computed into a folder.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct PartInFolder {
     /// Its file.
@@ -85,12 +85,12 @@ const PART: &str = "kpart";
 /// Ending of the names of what an unfinished part has computed.
 const STATE: &str = "state";
 
-/// The parts in `folder`, by name.
+/// Reads all parts in `folder`, in the order of their names.
 ///
 /// # Errors
 /// It cannot be read, a file in it that is called like one is no part or not whole, or there is none.
-pub fn parts_in(folder: &Path) -> Result<Vec<Part>> {
-    let parts = files_in(folder)?.into_iter().map(|file| Part::read(PartSource::File(file)));
+pub fn read_parts(folder: &Path) -> Result<Vec<Part>> {
+    let parts = part_files_in(folder)?.into_iter().map(|file| Part::read(PartSource::File(file)));
     let parts = parts.collect::<Result<Vec<Part>>>()?;
     if parts.is_empty() {
         let problem = format!("holds no part of a study: expected files part_….{PART}, which run --part leaves");
@@ -99,8 +99,8 @@ pub fn parts_in(folder: &Path) -> Result<Vec<Part>> {
     Ok(parts)
 }
 
-/// The files in `folder` that are called like parts.
-fn files_in(folder: &Path) -> Result<Vec<PathBuf>> {
+/// The files in `folder` that are called like parts, sorted.
+fn part_files_in(folder: &Path) -> Result<Vec<PathBuf>> {
     let fault = |source| Error::Read { file: folder.to_path_buf(), source };
     let mut files = Vec::new();
     for entry in std::fs::read_dir(folder).map_err(fault)? {
@@ -114,10 +114,9 @@ fn files_in(folder: &Path) -> Result<Vec<PathBuf>> {
 }
 
 impl Study {
-    /// The part that `share` holds, as bytes. `before` are all parts of earlier rounds, of a study that [goes in
-    /// rounds](crate::StudyKind::goes_in_rounds); `program` as in [`RunOptions`]. It is computed on the current rayon
-    /// pool; whoever sets `stop` stops it, and `watch` is told how far it is. The bytes do not depend on the number of
-    /// threads.
+    /// Computes the part that `share` holds, as bytes. `before` are all parts of earlier rounds, of a study that
+    /// [goes in rounds](crate::StudyKind::goes_in_rounds); `program` as in [`RunOptions`]. It is computed on the current rayon pool; whoever sets
+    /// `stop` stops it, and `watch` is told how far it is. The bytes do not depend on the number of threads.
     ///
     /// # Errors
     /// [`Error::Stopped`], parts of something else, and those of the work.
@@ -131,17 +130,17 @@ impl Study {
     ) -> Result<Vec<u8>> {
         let origin = Origin::of(program, self.inputs.clone())?;
         let before = if before.is_empty() { None } else { Some(Parts::new(before, &origin)?) };
-        before.as_ref().map_or(Ok(()), |before| same_division(before, share))?;
-        let mut head = self.head(&origin, share, before.as_ref().map_or(1, |parts| parts.rounds() + 1));
-        let work = Work::shared((Some(Checkpoint::unnamed(&origin)?), before, Some(share)), stop, Box::new(watch));
-        head.is_complete = this_shard(self.kind.compute(&work))?.is_some();
+        before.as_ref().map_or(Ok(()), |before| check_same_division(before, share))?;
+        let mut head = self.part_head(&origin, share, before.as_ref().map_or(1, |parts| parts.rounds() + 1));
+        let work = Work::with_parts((Some(Checkpoint::unnamed(&origin)?), before, Some(share)), stop, Box::new(watch));
+        head.is_complete = if_this_shard(self.kind.compute(&work))?.is_some();
         let mut bytes = Vec::new();
         work.write_part(head, &mut bytes)?;
         Ok(bytes)
     }
 
-    /// As [`Study::part`], into a file in the folder `out`, where finished pieces are kept, so that it can be stopped
-    /// and gone on with. A part that is there already is not computed again, unless it is to begin anew.
+    /// Computes a part as [`Study::part`] does, into a file in the folder `out`, where finished pieces are kept, so that it can be stopped and gone
+    /// on with. A part that is there already is not computed again, unless it is to begin anew.
     ///
     /// # Errors
     /// As [`Study::part`]; what cannot be read or written; an unfinished run of the part that is not to be gone on with; a part
@@ -158,7 +157,7 @@ impl Study {
         let stem = share.stem(options.round);
         let (file, state) = (out.join(format!("{stem}.{PART}")), out.join(format!("{stem}.{STATE}")));
         prepare(out)?;
-        if options.begin != Begin::Restart && file.exists() {
+        if options.begin != Start::Restart && file.exists() {
             let part = Part::read(PartSource::File(file.clone()))?;
             part.check(&origin)?;
             if (part.head().share, part.head().round) != (share, options.round) {
@@ -170,14 +169,14 @@ impl Study {
         }
         let before = parts_before(out, options.round, share, &origin)?;
         prepare_beside(&file)?;
-        refuse_to_lose(&state, &origin, options.begin)?;
-        let checkpoint = begun(&state, &origin, options.begin)?;
-        let found = Event::Resumed { pieces: checkpoint.len(), lost: checkpoint.damaged() };
-        let work = Work::shared((Some(checkpoint), before, Some(share)), stop, Box::new(watch));
+        protect_unfinished_run(&state, &origin, options.begin)?;
+        let checkpoint = open_checkpoint(&state, &origin, options.begin)?;
+        let found = Event::Resumed { pieces: checkpoint.len(), lost: checkpoint.damaged_count() };
+        let work = Work::with_parts((Some(checkpoint), before, Some(share)), stop, Box::new(watch));
         work.tell(found);
-        let mut head = self.head(&origin, share, options.round);
-        head.opened = options.opened.words()?;
-        match this_shard(self.kind.compute(&work)) {
+        let mut head = self.part_head(&origin, share, options.round);
+        head.opened = options.opened.to_json()?;
+        match if_this_shard(self.kind.compute(&work)) {
             Ok(whole) => head.is_complete = whole.is_some(),
             Err(error) => {
                 if work.pieces() == 0 {
@@ -187,12 +186,12 @@ impl Study {
             }
         }
         let is_complete = head.is_complete;
-        write(&work, head, &file)?;
+        write_part_file(&work, head, &file)?;
         remove(&state)?;
         Ok(PartInFolder { file, was_there: false, is_complete })
     }
 
-    /// As [`Study::run_into`], from what `parts` have computed: those of one division, in any order. What they leave
+    /// Merges `parts`, those of one division in any order, into results in the folder `out`, as [`Study::run_into`] writes them. What they leave
     /// open of a study that goes in rounds is computed. The results are those of a single run, byte for byte.
     ///
     /// # Errors
@@ -204,11 +203,12 @@ impl Study {
         options: &RunOptions,
         stop: Arc<AtomicBool>,
         watch: impl Fn(Event) + Send + Sync + 'static,
-    ) -> Result<Finished> {
-        self.may_run_into(out, options)?.begin_from(parts)?.run(stop, watch)
+    ) -> Result<FinishedRun> {
+        self.prepare_run(out, options)?.begin_from(parts)?.run(stop, watch)
     }
 
-    fn head(&self, origin: &Origin, share: Share, round: u32) -> PartHead {
+    /// Head of a part of this study; not complete and without pieces yet.
+    fn part_head(&self, origin: &Origin, share: Share, round: u32) -> PartHead {
         PartHead {
             program: origin.program.clone(),
             inputs: origin.inputs.digests(),
@@ -222,30 +222,31 @@ impl Study {
     }
 }
 
-/// All parts in `out` of the rounds before `round`.
+/// Reads all parts in `out` of the rounds before `round`.
 fn parts_before(out: &Path, round: u32, share: Share, origin: &Origin) -> Result<Option<Parts>> {
     if round == 1 {
         return Ok(None);
     }
-    let parts = parts_in(out)?.into_iter().filter(|part| part.head().round < round);
+    let parts = read_parts(out)?.into_iter().filter(|part| part.head().round < round);
     let parts = Parts::new(parts.collect(), origin)?;
     if parts.rounds() + 1 != round {
         let next = parts.rounds() + 1;
         let problem = format!("expected {next} or an earlier round, got {round}: the rounds before are not there");
         return Err(Error::argument("round", problem));
     }
-    same_division(&parts, share)?;
+    check_same_division(&parts, share)?;
     Ok(Some(parts))
 }
 
-fn same_division(before: &Parts, share: Share) -> Result<()> {
+/// Refuses a `share` of another number of parts than in the rounds before.
+fn check_same_division(before: &Parts, share: Share) -> Result<()> {
     let of = before.of();
     let fault = || Error::argument("part", format!("expected one of {of} parts, as in the rounds before, got {share}"));
     if of == share.of() { Ok(()) } else { Err(fault()) }
 }
 
-/// Writes what `work` has computed whole, in place of what was at `file`.
-fn write(work: &Work, head: PartHead, file: &Path) -> Result<()> {
+/// Writes all pieces of `work` to `file`, whole, in place of what was there.
+fn write_part_file(work: &Work, head: PartHead, file: &Path) -> Result<()> {
     let fault = |source| Error::Write { file: file.to_path_buf(), source };
     let name = prepare_beside(file)?;
     let mut writer = BufWriter::new(temporary_beside(file).map_err(fault)?);

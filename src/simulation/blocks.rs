@@ -1,48 +1,48 @@
-//! What a G-code program asks of a control, block after block, before and as it is written.
+//! Demands of a G-code program on a control, block by block, before and after compensation.
 
 use serde::Serialize;
 
 use crate::toolpath::gcode::{GcodeError, Move, Program};
 
-/// What the lines and arcs of a program that are driven with the feed ask of a control.
+/// Demands on a control of the lines and arcs that are driven with the feed.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Blocks {
-    /// Lines of the program.
+    /// Number of lines of the program.
     pub lines: usize,
-    /// Lines and arcs that are driven with the feed.
+    /// Number of lines and arcs driven with the feed.
     pub moves: usize,
-    /// Blocks per second that the control must read at the programmed feed: one over the time of each move that has a feed.
+    /// Blocks per second at the programmed feed: the inverse time of each move that has a feed.
     pub per_second: Option<Spread>,
     /// Angles between neighbouring moves, degrees.
     pub turns_deg: Option<Spread>,
 }
 
-/// The middle, the 95th percentile and the largest of some values.
+/// Median, 95th percentile and maximum of some values.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Spread {
-    /// Half of the values are at most this.
+    /// Median.
     pub p50: f64,
-    /// 95 of 100 values are at most this.
+    /// 95th percentile.
     pub p95: f64,
     /// The largest.
     pub max: f64,
 }
 
-/// Blocks of a program and of what was written for it.
+/// Demands of a program before and after compensation.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct BlocksBeforeAfter {
-    /// As it was.
+    /// Before compensation.
     pub before: Blocks,
-    /// As it was written.
+    /// As written.
     #[serde(rename = "written")]
     pub after: Blocks,
 }
 
 impl Blocks {
-    /// Those of `program`.
+    /// Returns the demands of `program`.
     ///
     /// # Errors
-    /// When it cannot be followed.
+    /// The program cannot be followed.
     pub fn of(program: &Program) -> Result<Self, GcodeError> {
         let (mut moves, mut per_second, mut turns_deg) = (0, Vec::new(), Vec::new());
         program.each_move(|one: Move| {
@@ -56,7 +56,7 @@ impl Blocks {
 }
 
 impl Spread {
-    /// Of `values`; `None` if there are none. A percentile is the least value that as many are not above.
+    /// Returns the percentiles of `values`, each one of the values; `None` if there are none.
     pub fn of(mut values: Vec<f64>) -> Option<Self> {
         values.sort_by(f64::total_cmp);
         let at = |percent: usize| values.get((values.len() * percent).div_ceil(100).saturating_sub(1)).copied();

@@ -1,4 +1,4 @@
-//! External axes commanded by a path: their columns on the machine.
+//! External axes that a path commands, on the machine.
 
 use crate::{
     input::error::{Error, Result},
@@ -6,14 +6,13 @@ use crate::{
     toolpath::{PathPoint, Toolpath},
 };
 
-/// What rounding may put a position beyond its travel by, as a share of it, and what is shown of the travel.
+/// How far rounding may put a position beyond its travel, as a share of it, and the resolution of the travel in messages.
 const ROUNDING: f64 = 1e-9;
 
-/// `machine` with the drives locked that `path`, called `origin` in errors, commands beside the tool; they stand where its first point has
-/// them.
+/// Returns `machine` with the drives locked that `path`, called `origin` in errors, commands beside the tool, at the positions of its first point.
 ///
 /// # Errors
-/// A column that names no drive, one in another unit, one that the study holds, one that the task needs, or positions beyond its travel.
+/// A column that names no drive, has another unit, names a drive that the study locks or the task needs, or has positions beyond the travel.
 pub(crate) fn locked_along(machine: &Machine, path: &Toolpath, origin: &str) -> Result<Machine> {
     let Some(first) = path.points().first().filter(|_| !path.external_axes().is_empty()) else {
         return Ok(machine.clone());
@@ -21,8 +20,8 @@ pub(crate) fn locked_along(machine: &Machine, path: &Toolpath, origin: &str) -> 
     let mut positions = Vec::new();
     for (column, value) in path.external_axes().iter().zip(first.external) {
         let drive =
-            machine.drive_label(drive_of(column)).map_err(|why| fault(origin, column, format!("names {why}")))?;
-        if machine.told_drives().any(|told| told == drive) {
+            machine.drive_label(drive_label_in(column)).map_err(|why| fault(origin, column, format!("names {why}")))?;
+        if machine.locked_drive_labels().any(|told| told == drive) {
             return Err(fault(
                 origin,
                 column,
@@ -60,11 +59,11 @@ pub(crate) fn locked_along(machine: &Machine, path: &Toolpath, origin: &str) -> 
             return Err(fault(
                 origin,
                 column,
-                format!("is a position in {unit}: expected external_{}_{unit}", drive_of(column)),
+                format!("is a position in {unit}: expected external_{}_{unit}", drive_label_in(column)),
             ));
         }
         let Some((low, high)) = axis.travel else { continue };
-        let (low, high) = (axis.motion.shown(low), axis.motion.shown(high));
+        let (low, high) = (axis.motion.to_shown(low), axis.motion.to_shown(high));
         let slack = ROUNDING * low.abs().max(high.abs());
         let is_beyond = |point: &&PathPoint| point.external[k] < low - slack || point.external[k] > high + slack;
         if let Some(point) = path.points().iter().find(is_beyond) {
@@ -77,18 +76,18 @@ pub(crate) fn locked_along(machine: &Machine, path: &Toolpath, origin: &str) -> 
             return Err(fault(origin, column, problem));
         }
     }
-    locked.note_moved(moved);
+    locked.record_path_axes(moved);
     Ok(locked)
 }
 
-/// Where the external axes of `machine` stand at each point of `path`; `None` if the path commands none.
-pub(crate) fn along<'a>(
+/// Returns a function from a point of `path` to the positions of the machine's external axes; `None` if the path commands none.
+pub(crate) fn axes_along<'a>(
     machine: &Machine,
     path: &'a Toolpath,
 ) -> impl Fn(&PathPoint) -> Option<ExternalAxes> + use<'a> {
     let names = path.external_axes();
     let axis = |column: &String| {
-        let label = machine.drive_label(drive_of(column)).ok()?;
+        let label = machine.drive_label(drive_label_in(column)).ok()?;
         machine.external_axis(&label).map(|(index, drive)| (index, drive.motion))
     };
     let axes: Vec<_> = names.iter().map(axis).collect();
@@ -103,12 +102,13 @@ pub(crate) fn along<'a>(
     }
 }
 
-/// The label of the drive that a column of an external axis names.
-fn drive_of(column: &str) -> &str {
+/// Returns the drive label in the name of a column of an external axis.
+fn drive_label_in(column: &str) -> &str {
     let name = column.strip_prefix("external_").unwrap_or(column);
     name.rsplit_once('_').map_or(name, |(drive, _)| drive)
 }
 
+/// Returns the error of a path with its name, the faulty part and the problem.
 fn fault(origin: &str, what: &str, problem: String) -> Error {
     Error::Argument { argument: origin.into(), problem: format!("{what} {problem}") }
 }

@@ -15,9 +15,9 @@ pub mod tasks;
 pub(crate) mod tracking;
 pub(crate) mod within_limits;
 
-pub use program_file::{ProgramFile, Sent};
+pub use program_file::{CommandedPath, ProgramFile};
 pub use scene::Scene;
 pub use sources::{BySource, Machines, ROUNDING_MM, Source, settings};
 pub use status::{Failure, SOLVED, status_of};
 #[cfg(feature = "report")]
-pub(crate) use status::{STATUSES, is_answer, is_found};
+pub(crate) use status::{STATUSES, is_result_status, is_solved_status};

@@ -1,8 +1,7 @@
-//! Blocks of a path: in each, points are solved one after another, each from the one before; blocks side by side, as many points
-//! at a time as the processor can.
+//! Solves blocks of a path: the points of a block one after another, each from the one before, and several blocks at a time.
 
 use super::{
-    along_path::{BLOCK, Commands, PathAnswer, PathCase},
+    along_path::{BLOCK, Commands, PathCase, PathPointResult},
     settings,
     tracking::TrackPoint,
 };
@@ -16,36 +15,32 @@ use crate::{
     statics::{Batch, State},
 };
 
-/// A block under way.
+/// A block being solved.
 struct Block<'a> {
     session: Session,
     /// Index of its first point.
     first: usize,
     track: &'a [TrackPoint],
-    /// Where the nominal machine was last tracked.
+    /// Configuration at which the nominal machine was last tracked.
     near: &'a Configuration,
-    answers: Vec<PathAnswer>,
+    answers: Vec<PathPointResult>,
 }
 
-/// Solves the blocks of the path of `case` from number `first` on, along which the nominal machine is tracked as `tracked` says. `done` is
-/// called after each point and may end all.
-///
-/// # Errors
-/// Of `done`.
-pub(crate) fn blocks<'a, E>(
+/// Solves the blocks of `case` from number `first` on, with the nominal machine tracked as in `track`; an error of `done` ends everything.
+pub(crate) fn solve_blocks<'a, E>(
     case: &PathCase<'a>,
     commands: &Commands<'_>,
     first: usize,
     track: &'a [Vec<TrackPoint>],
     done: &(dyn Fn() -> Result<(), E> + Sync),
-) -> Result<Vec<Vec<PathAnswer>>, E> {
+) -> Result<Vec<Vec<PathPointResult>>, E> {
     let begin = |(k, track): (usize, &'a Vec<TrackPoint>)| {
-        let mut session = Session::new(case.nominal, case.real, settings()).from_rest_of(case.unloaded);
+        let mut session = Session::new(case.nominal, case.real, settings()).with_unloaded_machine(case.unloaded);
         let first = (first + k) * BLOCK;
         // From home the way would be long, and might end on another branch.
         let near = track.first().and_then(|point| point.at.as_ref()).filter(|_| case.tasks[first].external.is_none());
         if let Some(at) = near {
-            session.stand(at, &State::rigid(case.nominal, at));
+            session.set_state(at, &State::rigid(case.nominal, at));
         }
         let (near, answers) = (near.unwrap_or(&case.nominal.home), Vec::with_capacity(track.len()));
         Block { session, first, track, near, answers }
@@ -54,9 +49,9 @@ pub(crate) fn blocks<'a, E>(
     let mut batch = Batch::new(case.real);
     for point in 0..track.iter().map(Vec::len).max().unwrap_or(0) {
         let mut going: Vec<&mut Block<'a>> = blocks.iter_mut().filter(|block| point < block.track.len()).collect();
-        let found = at_points(case, commands, point, &mut going, &mut batch);
+        let found = solve_points(case, commands, point, &mut going, &mut batch);
         for (block, found) in going.into_iter().zip(found) {
-            let answer = block.answer(point, found);
+            let answer = block.result(point, found);
             block.answers.push(answer);
             done()?;
         }
@@ -64,8 +59,8 @@ pub(crate) fn blocks<'a, E>(
     Ok(blocks.into_iter().map(|block| block.answers).collect())
 }
 
-/// The next point of each block.
-fn at_points(
+/// Solves the point number `point` of each block, all blocks together.
+fn solve_points(
     case: &PathCase<'_>,
     commands: &Commands<'_>,
     point: usize,
@@ -74,19 +69,19 @@ fn at_points(
 ) -> Vec<Compensation> {
     let asked: Vec<TaskPoint> = blocks.iter().map(|block| case.tasks[block.first + point]).collect();
     for (block, task) in blocks.iter_mut().zip(&asked) {
-        block.know(point, task);
+        block.seed_command(point, task);
     }
     // With external axes each stands on a machine of its own.
     let together = if asked.iter().any(|task| task.external.is_some()) { 1 } else { blocks.len() };
     let mut found = Vec::with_capacity(blocks.len());
     for (blocks, asked) in blocks.chunks_mut(together.max(1)).zip(asked.chunks(together.max(1))) {
-        found.extend(solve(case, commands, point, blocks, asked, batch));
+        found.extend(solve_group(case, commands, point, blocks, asked, batch));
     }
     found
 }
 
-/// What is commanded at the next point of each block, and what it leads to; where the machine cannot be tracked, the reason.
-fn solve(
+/// Returns command and equilibrium at point number `point` of each block; where the machine cannot be tracked, the reason.
+fn solve_group(
     case: &PathCase<'_>,
     commands: &Commands<'_>,
     point: usize,
@@ -95,10 +90,10 @@ fn solve(
     batch: &mut Batch,
 ) -> Vec<Compensation> {
     let places: Vec<usize> = blocks.iter().map(|block| block.first + point).collect();
-    let reached: Vec<usize> = (0..blocks.len()).filter(|&k| blocks[k].track[point].asked.is_ok()).collect();
+    let reached: Vec<usize> = (0..blocks.len()).filter(|&k| blocks[k].track[point].tracked.is_ok()).collect();
     let tasks: Vec<TaskPoint> = reached.iter().map(|&k| asked[k]).collect();
     let mut sessions: Vec<&mut Session> =
-        blocks.iter_mut().filter(|block| block.track[point].asked.is_ok()).map(|block| &mut block.session).collect();
+        blocks.iter_mut().filter(|block| block.track[point].tracked.is_ok()).map(|block| &mut block.session).collect();
     let solved = match commands {
         Commands::Method(method) => compensate_batch(&mut sessions, &tasks, *method, batch),
         Commands::Program(poses) => {
@@ -125,9 +120,9 @@ fn solve(
         find_targets(&mut sessions);
     }
     let mut solved = solved.into_iter();
-    let answers = blocks.iter().zip(asked).map(|(block, task)| match &block.track[point].asked {
+    let answers = blocks.iter().zip(asked).map(|(block, task)| match &block.track[point].tracked {
         Err(reason) => Some(block.session.refuse(task, reason.clone())),
-        Ok(()) => solved.next().map(|found| match block.turned_back(case.nominal, point, commands, &found) {
+        Ok(()) => solved.next().map(|found| match block.full_turn_jump(case.nominal, point, commands, &found) {
             Some(change) => block.session.refuse(task, change),
             None => found,
         }),
@@ -136,16 +131,16 @@ fn solve(
 }
 
 impl<'a> Block<'a> {
-    /// Tells the session where the nominal machine is tracked at `point`.
-    fn know(&mut self, point: usize, task: &TaskPoint) {
+    /// Gives the session the tracked configuration at `point` as its command for `task`.
+    fn seed_command(&mut self, point: usize, task: &TaskPoint) {
         if let (Some(at), None) = (&self.track[point].at, task.external) {
-            self.session.know(self.near, &task.pose, at);
+            self.session.seed(self.near, &task.pose, at);
             self.near = at;
         }
     }
 
-    /// Whether a corrected command has a hinge turned back within its travel, where the path goes on.
-    fn turned_back(
+    /// Returns a posture change if the corrected command turns a hinge back within its travel where the path goes on.
+    fn full_turn_jump(
         &self,
         nominal: &Machine,
         point: usize,
@@ -156,13 +151,14 @@ impl<'a> Block<'a> {
             .at
             .as_ref()
             .filter(|_| found.outcome.is_some() && !matches!(commands, Commands::Drives(_)))?;
-        let change = nominal.turned_back(&at.drives, &found.drives)?;
+        let change = nominal.full_turn_jump(&at.drives, &found.drives)?;
         let here_mm = at.pose.translation;
         Some(CompensationStatus::ChangesPosture { change, before_mm: here_mm, here_mm })
     }
 
-    fn answer(&mut self, point: usize, found: Compensation) -> PathAnswer {
-        PathAnswer {
+    /// Returns the result at point number `point` of the block from its compensation.
+    fn result(&mut self, point: usize, found: Compensation) -> PathPointResult {
+        PathPointResult {
             is_settled: found.outcome.is_some(),
             corrections: found.iterations(),
             target: found.outcome.as_ref().and_then(|_| self.session.target().ok()),

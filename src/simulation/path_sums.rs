@@ -1,26 +1,27 @@
-//! What commands leave along a path, summed up point after point.
+//! Sums of residual errors along a path, point by point.
 
 use serde::{Deserialize, Serialize};
 
-use crate::{machine::Machine, simulation::along_path::PathAnswer};
+use crate::{machine::Machine, simulation::along_path::PathPointResult};
 
-/// What a command leaves at one point: all that is kept where only sums are wanted.
+/// Residual error of a command at one point, without the rest of its result.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Left {
-    /// Why the command does not do what was asked of the method, if it does not.
+pub struct PointResidual {
+    /// Reason why the command is not as good as requested, if so.
     failure: Option<Box<str>>,
-    /// Whether the machine settles.
+    /// Whether the machine has an equilibrium.
     is_settled: bool,
+    /// Number of corrections made.
     corrections: usize,
-    /// Square of the distance of the compensated point from where it is wanted, mm².
+    /// Squared distance of the compensated point from where it is wanted, mm².
     squared_error: f64,
-    /// rad.
+    /// Residual rotation, rad.
     residual_rotation: f64,
 }
 
-impl Left {
-    /// What `answer` of `machine` leaves.
-    pub fn of(answer: &PathAnswer, machine: &Machine) -> Self {
+impl PointResidual {
+    /// Returns the residual error of `answer`, a result on `machine`.
+    pub fn of(answer: &PathPointResult, machine: &Machine) -> Self {
         Self {
             failure: (!answer.status.is_success()).then(|| answer.status.reason(machine).into()),
             is_settled: answer.is_settled,
@@ -31,28 +32,28 @@ impl Left {
     }
 }
 
-/// Errors along a path. What is taken over solved points is `None` where there are none.
+/// Residual errors along a path; those over solved points are `None` where there are none.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PathSummary {
-    /// Points with a command and an equilibrium.
+    /// Number of points with a command and an equilibrium.
     pub solved: usize,
-    /// All points.
+    /// Number of all points.
     pub points: usize,
-    /// Points whose command failed, or is not as good as asked.
+    /// Number of points whose command failed, or is not as good as requested.
     pub failed: usize,
-    /// Why the first of them failed.
+    /// Reason why the first of them failed.
     pub first_failure: Option<Box<str>>,
     /// Largest distance of the compensated point from where it is wanted, over the solved points, mm.
     pub max_mm: Option<f64>,
     /// Root mean square of that distance, mm.
     pub rms_mm: Option<f64>,
-    /// Corrections per point, mean.
+    /// Mean number of corrections per point.
     pub mean_corrections: Option<f64>,
-    /// Largest rotation left over, rad.
+    /// Largest residual rotation, rad.
     pub max_residual_rotation: Option<f64>,
 }
 
-/// Sums from which a [`PathSummary`] is made, point after point in the order of the path.
+/// Sums for a [`PathSummary`], to which points are added in path order.
 #[derive(Debug, Clone, Default)]
 pub struct PathSums {
     solved: usize,
@@ -67,7 +68,7 @@ pub struct PathSums {
 
 impl PathSums {
     /// Adds a point.
-    pub fn add(&mut self, left: &Left) {
+    pub fn add(&mut self, left: &PointResidual) {
         self.points += 1;
         self.failed += usize::from(left.failure.is_some());
         if self.first_failure.is_none() {
@@ -82,7 +83,7 @@ impl PathSums {
         }
     }
 
-    /// What they come to.
+    /// Returns the summary of the points added.
     pub fn summary(&self) -> PathSummary {
         let known = |value: f64| (self.solved > 0).then_some(value);
         let mean = |sum: f64| sum / self.solved as f64;

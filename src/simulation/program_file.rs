@@ -1,4 +1,4 @@
-//! A program in a file, whatever its format: read, followed, written back.
+//! Programs in files of any format: reads, follows and rewrites them.
 
 use std::path::Path;
 
@@ -15,7 +15,7 @@ use crate::{
     simulation::blocks::{Blocks, BlocksBeforeAfter},
     toolpath::{
         self, Orientation, PathPoint, Sampling, Toolpath,
-        gcode::{Beside, Calls, Expand, Fault, Program},
+        gcode::{Calls, Expand, Fault, Program, SiblingFiles},
         polyline::Polyline,
     },
 };
@@ -33,9 +33,8 @@ pub enum ProgramFile {
 }
 
 impl ProgramFile {
-    /// Reads `file`: a polyline if its name ends in `.csv`, a program of a robot or an APT program if [`Language::of`]
-    /// knows its name, G-code otherwise, written out first where `process` says so. What it calls is sought beside it,
-    /// and the `.dat` of a `.src`.
+    /// Reads `file`: a polyline if its name ends in `.csv`, a robot or APT program if [`Language::of`] knows its name, else G-code, written
+    /// out first where `process` says so. Called files, and the `.dat` of a `.src`, are sought beside it.
     ///
     /// # Errors
     /// A file that cannot be read or is not of the expected form.
@@ -47,26 +46,26 @@ impl ProgramFile {
         }
     }
 
-    /// The same of the file called `name` in `folder`.
+    /// Reads the file called `name` in `folder`, as [`ProgramFile::read`].
     ///
     /// # Errors
     /// As [`ProgramFile::read`].
     pub fn in_folder(folder: &Folder, name: &str, process: &Process) -> Result<Self> {
         let around = folder.of(name);
-        let beside = |name: &str| around.has(name).then(|| around.bytes(name).ok()).flatten();
+        let beside = |name: &str| around.has_file(name).then(|| around.bytes(name).ok()).flatten();
         let program = Self::parse_beside(folder.bytes(name)?, &folder.path(name), process, &beside)?;
         // Pages get it as it was written out.
         if let Some(written_out) = program.written_out() {
-            folder.note(name, written_out);
+            folder.record(name, written_out);
         }
         #[cfg(not(target_family = "wasm"))]
-        if folder.is_noting() && program.is_noted_as_points(process) {
-            folder.note(name, &points_of(&program, process)?);
+        if folder.is_recording() && program.is_kept_as_points(process) {
+            folder.record(name, &points_as_csv(&program, process)?);
         }
         Ok(program)
     }
 
-    /// The program that `bytes` of a `file` are, as [`ProgramFile::read`], with nothing beside it.
+    /// Reads the program `bytes` of a `file` without other files beside it, as [`ProgramFile::read`].
     ///
     /// # Errors
     /// Bytes that are not of the expected form.
@@ -74,14 +73,15 @@ impl ProgramFile {
         Self::parse_beside(bytes, file, process, &|_| None)
     }
 
-    fn parse_beside(bytes: Vec<u8>, file: &Path, process: &Process, beside: &Beside<'_>) -> Result<Self> {
+    /// Reads the program `bytes` of a `file`; `beside` gives the bytes of files beside it.
+    fn parse_beside(bytes: Vec<u8>, file: &Path, process: &Process, beside: &SiblingFiles<'_>) -> Result<Self> {
         let (name, options) = (file.display().to_string(), &process.gcode);
         if is_csv(file) || bytes.starts_with(POINTS) {
             return Ok(ProgramFile::Polyline(Polyline::read(bytes, &name)?));
         }
         #[cfg(not(target_family = "wasm"))]
         if let Some(language) = Language::of(file, &bytes) {
-            let data = Self::data_beside(&file.file_name().unwrap_or_default().to_string_lossy());
+            let data = Self::dat_file_name(&file.file_name().unwrap_or_default().to_string_lossy());
             let found = if language == Language::Krl { beside(&data) } else { None };
             let found = found.map(|bytes| (data, bytes));
             let program = RobotProgram::parse(bytes, &name, language, found, &process.robot_program)?;
@@ -95,7 +95,7 @@ impl ProgramFile {
             Expand::Always => Program::parse_expanded(bytes, &name, options, beside),
             Expand::WhereNeeded => Program::parse_or_give_back(bytes, &name, options).or_else(|given_back| {
                 let (refused, bytes) = *given_back;
-                if !refused.fault.is_met_by_expanding() {
+                if !refused.fault.is_solved_by_expansion() {
                     return Err(refused);
                 }
                 let written_out = Program::parse_with_calls(bytes, &name, options, beside);
@@ -105,19 +105,19 @@ impl ProgramFile {
         Ok(ProgramFile::Gcode(Box::new(program?)))
     }
 
-    /// Whether pages, which do not follow it, get its points: all of it that counts is then in them.
+    /// Returns whether pages, which cannot follow the program, get its points instead; these contain all that matters.
     #[cfg(not(target_family = "wasm"))]
-    fn is_noted_as_points(&self, process: &Process) -> bool {
+    fn is_kept_as_points(&self, process: &Process) -> bool {
         match self {
             ProgramFile::Polyline(_) => false,
             ProgramFile::Gcode(program) => {
-                program.is_turned() && !process.gcode.rotary.is_empty() && process.own_forces.is_empty()
+                program.has_orientations() && !process.gcode.rotary.is_empty() && process.own_forces.is_empty()
             }
             ProgramFile::Robot(_) => true,
         }
     }
 
-    /// What results along it depend on: its file, called `name`, and what it was written out as, for what it calls beside it counts.
+    /// Returns the inputs on which results depend: the file called `name`, the written-out program, and files beside it.
     pub fn inputs(&self, name: &str) -> Inputs {
         let bytes = match self {
             ProgramFile::Polyline(polyline) => polyline.source(),
@@ -126,12 +126,12 @@ impl ProgramFile {
             ProgramFile::Robot(program) => program.source(),
         };
         let texts = [(name, Some(bytes)), (name, self.written_out())];
-        let texts = texts.into_iter().filter_map(|(name, bytes)| Some((name, bytes?))).chain(self.beside());
+        let texts = texts.into_iter().filter_map(|(name, bytes)| Some((name, bytes?))).chain(self.dat_file());
         let inputs = texts.map(|(name, bytes)| Inputs::of(name, String::from_utf8_lossy(bytes)));
         inputs.fold(Inputs::default(), Inputs::and)
     }
 
-    /// The program written out, if it was.
+    /// Returns the written-out program, if it was written out.
     fn written_out(&self) -> Option<&[u8]> {
         match self {
             ProgramFile::Gcode(program) if program.notes().written_out.is_some() => Some(program.source()),
@@ -139,13 +139,13 @@ impl ProgramFile {
         }
     }
 
-    /// The name of the `.dat` that the file called `name` has beside it if it is a KRL program.
-    pub(crate) fn data_beside(name: &str) -> String {
+    /// Returns the name of the `.dat` beside the KRL program called `name`.
+    pub(crate) fn dat_file_name(name: &str) -> String {
         Path::new(name).with_extension("dat").to_string_lossy().into_owned()
     }
 
-    /// Name and bytes of the `.dat` beside it, if it is a KRL program and has one.
-    pub(crate) fn beside(&self) -> Option<(&str, &[u8])> {
+    /// Returns name and bytes of the `.dat` beside it, if it is a KRL program and has one.
+    pub(crate) fn dat_file(&self) -> Option<(&str, &[u8])> {
         match self {
             #[cfg(not(target_family = "wasm"))]
             ProgramFile::Robot(program) => program.beside(),
@@ -153,7 +153,7 @@ impl ProgramFile {
         }
     }
 
-    /// Its points in the workpiece frame; lines and arcs are split as `sampling` says.
+    /// Returns its path in the workpiece frame; lines and arcs are split as `sampling` says.
     ///
     /// # Errors
     /// Too many points, or a program that cannot be followed.
@@ -166,7 +166,7 @@ impl ProgramFile {
         }
     }
 
-    /// As [`ProgramFile::toolpath`], of a program that may have [`Program::MAX_POINTS`] points.
+    /// Returns its path like [`ProgramFile::toolpath`], with up to [`Program::MAX_POINTS`] points.
     ///
     /// # Errors
     /// As [`ProgramFile::toolpath`].
@@ -179,7 +179,7 @@ impl ProgramFile {
         }
     }
 
-    /// Line of the file that a point's move stands in, from 1, where it is known.
+    /// Returns the line of the file, from 1, with the move number `segment`, where it is known.
     pub fn line_of(&self, segment: usize) -> Option<usize> {
         match self {
             ProgramFile::Polyline(polyline) => polyline.line_of(segment),
@@ -189,7 +189,7 @@ impl ProgramFile {
         }
     }
 
-    /// The number of the file that this line is in: 0 is the program's own, then come [`ProgramFile::called_files`].
+    /// Returns the number of the file with this move: 0 for the program itself, then the [`ProgramFile::called_files`].
     pub fn file_of(&self, segment: usize) -> usize {
         match self {
             ProgramFile::Polyline(_) => 0,
@@ -199,7 +199,7 @@ impl ProgramFile {
         }
     }
 
-    /// The names of the files beside the program that it calls.
+    /// Returns the names of the files beside the program that it calls.
     pub fn called_files(&self) -> Vec<String> {
         match self {
             ProgramFile::Polyline(_) => Vec::new(),
@@ -209,13 +209,13 @@ impl ProgramFile {
         }
     }
 
-    /// The line in words: "line 7", or "O100.nc line 7" of a file that the program calls.
-    pub fn place_of(&self, segment: usize) -> Option<String> {
+    /// Returns the line of a move in words: "line 7", or "O100.nc line 7" of a called file.
+    pub fn line_name(&self, segment: usize) -> Option<String> {
         let line = self.line_of(segment)?;
-        Some(place_in_words(&self.called_files(), self.file_of(segment), line))
+        Some(line_in_words(&self.called_files(), self.file_of(segment), line))
     }
 
-    /// Whether a point's move is a hole of a cycle.
+    /// Returns whether a move is a hole of a drilling cycle.
     pub fn is_hole(&self, segment: usize) -> bool {
         match self {
             ProgramFile::Gcode(program) => program.is_hole(segment),
@@ -223,8 +223,8 @@ impl ProgramFile {
         }
     }
 
-    /// What stands in that line; a byte that is no letter of UTF-8 is shown as such.
-    pub fn text_of(&self, segment: usize) -> Option<String> {
+    /// Returns the text of the line of a move; bytes that are not UTF-8 are replaced.
+    pub fn line_text(&self, segment: usize) -> Option<String> {
         let bytes = match self {
             ProgramFile::Polyline(polyline) => polyline.content_of(segment)?,
             ProgramFile::Gcode(program) => program.content_of(segment)?,
@@ -234,12 +234,12 @@ impl ProgramFile {
         Some(String::from_utf8_lossy(bytes).trim().to_string())
     }
 
-    /// The same program through `positions` (workpiece frame, mm, one per point of `path`), the tool turned to `orientations` if they
-    /// are given, written as `process` says, and what reading it gives.
+    /// Rewrites the program through `positions` (workpiece frame, mm, one per point of `path`) and, if given, with `orientations` of the
+    /// tool, in the format of `process`, and reads it back.
     ///
     /// # Errors
-    /// Positions that are no positions, or a written program that does not read back.
-    pub fn rewritten(
+    /// Invalid positions, or a written program that cannot be read back.
+    pub fn rewrite(
         &self,
         path: &Toolpath,
         positions: &[Vector3<f64>],
@@ -251,58 +251,58 @@ impl ProgramFile {
             ProgramFile::Polyline(polyline) => {
                 let format = process.decimals.format(polyline.own_format())?;
                 let rewritten = polyline.rewrite_turned(path, positions, orientations, format)?;
-                let back = Sent::back(&rewritten, &rewritten.read()?, path.len(), is_turned)?;
+                let back = CommandedPath::read_back(&rewritten, &rewritten.read()?, path.len(), is_turned)?;
                 Ok(Rewritten { bytes: rewritten.into_bytes(), back, blocks: None, calls: None })
             }
             ProgramFile::Gcode(program) => {
-                let writing = process.writing(program.own_format())?;
+                let writing = process.write_options(program.own_format())?;
                 let mut rewritten = program.rewrite_turned(path, positions, orientations, writing)?;
-                let calls = program.calls_of(&rewritten);
+                let calls = program.folded_calls(&rewritten);
                 let written = rewritten.take_and_read()?;
-                let back = Sent::back(&rewritten, &written, path.len(), is_turned)?;
+                let back = CommandedPath::read_back(&rewritten, &written, path.len(), is_turned)?;
                 drop(rewritten);
                 let blocks = BlocksBeforeAfter { before: Blocks::of(program)?, after: Blocks::of(&written)? };
                 Ok(Rewritten { bytes: written.into_source(), back, blocks: Some(blocks), calls })
             }
             #[cfg(not(target_family = "wasm"))]
             ProgramFile::Robot(program) => {
-                let writing = process.writing(program.own_format())?;
+                let writing = process.write_options(program.own_format())?;
                 let rewritten = program.rewrite(path, positions, orientations, writing)?;
-                let back = Sent::back(&rewritten, &rewritten.read()?, path.len(), is_turned)?;
+                let back = CommandedPath::read_back(&rewritten, &rewritten.read()?, path.len(), is_turned)?;
                 Ok(Rewritten { bytes: rewritten.into_bytes(), back, blocks: None, calls: None })
             }
         }
     }
 }
 
-/// Where a program sends the tool, point after point.
+/// The path on which a program sends the tool, point by point.
 #[derive(Debug, Clone)]
-pub struct Sent {
+pub struct CommandedPath {
     /// Positions in the workpiece frame, mm.
     pub positions: Vec<Vector3<f64>>,
-    /// How the tool stands, if that is corrected.
+    /// Orientations of the tool, if they are corrected.
     pub orientations: Option<Vec<Orientation>>,
 }
 
-impl Sent {
-    /// None of so many points; `is_turned`: with orientations.
+impl CommandedPath {
+    /// Creates an empty path for so many points; `is_turned`: with orientations.
     pub(crate) fn new(points: usize, is_turned: bool) -> Self {
         Self { positions: Vec::with_capacity(points), orientations: is_turned.then(|| Vec::with_capacity(points)) }
     }
 
-    /// Where `written`, as it was read, passes the `points` of the path.
-    fn back<P: toolpath::Program>(
+    /// Returns the path of the program `written`, as read back, at the `points` of the original path.
+    fn read_back<P: toolpath::Program>(
         rewritten: &toolpath::Rewritten<P>,
         written: &P,
         points: usize,
         is_turned: bool,
     ) -> std::result::Result<Self, P::Error> {
         let mut sent = Self::new(points, is_turned);
-        rewritten.each_of(written, |point| sent.add(point))?;
+        rewritten.for_each_point(written, |point| sent.add(point))?;
         Ok(sent)
     }
 
-    /// Adds where `point` is and how the tool stands there.
+    /// Adds position and orientation of `point`.
     pub(crate) fn add(&mut self, point: &PathPoint) {
         self.positions.push(point.position_mm);
         if let (Some(orientations), Some(orientation)) = (&mut self.orientations, point.orientation) {
@@ -311,39 +311,40 @@ impl Sent {
     }
 }
 
-/// A program that has been written and read.
+/// A program that was rewritten and read back.
 #[derive(Debug, Clone)]
 pub struct Rewritten {
     /// Its bytes.
     pub bytes: Vec<u8>,
-    /// Where it passes each point, rounding included.
-    pub back: Sent,
-    /// What its blocks and those of the program as it was ask of a control; `None` for all but G-code.
+    /// Path read back, rounding included.
+    pub back: CommandedPath,
+    /// Demands of its blocks on a control, before and as written; `None` except for G-code.
     pub blocks: Option<BlocksBeforeAfter>,
-    /// What becomes of its calls, if it has any; `bytes` are written out.
+    /// What becomes of its calls, if it has any; `bytes` has none.
     pub calls: Option<Calls>,
 }
 
-/// `line` of the file of this number, where the files that a program calls are `called`.
-pub(crate) fn place_in_words(called: &[String], file: usize, line: usize) -> String {
+/// Returns line `line` of file number `file` in words; `called` are the called files.
+pub(crate) fn line_in_words(called: &[String], file: usize, line: usize) -> String {
     match file.checked_sub(1).and_then(|file| called.get(file)) {
         Some(file) => format!("{file} line {line}"),
         None => format!("line {line}"),
     }
 }
 
+/// Returns whether the name of `file` ends in `.csv`.
 fn is_csv(file: &Path) -> bool {
     file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("csv"))
 }
 
-/// How the points begin that stand for a program of a robot in what pages have.
+/// First bytes of the points that stand for a robot program in pages.
 const POINTS: &[u8] = b"x_mm,y_mm,z_mm";
 
-/// Tips that differ by less are the same, mm.
+/// Largest difference between equal tool tips, mm.
 #[cfg(not(target_family = "wasm"))]
 const SAME_TIP_MM: f64 = 0.01;
 
-/// A tool that `program` defines must be that of the machine.
+/// Checks that a tool that `program` defines is that of the machine.
 #[cfg(not(target_family = "wasm"))]
 fn check_tool(program: &RobotProgram, process: &Process) -> Result<()> {
     let Some((tool, tip)) = &program.notes().tool_tip_mm else { return Ok(()) };
@@ -360,9 +361,9 @@ fn check_tool(program: &RobotProgram, process: &Process) -> Result<()> {
     Err(crate::input::error::Error::Argument { argument: program.name().into(), problem })
 }
 
-/// The points of the path of a program as a polyline.
+/// Returns the points of a program's path as a polyline file.
 #[cfg(not(target_family = "wasm"))]
-fn points_of(program: &ProgramFile, process: &Process) -> Result<Vec<u8>> {
+fn points_as_csv(program: &ProgramFile, process: &Process) -> Result<Vec<u8>> {
     let path = program.toolpath(process.sampling)?;
     let decimals = NumberFormat::new(NumberFormat::MAX_DECIMALS, NumberFormat::default().inch_decimals())?;
     // A column is there if all points have it; where nothing is cut, the feed does not matter.

@@ -1,4 +1,4 @@
-//! What a question over the workspace asks about: a machine, what acts on it, what is compensated, and how well.
+//! The scene of questions over the workspace: a machine, its errors and cutting force, and what is compensated.
 
 use super::Machines;
 use crate::{
@@ -9,33 +9,30 @@ use crate::{
     spatial::{Pose, Wrench},
 };
 
-/// A machine, and what acts on it everywhere in its workspace.
+/// A machine, and the errors and forces that act on it everywhere in its workspace.
 #[derive(Debug, Clone)]
 pub struct Scene {
-    /// The nominal machine with the tool of the process, by which positions are commanded.
+    /// The nominal machine with the tool of the process, which computes commands.
     pub machine: Machine,
-    /// Errors of each chain of the real machine.
+    /// Chain errors of the actual machine.
     pub errors: Vec<ChainError>,
     /// The cutting force.
     pub force: MillingForce,
     /// Tool angles φ of one turn, rad.
     pub phis: Vec<f64>,
-    /// What compensation puts right.
+    /// What is compensated: P, tool tip or full pose.
     pub target: Target,
-    /// How far the tool may be from where it should be, mm, if the process says it.
+    /// Tolerance of the tool's position, mm, if the process gives it.
     pub tolerance_mm: Option<f64>,
 }
 
 impl Scene {
-    /// The machines that answer for its sources.
-    ///
-    /// # Errors
-    /// As [`Machines::new`].
+    /// Returns the nominal and actual machines of its error sources.
     pub(crate) fn machines(&self) -> Result<Machines> {
         Machines::new(&self.machine, &self.errors)
     }
 
-    /// What is asked of a command to `pose`: the cutting force at the tool angle `phi` (rad), if there is one.
+    /// Returns the task point at `pose`, under the cutting force at the tool angle `phi` (rad) if there is one.
     pub(crate) fn task(&self, pose: Pose, phi: Option<f64>) -> TaskPoint {
         let force = |phi| self.force.wrench(phi, &self.machine.tool_at(&pose.rotation));
         let load = phi.map_or(Wrench::zero(), force);

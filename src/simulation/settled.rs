@@ -1,4 +1,4 @@
-//! Where a loaded machine stands, as lines in space.
+//! The loaded machine in equilibrium, as lines in space.
 
 use nalgebra::Vector3;
 
@@ -9,26 +9,23 @@ use crate::{
     statics::State,
 };
 
-/// A machine at a nominal command, without and under its load.
+/// Lines of a machine at a nominal command, without and under load.
 #[derive(Debug, Clone)]
-pub(crate) struct Settled {
+pub(crate) struct LoadedLines {
     /// The nominal machine at its command.
     pub commanded: Skeleton,
-    /// The machine that answers for the source, in equilibrium.
+    /// The actual machine of the source, in equilibrium.
     pub loaded: Skeleton,
     /// Displacement of the tool tip, O axes, mm.
     pub tool_displacement_mm: Vector3<f64>,
 }
 
-/// How the machine that answers for `source` settles at the nominal command of `task`.
-///
-/// # Errors
-/// It does not, or cannot go there.
-pub(crate) fn settled(machines: &Machines, source: Source, task: &TaskPoint) -> Result<Settled, Failure> {
+/// Solves the equilibrium of the machine under `source` at the nominal command of `task`; a failure if it has none or cannot go there.
+pub(crate) fn equilibrium_under(machines: &Machines, source: Source, task: &TaskPoint) -> Result<LoadedLines, Failure> {
     let (nominal, actual) = (machines.nominal(source), machines.actual(source));
     let at = nominal.inverse_kinematics(&task.pose)?;
     let mut session = machines.session(source);
-    session.stand(&at, &State::rigid(nominal, &at));
+    session.set_state(&at, &State::rigid(nominal, &at));
     let answer = compensate(&mut session, &source.task(task), Method::None);
     if !answer.status.is_success() {
         return Err(Failure { status: answer.status.label().into(), reason: answer.status.reason(nominal) });
@@ -41,12 +38,12 @@ pub(crate) fn settled(machines: &Machines, source: Source, task: &TaskPoint) -> 
         .zip(&state.chains)
         .map(|(chain, settled)| {
             let mut values = settled.coordinates.clone();
-            chain.add_joints(&at.drives[first..], &mut values);
+            chain.add_joint_positions(&at.drives[first..], &mut values);
             first += chain.drives.len();
             values
         })
         .collect();
-    Ok(Settled {
+    Ok(LoadedLines {
         commanded: nominal.rigid_skeleton(&at),
         loaded: actual.skeleton(&chains, &state.pose),
         tool_displacement_mm: answer.tool_displacement,

@@ -1,4 +1,4 @@
-//! Sources of error, and the machines that answer for them: how any question asks for cutting, weight, chain errors and all.
+//! Error sources, and the machines that respond to them: cutting force, weight, chain errors and all together.
 
 use std::ops::{Index, IndexMut};
 
@@ -7,47 +7,48 @@ use serde::{Deserialize, Serialize};
 use crate::{
     compensation::{CompensationSettings, Method, Session, Target, TaskPoint, compensate},
     input::error::{Error, Result},
-    machine::{ChainError, Configuration, Machine, Zeroed},
+    machine::{ChainError, Configuration, Machine, ZeroState},
     spatial::Wrench,
     statics::{self, Batch},
 };
 
-/// What makes the tool leave its path.
+/// A source of tool errors.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Source {
-    /// The cutting force on the nominal machine, from where that rests.
+    /// Cutting force on the nominal machine, measured from its equilibrium without load.
     Cutting,
     /// Weight and springs of the nominal machine, against the rigid model.
     Weight,
-    /// The chain errors of the unloaded real machine, from where the nominal one rests.
+    /// Chain errors of the unloaded actual machine, measured from the equilibrium of the nominal one.
     Errors,
-    /// All at once: what happens. Weight and springs are a part of it unless the machine was zeroed at rest.
+    /// All together: the real case. Weight and springs are part of it unless the machine was calibrated under weight.
     All,
 }
 
 impl Source {
-    /// The sources of a machine, in table order: of one without weight, all others.
+    /// Returns the sources of a machine, in table order; without weight if it has none.
     pub fn of(machine: &Machine) -> &'static [Source] {
-        Self::of_count(if machine.own_forces().is_some() { 4 } else { 3 })
+        Self::for_count(if machine.own_load_words().is_some() { 4 } else { 3 })
     }
 
-    fn of_count(count: usize) -> &'static [Source] {
+    /// Returns the sources of a machine that has `count` of them.
+    fn for_count(count: usize) -> &'static [Source] {
         match count {
             4 => &[Source::Cutting, Source::Weight, Source::Errors, Source::All],
             _ => &[Source::Cutting, Source::Errors, Source::All],
         }
     }
 
-    /// The sources whose sum superposition takes for all of them.
+    /// Returns the sources whose effects superposition adds up.
     pub fn parts(machine: &Machine) -> &'static [Source] {
-        match machine.own_forces().is_some() && machine.zeroed != Zeroed::AtRest {
+        match machine.own_load_words().is_some() && machine.zeroed != ZeroState::AtRest {
             true => &[Source::Cutting, Source::Weight, Source::Errors],
             false => &[Source::Cutting, Source::Errors],
         }
     }
 
-    /// Word used in tables.
+    /// Returns its word in tables.
     pub fn label(self) -> &'static str {
         match self {
             Source::Cutting => "cutting",
@@ -57,7 +58,7 @@ impl Source {
         }
     }
 
-    /// What it is, as readers see it.
+    /// Returns its name for readers.
     pub fn words(self) -> &'static str {
         match self {
             Source::Cutting => "cutting force",
@@ -67,7 +68,7 @@ impl Source {
         }
     }
 
-    /// Whether the cutting force acts.
+    /// Returns whether the cutting force acts.
     pub fn has_cutting_force(self) -> bool {
         matches!(self, Source::Cutting | Source::All)
     }
@@ -79,41 +80,41 @@ impl Source {
 pub struct BySource<T>(Vec<T>);
 
 impl<T> BySource<T> {
-    /// What `value` has for each source of `machine`.
+    /// Creates values for each source of `machine`.
     pub fn of(machine: &Machine, value: impl FnMut(Source) -> T) -> Self {
         Self(Source::of(machine).iter().copied().map(value).collect())
     }
 
-    /// Answers, one for each source of a machine in table order.
+    /// Collects results, one for each source in table order.
     ///
     /// # Errors
-    /// The first of them.
-    pub(crate) fn answered(answers: Vec<Result<T>>) -> Result<Self> {
+    /// The first error.
+    pub(crate) fn from_results(answers: Vec<Result<T>>) -> Result<Self> {
         answers.into_iter().collect::<Result<_>>().map(Self)
     }
 
-    /// Its sources.
+    /// Returns its sources.
     pub fn sources(&self) -> &'static [Source] {
-        Source::of_count(self.0.len())
+        Source::for_count(self.0.len())
     }
 
-    /// Each source with its value, in table order.
+    /// Returns each source with its value, in table order.
     pub fn iter(&self) -> impl Iterator<Item = (Source, &T)> {
         self.sources().iter().copied().zip(&self.0)
     }
 
-    /// The same, to change the values.
+    /// Returns each source with its value to change, in table order.
     pub fn iter_mut(&mut self) -> impl Iterator<Item = (Source, &mut T)> {
         self.sources().iter().copied().zip(&mut self.0)
     }
 
-    /// Each value changed to what `value` makes of it.
+    /// Returns the values changed by `value`.
     pub fn map<U>(self, mut value: impl FnMut(Source, T) -> U) -> BySource<U> {
         let sources = self.sources();
         BySource(sources.iter().copied().zip(self.0).map(|(source, own)| value(source, own)).collect())
     }
 
-    /// The value of `source`, if the machine has it.
+    /// Returns the value of `source`, if the machine has it.
     pub fn get(&self, source: Source) -> Option<&T> {
         let place = self.sources().iter().position(|own| *own == source)?;
         self.0.get(place)
@@ -123,6 +124,8 @@ impl<T> BySource<T> {
 impl<T> Index<Source> for BySource<T> {
     type Output = T;
 
+    /// Returns the value of `source`.
+    ///
     /// # Panics
     /// The machine has no weight, and that is asked for.
     fn index(&self, source: Source) -> &T {
@@ -132,6 +135,7 @@ impl<T> Index<Source> for BySource<T> {
 }
 
 impl<T> IndexMut<Source> for BySource<T> {
+    /// Returns the value of `source` to change; panics as `index` does.
     fn index_mut(&mut self, source: Source) -> &mut T {
         let place = self.sources().iter().position(|own| *own == source);
         let place = place.unwrap_or(self.0.len());
@@ -139,59 +143,56 @@ impl<T> IndexMut<Source> for BySource<T> {
     }
 }
 
-/// The nominal machine, by which commands are computed, and those that answer for the sources.
+/// The nominal machine, which computes commands, and the machines that respond to the error sources.
 #[derive(Debug, Clone)]
 pub struct Machines {
-    /// Commands.
+    /// The nominal machine.
     pub nominal: Machine,
-    /// The same, zeroed where it rests.
+    /// The nominal machine, calibrated in its equilibrium under weight.
     at_rest: Machine,
-    /// Answers for chain errors and for all at once: it has those errors, and the drives' offsets if it was zeroed at home.
+    /// The actual machine, for chain errors and for all together: with chain errors, and with drive offsets if it was calibrated at home.
     pub real: Machine,
-    /// Answers for cutting and weight: it has those offsets alone.
+    /// The machine without chain errors, for cutting and weight: with these offsets only.
     zeroed: Machine,
 }
 
 impl Machines {
-    /// `nominal`, and the same with `errors` of each chain.
+    /// Creates the machines of `nominal` and of `errors` of each chain.
     ///
     /// # Errors
-    /// The machine is zeroed at home, and no drives hold it there under its weight.
+    /// The machine is calibrated at home, and no drive positions hold it there under its weight.
     pub fn new(nominal: &Machine, errors: &[ChainError]) -> Result<Self> {
-        let zeroed = zeroed_at_home(nominal)?;
+        let zeroed = calibrated_at_home(nominal)?;
         let mut at_rest = nominal.clone();
-        if at_rest.zeroed != Zeroed::AtRest {
-            at_rest.zeroed = Zeroed::AtRest;
+        if at_rest.zeroed != ZeroState::AtRest {
+            at_rest.zeroed = ZeroState::AtRest;
         }
         let perfect = Self { real: zeroed.clone(), at_rest, zeroed, nominal: nominal.clone() };
         Ok(perfect.with_errors(errors))
     }
 
-    /// The machine that stands where `machine`, whose errors are those of its parameters, is sent: as it was zeroed.
-    ///
-    /// # Errors
-    /// Those of [`Machines::new`], and of [`Machine::nominal`].
-    pub(crate) fn zeroed_as_used(machine: &Machine) -> Result<Machine> {
+    /// Returns the actual machine of `machine`, whose chain errors are those of its parameters, with its drives offset as it was calibrated.
+    pub(crate) fn actual_as_zeroed(machine: &Machine) -> Result<Machine> {
         if !is_offset(machine) {
             return Ok(machine.clone());
         }
         Ok(Self::new(&machine.nominal()?, &machine.parameter_errors())?.real)
     }
 
-    /// The same machine with other errors of its chains.
+    /// Returns the machines with other chain errors.
     pub fn with_errors(&self, errors: &[ChainError]) -> Self {
         Self { real: self.zeroed.with_errors(errors), ..self.clone() }
     }
 
-    /// The same machines at home at `at`: redundant drives stand as near to it as they can.
-    pub(crate) fn at_home_at(&self, at: &Configuration) -> Self {
+    /// Returns the machines with home at `at`, near which redundant drives stay.
+    pub(crate) fn with_home_at(&self, at: &Configuration) -> Self {
         let mut machines = self.clone();
         machines.nominal.home.clone_from(at);
         machines.at_rest.home.clone_from(at);
         machines
     }
 
-    /// The nominal machine, which commands for `source`: cutting and chain errors act from its static equilibrium, however it is calibrated.
+    /// Returns the nominal machine that computes commands for `source`; for cutting and chain errors the one calibrated in equilibrium.
     pub fn nominal(&self, source: Source) -> &Machine {
         match source {
             Source::Cutting | Source::Errors => &self.at_rest,
@@ -199,7 +200,7 @@ impl Machines {
         }
     }
 
-    /// The actual machine, which answers for `source`.
+    /// Returns the actual machine that responds to `source`.
     pub fn actual(&self, source: Source) -> &Machine {
         match source {
             Source::Cutting | Source::Weight => &self.zeroed,
@@ -207,30 +208,29 @@ impl Machines {
         }
     }
 
-    /// The machine without chain errors, from whose unloaded equilibrium deflections are measured where the nominal one is calibrated at rest.
+    /// Returns the machine without chain errors; deflections are measured from its unloaded equilibrium where the nominal one is calibrated there.
     pub fn unloaded(&self) -> &Machine {
         &self.zeroed
     }
 
-    /// A session that answers for `source`, standing at home.
+    /// Returns a session for `source` that begins at home.
     pub fn session(&self, source: Source) -> Session {
-        Session::new(self.nominal(source), self.actual(source), settings()).from_rest_of(&self.zeroed)
+        Session::new(self.nominal(source), self.actual(source), settings()).with_unloaded_machine(&self.zeroed)
     }
 
-    /// Storage for many cases of what answers for `source`.
+    /// Returns storage to solve many cases of `source` together.
     pub(crate) fn batch(&self, source: Source) -> Batch {
         Batch::new(self.actual(source))
     }
 }
 
-/// Whether zeroing offsets the drives of `machine`.
+/// Returns whether calibration offsets the drives of `machine`.
 fn is_offset(machine: &Machine) -> bool {
-    machine.zeroed == Zeroed::AtHome && machine.own_forces().is_some()
+    machine.zeroed == ZeroState::AtHome && machine.own_load_words().is_some()
 }
 
-/// The machine as zeroing at home leaves it: its drives offset so that it stands there under its weight and springs as the rigid
-/// model does.
-fn zeroed_at_home(nominal: &Machine) -> Result<Machine> {
+/// Returns the machine calibrated at home: its drives are offset so that under weight and springs it stands there as the rigid model does.
+fn calibrated_at_home(nominal: &Machine) -> Result<Machine> {
     if !is_offset(nominal) {
         return Ok(nominal.clone());
     }
@@ -254,7 +254,7 @@ fn zeroed_at_home(nominal: &Machine) -> Result<Machine> {
 }
 
 impl Source {
-    /// `task` as this source makes it: weight and chain errors act without load, and weight against the rigid model.
+    /// Returns `task` for this source: without load for weight and chain errors, and for weight wanted at the rigid pose.
     pub fn task(self, task: &TaskPoint) -> TaskPoint {
         match self {
             Source::Errors => TaskPoint { load: Wrench::zero(), ..*task },
@@ -264,12 +264,12 @@ impl Source {
     }
 }
 
-/// With what questions compensate: to 3e-12 of the machine's characteristic length, 1e-9 mm on the Orthoglide.
+/// Returns the solver settings of all questions: to 3e-12 of the machine's characteristic length, 1e-9 mm on the Orthoglide.
 pub fn settings() -> CompensationSettings {
     CompensationSettings::with_equilibria_to(1e-12)
 }
 
-/// With what questions ask for small differences between equilibria: converged to rounding.
+/// Solver settings for small differences between equilibria: converged to rounding.
 pub(crate) const TO_ROUNDING: statics::Settings = statics::Settings { tolerance: 1e-13, max_iterations: 12 };
 
 /// Lengths below this are rounding of equilibria solved with [`settings`] or closer, mm.

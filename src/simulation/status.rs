@@ -1,4 +1,4 @@
-//! How rows end: with an answer, or why they have none.
+//! Status words of result rows: solved, or why not.
 
 use std::borrow::Cow;
 
@@ -6,19 +6,19 @@ use serde::{Deserialize, Serialize};
 
 use crate::machine::Unreachable;
 
-/// Why a point has no answer.
+/// Reason why a point has no result.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Failure {
-    /// Word for tables.
+    /// Status word for tables.
     pub status: Cow<'static, str>,
-    /// In words, with numbers.
+    /// Reason in words, with numbers.
     pub reason: String,
 }
 
-/// Word for tables of something that was solved.
+/// Status word of a solved point.
 pub const SOLVED: &str = "solved";
 
-/// Statuses of points; their place is their number in images. New ones go to the end.
+/// Statuses of points; the index of each is its number in images. New ones go to the end.
 #[cfg(feature = "report")]
 pub(crate) const STATUSES: [&str; 15] = [
     SOLVED,
@@ -38,24 +38,25 @@ pub(crate) const STATUSES: [&str; 15] = [
     "snap_through",
 ];
 
-/// Whether a row with this `status` was found out; pages mark the others.
+/// Returns whether `status` is that of a solved row; pages mark all others.
 #[cfg(feature = "report")]
-pub(crate) fn is_found(status: &str) -> bool {
+pub(crate) fn is_solved_status(status: &str) -> bool {
     [SOLVED, "converged"].contains(&status)
 }
 
-/// Whether a row with this `status` is what was asked for: found out, or applied as it was given.
+/// Returns whether `status` is that of a row with a result: solved, or applied as given.
 #[cfg(feature = "report")]
-pub(crate) fn is_answer(status: &str) -> bool {
-    is_found(status) || status == "applied"
+pub(crate) fn is_result_status(status: &str) -> bool {
+    is_solved_status(status) || status == "applied"
 }
 
-/// Word for tables of what was solved or not.
+/// Returns the status word of a result or failure.
 pub fn status_of<T>(answer: &Result<T, Failure>) -> &str {
     answer.as_ref().map_or_else(|failure| &*failure.status, |_| SOLVED)
 }
 
 impl From<Unreachable> for Failure {
+    /// Returns the failure of a pose that cannot be reached.
     fn from(unreachable: Unreachable) -> Self {
         Failure { status: "unreachable".into(), reason: unreachable.to_string() }
     }

@@ -1,4 +1,4 @@
-//! What is wanted at each point of a path: a pose of P and the load there.
+//! Task points of a path: the wanted pose of P at each point, and the load there.
 
 use nalgebra::Vector3;
 
@@ -7,48 +7,48 @@ use crate::{
     input::error::{Error, Result},
     machine::{Configuration, ExternalAxes, Machine},
     process::{
-        Placed, Placement,
+        PlacedWorkpiece, Placement,
         cutting::{LoadError, PathLoad},
         file::Process,
     },
-    simulation::external_axes::along,
+    simulation::external_axes::axes_along,
     spatial::{Pose, Wrench},
     toolpath::{Orientation, PathPoint, Toolpath},
 };
 
-/// The machine being tracked along positions of a path, each from the one before.
-pub(crate) struct Tracked<'a> {
+/// Finds poses of P along a path, each from the one before, and the place of the workpiece.
+pub(crate) struct PoseTracker<'a> {
     machine: &'a Machine,
     placement: &'a Placement,
-    placed: Placed,
+    placed: PlacedWorkpiece,
     external: Option<ExternalAxes>,
     near: Configuration,
 }
 
-impl<'a> Tracked<'a> {
-    /// A machine at home, and where the workpiece is.
+impl<'a> PoseTracker<'a> {
+    /// Creates a tracker of a machine at home with the workpiece at `placement`.
     pub fn new(machine: &'a Machine, placement: &'a Placement) -> Self {
-        let placed = placed(machine, placement);
+        let placed = place_workpiece(machine, placement);
         Self { machine, placement, placed, external: None, near: machine.home.clone() }
     }
 
-    /// Where the workpiece is with the external axes at `external`.
-    pub fn placed(&mut self, external: Option<ExternalAxes>) -> &Placed {
+    /// Returns the place of the workpiece and tool with the external axes at `external`.
+    pub fn placed(&mut self, external: Option<ExternalAxes>) -> &PlacedWorkpiece {
         if external != self.external {
-            let standing = |axes: ExternalAxes| {
-                let turned = self.machine.is_turned_by_locked().then(|| self.machine.standing(&axes).ok()).flatten();
-                turned.unwrap_or_else(|| self.machine.carried(&axes))
+            let with_external_axes = |axes: ExternalAxes| {
+                let turned =
+                    self.machine.is_oriented_by_locked().then(|| self.machine.with_external_axes(&axes).ok()).flatten();
+                turned.unwrap_or_else(|| self.machine.with_carrier_axes(&axes))
             };
-            let there = external.map_or_else(|| self.machine.clone(), standing);
-            self.placed = placed(&there, self.placement);
+            let there = external.map_or_else(|| self.machine.clone(), with_external_axes);
+            self.placed = place_workpiece(&there, self.placement);
             self.external = external;
         }
         &self.placed
     }
 
-    /// The pose `X_OP` to ask for so that the path's point stands at `position_mm` (W, mm) as far as the drives control its
-    /// translations, the tool as the path's `orientation` says. Where the platform turns with its position this is the pose in which the machine stands there; what
-    /// it cannot reach keeps the orientation of home, and is refused when it is asked for.
+    /// Returns the pose `X_OP` with the path's point at `position_mm` (W) and the tool at `orientation`, in the coordinates that the drives
+    /// control. With parasitic rotation this is the pose of the machine there; one out of reach keeps the orientation of home.
     pub fn pose(
         &mut self,
         position_mm: Vector3<f64>,
@@ -57,38 +57,37 @@ impl<'a> Tracked<'a> {
     ) -> Pose {
         let placed = self.placed(external);
         let asked = match orientation {
-            Some(orientation) => placed.oriented(orientation).platform_pose(position_mm),
+            Some(orientation) => placed.with_tool_orientation(orientation).platform_pose(position_mm),
             None => placed.platform_pose(position_mm),
         };
-        let controlled = Pose { translation: self.machine.as_controlled(asked.translation), ..asked };
-        if !self.machine.turns_with_position {
+        let controlled = Pose { translation: self.machine.controllable_position(asked.translation), ..asked };
+        if !self.machine.has_parasitic_rotation {
             return controlled;
         }
-        match self.machine.lead(self.placed.reference(), &asked, &self.near) {
+        match self.machine.track(self.placed.reference(), &asked, &self.near) {
             Ok(at) => {
                 self.near = at;
                 let Pose { rotation, translation } = self.near.pose;
-                Pose { rotation, translation: self.machine.as_controlled(translation) }
+                Pose { rotation, translation: self.machine.controllable_position(translation) }
             }
             Err(_) => controlled,
         }
     }
 }
 
-/// The placement on the machine, or on its workpiece carrier, with the platform oriented as at home.
-pub(crate) fn placed(machine: &Machine, placement: &Placement) -> Placed {
-    let mut placed = placement.on(&machine.home.pose.rotation, &machine.tool());
-    if machine.is_turned_by_locked() {
-        placed = placed.turned(&machine.home.pose.rotation);
+/// Returns the place of workpiece and tool on the machine, or on its workpiece carrier, with the platform oriented as at home.
+pub(crate) fn place_workpiece(machine: &Machine, placement: &Placement) -> PlacedWorkpiece {
+    let mut placed = placement.on_machine(&machine.home.pose.rotation, &machine.tool());
+    if machine.is_oriented_by_locked() {
+        placed = placed.with_platform_rotation(&machine.home.pose.rotation);
     }
     match &machine.carrier {
-        Some(carrier) => placed.carried(&carrier.home.pose),
+        Some(carrier) => placed.on_carrier(&carrier.home.pose),
         None => placed,
     }
 }
 
-/// What is wanted at each point of a path: its pose, and the cutting force as a wrench at P. `origin` names the path in
-/// errors.
+/// Returns the task point of each path point: its pose, and the cutting force as a wrench at P. `origin` names the path in errors.
 ///
 /// # Errors
 /// A path that lacks what the cutting force needs.
@@ -98,8 +97,7 @@ pub fn tasks(process: &Process, path: &Toolpath, origin: &str) -> Result<Vec<Tas
     Ok(tasks_under(&process.machine, &process.placement, process.target, path, &loads))
 }
 
-/// What is wanted at each point of a path that is placed by `placement`, under `loads`; along axes that the drives do not
-/// control, what there is.
+/// Returns the task point of each point of a path at `placement`, under `loads`; uncontrolled coordinates are those of the machine.
 pub fn tasks_under(
     machine: &Machine,
     placement: &Placement,
@@ -107,7 +105,7 @@ pub fn tasks_under(
     path: &Toolpath,
     loads: &[PathLoad],
 ) -> Vec<TaskPoint> {
-    let mut unloaded = unloaded(machine, placement, target, path);
+    let mut unloaded = unloaded_tasks(machine, placement, target, path);
     let task = |(point, load): (&PathPoint, &PathLoad)| {
         let (task, there) = unloaded(point);
         TaskPoint { load: there.wrench(&load.on_tool(point.tangent, there.tool_axes())), ..task }
@@ -115,19 +113,19 @@ pub fn tasks_under(
     path.points().iter().zip(loads).map(task).collect()
 }
 
-/// What is wanted without load, and how workpiece and tool stand there, asked for points of `path` one after another.
-pub(crate) fn unloaded<'a>(
+/// Returns a function from a path point to its task point without load and the place of workpiece and tool, to be called in path order.
+pub(crate) fn unloaded_tasks<'a>(
     machine: &'a Machine,
     placement: &'a Placement,
     target: Target,
     path: &'a Toolpath,
-) -> impl FnMut(&PathPoint) -> (TaskPoint, Placed) + use<'a> {
-    let mut track = Tracked::new(machine, placement);
-    let external = along(machine, path);
+) -> impl FnMut(&PathPoint) -> (TaskPoint, PlacedWorkpiece) + use<'a> {
+    let mut track = PoseTracker::new(machine, placement);
+    let external = axes_along(machine, path);
     move |point| {
         let external = external(point);
         let pose = track.pose(point.position_mm, point.orientation.as_ref(), external);
-        let there = track.placed(external).turned(&pose.rotation);
+        let there = track.placed(external).with_platform_rotation(&pose.rotation);
         (TaskPoint { pose, load: Wrench::zero(), target, wanted: None, external }, there)
     }
 }

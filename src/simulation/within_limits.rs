@@ -1,4 +1,4 @@
-//! A path corrected within the limits of a process and those of the machine.
+//! Corrects a path within the limits of a process and of the machine.
 
 use crate::{
     compensation::{BoundedPath, BoundedSettings, Limits, TaskPoint, compensate_bounded},
@@ -12,22 +12,19 @@ use crate::{
 ///
 /// # Errors
 /// Limits that do not fit the machine, or that exclude one another: named with point, drive and values.
-pub(crate) fn correct(
+pub(crate) fn correct_within_limits(
     nominal: &Machine,
     real: &Machine,
     tasks: &[TaskPoint],
     given: &CorrectionLimits,
 ) -> Result<BoundedPath> {
-    let limits = limits(nominal, tasks, given)?;
+    let limits = engine_limits(nominal, tasks, given)?;
     let settings = BoundedSettings { point: settings(), ..BoundedSettings::default() };
     Ok(compensate_bounded(nominal, real, tasks, &limits, given.objective, &settings, &|_| ())?)
 }
 
-/// Whether limits fit the drives of a machine.
-///
-/// # Errors
-/// They do not, and why.
-pub(crate) fn check(machine: &Machine, given: &CorrectionLimits) -> std::result::Result<(), String> {
+/// Checks that limits fit the drives of a machine; the error says why not.
+pub(crate) fn check_limits(machine: &Machine, given: &CorrectionLimits) -> std::result::Result<(), String> {
     if given.is_limited() && machine.drives().any(|(_, drive)| drive.motion == Motion::Revolute) {
         return Err(
             "are in mm and N, but a drive of the machine turns; limit it by travel_deg and torque_limit_Nmm".into()
@@ -36,7 +33,7 @@ pub(crate) fn check(machine: &Machine, given: &CorrectionLimits) -> std::result:
     if given.is_limited() { refuse_locked(machine) } else { Ok(()) }
 }
 
-/// Corrections within limits move all drives.
+/// Refuses locked drives, since corrections within limits move all drives.
 fn refuse_locked(machine: &Machine) -> std::result::Result<(), String> {
     match machine.locked.is_empty() {
         true => Ok(()),
@@ -44,9 +41,10 @@ fn refuse_locked(machine: &Machine) -> std::result::Result<(), String> {
     }
 }
 
-fn limits(machine: &Machine, tasks: &[TaskPoint], given: &CorrectionLimits) -> Result<Limits> {
+/// Returns the limits for each drive, as the engine takes them; an error if they do not fit the machine or the tasks.
+fn engine_limits(machine: &Machine, tasks: &[TaskPoint], given: &CorrectionLimits) -> Result<Limits> {
     let fault = |problem: &str| Err(Error::Argument { argument: "limits".into(), problem: problem.into() });
-    let checked = check(machine, given).and_then(|()| refuse_locked(machine));
+    let checked = check_limits(machine, given).and_then(|()| refuse_locked(machine));
     checked.map_err(|problem| Error::Argument { argument: "limits".into(), problem })?;
     if tasks.iter().any(|task| task.coordinates(machine).count() < machine.controls.len()) {
         return fault("cannot be kept on a machine that controls rotations: a program commands positions only");

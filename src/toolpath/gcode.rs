@@ -30,20 +30,20 @@
 
 pub use super::{
     RewriteError,
-    expand::Beside,
+    expand::SiblingFiles,
     model::gcode::{
         dialect::Dialect,
         error::{Fault, GcodeError},
         foreign::Foreign,
         macro_fault::MacroFault,
-        options::{ArcCentres, BlockDelete, Expand, GcodeOptions, LengthUnit, Notes, Writing},
+        options::{ArcCentres, BlockDelete, Expand, GcodeOptions, LengthUnit, Notes, WriteOptions},
         refused::{ArcFault, Contradiction, Unsupported},
-        rotary::{Rotary, RotaryAxis, RotaryColumn, Turned},
+        rotary::{Rotary, RotaryAxis, RotaryColumn, RotarySide},
         work_offset::WorkOffset,
     },
     read::gcode::{Program, blocks::Move, written_out::CalledFile},
     write::gcode::{
         Rewritten,
-        fold::{Calls, Differs, How},
+        fold::{Calls, FoldFailure, FoldFault},
     },
 };

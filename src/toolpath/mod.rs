@@ -19,7 +19,7 @@ pub use model::{
     generate::{Circle, GenerateError},
     number::{FormatError, NumberFormat},
     orientation::{Orientation, least_turn},
-    path::{Load, PathPoint, Plane, PointSource, PositionsError, Toolpath, Turn},
+    path::{Load, PathPoint, Plane, PointSource, PositionsError, Toolpath, TurnDirection},
     program::{Program, RewriteError, Rewritten},
     sampling::{Sampling, SamplingError},
 };
@@ -29,7 +29,7 @@ pub use model::{
 pub mod internals {
     pub use super::{
         model::{
-            number::{decimals_in, fixed},
+            number::{decimals_in, format_fixed},
             robot::arc::Arc,
         },
         read::{

@@ -12,10 +12,10 @@
 //! | `external_DRIVE_mm`, `external_DRIVE_deg` | optional, up to six | where the drive stands: a rail before an arm, one under the workpiece |
 //! | `cutting` | optional | 1 if the tool cuts on the way to the point, 0 if not; 1 without the column |
 //!
-//! Columns may stand in any order. Any other column is refused. The path is straight between rows and split like the lines
-//! of a program ([`Polyline::sampled`]); forces, moments and external axes given with rows are interpolated, and the tool turns evenly. The tangent at a row halves the
-//! turn the path makes there, and is that of arrival at a corner of more than 20°; a path that ends where it begins turns there as well, so that
-//! it is the same whichever corner comes first.
+//! Columns may stand in any order. Any other column is refused. The path is straight between rows and split like the lines of a program
+//! ([`Polyline::sampled`]); forces, moments and external axes given with rows are interpolated, and the tool turns evenly. The tangent at a
+//! row halves the turn the path makes there, and is that of arrival at a corner of more than 20°; a path that ends where it begins turns
+//! there as well, so that it is the same whichever corner comes first.
 
 pub use super::{
     read::polyline::{

@@ -1,10 +1,8 @@
-//! Programs of poses: KUKA KRL, ABB RAPID, and APT or CLDATA of CAM systems. Read, followed, and written back with
-//! moved points.
+//! Programs of poses: KUKA KRL, ABB RAPID, and APT or CLDATA of CAM systems. Read, followed, and written back with moved points.
 //!
-//! What a statement means is followed, or it is refused with file, line and statement; all that does not move the tool
-//! is copied as it stands. A reader for each language gives the statements that move the tool one after another
-//! (`statement.rs`); what they lead to, and how they are written, is the same for all. A program is held as its bytes,
-//! and what a statement does is found anew whenever it is walked through.
+//! What a statement means is followed, or it is refused with file, line and statement; all that does not move the tool is copied as it stands. A
+//! reader for each language gives the statements that move the tool one after another (`statement.rs`); what they lead to, and how they are
+//! written, is the same for all. A program is held as its bytes, and what a statement does is found anew whenever it is walked through.
 //!
 //! Decisions:
 //! - Positions are those of the tool tip. The orientation of a robot's tool is that of the frame the program has of it,
@@ -20,7 +18,7 @@ pub use super::{
     model::robot::{
         error::{RobotError, RobotFault},
         language::{Language, RobotOptions},
-        rotation::{abc_of as abc_of_rotation, of_abc as rotation_of_abc},
+        rotation::{abc_of_rotation, rotation_of_abc},
     },
     read::robot::{RobotProgram, walk::RobotNotes},
     write::robot::RewrittenRobot,

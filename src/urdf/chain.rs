@@ -1,4 +1,4 @@
-//! The way from base to tip as the elements of a chain: fixed transforms, drives and the masses they carry.
+//! The chain from base to tip as elements of a machine file: fixed transforms, drives and masses.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -6,8 +6,8 @@ use nalgebra::Vector3;
 
 use super::{
     masses::Mass,
-    notes::Notes,
-    read::{Joint, Kind, Origin, Robot},
+    notes::ImportNotes,
+    read::{Joint, JointKind, Origin, Robot},
     source::{Source, identifier, quoted},
     tree::{Tree, is_movable},
 };
@@ -17,10 +17,10 @@ use crate::{
     spatial::{Axis, Pose},
 };
 
-/// One element, in the units of machine files.
+/// One element of the chain, in the units of machine files.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Element {
-    /// Words for the reader.
+    /// A comment for the reader.
     Comment(String),
     /// Translation, then rotation about fixed axes.
     Fixed {
@@ -34,7 +34,7 @@ pub(super) enum Element {
     },
 }
 
-/// A drive, in mm and N or degrees and N·mm.
+/// A drive of the chain: travel in mm or degrees, largest force in N or torque in N·mm.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Drive {
     pub name: String,
@@ -45,7 +45,7 @@ pub(super) struct Drive {
 }
 
 impl Element {
-    /// The rigid transform that it is with its drive at zero.
+    /// Returns the rigid transform of the element with its drive at zero, mm.
     pub fn pose(&self) -> Pose {
         match self {
             Element::Fixed { translation_mm, rotation_deg } => pose(*translation_mm, rotation_deg.map(f64::to_radians)),
@@ -54,12 +54,13 @@ impl Element {
     }
 }
 
+/// Creates a pose from a translation and roll, pitch, yaw in rad.
 fn pose(translation: [f64; 3], angles: [f64; 3]) -> Pose {
     Pose { translation: translation.into(), ..Pose::from_roll_pitch_yaw(angles.into()) }
 }
 
-/// `value`·1000, rounded once: what is written with few decimals stays so.
-pub(super) fn thousandfold(value: f64) -> f64 {
+/// Returns `value`·1000, rounded once: what is written with few decimals stays so.
+pub(super) fn times_thousand(value: f64) -> f64 {
     let text = format!("{value:e}");
     let shifted = text.split_once('e').and_then(|(digits, exponent)| {
         let exponent: i32 = exponent.parse().ok()?;
@@ -68,23 +69,26 @@ pub(super) fn thousandfold(value: f64) -> f64 {
     shifted.unwrap_or(value * 1000.0)
 }
 
+/// Creates an element that is a fixed transform.
 fn fixed(translation_mm: [f64; 3], rotation_deg: [f64; 3]) -> Element {
     Element::Fixed { translation_mm, rotation_deg }
 }
 
+/// Converts an angle from rad to degrees, without negative zero.
 fn in_deg(angle: f64) -> f64 {
     angle.to_degrees() + 0.0
 }
 
+/// Converts a position from m to mm, without negative zero.
 fn in_mm(xyz: [f64; 3]) -> [f64; 3] {
-    xyz.map(|v| thousandfold(v) + 0.0)
+    xyz.map(|v| times_thousand(v) + 0.0)
 }
 
-/// Length in m of the way along `joints`, slides at the far end of their travel.
-pub(super) fn length(robot: &Robot, joints: &[usize]) -> f64 {
+/// Returns the length of the chain along `joints`, m, with slides at the far end of their travel.
+pub(super) fn chain_length(robot: &Robot, joints: &[usize]) -> f64 {
     let way = |joint: &Joint| {
         let slide = match (&joint.limit, joint.kind) {
-            (Some(limit), Kind::Prismatic) => {
+            (Some(limit), JointKind::Prismatic) => {
                 limit.lower.unwrap_or_default().abs().max(limit.upper.unwrap_or_default().abs())
             }
             _ => 0.0,
@@ -97,53 +101,52 @@ pub(super) fn length(robot: &Robot, joints: &[usize]) -> f64 {
 /// Most drives of a chain: many times those of any robot.
 const MAX_DRIVES: usize = 100;
 
-/// The elements from the root along `way`.
-///
-/// # Errors
-/// A joint on the way is none that a drive can be.
-pub(super) fn elements(
+/// Builds the elements of the chain from the root along the joints `way`; fails if one of these moves and cannot be a drive.
+pub(super) fn chain_elements(
     robot: &Robot,
     tree: &Tree,
     way: &[usize],
     masses: &[Option<Mass>],
     source: &Source<'_>,
-    notes: &mut Notes,
+    notes: &mut ImportNotes,
 ) -> Result<Vec<Element>> {
     let count = way.iter().filter(|&&joint| is_movable(&robot.joints[joint])).count();
     if count > MAX_DRIVES {
         return source
-            .fail_everywhere(format!("{count} movable joints lead to the tip, expected at most {MAX_DRIVES}"));
+            .fail_whole_file(format!("{count} movable joints lead to the tip, expected at most {MAX_DRIVES}"));
     }
     let mut on_way = vec![false; robot.joints.len()];
     way.iter().for_each(|&joint| on_way[joint] = true);
     let mut builder = Builder { robot, tree, on_way, masses, source, notes, elements: Vec::new(), hanging: Vec::new() };
-    builder.link(tree.root);
+    builder.add_link(tree.root);
     for &joint in way {
-        builder.joint(&robot.joints[joint])?;
-        builder.link(tree.moved[joint]);
+        builder.add_joint(&robot.joints[joint])?;
+        builder.add_link(tree.child_link[joint]);
     }
     let Builder { elements, hanging, notes, .. } = builder;
-    notes.names("movable joints beside the chain, held at zero", hanging.iter().map(String::as_str));
-    name_limits(robot, way, &elements, notes);
-    name_angles(robot, way, notes);
+    notes.add_names("movable joints beside the chain, held at zero", hanging.iter().map(String::as_str));
+    note_limits(robot, way, &elements, notes);
+    note_angles(robot, way, notes);
     Ok(elements)
 }
 
+/// The state while the elements of a chain are built.
 struct Builder<'a> {
     robot: &'a Robot,
     tree: &'a Tree,
-    /// Of each joint, whether it is on the way to the tip.
+    /// For each joint, whether it is part of the chain to the tip.
     on_way: Vec<bool>,
     masses: &'a [Option<Mass>],
     source: &'a Source<'a>,
-    notes: &'a mut Notes,
+    notes: &'a mut ImportNotes,
     elements: Vec<Element>,
-    /// Movable joints beside the chain.
+    /// Names of movable joints beside the chain.
     hanging: Vec<String>,
 }
 
 impl Builder<'_> {
-    fn joint(&mut self, joint: &Joint) -> Result<()> {
+    /// Appends the elements of a joint: its fixed transform and, if it moves, its drive.
+    fn add_joint(&mut self, joint: &Joint) -> Result<()> {
         self.elements.push(Element::Comment(format!("joint {}", quoted(&joint.name))));
         let Origin { xyz, rpy } = joint.origin;
         if joint.origin != Origin::default() {
@@ -152,23 +155,23 @@ impl Builder<'_> {
         if !is_movable(joint) {
             return Ok(());
         }
-        let motion = self.motion(joint)?;
-        let (axis, before, after) = along(joint.axis.unwrap_or([1.0, 0.0, 0.0]));
+        let motion = self.drive_motion(joint)?;
+        let (axis, before, after) = local_drive_axis(joint.axis.unwrap_or([1.0, 0.0, 0.0]));
         self.elements.extend(before);
         let name = self.drive_name(&joint.name);
         let travel = travel(joint, motion);
         let effort = joint.limit.and_then(|limit| limit.effort).filter(|&effort| effort > 0.0);
         let force_limit = match motion {
             Motion::Prismatic => effort,
-            Motion::Revolute => effort.map(thousandfold),
+            Motion::Revolute => effort.map(times_thousand),
         };
         self.elements.push(Element::Drive(Drive { name, motion, axis, travel, force_limit }));
         self.elements.extend(after);
         Ok(())
     }
 
-    /// How the joint moves, if it can be a drive.
-    fn motion(&self, joint: &Joint) -> Result<Motion> {
+    /// Returns how the joint moves; fails if it cannot be a drive.
+    fn drive_motion(&self, joint: &Joint) -> Result<Motion> {
         let fail = |problem: String| self.source.fail(joint.at, format!("joint {}", quoted(&joint.name)), problem);
         if let Some(mimic) = &joint.mimic {
             return fail(format!(
@@ -180,8 +183,8 @@ impl Builder<'_> {
             ));
         }
         match joint.kind {
-            Kind::Revolute | Kind::Continuous => Ok(Motion::Revolute),
-            Kind::Prismatic => Ok(Motion::Prismatic),
+            JointKind::Revolute | JointKind::Continuous => Ok(Motion::Revolute),
+            JointKind::Prismatic => Ok(Motion::Prismatic),
             kind => fail(format!(
                 "is {}, and is on the way to the tip: a drive is revolute, continuous or prismatic; make it fixed if it is to \
                  stand still, or several joints of one motion each",
@@ -190,7 +193,7 @@ impl Builder<'_> {
         }
     }
 
-    /// The joint's name as machine files may have it, and no drive before has it.
+    /// Returns the drive's name: the joint's name in permitted characters, numbered if an earlier drive has it.
     fn drive_name(&mut self, joint: &str) -> String {
         let plain = identifier(joint);
         let is_used = |name: &String| {
@@ -205,8 +208,8 @@ impl Builder<'_> {
         name
     }
 
-    /// The masses of `link` and of all that hangs on it beside the chain.
-    fn link(&mut self, link: usize) {
+    /// Appends the masses of `link` and of all links that it carries beside the chain.
+    fn add_link(&mut self, link: usize) {
         let mut hanging = vec![(link, Pose::identity())];
         while let Some((here, place)) = hanging.pop() {
             if let Some(mass) = self.masses[here] {
@@ -221,14 +224,14 @@ impl Builder<'_> {
                 if is_movable(&self.robot.joints[joint]) {
                     self.hanging.push(name.clone());
                 }
-                hanging.push((self.tree.moved[joint], place.compose(&pose(in_mm(origin.xyz), origin.rpy))));
+                hanging.push((self.tree.child_link[joint], place.compose(&pose(in_mm(origin.xyz), origin.rpy))));
             }
         }
     }
 }
 
-/// The local axis of a drive along `direction`, and the rotations before and after it.
-fn along(direction: [f64; 3]) -> (Axis, Vec<Element>, Vec<Element>) {
+/// Returns the local axis of a drive along `direction`, and the rotations before and after it that align the axis.
+fn local_drive_axis(direction: [f64; 3]) -> (Axis, Vec<Element>, Vec<Element>) {
     let turn = |angles: [f64; 3]| vec![fixed([0.0; 3], angles.map(in_deg))];
     let half = std::f64::consts::PI;
     let [x, y, z]: [f64; 3] = Vector3::from(direction).normalize().into();
@@ -248,20 +251,20 @@ fn along(direction: [f64; 3]) -> (Axis, Vec<Element>, Vec<Element>) {
     }
 }
 
-/// Travel in mm or degrees, where both limits are given and differ.
+/// Returns the travel in mm or degrees; `None` for continuous joints and where the limits are missing or equal.
 fn travel(joint: &Joint, motion: Motion) -> Option<[f64; 2]> {
-    let limit = joint.limit.filter(|_| joint.kind != Kind::Continuous)?;
+    let limit = joint.limit.filter(|_| joint.kind != JointKind::Continuous)?;
     // What is not given is zero in a URDF.
     let ends = [limit.lower.unwrap_or_default(), limit.upper.unwrap_or_default()];
     let shown = |end: f64| match motion {
-        Motion::Prismatic => thousandfold(end) + 0.0,
+        Motion::Prismatic => times_thousand(end) + 0.0,
         Motion::Revolute => in_deg(end),
     };
     (ends[0] < ends[1]).then(|| ends.map(shown))
 }
 
-/// Names what limits and axes do not say.
-fn name_limits(robot: &Robot, way: &[usize], elements: &[Element], notes: &mut Notes) {
+/// Notes joints whose travel, effort or axis is missing.
+fn note_limits(robot: &Robot, way: &[usize], elements: &[Element], notes: &mut ImportNotes) {
     let joints: Vec<&Joint> = way.iter().map(|&joint| &robot.joints[joint]).filter(|joint| is_movable(joint)).collect();
     let drives = elements.iter().filter_map(|element| match element {
         Element::Drive(drive) => Some(drive),
@@ -269,15 +272,15 @@ fn name_limits(robot: &Robot, way: &[usize], elements: &[Element], notes: &mut N
     });
     let pairs: Vec<(&Joint, &Drive)> = joints.into_iter().zip(drives).collect();
     let mut named = |what: &str, is_it: &dyn Fn(&Joint, &Drive) -> bool| {
-        notes.names(
+        notes.add_names(
             what,
             pairs.iter().filter(|(joint, drive)| is_it(joint, drive)).map(|(joint, _)| joint.name.as_str()),
         );
     };
     named("joints whose lower and upper limits are missing or equal, so without travel", &|joint, drive| {
-        drive.travel.is_none() && joint.kind != Kind::Continuous
+        drive.travel.is_none() && joint.kind != JointKind::Continuous
     });
-    named("continuous joints, so without travel", &|joint, _| joint.kind == Kind::Continuous);
+    named("continuous joints, so without travel", &|joint, _| joint.kind == JointKind::Continuous);
     named("joints without effort, so without a largest force or torque", &|_, drive| drive.force_limit.is_none());
     named("joints without axis, taken along x as URDFs have it", &|joint, _| joint.axis.is_none());
 }
@@ -286,15 +289,15 @@ fn name_limits(robot: &Robot, way: &[usize], elements: &[Element], notes: &mut N
 const MEANT: f64 = 2e-3;
 const EXACT: f64 = 2e-5;
 
-/// Names angles that were written with few digits.
-fn name_angles(robot: &Robot, way: &[usize], notes: &mut Notes) {
+/// Notes joints whose angles are almost right angles, as if written with few digits.
+fn note_angles(robot: &Robot, way: &[usize], notes: &mut ImportNotes) {
     let is_rounded = |angle: f64| {
         let right_angles = (angle / FRAC_PI_2).round();
         right_angles != 0.0 && (EXACT..MEANT).contains(&(angle - right_angles * FRAC_PI_2).abs())
     };
     let joints = way.iter().map(|&joint| &robot.joints[joint]);
     let rounded = joints.filter(|joint| joint.origin.rpy.into_iter().any(is_rounded));
-    notes.names(
+    notes.add_names(
         "joints whose rpy is almost a right angle, such as 1.57, taken as written",
         rounded.map(|joint| joint.name.as_str()),
     );

@@ -1,4 +1,4 @@
-//! A posture to begin from: neither singular nor at the end of a travel.
+//! The home posture of an imported chain: neither singular nor at the end of a travel.
 
 use nalgebra::{DMatrix, Vector3};
 
@@ -8,7 +8,7 @@ use crate::{
     spatial::{Pose, Twist},
 };
 
-/// Where the drives stand, mm or degrees, and where that puts the tip.
+/// The home posture: drive positions, mm or degrees, and the pose of the tip.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Home {
     pub drives: Vec<f64>,
@@ -28,9 +28,9 @@ const MARGIN: f64 = 0.05;
 /// A singular value below this fraction of the largest is zero.
 const RANK_TOLERANCE: f64 = 1e-9;
 
-/// Of the postures in which the drives move the tip about as evenly as they can, hinges measured at `length` mm, the one that
-/// is bent least.
-pub(super) fn choose(elements: &[Element], length: f64) -> Home {
+/// Chooses, among the postures in which the drives move the tip about as evenly as they can, the one that is bent least;
+/// `length` (mm) relates rotations to translations.
+pub(super) fn choose_home(elements: &[Element], length: f64) -> Home {
     let drives: Vec<&Drive> = drives(elements).collect();
     let (about, candidates) = postures(&drives);
     let bend = |posture: &Vec<f64>| -> f64 {
@@ -42,10 +42,10 @@ pub(super) fn choose(elements: &[Element], length: f64) -> Home {
     let even = (0..candidates.len()).filter(|&index| evenness[index] >= ENOUGH * best);
     let chosen = even.min_by(|&a, &b| bend(&candidates[a]).total_cmp(&bend(&candidates[b]))).unwrap_or(0);
     let drives = candidates[chosen].clone();
-    Home { pose: forward(elements, &drives).0, drives, chosen_from: candidates.len() }
+    Home { pose: tip_kinematics(elements, &drives).0, drives, chosen_from: candidates.len() }
 }
 
-/// The drives among the elements.
+/// Iterates over the drives among the elements.
 pub(super) fn drives(elements: &[Element]) -> impl Iterator<Item = &Drive> {
     elements.iter().filter_map(|element| match element {
         Element::Drive(drive) => Some(drive),
@@ -53,39 +53,40 @@ pub(super) fn drives(elements: &[Element]) -> impl Iterator<Item = &Drive> {
     })
 }
 
-/// Zero and the middles of travel; and both with bent postures about them. The first drive turns them all and stays.
+/// Returns the two central postures (zero, and the middles of travel), and these with bent postures about them, mm or degrees.
+/// The first drive is not bent, as it moves the whole arm.
 fn postures(drives: &[&Drive]) -> ([Vec<f64>; 2], Vec<Vec<f64>>) {
-    let middle: Vec<f64> = drives.iter().map(|drive| middle(drive)).collect();
-    let zero: Vec<f64> = drives.iter().zip(&middle).map(|(drive, &middle)| within(drive, 0.0, middle)).collect();
+    let middle: Vec<f64> = drives.iter().map(|drive| middle_of_travel(drive)).collect();
+    let zero: Vec<f64> = drives.iter().zip(&middle).map(|(drive, &middle)| safe_value(drive, 0.0, middle)).collect();
     let mut postures = vec![zero.clone(), middle.clone()];
-    let mut random = Random(1);
+    let mut random = RandomNumbers(1);
     for number in 0..BENT {
         let about = if number % 2 == 0 { &zero } else { &middle };
         let bent = drives.iter().zip(about).enumerate().map(|(index, (drive, &value))| {
             let bend = BENDS[random.below(BENDS.len())];
-            if index == 0 || drive.motion == Motion::Prismatic { value } else { within(drive, value + bend, value) }
+            if index == 0 || drive.motion == Motion::Prismatic { value } else { safe_value(drive, value + bend, value) }
         });
         postures.push(bent.collect());
     }
     ([zero, middle], postures)
 }
 
-/// The middle of the travel in round numbers, 0 without travel.
-fn middle(drive: &Drive) -> f64 {
+/// Returns the middle of the travel in round numbers, mm or degrees; 0 without travel.
+fn middle_of_travel(drive: &Drive) -> f64 {
     let Some([low, high]) = drive.travel else { return 0.0 };
     let middle = 0.5 * (low + high);
-    within(drive, middle.round() + 0.0, middle)
+    safe_value(drive, middle.round() + 0.0, middle)
 }
 
-/// `value` if it is not near the ends of the travel, otherwise `instead`.
-fn within(drive: &Drive, value: f64, instead: f64) -> f64 {
+/// Returns `value` if it is not near the ends of the travel, otherwise `instead`.
+fn safe_value(drive: &Drive, value: f64, instead: f64) -> f64 {
     let Some([low, high]) = drive.travel else { return value };
     let margin = MARGIN * (high - low);
     if (low + margin..=high - margin).contains(&value) { value } else { instead }
 }
 
-/// Pose of the tip and the twist of it by each drive, per mm or rad.
-fn forward(elements: &[Element], drives: &[f64]) -> (Pose, Vec<Twist>) {
+/// Returns the pose of the tip at these drive positions (mm, degrees), and its twist by each drive, per mm or rad.
+fn tip_kinematics(elements: &[Element], drives: &[f64]) -> (Pose, Vec<Twist>) {
     let mut at = Pose::identity();
     let mut twists = Vec::new();
     let mut values = drives.iter();
@@ -113,8 +114,8 @@ fn forward(elements: &[Element], drives: &[f64]) -> (Pose, Vec<Twist>) {
     (at, twists)
 }
 
-/// How evenly the drives translate the tip, and how evenly they move it in all, whichever is less: in each of the postures, the
-/// smallest singular value over the largest, of as many as there can be.
+/// Returns for each posture how evenly the drives move the tip: the smallest over the largest singular value (of as many as the rank
+/// allows), of translations alone or of whole motions, whichever is less.
 fn evenness(elements: &[Element], postures: &[Vec<f64>], length: f64) -> Vec<f64> {
     let values = |rows: usize| -> Vec<Vec<f64>> {
         postures.iter().map(|posture| singular_values(elements, posture, length, rows)).collect()
@@ -129,10 +130,9 @@ fn evenness(elements: &[Element], postures: &[Vec<f64>], length: f64) -> Vec<f64
     translations.into_iter().zip(motions).map(|(translation, motion)| translation.min(motion)).collect()
 }
 
-/// Singular values of the first `rows` rows of the tip's motion by the drives, largest first, hinges and rotations in mm at
-/// `length`.
+/// Returns the singular values of the first `rows` rows of the tip's Jacobian, largest first, with rotations in mm at `length`.
 fn singular_values(elements: &[Element], drives: &[f64], length: f64, rows: usize) -> Vec<f64> {
-    let twists = forward(elements, drives).1;
+    let twists = tip_kinematics(elements, drives).1;
     let column = |twist: &Twist| {
         let unit = if twist.angular == Vector3::zeros() { 1.0 } else { 1.0 / length };
         let mut column = twist.to_vector() * unit;
@@ -146,10 +146,11 @@ fn singular_values(elements: &[Element], drives: &[f64], length: f64, rows: usiz
     values
 }
 
-/// Numbers that look random and are always the same.
-struct Random(u64);
+/// A reproducible generator of pseudo-random numbers.
+struct RandomNumbers(u64);
 
-impl Random {
+impl RandomNumbers {
+    /// Returns the next number, from 0 to `count` − 1.
     fn below(&mut self, count: usize) -> usize {
         self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         usize::try_from(self.0 >> 33).unwrap_or_default() % count

@@ -1,13 +1,13 @@
-//! Which masses of a URDF can be believed: missing ones, placeholders and absurd ones are left out and named.
+//! Plausible masses of a URDF: missing ones, placeholders and absurd ones are left out and noted.
 
 use super::{
-    notes::Notes,
+    notes::ImportNotes,
     read::{Inertial, Robot},
     source::quoted,
     tree::Tree,
 };
 
-/// A mass that can be believed: kg, and its centre in the link's frame, m.
+/// A plausible mass, kg, and its centre in the link's frame, m.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Mass {
     pub kg: f64,
@@ -16,24 +16,24 @@ pub(super) struct Mass {
 
 /// So many equal masses are no coincidence.
 const EQUAL_MASSES: usize = 3;
-/// Machines weigh between these, in kg per square metre of the chain's length: a light arm of 1 m and a foundry robot are far
-/// within.
+/// Machines weigh between these, in kg per square metre of the chain's length: a light arm of 1 m and a foundry robot are far within.
 const LIGHTEST: f64 = 0.2;
 const HEAVIEST: f64 = 5000.0;
 
-/// The mass of each link, where it can be believed; `length`: of the chain, in m.
-pub(super) fn plausible(robot: &Robot, tree: &Tree, length: f64, notes: &mut Notes) -> Vec<Option<Mass>> {
+/// Returns the mass of each link where it is plausible for a chain of `length` (m), and notes the others.
+pub(super) fn plausible_masses(robot: &Robot, tree: &Tree, length: f64, notes: &mut ImportNotes) -> Vec<Option<Mass>> {
     let mut masses: Vec<Option<Mass>> =
-        (0..robot.links.len()).map(|link| one(robot, tree, link, length, notes)).collect();
-    name_missing(robot, notes);
-    if let Some(problem) = all_wrong(&masses, length) {
+        (0..robot.links.len()).map(|link| link_mass(robot, tree, link, length, notes)).collect();
+    note_missing(robot, notes);
+    if let Some(problem) = all_implausible(&masses, length) {
         notes.add(problem);
         masses.fill(None);
     }
     masses
 }
 
-fn one(robot: &Robot, tree: &Tree, link: usize, length: f64, notes: &mut Notes) -> Option<Mass> {
+/// Returns the mass of one link if it is plausible, and notes what is wrong with it otherwise.
+fn link_mass(robot: &Robot, tree: &Tree, link: usize, length: f64, notes: &mut ImportNotes) -> Option<Mass> {
     let Inertial { mass, centre } = robot.links[link].inertial.as_ref()?;
     let name = quoted(&robot.links[link].name);
     let Some(kg) = *mass else {
@@ -61,22 +61,23 @@ fn one(robot: &Robot, tree: &Tree, link: usize, length: f64, notes: &mut Notes) 
     Some(Mass { kg, centre })
 }
 
+/// Returns the length of a vector.
 fn norm([x, y, z]: [f64; 3]) -> f64 {
     x.hypot(y).hypot(z)
 }
 
-/// Names links without inertial, apart those that are frames only.
-fn name_missing(robot: &Robot, notes: &mut Notes) {
+/// Notes links without an inertial element, those that are frames only apart.
+fn note_missing(robot: &Robot, notes: &mut ImportNotes) {
     let without = |has_shape: bool| {
         let links = robot.links.iter().filter(move |link| link.inertial.is_none() && link.has_shape == has_shape);
         links.map(|link| link.name.as_str())
     };
-    notes.names("links without mass though they have a shape", without(true));
-    notes.names("links without mass and shape, taken as frames", without(false));
+    notes.add_names("links without mass though they have a shape", without(true));
+    notes.add_names("links without mass and shape, taken as frames", without(false));
 }
 
-/// Why none of the masses can be believed.
-fn all_wrong(masses: &[Option<Mass>], length: f64) -> Option<String> {
+/// Returns why none of the masses is plausible for a chain of `length` (m): all equal, or an absurd total; `None` if they are.
+fn all_implausible(masses: &[Option<Mass>], length: f64) -> Option<String> {
     let kg: Vec<f64> = masses.iter().flatten().map(|mass| mass.kg).collect();
     let first = *kg.first()?;
     let total: f64 = kg.iter().sum();

@@ -1,8 +1,7 @@
-//! Machine files from URDFs: the chain from the base to the link that carries the tool. It has its limits, and masses where they are
-//! plausible.
+//! Makes machine files from URDFs: the chain from the base to the link that carries the tool, with its limits, and masses where they
+//! are plausible.
 //!
-//! What a URDF cannot say, the stiffness of the drives, is written as "unknown" unless it is given. Nothing is dropped
-//! without a note.
+//! What a URDF cannot say, the stiffness of the drives, is written as "unknown" unless it is given. Nothing is dropped without a note.
 
 mod chain;
 mod home;
@@ -27,18 +26,18 @@ use crate::{
     spatial::Pose,
 };
 use chain::Element;
-use notes::Notes;
+use notes::ImportNotes;
 use read::Robot;
 use source::{Source, identifier, quoted};
 use tree::Tree;
 use write::MachineFile;
 
-/// What a URDF does not say.
+/// What a URDF does not say: tool, tip link and stiffness of the drives.
 #[derive(Debug, Clone, Default)]
 pub struct ImportOptions {
     /// Tool tip in the frame of the link that carries the tool, mm.
     pub tool_tip: [f64; 3],
-    /// Roll, pitch, yaw in degrees of the tool, whose z axis then is its direction.
+    /// Roll, pitch, yaw of the tool frame in the tip link, degrees; its z axis is the tool's direction.
     pub tool_angles: Option<[f64; 3]>,
     /// The link that carries the tool; not needed where there is only one at the end of the robot.
     pub tip: Option<String>,
@@ -48,21 +47,18 @@ pub struct ImportOptions {
 
 /// A machine file made from a URDF.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Imported {
-    /// The file.
+pub struct ImportedMachine {
+    /// The text of the machine file.
     pub toml: String,
-    /// What was not used and what was assumed, a sentence each; they are comments at the top of the file, too.
+    /// What was not used or was assumed, a sentence each; also comments at the top of the file.
     pub notes: Vec<String>,
 }
 
 /// A longer file is no robot, bytes.
 const MAX_LENGTH: u64 = 16 << 20;
 
-/// Makes a machine file of the URDF `file`.
-///
-/// # Errors
-/// As [`import`]; the file cannot be read or is no text.
-pub fn import_file(file: &Path, options: &ImportOptions) -> Result<Imported> {
+/// Makes a machine file from the URDF `file`; fails like [`import`], or if the file cannot be read or is no text.
+pub fn import_file(file: &Path, options: &ImportOptions) -> Result<ImportedMachine> {
     let bytes = file::read_at_most(file, MAX_LENGTH)?;
     let shown = file.display().to_string();
     let text = match String::from_utf8(bytes) {
@@ -71,38 +67,36 @@ pub fn import_file(file: &Path, options: &ImportOptions) -> Result<Imported> {
             let is_utf_16 = matches!(error.as_bytes(), [0xFF, 0xFE, ..] | [0xFE, 0xFF, ..]);
             let hint = if is_utf_16 { "; it is UTF-16: iconv -f UTF-16 -t UTF-8 makes one of it" } else { "" };
             let problem = format!("is no UTF-8 text, expected a URDF{hint}");
-            return Source { origin: &shown, text: "" }.fail_everywhere(problem);
+            return Source { origin: &shown, text: "" }.fail_whole_file(problem);
         }
     };
     import(&text, &shown, options)
 }
 
-/// Makes a machine file of the text of a URDF; `origin` names it in error messages and in the machine file.
-///
-/// # Errors
-/// It is no URDF, or none of which a machine can be made: the message says where and why.
-pub fn import(text: &str, origin: &str, options: &ImportOptions) -> Result<Imported> {
+/// Makes a machine file from the text of a URDF; `origin` names it in errors and in the machine file. Fails if it is no URDF, or no machine
+/// can be made from it.
+pub fn import(text: &str, origin: &str, options: &ImportOptions) -> Result<ImportedMachine> {
     let source = Source { origin, text };
     let robot = read::robot(&source)?;
     let tree = Tree::of(&robot, &source)?;
     let tip = tree.tip(options.tip.as_deref(), &robot, &source)?;
-    let way = tree.way_to(tip);
-    let length = chain::length(&robot, &way);
-    let mut notes = Notes::default();
-    name_ends(&robot, &tree, tip, &mut notes);
-    let masses = masses::plausible(&robot, &tree, length, &mut notes);
-    let elements = chain::elements(&robot, &tree, &way, &masses, &source, &mut notes)?;
-    name_weight(&elements, &mut notes);
-    name_unread(&robot, &mut notes);
+    let way = tree.joints_to(tip);
+    let length = chain::chain_length(&robot, &way);
+    let mut notes = ImportNotes::default();
+    note_ends(&robot, &tree, tip, &mut notes);
+    let masses = masses::plausible_masses(&robot, &tree, length, &mut notes);
+    let elements = chain::chain_elements(&robot, &tree, &way, &masses, &source, &mut notes)?;
+    note_weight(&elements, &mut notes);
+    note_unread(&robot, &mut notes);
     let drives: Vec<_> = home::drives(&elements).collect();
     let stiffness = options.stiffness.of(&drives)?;
     if stiffness.contains(&None) {
         let names = drives.iter().map(|drive| drive.name.as_str());
-        notes.names("stiffness unknown, to be written below or given with --stiffness or --like, of drives", names);
+        notes.add_names("stiffness unknown, to be written below or given with --stiffness or --like, of drives", names);
     }
     let name = if robot.name.is_empty() { "robot".into() } else { identifier(&robot.name) };
     let length_mm = (1000.0 * length).max(1.0);
-    let home = home::choose(&elements, length_mm);
+    let home = home::choose_home(&elements, length_mm);
     let (tool_axis, tool_axis_from) = tool_axis(options);
     let file = MachineFile {
         title: format!(
@@ -112,7 +106,7 @@ pub fn import(text: &str, origin: &str, options: &ImportOptions) -> Result<Impor
         ),
         name,
         source: format!("{}; {}", file_name(origin), options.stiffness.words()),
-        assumed: assumed(options),
+        assumed: assumptions(options),
         notes: notes.into_vec(),
         tip: quoted(&robot.links[tip].name),
         tool_tip: options.tool_tip,
@@ -124,16 +118,16 @@ pub fn import(text: &str, origin: &str, options: &ImportOptions) -> Result<Impor
         stiffness,
         elements,
     };
-    finished(file, origin, length_mm)
+    complete_file(file, origin, length_mm)
 }
 
-/// The file with what its own kinematics say: which coordinates the drives control, and what is reached.
-fn finished(mut file: MachineFile, origin: &str, length: f64) -> Result<Imported> {
+/// Completes the file by its own kinematics: which coordinates the drives control, and a reachable workspace box; `length` in mm.
+fn complete_file(mut file: MachineFile, origin: &str, length: f64) -> Result<ImportedMachine> {
     let begun = Geometry::from_toml(&file.text(), origin)?;
     let begun = begun.kinematics();
-    file.controls = begun.controllable(&begun.home).into_iter().map(|coordinate| coordinate.name()).collect();
+    file.controls = begun.controllable_axes(&begun.home).into_iter().map(|coordinate| coordinate.name()).collect();
     let controlled = Geometry::from_toml(&file.text(), origin)?;
-    file.workspace = workspace::about_home(controlled.kinematics(), length);
+    file.workspace = workspace::box_about_home(controlled.kinematics(), length);
     let mut notes = file.notes.clone();
     if file.workspace.min == file.workspace.max {
         notes.push("workspace: no box about home was found that is reached, set one".into());
@@ -142,14 +136,15 @@ fn finished(mut file: MachineFile, origin: &str, length: f64) -> Result<Imported
     file.notes = std::iter::once(first).chain(notes.iter().cloned()).collect();
     let toml = file.text();
     Geometry::from_toml(&toml, origin)?;
-    Ok(Imported { toml, notes })
+    Ok(ImportedMachine { toml, notes })
 }
 
+/// Returns the last part of a path.
 fn file_name(origin: &str) -> String {
     Path::new(origin).file_name().map_or_else(|| origin.into(), |name| name.to_string_lossy().into_owned())
 }
 
-/// Direction of the tool in axes of the tip's link, and how it was found.
+/// Returns the direction of the tool in axes of the tip link, and a sentence that says how it was found.
 fn tool_axis(options: &ImportOptions) -> (Vector3<f64>, &'static str) {
     let tip = Vector3::from(options.tool_tip);
     match options.tool_angles {
@@ -175,8 +170,8 @@ fn tool_axis(options: &ImportOptions) -> (Vector3<f64>, &'static str) {
 /// A smaller component of a direction is rounding.
 const NO_COMPONENT: f64 = 1e-15;
 
-/// Which numbers of the machine file nobody gave, and where they are from.
-fn assumed(options: &ImportOptions) -> Vec<(&'static str, String)> {
+/// Returns which numbers of the machine file were assumed, and where they are from.
+fn assumptions(options: &ImportOptions) -> Vec<(&'static str, String)> {
     let mut assumed = vec![("home and workspace box", "chosen at the import of the URDF: well within reach".into())];
     if options.tool_angles.is_none() {
         assumed.push(("direction of the tool", "chosen at the import of the URDF: an axis of the tip's link".into()));
@@ -187,14 +182,14 @@ fn assumed(options: &ImportOptions) -> Vec<(&'static str, String)> {
     assumed
 }
 
-/// Says where the chain begins and ends.
-fn name_ends(robot: &Robot, tree: &Tree, tip: usize, notes: &mut Notes) {
+/// Notes where the chain begins and ends.
+fn note_ends(robot: &Robot, tree: &Tree, tip: usize, notes: &mut ImportNotes) {
     let name = |link: usize| quoted(&robot.links[link].name);
     notes.add(format!("chain: from link {}, whose frame is O, to link {}", name(tree.root), name(tip)));
 }
 
-/// Says which weight is taken and which is not.
-fn name_weight(elements: &[Element], notes: &mut Notes) {
+/// Notes which weight is used and which is not.
+fn note_weight(elements: &[Element], notes: &mut ImportNotes) {
     let masses =
         elements.iter().filter_map(|element| if let Element::Mass { kg, .. } = element { Some(kg) } else { None });
     let total: f64 = masses.sum();
@@ -206,8 +201,8 @@ fn name_weight(elements: &[Element], notes: &mut Notes) {
     }
 }
 
-/// Says what of the file a machine file has no place for.
-fn name_unread(robot: &Robot, notes: &mut Notes) {
+/// Notes the kinds of elements that were not read, as machine files have no place for them.
+fn note_unread(robot: &Robot, notes: &mut ImportNotes) {
     let kinds =
         robot.unread.iter().map(|(kind, count)| format!("{count} <{}>", kind.escape_debug())).collect::<Vec<_>>();
     if !kinds.is_empty() {

@@ -1,26 +1,26 @@
-//! What the importer has to say: what was not used, what was assumed.
+//! The notes of an import: what was not used and what was assumed.
 
-use super::source::list;
+use super::source::quoted_list;
 
-/// One sentence each.
+/// The notes of an import, a sentence each.
 #[derive(Debug, Default)]
-pub(super) struct Notes(Vec<String>);
+pub(super) struct ImportNotes(Vec<String>);
 
-impl Notes {
-    /// One more.
+impl ImportNotes {
+    /// Adds a note.
     pub fn add(&mut self, note: String) {
         self.0.push(note);
     }
 
-    /// The same about several things, if there are any.
-    pub fn names<'a>(&mut self, what: &str, names: impl IntoIterator<Item = &'a str>) {
-        let names = list(names);
+    /// Adds a note that says `what` about the things called `names`, if there are any.
+    pub fn add_names<'a>(&mut self, what: &str, names: impl IntoIterator<Item = &'a str>) {
+        let names = quoted_list(names);
         if !names.is_empty() {
             self.add(format!("{what}: {names}"));
         }
     }
 
-    /// All of them.
+    /// Returns all notes.
     pub fn into_vec(self) -> Vec<String> {
         self.0
     }

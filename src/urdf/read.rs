@@ -1,4 +1,4 @@
-//! From the text of a URDF to links and joints: everything that geometry, limits and masses need, nothing guessed.
+//! Reads links and joints from the text of a URDF: everything that geometry, limits and masses need, nothing guessed.
 
 use std::collections::{BTreeMap, HashSet};
 
@@ -10,7 +10,7 @@ use crate::input::error::Result;
 /// A robot as its URDF writes it: m, rad, kg, N, N·m.
 #[derive(Debug)]
 pub(super) struct Robot {
-    /// Empty if it has none.
+    /// The robot's name; empty if it has none.
     pub name: String,
     pub links: Vec<Link>,
     pub joints: Vec<Joint>,
@@ -18,38 +18,42 @@ pub(super) struct Robot {
     pub unread: BTreeMap<String, usize>,
 }
 
+/// A link of a URDF.
 #[derive(Debug)]
 pub(super) struct Link {
     pub name: String,
     pub inertial: Option<Inertial>,
-    /// Whether something is drawn or collides.
+    /// Whether the link has a visual or collision element.
     pub has_shape: bool,
 }
 
+/// The inertial element of a link.
 #[derive(Debug)]
 pub(super) struct Inertial {
     pub mass: Option<f64>,
-    /// Centre of mass in the link's frame, if it is given.
+    /// Centre of mass in the link's frame, m, if it is given.
     pub centre: Option<[f64; 3]>,
 }
 
+/// A joint of a URDF, as written.
 #[derive(Debug)]
 pub(super) struct Joint {
     pub name: String,
-    /// Where it begins in the text.
+    /// The byte of the text at which the joint begins.
     pub at: usize,
-    pub kind: Kind,
+    pub kind: JointKind,
     pub parent: String,
     pub child: String,
     pub origin: Origin,
-    /// As written, of any length but zero.
+    /// The axis as written, of any length but zero.
     pub axis: Option<[f64; 3]>,
     pub limit: Option<Limit>,
     pub mimic: Option<Mimic>,
 }
 
+/// The type of a joint in a URDF.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(super) enum JointKind {
     Revolute,
     Continuous,
     Prismatic,
@@ -59,30 +63,31 @@ pub(super) enum Kind {
     Spherical,
 }
 
-impl Kind {
-    const ALL: [(&str, Kind); 7] = [
-        ("revolute", Kind::Revolute),
-        ("continuous", Kind::Continuous),
-        ("prismatic", Kind::Prismatic),
-        ("fixed", Kind::Fixed),
-        ("floating", Kind::Floating),
-        ("planar", Kind::Planar),
-        ("spherical", Kind::Spherical),
+impl JointKind {
+    const ALL: [(&str, JointKind); 7] = [
+        ("revolute", JointKind::Revolute),
+        ("continuous", JointKind::Continuous),
+        ("prismatic", JointKind::Prismatic),
+        ("fixed", JointKind::Fixed),
+        ("floating", JointKind::Floating),
+        ("planar", JointKind::Planar),
+        ("spherical", JointKind::Spherical),
     ];
 
-    /// Word in URDFs.
+    /// Returns the type's word in URDFs.
     pub fn word(self) -> &'static str {
         Self::ALL.iter().find(|(_, kind)| *kind == self).map_or("", |(word, _)| word)
     }
 }
 
-/// Where a frame stands: the translation, then roll, pitch, yaw about fixed axes.
+/// Pose of a joint's frame: translation, m, then roll, pitch, yaw about fixed axes, rad.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(super) struct Origin {
     pub xyz: [f64; 3],
     pub rpy: [f64; 3],
 }
 
+/// The limits of a joint: position in m or rad, effort in N or N·m.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Limit {
     pub lower: Option<f64>,
@@ -90,6 +95,7 @@ pub(super) struct Limit {
     pub effort: Option<f64>,
 }
 
+/// A joint that follows another one: its position is `multiplier` times that of `joint` plus `offset`.
 #[derive(Debug)]
 pub(super) struct Mimic {
     pub joint: String,
@@ -104,34 +110,34 @@ const LARGEST_PLACE: f64 = 1e6;
 /// No limit, mass or effort is larger, in m, rad, kg, N or N·m.
 const LARGEST: f64 = 1e12;
 
-/// Reads the robot.
+/// Reads the robot of a URDF.
 pub(super) fn robot(source: &Source<'_>) -> Result<Robot> {
     if source.text.trim().is_empty() {
-        return source.fail_everywhere("is empty, expected a URDF".into());
+        return source.fail_whole_file("is empty, expected a URDF".into());
     }
     let options = ParsingOptions { nodes_limit: MAX_NODES, ..ParsingOptions::default() };
     let document = match Document::parse_with_options(source.text, options) {
         Ok(document) => document,
         Err(XmlError::UnknownNamespace(prefix, _)) if prefix == "xacro" => {
-            return unexpanded(source, source.text.find(XACRO).unwrap_or(0), XACRO);
+            return xacro_error(source, source.text.find(XACRO).unwrap_or(0), XACRO);
         }
         Err(XmlError::NodesLimitReached) => {
-            return source.fail_everywhere(format!("has more than {MAX_NODES} XML nodes, expected a URDF"));
+            return source.fail_whole_file(format!("has more than {MAX_NODES} XML nodes, expected a URDF"));
         }
         Err(XmlError::DtdDetected) => {
-            return source.fail_everywhere("has a <!DOCTYPE …>, expected a URDF without".into());
+            return source.fail_whole_file("has a <!DOCTYPE …>, expected a URDF without".into());
         }
-        Err(error) => return not_xml(source, &error),
+        Err(error) => return xml_error(source, &error),
     };
     let reader = Reader { source };
-    reader.is_expanded(&document)?;
-    reader.robot(document.root_element())
+    reader.check_expanded(&document)?;
+    reader.read_robot(document.root_element())
 }
 
 const XACRO: &str = "<xacro:";
 
-/// The error that the file is a template, as `what` shows.
-fn unexpanded<T>(source: &Source<'_>, at: usize, what: &str) -> Result<T> {
+/// Returns the error that the file is a xacro template, as the text `what` shows.
+fn xacro_error<T>(source: &Source<'_>, at: usize, what: &str) -> Result<T> {
     let origin = source.origin;
     let problem = format!(
         "{what} is xacro, from which a URDF has still to be made: xacro {origin} > expanded.urdf (ROS 2: ros2 run \
@@ -140,7 +146,8 @@ fn unexpanded<T>(source: &Source<'_>, at: usize, what: &str) -> Result<T> {
     source.fail(at, String::new(), problem)
 }
 
-fn not_xml<T>(source: &Source<'_>, error: &XmlError) -> Result<T> {
+/// Returns the error that the file is no XML, with line and column.
+fn xml_error<T>(source: &Source<'_>, error: &XmlError) -> Result<T> {
     let place = error.pos();
     // The place is said in front.
     let text = error.to_string().replace(&format!(" at {place}"), "");
@@ -148,52 +155,57 @@ fn not_xml<T>(source: &Source<'_>, error: &XmlError) -> Result<T> {
     source.fail(start, String::new(), format!("is no XML: {text}, column {}", place.col))
 }
 
+/// The reader of a parsed URDF, which knows the text for errors.
 struct Reader<'a> {
     source: &'a Source<'a>,
 }
 
 type Element<'a> = Node<'a, 'a>;
 
-fn is(node: Element<'_>, name: &str) -> bool {
+/// Whether `node` is an element called `name`.
+fn is_element(node: Element<'_>, name: &str) -> bool {
     node.is_element() && node.tag_name().name() == name
 }
 
-fn elements<'a>(node: Element<'a>) -> impl Iterator<Item = Element<'a>> {
+/// Returns the child elements of a node.
+fn children_of<'a>(node: Element<'a>) -> impl Iterator<Item = Element<'a>> {
     node.children().filter(Node::is_element)
 }
 
 impl Reader<'_> {
+    /// Returns an error at `node`, about the link or joint `place`.
     fn fail<T>(&self, node: Element<'_>, place: &str, problem: String) -> Result<T> {
         self.source.fail(node.range().start, place.into(), problem)
     }
 
-    /// Refuses what xacro has still to replace. A leftover `xmlns:xacro` alone is nothing to replace.
-    fn is_expanded(&self, document: &Document<'_>) -> Result<()> {
+    /// Checks that nothing is left for xacro to replace; a leftover `xmlns:xacro` alone is nothing to replace.
+    fn check_expanded(&self, document: &Document<'_>) -> Result<()> {
         for node in document.descendants().filter(Node::is_element) {
             if self.source.text[node.range().start..].starts_with(XACRO) {
-                return unexpanded(self.source, node.range().start, XACRO);
+                return xacro_error(self.source, node.range().start, XACRO);
             }
             let is_template = |value: &str| value.contains("${") || value.contains("$(");
             if let Some(attribute) = node.attributes().find(|attribute| is_template(attribute.value())) {
-                return unexpanded(self.source, node.range().start, &quoted(attribute.value()));
+                return xacro_error(self.source, node.range().start, &quoted(attribute.value()));
             }
         }
         Ok(())
     }
 
-    fn robot(&self, root: Element<'_>) -> Result<Robot> {
-        if !is(root, "robot") {
-            let hint = if is(root, "sdf") { "; this is SDF, the format of Gazebo" } else { "" };
+    /// Reads all links and joints below the root element.
+    fn read_robot(&self, root: Element<'_>) -> Result<Robot> {
+        if !is_element(root, "robot") {
+            let hint = if is_element(root, "sdf") { "; this is SDF, the format of Gazebo" } else { "" };
             let problem = format!("begins with <{}>, expected <robot>, a URDF{hint}", root.tag_name().name());
             return self.fail(root, "", problem);
         }
         let name = root.attribute("name").unwrap_or_default().to_string();
         let mut robot = Robot { name, links: Vec::new(), joints: Vec::new(), unread: BTreeMap::new() };
         let (mut link_names, mut joint_names) = (HashSet::new(), HashSet::new());
-        for node in elements(root) {
+        for node in children_of(root) {
             match node.tag_name().name() {
-                "link" => robot.links.push(self.link(node, &mut link_names, &mut robot.unread)?),
-                "joint" => robot.joints.push(self.joint(node, &mut joint_names, &mut robot.unread)?),
+                "link" => robot.links.push(self.read_link(node, &mut link_names, &mut robot.unread)?),
+                "joint" => robot.joints.push(self.read_joint(node, &mut joint_names, &mut robot.unread)?),
                 other => *robot.unread.entry(other.into()).or_default() += 1,
             }
         }
@@ -203,9 +215,9 @@ impl Reader<'_> {
         Ok(robot)
     }
 
-    /// The name of a link or joint, and the words by which messages call it.
-    fn name<'a>(&self, node: Element<'a>, names: &mut HashSet<&'a str>) -> Result<(&'a str, String)> {
-        let kind = if is(node, "link") { "link" } else { "joint" };
+    /// Returns the name of a link or joint and its description in messages; fails if it is missing or was used before.
+    fn read_name<'a>(&self, node: Element<'a>, names: &mut HashSet<&'a str>) -> Result<(&'a str, String)> {
+        let kind = if is_element(node, "link") { "link" } else { "joint" };
         let name = node.attribute("name").unwrap_or_default();
         if name.is_empty() {
             return self.fail(node, kind, "has no name".into());
@@ -217,92 +229,98 @@ impl Reader<'_> {
         Ok((name, place))
     }
 
-    fn link<'a>(
+    /// Reads a link and counts its elements that are not read.
+    fn read_link<'a>(
         &self,
         node: Element<'a>,
         names: &mut HashSet<&'a str>,
         unread: &mut BTreeMap<String, usize>,
     ) -> Result<Link> {
-        let (name, place) = self.name(node, names)?;
-        let inertial = match self.only(node, "inertial", &place)? {
+        let (name, place) = self.read_name(node, names)?;
+        let inertial = match self.only_child(node, "inertial", &place)? {
             None => None,
             Some(inertial) => {
-                let mass = match self.only(inertial, "mass", &place)? {
-                    Some(mass) => self.number(mass, "value", &place)?,
+                let mass = match self.only_child(inertial, "mass", &place)? {
+                    Some(mass) => self.read_number(mass, "value", &place)?,
                     None => None,
                 };
-                let origin = self.only(inertial, "origin", &place)?;
-                let centre = origin.map(|origin| self.vector(origin, "xyz", &place).map(Option::unwrap_or_default));
+                let origin = self.only_child(inertial, "origin", &place)?;
+                let centre =
+                    origin.map(|origin| self.read_vector(origin, "xyz", &place).map(Option::unwrap_or_default));
                 Some(Inertial { mass, centre: centre.transpose()? })
             }
         };
-        for other in elements(node).filter(|child| !is(*child, "inertial")) {
+        for other in children_of(node).filter(|child| !is_element(*child, "inertial")) {
             *unread.entry(other.tag_name().name().into()).or_default() += 1;
-            let meshes = other.descendants().filter(|child| is(*child, "mesh"));
+            let meshes = other.descendants().filter(|child| is_element(*child, "mesh"));
             meshes.for_each(|_| *unread.entry("mesh".into()).or_default() += 1);
         }
-        let has_shape = elements(node).any(|child| is(child, "visual") || is(child, "collision"));
+        let has_shape = children_of(node).any(|child| is_element(child, "visual") || is_element(child, "collision"));
         Ok(Link { name: name.into(), inertial, has_shape })
     }
 
-    fn joint<'a>(
+    /// Reads a joint and counts its elements that are not read.
+    fn read_joint<'a>(
         &self,
         node: Element<'a>,
         names: &mut HashSet<&'a str>,
         unread: &mut BTreeMap<String, usize>,
     ) -> Result<Joint> {
-        let (name, place) = self.name(node, names)?;
+        let (name, place) = self.read_name(node, names)?;
         let word = node.attribute("type").unwrap_or_default();
-        let Some((_, kind)) = Kind::ALL.iter().find(|(known, _)| *known == word) else {
-            let known = Kind::ALL.map(|(known, _)| known).join(", ");
+        let Some((_, kind)) = JointKind::ALL.iter().find(|(known, _)| *known == word) else {
+            let known = JointKind::ALL.map(|(known, _)| known).join(", ");
             return self.fail(node, &place, format!("type={}, expected one of {known}", quoted(word)));
         };
-        let end = |which: &str| match self.only(node, which, &place)?.and_then(|end| end.attribute("link")) {
+        let end = |which: &str| match self.only_child(node, which, &place)?.and_then(|end| end.attribute("link")) {
             Some(link) => Ok(link.to_string()),
             None => self.fail(node, &place, format!("has no <{which} link=…>")),
         };
-        for child in elements(node).map(|child| child.tag_name().name()) {
+        for child in children_of(node).map(|child| child.tag_name().name()) {
             if !["origin", "parent", "child", "axis", "limit", "mimic"].contains(&child) {
                 *unread.entry(child.into()).or_default() += 1;
             }
         }
-        let has_velocity = |child: &Element<'_>| is(*child, "limit") && child.has_attribute("velocity");
-        elements(node).filter(has_velocity).for_each(|_| *unread.entry("limit velocity".into()).or_default() += 1);
+        let has_velocity = |child: &Element<'_>| is_element(*child, "limit") && child.has_attribute("velocity");
+        children_of(node).filter(has_velocity).for_each(|_| *unread.entry("limit velocity".into()).or_default() += 1);
         Ok(Joint {
             name: name.into(),
             at: node.range().start,
             kind: *kind,
             parent: end("parent")?,
             child: end("child")?,
-            origin: self.origin(node, &place)?,
-            axis: self.axis(node, &place)?,
-            limit: self.limit(node, &place)?,
-            mimic: self.mimic(node, &place)?,
+            origin: self.read_origin(node, &place)?,
+            axis: self.read_axis(node, &place)?,
+            limit: self.read_limit(node, &place)?,
+            mimic: self.read_mimic(node, &place)?,
         })
     }
 
-    fn origin(&self, joint: Element<'_>, place: &str) -> Result<Origin> {
-        let Some(node) = self.only(joint, "origin", place)? else { return Ok(Origin::default()) };
+    /// Reads the pose of a joint's frame; the identity if it is not given.
+    fn read_origin(&self, joint: Element<'_>, place: &str) -> Result<Origin> {
+        let Some(node) = self.only_child(joint, "origin", place)? else { return Ok(Origin::default()) };
         if node.attribute("quat_xyzw").is_some() {
             let problem = "quat_xyzw of <origin> is not read: expected rpy, roll, pitch and yaw in rad".into();
             return self.fail(node, place, problem);
         }
-        let vector = |name| self.vector(node, name, place).map(Option::unwrap_or_default);
+        let vector = |name| self.read_vector(node, name, place).map(Option::unwrap_or_default);
         Ok(Origin { xyz: vector("xyz")?, rpy: vector("rpy")? })
     }
 
-    fn axis(&self, joint: Element<'_>, place: &str) -> Result<Option<[f64; 3]>> {
-        let Some(node) = self.only(joint, "axis", place)? else { return Ok(None) };
-        let axis = self.vector(node, "xyz", place)?;
+    /// Reads the axis of a joint; fails if it is zero.
+    fn read_axis(&self, joint: Element<'_>, place: &str) -> Result<Option<[f64; 3]>> {
+        let Some(node) = self.only_child(joint, "axis", place)? else { return Ok(None) };
+        let axis = self.read_vector(node, "xyz", place)?;
         if axis.is_some_and(|axis| axis.iter().all(|component| component.abs() < SHORTEST_AXIS)) {
             return self.fail(node, place, "the <axis> is zero, expected a direction".into());
         }
         Ok(axis)
     }
 
-    fn limit(&self, joint: Element<'_>, place: &str) -> Result<Option<Limit>> {
-        let Some(node) = self.only(joint, "limit", place)? else { return Ok(None) };
-        let number = |name| self.number(node, name, place);
+    /// Reads the limits of a joint; fails if the lower one is above the upper.
+    fn read_limit(&self, joint: Element<'_>, place: &str) -> Result<Option<Limit>> {
+        let Some(node) = self.only_child(joint, "limit", place)? else { return Ok(None) };
+        let number = |name| self.read_number(node, name, place);
         let limit = Limit { lower: number("lower")?, upper: number("upper")?, effort: number("effort")? };
         if let (Some(lower), Some(upper)) = (limit.lower, limit.upper)
             && lower > upper
@@ -313,18 +331,19 @@ impl Reader<'_> {
         Ok(Some(limit))
     }
 
-    fn mimic(&self, joint: Element<'_>, place: &str) -> Result<Option<Mimic>> {
-        let Some(node) = self.only(joint, "mimic", place)? else { return Ok(None) };
+    /// Reads which joint a joint follows.
+    fn read_mimic(&self, joint: Element<'_>, place: &str) -> Result<Option<Mimic>> {
+        let Some(node) = self.only_child(joint, "mimic", place)? else { return Ok(None) };
         Ok(Some(Mimic {
             joint: node.attribute("joint").unwrap_or_default().into(),
-            multiplier: self.number(node, "multiplier", place)?.unwrap_or(1.0),
-            offset: self.number(node, "offset", place)?.unwrap_or(0.0),
+            multiplier: self.read_number(node, "multiplier", place)?.unwrap_or(1.0),
+            offset: self.read_number(node, "offset", place)?.unwrap_or(0.0),
         }))
     }
 
-    /// The one child called `name`, if there is any.
-    fn only<'a>(&self, node: Element<'a>, name: &str, place: &str) -> Result<Option<Element<'a>>> {
-        let mut found = elements(node).filter(|child| is(*child, name));
+    /// Returns the child element called `name`, if there is one; fails if there are two.
+    fn only_child<'a>(&self, node: Element<'a>, name: &str, place: &str) -> Result<Option<Element<'a>>> {
+        let mut found = children_of(node).filter(|child| is_element(*child, name));
         let first = found.next();
         match found.next() {
             None => Ok(first),
@@ -332,16 +351,18 @@ impl Reader<'_> {
         }
     }
 
-    fn number(&self, node: Element<'_>, name: &str, place: &str) -> Result<Option<f64>> {
-        Ok(self.numbers(node, name, place, LARGEST)?.map(|[number]| number))
+    /// Reads an attribute that is a number.
+    fn read_number(&self, node: Element<'_>, name: &str, place: &str) -> Result<Option<f64>> {
+        Ok(self.read_numbers(node, name, place, LARGEST)?.map(|[number]| number))
     }
 
-    fn vector(&self, node: Element<'_>, name: &str, place: &str) -> Result<Option<[f64; 3]>> {
-        self.numbers(node, name, place, LARGEST_PLACE)
+    /// Reads an attribute that is three numbers.
+    fn read_vector(&self, node: Element<'_>, name: &str, place: &str) -> Result<Option<[f64; 3]>> {
+        self.read_numbers(node, name, place, LARGEST_PLACE)
     }
 
-    /// The numbers of an attribute, as many as expected and each of sensible size.
-    fn numbers<const COUNT: usize>(
+    /// Reads an attribute of `COUNT` numbers, each at most `largest`; fails if it is anything else.
+    fn read_numbers<const COUNT: usize>(
         &self,
         node: Element<'_>,
         name: &str,

@@ -1,4 +1,4 @@
-//! What a URDF cannot say: how stiff the drives are.
+//! Stiffness of the drives, which a URDF cannot say: unknown, given, or that of another machine.
 
 use super::chain::Drive;
 use crate::{
@@ -6,10 +6,10 @@ use crate::{
     machine::{Machine, Motion},
 };
 
-/// Where the stiffness of the drives is from.
+/// The source of the drives' stiffness.
 #[derive(Debug, Clone, Default)]
 pub enum DriveStiffness {
-    /// Nobody knows it yet.
+    /// Unknown; to be written into the file.
     #[default]
     Unknown,
     /// One number for each drive from base to tip: N·m/rad of hinges, N/mm of slides.
@@ -19,16 +19,16 @@ pub enum DriveStiffness {
 }
 
 impl DriveStiffness {
-    /// Stiffness of each drive in N/mm or N·mm/rad.
+    /// Returns the stiffness of each drive in N/mm or N·mm/rad, `None` if unknown; fails if the numbers or the machine do not fit the drives.
     pub(super) fn of(&self, drives: &[&Drive]) -> Result<Vec<Option<f64>>> {
         match self {
             DriveStiffness::Unknown => Ok(vec![None; drives.len()]),
-            DriveStiffness::Given(values) => given(values, drives),
-            DriveStiffness::Like(machine) => like(machine, drives),
+            DriveStiffness::Given(values) => given_stiffness(values, drives),
+            DriveStiffness::Like(machine) => stiffness_like(machine, drives),
         }
     }
 
-    /// Where it is from, in words.
+    /// Describes the source of the stiffness in words.
     pub(super) fn words(&self) -> String {
         match self {
             DriveStiffness::Unknown => "stiffness of the drives: unknown".into(),
@@ -38,7 +38,8 @@ impl DriveStiffness {
     }
 }
 
-fn given(values: &[f64], drives: &[&Drive]) -> Result<Vec<Option<f64>>> {
+/// Converts given numbers (N·m/rad, N/mm) to the units of machine files; fails if they are not one of sensible size for each drive.
+fn given_stiffness(values: &[f64], drives: &[&Drive]) -> Result<Vec<Option<f64>>> {
     let fail = |problem: String| Err(Error::Argument { argument: "--stiffness".into(), problem });
     if values.len() != drives.len() {
         let names = drives.iter().map(|drive| drive.name.as_str()).collect::<Vec<_>>().join(", ");
@@ -49,7 +50,7 @@ fn given(values: &[f64], drives: &[&Drive]) -> Result<Vec<Option<f64>>> {
     }
     let in_files = |(drive, &value): (&&Drive, &f64)| match drive.motion {
         Motion::Prismatic => Some(value),
-        Motion::Revolute => Some(super::chain::thousandfold(value)),
+        Motion::Revolute => Some(super::chain::times_thousand(value)),
     };
     Ok(drives.iter().zip(values).map(in_files).collect())
 }
@@ -58,7 +59,8 @@ fn given(values: &[f64], drives: &[&Drive]) -> Result<Vec<Option<f64>>> {
 const SOFTEST: f64 = 1e-12;
 const STIFFEST: f64 = 1e15;
 
-fn like(machine: &Machine, drives: &[&Drive]) -> Result<Vec<Option<f64>>> {
+/// Returns the stiffness of the drives of `machine`; fails if they are not of the same kinds in the same order.
+fn stiffness_like(machine: &Machine, drives: &[&Drive]) -> Result<Vec<Option<f64>>> {
     let kinds = |motions: &mut dyn Iterator<Item = Motion>| {
         motions.map(|motion| if motion == Motion::Revolute { "hinge" } else { "slide" }).collect::<Vec<_>>().join(", ")
     };

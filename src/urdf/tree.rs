@@ -1,17 +1,17 @@
-//! Links and joints as the tree they must be: its root, its tips, and the way from one to the other.
+//! The tree of links and joints: its root, its tips, and the joints between them.
 
 use std::collections::HashMap;
 
 use super::{
-    read::{Joint, Kind, Robot},
-    source::{Source, list, quoted},
+    read::{Joint, JointKind, Robot},
+    source::{Source, quoted, quoted_list},
 };
 use crate::input::error::{Error, Result};
 
 /// Most tips that a message lists.
 const LISTED: usize = 30;
 
-/// Which joint leads to each link and which lead on from it; links and joints by their place in the robot.
+/// The tree of a robot: which joint carries each link, and which joints each link carries; links and joints by index.
 #[derive(Debug)]
 pub(super) struct Tree {
     pub root: usize,
@@ -19,19 +19,16 @@ pub(super) struct Tree {
     pub carried_by: Vec<Option<usize>>,
     /// Joints that each link carries.
     pub carries: Vec<Vec<usize>>,
-    /// Link that each joint moves.
-    pub moved: Vec<usize>,
-    /// Link that each joint stands on.
-    pub base: Vec<usize>,
-    /// All links, each after that which carries it.
+    /// The link that each joint moves.
+    pub child_link: Vec<usize>,
+    /// The link to which each joint is attached.
+    pub parent_link: Vec<usize>,
+    /// All links, each after the one that carries it.
     pub order: Vec<usize>,
 }
 
 impl Tree {
-    /// Joins `robot`.
-    ///
-    /// # Errors
-    /// It is not one tree.
+    /// Builds the tree of `robot`. Fails when links and joints do not form one tree.
     pub fn of(robot: &Robot, source: &Source<'_>) -> Result<Self> {
         let number: HashMap<&str, usize> =
             robot.links.iter().enumerate().map(|(i, link)| (link.name.as_str(), i)).collect();
@@ -40,8 +37,8 @@ impl Tree {
             root: 0,
             carried_by: vec![None; count],
             carries: vec![Vec::new(); count],
-            moved: Vec::new(),
-            base: Vec::new(),
+            child_link: Vec::new(),
+            parent_link: Vec::new(),
             order: Vec::new(),
         };
         for (j, joint) in robot.joints.iter().enumerate() {
@@ -61,64 +58,63 @@ impl Tree {
                 return source.fail(joint.at, place(), problem);
             }
             tree.carries[base].push(j);
-            tree.base.push(base);
-            tree.moved.push(moved);
+            tree.parent_link.push(base);
+            tree.child_link.push(moved);
         }
-        tree.rooted(robot, source)
+        tree.find_root_and_order(robot, source)
     }
 
-    fn rooted(mut self, robot: &Robot, source: &Source<'_>) -> Result<Self> {
+    /// Finds the root and orders the links; fails if there are several roots or a loop.
+    fn find_root_and_order(mut self, robot: &Robot, source: &Source<'_>) -> Result<Self> {
         let name = |link: &usize| robot.links[*link].name.as_str();
         let roots: Vec<usize> = (0..robot.links.len()).filter(|&link| self.carried_by[link].is_none()).collect();
         match roots[..] {
             [root] => self.root = root,
-            [] => return source.fail_everywhere("its joints form a loop, expected a tree".into()),
+            [] => return source.fail_whole_file("its joints form a loop, expected a tree".into()),
             _ => {
-                let names = list(roots.iter().map(name));
+                let names = quoted_list(roots.iter().map(name));
                 return source
-                    .fail_everywhere(format!("links {names} are carried by no joint, expected one such link"));
+                    .fail_whole_file(format!("links {names} are carried by no joint, expected one such link"));
             }
         }
         self.order.push(self.root);
         let mut next = 0;
         while let Some(&link) = self.order.get(next) {
-            self.order.extend(self.carries[link].iter().map(|&joint| self.moved[joint]));
+            self.order.extend(self.carries[link].iter().map(|&joint| self.child_link[joint]));
             next += 1;
         }
         if self.order.len() == robot.links.len() {
             return Ok(self);
         }
-        let mut is_reached = vec![false; robot.links.len()];
-        self.order.iter().for_each(|&link| is_reached[link] = true);
-        let lost: Vec<usize> = (0..robot.links.len()).filter(|&link| !is_reached[link]).collect();
-        source.fail_everywhere(format!("links {} form a loop, expected a tree", list(lost.iter().map(name))))
+        let mut is_reachable = vec![false; robot.links.len()];
+        self.order.iter().for_each(|&link| is_reachable[link] = true);
+        let lost: Vec<usize> = (0..robot.links.len()).filter(|&link| !is_reachable[link]).collect();
+        source.fail_whole_file(format!("links {} form a loop, expected a tree", quoted_list(lost.iter().map(name))))
     }
 
-    /// Joints from the root to `link`, in this order.
-    pub fn way_to(&self, mut link: usize) -> Vec<usize> {
+    /// Returns the joints from the root to `link`, in this order.
+    pub fn joints_to(&self, mut link: usize) -> Vec<usize> {
         let mut way = Vec::new();
         while let Some(joint) = self.carried_by[link] {
             way.push(joint);
-            link = self.base[joint];
+            link = self.parent_link[joint];
         }
         way.reverse();
         way
     }
 
-    /// The link called `wanted`; without a name, the only one that movable joints lead to and nothing leads on from.
-    ///
-    /// # Errors
-    /// There is none, or more than one.
+    /// Returns the link called `wanted`; without a name, the only link at the end of movable joints. Fails when there is no such link, or
+    /// more than one.
     pub fn tip(&self, wanted: Option<&str>, robot: &Robot, source: &Source<'_>) -> Result<usize> {
         let fail = |problem: String| Err(Error::Argument { argument: "--tip".into(), problem });
         let mut movable = vec![0; robot.links.len()];
         for &link in &self.order {
             if let Some(joint) = self.carried_by[link] {
-                movable[link] = movable[self.base[joint]] + usize::from(is_movable(&robot.joints[joint]));
+                movable[link] = movable[self.parent_link[joint]] + usize::from(is_movable(&robot.joints[joint]));
             }
         }
         if movable.iter().all(|&count| count == 0) {
-            return source.fail_everywhere("has no movable joint, expected a robot".into());
+            return source.fail_whole_file("has no movable joint, expected a robot".into());
         }
         let is_tip = |link: &usize| self.carries[*link].is_empty() && movable[*link] > 0;
         let tips: Vec<usize> = self.order.iter().copied().filter(is_tip).collect();
@@ -149,7 +145,7 @@ impl Tree {
     }
 }
 
-/// Whether a joint moves at all.
+/// Whether a joint is not fixed.
 pub(super) fn is_movable(joint: &Joint) -> bool {
-    joint.kind != Kind::Fixed
+    joint.kind != JointKind::Fixed
 }

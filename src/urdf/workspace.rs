@@ -1,4 +1,4 @@
-//! A box about home that the tip reaches, for a machine file to begin with.
+//! A reachable box about home, the workspace of an imported machine.
 
 use nalgebra::Vector3;
 
@@ -9,9 +9,9 @@ const SHARES: [f64; 11] = [0.5, 0.4, 0.3, 0.25, 0.2, 0.15, 0.1, 0.07, 0.05, 0.02
 /// Shorter half edges are not worth a box, mm.
 const SHORTEST: f64 = 1.0;
 
-/// The largest box tried of which corners, middles of edges and faces are reached, with the platform as at home; `length` in
-/// mm. Home alone if there is none.
-pub(super) fn about_home(machine: &Machine, length: f64) -> WorkspaceBox {
+/// Returns the largest of several boxes about home (shares of `length`, mm) whose corners and middles of edges and faces are
+/// reachable with the platform oriented as at home; home alone if there is none.
+pub(super) fn box_about_home(machine: &Machine, length: f64) -> WorkspaceBox {
     let home = machine.home.pose.translation;
     let none = WorkspaceBox { min: home, max: home };
     let halves = SHARES.iter().map(|share| (share * length).floor()).filter(|&half| half >= SHORTEST);
@@ -21,10 +21,11 @@ pub(super) fn about_home(machine: &Machine, length: f64) -> WorkspaceBox {
         };
         WorkspaceBox { min: Vector3::from_fn(|i, _| edge(i, -half)), max: Vector3::from_fn(|i, _| edge(i, half)) }
     });
-    boxes.into_iter().find(|candidate| is_reached(machine, candidate)).unwrap_or(none)
+    boxes.into_iter().find(|candidate| is_reachable(machine, candidate)).unwrap_or(none)
 }
 
-fn is_reached(machine: &Machine, candidate: &WorkspaceBox) -> bool {
+/// Whether the corners, and the middles of edges and faces, of a box are reachable.
+fn is_reachable(machine: &Machine, candidate: &WorkspaceBox) -> bool {
     let middle = (candidate.min + candidate.max) * 0.5;
     let pick = |place: usize, axis: usize| match place / 3usize.pow(axis as u32) % 3 {
         0 => candidate.min[axis],
@@ -35,6 +36,6 @@ fn is_reached(machine: &Machine, candidate: &WorkspaceBox) -> bool {
         let position = Vector3::from_fn(|axis, _| pick(place, axis));
         let target = machine.pose_at(position);
         let reached = machine.inverse_kinematics_from(&machine.home, &target);
-        reached.is_ok_and(|at| machine.check_asked(position, &at).is_ok())
+        reached.is_ok_and(|at| machine.check_uncontrolled(position, &at).is_ok())
     })
 }

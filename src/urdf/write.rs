@@ -1,4 +1,4 @@
-//! The machine file of an imported chain, with what has to be said about it at its top.
+//! Writes the machine file of an imported chain, with notes at its top.
 
 use std::fmt::Write as _;
 
@@ -10,7 +10,7 @@ use super::{
 };
 use crate::machine::{Motion, WorkspaceBox};
 
-/// Everything that the file says.
+/// The contents of the machine file to write.
 #[derive(Debug)]
 pub(super) struct MachineFile {
     pub name: String,
@@ -18,9 +18,9 @@ pub(super) struct MachineFile {
     pub source: String,
     /// What was assumed: which numbers, and why these.
     pub assumed: Vec<(&'static str, String)>,
-    /// Sentences at its top.
+    /// Notes at the top of the file, a sentence each.
     pub notes: Vec<String>,
-    /// Name of the tip's link.
+    /// Name of the tip link.
     pub tip: String,
     pub tool_tip: [f64; 3],
     pub tool_axis: Vector3<f64>,
@@ -38,11 +38,11 @@ pub(super) struct MachineFile {
 const WIDTH: usize = 120;
 
 impl MachineFile {
-    /// The text.
+    /// Returns the text of the machine file.
     pub fn text(&self) -> String {
         let mut text = String::new();
         for note in &self.notes {
-            text += &comment(note);
+            text += &comment_lines(note);
         }
         let quoted = |text: &str| toml::Value::from(text).to_string();
         let controls = self.controls.iter().map(|name| format!("\"{name}\"")).collect::<Vec<_>>().join(", ");
@@ -67,14 +67,14 @@ impl MachineFile {
             quoted(&self.title),
             quoted(&self.source),
             self.tip,
-            vector(self.tool_tip),
+            vector_text(self.tool_tip),
             self.tool_axis_from,
-            vector(self.tool_axis.into()),
+            vector_text(self.tool_axis.into()),
             self.home.chosen_from,
-            vector(self.home.pose.translation.into()),
-            vector(angles_deg(&self.home)),
-            vector(self.workspace.min.into()),
-            vector(self.workspace.max.into()),
+            vector_text(self.home.pose.translation.into()),
+            vector_text(angles_deg(&self.home)),
+            vector_text(self.workspace.min.into()),
+            vector_text(self.workspace.max.into()),
         );
         let mut drives = self.stiffness.iter().zip(&self.home.drives);
         for element in &self.elements {
@@ -83,41 +83,44 @@ impl MachineFile {
                     let (stiffness, home) = drives.next().unwrap_or((&None, &0.0));
                     drive_line(drive, *stiffness, *home)
                 }
-                other => line(other),
+                other => element_line(other),
             };
         }
         text + "]\n\n[[mount]]\nname = \"robot\"\nchain = \"arm\"\n"
     }
 }
 
-/// Roll, pitch, yaw of a rotation about fixed axes, degrees.
+/// Returns roll, pitch, yaw of the home pose about fixed axes, degrees.
 fn angles_deg(home: &Home) -> [f64; 3] {
     let rotation = nalgebra::Rotation3::from_matrix_unchecked(home.pose.rotation);
     <[f64; 3]>::from(rotation.euler_angles()).map(f64::to_degrees)
 }
 
-fn vector(components: [f64; 3]) -> String {
+/// Formats a vector as TOML.
+fn vector_text(components: [f64; 3]) -> String {
     format!("[{}]", components.map(|v| format!("{:?}", v + 0.0)).join(", "))
 }
 
-fn line(element: &Element) -> String {
+/// Formats an element as a line of the chain's list.
+fn element_line(element: &Element) -> String {
     match element {
         Element::Comment(words) => format!("  # {words}\n"),
         Element::Fixed { translation_mm, rotation_deg } => {
             let mut parts = Vec::new();
             if *translation_mm != [0.0; 3] {
-                parts.push(format!("translation_mm = {}", vector(*translation_mm)));
+                parts.push(format!("translation_mm = {}", vector_text(*translation_mm)));
             }
             if *rotation_deg != [0.0; 3] {
-                parts.push(format!("rotation_deg = {}", vector(*rotation_deg)));
+                parts.push(format!("rotation_deg = {}", vector_text(*rotation_deg)));
             }
             format!("  {{ fixed = {{ {} }} }},\n", parts.join(", "))
         }
-        Element::Mass { kg, at_mm } => format!("  {{ mass = {{ kg = {kg:?}, at_mm = {} }} }},\n", vector(*at_mm)),
+        Element::Mass { kg, at_mm } => format!("  {{ mass = {{ kg = {kg:?}, at_mm = {} }} }},\n", vector_text(*at_mm)),
         Element::Drive(drive) => drive_line(drive, None, 0.0),
     }
 }
 
+/// Formats a drive as a line of the chain's list; stiffness in N/mm or N·mm/rad, home in mm or degrees.
 fn drive_line(drive: &Drive, stiffness: Option<f64>, home: f64) -> String {
     let (kind, stiffness_key, unit, limit_key) = match drive.motion {
         Motion::Prismatic => ("prismatic_drive", "stiffness_N_per_mm", "mm", "force_limit_N"),
@@ -136,8 +139,8 @@ fn drive_line(drive: &Drive, stiffness: Option<f64>, home: f64) -> String {
     format!("  {{ {kind} = {{ {parts} }} }},\n")
 }
 
-/// A sentence as comment lines.
-fn comment(note: &str) -> String {
+/// Wraps a sentence into comment lines.
+fn comment_lines(note: &str) -> String {
     let mut lines = vec!["#".to_string()];
     for word in note.split(' ') {
         match lines.last_mut() {

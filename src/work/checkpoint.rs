@@ -1,4 +1,4 @@
-//! Finished pieces of a long run in a file, so that the run can go on after it was stopped or killed.
+//! Checkpoints: finished pieces of a long run in a file, so that the run can go on after it was stopped or killed.
 //!
 //! The file is only ever appended to: after eight bytes that name the format come records (`records.rs`). The first one
 //! says what is computed, each other one holds the key of a piece and the piece. A record that was cut short or damaged
@@ -14,13 +14,13 @@ use std::{
 
 use serde::{Deserialize, Serialize};
 
-use super::records::{HEAD, Record, encoded, fill, next_record, record};
+use super::records::{HEAD, Record, encode, fill, next_record, record};
 use crate::{
     input::Inputs,
-    input::error::{Error, Result, Way},
+    input::error::{Error, Remedy, Result},
 };
 
-/// What decides the pieces.
+/// Program and inputs of which pieces are computed: others may give other pieces.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Origin {
     /// Version and build of the program: another build may compute or write otherwise.
@@ -30,16 +30,15 @@ pub struct Origin {
 }
 
 impl Origin {
-    /// Pieces computed from `inputs` by the build of the program that `program` names, or else by the executable that
-    /// is running.
+    /// Origin of pieces computed from `inputs` by the build of the program that `program` names, or else by the executable that is running.
     ///
     /// # Errors
     /// The executable cannot be read.
     pub fn of(program: Option<&str>, inputs: Inputs) -> Result<Self> {
-        Ok(Self { program: program.map_or_else(executable, |program| Ok(program.to_string()))?, inputs })
+        Ok(Self { program: program.map_or_else(executable_version, |program| Ok(program.to_string()))?, inputs })
     }
 
-    /// What differs from the origin `before`, in words.
+    /// Says what differs from the origin `before`; `None` if nothing does.
     fn change_since(&self, before: &Origin) -> Option<String> {
         if before.program != self.program {
             return Some(format!("it was made by {}, this is {}", before.program, self.program));
@@ -60,8 +59,8 @@ pub struct Checkpoint {
     damaged: usize,
 }
 
-/// The version and the very build of the executable that is running.
-fn executable() -> Result<String> {
+/// Version and checksum of the executable that is running.
+fn executable_version() -> Result<String> {
     static BUILD: OnceLock<String> = OnceLock::new();
     if let Some(build) = BUILD.get() {
         return Ok(build.clone());
@@ -73,9 +72,9 @@ fn executable() -> Result<String> {
     Ok(BUILD.get_or_init(|| build).clone())
 }
 
-/// What a file of pieces is to a run.
+/// Pieces that a file holds, as a run sees them.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Found {
+pub enum ExistingPieces {
     /// There is none, or nothing in it.
     Nothing,
     /// Pieces that the run can go on with.
@@ -87,53 +86,52 @@ pub enum Found {
 const FORMAT: [u8; 8] = *b"kstat-1\n";
 
 impl Checkpoint {
-    /// A new file at `path`, in place of any other.
+    /// Creates a file at `path`, in place of any other.
     ///
     /// # Errors
     /// It cannot be written, or another run uses it.
     pub fn create(path: &Path, origin: &Origin) -> Result<Self> {
         let fault = |source| Error::Write { file: path.to_path_buf(), source };
-        is_no_link(path)?;
+        check_regular_file(path)?;
         let file = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path).map_err(fault)?;
-        alone(&file, path)?;
-        Self { file, path: path.to_path_buf(), places: HashMap::new(), end: 0, damaged: 0 }.begun(origin)
+        lock_exclusively(&file, path)?;
+        Self { file, path: path.to_path_buf(), places: HashMap::new(), end: 0, damaged: 0 }.start_records(origin)
     }
 
     /// Empties the file and writes its first record.
-    fn begun(mut self, origin: &Origin) -> Result<Self> {
+    fn start_records(mut self, origin: &Origin) -> Result<Self> {
         let fault = |source| Error::Write { file: self.path.clone(), source };
         self.file.set_len(0).map_err(fault)?;
-        let head = record(&encoded(origin).map_err(fault)?).map_err(fault)?;
+        let head = record(&encode(origin).map_err(fault)?).map_err(fault)?;
         self.append(&[FORMAT.as_slice(), &head].concat())?;
         Ok(self)
     }
 
-    /// A file without a name, which is gone with the program.
+    /// Creates a temporary file without a name, which is gone with the program.
     ///
     /// # Errors
     /// It cannot be made.
     pub fn unnamed(origin: &Origin) -> Result<Self> {
         let path = PathBuf::from("a temporary file");
         let file = tempfile::tempfile().map_err(|source| Error::Write { file: path.clone(), source })?;
-        Self { file, path, places: HashMap::new(), end: 0, damaged: 0 }.begun(origin)
+        Self { file, path, places: HashMap::new(), end: 0, damaged: 0 }.start_records(origin)
     }
 
-    /// Opens the file at `path`; one in which nothing was begun is begun.
+    /// Opens the file at `path` to go on from its pieces; one without a first record is started.
     ///
     /// # Errors
-    /// It cannot be read or written, another run uses it, it is no such file, or it was made from something else; the
-    /// message says what differs.
+    /// It cannot be read or written, another run uses it, it is no such file, or it was made from something else; the message says what differs.
     pub fn resume(path: &Path, origin: &Origin) -> Result<Self> {
         let fault = |source| Error::Read { file: path.to_path_buf(), source };
-        is_no_link(path)?;
+        check_regular_file(path)?;
         let file = OpenOptions::new().read(true).write(true).open(path).map_err(fault)?;
-        alone(&file, path)?;
+        lock_exclusively(&file, path)?;
         let contents = contents(&file, path)?;
         let mut checkpoint = Self { file, path: path.to_path_buf(), places: HashMap::new(), end: 0, damaged: 0 };
-        let Some(contents) = contents else { return checkpoint.begun(origin) };
+        let Some(contents) = contents else { return checkpoint.start_records(origin) };
         if let Some(change) = origin.change_since(&contents.origin) {
             let problem = format!("belongs to another run: {change}");
-            return Err(Error::Resume { file: checkpoint.path, problem, way: Way::Restart });
+            return Err(Error::Resume { file: checkpoint.path, problem, remedy: Remedy::Restart });
         }
         let cut = checkpoint.file.set_len(contents.end);
         cut.map_err(|source| Error::Write { file: path.to_path_buf(), source })?;
@@ -141,30 +139,30 @@ impl Checkpoint {
         Ok(checkpoint)
     }
 
-    /// What the file at `path` is to a run from `origin`. Changes nothing.
+    /// Finds what the file at `path` holds for a run from `origin`. Changes nothing.
     ///
     /// # Errors
     /// It cannot be read, another run uses it, or it is no such file.
-    pub fn find(path: &Path, origin: &Origin) -> Result<Found> {
-        is_no_link(path)?;
+    pub fn find(path: &Path, origin: &Origin) -> Result<ExistingPieces> {
+        check_regular_file(path)?;
         if !path.is_file() {
-            return Ok(Found::Nothing);
+            return Ok(ExistingPieces::Nothing);
         }
         let file = File::open(path).map_err(|source| Error::Read { file: path.to_path_buf(), source })?;
-        alone(&file, path)?;
+        lock_exclusively(&file, path)?;
         Ok(match contents(&file, path)? {
-            Some(contents) if contents.places.is_empty() => Found::Nothing,
-            Some(contents) => origin.change_since(&contents.origin).map_or(Found::Same, Found::Other),
-            None => Found::Nothing,
+            Some(contents) if contents.places.is_empty() => ExistingPieces::Nothing,
+            Some(contents) => origin.change_since(&contents.origin).map_or(ExistingPieces::Same, ExistingPieces::Other),
+            None => ExistingPieces::Nothing,
         })
     }
 
-    /// Number of pieces.
+    /// Number of pieces in the file.
     pub fn len(&self) -> usize {
         self.places.len()
     }
 
-    /// Whether it has no pieces.
+    /// Whether the file has no pieces.
     pub fn is_empty(&self) -> bool {
         self.places.is_empty()
     }
@@ -177,7 +175,7 @@ impl Checkpoint {
     }
 
     /// Number of damaged records among those read.
-    pub fn damaged(&self) -> usize {
+    pub fn damaged_count(&self) -> usize {
         self.damaged
     }
 
@@ -193,13 +191,13 @@ impl Checkpoint {
         Ok(Some(bytes))
     }
 
-    /// Appends a piece that `encoded` has made.
+    /// Appends an encoded piece under `key`.
     ///
     /// # Errors
     /// It cannot be written; the file is as it was.
-    pub fn keep(&mut self, key: &[u8], piece: &[u8]) -> Result<()> {
+    pub fn append_piece(&mut self, key: &[u8], piece: &[u8]) -> Result<()> {
         let fault = |source| Error::Write { file: self.path.clone(), source };
-        let head = encoded(key).map_err(fault)?;
+        let head = encode(key).map_err(fault)?;
         let place = (self.end + (HEAD + head.len()) as u64, piece.len() as u32);
         let record = record(&[&head, piece].concat()).map_err(fault)?;
         self.append(&record)?;
@@ -207,6 +205,7 @@ impl Checkpoint {
         Ok(())
     }
 
+    /// Writes `bytes` at the end of the records; where that fails, the file is cut back to them.
     fn append(&mut self, bytes: &[u8]) -> Result<()> {
         let written = self.file.seek(SeekFrom::Start(self.end)).and_then(|_| self.file.write_all(bytes));
         match written {
@@ -223,7 +222,7 @@ impl Checkpoint {
     }
 }
 
-/// What a file of pieces holds.
+/// Places of the pieces that a file holds.
 struct Contents {
     origin: Origin,
     places: HashMap<Vec<u8>, (u64, u32)>,
@@ -233,10 +232,11 @@ struct Contents {
     damaged: usize,
 }
 
-/// `None` if the file ends before anything was begun.
+/// Reads what a file holds; `None` if it ends before its first record.
 fn contents(file: &File, path: &Path) -> Result<Option<Contents>> {
     let fault = |source| Error::Read { file: path.to_path_buf(), source };
-    let refuse = |what: &str| Err(Error::Resume { file: path.to_path_buf(), problem: what.into(), way: Way::Restart });
+    let refuse =
+        |what: &str| Err(Error::Resume { file: path.to_path_buf(), problem: what.into(), remedy: Remedy::Restart });
     let size = file.metadata().map_err(fault)?.len();
     let mut reader = BufReader::new(file);
     let mut format = [0; FORMAT.len()];
@@ -276,21 +276,21 @@ fn contents(file: &File, path: &Path) -> Result<Option<Contents>> {
 }
 
 /// Refuses anything but a file at `path`: what a link or a device leads to is not ours to write.
-fn is_no_link(path: &Path) -> Result<()> {
+fn check_regular_file(path: &Path) -> Result<()> {
     if std::fs::symlink_metadata(path).is_ok_and(|found| !found.is_file()) {
         let problem = "is a link, a folder or a device, expected a file: remove it, or choose another folder".into();
-        return Err(Error::Resume { file: path.to_path_buf(), problem, way: Way::Elsewhere });
+        return Err(Error::Resume { file: path.to_path_buf(), problem, remedy: Remedy::Elsewhere });
     }
     Ok(())
 }
 
-/// Locks the file against other runs.
-fn alone(file: &File, path: &Path) -> Result<()> {
+/// Locks the file against other runs; `Err` if one uses it.
+fn lock_exclusively(file: &File, path: &Path) -> Result<()> {
     match file.try_lock() {
         Ok(()) => Ok(()),
         Err(TryLockError::WouldBlock) => {
             let (file, problem) = (path.to_path_buf(), "is in use by another run".into());
-            Err(Error::Resume { file, problem, way: Way::Elsewhere })
+            Err(Error::Resume { file, problem, remedy: Remedy::Elsewhere })
         }
         Err(TryLockError::Error(source)) => Err(Error::Write { file: path.to_path_buf(), source }),
     }

@@ -1,10 +1,9 @@
 //! Long computations in pieces: kept, stopped, resumed and shared among computers. Pieces are kept as they finish, it can be
 //! stopped between them, and somebody is told how far it is.
 //!
-//! A computation that can be shared numbers pieces that do not need one another ([`Work::shard`]). Where it is one part
-//! of several, a piece of another part is not computed: its place stays empty ([`this_shard`]), and where all of them are
-//! needed the part ends ([`Work::barrier`]). All parts together are to the whole computation what an unfinished run is
-//! to the one that goes on with it.
+//! A computation that can be shared numbers pieces that do not need one another ([`Work::shard`]). Where it is one part of several, a piece of
+//! another part is not computed: its place stays empty ([`if_this_shard`]), and where all of them are needed the part ends ([`Work::barrier`]). All
+//! parts together are to the whole computation what an unfinished run is to the one that goes on with it.
 
 pub mod checkpoint;
 mod overlapped;
@@ -21,7 +20,7 @@ use std::{
     },
 };
 
-pub(crate) use overlapped::overlapped;
+pub(crate) use overlapped::compute_overlapped;
 use serde::{Serialize, de::DeserializeOwned};
 
 use crate::{
@@ -29,12 +28,12 @@ use crate::{
     work::{
         checkpoint::Checkpoint,
         part_file::{PartHead, Parts},
-        records::{decoded, encoded},
+        records::{decode, encode},
         share::Share,
     },
 };
 
-/// What somebody who watches is told.
+/// Progress of a computation, as reported to its observer.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Event {
     /// So many items of the work are computed.
@@ -62,7 +61,7 @@ pub enum Event {
     },
 }
 
-/// A part of the work whose items are counted by themselves.
+/// A stage of the work whose items are counted by themselves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Stage {
     /// What its items are called.
@@ -71,17 +70,18 @@ pub struct Stage {
     pub items: usize,
 }
 
-/// A computation in progress. Clones are the same one; any thread may use it.
+/// A computation in progress. Clones are the same computation; any thread may use it.
 #[derive(Clone)]
 pub struct Work {
     shared: Arc<Shared>,
-    /// Part of the computation: begin of every key.
+    /// Part of the computation: beginning of every key.
     part: String,
     /// Number of its first piece.
     first: usize,
     sharded: Option<Sharded>,
 }
 
+/// State that all clones of a [`Work`] share.
 struct Shared {
     checkpoint: Option<Mutex<Checkpoint>>,
     /// What parts have computed.
@@ -98,7 +98,7 @@ struct Shared {
 
 type Watch = Box<dyn Fn(Event) + Send + Sync>;
 
-/// Work with a number, in a computation that is shared.
+/// A numbered piece of a computation that is shared among parts.
 #[derive(Clone)]
 struct Sharded {
     /// Whether this part computes it.
@@ -107,7 +107,7 @@ struct Sharded {
     needs_other: Arc<AtomicBool>,
 }
 
-/// An [`Error::Write`] or [`Error::Read`] that every thread can be told of.
+/// An [`Error::Write`] or [`Error::Read`] of which every thread can get a copy.
 struct Fault {
     is_writing: bool,
     file: PathBuf,
@@ -116,6 +116,7 @@ struct Fault {
 }
 
 impl Fault {
+    /// Copies what an error of writing or reading says; `None` for other errors.
     fn of(error: &Error) -> Option<Self> {
         let (is_writing, file, source) = match error {
             Error::Write { file, source } => (true, file, source),
@@ -125,6 +126,7 @@ impl Fault {
         Some(Self { is_writing, file: file.clone(), kind: source.kind(), words: source.to_string() })
     }
 
+    /// Makes a new error that says the same.
     fn error(&self) -> Error {
         let (file, source) = (self.file.clone(), io::Error::new(self.kind, self.words.clone()));
         if self.is_writing { Error::Write { file, source } } else { Error::Read { file, source } }
@@ -141,12 +143,12 @@ impl Default for Work {
 impl Work {
     /// Work that is kept in `checkpoint`, stopped by setting `stop`, and watched by `watch`.
     pub fn new(checkpoint: Option<Checkpoint>, stop: Arc<AtomicBool>, watch: Watch) -> Self {
-        Self::shared((checkpoint, None, None), stop, watch)
+        Self::with_parts((checkpoint, None, None), stop, watch)
     }
 
-    /// As [`Work::new`], but the pieces of `parts`, found before, need not be computed, and of those that are sharded only those are that `share`
-    /// holds.
-    pub fn shared(
+    /// Work as [`Work::new`] makes it, but the pieces of `parts`, found before, need not be computed, and of sharded pieces only those that `share`
+    /// holds are computed.
+    pub fn with_parts(
         (checkpoint, parts, share): (Option<Checkpoint>, Option<Parts>, Option<Share>),
         stop: Arc<AtomicBool>,
         watch: Watch,
@@ -156,20 +158,20 @@ impl Work {
         Self { shared: Arc::new(shared), part: String::new(), first: 0, sharded: None }
     }
 
-    /// The part called `name`: its keys are its own.
+    /// Work on the part called `name`, whose keys are its own.
     #[must_use]
     pub fn part(&self, name: &str) -> Self {
         Self { part: format!("{}{name}/", self.part), ..self.clone() }
     }
 
-    /// The same work, of which `pieces` were numbered elsewhere.
+    /// This work with its pieces numbered behind `pieces` others.
     #[must_use]
-    pub fn after(&self, pieces: usize) -> Self {
+    pub fn numbered_after(&self, pieces: usize) -> Self {
         Self { first: self.first + pieces, ..self.clone() }
     }
 
-    /// Piece number `number` of those that do not need one another: where the computation is shared, it belongs to one
-    /// part, and so does everything that is asked of what is returned.
+    /// Work on piece number `number` of those that do not need one another: where the computation is shared, it belongs to one part, and so does
+    /// everything that is asked of what is returned.
     #[must_use]
     pub fn shard(&self, number: usize) -> Self {
         let mut own = self.clone();
@@ -179,7 +181,7 @@ impl Work {
         own
     }
 
-    /// Whether all pieces are there that were asked for; what needs them asks this first.
+    /// Checks that all pieces are there that were asked for; what needs them calls this first.
     ///
     /// # Errors
     /// [`Error::OtherShard`] if another part computes one of them; as [`Work::check`].
@@ -189,7 +191,7 @@ impl Work {
         if needs_other { Err(Error::OtherShard) } else { Ok(()) }
     }
 
-    /// Writes the pieces that are kept as the part that `head` says.
+    /// Writes the pieces that are kept as a part file with `head`.
     ///
     /// # Errors
     /// They cannot be read, or `to` not written.
@@ -205,12 +207,12 @@ impl Work {
         self.shared.checkpoint.as_ref().map_or(0, |checkpoint| lock(checkpoint).len())
     }
 
-    /// Tells who watches.
+    /// Reports `event` to the observer.
     pub fn tell(&self, event: Event) {
         (self.shared.watch)(event);
     }
 
-    /// Whether it is to go on.
+    /// Checks that the work may go on.
     ///
     /// # Errors
     /// [`Error::Stopped`]; [`Error::Write`] or [`Error::Read`] once a piece could not be kept or read; [`Error::OtherShard`] once
@@ -228,8 +230,8 @@ impl Work {
         }
     }
 
-    /// The piece under `key`: what a run before computed, or what `compute` gives, which is then kept. `items` says
-    /// how many items it holds; `compute` tells of them itself, and may end early with the error of [`Work::check`].
+    /// Returns the piece under `key`: what a run before computed, or what `compute` gives, which is then kept. `items` says how many items it
+    /// holds; `compute` tells of them itself, and may end early with the error of [`Work::check`].
     ///
     /// # Errors
     /// Of `compute`; the work was stopped, pieces cannot be kept or read, or another part computes it.
@@ -241,15 +243,15 @@ impl Work {
     ) -> Result<T> {
         self.check()?;
         let Some(checkpoint) = &self.shared.checkpoint else { return compute() };
-        let key = encoded(&(&self.part, key)).map_err(|source| self.fail(in_memory(source)))?;
+        let key = encode(&(&self.part, key)).map_err(|source| self.record_fault(memory_error(source)))?;
         // One that does not decode is computed again.
-        let kept = lock(checkpoint).bytes(&key).map_err(|error| self.fail(error))?;
+        let kept = lock(checkpoint).bytes(&key).map_err(|error| self.record_fault(error))?;
         let is_own = kept.is_some();
         let kept = match (kept, &self.shared.parts) {
-            (None, Some(parts)) => parts.bytes(&key).map_err(|error| self.fail(error))?,
+            (None, Some(parts)) => parts.bytes(&key).map_err(|error| self.record_fault(error))?,
             (kept, _) => kept,
         };
-        if let Some(piece) = kept.and_then(|bytes| decoded(&bytes)) {
+        if let Some(piece) = kept.and_then(|bytes| decode(&bytes)) {
             let items = items(&piece);
             if items > 0 {
                 self.tell(Event::Kept(items));
@@ -259,23 +261,23 @@ impl Work {
             }
             return Ok(piece);
         }
-        self.begin_here()?;
+        self.check_own_shard()?;
         let piece = compute()?;
-        let bytes = encoded(&piece).map_err(|source| self.fail(in_memory(source)))?;
-        lock(checkpoint).keep(&key, &bytes).map_err(|error| self.fail(error))?;
+        let bytes = encode(&piece).map_err(|source| self.record_fault(memory_error(source)))?;
+        lock(checkpoint).append_piece(&key, &bytes).map_err(|error| self.record_fault(error))?;
         self.tell_shard(false);
         Ok(piece)
     }
 
-    /// Takes note of why pieces can no longer be kept.
-    fn fail(&self, error: Error) -> Error {
+    /// Records why pieces can no longer be kept, and returns `error`.
+    fn record_fault(&self, error: Error) -> Error {
         let mut first = lock(&self.shared.fault);
         *first = first.take().or_else(|| Fault::of(&error));
         error
     }
 
     /// Refuses to compute a piece of another part.
-    fn begin_here(&self) -> Result<()> {
+    fn check_own_shard(&self) -> Result<()> {
         match &self.sharded {
             Some(sharded) if !sharded.is_own => {
                 sharded.needs_other.store(true, Ordering::Relaxed);
@@ -286,6 +288,7 @@ impl Work {
         }
     }
 
+    /// Reports that a piece of this part's share is there, if the work is such a piece.
     fn tell_shard(&self, is_kept: bool) {
         if self.sharded.as_ref().is_some_and(|sharded| sharded.is_own) {
             self.tell(Event::Shard { is_kept });
@@ -293,22 +296,23 @@ impl Work {
     }
 }
 
-/// `result`, or nothing where another part computes it.
+/// Turns [`Error::OtherShard`] into `None`: another part computes what is asked for.
 ///
 /// # Errors
 /// All others.
-pub fn this_shard<T>(result: Result<T>) -> Result<Option<T>> {
+pub fn if_this_shard<T>(result: Result<T>) -> Result<Option<T>> {
     match result {
         Err(Error::OtherShard) => Ok(None),
         other => other.map(Some),
     }
 }
 
-fn in_memory(source: io::Error) -> Error {
+/// Error of a piece that cannot be encoded.
+fn memory_error(source: io::Error) -> Error {
     Error::Write { file: "a piece of the work".into(), source }
 }
 
-/// What a panic elsewhere left is still whole: each piece is written at once.
+/// Locks `mutex`, also after a panic elsewhere: each piece is written at once, so that what it left is whole.
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

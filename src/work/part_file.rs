@@ -1,9 +1,8 @@
-//! Files of the pieces that a part of a computation has found, and all parts of a computation together.
+//! Part files, which hold the pieces that a part of a computation has found, and all parts of a computation together.
 //!
-//! After eight bytes that name the format come records (`records.rs`): the first says which part of what it is and how
-//! many pieces there are, each other one holds the key of a piece and the piece, in the order of the keys. The same
-//! part has the same bytes whatever the number of threads. A file that is not whole is refused: a part is computed
-//! again, not mended.
+//! After eight bytes that name the format come records (`records.rs`): the first says which part of what it is and how many pieces there are, each
+//! other one holds the key of a piece and the piece, in the order of the keys. The same part has the same bytes whatever the number of threads. A
+//! file that is not whole is refused: a part is computed again, not mended.
 
 use std::{
     collections::HashMap,
@@ -16,7 +15,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     checkpoint::{Checkpoint, Origin},
-    records::{HEAD, Record, encoded, fill, next_record, record},
+    records::{HEAD, Record, encode, fill, next_record, record},
     share::Share,
 };
 use crate::input::{
@@ -24,7 +23,7 @@ use crate::input::{
     file,
 };
 
-/// What a part says of itself.
+/// Head of a part file: by which program it was computed, from what, and which part it is.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct PartHead {
     /// Version and build of the program that computed it.
@@ -47,7 +46,7 @@ pub struct PartHead {
 
 const FORMAT: [u8; 8] = *b"kpart-1\n";
 
-/// Where the bytes of a part are.
+/// Source of the bytes of a part: a file or memory.
 #[derive(Debug, Clone)]
 pub enum PartSource {
     /// In a file.
@@ -60,7 +59,7 @@ trait ReadSeek: Read + Seek {}
 impl<T: Read + Seek> ReadSeek for T {}
 
 impl PartSource {
-    /// What messages call it.
+    /// Name of the source in messages.
     fn name(&self) -> String {
         match self {
             Self::File(path) => path.display().to_string(),
@@ -68,28 +67,30 @@ impl PartSource {
         }
     }
 
-    /// Its bytes and how many there are.
+    /// Opens the source for reading; also its length in bytes.
     fn open(&self) -> Result<(Box<dyn ReadSeek + '_>, u64)> {
         match self {
             Self::File(path) => {
                 let opened = file::open(path)?;
-                let length = opened.metadata().map_err(|source| self.unread(source))?.len();
+                let length = opened.metadata().map_err(|source| self.read_error(source))?.len();
                 Ok((Box::new(opened), length))
             }
             Self::Bytes(_, bytes) => Ok((Box::new(Cursor::new(bytes)), bytes.len() as u64)),
         }
     }
 
-    fn unread(&self, source: std::io::Error) -> Error {
+    /// Error that the source cannot be read.
+    fn read_error(&self, source: std::io::Error) -> Error {
         Error::Read { file: self.name().into(), source }
     }
 
+    /// Refuses the source because of `problem`.
     fn refuse<T>(&self, problem: impl Into<String>) -> Result<T> {
         Err(Error::Syntax { file: self.name(), line: None, key: String::new(), problem: problem.into() })
     }
 }
 
-/// A part that is whole.
+/// A part file that is whole.
 #[derive(Debug)]
 pub struct Part {
     source: PartSource,
@@ -110,12 +111,13 @@ impl Part {
         }
         let mut reader = BufReader::new(reader);
         let mut format = [0; FORMAT.len()];
-        if !fill(&mut reader, &mut format).map_err(|fault| source.unread(fault))? || format != FORMAT {
+        if !fill(&mut reader, &mut format).map_err(|fault| source.read_error(fault))? || format != FORMAT {
             return source.refuse("is not a part of a study that this version of the program computed");
         }
         let mut at = FORMAT.len() as u64;
         let mut next = |at: &mut u64| -> Result<Option<Vec<u8>>> {
-            let found = next_record(&mut reader, length.saturating_sub(*at)).map_err(|fault| source.unread(fault))?;
+            let found =
+                next_record(&mut reader, length.saturating_sub(*at)).map_err(|fault| source.read_error(fault))?;
             let Record::Whole(content) = found else { return Ok(None) };
             *at += (HEAD + content.len()) as u64;
             Ok(Some(content))
@@ -146,12 +148,12 @@ impl Part {
         Ok(Self { source, head, places })
     }
 
-    /// Round and number.
-    fn place(&self) -> (u32, u32) {
+    /// Round and number of the part.
+    fn round_and_number(&self) -> (u32, u32) {
         (self.head.round, self.head.share.part())
     }
 
-    /// Which part it is, as in `3 of 10`.
+    /// Names the part, as in `3 of 10`.
     #[must_use]
     pub fn words(&self) -> String {
         match self.head.round {
@@ -160,13 +162,13 @@ impl Part {
         }
     }
 
-    /// What it says of itself.
+    /// Head of the part.
     #[must_use]
     pub fn head(&self) -> &PartHead {
         &self.head
     }
 
-    /// Refuses what another build computed, or from other inputs than `origin`.
+    /// Refuses the part if another build computed it, or from other inputs than `origin`.
     ///
     /// # Errors
     /// That; the message says what differs.
@@ -196,7 +198,7 @@ impl Part {
     }
 }
 
-/// Writes the part `head` says, whose pieces are those of `checkpoint`.
+/// Writes to `to` a part file with `head` and all pieces of `checkpoint`.
 ///
 /// # Errors
 /// A piece cannot be read, or `to` not written.
@@ -206,10 +208,10 @@ pub fn write(mut head: PartHead, checkpoint: &mut Checkpoint, to: &mut impl Writ
     let stem = head.share.stem(head.round);
     let fault = |source| Error::Write { file: stem.clone().into(), source };
     to.write_all(&FORMAT).map_err(fault)?;
-    to.write_all(&encoded(&head).and_then(|head| record(&head)).map_err(fault)?).map_err(fault)?;
+    to.write_all(&encode(&head).and_then(|head| record(&head)).map_err(fault)?).map_err(fault)?;
     for key in keys {
         let Some(piece) = checkpoint.bytes(&key)? else { continue };
-        let content = [encoded(&key).map_err(fault)?, piece].concat();
+        let content = [encode(&key).map_err(fault)?, piece].concat();
         to.write_all(&record(&content).map_err(fault)?).map_err(fault)?;
     }
     Ok(())
@@ -229,7 +231,7 @@ pub struct Parts {
 const NAMED: usize = 20;
 
 impl Parts {
-    /// `parts`, in any order, of the computation from `origin`.
+    /// Collects all `parts`, in any order, of the computation from `origin`.
     ///
     /// # Errors
     /// A part of another computation or division, a part that is missing or there twice; the message names them.
@@ -244,15 +246,15 @@ impl Parts {
             return other.source.refuse(problem);
         }
         parts.iter().try_for_each(|part| part.check(origin))?;
-        parts.sort_by_key(Part::place);
+        parts.sort_by_key(Part::round_and_number);
         for pair in parts.windows(2) {
-            if pair[0].place() == pair[1].place() {
+            if pair[0].round_and_number() == pair[1].round_and_number() {
                 let problem = format!("is part {}, which {} is, too", pair[1].words(), pair[0].source.name());
                 return pair[1].source.refuse(problem);
             }
         }
         let rounds = parts.last().map_or(0, |part| part.head.round);
-        (1..=rounds).try_for_each(|round| complete(&parts, round, share.of()))?;
+        (1..=rounds).try_for_each(|round| check_complete(&parts, round, share.of()))?;
         let mut places = HashMap::new();
         let mut sources = Vec::with_capacity(parts.len());
         for (number, Part { source, places: own, .. }) in parts.into_iter().enumerate() {
@@ -262,7 +264,7 @@ impl Parts {
         Ok(Self { sources, places, of: share.of(), rounds })
     }
 
-    /// Number of parts of a round.
+    /// Number of parts in a round.
     #[must_use]
     pub fn of(&self) -> u32 {
         self.of
@@ -284,14 +286,14 @@ impl Parts {
         let (mut reader, _) = source.open()?;
         let mut bytes = vec![0; length as usize];
         let read = reader.seek(SeekFrom::Start(offset)).and_then(|_| reader.read_exact(&mut bytes));
-        read.map_err(|fault| source.unread(fault))?;
+        read.map_err(|fault| source.read_error(fault))?;
         Ok(Some(bytes))
     }
 }
 
-/// Refuses a round of which parts are missing.
-fn complete(parts: &[Part], round: u32, of: u32) -> Result<()> {
-    let is_there = |number: &u32| parts.binary_search_by_key(&(round, *number), Part::place).is_ok();
+/// Refuses a round that lacks some of its `of` parts.
+fn check_complete(parts: &[Part], round: u32, of: u32) -> Result<()> {
+    let is_there = |number: &u32| parts.binary_search_by_key(&(round, *number), Part::round_and_number).is_ok();
     let missing: Vec<u32> = (1..=of).filter(|number| !is_there(number)).collect();
     let named: Vec<String> = missing.iter().take(NAMED).map(u32::to_string).collect();
     let (parts, verb) = match missing.as_slice() {

@@ -1,5 +1,4 @@
-//! Records of files of pieces: a length (4 bytes, little-endian), the CRC-32 of the content (4 bytes) and the content,
-//! written with postcard.
+//! Records of files of pieces: a length (4 bytes, little-endian), the CRC-32 of the content (4 bytes) and the content, written with postcard.
 
 use std::io::{Error as IoError, Read, Result as IoResult};
 
@@ -8,20 +7,20 @@ use serde::{Serialize, de::DeserializeOwned};
 /// Bytes before the content of a record.
 pub(super) const HEAD: usize = 8;
 
-/// A key or a piece as bytes.
+/// Encodes a key or a piece as bytes.
 ///
 /// # Errors
 /// It has no form in bytes: none that is known.
-pub(super) fn encoded<T: Serialize + ?Sized>(value: &T) -> IoResult<Vec<u8>> {
+pub(super) fn encode<T: Serialize + ?Sized>(value: &T) -> IoResult<Vec<u8>> {
     postcard::to_stdvec(value).map_err(IoError::other)
 }
 
-/// A piece from its bytes; `None` if they are no such piece.
-pub(super) fn decoded<T: DeserializeOwned>(bytes: &[u8]) -> Option<T> {
+/// Decodes a piece from its bytes; `None` if they are no such piece.
+pub(super) fn decode<T: DeserializeOwned>(bytes: &[u8]) -> Option<T> {
     postcard::from_bytes(bytes).ok()
 }
 
-/// `content` with its length and checksum before it.
+/// Makes a record: `content` with its length and checksum before it.
 ///
 /// # Errors
 /// It is longer than 4 GiB.
@@ -30,7 +29,7 @@ pub(super) fn record(content: &[u8]) -> IoResult<Vec<u8>> {
     Ok([length.to_le_bytes().as_slice(), &crc32fast::hash(content).to_le_bytes(), content].concat())
 }
 
-/// What is found where a record is expected.
+/// Result of reading where a record is expected.
 pub(super) enum Record {
     /// Its content.
     Whole(Vec<u8>),
@@ -40,8 +39,8 @@ pub(super) enum Record {
     End,
 }
 
-/// The next record, if it is not longer than what is `left` of the file. Nothing that is written is of length 0, but
-/// what a power cut leaves often is.
+/// Reads the next record, if it is not longer than what is `left` of the file. Nothing that is written is of length 0, but what a power cut leaves
+/// often is.
 pub(super) fn next_record(reader: &mut impl Read, left: u64) -> IoResult<Record> {
     let mut head = [0; HEAD];
     if !fill(reader, &mut head)? {
@@ -59,7 +58,7 @@ pub(super) fn next_record(reader: &mut impl Read, left: u64) -> IoResult<Record>
     Ok(if crc32fast::hash(&content) == sum { Record::Whole(content) } else { Record::Damaged(u64::from(length)) })
 }
 
-/// Whether there were enough bytes to fill `buffer`.
+/// Fills `buffer`; returns whether there were enough bytes.
 pub(super) fn fill(reader: &mut impl Read, buffer: &mut [u8]) -> IoResult<bool> {
     match reader.read_exact(buffer) {
         Ok(()) => Ok(true),

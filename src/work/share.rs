@@ -4,8 +4,7 @@ use std::{fmt, str::FromStr};
 
 use serde::{Deserialize, Serialize};
 
-/// Part `i` of `n`: of the pieces of a computation, numbered from 0, those whose number leaves the remainder `i − 1`
-/// when divided by `n`.
+/// Part `i` of `n`: of the pieces of a computation, numbered from 0, those whose number leaves the remainder `i − 1` when divided by `n`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(try_from = "(u32, u32)", into = "(u32, u32)")]
 pub struct Share {
@@ -17,7 +16,7 @@ pub struct Share {
 const MOST: u32 = 1_000_000;
 
 impl Share {
-    /// Part `part` of `of`, counted from 1.
+    /// Share of part `part` of `of`, counted from 1.
     ///
     /// # Errors
     /// There is no such part; the message says what was expected.
@@ -31,7 +30,7 @@ impl Share {
         Ok(Self { part, of })
     }
 
-    /// Its number, from 1.
+    /// Number of the part, from 1.
     #[must_use]
     pub fn part(self) -> u32 {
         self.part
@@ -43,19 +42,19 @@ impl Share {
         self.of
     }
 
-    /// Whether piece number `number` is in it.
+    /// Whether piece number `number` is in this share.
     #[must_use]
     pub fn holds(self, number: usize) -> bool {
         number % self.of as usize == self.part as usize - 1
     }
 
-    /// How many of `pieces` are in it.
+    /// How many of the first `pieces` pieces are in this share.
     #[must_use]
     pub fn count(self, pieces: usize) -> usize {
         (pieces + self.of as usize - self.part as usize) / self.of as usize
     }
 
-    /// Begin of the names of its files, of round `round` from 1.
+    /// Beginning of the names of the part's files in round `round`, from 1.
     #[must_use]
     pub fn stem(self, round: u32) -> String {
         let part = format!("part_{:04}_of_{:04}", self.part, self.of);
@@ -80,7 +79,7 @@ impl From<Share> for (u32, u32) {
 impl FromStr for Share {
     type Err = String;
 
-    /// From `3/10`.
+    /// Parses a share such as `3/10`.
     fn from_str(text: &str) -> Result<Self, String> {
         let numbers = text.split_once('/').and_then(|(part, of)| Some((part.parse().ok()?, of.parse().ok()?)));
         let (part, of) = numbers.ok_or("expected i/n such as 3/10: the third of ten parts")?;

@@ -19,13 +19,13 @@ fn the_lines_of_a_loaded_machine_end_where_its_platform_settles() {
         "at Q1".into(),
     )
     .unwrap();
-    for skeleton in [&bent.commanded, &bent.settled] {
+    for skeleton in [&bent.commanded, &bent.loaded] {
         for chain in &skeleton.chains {
             let end = Vector3::from(*chain.links.last().unwrap().last().unwrap());
             assert!((end - Vector3::from(skeleton.platform_mm)).norm() < 1e-6, "{}: {end}", chain.name);
         }
     }
-    let moved = Vector3::from(bent.settled.tool_tip_mm) - Vector3::from(bent.commanded.tool_tip_mm);
+    let moved = Vector3::from(bent.loaded.tool_tip_mm) - Vector3::from(bent.commanded.tool_tip_mm);
     assert!((moved - bent.tool_displacement_mm).norm() < 1e-9);
     assert!(moved.norm() > 0.5);
 }

@@ -58,20 +58,20 @@ fn the_gap_between_boxes_is_known() {
     assert!((part.gap(&at(5.0, 1.0, 0.0, 0.0), &clamp) - 3.0).abs() < 1e-12);
     assert!((part.gap(&at(1.5, 0.5, 0.0, 0.0), &clamp) + 0.5).abs() < 1e-12);
     // Grown by the gap, they touch.
-    assert!(!part.overlaps(&at(5.0, 0.0, 0.0, 0.0), &clamp.grown(3.0)));
-    assert!(part.overlaps(&at(5.0, 0.0, 0.0, 0.0), &clamp.grown(3.001)));
+    assert!(!part.overlaps(&at(5.0, 0.0, 0.0, 0.0), &clamp.expanded(3.0)));
+    assert!(part.overlaps(&at(5.0, 0.0, 0.0, 0.0), &clamp.expanded(3.001)));
     // A thin plate in the way is met wherever it is, and one beside the way never.
     let plate = Extent { min: Vector3::new(7.0, -9.0, -9.0), max: Vector3::new(7.001, 9.0, 9.0) };
-    let way = part.way_to(&at(0.0, 0.0, 0.0, 0.0), &Vector3::x(), &plate);
+    let way = part.free_travel(&at(0.0, 0.0, 0.0, 0.0), &Vector3::x(), &plate);
     assert!((way - 6.0).abs() < 1e-8, "{way}");
-    assert_eq!(part.way_to(&at(0.0, 0.0, 0.0, 0.0), &-Vector3::x(), &plate), f64::INFINITY);
-    assert_eq!(part.way_to(&at(0.0, 20.0, 0.0, 0.0), &Vector3::x(), &plate), f64::INFINITY);
-    let turned = part.way_to(&at(0.0, 0.0, 0.0, FRAC_PI_4), &Vector3::x(), &plate);
+    assert_eq!(part.free_travel(&at(0.0, 0.0, 0.0, 0.0), &-Vector3::x(), &plate), f64::INFINITY);
+    assert_eq!(part.free_travel(&at(0.0, 20.0, 0.0, 0.0), &Vector3::x(), &plate), f64::INFINITY);
+    let turned = part.free_travel(&at(0.0, 0.0, 0.0, FRAC_PI_4), &Vector3::x(), &plate);
     assert!((turned - (7.0 - 2f64.sqrt())).abs() < 1e-8, "{turned}");
     // Along a box that is touched the way is free.
-    assert_eq!(part.way_to(&at(0.0, 0.0, 2.0, 0.0), &Vector3::x(), &clamp), f64::INFINITY);
-    assert_eq!(clamp.excess(&Vector3::new(1.5, 0.0, -3.0)), 2.0);
-    assert_eq!(clamp.excess(&Vector3::new(0.25, 0.0, 0.0)), -0.75);
+    assert_eq!(part.free_travel(&at(0.0, 0.0, 2.0, 0.0), &Vector3::x(), &clamp), f64::INFINITY);
+    assert_eq!(clamp.outside_distance(&Vector3::new(1.5, 0.0, -3.0)), 2.0);
+    assert_eq!(clamp.outside_distance(&Vector3::new(0.25, 0.0, 0.0)), -0.75);
 }
 
 #[test]

@@ -5,7 +5,7 @@ use std::path::Path;
 use kinetostat::{
     input::Inputs,
     work::{
-        checkpoint::{Checkpoint, Found, Origin},
+        checkpoint::{Checkpoint, ExistingPieces, Origin},
         share::Share,
     },
 };
@@ -22,7 +22,7 @@ fn written(path: &Path) -> (Vec<u8>, Vec<u64>) {
     let end = || std::fs::metadata(path).unwrap().len();
     let mut ends = vec![end()];
     for (key, piece) in PIECES.iter().enumerate() {
-        checkpoint.keep(&[key as u8], piece.as_bytes()).unwrap();
+        checkpoint.append_piece(&[key as u8], piece.as_bytes()).unwrap();
         ends.push(end());
     }
     (std::fs::read(path).unwrap(), ends)
@@ -44,7 +44,7 @@ fn whole_pieces_survive_a_cut_at_any_byte_and_zeros_behind_it() {
         }
         std::fs::write(&path, [&whole[..cut], &vec![0; zeros]].concat()).unwrap();
         let kept = ends.iter().filter(|end| **end <= cut as u64).count().saturating_sub(1);
-        let same = if kept > 0 { Found::Same } else { Found::Nothing };
+        let same = if kept > 0 { ExistingPieces::Same } else { ExistingPieces::Nothing };
         assert_eq!(Checkpoint::find(&path, &origin("a")).unwrap(), same, "cut at {cut}");
         let mut checkpoint = Checkpoint::resume(&path, &origin("a")).unwrap();
         assert_eq!(checkpoint.len(), kept, "cut at {cut}, {zeros} zeros");
@@ -52,7 +52,7 @@ fn whole_pieces_survive_a_cut_at_any_byte_and_zeros_behind_it() {
             let found = checkpoint.bytes(&[key as u8]).unwrap();
             assert_eq!(found.is_some(), key < kept, "cut at {cut}");
             if found.is_none() {
-                checkpoint.keep(&[key as u8], piece.as_bytes()).unwrap();
+                checkpoint.append_piece(&[key as u8], piece.as_bytes()).unwrap();
             }
         }
         assert_eq!(std::fs::read(&path).unwrap(), whole, "cut at {cut}");
@@ -66,10 +66,10 @@ fn a_damaged_byte_loses_its_record_alone() {
     let (mut bytes, ends) = written(&path);
     bytes[ends[1] as usize - 1] ^= 1;
     std::fs::write(&path, &bytes).unwrap();
-    assert_eq!(Checkpoint::find(&path, &origin("a")).unwrap(), Found::Same);
+    assert_eq!(Checkpoint::find(&path, &origin("a")).unwrap(), ExistingPieces::Same);
     assert_eq!(std::fs::read(&path).unwrap(), bytes, "a question changes nothing");
     let mut checkpoint = Checkpoint::resume(&path, &origin("a")).unwrap();
-    assert_eq!(checkpoint.damaged(), 1);
+    assert_eq!(checkpoint.damaged_count(), 1);
     assert_eq!(found(&mut checkpoint), [None, Some(vec![]), Some(b"the third".to_vec())]);
 }
 
@@ -101,10 +101,10 @@ fn another_origin_is_refused_with_what_differs() {
         assert!(error.contains(expected), "{error}");
     };
     let mut other = Checkpoint::create(&path, &origin("b")).unwrap();
-    other.keep(b"key", b"piece").unwrap();
+    other.append_piece(b"key", b"piece").unwrap();
     drop(other);
     let change = "study.toml, line 1: was `b`, is `a`";
-    assert_eq!(Checkpoint::find(&path, &origin("a")).unwrap(), Found::Other(change.into()));
+    assert_eq!(Checkpoint::find(&path, &origin("a")).unwrap(), ExistingPieces::Other(change.into()));
     refused(&format!("belongs to another run: {change}"));
     Checkpoint::create(&path, &Origin { program: "0".into(), ..origin("a") }).unwrap();
     refused("it was made by 0, this is 1");

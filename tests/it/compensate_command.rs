@@ -661,7 +661,7 @@ fn replaced(files: Vec<OutputFile>, out: &Path, steps: usize) -> usize {
     let made = staging_beside(out).unwrap();
     let names: Vec<String> = files.iter().map(|file| file.name.clone()).collect();
     write_all(made.path(), files).unwrap();
-    let changes = prepared.replace(made.path(), &names, &json!({ "program": "kinetostat" })).unwrap();
+    let changes = prepared.prepare_replacement(made.path(), &names, &json!({ "program": "kinetostat" })).unwrap();
     let count = changes.steps.len();
     changes.steps.into_iter().take(steps).for_each(|step| step.take().unwrap());
     count

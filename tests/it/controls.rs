@@ -18,7 +18,7 @@ fn a_planar_machine_refuses_another_height_and_names_it() {
     assert_eq!(refused.to_string(), expected);
     let found = machine.uncontrolled_difference(Vector3::new(0.0, 450.0, -3.0), machine.home.pose.translation).unwrap();
     assert_eq!((found.axis, found.asked, found.stands), (2, -3.0, 0.0));
-    assert_eq!(machine.as_controlled(Vector3::new(1.0, 2.0, 3.0)), Vector3::new(1.0, 2.0, 0.0));
+    assert_eq!(machine.controllable_position(Vector3::new(1.0, 2.0, 3.0)), Vector3::new(1.0, 2.0, 0.0));
 }
 
 #[test]
@@ -64,7 +64,7 @@ fn controls_that_the_drives_cannot_have_are_named_with_those_they_can() {
         let said = warnings(&machine);
         assert!(!said.contains("platform.controls"), "{said}");
     }
-    assert_eq!(machine_from(RRR3).controllable(&machine_from(RRR3).home).len(), 3);
+    assert_eq!(machine_from(RRR3).controllable_axes(&machine_from(RRR3).home).len(), 3);
 }
 
 #[test]

@@ -6,7 +6,7 @@ use kinetostat::{
     input::Folder,
     machine::Machine,
     process::{Process, cutting::CuttingLaw},
-    products::program::{LawBehind, Part, ProgramJob},
+    products::program::{CuttingLawCheck, Part, ProgramJob},
     simulation::ProgramFile,
     spatial::Wrench,
     work::Work,
@@ -368,7 +368,7 @@ proptest! {
             prop_assert_eq!(point.cutting, moves[point.segment].cutting);
         }
         let of = |point: &Seen, [segment, t]: [f64; 2]| {
-            let own = &job.process.own_forces.of_features[usize::from(point.feature.unwrap())].1;
+            let own = &job.process.own_forces.by_feature[usize::from(point.feature.unwrap())].1;
             let segment = segment as usize;
             law(own, place(segment, t).1, point.axis, moves[segment].feed)
         };
@@ -396,7 +396,7 @@ proptest! {
             if point.segment == 0 {
                 continue;
             }
-            let own = &job.process.own_forces.of_features[usize::from(point.feature.unwrap())].1;
+            let own = &job.process.own_forces.by_feature[usize::from(point.feature.unwrap())].1;
             let along = (moves[point.segment].to - moves[point.segment - 1].to).normalize();
             let load = law(own, along, point.axis, moves[point.segment].feed);
             // Before cutting began, as if it had begun earlier.
@@ -501,7 +501,7 @@ fn a_force_that_the_law_does_not_give_is_no_proof() {
     let file = ProgramFile::in_folder(&folder, "part.nc", &process).unwrap();
     let job = ProgramJob::new(process, file, "part.nc", &Work::default()).unwrap();
     let part = job.parts().next().unwrap().unwrap();
-    let proof_of = |part: &Part<'_>| LawBehind::new(&job).holds(part);
+    let proof_of = |part: &Part<'_>| CuttingLawCheck::new(&job).check(part);
     proof_of(&part).unwrap();
     let first = part.tasks()[1].load;
     let wrong: [&dyn Fn(&TaskPoint) -> Wrench; 4] = [
@@ -512,7 +512,8 @@ fn a_force_that_the_law_does_not_give_is_no_proof() {
         &|_| first,
     ];
     for load in wrong {
-        let refused = proof_of(&part.asked(|task| TaskPoint { load: load(task), ..*task })).unwrap_err().to_string();
+        let refused =
+            proof_of(&part.with_tasks(|task| TaskPoint { load: load(task), ..*task })).unwrap_err().to_string();
         assert!(refused.contains("is not between those of its law"), "{refused}");
     }
 }

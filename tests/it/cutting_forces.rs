@@ -4,10 +4,10 @@ use std::f64::consts::{PI, TAU};
 
 use kinetostat::{
     process::cutting::{
-        CutDirection, CutForce, CuttingLaw, Drilling, DrillingLaw, EdgeForce, EdgeLaw, EndMilling, Kienzle, OverTurn,
+        CutDirection, CutForce, CuttingLaw, Drilling, DrillingLaw, EdgeForce, EdgeLaw, EndMilling, Kienzle, MeanOrPeak,
         PathLoad, SlotMilling, materials,
     },
-    toolpath::{Load, Sampling, Toolpath, Turn},
+    toolpath::{Load, Sampling, Toolpath, TurnDirection},
 };
 use nalgebra::{Matrix3, Vector3};
 use proptest::prelude::*;
@@ -29,8 +29,8 @@ fn milling(edge: EdgeLaw) -> EndMilling {
         width_mm: 2.5,
         direction: CutDirection::Down,
         feed_per_tooth_mm: None,
-        spindle: Turn::Clockwise,
-        over_turn: OverTurn::Mean,
+        spindle: TurnDirection::Clockwise,
+        over_turn: MeanOrPeak::Mean,
     }
 }
 
@@ -50,7 +50,7 @@ fn any_milling() -> impl Strategy<Value = EndMilling> {
             teeth,
             width_mm: 10.0 * share,
             direction: if up { CutDirection::Up } else { CutDirection::Down },
-            spindle: if clockwise { Turn::Clockwise } else { Turn::CounterClockwise },
+            spindle: if clockwise { TurnDirection::Clockwise } else { TurnDirection::CounterClockwise },
             ..milling(edge)
         }
     })
@@ -60,8 +60,8 @@ fn any_milling() -> impl Strategy<Value = EndMilling> {
 /// in the material is told by how far across the tooth stands, not by an angle.
 fn on_tooth(milling: &EndMilling, outward: Vector3<f64>, c: f64) -> (Vector3<f64>, f64) {
     let spindle = match milling.spindle {
-        Turn::Clockwise => -Vector3::z(),
-        Turn::CounterClockwise => Vector3::z(),
+        TurnDirection::Clockwise => -Vector3::z(),
+        TurnDirection::CounterClockwise => Vector3::z(),
     };
     let motion = spindle.cross(&outward);
     let radius = milling.diameter_mm / 2.0;
@@ -216,7 +216,7 @@ proptest! {
 #[test]
 fn a_cut_as_wide_as_the_cutter_is_a_slot() {
     let EdgeLaw::Linear { tangential, radial, axial } = LINEAR else { panic!() };
-    for spindle in [Turn::Clockwise, Turn::CounterClockwise] {
+    for spindle in [TurnDirection::Clockwise, TurnDirection::CounterClockwise] {
         for direction in [CutDirection::Up, CutDirection::Down] {
             let wide = EndMilling { width_mm: 10.0, direction, spindle, ..milling(LINEAR) };
             let (depth_mm, teeth) = (wide.depth_mm, wide.teeth);
@@ -271,10 +271,10 @@ fn radial_forces_push_the_tool_out_of_the_material() {
     };
     // Clockwise: up milling has the material to the left of the feed, n, seen from the spindle; down milling to the right.
     let across = |direction, spindle| EndMilling { direction, spindle, ..milling(edge) }.mean(0.1).force_N.y;
-    assert!(across(CutDirection::Up, Turn::Clockwise) < 0.0);
-    assert!(across(CutDirection::Down, Turn::Clockwise) > 0.0);
-    assert!(across(CutDirection::Up, Turn::CounterClockwise) > 0.0);
-    assert!(across(CutDirection::Down, Turn::CounterClockwise) < 0.0);
+    assert!(across(CutDirection::Up, TurnDirection::Clockwise) < 0.0);
+    assert!(across(CutDirection::Down, TurnDirection::Clockwise) > 0.0);
+    assert!(across(CutDirection::Up, TurnDirection::CounterClockwise) > 0.0);
+    assert!(across(CutDirection::Down, TurnDirection::CounterClockwise) < 0.0);
 }
 
 fn line(to: Vector3<f64>) -> Toolpath {
@@ -300,7 +300,7 @@ fn the_torque_of_a_cut_is_against_the_spindle_and_comes_with_the_force() {
 }
 
 fn drilling(law: DrillingLaw) -> Drilling {
-    Drilling { law, diameter_mm: 8.0, feed_per_rev_mm: None, spindle: Turn::Clockwise }
+    Drilling { law, diameter_mm: 8.0, feed_per_rev_mm: None, spindle: TurnDirection::Clockwise }
 }
 
 #[test]

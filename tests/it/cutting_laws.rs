@@ -10,7 +10,7 @@ use kinetostat::{
         cutting::{CuttingLaw, EdgeForce, PathFrame, SlotMilling},
     },
     spatial::frame_about,
-    toolpath::{Circle, Load, PathPoint, Plane, Sampling, Toolpath, Turn, gcode::Program, polyline::Polyline},
+    toolpath::{Circle, Load, PathPoint, Plane, Sampling, Toolpath, TurnDirection, gcode::Program, polyline::Polyline},
 };
 
 fn read(source: &str) -> Toolpath {
@@ -27,7 +27,7 @@ fn laws() -> [CuttingLaw; 2] {
         depth_mm: 2.0,
         teeth: 3,
         feed_per_tooth_mm: Some(0.05),
-        spindle: Turn::Clockwise,
+        spindle: TurnDirection::Clockwise,
     };
     [CuttingLaw::PathFrame(PathFrame { force }), CuttingLaw::SlotMilling(milling)]
 }
@@ -125,7 +125,7 @@ fn loads_of_the_path_are_taken_as_they_are_and_missed_where_the_tool_cuts() {
     );
 }
 
-fn circle(turn: Turn) -> Circle {
+fn circle(turn: TurnDirection) -> Circle {
     Circle {
         centre_mm: Vector3::new(4.0, -5.0, 6.0),
         diameter_mm: 50.0,
@@ -140,7 +140,7 @@ fn circle(turn: Turn) -> Circle {
 fn on_a_counter_clockwise_circle_the_tool_angle_is_the_polar_angle() {
     for law in [ForceLaw::Printed, ForceLaw::Rotated] {
         let frame = PathFrame { force: MillingForce { law, ..MillingForce::PAPER } };
-        let circle = circle(Turn::CounterClockwise);
+        let circle = circle(TurnDirection::CounterClockwise);
         for point in circle.toolpath().unwrap().points() {
             let arm = point.position_mm - circle.centre_mm;
             let polar = arm.y.atan2(arm.x);
@@ -154,7 +154,7 @@ fn on_a_counter_clockwise_circle_the_tool_angle_is_the_polar_angle() {
 #[test]
 fn the_rotated_law_pushes_right_of_and_along_the_motion() {
     let force = MillingForce { radial: 7.0, tangential: 3.0, axial: -2.0, law: ForceLaw::Rotated };
-    for turn in [Turn::CounterClockwise, Turn::Clockwise] {
+    for turn in [TurnDirection::CounterClockwise, TurnDirection::Clockwise] {
         for point in circle(turn).toolpath().unwrap().points() {
             let right = point.tangent.cross(&Vector3::z());
             let wanted = right * 7.0 + point.tangent * 3.0 - Vector3::z() * 2.0;

@@ -5,9 +5,9 @@ use std::path::Path;
 use kinetostat::{
     Evaluator, Machine, Metric, Site, Study, StudyKind, Wrench,
     compensation::Target,
-    explore::{EffectAsked, Explorer, LoadAsked, PlaceAsked, PlaceOfTool, Scene, SliceAsked, ToolAsked},
+    explore::{EffectRequest, Explorer, LoadRequest, PlaceRequest, Scene, SliceRequest, ToolPlace, ToolRequest},
     input::Folder,
-    inspect::point::{Place, PointLoad, PointQuestion, solve},
+    inspect::point::{NominalCommand, PointLoad, PointQuestion, solve},
     machine::catalogue,
     questions::{Overrides, map::run},
     simulation::{Machines, Source},
@@ -22,7 +22,7 @@ fn displacement(machine: &Machine, position: Vector3<f64>) -> Vector3<f64> {
         machine: machine.clone(),
         machines: Machines::new(machine, &[]).unwrap(),
         errors: Vec::new(),
-        place: Place::Position(position),
+        place: NominalCommand::Position(position),
         load: PointLoad::Wrench(Wrench::new(WRENCH)),
         target: Target::ToolTip,
     };
@@ -38,15 +38,15 @@ fn study(folder: &str) -> Study {
 fn the_tool_and_a_node_of_a_map_move_as_point_says() {
     for name in ["orthoglide", "kr270"] {
         let machine = Machine::named(name).unwrap();
-        let explorer = Explorer::open(Scene::of_machine(name, None)).unwrap();
+        let explorer = Explorer::open(Scene::from_machine(name, None)).unwrap();
         let low = machine.workspace.min;
-        let load = LoadAsked::Wrench(WRENCH);
+        let load = LoadRequest::Wrench(WRENCH);
         let middle = 0.5 * (low + machine.workspace.max);
-        let at = PlaceOfTool::Position(middle.into());
-        let answer = explorer.tool(&ToolAsked { at, load, assembly_deg: Vec::new() }).unwrap();
+        let at = ToolPlace::Position(middle.into());
+        let answer = explorer.tool(&ToolRequest { at, load, assembly_deg: Vec::new() }).unwrap();
         let expected = displacement(&machine, middle);
         assert!((Vector3::from(answer.displacement.unwrap()) - expected).norm() < 1e-9, "{name}: {answer:?}");
-        let asked = SliceAsked { axis: 2, level: middle.z, counts: [3, 3], nodes: [4, 5], load };
+        let asked = SliceRequest { axis: 2, level: middle.z, counts: [3, 3], nodes: [4, 5], load };
         let slice = explorer.slice(&asked).unwrap();
         assert!((slice.displacement[0].unwrap() - expected.norm()).abs() < 1e-9, "{name}: {slice:?}");
     }
@@ -54,12 +54,12 @@ fn the_tool_and_a_node_of_a_map_move_as_point_says() {
 
 #[test]
 fn a_changed_stiffness_is_that_of_with_parameters() {
-    let mut explorer = Explorer::open(Scene::of_machine("orthoglide", None)).unwrap();
+    let mut explorer = Explorer::open(Scene::from_machine("orthoglide", None)).unwrap();
     let softer = vec![("leg.rail.stiffness".to_string(), 2e5)];
     explorer.set(softer.clone()).unwrap();
     let machine = Machine::named("orthoglide").unwrap().with_parameters(&softer).unwrap();
-    let at = PlaceOfTool::Position([10.0, 20.0, 30.0]);
-    let asked = ToolAsked { at, load: LoadAsked::Wrench(WRENCH), assembly_deg: Vec::new() };
+    let at = ToolPlace::Position([10.0, 20.0, 30.0]);
+    let asked = ToolRequest { at, load: LoadRequest::Wrench(WRENCH), assembly_deg: Vec::new() };
     let moved = Vector3::from(explorer.tool(&asked).unwrap().displacement.unwrap());
     assert!((moved - displacement(&machine, Vector3::new(10.0, 20.0, 30.0))).norm() < 1e-9);
     assert!(explorer.set(vec![("no such number".into(), 1.0)]).is_err());
@@ -68,11 +68,11 @@ fn a_changed_stiffness_is_that_of_with_parameters() {
 #[test]
 fn a_place_is_judged_as_its_study_judges_it() {
     let study = study("studies/03_placement_circle");
-    let scene = Scene::of_study(&study).unwrap().unwrap();
+    let scene = Scene::from_study(&study).unwrap().unwrap();
     let StudyKind::Placement(placement, ()) = &study.kind else { panic!("a placement study") };
     let explorer = Explorer::open(scene).unwrap();
     let place = [26.0, 20.0, 30.0, 0.0, 0.0, 0.0];
-    let answer = explorer.place(&PlaceAsked { place, most: None }).unwrap();
+    let answer = explorer.place(&PlaceRequest { place, most: None }).unwrap();
     let evaluator = Evaluator::new(placement, &Metric::ALL);
     let expected = evaluator.examine(&Site::new(Vector3::new(26.0, 20.0, 30.0), 0.0)).unwrap();
     assert_eq!(answer.objective, Some(placement.objective.value(&expected.metrics)));
@@ -80,7 +80,7 @@ fn a_place_is_judged_as_its_study_judges_it() {
         assert_eq!(Some(shown.value), expected.metrics.get(Metric::named(shown.name).unwrap()), "{}", shown.name);
     }
     // A part of the points knows no more than all of them.
-    let thinned = explorer.place(&PlaceAsked { place, most: Some(20) }).unwrap();
+    let thinned = explorer.place(&PlaceRequest { place, most: Some(20) }).unwrap();
     assert!(thinned.stride > 1 && thinned.objective.is_none());
     assert!(thinned.metrics[0].value <= answer.metrics[0].value);
     let text = explorer.study_file(place).unwrap();
@@ -89,9 +89,9 @@ fn a_place_is_judged_as_its_study_judges_it() {
 
 #[test]
 fn a_path_can_be_put_elsewhere() {
-    let path = Scene::of_study(&study("studies/02_groove_50mm")).unwrap().unwrap();
+    let path = Scene::from_study(&study("studies/02_groove_50mm")).unwrap().unwrap();
     assert!(Explorer::open(path).unwrap().view().workpiece.is_some());
-    assert!(Scene::of_study(&study("studies/05_superposition")).unwrap().is_none());
+    assert!(Scene::from_study(&study("studies/05_superposition")).unwrap().is_none());
 }
 
 /// A map of a machine with weight, zeroed as said.
@@ -111,13 +111,13 @@ fn the_bent_machine_of_a_map_is_moved_as_its_table_says() {
     let overrides = Overrides { grid: Some([2, 2, 1]), ..Overrides::default() };
     let orthoglide = Study::open(Path::new("studies/01_workspace_map"), &overrides).unwrap();
     for study in [orthoglide, map_with_weight("at_rest"), map_with_weight("weightless"), map_with_weight("at_home")] {
-        let explorer = Explorer::open(Scene::of_study(&study).unwrap().unwrap()).unwrap();
+        let explorer = Explorer::open(Scene::from_study(&study).unwrap().unwrap()).unwrap();
         let StudyKind::WorkspaceMap(map, _) = &study.kind else { panic!("a map") };
         let mut compared = 0;
         for point in run(map, &Work::default()).unwrap().points {
             for (source, effect) in point.effects.iter() {
                 let Ok(effect) = effect else { continue };
-                let asked = EffectAsked { position: point.position_mm, source, phi_deg: effect.phi_deg };
+                let asked = EffectRequest { position: point.position_mm, source, phi_deg: effect.phi_deg };
                 let answer = explorer.effect(&asked).unwrap();
                 let (before, loaded) = (answer.before.unwrap(), answer.loaded.unwrap());
                 let moved = Vector3::from(answer.displacement.unwrap());
@@ -134,14 +134,14 @@ fn the_bent_machine_of_a_map_is_moved_as_its_table_says() {
 
 #[test]
 fn what_a_map_cannot_be_asked_is_refused_in_words() {
-    let scene = Scene::of_study(&study("studies/01_workspace_map")).unwrap().unwrap();
+    let scene = Scene::from_study(&study("studies/01_workspace_map")).unwrap().unwrap();
     let explorer = Explorer::open(scene).unwrap();
-    let asked = EffectAsked { position: [0.0; 3], source: Source::All, phi_deg: Some(40.0) };
+    let asked = EffectRequest { position: [0.0; 3], source: Source::All, phi_deg: Some(40.0) };
     let refused = |asked| explorer.effect(&asked).unwrap_err().to_string();
-    assert!(refused(EffectAsked { phi_deg: None, ..asked }).contains("expected the tool angle"));
-    assert!(refused(EffectAsked { position: [f64::NAN, 0.0, 0.0], ..asked }).contains("position"));
-    let far = explorer.effect(&EffectAsked { position: [1e4, 0.0, 0.0], ..asked }).unwrap();
+    assert!(refused(EffectRequest { phi_deg: None, ..asked }).contains("expected the tool angle"));
+    assert!(refused(EffectRequest { position: [f64::NAN, 0.0, 0.0], ..asked }).contains("position"));
+    let far = explorer.effect(&EffectRequest { position: [1e4, 0.0, 0.0], ..asked }).unwrap();
     assert!(far.loaded.is_none() && far.status != "solved" && !far.reason.is_empty(), "{far:?}");
-    let alone = Explorer::open(Scene::of_machine("orthoglide", None)).unwrap();
+    let alone = Explorer::open(Scene::from_machine("orthoglide", None)).unwrap();
     assert!(alone.effect(&asked).unwrap_err().to_string().contains("no map"));
 }

@@ -12,7 +12,7 @@ use kinetostat::{
     machine::Machine,
     process::{Process, cutting::CuttingLaw},
     products::correction::{
-        CorrectionAnswer, CorrectionQuestion, CorrectionTable, Corrector, ForceTerms, MOST_ENTRIES, answer,
+        CorrectionQuestion, CorrectionResult, CorrectionTable, Corrector, ForceTerms, MOST_ENTRIES, answer,
     },
     simulation::{Machines, Source},
     spatial::{Pose, Wrench},
@@ -50,7 +50,7 @@ fn question(
     CorrectionQuestion::new(&process(&machine, tables), Some(corners), None, tolerance_mm, counts).unwrap()
 }
 
-fn answered(question: &CorrectionQuestion) -> CorrectionAnswer {
+fn answered(question: &CorrectionQuestion) -> CorrectionResult {
     answer(question, &Work::default()).unwrap_or_else(|error| panic!("{error}"))
 }
 
@@ -64,7 +64,7 @@ fn residual_mm(
     let machine = &question.machine;
     let pose = Pose { rotation: question.orientation, translation: position };
     let at = machine.inverse_kinematics(&pose).unwrap();
-    session.stand(&at, &State::rigid(machine, &at));
+    session.set_state(&at, &State::rigid(machine, &at));
     let moment = (at.pose.rotation * machine.tool_tip).cross(&force);
     let task = TaskPoint {
         pose: at.pose,
@@ -109,8 +109,8 @@ fn largest_at_random(question: &CorrectionQuestion, corrector: &Corrector<'_>, c
 }
 
 /// A table for the Orthoglide, found once.
-fn orthoglide() -> &'static (CorrectionQuestion, CorrectionAnswer) {
-    static FOUND: LazyLock<(CorrectionQuestion, CorrectionAnswer)> = LazyLock::new(|| {
+fn orthoglide() -> &'static (CorrectionQuestion, CorrectionResult) {
+    static FOUND: LazyLock<(CorrectionQuestion, CorrectionResult)> = LazyLock::new(|| {
         let asked = question("orthoglide", &format!("{FORCE}{ERRORS}"), 40.0, TOLERANCE_MM, None);
         let found = answered(&asked);
         (asked, found)
@@ -150,7 +150,7 @@ fn one_node_less_along_any_axis_breaks_the_tolerance() {
         let mut fewer = counts;
         fewer[axis] -= 1;
         let fixed = CorrectionQuestion { counts: Some(fewer), ..asked.clone() };
-        let CorrectionAnswer { with_table: worst, table, .. } = answered(&fixed);
+        let CorrectionResult { with_table: worst, table, .. } = answered(&fixed);
         // Looked at once more, by a session of the library alone.
         let case = (Vector3::from(worst.position_mm), Vector3::from(worst.force_N));
         let left = residual_mm(asked, &mut machines.session(Source::All), &Corrector::Table(&table), case);

@@ -3,15 +3,15 @@
 use kinetostat::{
     Machine,
     figures::{
-        Colours, Figure, PoseFigure, Surroundings, around_zero,
-        axis::{degrees, label_with_power, linear, logarithmic, widened},
+        Colours, Figure, PoseFigure, Surroundings,
+        axis::{degree_ticks, label_with_power, linear_ticks, logarithmic_ticks, widened},
+        cyclic_colour, diverging_colour,
         field::{Picture, edges},
         labels::{Occupied, around},
-        of_turn,
         png::dashes,
         scene::{Item, Point, Rect, Rgb, Scene, Stroke, Text},
-        shapes::{contour, hatched, simplified},
-        svg::{for_page, svg},
+        shapes::{contour, hatching_lines, simplify_line},
+        svg::{svg, with_dark_theme},
         text::{Weight, width, wrap},
     },
     machine::catalogue,
@@ -97,9 +97,9 @@ fn what_stands_beside_the_links_is_on_the_page() {
 #[test]
 fn lines_end_at_the_border() {
     let square = [[0.0, 0.0], [10.0, 0.0], [10.0, 10.0], [0.0, 10.0]];
-    assert_eq!(hatched(&square, 5.0)[0], [[0.0, 5.0], [5.0, 0.0]]);
-    assert_eq!(hatched(&square, 5.0).len(), 3);
-    assert!(hatched(&[], 5.0).is_empty());
+    assert_eq!(hatching_lines(&square, 5.0)[0], [[0.0, 5.0], [5.0, 0.0]]);
+    assert_eq!(hatching_lines(&square, 5.0).len(), 3);
+    assert!(hatching_lines(&[], 5.0).is_empty());
 }
 
 #[test]
@@ -128,38 +128,38 @@ fn a_saddle_gives_two_pieces_around_the_corners_off_the_middle() {
 #[test]
 fn corners_stay_and_points_on_the_way_go() {
     let line = [[0.0, 0.0], [5.0, 0.1], [10.0, 0.0], [10.0, 10.0], [10.2, 15.0], [10.0, 20.0]];
-    assert_eq!(simplified(&line), [[0.0, 0.0], [10.0, 0.0], [10.0, 20.0]]);
+    assert_eq!(simplify_line(&line), [[0.0, 0.0], [10.0, 0.0], [10.0, 20.0]]);
     let closed = [[0.0, 0.0], [10.0, 0.0], [10.0, 10.0], [0.0, 0.0]];
-    assert_eq!(simplified(&closed), closed);
+    assert_eq!(simplify_line(&closed), closed);
 }
 
 #[test]
 fn ticks_are_round_numbers_inside_the_range() {
-    let ticks = linear(-73.65, 126.35, 5);
+    let ticks = linear_ticks(-73.65, 126.35, 5);
     assert_eq!(ticks.labels, ["\u{2212}50", "0", "50", "100"]);
-    assert_eq!(linear(0.0, 1.0, 5).labels, ["0.0", "0.2", "0.4", "0.6", "0.8", "1.0"]);
+    assert_eq!(linear_ticks(0.0, 1.0, 5).labels, ["0.0", "0.2", "0.4", "0.6", "0.8", "1.0"]);
 }
 
 #[test]
 fn angles_over_a_turn_are_marked_at_right_angles_or_their_halves() {
-    assert_eq!(degrees(-14.4, 374.4, 7).labels, ["0", "90", "180", "270", "360"]);
-    assert_eq!(degrees(0.0, 360.0, 8).values.len(), 9);
+    assert_eq!(degree_ticks(-14.4, 374.4, 7).labels, ["0", "90", "180", "270", "360"]);
+    assert_eq!(degree_ticks(0.0, 360.0, 8).values.len(), 9);
 }
 
 #[test]
 fn small_and_large_numbers_move_their_power_of_ten_to_the_label() {
-    let ticks = linear(0.0, 1.2e-5, 4);
+    let ticks = linear_ticks(0.0, 1.2e-5, 4);
     assert_eq!(ticks.exponent, -6);
     assert_eq!(ticks.labels, ["0", "5", "10"]);
     assert_eq!(label_with_power("error [mm]", -6), "error [10⁻⁶ mm]");
-    assert_eq!(linear(0.0, 3e6, 3).labels, ["0", "1", "2", "3"]);
+    assert_eq!(linear_ticks(0.0, 3e6, 3).labels, ["0", "1", "2", "3"]);
 }
 
 #[test]
 fn logarithmic_ticks_are_decades_thinned_to_the_target() {
-    assert_eq!(logarithmic(0.05, 2000.0, 10).labels, ["10⁻¹", "10⁰", "10¹", "10²", "10³"]);
-    assert!(logarithmic(1e-30, 1e30, 6).labels.len() <= 8);
-    assert_eq!(logarithmic(1.5, 7.0, 6).labels, ["2", "5"]);
+    assert_eq!(logarithmic_ticks(0.05, 2000.0, 10).labels, ["10⁻¹", "10⁰", "10¹", "10²", "10³"]);
+    assert!(logarithmic_ticks(1e-30, 1e30, 6).labels.len() <= 8);
+    assert_eq!(logarithmic_ticks(1.5, 7.0, 6).labels, ["2", "5"]);
 }
 
 #[test]
@@ -167,7 +167,7 @@ fn a_constant_is_widened_and_still_has_ticks() {
     for value in [0.0, 1.0, -1e-60, 1e90, 1e6 + 0.1] {
         let (low, high) = widened(value, value);
         assert!(low < value && value < high);
-        assert!(linear(low, high, 5).values.len() >= 2, "{value}");
+        assert!(linear_ticks(low, high, 5).values.len() >= 2, "{value}");
     }
 }
 
@@ -202,9 +202,9 @@ fn lightness_rises_steadily_in_all_colours() {
 
 #[test]
 fn a_turn_closes_and_zero_is_the_lightest() {
-    assert_eq!(of_turn(0.0), of_turn(1.0));
-    assert!(lightness(of_turn(0.5)) < 20.0 && lightness(of_turn(0.0)) > 85.0);
-    let [low, zero, high] = [-1.0, 0.0, 1.0].map(around_zero);
+    assert_eq!(cyclic_colour(0.0), cyclic_colour(1.0));
+    assert!(lightness(cyclic_colour(0.5)) < 20.0 && lightness(cyclic_colour(0.0)) > 85.0);
+    let [low, zero, high] = [-1.0, 0.0, 1.0].map(diverging_colour);
     assert!(low[2] > low[0] && high[0] > high[2], "{low:?} {high:?}");
     assert!(lightness(zero) > 93.0);
 }
@@ -232,7 +232,7 @@ fn read(hex: &str) -> Rgb {
 
 #[test]
 fn what_can_be_read_on_paper_can_be_read_on_a_dark_page() {
-    let page = for_page(&svg(&Scene { width: 100.0, height: 50.0, ..Scene::default() }).unwrap());
+    let page = with_dark_theme(&svg(&Scene { width: 100.0, height: 50.0, ..Scene::default() }).unwrap());
     let rules = page.split("[fill=\"#").skip(1).map(|rule| rule.split_once("\"]{fill:#").unwrap());
     let dark: Vec<(Rgb, Rgb)> = rules.map(|(light, dark)| (read(light), read(&dark[..6]))).collect();
     let paper = dark[0];
@@ -262,10 +262,10 @@ fn colours_of_a_dark_page_stand_in_what_is_shown_there_alone() {
     let scene = Scene { title: "a".into(), width: 100.0, height: 50.0, ..Scene::default() };
     let bare = svg(&scene).unwrap();
     assert!(bare.contains("fill=\"#ffffff\"") && !bare.contains("<style>"), "{bare}");
-    let shown = for_page(&bare);
+    let shown = with_dark_theme(&bare);
     assert!(shown.contains("prefers-color-scheme:dark"), "{shown}");
     assert!(shown.contains("[fill=\"#ffffff\"]{fill:#14171b}"), "{shown}");
-    assert_eq!(for_page("<svg/>"), "<svg/>");
+    assert_eq!(with_dark_theme("<svg/>"), "<svg/>");
 }
 
 #[test]
@@ -282,9 +282,9 @@ fn rows_start_at_the_top_and_only_missing_cells_are_hatched() {
     let cells: Vec<_> = picture.cells().collect();
     assert_eq!(cells[0], ([0.0, 0.5], [0.0, 0.75], None));
     assert_eq!(cells[3], ([0.5, 1.0], [0.75, 1.0], Some([1, 0, 0, 255])));
-    let hatched = picture.hatching();
-    assert_eq!(hatched[0], [[100.0, 22.0], [120.0, 2.0]]);
-    assert!(hatched.iter().flatten().all(|[x, y]| (100.0..=120.0).contains(x) && (0.0..=30.0).contains(y)));
+    let hatching_lines = picture.hatching();
+    assert_eq!(hatching_lines[0], [[100.0, 22.0], [120.0, 2.0]]);
+    assert!(hatching_lines.iter().flatten().all(|[x, y]| (100.0..=120.0).contains(x) && (0.0..=30.0).contains(y)));
 }
 
 #[test]
@@ -311,7 +311,7 @@ fn labels_of_points_that_crowd_do_not_cover_each_other() {
         (0..12).map(|k| [800.0 + f64::from(k % 4) * 9.0, 600.0 + f64::from(k / 4) * 7.0]).collect();
     let mut occupied =
         Occupied { marks: points.iter().map(|p| around(*p, [19.0; 2])).collect(), ..Occupied::default() };
-    let spots: Vec<Rect> = points.iter().map(|p| occupied.place(*p, 19.0, [60.0, 24.0], page).rect).collect();
+    let spots: Vec<Rect> = points.iter().map(|p| occupied.place_label(*p, 19.0, [60.0, 24.0], page).rect).collect();
     for (k, spot) in spots.iter().enumerate() {
         assert!(spots[..k].iter().all(|other| other.overlap(spot) == 0.0), "{k}");
         assert!(points.iter().all(|p| around(*p, [19.0; 2]).overlap(spot) == 0.0), "{k}");

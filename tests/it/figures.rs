@@ -1,7 +1,8 @@
 //! Figures are drawn, or refused, as they should be.
 
 use kinetostat::figures::{
-    Colours, Figure, FigureError, LineFigure, LineSeries, Mark2, Mark3, Shading, SliceFigure, SlicePanel, VolumeFigure,
+    Colours, Figure, FigureError, LineFigure, LineSeries, PlaneMark, Shading, SliceFigure, SlicePanel, SpaceMark,
+    VolumeFigure,
 };
 
 fn panel(nodes: usize, value: impl Fn(usize) -> Option<f64>) -> SlicePanel {
@@ -11,7 +12,7 @@ fn panel(nodes: usize, value: impl Fn(usize) -> Option<f64>) -> SlicePanel {
         x: axis.clone(),
         y: axis,
         values: (0..nodes * nodes).map(value).collect(),
-        marks: vec![Mark2 { label: "Q0".into(), x: 0.0, y: 0.0 }],
+        marks: vec![PlaneMark { label: "Q0".into(), x: 0.0, y: 0.0 }],
     }
 }
 
@@ -40,7 +41,7 @@ fn volume(nodes: usize, value: impl Fn(usize) -> Option<f64>) -> VolumeFigure {
         quantity: "deflection [mm]".into(),
         axes: [axis.clone(), axis.clone(), axis],
         values: (0..nodes.pow(3)).map(value).collect(),
-        marks: vec![Mark3 { label: "Q9".into(), position: [0.1, 0.2, 0.3] }],
+        marks: vec![SpaceMark { label: "Q9".into(), position: [0.1, 0.2, 0.3] }],
         range: None,
     }
 }
@@ -197,5 +198,5 @@ fn the_alternative_names_axes_curves_and_ranges() {
     let figure = Figure::Lines(figure);
     assert_eq!(figure.caption(), "Errors. orthoglide");
     let expected = "Curves of |Δt| [mm] over path length [mm]: both (from \u{2212}2.000 to 0.1235). amplified.";
-    assert_eq!(figure.alternative(), expected);
+    assert_eq!(figure.alternative_text(), expected);
 }

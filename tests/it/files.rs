@@ -4,9 +4,9 @@ use std::{borrow::Cow, collections::BTreeMap, path::Path};
 
 use kinetostat::{
     files::{
-        Foreign, Manifest, OutputFile, PreparedFolder, Recorded, StatusCount, clean, counted,
+        Foreign, Manifest, OutputFile, PreparedFolder, Recorded, StatusCount, check_may_replace, counted, display_json,
         exchange::{self, Cell, Table, counts, description, numbers, text_of, texts},
-        may_replace, millimetres, position, prepare, shown_json, signed, temporary_file, visible, visible_json,
+        millimetres, position, prepare, remove_temporary, temporary_file, visible, visible_json, with_minus_signs,
         write_all,
     },
     input::{Inputs, file},
@@ -160,16 +160,16 @@ fn only_what_a_run_wrote_is_replaced() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
     let refused = |names: &[&str], expected: &str| {
-        let error = Manifest::may_write(folder.path(), names.iter().copied()).unwrap_err().to_string();
+        let error = Manifest::check_may_write(folder.path(), names.iter().copied()).unwrap_err().to_string();
         assert!(error.contains(expected), "{error}");
     };
     std::fs::write(at("map.csv"), "mine").unwrap();
-    Manifest::may_write(folder.path(), ["points.csv"].into_iter()).unwrap();
+    Manifest::check_may_write(folder.path(), ["points.csv"].into_iter()).unwrap();
     refused(&["points.csv", "map.csv"], "map.csv: cannot be written: was not written by kinetostat");
     std::fs::write(at(Manifest::FILE), r#"{ "program": "another", "files": ["map.csv"] }"#).unwrap();
     refused(&[], "manifest.json: cannot be written: was not written by kinetostat");
     std::fs::write(at(Manifest::FILE), r#"{ "program": "kinetostat", "files": ["map.csv", "../other"] }"#).unwrap();
-    Manifest::may_write(folder.path(), ["map.csv"].into_iter()).unwrap();
+    Manifest::check_may_write(folder.path(), ["map.csv"].into_iter()).unwrap();
     file::read(&at("map.csv")).unwrap();
     refused(&[], "map.csv: cannot be written: is an input of this command");
     std::fs::create_dir(at("points.csv")).unwrap();
@@ -184,9 +184,9 @@ fn links_and_devices_are_left_alone() {
     let folder = tempfile::tempdir().unwrap();
     let link = folder.path().join("map.csv");
     std::os::unix::fs::symlink("/etc/hostname", &link).unwrap();
-    let error = may_replace(&link, Foreign::Replaced, || true).unwrap_err().to_string();
+    let error = check_may_replace(&link, Foreign::Replaced, || true).unwrap_err().to_string();
     assert!(error.contains("map.csv: cannot be written: is a link"), "{error}");
-    let error = may_replace(Path::new("/dev/null"), Foreign::Replaced, || true).unwrap_err().to_string();
+    let error = check_may_replace(Path::new("/dev/null"), Foreign::Replaced, || true).unwrap_err().to_string();
     assert!(error.contains("/dev/null: cannot be written: is a device"), "{error}");
 }
 
@@ -234,14 +234,14 @@ fn json_keeps_its_strings_or_shows_them() {
     let sent = visible_json(&text);
     assert!(!sent.contains(ACTING));
     assert_eq!(read(&sent), NAME);
-    let shown = shown_json(&text);
+    let shown = display_json(&text);
     assert!(!shown.contains(ACTING));
     assert!(read(&shown).starts_with("gpj.\\u{202e}"), "{shown}");
 }
 
 #[test]
 fn signs_are_minus_signs_and_names_keep_their_hyphens() {
-    let shown = signed("box clamp-2 at (-1.5, 3) mm, -4 to -2, a-b");
+    let shown = with_minus_signs("box clamp-2 at (-1.5, 3) mm, -4 to -2, a-b");
     assert_eq!(shown, "box clamp-2 at (\u{2212}1.5, 3) mm, \u{2212}4 to \u{2212}2, a-b");
 }
 
@@ -258,7 +258,7 @@ fn writing_replaces_and_leaves_nothing_else() {
         write_all(folder.path(), vec![OutputFile::new("a.csv", content)]).unwrap();
     }
     temporary_file(folder.path()).unwrap().keep().unwrap();
-    clean(folder.path()).unwrap();
+    remove_temporary(folder.path()).unwrap();
     assert_eq!(std::fs::read_to_string(folder.path().join("a.csv")).unwrap(), "2");
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
 }

@@ -2,7 +2,7 @@
 
 use kinetostat::toolpath::{
     Orientation, Sampling, Toolpath,
-    gcode::{GcodeOptions, Program, Rotary, RotaryAxis, Turned, Writing},
+    gcode::{GcodeOptions, Program, Rotary, RotaryAxis, RotarySide, WriteOptions},
 };
 use nalgebra::{UnitQuaternion, Vector3};
 use proptest::prelude::*;
@@ -10,22 +10,25 @@ use proptest::prelude::*;
 use crate::support::cases::cases;
 use crate::support::command::told;
 
-fn axis(letter: char, about: Vector3<f64>, turns: Turned, through_mm: Option<[f64; 3]>) -> RotaryAxis {
+fn axis(letter: char, about: Vector3<f64>, turns: RotarySide, through_mm: Option<[f64; 3]>) -> RotaryAxis {
     RotaryAxis { letter, about, turns, through_mm: through_mm.map(Vector3::from) }
 }
 
 /// A table that swivels about x and turns about z on it, 50 mm under the part.
 fn table() -> Rotary {
     let through = Some([0.0, 0.0, -50.0]);
-    let axes =
-        vec![axis('A', Vector3::x(), Turned::Workpiece, through), axis('C', Vector3::z(), Turned::Workpiece, through)];
+    let axes = vec![
+        axis('A', Vector3::x(), RotarySide::Workpiece, through),
+        axis('C', Vector3::z(), RotarySide::Workpiece, through),
+    ];
     Rotary { axes, always_of_tip: false }
 }
 
 /// A fork head whose pivot is 200 mm above the tip.
 fn head() -> Rotary {
     let through = Some([0.0, 0.0, 200.0]);
-    let axes = vec![axis('C', Vector3::z(), Turned::Tool, through), axis('B', Vector3::y(), Turned::Tool, through)];
+    let axes =
+        vec![axis('C', Vector3::z(), RotarySide::Tool, through), axis('B', Vector3::y(), RotarySide::Tool, through)];
     Rotary { axes, always_of_tip: false }
 }
 
@@ -182,9 +185,14 @@ fn machine_called(name: &str) -> Rotary {
     let axes = match name {
         "head_bc" => return head(),
         "table_ac" => return table(),
-        "head_ab" => vec![axis('B', Vector3::y(), Turned::Tool, above), axis('A', Vector3::x(), Turned::Tool, above)],
+        "head_ab" => {
+            vec![axis('B', Vector3::y(), RotarySide::Tool, above), axis('A', Vector3::x(), RotarySide::Tool, above)]
+        }
         "mixed_bc" => {
-            vec![axis('B', Vector3::y(), Turned::Tool, above), axis('C', Vector3::z(), Turned::Workpiece, below)]
+            vec![
+                axis('B', Vector3::y(), RotarySide::Tool, above),
+                axis('C', Vector3::z(), RotarySide::Workpiece, below),
+            ]
         }
         other => panic!("{other}"),
     };
@@ -210,8 +218,9 @@ fn check_written(name: &str, program: &Program) {
     let turned: Vec<Orientation> =
         (0..path.len()).map(|k| Orientation::ToolAxis(by(&positions[k]) * axis_of(&path, k))).collect();
     for (tolerance_mm, orientations) in [(0.0, None), (0.005, None), (0.005, Some(turned.as_slice()))] {
-        let rewritten =
-            program.rewrite_turned(&path, &moved, orientations, Writing::within(tolerance_mm, format)).unwrap();
+        let rewritten = program
+            .rewrite_turned(&path, &moved, orientations, WriteOptions::with_tolerance(tolerance_mm, format))
+            .unwrap();
         let text = String::from_utf8_lossy(rewritten.bytes()).into_owned();
         let back = rewritten.read_back().unwrap_or_else(|refused| panic!("{name}: {refused}\n{text}"));
         assert_eq!(back.len(), path.len(), "{name}");
@@ -292,7 +301,10 @@ fn programs(other: char) -> impl Strategy<Value = String> {
 fn is_turned_as_asked(source: &str, x: f64, turn: (f64, f64), bend: f64) -> Result<(), TestCaseError> {
     let rotary = || {
         let through = Some([0.0, 0.0, 200.0]);
-        let axes = vec![axis('B', Vector3::y(), Turned::Tool, through), axis('A', Vector3::x(), Turned::Tool, through)];
+        let axes = vec![
+            axis('B', Vector3::y(), RotarySide::Tool, through),
+            axis('A', Vector3::x(), RotarySide::Tool, through),
+        ];
         Rotary { axes, always_of_tip: false }
     };
     let (program, path) = read(source, rotary());
@@ -307,7 +319,7 @@ fn is_turned_as_asked(source: &str, x: f64, turn: (f64, f64), bend: f64) -> Resu
             Orientation::ToolAxis(UnitQuaternion::from_scaled_axis(by) * axis_of(&path, k))
         })
         .collect();
-    let writing = Writing::within(0.0, program.own_format());
+    let writing = WriteOptions::with_tolerance(0.0, program.own_format());
     let rewritten = program.rewrite_turned(&path, &moved, Some(&turned), writing).unwrap();
     let back = rewritten.read_back().unwrap();
     prop_assert_eq!(back.len(), path.len());
@@ -341,7 +353,7 @@ proptest! {
         let rewritten = program.rewrite(&path, &own, program.own_format()).unwrap();
         prop_assert_eq!(std::str::from_utf8(rewritten.bytes()).unwrap(), source.as_str());
         let moved: Vec<Vector3<f64>> = own.iter().map(|p| p + Vector3::new(x, 0.0, z * p.x)).collect();
-        let rewritten = program.rewrite(&path, &moved, Writing::within(0.0, program.own_format())).unwrap();
+        let rewritten = program.rewrite(&path, &moved, WriteOptions::with_tolerance(0.0, program.own_format())).unwrap();
         let back = rewritten.read_back().unwrap();
         prop_assert_eq!(back.len(), path.len());
         for (point, (wanted, own)) in back.points().iter().zip(moved.iter().zip(path.points())) {

@@ -7,9 +7,11 @@ use crate::support::{arm::ARM, command::told, engine::*};
 use kinetostat::{
     compensation::{Method, Target},
     machine::{Branch, Machine},
-    process::{Placement, Process, GammaChoice, RedundancySettings, RedundancyCost, RedundancyObjective, cutting::PathLoad},
+    process::{
+        GammaChoice, Placement, Process, RedundancyCost, RedundancyObjective, RedundancySettings, cutting::PathLoad,
+    },
     products::program::{Asked, Compensated, InMemory, ProgramJob},
-    redundancy::{FoundGamma, Infeasible, OnLattice, TurnAsked, lattice_cost, seek},
+    redundancy::{FoundGamma, GammaProblem, Infeasible, LatticePath, lattice_cost, search_gamma},
     spatial::{Pose, Wrench},
     statics::{State, Status, Workspace, equilibrium},
     toolpath::{Load, Orientation, Toolpath, polyline::Polyline},
@@ -50,23 +52,28 @@ fn asked<'a>(
     path: &'a Toolpath,
     loads: &'a [PathLoad],
     turn: &'a RedundancySettings,
-) -> TurnAsked<'a> {
-    TurnAsked { machine, errors: &[], placement, target: Target::ToolTip, path, loads, turn }
+) -> GammaProblem<'a> {
+    GammaProblem { machine, errors: &[], placement, target: Target::ToolTip, path, loads, settings: turn }
 }
 
 fn sought(machine: &Machine, path: &Toolpath, turn: &RedundancySettings) -> FoundGamma {
     let loads = loads(path);
-    seek(asked(machine, &Placement::default(), path, &loads, turn), &Work::default()).unwrap()
+    search_gamma(asked(machine, &Placement::default(), path, &loads, turn), &Work::default()).unwrap()
 }
 
-fn on_lattice(machine: &Machine, path: &Toolpath, turn: &RedundancySettings) -> Result<OnLattice, String> {
+fn on_lattice(machine: &Machine, path: &Toolpath, turn: &RedundancySettings) -> Result<LatticePath, String> {
     let loads = loads(path);
     let found = lattice_cost(asked(machine, &Placement::default(), path, &loads, turn), &Work::default()).unwrap();
     found.map_err(|dead_end| dead_end.label().to_string())
 }
 
 fn seeking(objective: RedundancyObjective) -> RedundancySettings {
-    RedundancySettings { gamma: GammaChoice::Best, objective, min_singularity_distance: 0.0, ..RedundancySettings::default() }
+    RedundancySettings {
+        gamma: GammaChoice::Best,
+        objective,
+        min_singularity_distance: 0.0,
+        ..RedundancySettings::default()
+    }
 }
 
 /// Where the tip should be and what is on it, posed and loaded by hand.
@@ -204,7 +211,7 @@ fn robot() -> (Process, Toolpath) {
 fn robot_sought(turn: &RedundancySettings) -> FoundGamma {
     let (process, path) = robot();
     let loads = process.loads(&path).unwrap();
-    seek(asked(&process.machine, &process.placement, &path, &loads, turn), &Work::default()).unwrap()
+    search_gamma(asked(&process.machine, &process.placement, &path, &loads, turn), &Work::default()).unwrap()
 }
 
 #[test]
@@ -274,7 +281,8 @@ fn other_costs_and_objectives_are_made_small() {
 fn the_same_turns_are_found_on_any_number_of_threads() {
     let found = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        let found = pool.install(|| robot_sought(&RedundancySettings { step_deg: 15.0, ..seeking(RedundancyObjective::Rms) }));
+        let found =
+            pool.install(|| robot_sought(&RedundancySettings { step_deg: 15.0, ..seeking(RedundancyObjective::Rms) }));
         let best = found.best.unwrap();
         (best.turns_deg, best.along.cost_mm, found.best_constant.unwrap().turns_deg)
     };
@@ -287,7 +295,8 @@ fn where_no_turn_goes_all_along_it_is_said_why() {
         let (process, _) = robot();
         let path = path(&[(0.0, 0.0, 0.0), (far_mm, 0.0, 0.0)], 600.0);
         let loads = process.loads(&path).unwrap();
-        let found = seek(asked(&process.machine, &process.placement, &path, &loads, turn), &Work::default()).unwrap();
+        let found =
+            search_gamma(asked(&process.machine, &process.placement, &path, &loads, turn), &Work::default()).unwrap();
         let dead_end = found.best.unwrap_err();
         assert!(found.best_constant.is_err());
         (dead_end.point, dead_end.label(), dead_end.infeasible)
@@ -305,7 +314,7 @@ fn machines_without_a_free_turn_are_refused() {
     let refused = |machine: &Machine, placement: Placement| {
         let path = path(&[(0.0, 0.0, 0.0), (1.0, 0.0, 0.0)], 600.0);
         let (loads, turn) = (loads(&path), seeking(RedundancyObjective::Rms));
-        seek(asked(machine, &placement, &path, &loads, &turn), &Work::default()).unwrap_err().to_string()
+        search_gamma(asked(machine, &placement, &path, &loads, &turn), &Work::default()).unwrap_err().to_string()
     };
     let default = Placement::default();
     let message = refused(&catalogue_machine("orthoglide"), default);
@@ -326,7 +335,10 @@ fn keys_of_the_table_are_checked() {
         ("step_deg = 0.1", "redundancy.step_deg: must be from 0.25 to 90, got 0.1"),
         ("range_deg = [10.0, -10.0]", "redundancy.range_deg: must be the least turn and a larger one"),
         ("max_step_deg_per_mm = 0.0", "redundancy.max_step_deg_per_mm"),
-        ("min_singularity_distance = 1.0", "redundancy.min_singularity_distance: must be at least 0 and below 1, got 1"),
+        (
+            "min_singularity_distance = 1.0",
+            "redundancy.min_singularity_distance: must be at least 0 and below 1, got 1",
+        ),
         ("speed_limits_deg_per_s = [10.0]", "redundancy.speed_limits_deg_per_s: must be one for each drive"),
         ("colour = 3", "redundancy.colour"),
     ] {
@@ -397,8 +409,7 @@ fn a_compensated_polyline_says_how_the_platform_stands() {
     assert_eq!(written.toolpath().len(), 17);
     assert!(written.toolpath().points().iter().all(|p| matches!(p.orientation, Some(Orientation::Platform(_)))));
     // A process that asks for the best γ gets it from the library as well.
-    let process =
-        std::fs::read_to_string(at("process.toml")).unwrap() + "[redundancy]\ngamma = \"best_constant\"\n";
+    let process = std::fs::read_to_string(at("process.toml")).unwrap() + "[redundancy]\ngamma = \"best_constant\"\n";
     let process = Process::from_toml(&process, "process", PathBuf::new(), &catalogue_machine("fanuc_r2000ic")).unwrap();
     let job = ProgramJob::open(process, at("path.csv").as_ref(), &Work::default()).unwrap();
     let found = job.compensate(&Asked::by(Method::Direct), &mut InMemory, &Work::default()).unwrap();

@@ -34,7 +34,7 @@ fn moved(source: &str, by: impl Fn(usize, Vector3<f64>) -> Vector3<f64>) -> (Cal
     let path = path(&program);
     let goals: Vec<_> = path.positions_mm().into_iter().enumerate().map(|(k, p)| p + by(k, p)).collect();
     let rewritten = program.rewrite(&path, &goals, NumberFormat::default()).unwrap();
-    (program.calls_of(&rewritten).unwrap(), rewritten.read_back().unwrap().positions_mm())
+    (program.folded_calls(&rewritten).unwrap(), rewritten.read_back().unwrap().positions_mm())
 }
 
 fn stays(calls: Calls) -> (String, Vec<CalledFile>) {
@@ -70,7 +70,7 @@ fn without_corrections_the_files_are_the_same() {
         let program = Program::parse_with_calls(source.as_slice(), &name, &GcodeOptions::default(), &beside).unwrap();
         let path = path(&program);
         let same = program.rewrite(&path, &path.positions_mm(), NumberFormat::default()).unwrap();
-        let (written, files) = stays(program.calls_of(&same).unwrap());
+        let (written, files) = stays(program.folded_calls(&same).unwrap());
         assert_eq!(written, String::from_utf8(source).unwrap(), "{name}");
         for file in files {
             assert_eq!(Some(file.bytes), beside(&file.name), "{name}: {}", file.name);
@@ -149,7 +149,7 @@ fn what_was_to_be_written_out_is() {
     let program = Program::parse_expanded(TWICE, "part.nc", &options, &beside).unwrap();
     let path = path(&program);
     let same = program.rewrite(&path, &path.positions_mm(), NumberFormat::default()).unwrap();
-    assert_eq!(program.calls_of(&same), None);
+    assert_eq!(program.folded_calls(&same), None);
 }
 
 #[test]

@@ -91,7 +91,7 @@ fn m73_restores_at_the_end_of_its_subprogram_and_what_is_written_out_says_it_in_
     let path = path(&program);
     let moved: Vec<_> = path.positions_mm().iter().map(|p| p + Vector3::new(0.0, 0.0, 0.25)).collect();
     let Some(Calls::Stay { program: written, .. }) =
-        program.calls_of(&program.rewrite(&path, &moved, NumberFormat::default()).unwrap())
+        program.folded_calls(&program.rewrite(&path, &moved, NumberFormat::default()).unwrap())
     else {
         panic!()
     };
@@ -197,7 +197,7 @@ proptest! {
                 prop_assert!(off.amax() < 1e-9, "{:?} {step:?}\n{text}", found.position_mm);
             }
             let same = program.rewrite(&path, &path.positions_mm(), NumberFormat::default()).unwrap();
-            if let Some(calls) = program.calls_of(&same) {
+            if let Some(calls) = program.folded_calls(&same) {
                 prop_assert_eq!(calls, Calls::Stay { program: text.clone().into_bytes(), beside: Vec::new() });
             }
         }

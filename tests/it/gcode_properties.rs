@@ -2,7 +2,7 @@
 
 use kinetostat::toolpath::{
     NumberFormat, Sampling, Toolpath,
-    gcode::{Dialect, GcodeOptions, Program, Writing},
+    gcode::{Dialect, GcodeOptions, Program, WriteOptions},
     polyline::{self, Polyline},
 };
 use nalgebra::Vector3;
@@ -70,7 +70,7 @@ fn meets_within(
     goals: &[Vector3<f64>],
     tolerance_mm: f64,
 ) -> Result<(), TestCaseError> {
-    let writing = Writing::within(tolerance_mm, NumberFormat::default());
+    let writing = WriteOptions::with_tolerance(tolerance_mm, NumberFormat::default());
     let written = program.rewrite(path, goals, writing).unwrap();
     let text = String::from_utf8_lossy(written.bytes());
     let back = written.read_back().map_err(|e| TestCaseError::fail(format!("{e}\n{text}")))?;

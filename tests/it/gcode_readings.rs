@@ -8,11 +8,12 @@ use nalgebra::Vector3;
 
 fn read_as(source: &str, dialect: Option<Dialect>) -> Result<Vec<Vector3<f64>>, GcodeError> {
     let options = GcodeOptions { dialect, ..GcodeOptions::default() };
-    let program =
-        Program::parse(source, "part.nc", &options).or_else(|refused| match refused.fault.is_met_by_expanding() {
+    let program = Program::parse(source, "part.nc", &options).or_else(|refused| {
+        match refused.fault.is_solved_by_expansion() {
             true => Program::parse_with_calls(source, "part.nc", &options, &|_| None),
             false => Err(refused),
-        })?;
+        }
+    })?;
     Ok(program.toolpath(Sampling::new(1.0, 1e6).unwrap())?.positions_mm())
 }
 

@@ -301,7 +301,7 @@ fn block_delete_marks_stay_on_every_line_of_their_block() {
 fn what_comes_before_a_known_place_stays_and_is_named() {
     let (name, source) = programs().into_iter().find(|(name, _)| name == "unknown_start.nc").unwrap();
     let (program, path) = parse(&name, &source);
-    assert_eq!(program.notes().not_located, [4, 5, 6, 11]);
+    assert_eq!(program.notes().unlocated_lines, [4, 5, 6, 11]);
     assert_eq!(path.points()[0].position_mm, Vector3::new(0.0, 0.0, -1.0));
     let (written, _) = moved(&program, &path, NumberFormat::default(), |_| Vector3::new(0.5, 0.0, 0.25));
     let text = text(&written);
@@ -322,7 +322,7 @@ fn what_comes_before_a_known_place_stays_and_is_named() {
 #[test]
 fn a_unit_that_is_not_said_is_noted() {
     let unit =
-        |source: &str, options: &GcodeOptions| Program::parse(source, "part.nc", options).unwrap().notes().unit_taken;
+        |source: &str, options: &GcodeOptions| Program::parse(source, "part.nc", options).unwrap().notes().assumed_unit;
     let millimetre = Some((LengthUnit::Millimetre, 2));
     assert_eq!(unit("M3\nG0 X0 Y0 Z0\n", &GcodeOptions::default()), millimetre);
     assert_eq!(unit("G21\nG0 X0 Y0 Z0\n", &GcodeOptions::default()), None);

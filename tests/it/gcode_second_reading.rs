@@ -187,7 +187,7 @@ proptest! {
         let path = with_calls.toolpath(Sampling::new(0.05, 1e6).unwrap()).unwrap();
         let same = with_calls.rewrite(&path, &path.positions_mm(), NumberFormat::default()).unwrap();
         let stays = Calls::Stay { program: text.clone().into_bytes(), beside: Vec::new() };
-        prop_assert_eq!(with_calls.calls_of(&same), Some(stays));
+        prop_assert_eq!(with_calls.folded_calls(&same), Some(stays));
         let written_out = String::from_utf8_lossy(program.source()).replace("G80", "");
         prop_assert!(!written_out.contains("G8") && !written_out.contains("M98"), "{}", written_out);
     }

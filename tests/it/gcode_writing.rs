@@ -2,18 +2,18 @@
 
 use kinetostat::toolpath::{
     NumberFormat, Sampling,
-    gcode::{GcodeOptions, Program, Writing},
+    gcode::{GcodeOptions, Program, WriteOptions},
 };
 use nalgebra::Vector3;
 
 const TOLERANCE_MM: f64 = 0.002;
 
-fn writing() -> Writing {
-    Writing::within(TOLERANCE_MM, NumberFormat::new(3, 5).unwrap())
+fn writing() -> WriteOptions {
+    WriteOptions::with_tolerance(TOLERANCE_MM, NumberFormat::new(3, 5).unwrap())
 }
 
 /// `source` with `correction` added at every point, its motions alone; what was written passes every point within the tolerance.
-fn written(source: &str, writing: Writing, correction: impl Fn(Vector3<f64>) -> Vector3<f64>) -> Vec<String> {
+fn written(source: &str, writing: WriteOptions, correction: impl Fn(Vector3<f64>) -> Vector3<f64>) -> Vec<String> {
     let program = Program::parse(source, "test.nc", &GcodeOptions::default()).unwrap();
     let path = program.toolpath(Sampling::default()).unwrap();
     let goals: Vec<_> = path.positions_mm().into_iter().map(|p| p + correction(p)).collect();
@@ -53,7 +53,7 @@ fn a_flat_arc_that_must_rise_is_helical_or_lines() {
         lines[1..],
         ["G3 X0 Y20 Z0.628 I-20.000 J0.000 F100", "X-20 Y0 Z1.257 I0.000 J-20.000"].map(String::from)
     );
-    let lines = written(source, Writing { helical_arcs: false, ..writing() }, rise);
+    let lines = written(source, WriteOptions { helical_arcs: false, ..writing() }, rise);
     assert!(lines.len() > 20 && lines.iter().all(|line| !line.contains('I') && !line.contains("G3")), "{lines:?}");
 }
 
@@ -73,7 +73,7 @@ fn lines_lead_on_where_corrections_stretch_the_way_unevenly() {
     let source = "G90\nG0 X0 Y0 Z0\nG1 X80 Y60 F100";
     let along = |p: Vector3<f64>| Vector3::new(0.8, 0.6, 0.0) * 0.3 * (p.x / 10.0).sin().powi(2);
     assert_eq!(written(source, writing(), along).len(), 2);
-    let exact = written(source, Writing { tolerance_mm: 0.0011, ..writing() }, along);
+    let exact = written(source, WriteOptions { tolerance_mm: 0.0011, ..writing() }, along);
     assert_eq!(exact.len(), 2);
 }
 
@@ -90,7 +90,8 @@ fn a_tolerance_that_is_none_is_refused() {
     let program = Program::parse("G0 X0 Y0 Z0\n", "test.nc", &GcodeOptions::default()).unwrap();
     let path = program.toolpath(Sampling::default()).unwrap();
     for tolerance_mm in [-0.1, f64::NAN, f64::INFINITY] {
-        let refused = program.rewrite(&path, &path.positions_mm(), Writing { tolerance_mm, ..writing() }).unwrap_err();
+        let refused =
+            program.rewrite(&path, &path.positions_mm(), WriteOptions { tolerance_mm, ..writing() }).unwrap_err();
         let expected = format!("write tolerance {tolerance_mm} mm: expected a finite number, 0 or more");
         assert_eq!(refused.to_string(), expected);
     }

@@ -4,8 +4,9 @@ use std::{fs, path::Path};
 
 use crate::support::{command::printed, golden::same, placement::short_placement};
 use kinetostat::figures::{
-    AgreementFigure, AgreementRow, Colours, CurvePanel, Figure, LineFigure, LineSeries, Look, Mark2, Mark3, Meant,
-    PanelCurve, PanelFigure, PlanField, PlanFigure, PlanShape, Shading, SliceFigure, SlicePanel, VolumeFigure,
+    AgreementFigure, AgreementRow, Colours, Criterion, CurvePanel, Figure, LineFigure, LineSeries, Look, PanelCurve,
+    PanelFigure, PlanField, PlanFigure, PlanShape, PlaneMark, Shading, SliceFigure, SlicePanel, SpaceMark,
+    VolumeFigure,
 };
 
 fn nodes(count: u8) -> Vec<f64> {
@@ -23,7 +24,7 @@ fn slices() -> Figure {
         x: nodes(4),
         y: nodes(3),
         values: field(12),
-        marks: vec![Mark2 { label: "Q0".into(), x: 0.0, y: -25.0 }],
+        marks: vec![PlaneMark { label: "Q0".into(), x: 0.0, y: -25.0 }],
     };
     Figure::Slices(SliceFigure {
         title: "How far does the tool move?".into(),
@@ -48,7 +49,7 @@ fn volume() -> Figure {
         quantity: "deflection [mm]".into(),
         axes: [nodes(3), nodes(3), nodes(2)],
         values: field(18),
-        marks: vec![Mark3 { label: "Q1".into(), position: [0.0, 0.0, -25.0] }],
+        marks: vec![SpaceMark { label: "Q1".into(), position: [0.0, 0.0, -25.0] }],
         range: None,
     })
 }
@@ -112,7 +113,7 @@ fn plan() -> Figure {
         field: Some(PlanField { x: nodes(4), y: nodes(3), values: field(12), missing: "cannot be cut there".into() }),
         shapes: vec![
             square(Look::Ghost, "as drawn\n0.5 mm", -10.0, -10.0),
-            square(Look::InTheWay, "clamp", -60.0, -60.0),
+            square(Look::Obstacle, "clamp", -60.0, -60.0),
             square(Look::Part, "", 0.0, 0.0),
             square(Look::Room, "", 10.0, 5.0),
             PlanShape { look: Look::Path, points: vec![(5.0, 5.0), (25.0, 15.0)], label: String::new() },
@@ -124,10 +125,10 @@ fn plan() -> Figure {
 }
 
 fn agreement() -> Figure {
-    let row = |label: &str, meant, difference, agrees| AgreementRow {
+    let row = |label: &str, criterion, difference, agrees| AgreementRow {
         label: label.into(),
         numbers: "1.7, 1.71 mm".into(),
-        meant,
+        criterion,
         difference,
         agrees,
     };
@@ -136,10 +137,10 @@ fn agreement() -> Figure {
         subtitle: "orthoglide".into(),
         numbers: "quoted, ours".into(),
         rows: vec![
-            row("Q0: correction", Meant::About, Some(0.3), true),
-            row("Q1: correction", Meant::AtLeast, Some(7.0), true),
-            row("Q2: correction", Meant::AtMost, Some(1.5), false),
-            row("Q3: correction", Meant::About, None, false),
+            row("Q0: correction", Criterion::About, Some(0.3), true),
+            row("Q1: correction", Criterion::AtLeast, Some(7.0), true),
+            row("Q2: correction", Criterion::AtMost, Some(1.5), false),
+            row("Q3: correction", Criterion::About, None, false),
         ],
     })
 }
@@ -158,7 +159,7 @@ fn smallest_type(svg: &str) -> f64 {
 fn texts_can_be_read_in_a_column() {
     for figure in [slices(), volume(), lines(), panels(), plan(), agreement()] {
         let smallest = smallest_type(&figure.svg(Colours::Viridis).unwrap());
-        assert!((7.0..12.0).contains(&smallest), "{smallest} pt in {}", figure.alternative());
+        assert!((7.0..12.0).contains(&smallest), "{smallest} pt in {}", figure.alternative_text());
     }
     for study in ["01_workspace_map", "03_placement_circle", "02_groove_50mm"] {
         let folder = tempfile::tempdir().unwrap();

@@ -12,13 +12,13 @@ use kinetostat::{
     compensation::Target,
     input::Folder,
     inspect::point::{self, PointLoad, PointQuestion},
-    machine::{Configuration, Grade, Machine, Zeroed, catalogue},
+    machine::{Configuration, Grade, Machine, ZeroState, catalogue},
     process::Process,
     questions::{
         Overrides, Study, StudyKind,
         identification::{
-            Answer, Found, IdentificationStudy, Identified, LoadedModel, Predicted, WhatFor, half_width, is_pattern_of,
-            most_by_chance, predict, rank_correlation, ranks, read, run,
+            Estimate, IdentificationStudy, Identified, LoadedModel, Predicted, Prediction, RowUse, half_width,
+            is_pattern_of, mean_square_limit, predict, rank_correlation, ranks, read, run,
         },
     },
     simulation::Machines,
@@ -57,7 +57,7 @@ fn places(machine: &Machine, count: usize, force_n: f64, random: &mut Random) ->
 
 /// `machine` with its drives where zeroing at home leaves them, of six: the nominal machine rests at home where the rigid one stands.
 fn mastered(machine: &Machine) -> Machine {
-    if machine.zeroed != Zeroed::AtHome || machine.own_forces().is_none() {
+    if machine.zeroed != ZeroState::AtHome || machine.own_load_words().is_none() {
         return machine.clone();
     }
     let nominal = machine.nominal().unwrap();
@@ -194,7 +194,7 @@ fn numbers_that_were_put_in_are_found_again() {
         let displacements: Vec<Vector3<f64>> = places.iter().map(|place| displacement(&real, place)).collect();
         let names: Vec<&str> = sought.iter().map(|(name, _)| *name).collect();
         let found = identified(name, &unknowns(&names), &csv(&machine, &places, &displacements));
-        assert!(found.fit.is_found, "{name}");
+        assert!(found.fit.is_converged, "{name}");
         for (own, (parameter, value)) in found.found.iter().zip(&truth) {
             let off = (own.value - value).abs() / value.abs();
             assert!(off < 1e-4, "{name}: {parameter} {} instead of {value}: {:?}", own.value, own.open);
@@ -245,7 +245,7 @@ fn positions_are_predicted_where_point_has_them() {
                 let question = PointQuestion {
                     machines: Machines::new(&machine, &errors).unwrap(),
                     errors,
-                    place: point::Place::Drives(place.at.drives.clone()),
+                    place: point::NominalCommand::Drives(place.at.drives.clone()),
                     load: PointLoad::Wrench(load),
                     target: Target::ToolTip,
                     machine,
@@ -335,7 +335,7 @@ fn coverage((name, sought): (&str, &[(&str, f64)]), repetitions: u64) -> f64 {
     // How often each is identified, and how often its interval then holds the number.
     let held = |repetition: u64| -> Vec<[usize; 2]> {
         let found = identified(name, &keys, &noisy.data(repetition));
-        let holds = |(own, (_, value)): (&Found, &(String, f64))| {
+        let holds = |(own, (_, value)): (&Estimate, &(String, f64))| {
             let is_known = own.open.is_none();
             [is_known, is_known && (own.interval[0]..own.interval[1]).contains(value)].map(usize::from)
         };
@@ -512,7 +512,7 @@ fn drift_is_seen_in_what_is_left() {
     };
     let read: Vec<Vector3<f64>> = places.iter().enumerate().map(drifting).collect();
     let found = identified("fanuc_r2000ic", "unknowns = [\"arm.J*.stiffness\"]\n", &csv(&machine, &places, &read));
-    let seen: Vec<_> = found.patterns.iter().filter(|own| own.is_seen()).collect();
+    let seen: Vec<_> = found.patterns.iter().filter(|own| own.is_significant()).collect();
     assert!(seen.iter().any(|own| own.of == "residual along x" && own.with == "order of measuring"), "{seen:?}");
 }
 
@@ -529,14 +529,14 @@ fn lost_motion_and_a_stiffness_that_depends_on_the_load_are_seen_in_what_is_left
         let data = csv(&machine, &places, &read.collect::<Vec<_>>());
         let found = identified("fanuc_r2000ic", "unknowns = [\"arm.J*.stiffness\"]\n", &data);
         let own = found.patterns.into_iter().find(|own| own.of == "residual along the predicted displacement");
-        own.map(|own| (own.correlation, own.is_seen())).unwrap()
+        own.map(|own| (own.correlation, own.is_significant())).unwrap()
     };
-    let (as_modelled, is_seen) = correlation(&|d| d);
-    assert!(!is_seen, "{as_modelled}");
-    let (lost, is_seen) = correlation(&|d| d + d.normalize() * 0.05);
-    assert!(is_seen && lost < 0.0, "{lost}");
-    let (softer, is_seen) = correlation(&|d| d * (1.0 + 0.2 * d.norm()));
-    assert!(is_seen && softer > 0.0, "{softer}");
+    let (as_modelled, is_significant) = correlation(&|d| d);
+    assert!(!is_significant, "{as_modelled}");
+    let (lost, is_significant) = correlation(&|d| d + d.normalize() * 0.05);
+    assert!(is_significant && lost < 0.0, "{lost}");
+    let (softer, is_significant) = correlation(&|d| d * (1.0 + 0.2 * d.norm()));
+    assert!(is_significant && softer > 0.0, "{softer}");
 }
 
 /// Forces in kN, and a decimal point in the wrong place.
@@ -547,14 +547,14 @@ fn slips_of_the_pen_are_named_and_identify_nothing() {
     let mut read = read_with_noise(&machine, &places, 0.01, 42);
     let keys = "unknowns = [\"arm.J1.stiffness\", \"arm.J2.stiffness\", \"arm.J3.stiffness\"]\nprofile = false\n";
     let good = identified("fanuc_r2000ic", keys, &csv(&machine, &places, &read));
-    assert!(good.far_off.is_empty() && good.found.iter().all(|own| own.open.is_none()), "{:?}", good.far_off);
+    assert!(good.outliers.is_empty() && good.found.iter().all(|own| own.open.is_none()), "{:?}", good.outliers);
     let thousandth = |place: &Place| Place { force: place.force * 1e-3, ..place.clone() };
     let in_kilonewtons: Vec<Place> = places.iter().map(thousandth).collect();
     let found = identified("fanuc_r2000ic", keys, &csv(&machine, &in_kilonewtons, &read));
     assert!(found.found.iter().all(|own| own.open.is_some()), "{:?}", found.found);
     read[5].y *= 10.0;
     let found = identified("fanuc_r2000ic", keys, &csv(&machine, &places, &read));
-    let [first, ..] = &found.far_off[..] else { panic!("none is far off") };
+    let [first, ..] = &found.outliers[..] else { panic!("none is far off") };
     assert!(first.measurement == 5 && first.column == "displacement_y_mm", "{first:?}");
     // The reading is named before what it costs: wide intervals, or, beyond the noise that was given, all numbers.
     let folder = tempfile::tempdir().unwrap();
@@ -940,7 +940,7 @@ fn what_yields_elastically_is_not_called_lost_motion() {
         let places = places(&bearings, 32, 800.0, &mut Random::seed_from_u64(60 + truth as u64));
         let data = csv(&bearings, &places, &read_with_noise(&real, &places, 0.005, 7 + truth as u64));
         let found = identified("bearings.toml", &(unknowns(&joints) + "folds = 2\nprofile = false\n"), &data);
-        let said = found.patterns.into_iter().find(|own| own.is_seen() && own.hint.contains("lost motion"));
+        let said = found.patterns.into_iter().find(|own| own.is_significant() && own.hint.contains("lost motion"));
         said.map(|own| (name, stiffness, own.correlation))
     };
     let wrong: Vec<_> = (0..cases(5).cases as usize).into_par_iter().filter_map(wrong_in).collect();
@@ -999,11 +999,11 @@ fn readings_of_poses_left_out_are_within_their_intervals() {
             let keys = unknowns(&names) + "folds = 2\nprofile = false\n" + &keys;
             let study = open(SOUGHT[1].0, &keys, &fitted).unwrap();
             let found = run(&study, &Work::default()).unwrap().unwrap();
-            let poses = read(out.as_bytes(), "out.csv", &study.machine, WhatFor::Predictions).unwrap();
+            let poses = read(out.as_bytes(), "out.csv", &study.machine, RowUse::Predictions).unwrap();
             let answers = predict(&study, &found, &poses).unwrap();
             let all: Vec<_> =
                 answers.into_iter().flat_map(|own| own.unwrap_or_else(|e| panic!("{}", e.reason))).collect();
-            let within = |own: &&Answer| (own.measured.unwrap() - own.value).abs() <= own.half_width;
+            let within = |own: &&Prediction| (own.measured.unwrap() - own.value).abs() <= own.half_width;
             [all.len(), all.iter().filter(within).count()]
         };
         let all: Vec<[usize; 2]> = (0..u64::from(cases(10).cases)).into_par_iter().map(held).collect();
@@ -1120,10 +1120,10 @@ fn what_chance_explains_is_that_of_tables() {
     let table =
         [(1, 6.635), (2, 9.210), (3, 11.345), (4, 13.277), (5, 15.086), (10, 23.209), (30, 50.892), (100, 135.807)];
     for (free, expected) in table {
-        let found = most_by_chance(free) * free as f64;
+        let found = mean_square_limit(free) * free as f64;
         assert!((found / expected - 1.0).abs() < 3e-3, "{free}: {found}");
     }
-    assert_eq!(most_by_chance(0), f64::INFINITY);
+    assert_eq!(mean_square_limit(0), f64::INFINITY);
 }
 
 #[test]

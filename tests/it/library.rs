@@ -6,7 +6,7 @@ use std::sync::{
 };
 
 use kinetostat::{
-    Begin, Error, Event, Folder, Overrides, RunOptions, Study, StudyKind, Work,
+    Error, Event, Folder, Overrides, RunOptions, Start, Study, StudyKind, Work,
     questions::{map, path, superposition},
 };
 
@@ -64,7 +64,7 @@ fn a_study_runs_into_a_folder_stops_and_goes_on() {
     let stopped = study.run_into(folder.path(), &options, Arc::clone(&stop), watch(stop));
     assert!(matches!(stopped, Err(Error::Stopped)), "{stopped:?}");
     assert_eq!(seen.lock().unwrap()[0], Event::Resumed { pieces: 0, lost: 0 });
-    let options = RunOptions { begin: Begin::Resume, ..options };
+    let options = RunOptions { begin: Start::Resume, ..options };
     let nobody = Arc::default();
     let finished = study.run_into(folder.path(), &options, nobody, watch(Arc::default())).unwrap();
     assert!(finished.is_complete && finished.headline.unsolved.is_none(), "{finished:?}");

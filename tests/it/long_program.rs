@@ -5,10 +5,10 @@ use kinetostat::{
     input::Folder,
     machine::Machine,
     process::file::Process,
-    products::program::{Asked, Corrected, ProgramCommands, ProgramJob},
+    products::program::{Asked, CorrectedPath, ProgramCommands, ProgramJob},
     simulation::{
         ProgramFile, Source,
-        along_path::{Commands, PathAnswer, PathCase, run},
+        along_path::{Commands, PathCase, PathPointResult, run},
     },
     work::Work,
 };
@@ -67,8 +67,8 @@ fn parts_answer_as_the_whole_does() {
     assert!(tasks.len() > 4096);
     let case = PathCase { nominal: &job.machine, real: &job.real, unloaded: &job.machine, before: None, tasks: &tasks };
     let nothing_to_tell = || ();
-    let mut corrected = Corrected::new(&job);
-    let mut answers: Vec<PathAnswer> = Vec::new();
+    let mut corrected = CorrectedPath::new(&job);
+    let mut answers: Vec<PathPointResult> = Vec::new();
     let own = job.pass_by(Method::Direct, &nothing_to_tell, |part, found| {
         corrected.add(&job, part, found);
         answers.extend_from_slice(found);
@@ -89,9 +89,9 @@ fn parts_answer_as_the_whole_does() {
         })
         .unwrap();
     let alone = run(&case, &Commands::Method(Method::None), &nothing_to_tell);
-    assert!(before.iter().eq(&alone.iter().map(PathAnswer::settled_error).collect::<Vec<_>>()));
+    assert!(before.iter().eq(&alone.iter().map(PathPointResult::solved_error).collect::<Vec<_>>()));
     let mut read_back = Vec::new();
-    let pass = job.pass("as written", &ProgramCommands::Sent(&written.sent), &nothing_to_tell, |_, found| {
+    let pass = job.pass("as written", &ProgramCommands::CommandedPath(&written.sent), &nothing_to_tell, |_, found| {
         read_back.extend_from_slice(found);
         Ok(())
     });

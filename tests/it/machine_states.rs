@@ -4,7 +4,7 @@
 use crate::support::{Within, engine::*, reference};
 use kinetostat::{
     compensation::{CompensationSettings, Method, Session, Target, TaskPoint, compensate},
-    machine::{Configuration, Machine, Zeroed},
+    machine::{Configuration, Machine, ZeroState},
     spatial::{Pose, Wrench, rotation_log},
     statics::{Outcome, State, Status, Workspace, equilibrium, unloaded_stiffness},
 };
@@ -121,7 +121,7 @@ fn compensated_drives_are_met() {
     for case in cases() {
         for method in [Method::Direct, Method::Newton] {
             let mut session = Session::new(&case.machine, &case.machine, CompensationSettings::default());
-            session.stand(&case.at, &State::rigid(&case.machine, &case.at));
+            session.set_state(&case.at, &State::rigid(&case.machine, &case.at));
             let target = Target::FullPose;
             let done = compensate(
                 &mut session,
@@ -143,14 +143,14 @@ fn drive_values(machine: &Machine, json: &Value, key: &str) -> Vec<f64> {
 #[test]
 fn the_command_line_meets_them_by_pose_and_by_joints() {
     // The program measures from where a machine is zeroed, the states from the rigid one.
-    for case in cases().into_iter().filter(|case| case.machine.zeroed == Zeroed::Weightless) {
+    for case in cases().into_iter().filter(|case| case.machine.zeroed == ZeroState::Weightless) {
         let joined = |values: &[f64]| values.iter().map(|v| format!("{v:?}")).collect::<Vec<_>>().join(",");
         let joints: Vec<f64> = case
             .at
             .drives
             .iter()
             .zip(case.machine.drives())
-            .map(|(rho, (_, drive))| drive.motion.shown(*rho))
+            .map(|(rho, (_, drive))| drive.motion.to_shown(*rho))
             .collect();
         let (roll, pitch, yaw) = nalgebra::Rotation3::from_matrix_unchecked(case.at.pose.rotation).euler_angles();
         let mut pose: Vec<f64> = case.at.pose.translation.iter().copied().collect();

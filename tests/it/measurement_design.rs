@@ -11,7 +11,7 @@ use kinetostat::{
     questions::{
         Overrides, Study, StudyKind,
         identification::{self, IdentificationStudy, LossSpec, Measurement, Noise, Search},
-        measurement_design::{Choice, Criterion, MeasurementDesignStudy, Plan, end_of_arm, run},
+        measurement_design::{Criterion, DesignProblem, MeasurementDesignStudy, Plan, end_of_arm, run},
     },
     work::Work,
 };
@@ -259,12 +259,12 @@ fn what_is_chosen_is_the_best_of_all_sets_or_nearly() {
     let candidates: Vec<DMatrix<f64>> = (0..9).map(|_| rows()).collect();
     let tested = DMatrix::from_diagonal(&nalgebra::dvector![1.0, 4.0, 0.5]);
     for criterion in [Criterion::AllNumbers, Criterion::Tested(tested)] {
-        let choice = Choice { candidates: &candidates, known: DMatrix::identity(3, 3) * 1e-6, criterion };
-        let measure = |set: &[usize]| choice.measure(&choice.information(set)).unwrap();
-        let found = measure(&choice.chosen(4, &Work::default()).unwrap());
+        let choice = DesignProblem { candidates: &candidates, known: DMatrix::identity(3, 3) * 1e-6, criterion };
+        let criterion_value = |set: &[usize]| choice.criterion_value(&choice.information(set)).unwrap();
+        let found = criterion_value(&choice.choose(4, &Work::default()).unwrap());
         let sets = (0u32..1 << 9).filter(|bits| bits.count_ones() == 4);
         let best = sets
-            .map(|bits| measure(&(0..9).filter(|i| bits >> i & 1 == 1).collect::<Vec<_>>()))
+            .map(|bits| criterion_value(&(0..9).filter(|i| bits >> i & 1 == 1).collect::<Vec<_>>()))
             .fold(f64::NEG_INFINITY, f64::max);
         // Exchanges of one end where no single one helps, which may be below the best of all sets.
         assert!(found <= best + 1e-9 && found > best - 0.05, "{found} {best}");
@@ -278,12 +278,13 @@ fn what_one_adds_is_what_the_measure_grows_by() {
     let candidates: Vec<DMatrix<f64>> = (0..5).map(|_| rows()).collect();
     let tested = DMatrix::from_diagonal(&nalgebra::dvector![1.0, 4.0, 0.5]);
     for criterion in [Criterion::AllNumbers, Criterion::Tested(tested)] {
-        let choice = Choice { candidates: &candidates, known: DMatrix::identity(3, 3) * 1e-6, criterion };
+        let choice = DesignProblem { candidates: &candidates, known: DMatrix::identity(3, 3) * 1e-6, criterion };
         let before = choice.information(&[0, 1]);
         let gains = choice.gains(&before, &[0]);
         assert_eq!(gains[0], f64::NEG_INFINITY);
         for (i, gain) in gains.iter().enumerate().skip(1) {
-            let grown = choice.measure(&choice.information(&[0, 1, i])).unwrap() - choice.measure(&before).unwrap();
+            let grown = choice.criterion_value(&choice.information(&[0, 1, i])).unwrap()
+                - choice.criterion_value(&before).unwrap();
             assert!((gain - grown).abs() < 1e-9 * grown.abs().max(1.0), "{gain} {grown}");
         }
     }

@@ -72,7 +72,7 @@ fn tip(machine: &Machine, position: Vector3<f64>, force: Vector3<f64>) -> (Statu
     let moment = (at.pose.rotation * machine.tool_tip).cross(&force);
     let load = Wrench { force, moment };
     let outcome = equilibrium(machine, &at.drives, &load, &mut state, &mut Workspace::new(machine), &EXACT);
-    let softest = outcome.softest(machine.characteristic_length).unwrap_or(f64::NAN);
+    let softest = outcome.least_stiffness(machine.characteristic_length).unwrap_or(f64::NAN);
     (outcome.status, state.pose.transform(machine.tool_tip), softest)
 }
 

@@ -164,13 +164,13 @@ fn an_unsafe_loop_is_said_first() {
 }
 
 /// Whether the force settles, cycle after cycle, by the difference equation itself.
-fn settles(compliance: f64, too_soft: f64, k: f64) -> bool {
+fn settles(compliance: f64, softness: f64, k: f64) -> bool {
     let mut size = [0.0f64; 2];
     for (size, sign) in size.iter_mut().zip([1.0, -1.0]) {
         let (mut force, mut measured) = (1.0, 0.0);
         for _ in 0..4000 {
             // F = F₀ − s k (C F − C_m F_before)
-            force = (1.0 + sign * k * (1.0 + too_soft) * compliance * measured) / (1.0 + sign * k * compliance);
+            force = (1.0 + sign * k * (1.0 + softness) * compliance * measured) / (1.0 + sign * k * compliance);
             measured = force;
         }
         *size = force;
@@ -180,15 +180,15 @@ fn settles(compliance: f64, too_soft: f64, k: f64) -> bool {
 
 #[test]
 fn the_gain_says_whether_the_loop_settles() {
-    for too_soft in [-0.5, -0.1, 0.0, 0.2, 1.0] {
+    for softness in [-0.5, -0.1, 0.0, 0.2, 1.0] {
         let compliance = 2e-3;
-        let limit = LoopGain::new(compliance, too_soft, None).largest_stiffness_N_per_mm;
+        let limit = LoopGain::new(compliance, softness, None).largest_stiffness_N_per_mm;
         for (share, safe) in [(0.1, true), (0.97, true), (1.03, false), (1.5, false)] {
-            let gain = LoopGain::new(compliance, too_soft, Some(share * limit));
+            let gain = LoopGain::new(compliance, softness, Some(share * limit));
             assert_eq!(gain.is_safe(), Some(safe), "{gain:?}");
-            assert_eq!(settles(compliance, too_soft, share * limit), safe, "{too_soft} {share}");
+            assert_eq!(settles(compliance, softness, share * limit), safe, "{softness} {share}");
         }
-        assert_eq!(LoopGain::new(compliance, too_soft, Some(1.0 / compliance)).gain, Some(f64::INFINITY));
+        assert_eq!(LoopGain::new(compliance, softness, Some(1.0 / compliance)).gain, Some(f64::INFINITY));
     }
 }
 

@@ -112,7 +112,7 @@ fn a_machine_that_cannot_turn_its_tool_so_refuses_the_path() {
         let machine = Machine::named(machine).unwrap();
         let process = process(&machine, [0.0; 3], [0.0, 0.0]);
         let path = Polyline::read(format!("x_mm,y_mm,z_mm,{columns}\n0,0,0,{values}\n"), "path.csv").unwrap();
-        process.with_cuts(path.toolpath().clone(), "path.csv").map_err(|error| error.to_string())
+        process.mark_cutting(path.toolpath().clone(), "path.csv").map_err(|error| error.to_string())
     };
     let home = Machine::named("orthoglide").unwrap();
     let axis = -(home.home.pose.rotation * home.tool_axes.column(2));

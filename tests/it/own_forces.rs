@@ -6,7 +6,7 @@ use kinetostat::{
     compensation::{Method, Session, Target, TaskPoint, compensate},
     inspect::{
         machine_check::check,
-        point::{Place, PointLoad, PointQuestion, solve},
+        point::{NominalCommand, PointLoad, PointQuestion, solve},
     },
     machine::Machine,
     simulation::{Machines, Source, settings},
@@ -79,7 +79,7 @@ fn a_preloaded_spring_is_neither_cutting_nor_chain_errors() {
 fn a_machine_with_springs_alone_says_so() {
     let text = balanced("weightless", 1.0).replace("mass = { kg = 1, at_mm = [0.0, 0.0, 0.0] }\n", "");
     let machine = machine_from(&text);
-    assert_eq!(machine.own_forces(), Some("springs"));
+    assert_eq!(machine.own_load_words(), Some("springs"));
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("machine.toml"), text).unwrap();
     let study = "schema = 3\nquestion = \"How far?\"\nmachine = \"machine.toml\"\n[process.force.path_frame]\n\
@@ -123,7 +123,7 @@ fn every_method_works_with_a_tool_that_bends() {
     }
 }
 
-fn question(machine: &Machine, place: Place, load: Wrench) -> PointQuestion {
+fn question(machine: &Machine, place: NominalCommand, load: Wrench) -> PointQuestion {
     let errors = machine.assembly_errors(&vec![0.0; machine.chains.len()]);
     PointQuestion {
         machines: Machines::new(machine, &errors).unwrap(),
@@ -142,7 +142,7 @@ fn drives_to_spare_stay_where_they_are_asked_for() {
     drives[0] = 400.0;
     drives[1] = 0.2;
     let load = Wrench { force: Vector3::new(0.0, 0.0, -1.0), moment: Vector3::zeros() };
-    let answer = solve(&question(&machine, Place::Drives(drives.clone()), load)).unwrap();
+    let answer = solve(&question(&machine, NominalCommand::Drives(drives.clone()), load)).unwrap();
     let compensated = answer.compensated.unwrap();
     for (rho, asked) in compensated.drives.iter().zip(&drives) {
         assert!((rho - asked).abs() < 0.5, "{rho} {asked}");
@@ -182,7 +182,7 @@ fn a_singular_wrist_is_at_its_singularity() {
 fn a_serial_arm_has_no_internal_force() {
     let machine = Machine::named("fanuc_r2000ic").unwrap();
     let drives = machine.home.drives.clone();
-    let answer = solve(&question(&machine, Place::Drives(drives), Wrench::zero())).unwrap();
+    let answer = solve(&question(&machine, NominalCommand::Drives(drives), Wrench::zero())).unwrap();
     let chain = &answer.loaded.chains[0];
     let internal = chain.internal_wrench.unwrap().norm(machine.characteristic_length);
     assert!(internal < 1e-6 && chain.wrench.force.norm() > 100.0, "{internal} {}", chain.wrench.force.norm());

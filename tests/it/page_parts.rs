@@ -9,10 +9,10 @@ use kinetostat::{
     page::{
         Better, Column, Description, Explorer, Group, GroupValue, MachineDescription, Packed, PointCommand, Precision,
         Quantity, Shape, TableNote, count_reasons,
-        dataset::{Dataset, thinned},
-        explore_page, href, point_commands, relative,
-        table::{Table, TableView, number},
-        winners::{At, Winners, against, percent},
+        dataset::{Dataset, thin_axes},
+        explore_page, href, point_commands, relative_display,
+        table::{Table, TableView, format_number},
+        winners::{NodeWinner, Winners, difference_words, percent},
     },
 };
 use serde_json::{Value, json};
@@ -65,27 +65,27 @@ fn only_nodes_of_both_are_in_common() {
         other.axes.first_mut().into_iter().for_each(|axis| axis[0] = 7.0);
         other.names.first_mut().into_iter().for_each(|name| *name = "other".into());
         other.axes.first_mut().into_iter().for_each(|axis| axis.sort_by(f64::total_cmp));
-        let part = all.at_nodes_of(&other);
+        let part = all.restricted_to(&other);
         assert_eq!(part.node_count(), 1, "{shape:?}");
         assert_eq!(part.values[0][0], [6.0], "{shape:?}");
         assert_eq!(part.flags[1], [(0, 0)], "{shape:?}");
         other.axes.first_mut().into_iter().for_each(|axis| axis.truncate(0));
         other.names.clear();
-        assert_eq!(all.at_nodes_of(&other).node_count(), 0, "{shape:?}");
+        assert_eq!(all.restricted_to(&other).node_count(), 0, "{shape:?}");
     }
 }
 
 #[test]
 fn a_large_grid_is_thinned_with_its_ends_kept() {
     let axis: Vec<f64> = (0..101).map(f64::from).collect();
-    let axes = thinned(&[axis.clone(), axis.clone(), vec![5.0]], 500);
+    let axes = thin_axes(&[axis.clone(), axis.clone(), vec![5.0]], 500);
     assert_eq!((axes[0].len(), axes[1].len(), axes[2].len()), (22, 22, 1));
     for axis in &axes[..2] {
         assert_eq!((axis[0], axis[axis.len() - 1]), (0.0, 100.0));
         assert!(axis.windows(2).all(|pair| pair[0] < pair[1]));
     }
     let whole = [axis];
-    assert_eq!(thinned(&whole, 101), whole);
+    assert_eq!(thin_axes(&whole, 101), whole);
 }
 
 #[test]
@@ -102,7 +102,7 @@ fn numbers_keep_five_digits() {
         (361.0, "361"),
         (f64::NAN, "–"),
     ] {
-        assert_eq!(number(value), shown);
+        assert_eq!(format_number(value), shown);
     }
 }
 
@@ -159,10 +159,13 @@ fn rounding_and_what_is_not_solved_have_no_winner() {
     let b = part(vec![2.0, 1.5, 5.7e-14, 1.0, 9.0, 1.0], &[4]);
     let parts = [&a, &b];
     let winners = Winners::new(&parts, 0, 0, Better::Smaller, 1e-7).unwrap();
-    let best = |who, lead| At::Best { who, lead };
-    assert_eq!(winners.at, [best(0, 0.5), best(1, 0.25), At::Same, At::Same, At::Nothing, At::Nothing]);
-    assert_eq!((winners.counted(), winners.share(0), winners.share_same()), (4, 0.25, 0.5));
-    assert_eq!((winners.most(1), winners.typical(0)), (Some(1), Some(0.5)));
+    let best = |who, lead| NodeWinner::Best { who, lead };
+    assert_eq!(
+        winners.at,
+        [best(0, 0.5), best(1, 0.25), NodeWinner::Same, NodeWinner::Same, NodeWinner::Nothing, NodeWinner::Nothing]
+    );
+    assert_eq!((winners.compared_count(), winners.win_share(0), winners.share_same()), (4, 0.25, 0.5));
+    assert_eq!((winners.most(1), winners.typical_lead(0)), (Some(1), Some(0.5)));
     let larger = Winners::new(&parts, 0, 0, Better::Larger, 1e-7).unwrap();
     assert_eq!(larger.at[..2], [best(1, 1.0), best(0, 0.5 / 1.5)]);
     assert_eq!(Winners::new(&parts, 0, 0, Better::Neither, 0.0), None);
@@ -186,7 +189,7 @@ fn rounding_is_the_same_and_differences_are_said_in_percent() {
         (1.0, -2.0, "–"),
         (0.997, 1.0, "0.3 % less"),
     ] {
-        assert_eq!(against(value, reference, floor), expected);
+        assert_eq!(difference_words(value, reference, floor), expected);
     }
     let shown = [0.0, 0.0004, 0.93, 0.9999, 1.0].map(percent);
     assert_eq!(shown, ["0 %", "less than 0.1 %", "93 %", "99.9 %", "100 %"]);
@@ -325,6 +328,6 @@ fn addresses_are_relative_to_the_page() {
     ] {
         assert_eq!(href(Path::new(page), Path::new(file)), address);
     }
-    assert_eq!(relative(Path::new("/x/page.html"), Path::new("/x/a b")), "a b");
-    assert_eq!(relative(Path::new("/x/page.html"), Path::new("/x")), ".");
+    assert_eq!(relative_display(Path::new("/x/page.html"), Path::new("/x/a b")), "a b");
+    assert_eq!(relative_display(Path::new("/x/page.html"), Path::new("/x")), ".");
 }

@@ -13,8 +13,8 @@ use std::{
 use kinetostat::{
     Error, Event, Overrides, RunOptions, Study,
     run::{
-        Begin,
-        parts::{Opened, PartInFolder, PartOptions, parts_in},
+        Start,
+        parts::{PartInFolder, PartOptions, StudySource, read_parts},
     },
     work::{
         part_file::{Part, PartSource},
@@ -323,7 +323,7 @@ fn a_part_is_stopped_and_gone_on_with() {
     let folder = tempfile::tempdir().unwrap();
     let study = written(folder.path(), SUPERPOSITION);
     let out = folder.path().join("parts");
-    let asked = |begin| PartOptions { begin, program: Some(PROGRAM.into()), opened: Opened::default(), round: 1 };
+    let asked = |begin| PartOptions { begin, program: Some(PROGRAM.into()), opened: StudySource::default(), round: 1 };
     let part = |begin, stop: Arc<AtomicBool>| {
         let flag = Arc::clone(&stop);
         let watch = move |event| {
@@ -333,25 +333,25 @@ fn a_part_is_stopped_and_gone_on_with() {
         };
         on(1, || study.part_into(share(1, 2), &out, &asked(begin), stop, watch))
     };
-    assert!(matches!(part(Begin::New, stop()), Err(Error::Stopped)));
+    assert!(matches!(part(Start::New, stop()), Err(Error::Stopped)));
     assert!(contents(&out).keys().eq(["part_0001_of_0002.state"]));
-    let error = part(Begin::New, stop()).unwrap_err().to_string();
+    let error = part(Start::New, stop()).unwrap_err().to_string();
     assert!(error.contains("part_0001_of_0002.state: holds what an unfinished run has computed"), "{error}");
     // Each attempt ends one piece.
-    let stops = (0..study.kind.pieces()).take_while(|_| part(Begin::Resume, stop()).is_err()).count();
+    let stops = (0..study.kind.pieces()).take_while(|_| part(Start::Resume, stop()).is_err()).count();
     assert!((1..4).contains(&stops), "stopped {stops} times more");
     let file = out.join("part_0001_of_0002.kpart");
     assert!(contents(&out).keys().eq(["part_0001_of_0002.kpart"]));
     assert!(read(&[fs::read(&file).unwrap()])[0].head().opened.contains("overrides"));
-    let there = part(Begin::New, stop()).unwrap();
+    let there = part(Start::New, stop()).unwrap();
     assert_eq!(there, PartInFolder { file: file.clone(), was_there: true, is_complete: false });
     let other = written(folder.path(), &SUPERPOSITION.replace("= 215.0", "= 216.0"));
-    let error = other.part_into(share(1, 2), &out, &asked(Begin::New), stop(), |_| ()).unwrap_err().to_string();
+    let error = other.part_into(share(1, 2), &out, &asked(Start::New), stop(), |_| ()).unwrap_err().to_string();
     assert!(error.contains("was computed from other inputs: its study.toml"), "{error}");
     fs::rename(&file, out.join("part_0002_of_0002.kpart")).unwrap();
-    let error = study.part_into(share(2, 2), &out, &asked(Begin::New), stop(), |_| ()).unwrap_err().to_string();
+    let error = study.part_into(share(2, 2), &out, &asked(Start::New), stop(), |_| ()).unwrap_err().to_string();
     assert!(error.contains("is part 1 of 2, expected part 2 of 2"), "{error}");
-    let later = PartOptions { round: 2, ..asked(Begin::New) };
+    let later = PartOptions { round: 2, ..asked(Start::New) };
     let error = study.part_into(share(1, 2), &out, &later, stop(), |_| ()).unwrap_err().to_string();
     assert!(error.contains("part 2 of 2: is missing"), "{error}");
 }
@@ -376,7 +376,7 @@ fn the_commands_share_and_merge_by_folder_and_file() {
     let second = path("b/part_0002_of_0002.kpart");
     printed(&["merge", &second, &path("a"), "--out", &path("merged")]);
     assert_same(Path::new(&path("merged")), Path::new(&path("whole")), "by the commands");
-    assert_eq!(parts_in(Path::new(&path("a"))).unwrap().len(), 1);
+    assert_eq!(read_parts(Path::new(&path("a"))).unwrap().len(), 1);
 
     let refused = |arguments: &[&str], expected: &str| {
         let (code, _, said) = told(arguments);

@@ -7,12 +7,12 @@ use std::{
 };
 
 use kinetostat::{
-    answer::Said,
+    answer::ReportText,
     questions::{
         Overrides, Study, StudyKind,
         path::{
             self, PathResults, Shown,
-            report::{Curve, MOST_POINTS, Summary, drawn, text, view},
+            report::{Curve, MOST_POINTS, Summary, drawn_indices, text, view_axes},
             run,
         },
     },
@@ -80,7 +80,7 @@ methods = ["mirror_2", "direct"]
 }
 
 /// What is said of all points.
-fn said(found: &PathResults) -> Said {
+fn said(found: &PathResults) -> ReportText {
     let mut summary = Summary::new(&found.study, Shown { is_circle: false });
     summary.add(&found.whole);
     text(&summary)
@@ -250,21 +250,21 @@ fn a_long_path_keeps_its_corners_and_its_ends() {
     };
     for lines in [300, 900] {
         let positions: Vec<Vector3<f64>> = (0..1000 * lines).map(position).collect();
-        let drawn = drawn(&positions);
+        let drawn = drawn_indices(&positions);
         assert!(drawn.len() <= MOST_POINTS && drawn.windows(2).all(|pair| pair[0] < pair[1]));
         for corner in (0..lines).flat_map(|line| [1000 * line, 1000 * line + 999]) {
             assert!(drawn.binary_search(&corner).is_ok(), "corner {corner} of {lines}");
         }
         assert!(drawn.windows(2).all(|pair| pair[1] - pair[0] <= lines / 2 + 1));
-        assert_eq!(path::report::drawn(&positions[..MOST_POINTS]).len(), MOST_POINTS);
+        assert_eq!(path::report::drawn_indices(&positions[..MOST_POINTS]).len(), MOST_POINTS);
     }
 }
 
 #[test]
 fn a_path_is_seen_along_the_axis_in_which_it_spreads_least() {
     let path = |x: f64, y: f64, z: f64| [Vector3::zeros(), Vector3::new(x, y, z)];
-    assert_eq!(view(&path(10.0, 10.0, 0.0)), [0, 1, 2]);
-    assert_eq!(view(&path(10.0, 0.0, 10.0)), [0, 2, 1]);
-    assert_eq!(view(&path(0.0, 10.0, 10.0)), [1, 2, 0]);
-    assert_eq!(view(&path(10.0, 0.0, 0.0)), [0, 1, 2]);
+    assert_eq!(view_axes(&path(10.0, 10.0, 0.0)), [0, 1, 2]);
+    assert_eq!(view_axes(&path(10.0, 0.0, 10.0)), [0, 2, 1]);
+    assert_eq!(view_axes(&path(0.0, 10.0, 10.0)), [1, 2, 0]);
+    assert_eq!(view_axes(&path(10.0, 0.0, 0.0)), [0, 1, 2]);
 }

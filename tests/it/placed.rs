@@ -25,9 +25,12 @@ fn the_tool_tip_stands_on_the_path_and_the_platform_a_tool_away() {
     // x of W is y of O, y of W is −x of O.
     let wanted = Vector3::new(10.0 - 2.0, 20.0 + 1.0, 30.0 + 3.0);
     let orientation = Pose::from_roll_pitch_yaw(Vector3::new(0.2, -0.1, 0.5)).rotation;
-    let pose = placement(PathReference::ToolTip).on(&orientation, &Pose::from_translation(TIP)).platform_pose(at);
+    let pose =
+        placement(PathReference::ToolTip).on_machine(&orientation, &Pose::from_translation(TIP)).platform_pose(at);
     assert!((pose.transform(TIP) - wanted).norm() < 1e-12);
-    let pose = placement(PathReference::PlatformPoint).on(&orientation, &Pose::from_translation(TIP)).platform_pose(at);
+    let pose = placement(PathReference::PlatformPoint)
+        .on_machine(&orientation, &Pose::from_translation(TIP))
+        .platform_pose(at);
     assert!((pose.translation - wanted).norm() < 1e-12);
     assert_eq!(pose.rotation, orientation);
 }
@@ -57,7 +60,8 @@ fn where_the_platform_is_turned_its_point_stands_on_the_path_too() {
             let placement = Placement { roll_pitch_yaw, ..placement(reference) };
             let at = Vector3::new(-7.0, 0.25, 12.0);
             let turned = Pose::from_roll_pitch_yaw(Vector3::new(-0.3, 0.1, 0.7)).rotation * orientation;
-            let placed = placement.on(&orientation, &Pose::from_translation(TIP)).turned(&turned);
+            let placed =
+                placement.on_machine(&orientation, &Pose::from_translation(TIP)).with_platform_rotation(&turned);
             let pose = placed.platform_pose(at);
             assert_eq!(pose.rotation, turned);
             let stands = pose.transform(placed.reference());
@@ -71,10 +75,10 @@ fn where_the_platform_is_turned_its_point_stands_on_the_path_too() {
 fn the_wrench_is_that_of_eq_16_and_turns_with_the_workpiece() {
     let (force, tool) = (MillingForce::PAPER, Pose::from_translation(Vector3::new(0.0, 0.0, 100.0)));
     let load = Load { force_N: force.force(0.7), moment_Nmm: Vector3::zeros() };
-    let unturned = Placement::default().on(&Matrix3::identity(), &tool).wrench(&load);
+    let unturned = Placement::default().on_machine(&Matrix3::identity(), &tool).wrench(&load);
     assert!((unturned.to_vector() - force.wrench(0.7, &tool).to_vector()).norm() < 1e-12);
     let load = Load { moment_Nmm: Vector3::new(5.0, 6.0, 7.0), ..load };
-    let turned = placement(PathReference::ToolTip).on(&Matrix3::identity(), &tool).wrench(&load);
+    let turned = placement(PathReference::ToolTip).on_machine(&Matrix3::identity(), &tool).wrench(&load);
     let f = Vector3::new(-load.force_N.y, load.force_N.x, load.force_N.z);
     assert!((turned.force - f).norm() < 1e-12);
     let moment = Vector3::new(-6.0 - 100.0 * f.y, 5.0 + 100.0 * f.x, 7.0);

@@ -8,7 +8,7 @@ use std::{
 
 use kinetostat::{
     questions::placement::{
-        Bounds, Cell, Evaluator, Found, Metric, PlacementResults, PlacementStudy, Site, SiteGrid, Verdict, compare,
+        Bounds, Cell, Evaluator, Metric, Origin, PlacementResults, PlacementStudy, Site, SiteGrid, Verdict, compare,
         report::{candidates_table, sweep_table},
         run,
     },
@@ -81,7 +81,7 @@ fn the_search_finds_what_brute_force_finds() {
     assert!(best.value <= fine.0, "{best:?}, brute force {fine:?}");
     assert!(best.value >= 0.995 * fine.0, "{best:?}, brute force {fine:?}");
     assert!((best.site.position_mm() - fine.1.position_mm()).amax() < 1.5, "{best:?}, brute force {fine:?}");
-    assert!(matches!(best.found, Found::Refinement(_)));
+    assert!(matches!(best.found, Origin::Refinement(_)));
 }
 
 #[test]

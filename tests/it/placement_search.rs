@@ -8,10 +8,10 @@ use crate::support::{
     placement::{searched, study_in},
 };
 use kinetostat::questions::placement::{
-    Bounds, End, Entry, Evaluator, Metric, Metrics, PlacementResults, PlacementStudy, Sight, Site, SiteGrid, basis,
-    compare, dominates, levels,
+    Bounds, End, Entry, Evaluator, Metric, Metrics, PlacementResults, PlacementStudy, Probe, Site, SiteGrid, basis,
+    compare, dominates, levels, margin_along,
     report::{hull, summary_text},
-    undominated, way,
+    undominated,
 };
 use proptest::test_runner::RngSeed;
 use rayon::prelude::*;
@@ -477,21 +477,21 @@ fn followed(reach: f64, step: f64, share: impl Fn(f64) -> f64) -> (f64, End, usi
     let look = |at: f64| {
         looks.set(looks.get() + 1);
         let share = share(at);
-        if share.abs() > 1.0 { Err(End::Worse) } else { Ok(Sight { at, shares: vec![0.1, share] }) }
+        if share.abs() > 1.0 { Err(End::Worse) } else { Ok(Probe { at, shares: vec![0.1, share] }) }
     };
-    let (distance, end) = way(reach, step, look);
+    let (distance, end) = margin_along(reach, step, look);
     (distance, end, looks.get())
 }
 
 #[test]
 fn a_way_ends_where_it_gets_worse_or_at_the_bound() {
-    let look = |at: f64| if at > 3.3 { Err(End::Worse) } else { Ok(Sight { at, shares: Vec::new() }) };
-    let (distance, end) = way(10.0, 1.0, look);
+    let look = |at: f64| if at > 3.3 { Err(End::Worse) } else { Ok(Probe { at, shares: Vec::new() }) };
+    let (distance, end) = margin_along(10.0, 1.0, look);
     assert!((distance - 3.3).abs() < 5e-4 && distance <= 3.3 && end == End::Worse);
-    let free = |at: f64| Ok(Sight { at, shares: vec![at] });
-    assert_eq!(way(0.9, 1.0, free), (0.9, End::Bound));
-    assert_eq!(way(0.0, 1.0, free), (0.0, End::Bound));
-    assert_eq!(way(0.0, 1.0, |_| Err(End::Worse)), (0.0, End::Worse));
+    let free = |at: f64| Ok(Probe { at, shares: vec![at] });
+    assert_eq!(margin_along(0.9, 1.0, free), (0.9, End::Bound));
+    assert_eq!(margin_along(0.0, 1.0, free), (0.0, End::Bound));
+    assert_eq!(margin_along(0.0, 1.0, |_| Err(End::Worse)), (0.0, End::Worse));
 }
 
 #[test]

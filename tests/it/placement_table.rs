@@ -171,7 +171,7 @@ proptest! {
             margin_mm: 0.0,
             footprint: footprint.clone(),
         };
-        let (off, _) = table.off(&Pose::from_rotation_vector(Vector3::zeros()));
+        let (off, _) = table.overhang(&Pose::from_rotation_vector(Vector3::zeros()));
         let corners = table.corners();
         let outside = |p: &Vector3<f64>| {
             (0..4).map(|k| {

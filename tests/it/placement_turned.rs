@@ -64,7 +64,8 @@ fn each_place_is_judged_at_its_own_best_turn() {
     for (k, (turned_rms, plain_rms)) in there.iter().zip(&here).enumerate() {
         let Some(turned_rms) = turned_rms else { continue };
         let site = turned.cells[k].site;
-        let turn = Evaluator::new(&turned.study, &turned.study.objective.metrics()).turn_at(&site, 0).unwrap().unwrap();
+        let turn =
+            Evaluator::new(&turned.study, &turned.study.objective.metrics()).gamma_at(&site, 0).unwrap().unwrap();
         assert!((turn.to_degrees() / 30.0 - (turn.to_degrees() / 30.0).round()).abs() < 1e-9);
         // All points of so short a path are tried, so what is found is no worse than as programmed.
         if let Some(plain_rms) = plain_rms {
@@ -74,10 +75,7 @@ fn each_place_is_judged_at_its_own_best_turn() {
     }
     assert!(better > 0, "{there:?} {here:?}");
     let refused = study("best", "rms_deflection", "").unwrap_err();
-    assert!(
-        refused.contains("redundancy.gamma: is best: a place is judged at one γ for each feature"),
-        "{refused}"
-    );
+    assert!(refused.contains("redundancy.gamma: is best: a place is judged at one γ for each feature"), "{refused}");
 }
 
 #[test]

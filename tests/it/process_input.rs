@@ -9,12 +9,12 @@ use kinetostat::{
     process::{
         ForceLaw, MillingForce, PathReference, Process,
         cutting::{
-            CutDirection, CuttingLaw, DrillingLaw, EdgeForce, EdgeLaw, EndMilling, Kienzle, OverTurn, PathFrame,
+            CutDirection, CuttingLaw, DrillingLaw, EdgeForce, EdgeLaw, EndMilling, Kienzle, MeanOrPeak, PathFrame,
             SlotMilling, WrenchTable,
         },
         file::CorrectionLimits,
     },
-    toolpath::{NumberFormat, Sampling, Turn},
+    toolpath::{NumberFormat, Sampling, TurnDirection},
 };
 use nalgebra::Vector3;
 use proptest::prelude::*;
@@ -136,7 +136,7 @@ fn slot_milling_keeps_each_coefficient_in_its_place() {
         depth_mm: 2.0,
         teeth: 3,
         feed_per_tooth_mm: None,
-        spindle: Turn::CounterClockwise,
+        spindle: TurnDirection::CounterClockwise,
     };
     assert_eq!(process.cutting, CuttingLaw::SlotMilling(milling));
 }
@@ -168,8 +168,8 @@ fn end_milling_takes_its_coefficients_from_a_table_kienzle_or_a_material() {
         width_mm: 2.5,
         direction: CutDirection::Down,
         feed_per_tooth_mm: Some(0.05),
-        spindle: Turn::CounterClockwise,
-        over_turn: OverTurn::Peak,
+        spindle: TurnDirection::CounterClockwise,
+        over_turn: MeanOrPeak::Peak,
     };
     assert_eq!(given, wanted);
     assert!(given.force(0.05) == given.peak(0.05) && given.peak(0.05) != given.mean(0.05));

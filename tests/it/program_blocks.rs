@@ -6,7 +6,7 @@ use kinetostat::{
     input::Folder,
     machine::Machine,
     process::{Process, file::WRITE_TOLERANCE_MM},
-    products::program::{Corrected, Part, ProgramJob, Written, WrittenCalls, report},
+    products::program::{CorrectedPath, Part, ProgramAsWritten, ProgramJob, WrittenCalls, report},
     simulation::{
         ProgramFile,
         blocks::{Blocks, BlocksBeforeAfter, Spread},
@@ -44,8 +44,8 @@ fn force(times: f64) -> String {
     )
 }
 
-fn written(job: &ProgramJob) -> (Written, BlocksBeforeAfter) {
-    let mut corrected = Corrected::new(job);
+fn written(job: &ProgramJob) -> (ProgramAsWritten, BlocksBeforeAfter) {
+    let mut corrected = CorrectedPath::new(job);
     let take = |part: &Part<'_>, answers: &[_]| {
         corrected.add(job, part, answers);
         Ok(())
@@ -92,7 +92,7 @@ fn written_programs_are_hardly_longer() {
 }
 
 /// Steps of a written program along the directions of the program's own blocks, of which each is one, mm: the shortest.
-fn shortest_step(program: &[u8], written: &Written) -> f64 {
+fn shortest_step(program: &[u8], written: &ProgramAsWritten) -> f64 {
     let ends = |bytes: &[u8]| {
         let program = Program::parse(bytes, "steps.nc", &Default::default()).unwrap();
         let path = program.toolpath(kinetostat::toolpath::Sampling::new(1.0, 1e4).unwrap()).unwrap();

@@ -359,11 +359,11 @@ fn a_start_of_the_degrees_of_a_polynomial_is_that_polynomial() {
     let inputs: Vec<Vec<f64>> =
         asked(range).take(100).map(|(position, wrench)| position.into_iter().chain(wrench).collect()).collect();
     let states: Vec<Vec<f64>> = inputs.iter().map(|inputs| state(inputs)).collect();
-    let start = Start::fitted(&range, (3, Some(1)), &inputs, &states).unwrap();
+    let start = Start::fit(&range, (3, Some(1)), &inputs, &states).unwrap();
     assert_eq!(start.coefficients.len(), 20 + 3 * 4);
     let inputs = [1.7, 0.3, 0.2, 4.0, -6.0, 1.0, 0.0, 0.0, 0.0];
-    for (found, expected) in start.at(&inputs).into_iter().zip(state(&inputs)) {
+    for (found, expected) in start.evaluate(&inputs).into_iter().zip(state(&inputs)) {
         assert!((found - expected).abs() < 1e-12, "{found} for {expected}");
     }
-    assert!(Start::fitted(&range, (7, None), &vec![inputs.to_vec(); 20], &vec![vec![1.0]; 20]).is_none());
+    assert!(Start::fit(&range, (7, None), &vec![inputs.to_vec(); 20], &vec![vec![1.0]; 20]).is_none());
 }

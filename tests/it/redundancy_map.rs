@@ -38,10 +38,10 @@ fn alone(study: &RedundancyMapStudy, point: &RedundancyMapPoint, at: &AtGamma) -
         at.branch.map_or_else(|| study.scene.machine.clone(), |branch| study.scene.machine.on_branch(branch).unwrap());
     let machines = Machines::new(&machine, &study.scene.errors).unwrap();
     let axis = study.axes[point.axis];
-    let placed = Placement::default().on(&study.scene.machine.home.pose.rotation, &study.scene.machine.tool());
-    let placed = placed.oriented(&Orientation::ToolAxis(axis));
+    let placed = Placement::default().on_machine(&study.scene.machine.home.pose.rotation, &study.scene.machine.tool());
+    let placed = placed.with_tool_orientation(&Orientation::ToolAxis(axis));
     let turned = rotation_exp(-axis * at.gamma_deg.to_radians()) * placed.orientation();
-    let placed = placed.turned(&turned);
+    let placed = placed.with_platform_rotation(&turned);
     let pose = placed.platform_pose(point.position_mm.into());
     assert!((pose.rotation * machine.tool_axes.column(2) + axis).norm() < 1e-9);
     let deflection = |phi: f64| {
@@ -72,7 +72,7 @@ fn best_and_worst_turns_are_what_the_machine_does_there() {
         assert!(map.points.iter().filter(|point| point.gammas.is_ok()).count() * 2 > map.points.len(), "{machine}");
         for point in &map.points {
             let Ok(gammas) = &point.gammas else { continue };
-            assert!(gammas.best.deflection_mm <= gammas.worst.deflection_mm && gammas.possible <= study.gammas());
+            assert!(gammas.best.deflection_mm <= gammas.worst.deflection_mm && gammas.possible <= study.gamma_count());
             for at in [&gammas.best, &gammas.worst] {
                 let found = alone(&study, point, at);
                 assert!((found - at.deflection_mm).abs() < 1e-6, "{machine} {found} {at:?}");

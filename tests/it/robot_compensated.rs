@@ -9,8 +9,8 @@ use kinetostat::{
     machine::Machine,
     process::Process,
     products::program::{
-        Asked, Corrected, Part, ProgramJob, Written,
-        files::{Left, ProgramFiles, compensate_into},
+        Asked, CorrectedPath, Part, ProgramAsWritten, ProgramJob,
+        files::{ProgramFiles, ProgramOutcome, compensate_into},
     },
     simulation::ProgramFile,
     toolpath::{Orientation, polyline::Polyline},
@@ -38,11 +38,11 @@ fn folder(files: &[(&str, &str)]) -> Folder {
     Folder::in_memory(files.iter().map(|(name, text)| ((*name).to_owned(), text.as_bytes().to_vec())))
 }
 
-fn compensated(process: Process, files: &[(&str, &str)]) -> (ProgramJob, Written) {
+fn compensated(process: Process, files: &[(&str, &str)]) -> (ProgramJob, ProgramAsWritten) {
     let name = files[0].0;
     let file = ProgramFile::in_folder(&folder(files), name, &process).unwrap_or_else(|refused| panic!("{refused}"));
     let job = ProgramJob::new(process, file, name, &Work::default()).unwrap_or_else(|refused| panic!("{refused}"));
-    let mut corrected = Corrected::new(&job);
+    let mut corrected = CorrectedPath::new(&job);
     let take = |part: &Part<'_>, answers: &[_]| {
         corrected.add(&job, part, answers);
         Ok(())
@@ -97,7 +97,7 @@ fn files_of_a_program_tell_of_each_source() {
     let out = ProgramFiles::prepare(&here.path().join("part.src"), Foreign::Kept).unwrap();
     let work = Work::new(None, Arc::default(), Box::new(|_| ()));
     let left = compensate_into(job, &Asked::by(Method::Direct), &out, "part.src", &work).unwrap();
-    assert!(matches!(left, Left::Written(_)));
+    assert!(matches!(left, ProgramOutcome::Written(_)));
     let points = std::fs::read_to_string(here.path().join("part.src.points.csv")).unwrap();
     let head: Vec<&str> = points.lines().next().unwrap().split(',').collect();
     let cutting = head.iter().position(|name| *name == "error_before_cutting_mm").unwrap();
@@ -185,13 +185,13 @@ fn a_tool_of_another_length_is_refused() {
 
 #[test]
 fn pages_get_the_points_of_a_program() {
-    let noting = folder(&[("part.src", KRL), ("part.dat", DATA)]).noting();
-    let file = ProgramFile::in_folder(&noting, "part.src", &process("")).unwrap();
+    let recording = folder(&[("part.src", KRL), ("part.dat", DATA)]).recording();
+    let file = ProgramFile::in_folder(&recording, "part.src", &process("")).unwrap();
     let path = file.toolpath(Default::default()).unwrap();
-    let noted = noting.noted()["part.src"].clone();
-    let again = ProgramFile::parse(noted.clone(), "part.src".as_ref(), &process("")).unwrap();
+    let recorded = recording.recorded()["part.src"].clone();
+    let again = ProgramFile::parse(recorded.clone(), "part.src".as_ref(), &process("")).unwrap();
     assert!(matches!(again, ProgramFile::Polyline(_)));
-    let points = Polyline::read(noted, "part.src").unwrap();
+    let points = Polyline::read(recorded, "part.src").unwrap();
     assert_eq!(points.toolpath().len(), path.len());
     for (a, b) in points.toolpath().points().iter().zip(path.points()) {
         assert!((a.position_mm - b.position_mm).norm() < 1e-8);

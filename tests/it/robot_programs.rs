@@ -5,7 +5,7 @@ use std::{f64::consts::FRAC_PI_2, fs, path::PathBuf};
 
 use kinetostat::toolpath::{
     NumberFormat, Orientation, Sampling, Toolpath,
-    gcode::Writing,
+    gcode::WriteOptions,
     internals::{Base, Bases, Scan, Tool, Tools},
     robot::{Language, RobotOptions, RobotProgram, abc_of_rotation, rotation_of_abc},
 };
@@ -108,7 +108,7 @@ fn check_written(program: &RobotProgram) {
         10f64.powi(-i32::from(format.mm_decimals())).max(25.4 * 10f64.powi(-i32::from(format.inch_decimals())));
     let wanted = corrected(&path);
     for (tolerance_mm, orientations) in [(0.0, None), (0.005, None), (0.005, turned(&path))] {
-        let writing = Writing::within(tolerance_mm, format);
+        let writing = WriteOptions::with_tolerance(tolerance_mm, format);
         let written = program.rewrite(&path, &wanted, orientations.as_deref(), writing);
         let written = match written {
             Err(refused) if name.contains("steps") && orientations.is_some() => {
@@ -119,7 +119,7 @@ fn check_written(program: &RobotProgram) {
         };
         let again =
             written.read().unwrap_or_else(|refused| panic!("{refused}\n{}", String::from_utf8_lossy(written.bytes())));
-        let back = written.positions_of(&again).unwrap();
+        let back = written.read_positions(&again).unwrap();
         assert_eq!(back.len(), wanted.len());
         for (k, (back, wanted)) in back.iter().zip(&wanted).enumerate() {
             let off = (back - wanted).norm();
@@ -129,7 +129,7 @@ fn check_written(program: &RobotProgram) {
                 String::from_utf8_lossy(written.bytes())
             );
         }
-        let stands = written.orientations_of(&again).unwrap();
+        let stands = written.read_orientations(&again).unwrap();
         for (k, (stands, point)) in stands.iter().zip(path.points()).enumerate() {
             let wanted = orientations.as_ref().map_or(point.orientation, |orientations| Some(orientations[k]));
             let off = stands.zip(wanted).map_or(0.0, |(a, b)| a.angle_to(&b));
@@ -168,7 +168,7 @@ fn krl_programs_mean_what_they_say() {
     let beside = program("krl/04_beside.src");
     let path = beside.toolpath(coarse()).unwrap();
     assert_eq!(shape(&path), (11, 11, [100.125, -20.5, 12.25], [100.125, -20.5, 12.25]));
-    assert_eq!(beside.notes().not_located, [11, 27]);
+    assert_eq!(beside.notes().unlocated_lines, [11, 27]);
     assert!(beside.notes().named_points);
     assert_eq!(path.points()[5].feed_mm_per_min, Some(6000.0));
     let path = of("05_circles");
@@ -199,7 +199,7 @@ fn krl_programs_mean_what_they_say() {
     assert!((turned - (0.2f64.to_radians().powi(2) + 1f64.to_radians().powi(2)).sqrt()).abs() < 1e-5, "{turned}");
     let joints = program("krl/13_joints.src");
     assert_eq!(shape(&joints.toolpath(coarse()).unwrap()), (4, 3, [10.0, 0.0, 5.0], [30.0, 10.0, 5.0]));
-    assert_eq!(joints.notes().not_located, [2, 3, 4, 9]);
+    assert_eq!(joints.notes().unlocated_lines, [2, 3, 4, 9]);
     assert_eq!(shape(&of("14_numbers")), (4, 4, [10.0, -0.5, 7.0], [30.123456, -0.5, 7.0]));
     let path = of("15_tool_data");
     assert_eq!(shape(&path), (6, 6, [0.0, 0.0, 0.0], [12.0, 30.0, 0.0]));
@@ -367,7 +367,7 @@ fn rapid_programs_mean_what_they_say() {
     assert_eq!(lines.points()[1].feed_mm_per_min, Some(18000.0));
     let joints = program("rapid/11_joints.mod");
     assert_eq!(shape(&joints.toolpath(coarse()).unwrap()), (2, 2, [0.0, 0.0, 0.0], [10.0, 0.0, 0.0]));
-    assert_eq!(joints.notes().not_located, [4, 7]);
+    assert_eq!(joints.notes().unlocated_lines, [4, 7]);
     let speeds: Vec<_> = of("12_speeds").points().iter().map(|point| point.feed_mm_per_min).collect();
     assert_eq!(speeds, [Some(1200.0), Some(750.0), Some(300.0), Some(2400.0), None, None]);
     assert_eq!(shape(&of("13_routines")), (3, 3, [0.0, 0.0, 0.0], [20.0, 0.0, 0.0]));
@@ -491,7 +491,7 @@ fn apt_programs_mean_what_they_say() {
     assert_eq!(axis(&path, path.len() - 1), Some([0.0, 0.6, 0.8]));
     assert_eq!(shape(&of("12_numbers.cldata")), (2, 2, [-0.5, 10.0, 7.0], [-0.5, 20.0, 7.0]));
     let home = program("apt/13_home.apt");
-    assert_eq!((home.notes().not_located.as_slice(), home.toolpath(coarse()).unwrap().len()), ([3].as_slice(), 3));
+    assert_eq!((home.notes().unlocated_lines.as_slice(), home.toolpath(coarse()).unwrap().len()), ([3].as_slice(), 3));
     assert_eq!(shape(&of("14_lower.apt")), (3, 3, [0.0, 0.0, 0.0], [20.0, 0.0, 0.0]));
     assert_eq!(shape(&of("15_geometry.cl")), (3, 3, [0.0, 0.0, 0.0], [20.0, 0.0, 0.0]));
 }
@@ -564,8 +564,9 @@ fn a_circle_that_grows_becomes_circles_within_the_tolerance() {
         let wanted: Vec<Vector3<f64>> = path.positions_mm().into_iter().map(grown).collect();
         let format = program.own_format();
         let count = |tolerance_mm: f64| {
-            let written = program.rewrite(&path, &wanted, None, Writing::within(tolerance_mm, format)).unwrap();
-            let back = written.positions_of(&written.read().unwrap()).unwrap();
+            let written =
+                program.rewrite(&path, &wanted, None, WriteOptions::with_tolerance(tolerance_mm, format)).unwrap();
+            let back = written.read_positions(&written.read().unwrap()).unwrap();
             assert!(back.iter().zip(&wanted).all(|(back, wanted)| (back - wanted).norm() <= tolerance_mm.max(0.002)));
             let text = String::from_utf8(written.into_bytes()).unwrap();
             (text.matches(keyword).count(), text.matches(&first).count())
@@ -659,7 +660,7 @@ fn check_random(language: Language, lines: &[String], ending: &str) -> Result<()
     prop_assert_eq!(same.bytes(), program.source());
     let wanted = corrected(&path);
     let written = program.rewrite(&path, &wanted, None, format).unwrap();
-    let back = written.positions_of(&written.read().unwrap()).unwrap();
+    let back = written.read_positions(&written.read().unwrap()).unwrap();
     let unit_mm =
         10f64.powi(-i32::from(format.mm_decimals())).max(25.4 * 10f64.powi(-i32::from(format.inch_decimals())));
     for (back, wanted) in back.iter().zip(&wanted) {

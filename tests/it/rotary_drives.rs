@@ -5,8 +5,8 @@ use kinetostat::{
     input::Folder,
     machine::Machine,
     process::file::Process,
-    products::program::{Corrected, Part, ProgramJob},
-    simulation::{ProgramFile, along_path::PathAnswer},
+    products::program::{CorrectedPath, Part, ProgramJob},
+    simulation::{ProgramFile, along_path::PathPointResult},
     work::Work,
 };
 use nalgebra::{Matrix3, Rotation3, Vector3};
@@ -111,12 +111,12 @@ fn job(machine: &Machine, origin: [f64; 3], more: &str, program: &str) -> Progra
 struct At {
     tip: Vector3<f64>,
     force: Vector3<f64>,
-    answer: PathAnswer,
+    answer: PathPointResult,
 }
 
 fn pass(job: &ProgramJob, method: Method) -> Vec<At> {
     let mut all = Vec::new();
-    let take = |part: &Part<'_>, answers: &[PathAnswer]| {
+    let take = |part: &Part<'_>, answers: &[PathPointResult]| {
         for ((point, task), answer) in part.points.iter().zip(part.tasks()).zip(answers) {
             all.push(At { tip: point.position_mm, force: task.load.force, answer: answer.clone() });
         }
@@ -196,7 +196,7 @@ fn a_fork_head_stands_as_the_program_says_and_its_slides_put_the_tip_right() {
 fn a_program_that_is_written_keeps_its_angles() {
     let machine = head("\"rotation_x\", \"rotation_z\"", -10.0);
     let job = job(&machine, ORIGIN, "", TIP);
-    let mut corrected = Corrected::new(&job);
+    let mut corrected = CorrectedPath::new(&job);
     job.pass_by(Method::Direct, &|| (), |part, answers| {
         corrected.add(&job, part, answers);
         Ok(())

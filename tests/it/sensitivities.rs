@@ -76,7 +76,7 @@ fn the_tool_tip_moves_its_load_and_itself() {
             let (there, _) = settle(beside, &at, &load(beside));
             expected += weight * there.pose.transform(beside.tool_tip);
         }
-        let got = found.of_tool_tip(&robot, &state.pose);
+        let got = found.tip_displacement(&robot, &state.pose);
         assert!((got - expected).amax() < 1e-8, "{}: {got} {expected}", variation.name);
         assert!(found.twist.amax() > 0.0 && found.tool_tip.amax() > 0.9);
     }

@@ -6,10 +6,10 @@ use kinetostat::{
     nalgebra::Vector3,
     process::cutting::{CuttingLaw, EdgeForce, SlotMilling},
     spatial::frame_about,
-    toolpath::{PathPoint, Sampling, Toolpath, Turn},
+    toolpath::{PathPoint, Sampling, Toolpath, TurnDirection},
 };
 
-fn milling(spindle: Turn) -> SlotMilling {
+fn milling(spindle: TurnDirection) -> SlotMilling {
     SlotMilling {
         tangential: EdgeForce { cutting: 796.0, edge: 28.0 },
         radial: EdgeForce { cutting: 169.0, edge: 31.0 },
@@ -31,7 +31,7 @@ fn path() -> Toolpath {
 fn averaged(milling: &SlotMilling, c: f64) -> Vector3<f64> {
     let steps = 200_000;
     // About +z a clockwise spindle turns by a negative angle.
-    let sense = if milling.spindle == Turn::Clockwise { -1.0 } else { 1.0 };
+    let sense = if milling.spindle == TurnDirection::Clockwise { -1.0 } else { 1.0 };
     let mut sum = Vector3::zeros();
     for step in 0..steps {
         let angle = 2.0 * PI * (f64::from(step) + 0.5) / f64::from(steps);
@@ -49,7 +49,7 @@ fn averaged(milling: &SlotMilling, c: f64) -> Vector3<f64> {
 
 #[test]
 fn the_mean_force_is_the_average_over_a_turn_either_way_round() {
-    for spindle in [Turn::Clockwise, Turn::CounterClockwise] {
+    for spindle in [TurnDirection::Clockwise, TurnDirection::CounterClockwise] {
         for c in [0.02, 0.1] {
             let milling = milling(spindle);
             let (closed, averaged) = (milling.mean_force(c), averaged(&milling, c));
@@ -62,7 +62,7 @@ fn the_mean_force_is_the_average_over_a_turn_either_way_round() {
 fn a_clockwise_spindle_is_pushed_left_and_back() {
     let path = path().with_feed(600.0).with_spindle(3000.0);
     let mut left = 0.0;
-    for (spindle, side) in [(Turn::Clockwise, -1.0), (Turn::CounterClockwise, 1.0)] {
+    for (spindle, side) in [(TurnDirection::Clockwise, -1.0), (TurnDirection::CounterClockwise, 1.0)] {
         // Tool along −z; along +y, left is −x. 600 mm/min, 3000 rev/min and 4 teeth are 0.05 mm per tooth.
         let force = force(&milling(spindle), &path.points()[1], -Vector3::z());
         assert!(force.x * side > 0.0 && force.y < 0.0 && force.z < 0.0);
@@ -81,7 +81,7 @@ fn force(milling: &SlotMilling, point: &PathPoint, axis: Vector3<f64>) -> Vector
 #[test]
 fn from_below_the_workpiece_side_and_axial_forces_are_mirrored() {
     let path = path().with_feed(600.0).with_spindle(3000.0);
-    let milling = milling(Turn::Clockwise);
+    let milling = milling(TurnDirection::Clockwise);
     let above = force(&milling, &path.points()[1], -Vector3::z());
     let below = force(&milling, &path.points()[1], Vector3::z());
     assert_eq!(below, Vector3::new(-above.x, above.y, -above.z));
@@ -89,7 +89,7 @@ fn from_below_the_workpiece_side_and_axial_forces_are_mirrored() {
 
 #[test]
 fn a_given_feed_per_tooth_holds_everywhere() {
-    let milling = SlotMilling { feed_per_tooth_mm: Some(0.05), ..milling(Turn::Clockwise) };
+    let milling = SlotMilling { feed_per_tooth_mm: Some(0.05), ..milling(TurnDirection::Clockwise) };
     let with_speeds = path().with_feed(900.0).with_spindle(1000.0);
     assert_eq!(milling.feed_per_tooth(&path().points()[1]), Ok(0.05));
     assert_eq!(milling.feed_per_tooth(&with_speeds.points()[1]), Ok(0.05));
@@ -97,7 +97,8 @@ fn a_given_feed_per_tooth_holds_everywhere() {
 
 #[test]
 fn missing_feed_and_spindle_speed_are_named() {
-    let message = |path: Toolpath| milling(Turn::Clockwise).feed_per_tooth(&path.points()[1]).unwrap_err().to_string();
+    let message =
+        |path: Toolpath| milling(TurnDirection::Clockwise).feed_per_tooth(&path.points()[1]).unwrap_err().to_string();
     assert_eq!(
         message(path().with_spindle(3000.0)),
         "no feed in force on move 1: expected one, or feed_per_tooth_mm in the process"

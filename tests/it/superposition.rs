@@ -13,7 +13,7 @@ use kinetostat::{
         Answered, Overrides, Study, StudyKind,
         over_workspace::Shown,
         superposition::{
-            LocationResult, Scaled, Superposition, SuperpositionStudy,
+            LocationResult, Scaling, Superposition, SuperpositionStudy,
             ablation::Cause,
             growth, report, run,
             safe::LargestFactor,
@@ -76,14 +76,14 @@ fn superposition_errors(results: &Superposition, sum: Sum) -> Vec<f64> {
 #[test]
 fn superposition_error_grows_with_each_source_and_with_the_square_of_both() {
     for location in solve(&study([1, 1, 1])).locations {
-        for (scaled, power) in [(Scaled::Load, 1.0), (Scaled::Errors, 1.0), (Scaled::Both, 2.0)] {
+        for (scaled, power) in [(Scaling::Load, 1.0), (Scaling::Errors, 1.0), (Scaling::Both, 2.0)] {
             for followed in Followed::ALL {
                 let fit = location.growth[scaled as usize].fit(Sum::Superposition, followed).unwrap();
                 let place = format!("{} {} {}", location.location.name, scaled.label(), followed.label());
                 assert!((fit.slope - power).abs() < 0.05 && fit.is_power_law() && fit.points == 7, "{place}: {fit:?}");
             }
         }
-        let aggregated = location.growth[Scaled::Both as usize].fit(Sum::Aggregation, Followed::Tool).unwrap();
+        let aggregated = location.growth[Scaling::Both as usize].fit(Sum::Aggregation, Followed::Tool).unwrap();
         assert!((aggregated.slope - 2.0).abs() < 0.05, "{}: {aggregated:?}", location.location.name);
     }
 }
@@ -115,7 +115,7 @@ fn superposition_error_is_zero_where_a_source_is_absent() {
             .iter()
             .any(|superposition_error| *superposition_error > 1e-3)
     );
-    let growth = &without_errors.locations[1].growth[Scaled::Load as usize];
+    let growth = &without_errors.locations[1].growth[Scaling::Load as usize];
     assert_eq!(growth.fit(Sum::Superposition, Followed::Tool), None);
 }
 
@@ -251,7 +251,7 @@ fn at_the_largest_factor_the_superposition_error_is_the_tolerance() {
     whole.tolerance = 0.012;
     let found = solve(&whole);
     for (index, location) in found.locations.iter().enumerate() {
-        for kind in Scaled::ALL {
+        for kind in Scaling::ALL {
             let LargestFactor::Reached(factor) = location.largest[kind as usize] else {
                 panic!("{:?}", location.largest);
             };

@@ -1,9 +1,9 @@
 //! Paths that are generated, and polylines: read, split, written back; and which dialect a program shows.
 
 use kinetostat::toolpath::{
-    Circle, Load, NumberFormat, PathPoint, Plane, Sampling, Toolpath, Turn,
+    Circle, Load, NumberFormat, PathPoint, Plane, Sampling, Toolpath, TurnDirection,
     gcode::{Dialect, GcodeOptions, Program},
-    internals::{decimals_in, fixed},
+    internals::{decimals_in, format_fixed},
     polyline::{Polyline, write},
 };
 use nalgebra::Vector3;
@@ -17,7 +17,7 @@ fn circle() -> Circle {
         centre_mm: Vector3::new(1.0, 2.0, 3.0),
         diameter_mm: 50.0,
         plane: Plane::Xy,
-        turn: Turn::CounterClockwise,
+        turn: TurnDirection::CounterClockwise,
         start_angle_rad: 0.3,
         points: 361,
     }
@@ -26,7 +26,7 @@ fn circle() -> Circle {
 #[test]
 fn points_lie_on_the_circle_and_the_path_closes() {
     for plane in [Plane::Xy, Plane::Zx, Plane::Yz] {
-        for turn in [Turn::CounterClockwise, Turn::Clockwise] {
+        for turn in [TurnDirection::CounterClockwise, TurnDirection::Clockwise] {
             let circle = Circle { plane, turn, ..circle() };
             let path = circle.toolpath().unwrap();
             assert_eq!(path.len(), 361);
@@ -41,7 +41,7 @@ fn points_lie_on_the_circle_and_the_path_closes() {
                 // The motion goes where the tangent points, and the way round that was asked for.
                 assert!((pair[1].position_mm - pair[0].position_mm).dot(&pair[0].tangent) > 0.0);
                 let sense = arm.cross(&pair[0].tangent)[normal];
-                assert_eq!(sense > 0.0, turn == Turn::CounterClockwise);
+                assert_eq!(sense > 0.0, turn == TurnDirection::CounterClockwise);
             }
         }
     }
@@ -300,7 +300,7 @@ fn a_generated_path_is_read_back_as_it_was() {
         centre_mm: Vector3::new(1.0, 2.0, 3.0),
         diameter_mm: 8.0,
         plane: Plane::Yz,
-        turn: Turn::Clockwise,
+        turn: TurnDirection::Clockwise,
         start_angle_rad: 0.0,
         points: 9,
     };
@@ -318,10 +318,10 @@ fn a_generated_path_is_read_back_as_it_was() {
 
 #[test]
 fn zero_has_no_sign_and_small_numbers_no_exponent() {
-    assert_eq!(fixed(-0.00001, 4), "0.0000");
-    assert_eq!(fixed(-0.0, 3), "0.000");
-    assert_eq!(fixed(1e-7, 9), "0.000000100");
-    assert_eq!(fixed(-12.34567, 4), "-12.3457");
+    assert_eq!(format_fixed(-0.00001, 4), "0.0000");
+    assert_eq!(format_fixed(-0.0, 3), "0.000");
+    assert_eq!(format_fixed(1e-7, 9), "0.000000100");
+    assert_eq!(format_fixed(-12.34567, 4), "-12.3457");
 }
 
 #[test]
@@ -329,5 +329,5 @@ fn decimals_are_counted_and_kept_in_range() {
     assert_eq!(decimals_in("-12.340"), 3);
     assert_eq!(decimals_in("7."), 0);
     assert_eq!(decimals_in("7"), 0);
-    assert_eq!(NumberFormat::seen(0, 20), NumberFormat::new(3, 9).unwrap());
+    assert_eq!(NumberFormat::of_source(0, 20), NumberFormat::new(3, 9).unwrap());
 }

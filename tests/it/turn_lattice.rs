@@ -4,7 +4,7 @@ use kinetostat::{
     process::RedundancyObjective,
     redundancy::{
         Infeasible,
-        internals::{Layer, MOST_DRIVES, Shape, Standing, Walk},
+        internals::{Layer, MOST_DRIVES, NodeState, Shape, Walk},
     },
 };
 use proptest::prelude::*;
@@ -13,16 +13,16 @@ use crate::support::cases::cases;
 
 const BRANCHES: usize = 2;
 
-fn layer(turns: usize) -> impl Strategy<Value = Layer> {
+fn layer(gammas: usize) -> impl Strategy<Value = Layer> {
     let node = prop_oneof![
         1 => Just(Err(Infeasible::Limits)),
         4 => (0.0..1.0f64, 0.0..2.0f64).prop_map(|(cost_mm, drive)| {
             let mut drives = [0.0; MOST_DRIVES];
             drives[0] = drive;
-            Ok(Standing { drives, cost_mm })
+            Ok(NodeState { drives, cost_mm })
         }),
     ];
-    let nodes = prop::collection::vec(node, turns * BRANCHES);
+    let nodes = prop::collection::vec(node, gammas * BRANCHES);
     (0..3usize, 0..4usize, nodes).prop_map(|(weight, band, nodes)| Layer {
         weight: weight as f64,
         band,
@@ -34,16 +34,16 @@ fn layer(turns: usize) -> impl Strategy<Value = Layer> {
 /// Goes all ways through `layers`: least sum of squares and least largest cost, with the sum of squares that goes with it.
 fn all_ways(layers: &[Layer], shape: &Shape) -> Option<(f64, (f64, f64))> {
     let mut found: Option<(f64, (f64, f64))> = None;
-    let ways = shape.turns.pow(layers.len() as u32);
+    let ways = shape.gammas.pow(layers.len() as u32);
     for branch in 0..BRANCHES {
         'ways: for way in 0..ways {
-            let turn = |k: usize| way / shape.turns.pow(k as u32) % shape.turns;
+            let turn = |k: usize| way / shape.gammas.pow(k as u32) % shape.gammas;
             let (mut squares, mut worst, mut before) = (0.0, 0.0f64, None);
             for (k, layer) in layers.iter().enumerate() {
                 let Ok(at) = &layer.nodes[turn(k) * BRANCHES + branch] else { continue 'ways };
                 if let Some((last, drives)) = before {
                     let apart = turn(k).abs_diff(last);
-                    let apart = if shape.wraps { apart.min(shape.turns - apart) } else { apart };
+                    let apart = if shape.is_cyclic { apart.min(shape.gammas - apart) } else { apart };
                     if apart > layer.band || !shape.allows(&drives, &at.drives, layer.seconds) {
                         continue 'ways;
                     }
@@ -69,23 +69,23 @@ fn walked(layers: &[Layer], shape: &Shape, objective: RedundancyObjective, ceili
 }
 
 /// Nodes all of whose turns cost the same but for noise, and a step down from the third turn on.
-fn indifferent(turns: usize, k: usize, step: f64) -> Layer {
+fn indifferent(gammas: usize, k: usize, step: f64) -> Layer {
     let noise = |turn: usize| 1e-13 * ((7 * turn + 3 * k) % 5) as f64;
     let cost = |turn: usize| 0.5 + noise(turn) - if turn >= 3 { step } else { 0.0 };
-    let node = |turn: usize| Ok(Standing { drives: [0.0; MOST_DRIVES], cost_mm: cost(turn) });
-    let nodes = (0..turns * BRANCHES).map(|node_of| node(node_of / BRANCHES)).collect();
-    Layer { weight: if k == 2 { 0.0 } else { 1.0 }, band: turns, seconds: 1.0, nodes }
+    let node = |turn: usize| Ok(NodeState { drives: [0.0; MOST_DRIVES], cost_mm: cost(turn) });
+    let nodes = (0..gammas * BRANCHES).map(|node_of| node(node_of / BRANCHES)).collect();
+    Layer { weight: if k == 2 { 0.0 } else { 1.0 }, band: gammas, seconds: 1.0, nodes }
 }
 
 #[test]
 fn a_tie_goes_to_as_programmed_and_then_to_the_least_motion() {
-    let turns = 8;
-    let shape = Shape { branches: BRANCHES, turns, wraps: true, programmed: Some((1, 1)), ..Shape::default() };
+    let gammas = 8;
+    let shape = Shape { branches: BRANCHES, gammas, is_cyclic: true, programmed: Some((1, 1)), ..Shape::default() };
     for objective in [RedundancyObjective::Rms, RedundancyObjective::Worst] {
         for (step, expected) in [(0.0, 1), (1e-10, 1), (1e-6, 3)] {
-            let layers: Vec<Layer> = (0..6).map(|k| indifferent(turns, k, step)).collect();
+            let layers: Vec<Layer> = (0..6).map(|k| indifferent(gammas, k, step)).collect();
             let walk = walked(&layers, &shape, objective, f64::INFINITY);
-            assert_eq!(walk.best_held(), Some((expected, 1)), "{objective:?} {step}");
+            assert_eq!(walk.best_constant(), Some((expected, 1)), "{objective:?} {step}");
             // A way may turn for less than a tie, if it need not turn back: what is found is held against the best constant γ.
             if objective == RedundancyObjective::Rms && step != 1e-10 {
                 let (_, way, branch) = walk.cheapest().unwrap();
@@ -100,18 +100,18 @@ proptest! {
 
     #[test]
     fn the_cheapest_way_is_that_of_all_ways(
-        turns in 3..6usize,
-        wraps: bool,
+        gammas in 3..6usize,
+        is_cyclic: bool,
         layers in prop::collection::vec(layer(5), 5),
     ) {
         let layers: Vec<Layer> = layers
             .into_iter()
-            .map(|layer| Layer { nodes: layer.nodes[..turns * BRANCHES].to_vec(), ..layer })
+            .map(|layer| Layer { nodes: layer.nodes[..gammas * BRANCHES].to_vec(), ..layer })
             .collect();
         let shape = Shape {
             branches: BRANCHES,
-            turns,
-            wraps,
+            gammas,
+            is_cyclic,
             full_turns: vec![Some(5.0)],
             speeds: vec![1.0],
             programmed: None,

@@ -16,7 +16,7 @@ use kinetostat::{
     Machine,
     machine::Geometry,
     spatial::Pose,
-    urdf::{DriveStiffness, ImportOptions, Imported, import, import_file},
+    urdf::{DriveStiffness, ImportOptions, ImportedMachine, import, import_file},
 };
 use nalgebra::{Isometry3, Point3, Translation3, Unit, UnitQuaternion, Vector3};
 use proptest::prelude::*;
@@ -49,7 +49,7 @@ fn options(name: &str) -> ImportOptions {
     ImportOptions { tool_tip: [0.0, 10.0, 150.0], tip: tip(name), ..ImportOptions::default() }
 }
 
-fn imported(name: &str) -> (String, Imported) {
+fn imported(name: &str) -> (String, ImportedMachine) {
     let file = folder().join("imported").join(format!("{name}.urdf"));
     let imported = import_file(&file, &options(name)).unwrap_or_else(|error| panic!("{error}"));
     (fs::read_to_string(file).unwrap(), imported)
@@ -188,7 +188,7 @@ fn numbers(count: usize, seed: u64) -> Vec<f64> {
 
 /// Compares the machine file with the URDF at joint values that look random: the end by the machine's own product and by one
 /// made here of its elements, and the masses.
-fn compare(name: &str, urdf: &str, imported: &Imported) {
+fn compare(name: &str, urdf: &str, imported: &ImportedMachine) {
     let robot = readable(urdf);
     let geometry = Geometry::from_toml(&imported.toml, name).unwrap_or_else(|error| panic!("{error}"));
     let file: toml::Table = imported.toml.parse().unwrap();
@@ -296,7 +296,7 @@ fn home_is_regular_within_travel_and_where_the_file_says() {
         let (_, imported) = imported(&name);
         let geometry = Geometry::from_toml(&imported.toml, &name).unwrap();
         let machine = geometry.kinematics();
-        let away = (machine.home.pose.translation - machine.home_sought.translation).norm();
+        let away = (machine.home.pose.translation - machine.home_target.translation).norm();
         assert!(away < 1e-9 * machine.characteristic_length, "{name}: home is {away} mm away");
         assert_eq!(machine.controlled_count(&machine.home), machine.controls.len(), "{name}");
         for (rho, (_, drive)) in machine.home.drives.iter().zip(machine.drives()) {

@@ -10,7 +10,7 @@ use kinetostat::{
         validation::{
             Quantity, Quoted, Relation, ValidationResults,
             circle_shape::{Shape, angle_deg, crossings},
-            report::{differences, figures, page, quoted_table, short, variants_table},
+            report::{differences, figures, page, quoted_table, short_number, variants_table},
             run,
         },
     },
@@ -216,9 +216,9 @@ fn crossings_of_an_ellipse_and_a_circle() {
 
 #[test]
 fn our_numbers_are_short() {
-    assert_eq!(short(415.274_876, 300.0), "415");
-    assert_eq!(short(0.438_205, 0.35), "0.438");
-    assert_eq!(short(5e-17, 0.0), "0");
-    assert_eq!(short(-0.999_999, -1.0), "-1.00");
-    assert_eq!(short(21_500.0, 21_500.0), "21500");
+    assert_eq!(short_number(415.274_876, 300.0), "415");
+    assert_eq!(short_number(0.438_205, 0.35), "0.438");
+    assert_eq!(short_number(5e-17, 0.0), "0");
+    assert_eq!(short_number(-0.999_999, -1.0), "-1.00");
+    assert_eq!(short_number(21_500.0, 21_500.0), "21500");
 }

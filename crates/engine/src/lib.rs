@@ -1,4 +1,4 @@
-//! How a loaded machine settles, how stiff it is there, and what to tell its drives instead: parallel machines and robots.
+//! How a loaded machine deflects, how stiff it is, and which drive commands compensate that: parallel machines and robots.
 //!
 //! A machine is a set of elastic chains between base and platform. Chain `i` with drives ρ, virtual joints θ (link and
 //! drive deflections) and passive joints q obeys

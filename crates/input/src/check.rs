@@ -14,13 +14,13 @@ pub const LARGEST: f64 = 1e18;
 /// Longest part of a file name that a file may ask for: no system has less than 255 bytes for the whole name.
 const LONGEST_IN_A_FILE_NAME: usize = 100;
 
-/// A name as part of a file name: letters and digits, the rest as underscores.
+/// Converts a name to a part of a file name: ASCII letters and digits, everything else as underscores.
 pub fn file_stem(name: &str) -> String {
     let kept: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { ' ' }).collect();
     kept.split_whitespace().collect::<Vec<_>>().join("_")
 }
 
-/// The place of a value: a file and a key path in it.
+/// The location of a value, its file and key path, with checks whose errors name it.
 #[derive(Debug, Clone)]
 pub struct Check {
     origin: String,
@@ -28,44 +28,44 @@ pub struct Check {
 }
 
 impl Check {
-    /// The top of the file (or command line) called `origin`.
+    /// Creates the location at the top of the file (or command line) called `origin`.
     pub fn new(origin: &str) -> Self {
         Self { origin: origin.into(), path: String::new() }
     }
 
-    /// The key `key` below this place.
+    /// Returns the location of the key `key` below this one.
     pub fn key(&self, key: &str) -> Self {
         let path = if self.path.is_empty() { key.into() } else { format!("{}.{key}", self.path) };
         Self { origin: self.origin.clone(), path }
     }
 
-    /// Item `index` of the list at this place.
+    /// Returns the location of item `index` of the list here.
     pub fn item(&self, index: usize) -> Self {
         Self { origin: self.origin.clone(), path: format!("{}[{index}]", self.path) }
     }
 
-    /// The top of the same file.
+    /// Returns the location at the top of the same file.
     pub fn root(&self) -> Self {
         Self::new(&self.origin)
     }
 
-    /// File and key path in words.
-    pub fn place(&self) -> String {
+    /// Describes the location as `file: key`.
+    pub fn location(&self) -> String {
         format!("{}: {}", self.origin, self.path)
     }
 
-    /// The error that this place holds a wrong value.
+    /// Returns the error that the value here is wrong.
     pub fn fail<T>(&self, problem: String) -> Result<T> {
         Err(Error::Value { file: self.origin.clone(), key: self.path.clone(), problem })
     }
 
-    /// The error that the file lacks `key` at its top.
+    /// Returns the error that the file lacks `key` at its top.
     pub fn missing<T>(&self, key: &str) -> Result<T> {
         let (file, problem) = (self.origin.clone(), format!("missing key `{key}`"));
         Err(Error::Syntax { file, line: Some(1), key: String::new(), problem })
     }
 
-    /// The file format version.
+    /// Checks that the version of the file format is [`SCHEMA`].
     pub fn schema(&self, version: u32) -> Result<()> {
         if version == SCHEMA {
             return Ok(());
@@ -73,7 +73,7 @@ impl Check {
         self.key("schema").fail(format!("this program reads version {SCHEMA}, got {version}"))
     }
 
-    /// A number of sensible size.
+    /// Checks that a number's magnitude is at most [`LARGEST`].
     pub fn finite_scalar(&self, value: f64) -> Result<f64> {
         if value.abs() <= LARGEST {
             return Ok(value);
@@ -81,7 +81,7 @@ impl Check {
         self.fail(format!("must be a number between {:e} and {LARGEST:e}, got {value:?}", -LARGEST))
     }
 
-    /// A number above zero, of sensible size.
+    /// Checks that a number is above zero, from 1/[`LARGEST`] to [`LARGEST`].
     pub fn positive(&self, value: f64) -> Result<f64> {
         if (1.0 / LARGEST..=LARGEST).contains(&value) {
             return Ok(value);
@@ -91,7 +91,7 @@ impl Check {
         self.fail(format!("must be {sense}, got {value:?}"))
     }
 
-    /// A number of sensible size that is not below zero.
+    /// Checks that a number is from zero to [`LARGEST`].
     pub fn not_negative(&self, value: f64) -> Result<f64> {
         if (0.0..=LARGEST).contains(&value) {
             return Ok(value);
@@ -99,12 +99,12 @@ impl Check {
         self.fail(format!("must be a number from 0 to {LARGEST:e}, got {value:?}"))
     }
 
-    /// A finite number above zero, if given.
+    /// Checks that a number, if given, is [`positive`](Self::positive).
     pub fn optional_positive(&self, value: Option<f64>) -> Result<Option<f64>> {
         value.map(|v| self.positive(v)).transpose()
     }
 
-    /// Components of sensible size.
+    /// Checks that the magnitude of each component is at most [`LARGEST`].
     pub fn finite(&self, value: [f64; 3]) -> Result<Vector3<f64>> {
         if value.iter().all(|v| v.abs() <= LARGEST) {
             return Ok(value.into());
@@ -112,13 +112,13 @@ impl Check {
         self.fail(format!("components must be numbers between {:e} and {LARGEST:e}, got {value:?}", -LARGEST))
     }
 
-    /// A direction, made a unit vector.
+    /// Checks that a direction is not zero and returns it as a unit vector.
     pub fn direction(&self, value: [f64; 3]) -> Result<Vector3<f64>> {
         let v = self.finite(value)?;
         if v.norm() > 1e-12 { Ok(v.normalize()) } else { self.fail(format!("must not be zero, got {value:?}")) }
     }
 
-    /// [smallest, largest], scaled by `unit`.
+    /// Checks an interval `[smallest, largest]`, if given, and returns it multiplied by `unit`.
     pub fn interval(&self, value: Option<[f64; 2]>, unit: f64) -> Result<Option<(f64, f64)>> {
         match value {
             None => Ok(None),
@@ -129,7 +129,7 @@ impl Check {
         }
     }
 
-    /// Corners of a box in the right order.
+    /// Checks that the corner `min` of a box does not exceed `max` along any axis.
     pub fn ordered_box(&self, min: Vector3<f64>, max: Vector3<f64>) -> Result<()> {
         match (0..3).find(|&i| min[i] > max[i]) {
             None => Ok(()),
@@ -140,26 +140,26 @@ impl Check {
         }
     }
 
-    /// The corners `min_mm` and `max_mm` of a box.
+    /// Checks the corners `min_mm` and `max_mm` of a box and returns them.
     pub fn corners(&self, min_mm: [f64; 3], max_mm: [f64; 3]) -> Result<[Vector3<f64>; 2]> {
         let corners = [self.key("min_mm").finite(min_mm)?, self.key("max_mm").finite(max_mm)?];
         self.ordered_box(corners[0], corners[1])?;
         Ok(corners)
     }
 
-    /// A name of letters, digits, `_` and `-`.
+    /// Checks that a name has only ASCII letters, digits, `_` and `-`.
     pub fn identifier(&self, name: &str) -> Result<()> {
         let valid = !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-');
         if valid { Ok(()) } else { self.fail(format!("must be letters, digits, _ or -, got \"{name}\"")) }
     }
 
-    /// A name that may hold any characters that can be read.
+    /// Checks that a name is not blank and has no control characters.
     pub fn readable(&self, name: &str) -> Result<()> {
         let valid = !name.trim().is_empty() && !name.chars().any(char::is_control);
         if valid { Ok(()) } else { self.fail(format!("must be a name on one line, got {name:?}")) }
     }
 
-    /// A name not used before.
+    /// Checks that a name is not among `others`.
     pub fn unique<'a>(&self, name: &str, mut others: impl Iterator<Item = &'a str>) -> Result<()> {
         if others.any(|other| other == name) {
             return self.fail(format!("\"{name}\" is used twice"));
@@ -167,7 +167,7 @@ impl Check {
         Ok(())
     }
 
-    /// A name that is not too long for a part of a file name.
+    /// Checks that a name is not too long for a part of a file name.
     pub fn short(&self, name: &str) -> Result<()> {
         let length = file_stem(name).len();
         if length <= LONGEST_IN_A_FILE_NAME {
@@ -179,7 +179,7 @@ impl Check {
         ))
     }
 
-    /// A name that gives other files than those before, also where files are not told apart by case.
+    /// Checks that a name gives other file names than `others`, also where case does not count.
     pub fn unique_file<'a>(&self, name: &str, mut others: impl Iterator<Item = &'a str>) -> Result<()> {
         self.short(name)?;
         match others.find(|other| file_stem(other).eq_ignore_ascii_case(&file_stem(name))) {
@@ -190,7 +190,7 @@ impl Check {
         }
     }
 
-    /// A symmetric positive definite 6×6 matrix given by rows.
+    /// Checks that a 6×6 matrix given by rows is symmetric and positive definite, and returns it.
     pub fn positive_definite(&self, rows: &[[f64; 6]; 6]) -> Result<Matrix6<f64>> {
         let matrix = Matrix6::from_fn(|i, j| rows[i][j]);
         for (i, row) in rows.iter().enumerate() {

@@ -1,10 +1,10 @@
-//! The one error type: what was being done, with which file, key and value.
+//! The one error type: what failed, with file, key and value.
 //!
 //! A point that cannot be solved is not an error but a status of the result.
 
 use std::path::PathBuf;
 
-/// Wrong input or a broken file.
+/// The error of wrong input or of a file that cannot be read or written.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// A file cannot be read.
@@ -12,7 +12,7 @@ pub enum Error {
     Read {
         /// The file.
         file: PathBuf,
-        /// Why.
+        /// The error of the operating system.
         source: std::io::Error,
     },
     /// A file cannot be written.
@@ -20,24 +20,24 @@ pub enum Error {
     Write {
         /// The file.
         file: PathBuf,
-        /// Why.
+        /// The error of the operating system.
         source: std::io::Error,
     },
     /// Work was stopped from outside.
     #[error("stopped")]
     Stopped,
-    /// Another part of the work computes what is needed to go on: how a part ends that is not the only one.
+    /// Another shard of the work computes what is needed to go on; so end all shards but one.
     #[error("another part computes it")]
     OtherShard,
     /// An unfinished run is in the way, or cannot be gone on with.
     #[error("{}: {problem}", file.display())]
     Resume {
-        /// The file it left.
+        /// The file that the unfinished run left.
         file: PathBuf,
-        /// Why.
+        /// What is wrong with the unfinished run.
         problem: String,
-        /// What may be done about it.
-        way: Way,
+        /// What can be done about it.
+        remedy: Remedy,
     },
     /// A file is not of the expected form: bad syntax, a missing or an unknown key, a value of the wrong type.
     #[error("{file}{}: {}{problem}", line.map(|l| format!(":{l}")).unwrap_or_default(), key_prefix(key))]
@@ -77,7 +77,7 @@ pub enum Error {
     Figure {
         /// File stem of the figure.
         name: String,
-        /// Why.
+        /// Why the figure cannot be drawn.
         problem: String,
     },
     /// A page cannot be rendered: a fault of its template.
@@ -85,14 +85,14 @@ pub enum Error {
     Page {
         /// The template.
         template: String,
-        /// Why.
+        /// Why the page cannot be rendered.
         problem: String,
     },
 }
 
-/// What may be done about an unfinished run.
+/// What can be done about an unfinished run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Way {
+pub enum Remedy {
     /// Going on with it, or beginning anew.
     ResumeOrRestart,
     /// Beginning anew: what it computed is lost.
@@ -102,20 +102,21 @@ pub enum Way {
 }
 
 impl Error {
-    /// An `argument` that makes no sense: what is wrong with it and what was expected.
+    /// Creates the error of an `argument` that makes no sense: what is wrong with it and what was expected.
     pub fn argument(argument: impl Into<String>, problem: impl Into<String>) -> Self {
         Error::Argument { argument: argument.into(), problem: problem.into() }
     }
 
-    /// A program or path at fault.
+    /// Wraps the error of a program or path.
     pub fn program(source: impl std::error::Error + Send + Sync + 'static) -> Self {
         Error::Program(Box::new(source))
     }
 }
 
-/// Shorthand used throughout.
+/// The result of whatever fails with an [`Error`].
 pub type Result<T> = std::result::Result<T, Error>;
 
+/// Returns the key and a colon for a message, or nothing for the whole file.
 fn key_prefix(key: &str) -> String {
     if key.is_empty() || key == "." { String::new() } else { format!("{key}: ") }
 }

@@ -1,9 +1,9 @@
-//! Names that are nearly what was written, for errors.
+//! Suggestions for misspelt names in errors.
 
-/// So many names are told at most.
+/// Most names that are suggested.
 const TOLD: usize = 4;
 
-/// Those of `names` that begin with `name` up to a dot, or else those with which it is easily confused, the nearest first.
+/// Returns up to four suggestions for `name`: names that continue it after a dot, or else those nearest by edit distance.
 pub fn nearest<'a>(name: &str, names: &'a [String]) -> Vec<&'a str> {
     let below = names.iter().filter(|other| other.strip_prefix(name).is_some_and(|rest| rest.starts_with('.')));
     let below: Vec<&str> = below.take(TOLD).map(String::as_str).collect();
@@ -11,14 +11,14 @@ pub fn nearest<'a>(name: &str, names: &'a [String]) -> Vec<&'a str> {
         return below;
     }
     let most = 2 + name.chars().count() / 3;
-    let mut near: Vec<(usize, &str)> = names.iter().map(|other| (edits(name, other), other.as_str())).collect();
-    near.retain(|(edits, _)| *edits <= most);
-    near.sort_by_key(|(edits, _)| *edits);
+    let mut near: Vec<(usize, &str)> = names.iter().map(|other| (edit_distance(name, other), other.as_str())).collect();
+    near.retain(|(edit_distance, _)| *edit_distance <= most);
+    near.sort_by_key(|(edit_distance, _)| *edit_distance);
     near.into_iter().take(TOLD).map(|(_, other)| other).collect()
 }
 
-/// Fewest letters put in, taken out or replaced that make one name of the other.
-pub fn edits(one: &str, other: &str) -> usize {
+/// Returns the edit distance: the fewest letters inserted, deleted or replaced to turn one name into the other.
+pub fn edit_distance(one: &str, other: &str) -> usize {
     let other: Vec<char> = other.chars().collect();
     let mut row: Vec<usize> = (0..=other.len()).collect();
     for (i, letter) in one.chars().enumerate() {

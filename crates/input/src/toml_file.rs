@@ -1,4 +1,4 @@
-//! TOML files to raw specs, with errors that name file, line and key.
+//! Parses TOML files into raw specs, with errors that name file, line and key.
 
 mod reader;
 
@@ -19,7 +19,7 @@ pub fn read(file: &Path) -> Result<String> {
     text(crate::file::read_at_most(file, MAX_LENGTH)?, file)
 }
 
-/// The text that `bytes` of `file` are.
+/// Decodes the bytes of `file` as UTF-8 text.
 pub fn text(bytes: Vec<u8>, file: &Path) -> Result<String> {
     let fault = |_| Error::Read { file: file.to_path_buf(), source: std::io::Error::other("not a text file (UTF-8)") };
     String::from_utf8(bytes).map_err(fault)
@@ -31,34 +31,34 @@ pub fn parse<T: DeserializeOwned>(text: &str, origin: &str) -> Result<T> {
         file: origin.to_string(),
         line: span.as_ref().map(|span| 1 + text[..span.start.min(text.len())].matches('\n').count()),
         key,
-        problem: in_words(message, span.and_then(|span| text.get(span)).unwrap_or_default()),
+        problem: toml_message(message, span.and_then(|span| text.get(span)).unwrap_or_default()),
     };
     let table = DeTable::parse(text).map_err(|error| fault(error.message(), error.span(), String::new()))?;
     let read = reader::Reader::from(table).read(PhantomData);
     read.map_err(|error| fault(&error.to_string(), error.span(), error.key()))
 }
 
-/// As [`parse`]; the error of an unknown key or value gives its name now, if `renamed` has one for it (see [`name_now`]).
+/// Parses `text` like [`parse`]; the error of an unknown key or value adds its new name, if `renamed` has one (see [`renamed_hint`]).
 pub fn parse_renamed<T: DeserializeOwned>(text: &str, origin: &str, renamed: &[(&str, &str)]) -> Result<T> {
     parse(text, origin).map_err(|mut fault| {
         if let Error::Syntax { key, problem, .. } = &mut fault {
             let value = problem.strip_prefix("unknown value `").and_then(|rest| rest.split('`').next());
-            let hint = name_now(value.unwrap_or(key), renamed);
+            let hint = renamed_hint(value.unwrap_or(key), renamed);
             problem.push_str(&hint);
         }
         fault
     })
 }
 
-/// What an error about `word` adds if `renamed` lists it: its name now. Pairs of the old name (a value, or a key with the tables that it
-/// stands in) and the new one.
-pub fn name_now(word: &str, renamed: &[(&str, &str)]) -> String {
+/// Returns the ending of an error that gives the new name of `word`, if `renamed` lists it; pairs of the old name (a value, or a key with
+/// its tables) and the new one.
+pub fn renamed_hint(word: &str, renamed: &[(&str, &str)]) -> String {
     let now = renamed.iter().find(|(old, _)| *old == word);
     now.map_or_else(String::new, |(_, now)| format!("; it is called `{now}` now (packaging/convert.py changes files)"))
 }
 
-/// The message about `place`, programming terms replaced by those of a TOML file.
-fn in_words(message: &str, place: &str) -> String {
+/// Rewrites a parser's message about the text `place` in the terms of TOML files instead of programming terms.
+fn toml_message(message: &str, place: &str) -> String {
     let message = message.trim_end().replace('\n', "; ");
     if message == "duplicate key" {
         return format!("key `{place}` is given twice");

@@ -1,4 +1,4 @@
-//! Tables as CSV and their description.
+//! Tables as CSV, and the description of their columns.
 //!
 //! CSV (RFC 4180) has no place for a version, and a comment line or an extra header would break readers. Version, units and
 //! types of all tables of a folder therefore stand beside them in `csv-metadata.json`, the file in which the W3C
@@ -22,18 +22,16 @@ pub struct CsvFile<W: Write> {
 }
 
 impl<W: Write> CsvFile<W> {
-    /// An empty file.
+    /// Returns an empty file that writes to `out`.
     pub fn new(out: W) -> Self {
         Self { writer: csv::Writer::from_writer(out), has_header: false }
     }
 
-    /// Adds the rows of `table`; all parts have the same columns.
-    ///
-    /// # Errors
-    /// The output cannot be written.
+    /// Adds the rows of `table`, after the header with the first part; all parts have the same columns. `Err` when they cannot be
+    /// written.
     pub fn add(&mut self, table: &Table) -> csv::Result<()> {
         if !std::mem::replace(&mut self.has_header, true) {
-            self.writer.write_record(table.columns().iter().map(|column| neutral(&column.name).into_owned()))?;
+            self.writer.write_record(table.columns().iter().map(|column| escape_formula(&column.name).into_owned()))?;
         }
         let mut digits = Vec::new();
         for row in table.rows() {
@@ -49,7 +47,7 @@ impl<W: Write> CsvFile<W> {
                         write!(digits, "{count}")?;
                         self.writer.write_field(&digits)?;
                     }
-                    Cell::Text(text) => self.writer.write_field(neutral(text).as_bytes())?,
+                    Cell::Text(text) => self.writer.write_field(escape_formula(text).as_bytes())?,
                 }
             }
             self.writer.write_record(None::<&[u8]>)?;
@@ -57,10 +55,7 @@ impl<W: Write> CsvFile<W> {
         Ok(())
     }
 
-    /// The output, with everything written to it.
-    ///
-    /// # Errors
-    /// The output cannot be written.
+    /// Returns the output after everything is written to it; `Err` when that fails.
     pub fn finish(self) -> csv::Result<W> {
         self.writer.into_inner().map_err(|e| csv::Error::from(e.into_error()))
     }
@@ -71,34 +66,32 @@ fn is_formula(text: &str) -> bool {
     text.starts_with(['=', '+', '-', '@', '\t', '\r', '\n'])
 }
 
-/// A text as a cell that no spreadsheet takes for a formula: such a text has a `'` before it, as spreadsheets mark texts.
-/// Numbers are not texts.
-fn neutral(text: &str) -> Cow<'_, str> {
+/// Returns a text as a cell that no spreadsheet takes for a formula: with a `'` before it if need be, as spreadsheets mark texts. Numbers
+/// are not texts.
+fn escape_formula(text: &str) -> Cow<'_, str> {
     if is_formula(text.trim_start_matches('\'')) { format!("'{text}").into() } else { text.into() }
 }
 
-/// The text of a cell that [`CsvFile`] has written.
+/// Returns the text of a cell written by [`CsvFile`], without the mark against formulas.
 pub fn text_of(cell: &str) -> &str {
     if is_formula(cell.trim_start_matches('\'')) { cell.strip_prefix('\'').unwrap_or(cell) } else { cell }
 }
 
-/// The whole table as CSV.
-///
-/// # Errors
-/// None that is known: memory takes all that is written.
+/// Returns the whole table as CSV.
 pub fn csv(table: &Table) -> csv::Result<Vec<u8>> {
     let mut file = CsvFile::new(Vec::new());
     file.add(table)?;
     file.finish()
 }
 
-/// The description of CSV files with their names.
+/// Returns the description of tables in CSV files, which are given with their file names.
 pub fn description<'a>(tables: impl IntoIterator<Item = (&'a str, &'a Table)>) -> Value {
-    let tables: Vec<Value> = tables.into_iter().map(|(file, table)| described(file, table)).collect();
+    let tables: Vec<Value> = tables.into_iter().map(|(file, table)| describe_table(file, table)).collect();
     json!({ "@context": "http://www.w3.org/ns/csvw", "schema:version": SCHEMA.to_string(), "tables": tables })
 }
 
-fn described(file: &str, table: &Table) -> Value {
+/// Describes the columns of one table: name, type, unit and meaning.
+fn describe_table(file: &str, table: &Table) -> Value {
     let columns = table.columns().iter().map(|column| {
         let datatype = match column.kind {
             Kind::Number => "double",
@@ -109,7 +102,7 @@ fn described(file: &str, table: &Table) -> Value {
         if let Some(unit) = column.unit() {
             described["schema:unitText"] = json!(unit);
         }
-        if let Some(meaning) = meaning(&column.name) {
+        if let Some(meaning) = column_meaning(&column.name) {
             described["dc:description"] = json!(meaning);
         }
         described
@@ -117,8 +110,8 @@ fn described(file: &str, table: &Table) -> Value {
     json!({ "url": file, "tableSchema": { "columns": columns.collect::<Vec<_>>() } })
 }
 
-/// What columns say that have no unit to say it.
-fn meaning(column: &str) -> Option<&'static str> {
+/// Returns the meaning of a column whose name has no unit to explain it; `None` for other columns.
+fn column_meaning(column: &str) -> Option<&'static str> {
     Some(match column {
         "status" => "whether the numbers of the row are known; where they are not, why",
         "reason" => "the status in words, with numbers; empty where the row is solved",

@@ -19,27 +19,27 @@ use crate::{
     spatial::Grid,
 };
 
-/// The maps of a study.
+/// Maps over one grid, for export as VTK image data.
 #[derive(Debug, Clone)]
 pub struct Image {
     /// The grid of all layers.
     pub grid: Grid,
-    /// Tables with rows for every grid point, in grid order.
+    /// Tables with rows for every grid point, in the order of the grid.
     pub layers: Vec<Layer>,
 }
 
-/// A table whose rows belong to grid points, as many to each point.
+/// A table with the same number of rows for each grid point.
 #[derive(Debug, Clone, Copy)]
 pub struct Layer {
     /// Name of the table.
     pub table: &'static str,
-    /// Columns of words that tell the rows of a point apart.
+    /// Columns of words that distinguish the rows of a point.
     pub keys: &'static [&'static str],
-    /// Quantities of which columns `_x_mm`, `_y_mm` and `_z_mm` are one vector.
+    /// Quantities whose columns `_x_mm`, `_y_mm` and `_z_mm` form a vector.
     pub vectors: &'static [&'static str],
 }
 
-/// An array over the grid.
+/// A named array of values over the grid.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Array {
     pub name: String,
@@ -47,6 +47,7 @@ pub(super) struct Array {
     pub values: Values,
 }
 
+/// Values of an array, one for each grid point.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Values {
     Scalars(Vec<f64>),
@@ -55,20 +56,15 @@ pub(super) enum Values {
 }
 
 impl Image {
-    /// The image and its description as files of `folder`.
-    ///
-    /// # Errors
-    /// The image cannot hold the data.
+    /// Returns the image and its description as files of `folder`; `Err` when the image cannot hold the data.
     pub fn files(&self, folder: &Path, tables: &[(String, Table)]) -> error::Result<Vec<OutputFile>> {
         let fault = |source| Error::Write { file: folder.join("map.vti"), source };
         let (bytes, described) = self.vti(tables).map_err(fault)?;
         Ok(vec![OutputFile::new("map.vti", bytes), OutputFile::new("map.vti.json", format!("{described:#}\n"))])
     }
 
-    /// The image as a `.vti` file, and its description as JSON: arrays, units, statuses.
-    ///
-    /// # Errors
-    /// A table is missing or does not fit the grid, or a status is unknown.
+    /// Returns the image as the bytes of a `.vti` file, and its description as JSON: arrays, units, statuses. `Err` when a table is
+    /// missing or does not fit the grid, or a status is unknown.
     pub fn vti(&self, tables: &[(String, Table)]) -> io::Result<(Vec<u8>, Value)> {
         let arrays = self.arrays(tables)?;
         let description = self.description(&arrays);
@@ -76,6 +72,7 @@ impl Image {
         Ok((bytes, description))
     }
 
+    /// Returns the arrays of all layers, quantities first, then statuses and positions.
     fn arrays(&self, tables: &[(String, Table)]) -> io::Result<Vec<Array>> {
         let mut arrays = Vec::new();
         for layer in &self.layers {
@@ -90,6 +87,7 @@ impl Image {
         Ok(arrays)
     }
 
+    /// Describes the arrays as JSON, with their units and the numbers of statuses.
     fn description(&self, arrays: &[Array]) -> Value {
         let arrays = arrays.iter().map(|array| {
             let components = if matches!(array.values, Values::Vectors(_)) { 3 } else { 1 };
@@ -108,6 +106,7 @@ impl Image {
 }
 
 impl Layer {
+    /// Returns the arrays of the layer's table for each kind of row; `Err` if its rows do not fit the number of grid points.
     fn arrays(&self, table: &Table, points: usize) -> io::Result<Vec<Array>> {
         let (rows, kinds) = (table.rows(), table.rows().len() / points);
         if kinds * points != rows.len() {
@@ -127,7 +126,7 @@ impl Layer {
         Ok(arrays)
     }
 
-    /// What the names of arrays begin with: the words that tell a row apart, or the name of the table.
+    /// Returns the beginning of the arrays' names: the words that distinguish the row, or the name of the table.
     fn label(&self, table: &Table, row: &Row) -> io::Result<String> {
         let word = |key: &&str| match table.position(key).map(|index| &row[index]) {
             Some(Cell::Text(word)) => Ok(word.clone()),
@@ -137,7 +136,7 @@ impl Layer {
         Ok(if words.is_empty() { self.table.into() } else { words.join("/") })
     }
 
-    /// The array that begins with column `index`; `None` for positions, words, other components of a vector, and numbers
+    /// Returns name and values of the array for column `index`; `None` for positions, words, later components of a vector, and numbers
     /// that are missing at all points.
     fn values(&self, column: &Column, index: usize, rows: &[&Row]) -> io::Result<Option<(String, Values)>> {
         let name = column.name.as_str();
@@ -155,17 +154,17 @@ impl Layer {
         });
         Ok(match of_vector {
             Some((vector, 0)) => {
-                let vectors = rows.iter().map(|row| [0, 1, 2].map(|axis| number(&row[index + axis]))).collect();
+                let vectors = rows.iter().map(|row| [0, 1, 2].map(|axis| number_or_nan(&row[index + axis]))).collect();
                 Some((format!("{vector}_vector_mm"), Values::Vectors(vectors)))
             }
             Some(_) => None,
-            None => Some((name.into(), Values::Scalars(rows.iter().map(|row| number(&row[index])).collect()))),
+            None => Some((name.into(), Values::Scalars(rows.iter().map(|row| number_or_nan(&row[index])).collect()))),
         })
     }
 }
 
-/// A cell's number, NaN if it is missing.
-fn number(cell: &Cell) -> f64 {
+/// Returns the number in a cell; NaN if it is missing or a text.
+fn number_or_nan(cell: &Cell) -> f64 {
     match cell {
         Cell::Number(number) => *number,
         Cell::Count(count) => *count as f64,
@@ -173,6 +172,7 @@ fn number(cell: &Cell) -> f64 {
     }
 }
 
+/// Returns the number of a status in images; `Err` if the cell holds no known status.
 fn status_number(cell: &Cell) -> io::Result<i32> {
     let place = |word: &String| STATUSES.iter().position(|status| status == word);
     let found = if let Cell::Text(word) = cell { place(word) } else { None };

@@ -1,4 +1,4 @@
-//! What other programs read: typed tables as CSV and Parquet, maps as VTK image data.
+//! Files for other programs: typed tables as CSV and Parquet, maps as VTK image data.
 //!
 //! A report makes a [`Table`] of typed columns whose names end with their units; every exporter takes the same table, so
 //! all formats hold the same columns and numbers. `SCHEMA` is the version of these columns.
@@ -29,7 +29,7 @@ pub use table::{Cell, Column, Kind, Row, Table, cells, counts, numbers, texts};
 use super::OutputFile;
 use crate::input::error::{Error, Result};
 
-/// A format for tables or maps.
+/// A file format for tables or maps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Format {
     /// Tables as CSV.
@@ -41,10 +41,10 @@ pub enum Format {
 }
 
 impl Format {
-    /// All of them.
+    /// All formats.
     pub const ALL: [Format; 3] = [Format::Csv, Format::Parquet, Format::Vti];
 
-    /// Its name, with which the names of its files end.
+    /// Returns its name, which is the extension of its files.
     pub fn label(self) -> &'static str {
         match self {
             Format::Csv => "csv",
@@ -53,7 +53,7 @@ impl Format {
         }
     }
 
-    /// The feature that the program must have been built with.
+    /// Returns the feature with which the program must be built for it, if any.
     fn feature(self) -> Option<&'static str> {
         match self {
             Format::Csv => None,
@@ -62,10 +62,7 @@ impl Format {
         }
     }
 
-    /// Whether this program can write it.
-    ///
-    /// # Errors
-    /// It was built without.
+    /// Checks that this program was built with the format; otherwise `Err`.
     pub(crate) fn check_built(self) -> std::result::Result<(), NotBuilt> {
         match self {
             Format::Parquet if !cfg!(feature = "parquet") => Err(NotBuilt(self)),
@@ -75,7 +72,7 @@ impl Format {
     }
 }
 
-/// A format that this program was built without.
+/// Error: this program was built without the format.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct NotBuilt(Format);
 
@@ -92,11 +89,8 @@ impl std::fmt::Display for NotBuilt {
 
 impl std::error::Error for NotBuilt {}
 
-/// Tables in the formats asked for, `folder` being where they will be written. `written` are tables whose files exist already
-/// and only need to be described.
-///
-/// # Errors
-/// A format cannot hold the data; names the file.
+/// Returns the files of `tables` in the formats asked for; `folder` is where they will be written. `written` are tables already in files,
+/// which only need to be described. `Err` names the file whose format cannot hold the data.
 pub fn files(
     folder: &Path,
     tables: &[(String, Table)],

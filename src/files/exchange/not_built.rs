@@ -1,39 +1,39 @@
-//! What stands for formats that this program was built without: they are refused before a file is begun.
+//! Replacements for formats that this program was built without: they refuse before a file is begun.
 
-/// For [`Format::Parquet`](super::Format::Parquet).
+/// Replacement for the writer of [`Format::Parquet`](super::Format::Parquet).
 #[cfg(not(feature = "parquet"))]
 pub mod parquet_file {
     use std::{convert::Infallible, io::Write, marker::PhantomData};
 
     use crate::files::exchange::{Column, Format, NotBuilt, Table};
 
-    /// A table as a Parquet file, which this program cannot make.
+    /// A Parquet file, which this program cannot write; no value of it exists.
     pub struct ParquetFile<W: Write + Send>(Infallible, PhantomData<W>);
 
     impl<W: Write + Send> ParquetFile<W> {
-        /// Refuses.
+        /// Returns the error that Parquet is not built in.
         pub fn new(_: &[Column], _: W) -> Result<Self, NotBuilt> {
             Err(NotBuilt(Format::Parquet))
         }
 
-        /// Never comes to be.
+        /// Cannot be called, as no value exists.
         pub fn add(&mut self, _: &Table) -> Result<(), NotBuilt> {
             match self.0 {}
         }
 
-        /// Never comes to be.
+        /// Cannot be called, as no value exists.
         pub fn finish(self) -> Result<W, NotBuilt> {
             match self.0 {}
         }
     }
 
-    /// Refuses.
+    /// Returns the error that Parquet is not built in.
     pub fn parquet(_: &Table) -> Result<Vec<u8>, NotBuilt> {
         Err(NotBuilt(Format::Parquet))
     }
 }
 
-/// For [`Format::Vti`](super::Format::Vti).
+/// Replacement for the writer of [`Format::Vti`](super::Format::Vti).
 #[cfg(not(feature = "vtk"))]
 pub mod vti_file {
     use std::io;
@@ -43,7 +43,7 @@ pub mod vti_file {
         spatial::Grid,
     };
 
-    /// Refuses.
+    /// Returns the error that VTK is not built in.
     pub fn bytes(_: &Grid, _: Vec<Array>) -> io::Result<Vec<u8>> {
         Err(io::Error::other(NotBuilt(Format::Vti)))
     }

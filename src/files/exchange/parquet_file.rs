@@ -27,12 +27,9 @@ pub struct ParquetFile<W: Write + Send> {
 }
 
 impl<W: Write + Send> ParquetFile<W> {
-    /// A file for `columns`.
-    ///
-    /// # Errors
-    /// The library refuses the schema, or `out` cannot be written.
+    /// Starts a file with `columns` that writes to `out`; `Err` when the library refuses the schema or the output fails.
     pub fn new(columns: &[Column], out: W) -> Result<Self> {
-        let fields = columns.iter().map(|column| field(column).map(Arc::new)).collect::<Result<Vec<_>>>()?;
+        let fields = columns.iter().map(|column| parquet_field(column).map(Arc::new)).collect::<Result<Vec<_>>>()?;
         let schema = Type::group_type_builder("table").with_fields(fields).build()?;
         let mut metadata = vec![KeyValue::new("kinetostat.schema".into(), SCHEMA.to_string())];
         for column in columns {
@@ -48,10 +45,7 @@ impl<W: Write + Send> ParquetFile<W> {
         Ok(Self { writer: SerializedFileWriter::new(out, Arc::new(schema), Arc::new(properties))? })
     }
 
-    /// Adds the rows of `table`, which has the columns of the file.
-    ///
-    /// # Errors
-    /// The library refuses the data, or the output cannot be written.
+    /// Adds the rows of `table`, which has the columns of the file; `Err` when the library refuses them or the output fails.
     pub fn add(&mut self, table: &Table) -> Result<()> {
         let mut group = self.writer.next_row_group()?;
         for index in 0..table.columns().len() {
@@ -61,26 +55,21 @@ impl<W: Write + Send> ParquetFile<W> {
         Ok(())
     }
 
-    /// The output, with everything written to it.
-    ///
-    /// # Errors
-    /// The output cannot be written.
+    /// Returns the output after everything is written to it; `Err` when that fails.
     pub fn finish(self) -> Result<W> {
         self.writer.into_inner()
     }
 }
 
-/// The whole table as a Parquet file.
-///
-/// # Errors
-/// The library refuses the schema or the data.
+/// Returns the whole table as the bytes of a Parquet file; `Err` when the library refuses the data.
 pub fn parquet(table: &Table) -> Result<Vec<u8>> {
     let mut file = ParquetFile::new(table.columns(), Vec::new())?;
     file.add(table)?;
     file.finish()
 }
 
-fn field(column: &Column) -> Result<Type> {
+/// Returns the Parquet type of a column.
+fn parquet_field(column: &Column) -> Result<Type> {
     let (physical, logical) = match column.kind {
         Kind::Number => (Physical::DOUBLE, None),
         Kind::Count => (Physical::INT64, None),
@@ -92,7 +81,7 @@ fn field(column: &Column) -> Result<Type> {
         .build()
 }
 
-/// Writes the next column of `group`.
+/// Writes cells as the next column of `group`.
 fn write_column<'a, W: Write + Send>(
     group: &mut SerializedRowGroupWriter<'_, W>,
     cells: impl Iterator<Item = &'a Cell> + Clone,

@@ -1,4 +1,4 @@
-//! A table that is written while its rows are computed, so that memory does not grow with it.
+//! A table that is written while its rows are computed, so that it does not fill the memory.
 
 use std::{
     error::Error as StdError,
@@ -16,22 +16,18 @@ use crate::{
 
 type Out = BufWriter<NamedTempFile>;
 
-/// The files of a table in the formats asked for, filled part by part. They are temporary until they are written with the
-/// others; dropped before, nothing of them is left.
+/// Files of one table in several formats, filled part by part. They are temporary, and removed unless they are written as results.
 pub struct StreamedTable {
     csv: Option<(PathBuf, CsvFile<Out>)>,
     parquet: Option<(PathBuf, ParquetFile<Out>)>,
 }
 
 impl StreamedTable {
-    /// Empty files for a table of `columns` called `stem` in `folder`.
-    ///
-    /// # Errors
-    /// They cannot be written.
+    /// Creates empty files for a table with `columns`, called `stem`, in `folder`; `Err` when they cannot be written.
     pub fn new(folder: &Path, stem: &str, columns: &[Column], formats: &[Format]) -> Result<Self> {
         let open = |ending: &str| {
             let path = folder.join(format!("{stem}.{ending}"));
-            let file = temporary_file(folder).map_err(|error| fault(&path, error))?;
+            let file = temporary_file(folder).map_err(|error| write_error(&path, error))?;
             Ok::<_, Error>((path, BufWriter::new(file)))
         };
         let mut streamed = Self { csv: None, parquet: None };
@@ -39,54 +35,50 @@ impl StreamedTable {
             let (path, out) = open("csv")?;
             let mut file = CsvFile::new(out);
             // A table without rows has a header all the same.
-            file.add(&Table::new(columns.to_vec(), [])).map_err(|error| fault(&path, error))?;
+            file.add(&Table::new(columns.to_vec(), [])).map_err(|error| write_error(&path, error))?;
             streamed.csv = Some((path, file));
         }
         if formats.contains(&Format::Parquet) {
             let (path, out) = open("parquet")?;
-            let file = ParquetFile::new(columns, out).map_err(|error| fault(&path, error))?;
+            let file = ParquetFile::new(columns, out).map_err(|error| write_error(&path, error))?;
             streamed.parquet = Some((path, file));
         }
         Ok(streamed)
     }
 
-    /// Adds the rows of `table`, which has the columns of the files.
-    ///
-    /// # Errors
-    /// They cannot be written.
+    /// Adds the rows of `table`, which has the columns of the files; `Err` when they cannot be written.
     pub fn add(&mut self, table: &Table) -> Result<()> {
         if let Some((path, file)) = &mut self.csv {
-            file.add(table).map_err(|error| fault(path, error))?;
+            file.add(table).map_err(|error| write_error(path, error))?;
         }
         if let Some((path, file)) = &mut self.parquet {
-            file.add(table).map_err(|error| fault(path, error))?;
+            file.add(table).map_err(|error| write_error(path, error))?;
         }
         Ok(())
     }
 
-    /// The files with all that was added.
-    ///
-    /// # Errors
-    /// They cannot be written.
+    /// Returns the finished files; `Err` when they cannot be written.
     pub fn finish(self) -> Result<Vec<OutputFile>> {
         let mut files = Vec::new();
         if let Some((path, file)) = self.csv {
-            let out = file.finish().map_err(|error| fault(&path, error))?;
-            files.push(complete(&path, out)?);
+            let out = file.finish().map_err(|error| write_error(&path, error))?;
+            files.push(finish_file(&path, out)?);
         }
         if let Some((path, file)) = self.parquet {
-            let out = file.finish().map_err(|error| fault(&path, error))?;
-            files.push(complete(&path, out)?);
+            let out = file.finish().map_err(|error| write_error(&path, error))?;
+            files.push(finish_file(&path, out)?);
         }
         Ok(files)
     }
 }
 
-fn complete(path: &Path, out: Out) -> Result<OutputFile> {
-    let file = out.into_inner().map_err(IntoInnerError::into_error).map_err(|error| fault(path, error))?;
+/// Flushes a temporary file and returns it as the output file `path`.
+fn finish_file(path: &Path, out: Out) -> Result<OutputFile> {
+    let file = out.into_inner().map_err(IntoInnerError::into_error).map_err(|error| write_error(path, error))?;
     Ok(OutputFile::written(path.file_name().unwrap_or_default().to_string_lossy(), file))
 }
 
-fn fault(path: &Path, error: impl Into<Box<dyn StdError + Send + Sync>>) -> Error {
+/// Wraps an error as one of writing the file `path`.
+fn write_error(path: &Path, error: impl Into<Box<dyn StdError + Send + Sync>>) -> Error {
     Error::Write { file: path.to_path_buf(), source: IoError::other(error) }
 }

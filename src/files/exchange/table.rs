@@ -1,9 +1,9 @@
-//! A table as reports make it and exporters write it.
+//! Typed tables, as reports make and exporters write them.
 
-/// Version of the columns of all tables. Raised when a column changes its name, unit or meaning; new columns do not.
+/// Version of the columns of all tables. It rises when a column changes its name, unit or meaning, not for a new column.
 pub(crate) const SCHEMA: u32 = 3;
 
-/// Endings of column names and the units they stand for; a longer ending goes before those it ends with.
+/// Endings of column names with their units; a longer ending comes before the shorter ones it ends with.
 const UNITS: [(&str, &str); 9] = [
     ("_mm_per_N2", "mm/N²"),
     ("_deg_per_N2", "deg/N²"),
@@ -16,7 +16,7 @@ const UNITS: [(&str, &str); 9] = [
     ("_N", "N"),
 ];
 
-/// What a column holds.
+/// Type of the values in a column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     /// Real numbers.
@@ -27,18 +27,17 @@ pub enum Kind {
     Text,
 }
 
-/// A column: its name ends with the unit of its numbers, such as `deflection_mm`, or has it in brackets, as axes of
-/// figures do.
+/// A column of a table. Its name ends with its unit, such as `deflection_mm`, or has it in brackets, as axes of figures do.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Column {
     /// The header of the column.
     pub name: String,
-    /// What it holds.
+    /// Type of its values.
     pub kind: Kind,
 }
 
 impl Column {
-    /// The unit its name ends with; `None` for words, counts and numbers without dimension.
+    /// Returns the unit in its name; `None` for words, counts and dimensionless numbers.
     pub fn unit(&self) -> Option<&str> {
         if self.kind != Kind::Number {
             return None;
@@ -50,29 +49,30 @@ impl Column {
     }
 }
 
-fn columns<S: Into<String>>(kind: Kind, names: impl IntoIterator<Item = S>) -> Vec<Column> {
+/// Returns columns with these names and values of one kind.
+fn columns_of_kind<S: Into<String>>(kind: Kind, names: impl IntoIterator<Item = S>) -> Vec<Column> {
     names.into_iter().map(|name| Column { name: name.into(), kind }).collect()
 }
 
-/// Columns of real numbers.
+/// Returns columns of real numbers with these names.
 pub fn numbers<S: Into<String>>(names: impl IntoIterator<Item = S>) -> Vec<Column> {
-    columns(Kind::Number, names)
+    columns_of_kind(Kind::Number, names)
 }
 
-/// Columns of whole numbers.
+/// Returns columns of whole numbers with these names.
 pub fn counts<S: Into<String>>(names: impl IntoIterator<Item = S>) -> Vec<Column> {
-    columns(Kind::Count, names)
+    columns_of_kind(Kind::Count, names)
 }
 
-/// Columns of words.
+/// Returns columns of words with these names.
 pub fn texts<S: Into<String>>(names: impl IntoIterator<Item = S>) -> Vec<Column> {
-    columns(Kind::Text, names)
+    columns_of_kind(Kind::Text, names)
 }
 
-/// A cell. The columns `status` and `reason` of its row say why it is missing.
+/// A cell of a table. If it is missing, the columns `status` and `reason` of its row say why.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Cell {
-    /// Nothing is known; an empty text is missing, too.
+    /// No value; an empty text counts as missing, too.
     Missing,
     /// A real number.
     Number(f64),
@@ -83,6 +83,7 @@ pub enum Cell {
 }
 
 impl Cell {
+    /// Whether the cell may stand in a column of this kind.
     fn fits(&self, kind: Kind) -> bool {
         match self {
             Cell::Missing => true,
@@ -126,12 +127,12 @@ impl<T: Into<Cell>> From<Option<T>> for Cell {
 /// A row of a table.
 pub type Row = Vec<Cell>;
 
-/// Numbers as cells.
+/// Converts values to cells.
 pub fn cells<T: Into<Cell>>(values: impl IntoIterator<Item = T>) -> impl Iterator<Item = Cell> {
     values.into_iter().map(Into::into)
 }
 
-/// A table of typed columns.
+/// A table of typed columns and its rows.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Table {
     columns: Vec<Column>,
@@ -139,7 +140,7 @@ pub struct Table {
 }
 
 impl Table {
-    /// A table of `rows`.
+    /// Returns a table with these columns and rows.
     ///
     /// # Panics
     /// A row does not fit the columns, which is a fault of the report that made it.
@@ -154,7 +155,7 @@ impl Table {
         Self { columns, rows }
     }
 
-    /// Adds the rows of a table of the same columns.
+    /// Adds the rows of a table with the same columns.
     ///
     /// # Panics
     /// Its columns are others, which is a fault of the report that made it.
@@ -163,17 +164,17 @@ impl Table {
         self.rows.extend(other.rows);
     }
 
-    /// The columns.
+    /// Returns the columns.
     pub fn columns(&self) -> &[Column] {
         &self.columns
     }
 
-    /// The rows, each with a cell per column.
+    /// Returns the rows, each with a cell for every column.
     pub fn rows(&self) -> &[Row] {
         &self.rows
     }
 
-    /// Position of the column `name`.
+    /// Returns the index of the column `name`; `None` if there is none.
     pub fn position(&self, name: &str) -> Option<usize> {
         self.columns.iter().position(|column| column.name == name)
     }

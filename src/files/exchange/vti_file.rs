@@ -1,4 +1,4 @@
-//! Arrays over a grid as the bytes of a `.vti` file.
+//! Arrays over a grid written as the bytes of a VTK image file (`.vti`).
 
 use std::io;
 
@@ -9,15 +9,12 @@ use vtkio::model::{
 use super::image::{Array, Values};
 use crate::spatial::Grid;
 
-/// The file.
-///
-/// # Errors
-/// The library refuses the data.
+/// Returns the bytes of a `.vti` file with these arrays over `grid`; `Err` when the library refuses the data.
 pub fn bytes(grid: &Grid, arrays: Vec<Array>) -> io::Result<Vec<u8>> {
     let counts = grid.counts();
     let last = |axis: usize| i32::try_from(counts[axis] - 1).map_err(io::Error::other);
     let extent = Extent::Ranges([0..=last(0)?, 0..=last(1)?, 0..=last(2)?]);
-    let data = Attributes { point: arrays.into_iter().map(attribute).collect(), cell: Vec::new() };
+    let data = Attributes { point: arrays.into_iter().map(point_attribute).collect(), cell: Vec::new() };
     let axes = [0, 1, 2].map(|axis| &grid.axes[axis]);
     let image = DataSet::ImageData {
         extent: extent.clone(),
@@ -38,7 +35,8 @@ pub fn bytes(grid: &Grid, arrays: Vec<Array>) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-fn attribute(array: Array) -> Attribute {
+/// Converts an array to an attribute of the points of a VTK image.
+fn point_attribute(array: Array) -> Attribute {
     let scalars = |name, data| DataArray::scalars(name, 1).with_buf(data);
     Attribute::DataArray(match array.values {
         Values::Scalars(numbers) => scalars(array.name, IOBuffer::F64(numbers)),

@@ -1,4 +1,4 @@
-//! What a designer wants to know of a machine before trusting it.
+//! Checks a machine as a whole, as a designer wants to know it before trusting it.
 
 #[cfg(feature = "report")]
 pub mod report;
@@ -19,14 +19,14 @@ use crate::{
     statics::{State, Status, Workspace, chain_stiffnesses, rigid_wrenches, unloaded_compliance, unloaded_stiffness},
 };
 
-/// Findings about a machine.
+/// Findings of a machine check.
 #[derive(Debug, Clone, Default, Serialize)]
 pub struct Findings {
     /// Mobility at home.
     pub mobility: Mobility,
     /// Drive positions at home, mm or rad.
     pub home_drives: Vec<f64>,
-    /// Each named point and corner of the workspace: its name, position in mm, and what the inverse kinematics says.
+    /// Each named point and workspace corner: name, position of P (O, mm), and whether inverse kinematics reaches it.
     pub reached: Vec<(String, Vector3<f64>, Result<(), String>)>,
     /// How far P can go from home along x, y and z, mm, oriented as at home; `None` along an axis that the drives do not control.
     pub spans: [Option<Span>; 3],
@@ -34,57 +34,56 @@ pub struct Findings {
     pub round_trip: (f64, f64),
     /// Distance to singularity at home, see [`Machine::conditioning`].
     pub conditioning: f64,
-    /// How far an arm at home is from the singularities between its branches.
+    /// Distance of an arm at home from the singularities between its branches.
     pub clearance: Option<Clearance>,
-    /// How an arm would stand in the home pose on each of its branches; `None` where that does not reach. Empty for other machines.
+    /// Posture of an arm in the home pose on each branch; `None` where it does not reach. Empty for other machines.
     pub branches: Vec<(Branch, Option<Posture>)>,
     /// Unloaded stiffness at home; `None` where the machine is rigid in some direction or singular.
     pub stiffness: Option<Matrix6<f64>>,
     /// Unloaded compliance at home; `None` where the platform is free.
     pub compliance: Option<Matrix6<f64>>,
-    /// Wrenches at P (N, N·mm) that move nothing, and the names of the chains that are rigid in some direction.
+    /// Wrenches at P (N, N·mm) that cause no motion, and the names of the chains that are rigid in some direction.
     pub rigid: (Vec<Vector6<f64>>, Vec<String>),
     /// Principal stiffnesses of the tool tip at home, N/mm, ascending.
     pub tool_stiffness: Option<[f64; 3]>,
     /// Share of each elastic element in the compliance of the tool tip at home, all directions together; sums to 1.
     pub compliance_shares: Vec<(String, f64)>,
-    /// What is found over the workspace; `None` where only the geometry is known.
+    /// Findings over the workspace; `None` where only the geometry is known.
     pub survey: Option<Survey>,
-    /// What looks wrong.
+    /// Warnings, a sentence each.
     pub warnings: Vec<String>,
 }
 
-/// An element with a larger share in the compliance makes all others irrelevant.
+/// Share in the compliance above which an element makes all others irrelevant.
 const DOMINANT_SHARE: f64 = 0.99;
-/// An element with a smaller share could as well be rigid.
+/// Share in the compliance below which an element could as well be rigid.
 const NEGLIGIBLE_SHARE: f64 = 1e-5;
 
-/// An element with a smaller share does not move the tool tip for its place, whatever its stiffness: a wrist axis through
-/// the tip.
+/// Share of the compliance below which an element does not move the tool tip by its position, whatever its stiffness: a wrist axis through the tip.
 const UNMOVED_SHARE: f64 = 1e-7;
 
-/// A tool that leans less from an axis of the platform is along it, degrees.
+/// Angle of the tool from an axis of the platform below which it is along that axis, degrees.
 const SKEW_TOOL_DEG: f64 = 0.1;
 
-/// A tool tip nearer to P has no direction from it, mm.
+/// Distance of the tool tip from P below which it has no direction, mm.
 const SHORTEST_TOOL_MM: f64 = 1e-6;
-/// A tool that leans farther from the direction of its tip points back, degrees.
+/// Angle of the tool from the direction of its tip above which it points back, degrees.
 const RIGHT_ANGLE_DEG: f64 = 90.0 + SKEW_TOOL_DEG;
 
-/// A drive this many times softer than all others of its kind may have its stiffness in another unit.
+/// How many times softer than all others of its kind a drive must be for its unit to be questioned.
 const FAR_SOFTER: f64 = 100.0;
 
-/// Largest difference between the home sought and the home found that is not worth a word: rad, and fraction of the reach.
+/// Largest difference between home as given and as found that causes no warning: rad, and fraction of the characteristic length.
 const HOME_TOLERANCE: f64 = 1e-5;
 
-/// The machine's characteristic length or the diagonal of its workspace, whichever is larger, mm.
+/// Returns the machine's characteristic length or the diagonal of its workspace, whichever is larger, mm.
 fn size(machine: &Machine) -> f64 {
     machine.characteristic_length.max((machine.workspace.max - machine.workspace.min).norm())
 }
 
-/// Examines `machine` at home, at its named points and at the corners of its workspace.
+/// Checks `machine` at home, at its named points, and over its workspace.
 pub fn check(machine: &Machine) -> Findings {
-    let mut findings = geometric(machine);
+    let mut findings = rigid_findings(machine);
     let mut workspace = Workspace::new(machine);
     findings.stiffness = unloaded_stiffness(machine, &machine.home, &mut workspace);
     findings.compliance = unloaded_compliance(machine, &machine.home, &mut workspace);
@@ -106,21 +105,21 @@ pub fn check(machine: &Machine) -> Findings {
     }
     findings.survey = Some(survey(machine, &mut workspace));
     findings.warnings = warnings(machine, &findings, &status);
-    findings.warnings.extend(units::questions(machine, &findings));
+    findings.warnings.extend(units::unit_questions(machine, &findings));
     findings
 }
 
-/// Examines what does not depend on stiffness.
+/// Checks what does not depend on stiffness.
 pub fn check_geometry(geometry: &Geometry) -> Findings {
     let machine = geometry.kinematics();
-    let mut findings = geometric(machine);
+    let mut findings = rigid_findings(machine);
     findings.warnings = warnings(machine, &findings, &Status::Solved);
     findings
 }
 
-/// Findings of the rigid machine, without warnings.
-fn geometric(machine: &Machine) -> Findings {
-    let (reached, round_trip) = places(machine);
+/// Returns the findings of the rigid machine, without warnings.
+fn rigid_findings(machine: &Machine) -> Findings {
+    let (reached, round_trip) = check_places(machine);
     Findings {
         mobility: machine.mobility(&machine.home),
         home_drives: machine.home.drives.clone(),
@@ -129,13 +128,13 @@ fn geometric(machine: &Machine) -> Findings {
         round_trip,
         conditioning: machine.conditioning(&machine.home),
         clearance: machine.clearance(&machine.home),
-        branches: branches(machine),
+        branches: home_branches(machine),
         ..Findings::default()
     }
 }
 
-/// How the machine would stand in the home pose on each branch.
-fn branches(machine: &Machine) -> Vec<(Branch, Option<Posture>)> {
+/// Returns the posture in the home pose on each branch.
+fn home_branches(machine: &Machine) -> Vec<(Branch, Option<Posture>)> {
     if machine.branch_of(&machine.home).is_none() {
         return Vec::new();
     }
@@ -144,10 +143,11 @@ fn branches(machine: &Machine) -> Vec<(Branch, Option<Posture>)> {
     Branch::ALL.into_iter().map(on).collect()
 }
 
-/// A place, its position, and what the inverse kinematics says of it.
+/// Name and position (P in O, mm) of a place, and whether inverse kinematics reaches it.
 type Place = (String, Vector3<f64>, Result<(), String>);
 
-fn places(machine: &Machine) -> (Vec<Place>, (f64, f64)) {
+/// Returns whether home, named points and workspace corners are reached, and the largest round-trip error of the kinematics, mm and rad.
+fn check_places(machine: &Machine) -> (Vec<Place>, (f64, f64)) {
     let (min, max) = (machine.workspace.min, machine.workspace.max);
     let mut places: Vec<(String, Vector3<f64>)> = vec![("home".into(), machine.home.pose.translation)];
     places.extend(machine.points.iter().map(|point| (point.name.clone(), point.position)));
@@ -174,9 +174,9 @@ fn places(machine: &Machine) -> (Vec<Place>, (f64, f64)) {
     (places.into_iter().map(visit).collect(), worst)
 }
 
-/// Says where the platform stands if that is not the home pose of the machine file.
-fn other_home(machine: &Machine) -> Option<String> {
-    let (found, sought) = (machine.home.pose, machine.home_sought);
+/// Returns a warning if the platform is not in the home pose of the machine file.
+fn home_warning(machine: &Machine) -> Option<String> {
+    let (found, sought) = (machine.home.pose, machine.home_target);
     let shift = (found.translation - sought.translation).norm();
     let turn = rotation_log(&(found.rotation * sought.rotation.transpose())).norm();
     if shift <= HOME_TOLERANCE * machine.characteristic_length && turn <= HOME_TOLERANCE {
@@ -191,8 +191,8 @@ fn other_home(machine: &Machine) -> Option<String> {
     ))
 }
 
-/// Says that the direction of the tool was assumed, where it is none of the platform's axes.
-fn skew_tool(machine: &Machine) -> Option<String> {
+/// Returns a warning if the tool's direction was assumed and is none of the platform's axes.
+fn skew_tool_warning(machine: &Machine) -> Option<String> {
     let axis = machine.tool_axes.column(2);
     let angle = axis.amax().min(1.0).acos().to_degrees();
     if machine.tool_axis_source != ToolAxisSource::TowardsTip || angle < SKEW_TOOL_DEG {
@@ -206,8 +206,8 @@ fn skew_tool(machine: &Machine) -> Option<String> {
     ))
 }
 
-/// Asks about a tool whose direction is given against that from P to its tip.
-fn tool_towards_the_spindle(machine: &Machine) -> Option<String> {
+/// Returns a warning if the given tool direction points against that from P to the tip.
+fn tool_sign_warning(machine: &Machine) -> Option<String> {
     let towards_tip = machine.tool_tip.try_normalize(SHORTEST_TOOL_MM)?;
     let angle = machine.tool_axes.column(2).dot(&towards_tip).clamp(-1.0, 1.0).acos().to_degrees();
     (machine.tool_axis_source == ToolAxisSource::Given && angle > RIGHT_ANGLE_DEG).then(|| {
@@ -218,8 +218,8 @@ fn tool_towards_the_spindle(machine: &Machine) -> Option<String> {
     })
 }
 
-/// Names the drives without travel.
-fn without_travel(machine: &Machine) -> Option<String> {
+/// Returns a warning that names the drives without travel.
+fn travel_warning(machine: &Machine) -> Option<String> {
     let labels = machine.drive_labels();
     let without: Vec<&str> =
         labels.iter().zip(machine.drives()).filter(|(_, (_, d))| d.travel.is_none()).map(|(l, _)| l.as_str()).collect();
@@ -228,15 +228,14 @@ fn without_travel(machine: &Machine) -> Option<String> {
     (!without.is_empty()).then(text)
 }
 
-/// Says which of the controlled coordinates the drives cannot control at home, and which translations they could control
-/// and are not asked to.
-fn wrong_controls(machine: &Machine) -> Vec<String> {
+/// Returns warnings about controlled coordinates that the drives cannot control at home, and about translations that they could control, too.
+fn control_warnings(machine: &Machine) -> Vec<String> {
     let named = |coordinates: &[Coordinate]| match coordinates {
         [] => "nothing".to_string(),
         some => some.iter().map(|c| c.name()).collect::<Vec<_>>().join(", "),
     };
     let (count, controls) = (machine.controlled_count(&machine.home), &machine.controls);
-    let possible = machine.controllable(&machine.home);
+    let possible = machine.controllable_axes(&machine.home);
     if count < controls.len() {
         return vec![format!(
             "platform.controls: of {} the drives can control only {count} independently at home; by the mobility there they \
@@ -258,8 +257,7 @@ fn wrong_controls(machine: &Machine) -> Vec<String> {
     )]
 }
 
-/// Shares of elements, those of the same name in several chains together: a design mounted three times has its wrong
-/// stiffness three times.
+/// Returns the compliance shares of elements with their names, summed over chains: a design mounted thrice has its wrong stiffness thrice.
 fn shares_by_element(findings: &Findings) -> Vec<(String, String, f64)> {
     let mut elements: Vec<(&str, Vec<&str>, f64)> = Vec::new();
     for (name, share) in &findings.compliance_shares {
@@ -279,8 +277,8 @@ fn shares_by_element(findings: &Findings) -> Vec<(String, String, f64)> {
     elements.into_iter().map(named).collect()
 }
 
-/// Whether most of the compliance in `element` is worth a question. It is not where nothing else moves the tool; and among
-/// drives alone, which differ by nature, only in one that is far softer than the others of its kind.
+/// Returns whether most of the compliance in `element` suggests a wrong stiffness. It does not where nothing else moves the tool; and among
+/// drives alone, which differ by nature, only in one far softer than the others of its kind.
 fn may_be_too_soft(machine: &Machine, findings: &Findings, element: &str) -> bool {
     let others = shares_by_element(findings).into_iter().filter(|(_, other, _)| other != element);
     if others.map(|(.., share)| share).fold(0.0, f64::max) < UNMOVED_SHARE {
@@ -300,7 +298,7 @@ fn may_be_too_soft(machine: &Machine, findings: &Findings, element: &str) -> boo
     drives(true).any(|own| softest(own).is_some_and(|other| own.stiffness < other / FAR_SOFTER))
 }
 
-/// Springs between two points, as findings name them: one that is soft beside what it spans has next to no share either.
+/// Returns the names, as in findings, of springs between two points; such a spring has a tiny share where it is soft beside what it spans.
 fn spring_names(machine: &Machine) -> Vec<String> {
     let of = |chain: &Chain| -> Vec<String> {
         let springs = chain.route.with_loops().into_iter().flat_map(|route| &route.point_springs);
@@ -309,14 +307,15 @@ fn spring_names(machine: &Machine) -> Vec<String> {
     machine.chains.iter().flat_map(of).collect()
 }
 
+/// Returns all warnings; `status` is that of the equilibrium at home under a load of 1 N.
 fn warnings(machine: &Machine, findings: &Findings, status: &Status) -> Vec<String> {
     let mut warnings = Vec::new();
     if *status != Status::Solved {
         warnings.push(format!("home: a load of 1 N has no stable equilibrium ({})", status.reason(machine)));
     }
-    warnings.extend(other_home(machine));
-    warnings.extend(skew_tool(machine));
-    warnings.extend(tool_towards_the_spindle(machine));
+    warnings.extend(home_warning(machine));
+    warnings.extend(skew_tool_warning(machine));
+    warnings.extend(tool_sign_warning(machine));
     let mobility = &findings.mobility;
     if mobility.uncontrolled > 0 {
         warnings.push(format!(
@@ -324,8 +323,8 @@ fn warnings(machine: &Machine, findings: &Findings, status: &Status) -> Vec<Stri
             mobility.uncontrolled
         ));
     }
-    warnings.extend(wrong_controls(machine));
-    warnings.extend(without_travel(machine));
+    warnings.extend(control_warnings(machine));
+    warnings.extend(travel_warning(machine));
     for (name, element, share) in shares_by_element(findings) {
         if share > DOMINANT_SHARE && may_be_too_soft(machine, findings, &element) {
             warnings.push(format!(

@@ -1,4 +1,4 @@
-//! Findings about a machine, for reading.
+//! Text of the findings about a machine.
 
 use std::fmt::Display;
 
@@ -11,13 +11,13 @@ use crate::{
     machine::{Clearance, Drive, Geometry, Machine, Mobility, UnknownStiffness},
 };
 
-/// The findings as text.
+/// Returns the findings about a machine as text.
 pub fn machine_text(machine: &Machine, findings: &Findings) -> String {
     let known = rigid_text(machine, findings) + &stiffness_text(machine, findings) + &survey_text(findings);
     known + &shares_text(machine, findings) + &provenance_text(machine) + &warnings_text(findings)
 }
 
-/// The findings about a machine of which only the geometry is known, as text.
+/// Returns the findings about a machine of which only the geometry is known, as text.
 pub fn geometry_text(geometry: &Geometry, findings: &Findings) -> String {
     let unknown: Vec<&str> = geometry.unknown().iter().map(|UnknownStiffness { drive, .. }| drive.as_str()).collect();
     let mut text = rigid_text(geometry.kinematics(), findings);
@@ -25,12 +25,12 @@ pub fn geometry_text(geometry: &Geometry, findings: &Findings) -> String {
     text + &provenance_text(geometry.kinematics()) + &warnings_text(findings)
 }
 
-/// A line of the findings: what it is, and its value.
+/// Returns a line of the findings: a label and its value.
 fn line(what: &str, told: impl Display) -> String {
     format!("  {what:<18} {told}\n")
 }
 
-/// Where the tool's compliance comes from, at home and where it is softest.
+/// Returns the compliance share of each element, at home and at the softest place.
 fn shares_text(machine: &Machine, findings: &Findings) -> String {
     let softest = findings.survey.as_ref().and_then(|survey| survey.softest.as_ref());
     let title = match &machine.carrier {
@@ -52,7 +52,7 @@ fn shares_text(machine: &Machine, findings: &Findings) -> String {
     text
 }
 
-/// What is found over the workspace.
+/// Returns the findings over the workspace.
 fn survey_text(findings: &Findings) -> String {
     let Some(Survey { counts: [nx, ny, nz], reached, softest, droop, payload }) = &findings.survey else {
         return String::new();
@@ -80,13 +80,13 @@ fn survey_text(findings: &Findings) -> String {
     text
 }
 
-/// A place, rounded.
+/// Returns a position of P in words, rounded to 0.1 mm.
 fn place(position: &Vector3<f64>) -> String {
     let [x, y, z]: [f64; 3] = position.map(|v| (v * 10.0).round() / 10.0 + 0.0).into();
     format!("at ({x}, {y}, {z}) mm")
 }
 
-/// How far the tool goes from home, along the axes that are controlled.
+/// Returns how far P goes from home along the controlled axes.
 fn spans_text(findings: &Findings) -> String {
     let end = |value: f64| if value.is_finite() { format!("{:+.1}", value + 0.0) } else { "without end".into() };
     let along = |(axis, span): (&str, &Option<Span>)| {
@@ -99,6 +99,7 @@ fn spans_text(findings: &Findings) -> String {
     line("from home", format!("{} mm, one axis at a time, oriented as at home", spans.join(", ")))
 }
 
+/// Returns the sources of the machine's parameters with their grades.
 fn provenance_text(machine: &Machine) -> String {
     let told = machine.provenance.iter();
     let lines: String = told
@@ -107,12 +108,13 @@ fn provenance_text(machine: &Machine) -> String {
     if lines.is_empty() { lines } else { format!("  where its parameters come from\n{lines}") }
 }
 
+/// Returns all warnings, a line each.
 fn warnings_text(findings: &Findings) -> String {
     let warnings: String = findings.warnings.iter().map(|warning| format!("warning: {warning}\n")).collect();
     if warnings.is_empty() { "no warnings\n".into() } else { warnings }
 }
 
-/// What does not depend on stiffness.
+/// Returns the findings that do not depend on stiffness.
 fn rigid_text(machine: &Machine, findings: &Findings) -> String {
     let mobility = &findings.mobility;
     let mut text = format!("{} — {}\n", machine.name, machine.title);
@@ -163,12 +165,12 @@ fn rigid_text(machine: &Machine, findings: &Findings) -> String {
     text + &branches_text(machine, findings)
 }
 
-/// A distance to singularity, with what it is.
+/// Returns a distance to singularity in words.
 pub(crate) fn conditioning_words(conditioning: f64) -> String {
     format!("{conditioning:.4} away: inverse condition number of the Jacobian, 0 where singular")
 }
 
-/// How far an arm is from changing its branch.
+/// Returns how far an arm is from changing its branch, in words.
 pub(crate) fn clearance_words(clearance: &Clearance) -> String {
     let Clearance { shoulder_mm, elbow_deg, wrist_deg } = clearance;
     let side = if *shoulder_mm < 0.0 { "behind" } else { "ahead of" };
@@ -178,7 +180,7 @@ pub(crate) fn clearance_words(clearance: &Clearance) -> String {
     )
 }
 
-/// How an arm would stand at home on each branch.
+/// Returns the posture of an arm at home on each branch.
 fn branches_text(machine: &Machine, findings: &Findings) -> String {
     let Some(clearance) = &findings.clearance else { return String::new() };
     let own = machine.branch_of(&machine.home);
@@ -200,12 +202,13 @@ fn branches_text(machine: &Machine, findings: &Findings) -> String {
     text
 }
 
-/// Positions of the drives with their units.
+/// Returns the positions of the drives with their units.
 fn position_list(machine: &Machine, drives: &[f64]) -> String {
     let shown = |(rho, (_, drive)): (f64, (usize, &Drive))| drive.motion.position_words(rho);
     shown_positions(machine, drives).into_iter().zip(machine.drives()).map(shown).collect::<Vec<_>>().join(", ")
 }
 
+/// Returns tool stiffness, stiffness matrix or compliance at home.
 fn stiffness_text(machine: &Machine, findings: &Findings) -> String {
     let none = "none: the platform is free or unstable at home";
     let mut text = match findings.tool_stiffness {
@@ -238,7 +241,7 @@ fn stiffness_text(machine: &Machine, findings: &Findings) -> String {
     text
 }
 
-/// Rows of a matrix; entries below `least` are zero.
+/// Returns the rows of a matrix as text; entries below `least` are shown as zero.
 fn matrix_text(matrix: &Matrix6<f64>, least: f64) -> String {
     let rows = matrix.row_iter().map(|row| {
         let cells: Vec<String> =
@@ -248,7 +251,7 @@ fn matrix_text(matrix: &Matrix6<f64>, least: f64) -> String {
     rows.collect()
 }
 
-/// A wrench by its components.
+/// Returns the nonzero components of a wrench in words.
 fn wrench_text(wrench: &Vector6<f64>) -> String {
     let names = ["N along x", "N along y", "N along z", "N·mm about x", "N·mm about y", "N·mm about z"];
     let parts = wrench.iter().zip(names).filter(|(value, _)| **value != 0.0);

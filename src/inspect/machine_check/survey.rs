@@ -1,5 +1,4 @@
-//! The machine at its places: how its tool tip gives way and which elements make it do so, and over the workspace where that
-//! is softest, how far its weight moves it, what it can carry and how far it goes from home.
+//! Surveys the machine over its workspace: stiffness and softest place of the tool tip, displacement by weight, payload, and span from home.
 
 use nalgebra::Vector3;
 use serde::Serialize;
@@ -18,25 +17,25 @@ use crate::{
 /// Points along each side of the workspace.
 const POINTS: usize = 5;
 
-/// What is found on a grid over the workspace.
+/// Findings on a grid over the workspace.
 #[derive(Debug, Clone, Serialize)]
 pub struct Survey {
     /// Points of the grid along x, y and z.
     pub counts: [usize; 3],
-    /// How many of them are reached.
+    /// Number of grid points that are reached.
     pub reached: usize,
-    /// Where the tool tip is softest; `None` where it is free or rigid everywhere.
+    /// Place with the softest tool tip; `None` where the tip is free or rigid everywhere.
     pub softest: Option<Softest>,
-    /// What the weight does; `None` without weight.
+    /// Displacement by weight; `None` without weight.
     pub droop: Option<Droop>,
-    /// The mass the tool can carry; `None` without gravity or without a limit of a drive's force.
+    /// Largest mass the tool can carry; `None` without gravity or without a limit of a drive's force.
     pub payload: Option<Payload>,
 }
 
-/// The softest place.
+/// The place with the softest tool tip.
 #[derive(Debug, Clone, Serialize)]
 pub struct Softest {
-    /// Of P, mm.
+    /// Position of P, mm.
     pub position_mm: Vector3<f64>,
     /// Principal stiffnesses of the tool tip against the workpiece, N/mm, ascending.
     pub tool_stiffness_n_per_mm: [f64; 3],
@@ -44,18 +43,18 @@ pub struct Softest {
     pub compliance_shares: Vec<(String, f64)>,
 }
 
-/// How far the weight moves the tool tip from where the rigid machine has it, seen from the workpiece where that is carried.
+/// Displacement of the tool tip by weight from the rigid machine, seen from the workpiece where that is carried.
 #[derive(Debug, Clone, Serialize)]
 pub struct Droop {
-    /// Least and largest distance, mm.
+    /// Smallest and largest distance, mm.
     pub range_mm: [f64; 2],
-    /// The place of the largest: of P, mm.
+    /// Position of P with the largest distance, mm.
     pub position_mm: Vector3<f64>,
-    /// Places where the weight has no stable equilibrium, with the reason at the first.
+    /// Number of places where the weight has no stable equilibrium, and the reason at the first.
     pub without: Option<(usize, String)>,
 }
 
-/// Looks at the corners of the workspace and at points between them.
+/// Surveys a grid over the workspace.
 pub(super) fn survey(machine: &Machine, workspace: &mut Workspace) -> Survey {
     let (min, max) = (machine.workspace.min, machine.workspace.max);
     let grid = Grid::new(min, max, [0, 1, 2].map(|axis| if max[axis] > min[axis] { POINTS } else { 1 }));
@@ -70,6 +69,7 @@ pub(super) fn survey(machine: &Machine, workspace: &mut Workspace) -> Survey {
     }
 }
 
+/// Returns the place among `places` where the tool tip of the weightless `machine` is softest.
 fn softest(machine: &Machine, places: &[Configuration], workspace: &mut Workspace) -> Option<Softest> {
     let mut softest: Option<(f64, &Configuration)> = None;
     let mut carrier = machine.carrier.clone();
@@ -78,7 +78,7 @@ fn softest(machine: &Machine, places: &[Configuration], workspace: &mut Workspac
         let Some(compliance) = unloaded_compliance(machine, at, workspace) else { continue };
         let mut of_tip = tool_compliance(&compliance, lever);
         if let Some(carrier) = &mut carrier {
-            let touched = carrier.touched_at(at.pose.translation + lever);
+            let touched = carrier.set_touch_point(at.pose.translation + lever);
             let carried = unloaded_compliance(carrier, &touched, &mut Workspace::new(carrier));
             let Some(carried) = carried else { continue };
             of_tip += tool_compliance(&carried, Vector3::zeros());
@@ -97,6 +97,7 @@ fn softest(machine: &Machine, places: &[Configuration], workspace: &mut Workspac
     })
 }
 
+/// Returns the range of the tool tip's displacement by weight over `places`.
 fn droop(machine: &Machine, places: &[Configuration], workspace: &mut Workspace) -> Option<Droop> {
     if !machine.has_weight() || places.is_empty() {
         return None;
@@ -112,7 +113,7 @@ fn droop(machine: &Machine, places: &[Configuration], workspace: &mut Workspace)
         }
         let mut moved = machine.tool_displacement(&at.pose, &state.pose);
         if let Some(carrier) = &mut carrier {
-            let touched = carrier.touched_at(at.pose.translation + at.pose.rotation * machine.tool_tip);
+            let touched = carrier.set_touch_point(at.pose.translation + at.pose.rotation * machine.tool_tip);
             let mut state = State::rigid(carrier, &touched);
             let mut own = Workspace::new(carrier);
             let outcome = equilibrium(carrier, &touched.drives, &Wrench::zero(), &mut state, &mut own, &TO_ROUNDING);
@@ -132,19 +133,18 @@ fn droop(machine: &Machine, places: &[Configuration], workspace: &mut Workspace)
     Some(droop)
 }
 
-/// The force at which elements' shares in the compliance of the tool are found, N.
+/// Force for the shares of elements in the compliance of the tool tip, N.
 const FORCE_N: f64 = 1.0;
 
-/// The tool tip's compliance at a place.
+/// Compliance of the tool tip at a place.
 pub(super) struct Compliance {
     /// Principal stiffnesses, N/mm, ascending; `None` where the platform is free.
     pub stiffness: Option<[f64; 3]>,
-    /// Share of each elastic element, all directions together; sums to 1. None where the tip is rigid.
+    /// Share of each elastic element, all directions together; sums to 1. Empty where the tip is rigid.
     pub shares: Vec<(String, f64)>,
 }
 
-/// The tool tip's compliance where `machine` without its weight stands at `at`, from a force along x, y and z; the status of
-/// a force without equilibrium.
+/// Returns the tool tip's compliance at configuration `at` of the weightless `machine`; or the status of a force without equilibrium.
 pub(super) fn compliance(
     machine: &Machine,
     at: &Configuration,
@@ -157,12 +157,14 @@ pub(super) fn compliance(
     for axis in 0..3 {
         let force = Vector3::ith(axis, FORCE_N);
         let load = Wrench { force, moment: lever.cross(&force) };
-        let (outcome, mut energies) = taken_up(machine, at, &load, workspace)?;
+        let (outcome, mut energies) = elastic_energies(machine, at, &load, workspace)?;
         let mut of_tip = outcome.compliance.map(|compliance| tool_compliance(&compliance, lever));
         if let Some(carrier) = &mut carrier {
-            let (at, load) =
-                (carrier.touched_at(at.pose.translation + lever), Wrench { force: -force, moment: Vector3::zeros() });
-            let (outcome, of_carrier) = taken_up(carrier, &at, &load, &mut Workspace::new(carrier))?;
+            let (at, load) = (
+                carrier.set_touch_point(at.pose.translation + lever),
+                Wrench { force: -force, moment: Vector3::zeros() },
+            );
+            let (outcome, of_carrier) = elastic_energies(carrier, &at, &load, &mut Workspace::new(carrier))?;
             energies.extend(of_carrier);
             let carried = outcome.compliance.map(|compliance| tool_compliance(&compliance, Vector3::zeros()));
             of_tip = of_tip.zip(carried).map(|(tip, carried)| tip + carried);
@@ -185,8 +187,8 @@ pub(super) fn compliance(
     Ok(Compliance { stiffness, shares })
 }
 
-/// The equilibrium under `load`, and the energy that each elastic element takes up by it.
-fn taken_up(
+/// Returns the equilibrium under `load`, and the energy that each elastic element takes up.
+fn elastic_energies(
     machine: &Machine,
     at: &Configuration,
     load: &Wrench,
@@ -203,43 +205,43 @@ fn taken_up(
     Ok((outcome, energies))
 }
 
-/// The mass by which it is first told how drives' forces grow, kg.
+/// Mass step from which the growth of drive forces is found, kg.
 const TRIAL_KG: f64 = 1.0;
-/// The mass is corrected this often for how far it bends the machine.
+/// Number of corrections of the mass for the bending it causes.
 const CORRECTIONS: usize = 4;
-/// A drive whose force grows less by a kilogram does not carry it, as a share of that kilogram's weight, of a hinge at the machine's characteristic length.
+/// Growth of a drive's force per kilogram below which it does not carry the mass, as a share of the weight, of hinges at the characteristic length.
 const NOT_CARRIED: f64 = 1e-6;
 
-/// What the tool tip can carry where it can carry least.
+/// The largest mass at the tool tip, and where it is reached.
 #[derive(Debug, Clone, Serialize)]
 pub struct Payload {
     /// The largest mass, kg; 0 where the machine's own weight is too much for a drive.
     pub kilograms: f64,
-    /// The drive at its limit.
+    /// Label of the drive at its limit.
     pub drive: String,
-    /// The place, of P, mm.
+    /// Position of P, mm.
     pub position_mm: Vector3<f64>,
 }
 
-/// A mass, and the index of the drive that it takes to its limit.
-type Held = (f64, usize);
+/// A mass, kg, and the index of the drive that it takes to its limit.
+type MaxMass = (f64, usize);
 
-/// The mass at the tool tip that at all `places` no drive with a limit needs more force for than that, the machine's own weight
-/// included; `None` without gravity or limits, or where the mass has an effect on no drive.
+/// Returns the largest mass at the tool tip for which no drive exceeds its force limit at any of `places`, own weight included; `None`
+/// without gravity or limits, or where no drive carries the mass.
 pub(super) fn payload(machine: &Machine, places: &[Configuration], workspace: &mut Workspace) -> Option<Payload> {
     if machine.gravity == Vector3::zeros() || machine.drives().all(|(_, drive)| drive.force_limit.is_none()) {
         return None;
     }
-    let mut least: Option<(Held, &Configuration)> = None;
+    let mut least: Option<(MaxMass, &Configuration)> = None;
     for at in places {
-        let held = held_beyond(machine, at, 0.0, workspace);
+        let held = mass_at_limit(machine, at, 0.0, workspace);
         if let Some(held) = held.filter(|held| least.is_none_or(|(other, _)| held.0 < other.0)) {
             least = Some((held, at));
         }
     }
     let ((mut kilograms, mut drive), at) = least?;
     for _ in 0..CORRECTIONS {
-        match held_beyond(machine, at, kilograms, workspace) {
+        match mass_at_limit(machine, at, kilograms, workspace) {
             Some(held) if kilograms > 0.0 => (kilograms, drive) = held,
             _ => break,
         }
@@ -248,12 +250,12 @@ pub(super) fn payload(machine: &Machine, places: &[Configuration], workspace: &m
     Some(Payload { kilograms, drive, position_mm: at.pose.translation })
 }
 
-/// The mass that takes the first drive to its limit, by how drives' forces grow from `kilograms` on.
-fn held_beyond(machine: &Machine, at: &Configuration, kilograms: f64, workspace: &mut Workspace) -> Option<Held> {
-    let start = forces(machine, at, kilograms, workspace)?;
-    let more = forces(machine, at, kilograms + TRIAL_KG, workspace)?;
+/// Returns the mass that takes the first drive to its limit, extrapolated from `kilograms`; `None` without equilibrium or such a drive.
+fn mass_at_limit(machine: &Machine, at: &Configuration, kilograms: f64, workspace: &mut Workspace) -> Option<MaxMass> {
+    let start = loaded_forces(machine, at, kilograms, workspace)?;
+    let more = loaded_forces(machine, at, kilograms + TRIAL_KG, workspace)?;
     let limits = machine.drives().map(|(_, drive)| (drive.force_limit, drive.motion));
-    let mut least: Option<Held> = None;
+    let mut least: Option<MaxMass> = None;
     for (drive, (limit, motion)) in limits.enumerate() {
         let Some(limit) = limit else { continue };
         let lever = if motion == Motion::Revolute { machine.characteristic_length } else { 1.0 };
@@ -272,8 +274,8 @@ fn held_beyond(machine: &Machine, at: &Configuration, kilograms: f64, workspace:
     least
 }
 
-/// Forces of all drives with a mass at the tool tip, N or N·mm.
-fn forces(machine: &Machine, at: &Configuration, kilograms: f64, workspace: &mut Workspace) -> Option<Vec<f64>> {
+/// Returns the forces of all drives with a mass at the tool tip, N or N·mm; `None` without equilibrium.
+fn loaded_forces(machine: &Machine, at: &Configuration, kilograms: f64, workspace: &mut Workspace) -> Option<Vec<f64>> {
     let force = machine.gravity * kilograms;
     let load = Wrench { force, moment: (at.pose.rotation * machine.tool_tip).cross(&force) };
     let mut state = State::rigid(machine, at);
@@ -281,18 +283,17 @@ fn forces(machine: &Machine, at: &Configuration, kilograms: f64, workspace: &mut
     outcome.is_equilibrium().then(|| drive_forces(machine, &state))
 }
 
-/// Length of the steps from home in which a direction is tried, as a share of the machine's size.
+/// Length of the steps from home, as a share of the machine's size.
 const STEP: f64 = 0.04;
-/// Nothing is tried farther from home than this many sizes and what slides travel.
+/// Farthest distance from home that is tried, in sizes of the machine, plus the travel of slides.
 const FARTHEST: f64 = 4.0;
-/// Where reach ends is found to this, mm.
+/// Resolution of a span, mm.
 const RESOLUTION_MM: f64 = 0.1;
 
-/// How far P can go from home along an axis of O, mm: towards negative and towards positive coordinates.
+/// Distances of P from home along an axis of O, towards negative and positive coordinates, mm.
 pub type Span = [f64; 2];
 
-/// Spans along x, y and z with the tool oriented as at home; `None` along an axis that the drives do not control. Infinite where
-/// nothing ends it.
+/// Returns the spans along x, y and z with the tool oriented as at home; `None` along an uncontrolled axis, infinite where nothing ends it.
 pub(super) fn spans(machine: &Machine) -> [Option<Span>; 3] {
     let along = |axis: usize| {
         let direction = Vector3::ith(axis, 1.0);
@@ -301,6 +302,7 @@ pub(super) fn spans(machine: &Machine) -> [Option<Span>; 3] {
     [along(0), along(1), along(2)]
 }
 
+/// Returns how far P can go from home along `direction` (O), mm.
 fn farthest(machine: &Machine, direction: Vector3<f64>) -> f64 {
     let home = machine.home.pose.translation;
     let is_reached = |distance: f64| machine.command(home + direction * distance).is_ok();
@@ -319,7 +321,7 @@ fn farthest(machine: &Machine, direction: Vector3<f64>) -> f64 {
     near
 }
 
-/// How far all slides travel together, mm.
+/// Returns the total travel of all slides, mm.
 fn travel(machine: &Machine) -> f64 {
     let slides = machine.drives().filter(|(_, drive)| drive.motion == Motion::Prismatic);
     slides.filter_map(|(_, drive)| drive.travel).map(|(least, largest)| largest - least).sum()

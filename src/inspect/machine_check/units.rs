@@ -1,47 +1,49 @@
-//! Parameters whose size suggests a wrong unit.
+//! Finds parameters whose size suggests a wrong unit.
 
 use super::{Findings, size, survey::Droop};
 use crate::machine::{Machine, Parameter};
 
-/// A number farther than this factor from the median of the others of its kind is asked about: one that is a thousand times
-/// off, and should be up to 16 times beside that median.
+/// Factor from the median of similar parameters beyond which a parameter is questioned: a wrong unit makes 1000, honest variety up to 16.
 const FAR: f64 = 60.0;
-/// Fewer others have no median worth the name.
+/// Fewest other parameters for a median.
 const FEWEST_OTHERS: usize = 2;
-/// What numbers of a machine are alike, by the last part of their names.
+/// Kinds of parameters that are compared, by the last part of their names.
 const ALIKE: [&str; 4] = ["stiffness", "kg", "force_limit", "torque_limit"];
-/// Young's moduli of what machines are made of lie within, N/mm².
+/// Range of Young's moduli of machine materials, N/mm².
 const MODULI: [f64; 2] = [1e3, 1.5e6];
-/// The gravity of this planet lies within, m/s².
+/// Range of gravity on Earth, m/s².
 const GRAVITY: [f64; 2] = [9.76, 9.84];
-/// A tool that its weight moves farther asks for a word, as a share of the machine's size.
+/// Displacement by weight that is questioned, as a share of the machine's size.
 const FAR_DROOP: f64 = 0.02;
-/// A tool that is softer cuts nothing, N/mm.
+/// Tool stiffness below which nothing can be cut, N/mm.
 const SOFTEST: f64 = 1.0;
 
-/// Questions about numbers that look off by a factor of a thousand or more.
-pub(super) fn questions(machine: &Machine, findings: &Findings) -> Vec<String> {
+/// Returns questions about parameters that seem wrong by a factor of about a thousand.
+pub(super) fn unit_questions(machine: &Machine, findings: &Findings) -> Vec<String> {
     let parameters = machine.parameters();
     let mut questions: Vec<String> = parameters.iter().filter_map(|own| odd_one_out(own, &parameters)).collect();
-    questions.extend(parameters.iter().filter_map(modulus));
-    questions.extend(gravity(machine));
-    questions.extend(findings.survey.as_ref().and_then(|survey| survey.droop.as_ref()).and_then(|d| far(machine, d)));
+    questions.extend(parameters.iter().filter_map(odd_modulus));
+    questions.extend(odd_gravity(machine));
+    questions
+        .extend(findings.survey.as_ref().and_then(|survey| survey.droop.as_ref()).and_then(|d| odd_droop(machine, d)));
     questions.extend(findings.tool_stiffness.filter(|principal| principal[0] < SOFTEST).map(|[least, ..]| {
         format!("tool stiffness: {least:.2e} N/mm is less than anything cuts with; are stiffnesses 1000 times too small (unit)?")
     }));
     questions
 }
 
-fn last_part(parameter: &Parameter) -> &str {
+/// Returns the last part of a parameter's name, which says its kind.
+fn name_kind(parameter: &Parameter) -> &str {
     parameter.name.rsplit('.').next().unwrap_or_default()
 }
 
+/// Returns a question about a parameter far from the median of others of its kind.
 fn odd_one_out(own: &Parameter, all: &[Parameter]) -> Option<String> {
-    let (kind, value) = (last_part(own), own.value?);
+    let (kind, value) = (name_kind(own), own.value?);
     if !ALIKE.contains(&kind) || value == 0.0 {
         return None;
     }
-    let is_alike = |other: &&Parameter| other.name != own.name && last_part(other) == kind && other.unit == own.unit;
+    let is_alike = |other: &&Parameter| other.name != own.name && name_kind(other) == kind && other.unit == own.unit;
     let mut others: Vec<f64> =
         all.iter().filter(is_alike).filter_map(|other| other.value).filter(|v| *v != 0.0).collect();
     others.sort_by(f64::total_cmp);
@@ -58,8 +60,9 @@ fn odd_one_out(own: &Parameter, all: &[Parameter]) -> Option<String> {
     ))
 }
 
-fn modulus(own: &Parameter) -> Option<String> {
-    let value = own.value.filter(|_| last_part(own) == "youngs_modulus")?;
+/// Returns a question about a Young's modulus that no material has.
+fn odd_modulus(own: &Parameter) -> Option<String> {
+    let value = own.value.filter(|_| name_kind(own) == "youngs_modulus")?;
     let [least, largest] = MODULI;
     (!(least..=largest).contains(&value)).then(|| {
         format!(
@@ -69,13 +72,15 @@ fn modulus(own: &Parameter) -> Option<String> {
     })
 }
 
-fn gravity(machine: &Machine) -> Option<String> {
+/// Returns a question about a gravity that is not that of Earth.
+fn odd_gravity(machine: &Machine) -> Option<String> {
     let norm = machine.gravity.norm();
     (norm != 0.0 && machine.has_weight() && !(GRAVITY[0]..=GRAVITY[1]).contains(&norm))
         .then(|| format!("gravity_m_per_s2: its length is {norm:.3} m/s², on Earth it is 9.81"))
 }
 
-fn far(machine: &Machine, droop: &Droop) -> Option<String> {
+/// Returns a question about a large displacement by weight.
+fn odd_droop(machine: &Machine, droop: &Droop) -> Option<String> {
     let [_, largest] = droop.range_mm;
     (largest > FAR_DROOP * size(machine)).then(|| {
         format!(

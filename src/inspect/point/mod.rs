@@ -1,4 +1,4 @@
-//! One location: the loaded equilibrium at the nominal command, and the compensated one.
+//! Solves one location: the loaded equilibrium at the nominal command, and at the compensated one.
 
 #[cfg(feature = "report")]
 pub mod report;
@@ -18,14 +18,14 @@ use crate::{
 /// The load at a point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum PointLoad {
-    /// The milling force at tool angle φ in rad, on the tool tip.
+    /// A milling force at tool angle φ in rad, on the tool tip.
     Milling(MillingForce, f64),
     /// A wrench at P in O axes.
     Wrench(Wrench),
 }
 
 impl PointLoad {
-    /// The wrench at P of a tool whose frame T is `tool`, seen from P in O axes.
+    /// Returns the wrench at P (O axes, N and N·mm); `tool` is the tool frame T seen from P in O axes.
     pub fn wrench(&self, tool: &Pose) -> Wrench {
         match *self {
             PointLoad::Milling(force, phi) => force.wrench(phi, tool),
@@ -34,9 +34,9 @@ impl PointLoad {
     }
 }
 
-/// What the nominal machine is commanded to.
+/// A command to the nominal machine.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Place {
+pub enum NominalCommand {
     /// A position of P in O, mm, oriented as at home.
     Position(Vector3<f64>),
     /// A pose of P in O.
@@ -45,26 +45,27 @@ pub enum Place {
     Drives(Vec<f64>),
 }
 
-impl Place {
-    /// The position of P that is asked for, mm, if one is.
+impl NominalCommand {
+    /// Returns the commanded position of P, mm; `None` for drive positions.
     pub fn position(&self) -> Option<Vector3<f64>> {
         match self {
-            Place::Position(position) => Some(*position),
-            Place::Pose(pose) => Some(pose.translation),
-            Place::Drives(_) => None,
+            NominalCommand::Position(position) => Some(*position),
+            NominalCommand::Pose(pose) => Some(pose.translation),
+            NominalCommand::Drives(_) => None,
         }
     }
 
+    /// Returns the configuration of the nominal machine at this command.
     fn command(&self, machine: &Machine) -> Result<Configuration, Unreachable> {
         match self {
-            Place::Position(position) => machine.command(*position),
-            Place::Pose(pose) => {
+            NominalCommand::Position(position) => machine.command(*position),
+            NominalCommand::Pose(pose) => {
                 let at = machine.inverse_kinematics(pose)?;
-                machine.check_asked(pose.translation, &at)?;
+                machine.check_uncontrolled(pose.translation, &at)?;
                 machine.check_orientation(&pose.rotation, &at)?;
                 Ok(at)
             }
-            Place::Drives(drives) => {
+            NominalCommand::Drives(drives) => {
                 let at = machine.forward_kinematics(drives)?;
                 machine.check_limits(&at)?;
                 Ok(at)
@@ -73,35 +74,35 @@ impl Place {
     }
 }
 
-/// What is asked.
+/// A location with machine, command and load.
 #[derive(Debug, Clone)]
 pub struct PointQuestion {
-    /// The nominal machine, by which the position is commanded.
+    /// The nominal machine, which computes commands.
     pub machine: Machine,
-    /// It and those that answer.
+    /// The nominal and the actual machines.
     pub machines: Machines,
-    /// Errors of each chain of the real machine; missing entries are zero.
+    /// Chain errors of the actual machine; missing entries are zero.
     pub errors: Vec<ChainError>,
-    /// What is commanded.
-    pub place: Place,
+    /// The command.
+    pub place: NominalCommand,
     /// The load.
     pub load: PointLoad,
-    /// What compensation puts right.
+    /// What is compensated: P, tool tip or full pose.
     pub target: Target,
 }
 
-/// A solved state with the drive positions it belongs to.
+/// A compensated command and the equilibrium there.
 #[derive(Debug, Clone, Serialize)]
-pub struct Commanded {
+pub struct CompensatedState {
     /// Drive positions, mm or rad.
     pub drives: Vec<f64>,
-    /// The state.
+    /// The equilibrium.
     pub solution: Solution,
 }
 
-/// What was found.
+/// Equilibria and stiffnesses at a location.
 #[derive(Debug, Clone, Serialize)]
-pub struct PointAnswer {
+pub struct PointResult {
     /// The question.
     #[serde(skip)]
     pub question: PointQuestion,
@@ -109,35 +110,35 @@ pub struct PointAnswer {
     pub wrench: Wrench,
     /// The tool frame T at the commanded pose, seen from P in O axes.
     pub tool: Pose,
-    /// Nominal inverse kinematics.
+    /// Configuration of the nominal machine at the command.
     pub nominal: Configuration,
     /// Distance to singularity there, see [`Machine::conditioning`].
     pub conditioning: f64,
-    /// The branch on which an arm stands there, and how far it is from the singularities between its branches.
+    /// Branch of an arm, and its distance from the singularities between branches.
     pub branch: Option<(Branch, Clearance)>,
-    /// The pose of P from which displacements are measured: where the machine is zeroed; the reason if it does not stand there.
+    /// Pose of P from which displacements are measured: where the machine is calibrated; or why it has no equilibrium there.
     pub zero: Result<Pose, Failure>,
-    /// Displacement of the tool tip by weight and springs of the nominal machine, against the rigid model, mm; `None` without any.
+    /// Displacement of the tool tip by weight and springs of the nominal machine, against the rigid model, O axes, mm; `None` without any.
     pub by_weight: Option<Result<Vector3<f64>, Failure>>,
     /// Unloaded stiffness of the nominal machine; `None` where a chain has no 6×6 stiffness.
     pub stiffness_unloaded: Option<Matrix6<f64>>,
     /// Equilibrium at the nominal command; the status says whether it is one.
     pub loaded: Solution,
-    /// Principal stiffnesses of the tool tip against the workpiece there, ascending, N/mm; `None` where the platform is free or there is
-    /// no equilibrium.
+    /// Principal stiffnesses of the tool tip against the workpiece there, ascending, N/mm; `None` if the platform is free or not in
+    /// equilibrium.
     pub tool_stiffness: Option<[f64; 3]>,
     /// Equilibrium at the compensated command, or why there is none.
-    pub compensated: Result<Commanded, Failure>,
+    pub compensated: Result<CompensatedState, Failure>,
 }
 
-impl PointAnswer {
-    /// What compensation adds to the drive positions, mm or rad.
-    pub fn change(&self) -> Option<Vec<f64>> {
+impl PointResult {
+    /// Returns the drive corrections Δρ of the compensation, mm or rad; `None` if there is none.
+    pub fn corrections(&self) -> Option<Vec<f64>> {
         let compensated = self.compensated.as_ref().ok()?;
         Some(compensated.drives.iter().zip(&self.nominal.drives).map(|(after, before)| after - before).collect())
     }
 
-    /// What was wanted at the commanded pose.
+    /// Returns the task point at the commanded pose.
     pub fn task(&self) -> TaskPoint {
         let (pose, target) = (self.nominal.pose, self.question.target);
         TaskPoint { pose, load: self.wrench, target, wanted: None, external: None }
@@ -148,12 +149,12 @@ impl PointAnswer {
 ///
 /// # Errors
 /// [`Unreachable`] if the nominal machine cannot go there.
-pub fn solve(question: &PointQuestion) -> Result<PointAnswer, Unreachable> {
+pub fn solve(question: &PointQuestion) -> Result<PointResult, Unreachable> {
     let machine = &question.machine;
     let nominal = question.place.command(machine)?;
     // Drives to spare stay as near as they can to where they are asked for.
     let machines = &match question.place {
-        Place::Drives(_) if machine.redundancy > 0 => question.machines.at_home_at(&nominal),
+        NominalCommand::Drives(_) if machine.redundancy > 0 => question.machines.with_home_at(&nominal),
         _ => question.machines.clone(),
     };
     let real = &machines.real;
@@ -166,27 +167,27 @@ pub fn solve(question: &PointQuestion) -> Result<PointAnswer, Unreachable> {
     let task = TaskPoint { pose: nominal.pose, load: wrench, target: question.target, wanted: None, external: None };
     let failed = |status: CompensationStatus| Failure { status: status.label().into(), reason: status.reason(machine) };
     let mut asked = machines.session(Source::All);
-    let zeroed = asked.zeroed(&task);
+    let zeroed = asked.with_wanted_pose(&task);
     let carried = asked.workpiece_compliance(&task).ok();
     let compensated = if outcome.is_equilibrium() {
         let mut session = machines.session(Source::All);
-        session.stand(&nominal, &state);
+        session.set_state(&nominal, &state);
         let done = compensate(&mut session, &task, Method::Direct);
         match &done.outcome {
             Some(outcome) if done.status.is_success() => {
                 let solution = Solution::new(real, &done.drives, session.state(), outcome, &mut workspace);
-                Ok(Commanded { drives: done.drives, solution })
+                Ok(CompensatedState { drives: done.drives, solution })
             }
             _ => Err(failed(done.status)),
         }
     } else {
         Err(Failure { status: "not_tried".into(), reason: "there is no equilibrium to start from".into() })
     };
-    Ok(PointAnswer {
+    Ok(PointResult {
         zero: zeroed.map(|task| *task.wanted()).map_err(failed),
-        by_weight: machine.own_forces().is_some().then(|| {
+        by_weight: machine.own_load_words().is_some().then(|| {
             let mut session = machines.session(Source::Weight);
-            session.stand(&nominal, &State::rigid(machine, &nominal));
+            session.set_state(&nominal, &State::rigid(machine, &nominal));
             let sunk = compensate(&mut session, &Source::Weight.task(&task), Method::None);
             if sunk.status.is_success() { Ok(sunk.tool_displacement) } else { Err(failed(sunk.status)) }
         }),

@@ -1,4 +1,4 @@
-//! One location, for reading and for programs.
+//! Reports of one location, as text and as JSON.
 
 use std::fmt::Display;
 
@@ -10,11 +10,11 @@ use crate::{
     files::{
         table::{shown_positions, tidy_degrees},
         text_table::text_table,
-        words::{counted, millimetres, signed},
+        words::{counted, millimetres, with_minus_signs},
     },
     inspect::{
         machine_check::report::{clearance_words, conditioning_words},
-        point::{PointAnswer, PointLoad, PointQuestion},
+        point::{PointLoad, PointQuestion, PointResult},
     },
     machine::{Drive, Machine, Motion, Unreachable},
     process::MillingForce,
@@ -23,34 +23,35 @@ use crate::{
     statics::Status,
 };
 
-fn rows(matrix: &Matrix6<f64>) -> Vec<Vec<f64>> {
+/// Returns the rows of a matrix.
+fn matrix_rows(matrix: &Matrix6<f64>) -> Vec<Vec<f64>> {
     matrix.row_iter().map(|row| row.iter().copied().collect()).collect()
 }
 
-fn array(vector: Vector3<f64>) -> [f64; 3] {
+/// Returns the components of a vector.
+fn components(vector: Vector3<f64>) -> [f64; 3] {
     vector.into()
 }
 
-fn tool_displacement(answer: &PointAnswer) -> Option<Vector3<f64>> {
+/// Returns the displacement of the tool tip, O axes, mm; `None` where the machine is not in equilibrium as calibrated.
+fn tool_displacement(answer: &PointResult) -> Option<Vector3<f64>> {
     let zero = answer.zero.as_ref().ok()?;
     Some(answer.question.machine.tool_displacement(zero, &answer.loaded.pose))
 }
 
-/// Force on the tool in axes of the tool frame T, N. That of milling is eq. (17) itself, without the rounding of its way
-/// through O.
-fn force_on_tool(answer: &PointAnswer) -> Vector3<f64> {
+/// Returns the force on the tool in axes of the tool frame T, N; a milling force directly from eq. (17), without the rounding of a way through O.
+fn force_on_tool(answer: &PointResult) -> Vector3<f64> {
     match answer.question.load {
         PointLoad::Milling(force, phi) => force.force(phi),
         PointLoad::Wrench(_) => answer.tool.rotation.tr_mul(&answer.wrench.force),
     }
 }
 
-/// Version of the object of [`point_json`]. In 1, keys of hinges had the units of slides; in 2, `chain_errors_deg` was called
-/// `assembly_deg`.
+/// Version of the object of [`point_json`]. In 1, keys of hinges had the units of slides; in 2, `chain_errors_deg` was called `assembly_deg`.
 const SCHEMA: u32 = 3;
 
-/// What a drive is and in which units its values are; lists of drive values have this order.
-fn drives(machine: &Machine) -> Vec<Value> {
+/// Returns label, chain, kind and units of each drive, in the order of lists of drive values.
+fn drive_descriptions(machine: &Machine) -> Vec<Value> {
     let described = |(label, (chain, drive)): (String, (usize, &Drive))| {
         json!({
             "label": label,
@@ -63,7 +64,7 @@ fn drives(machine: &Machine) -> Vec<Value> {
     machine.drive_labels().into_iter().zip(machine.drives()).map(described).collect()
 }
 
-/// Drive values under a key for each kind of drive of the machine, with null for drives of the other kind.
+/// Returns drive values under a key for each kind of drive, with null for drives of the other kind.
 fn by_kind(machine: &Machine, key: impl Fn(Motion) -> String, values: Option<Vec<f64>>) -> Map<String, Value> {
     let of = |kind: Motion| {
         let own = |values: &Vec<f64>| -> Value {
@@ -75,46 +76,47 @@ fn by_kind(machine: &Machine, key: impl Fn(Motion) -> String, values: Option<Vec
     machine.drive_kinds().map(of).collect()
 }
 
-/// `KEY_mm` of slides and `KEY_deg` of hinges, from mm and rad.
-fn positions(machine: &Machine, key: &str, values: Option<&[f64]>) -> Map<String, Value> {
+/// Returns drive positions (mm, rad) under `KEY_mm` for slides and `KEY_deg` for hinges.
+fn position_keys(machine: &Machine, key: &str, values: Option<&[f64]>) -> Map<String, Value> {
     let shown = values.map(|values| shown_positions(machine, values));
     by_kind(machine, |kind| format!("{key}_{}", kind.position_unit()), shown)
 }
 
-/// `PREFIXactuator_force_N` of slides and `PREFIXactuator_torque_Nmm` of hinges.
-fn forces(machine: &Machine, prefix: &str, values: Option<Vec<f64>>) -> Map<String, Value> {
+/// Returns drive forces under `PREFIXactuator_force_N` for slides and `PREFIXactuator_torque_Nmm` for hinges.
+fn force_keys(machine: &Machine, prefix: &str, values: Option<Vec<f64>>) -> Map<String, Value> {
     by_kind(machine, |kind| format!("{prefix}actuator_{}_{}", kind.force_word(), kind.force_unit()), values)
 }
 
-/// The object of [`point_json`] for a location that the machine cannot reach: every quantity is null.
+/// Returns the object of [`point_json`] for a location that cannot be reached: every quantity is null.
 pub fn unreachable_json(question: &PointQuestion, chain_errors_deg: &[f64], unreachable: &Unreachable) -> Value {
-    object(question, chain_errors_deg, Err(&Failure::from(unreachable.clone())))
+    point_object(question, chain_errors_deg, Err(&Failure::from(unreachable.clone())))
 }
 
-/// One object with the keys of `tests/reference/orthoglide.json`, where drives are slides, and `schema`, `drives`,
-/// `status`, `reason`, `iterations`, `residual` and what is left after compensation; `tool_axis`, the direction from the
-/// spindle to the tool tip in O axes, and `force_tool_frame_N`, the force in axes of the tool frame; `conditioning`
-/// ([`Machine::conditioning`]) and, of arms, `branch` and `clearance` ([`Machine::clearance`]); `cautions`, the sentences of the text.
+/// Returns an object with the keys of `tests/reference/orthoglide.json`, where drives are slides, and `schema`, `drives`, `status`, `reason`,
+/// `iterations`, `residual` and the residual error; `tool_axis`, the direction from the spindle to the tool tip in O axes, and
+/// `force_tool_frame_N`, the force in axes of the tool frame; `conditioning` ([`Machine::conditioning`]) and, of arms, `branch` and
+/// `clearance` ([`Machine::clearance`]); `cautions`, the sentences of the text.
 ///
-/// Keys of drive values end with their unit: `_mm` and `_N` of slides, `_deg` and `_Nmm` of hinges (`actuator_torque_Nmm`).
-/// A machine with both has both, each with null where a drive is of the other kind. `chain_errors_deg` is passed through. Keys
-/// whose quantity does not exist in this outcome are null.
-pub fn point_json(answer: &PointAnswer, chain_errors_deg: &[f64]) -> Value {
-    object(&answer.question, chain_errors_deg, Ok(answer))
+/// Keys of drive values end with their unit: `_mm` and `_N` of slides, `_deg` and `_Nmm` of hinges (`actuator_torque_Nmm`). A machine with
+/// both has both, each with null where a drive is of the other kind. `chain_errors_deg` is passed through. Keys whose quantity does not exist
+/// in this outcome are null.
+pub fn point_json(answer: &PointResult, chain_errors_deg: &[f64]) -> Value {
+    point_object(&answer.question, chain_errors_deg, Ok(answer))
 }
 
-fn object(question: &PointQuestion, chain_errors_deg: &[f64], answer: Result<&PointAnswer, &Failure>) -> Value {
+/// Returns the object of [`point_json`]; `answer` is the result or why there is none.
+fn point_object(question: &PointQuestion, chain_errors_deg: &[f64], answer: Result<&PointResult, &Failure>) -> Value {
     let machine = &question.machine;
     let known = answer.ok();
     let settled = known.filter(|answer| answer.loaded.status.is_equilibrium());
-    let turned = |answer: &PointAnswer| answer.loaded.pose.rotation * answer.nominal.pose.rotation.transpose();
-    let wrenches = |answer: &PointAnswer| answer.loaded.chains.iter().map(|c| c.wrench.to_array()).collect::<Vec<_>>();
+    let turned = |answer: &PointResult| answer.loaded.pose.rotation * answer.nominal.pose.rotation.transpose();
+    let wrenches = |answer: &PointResult| answer.loaded.chains.iter().map(|c| c.wrench.to_array()).collect::<Vec<_>>();
     let done = known.and_then(|answer| answer.compensated.as_ref().ok());
     let left = known.zip(done).map(|(answer, done)| {
         machine.tool_displacement(answer.zero.as_ref().unwrap_or(&answer.nominal.pose), &done.solution.pose)
     });
     let commanded = question.place.position().or(known.map(|answer| answer.nominal.pose.translation));
-    let about = commanded.map_or_else(Vec::new, |at| unusual(question, at));
+    let about = commanded.map_or_else(Vec::new, |at| question_cautions(question, at));
     let cautions = about.into_iter().map(|(what, said)| format!("{what}: {said}"));
     let cautions: Vec<String> = cautions.chain(settled.into_iter().flat_map(beyond_limits)).collect();
     let phi_deg = match question.load {
@@ -122,7 +124,7 @@ fn object(question: &PointQuestion, chain_errors_deg: &[f64], answer: Result<&Po
         PointLoad::Wrench(_) => None,
     };
     let [status, reason, compensation_status, compensation_reason] = match answer {
-        Ok(PointAnswer { loaded, compensated, .. }) => [
+        Ok(PointResult { loaded, compensated, .. }) => [
             json!(loaded.status.label()),
             json!((loaded.status != Status::Solved).then(|| loaded.status.reason(machine))),
             json!(status_of(compensated)),
@@ -132,19 +134,19 @@ fn object(question: &PointQuestion, chain_errors_deg: &[f64], answer: Result<&Po
     };
     let mut object: Map<String, Value> = [
         ("schema", json!(SCHEMA)),
-        ("drives", json!(drives(machine))),
-        ("zeroed", json!(machine.own_forces().map(|_| machine.zeroed.label()))),
+        ("drives", json!(drive_descriptions(machine))),
+        ("zeroed", json!(machine.own_load_words().map(|_| machine.zeroed.label()))),
         ("phi_deg", json!(phi_deg)),
         ("chain_errors_deg", json!(chain_errors_deg)),
-        ("position_mm", json!(known.map(|a| a.nominal.pose.translation).or(question.place.position()).map(array))),
-        ("tool_axis", json!(known.map(|a| array(a.tool.rotation.column(2).into())))),
+        ("position_mm", json!(known.map(|a| a.nominal.pose.translation).or(question.place.position()).map(components))),
+        ("tool_axis", json!(known.map(|a| components(a.tool.rotation.column(2).into())))),
         ("branch", json!(known.and_then(|a| a.branch).map(|(branch, _)| branch.label()))),
         ("clearance", json!(known.and_then(|a| a.branch).map(|(_, clearance)| clearance))),
         ("conditioning", json!(known.map(|a| a.conditioning))),
-        ("force_tool_frame_N", json!(known.map(|a| array(force_on_tool(a))))),
+        ("force_tool_frame_N", json!(known.map(|a| components(force_on_tool(a))))),
         ("wrench_N_Nmm", json!(known.map(|a| a.wrench.to_array()))),
-        ("stiffness_unloaded", json!(known.and_then(|a| a.stiffness_unloaded.as_ref()).map(rows))),
-        ("stiffness_loaded", json!(known.and_then(|a| a.loaded.stiffness.as_ref()).map(rows))),
+        ("stiffness_unloaded", json!(known.and_then(|a| a.stiffness_unloaded.as_ref()).map(matrix_rows))),
+        ("stiffness_loaded", json!(known.and_then(|a| a.loaded.stiffness.as_ref()).map(matrix_rows))),
         ("status", status),
         ("reason", reason),
         ("compensation_status", compensation_status),
@@ -152,18 +154,18 @@ fn object(question: &PointQuestion, chain_errors_deg: &[f64], answer: Result<&Po
         ("cautions", json!(cautions)),
         ("iterations", json!(known.map_or(0, |a| a.loaded.iterations))),
         ("residual", json!(known.map(|a| a.loaded.residual))),
-        ("platform_mm", json!(settled.map(|a| array(a.loaded.pose.translation)))),
-        ("platform_rotvec_rad", json!(settled.map(|a| array(rotation_log(&a.loaded.pose.rotation))))),
-        ("platform_turn_rad", json!(settled.map(|a| array(rotation_log(&turned(a)))))),
-        ("tool_displacement_mm", json!(settled.and_then(tool_displacement).map(array))),
+        ("platform_mm", json!(settled.map(|a| components(a.loaded.pose.translation)))),
+        ("platform_rotvec_rad", json!(settled.map(|a| components(rotation_log(&a.loaded.pose.rotation))))),
+        ("platform_turn_rad", json!(settled.map(|a| components(rotation_log(&turned(a)))))),
+        ("tool_displacement_mm", json!(settled.and_then(tool_displacement).map(components))),
         (
             "tool_displacement_by_weight_mm",
-            json!(known.and_then(|a| Some(array(*a.by_weight.as_ref()?.as_ref().ok()?)))),
+            json!(known.and_then(|a| Some(components(*a.by_weight.as_ref()?.as_ref().ok()?)))),
         ),
-        ("tool_play_mm", json!(settled.and_then(|a| a.loaded.tool_play).map(array))),
+        ("tool_play_mm", json!(settled.and_then(|a| a.loaded.tool_play).map(components))),
         ("chain_wrench_N_Nmm", json!(settled.map(wrenches))),
-        ("compensated_rotvec_rad", json!(done.map(|c| array(rotation_log(&c.solution.pose.rotation))))),
-        ("tip_error_after_compensation_mm", json!(left.map(array))),
+        ("compensated_rotvec_rad", json!(done.map(|c| components(rotation_log(&c.solution.pose.rotation))))),
+        ("tip_error_after_compensation_mm", json!(left.map(components))),
         ("tip_error_after_compensation_norm_mm", json!(left.map(|left| left.norm()))),
     ]
     .into_iter()
@@ -174,47 +176,47 @@ fn object(question: &PointQuestion, chain_errors_deg: &[f64], answer: Result<&Po
     if !locked.is_empty() {
         object.insert("locked".into(), locked.into());
     }
-    object.append(&mut positions(machine, "rho_nominal", known.map(|a| a.nominal.drives.as_slice())));
-    object.append(&mut positions(machine, "rho_compensated", done.map(|c| c.drives.as_slice())));
-    object.append(&mut positions(machine, "delta_rho", known.and_then(PointAnswer::change).as_deref()));
-    object.append(&mut forces(machine, "", settled.map(|a| a.loaded.drive_forces())));
-    object.append(&mut forces(machine, "compensated_", done.map(|c| c.solution.drive_forces())));
+    object.append(&mut position_keys(machine, "rho_nominal", known.map(|a| a.nominal.drives.as_slice())));
+    object.append(&mut position_keys(machine, "rho_compensated", done.map(|c| c.drives.as_slice())));
+    object.append(&mut position_keys(machine, "delta_rho", known.and_then(PointResult::corrections).as_deref()));
+    object.append(&mut force_keys(machine, "", settled.map(|a| a.loaded.drive_forces())));
+    object.append(&mut force_keys(machine, "compensated_", done.map(|c| c.solution.drive_forces())));
     object.into()
 }
 
-/// A rounded number, without a minus sign before zero.
+/// Returns a number in decimals, without a minus sign before zero.
 fn rounded(value: f64, decimals: usize) -> String {
     let unit = 10f64.powi(decimals as i32);
     format!("{:.decimals$}", (value * unit).round() / unit + 0.0)
 }
 
-/// Rounded components.
+/// Returns a vector with rounded components in words.
 fn triple(v: Vector3<f64>, decimals: usize) -> String {
     let [x, y, z]: [String; 3] = v.map(|c| rounded(c, decimals)).into();
     format!("({x}, {y}, {z})")
 }
 
-/// A line of the summary: what it is, and its value.
+/// Returns a line of the summary: a label and its value.
 fn line(what: &str, told: impl Display) -> String {
     format!("  {what:<25} {told}\n")
 }
 
-/// What is unusual about the question: what it is about, and a sentence.
-fn unusual(question: &PointQuestion, commanded: Vector3<f64>) -> Vec<(&'static str, String)> {
+/// Returns the cautions about the question: subject and sentence.
+fn question_cautions(question: &PointQuestion, commanded: Vector3<f64>) -> Vec<(&'static str, String)> {
     let machine = &question.machine;
     let outside = machine.outside_workspace(commanded).map(|outside| ("outside the workspace", outside.to_string()));
     let carried = if machine.carrier.is_some() { "workpiece" } else { "drives" };
     let sentences = [
-        ("zero", cautions::zeroed(machine)),
-        (carried, cautions::carried(machine)),
+        ("zero", cautions::zeroing(machine)),
+        (carried, cautions::carrier(machine)),
         ("large error", cautions::large_errors(machine, &question.errors)),
     ];
     let lines = sentences.iter().flat_map(|(what, said)| said.lines().map(|sentence| (*what, sentence.to_string())));
     outside.into_iter().chain(lines).collect()
 }
 
-/// Drives that carry more than their limit, before or after compensation, in a sentence each.
-fn beyond_limits(answer: &PointAnswer) -> Vec<String> {
+/// Returns a sentence for each drive that carries more than its limit, before or after compensation.
+fn beyond_limits(answer: &PointResult) -> Vec<String> {
     let machine = &answer.question.machine;
     let (before, after) = (answer.loaded.drive_forces(), answer.compensated.as_ref().ok());
     let after = after.map(|after| after.solution.drive_forces());
@@ -229,14 +231,14 @@ fn beyond_limits(answer: &PointAnswer) -> Vec<String> {
     beyond.collect()
 }
 
-/// What was asked, and all that was found.
-fn details(answer: &PointAnswer) -> String {
+/// Returns the question and all results as lines of text.
+fn details_text(answer: &PointResult) -> String {
     let (machine, loaded) = (&answer.question.machine, &answer.loaded);
     let wrench = answer.wrench;
     let mut text = format!("{}\n", machine.title);
     let commanded = answer.question.place.position().unwrap_or(answer.nominal.pose.translation);
     text += &line("commanded position of P", format!("{} mm", triple(commanded, 3)));
-    text.extend(unusual(&answer.question, commanded).into_iter().map(|(what, said)| line(what, said)));
+    text.extend(question_cautions(&answer.question, commanded).into_iter().map(|(what, said)| line(what, said)));
     let tool_axis = triple(answer.tool.rotation.column(2).into(), 3);
     let assumed = tool_axis_words(machine.tool_axis_source);
     text += &line("tool axis", format!("{tool_axis} in base axes, from the spindle to the tip{assumed}"));
@@ -290,14 +292,14 @@ fn details(answer: &PointAnswer) -> String {
     text
 }
 
-/// What happens and what to command instead, in a sentence.
-fn answer_text(answer: &PointAnswer) -> String {
+/// Returns the tool displacement and the drive corrections in a sentence.
+fn answer_text(answer: &PointResult) -> String {
     let machine = &answer.question.machine;
     let Some(moved) = tool_displacement(answer).filter(|_| answer.loaded.status.is_equilibrium()) else {
         return format!("How far the tool moves is unknown: {}.\n", answer.loaded.status.reason(machine));
     };
     let mut text = format!("The tool moves by {}", millimetres(moved.norm(), 4));
-    let Some(change) = answer.change() else { return text + "; there is no correction.\n" };
+    let Some(change) = answer.corrections() else { return text + "; there is no correction.\n" };
     let shown = shown_positions(machine, &change);
     let drives = machine.drive_labels().into_iter().zip(machine.drives()).zip(&shown);
     let words: Vec<String> = drives
@@ -306,21 +308,21 @@ fn answer_text(answer: &PointAnswer) -> String {
             format!("{label} {sign}{}{}", rounded(*value, 4), drive.motion.position_suffix())
         })
         .collect();
-    text += &signed(&format!("; to keep it there, command {}.\n", words.join(", ")));
+    text += &with_minus_signs(&format!("; to keep it there, command {}.\n", words.join(", ")));
     text
 }
 
-/// A summary for reading: the answer, the drives, and what it rests on.
-pub fn point_text(answer: &PointAnswer) -> String {
-    let details = details(answer);
+/// Returns a summary for reading: main sentence, drives and details.
+pub fn point_text(answer: &PointResult) -> String {
+    let details = details_text(answer);
     match answer.loaded.status.is_equilibrium() {
         true => format!("{}\n{}\n{details}", answer_text(answer), drive_table(answer)),
         false => format!("{}\n{details}", answer_text(answer)),
     }
 }
 
-/// Drives: nominal and compensated commands, what they carry, internal force of their chains.
-fn drive_table(answer: &PointAnswer) -> String {
+/// Returns a table of the drives: nominal and compensated positions, forces, internal force of their chains.
+fn drive_table(answer: &PointResult) -> String {
     let machine = &answer.question.machine;
     let load = machine.drive_kinds().map(Motion::force_word).collect::<Vec<_>>().join(" or ");
     let [before, after] = ["before", "after"].map(|when| format!("{load} {when}"));
@@ -328,7 +330,7 @@ fn drive_table(answer: &PointAnswer) -> String {
     let nominal = shown_positions(machine, &answer.nominal.drives);
     let after = answer.compensated.as_ref().ok();
     let compensated = after.map(|after| shown_positions(machine, &after.drives));
-    let change = answer.change().map(|change| shown_positions(machine, &change));
+    let change = answer.corrections().map(|change| shown_positions(machine, &change));
     let forces = answer.loaded.drive_forces();
     let forces_after = after.map(|after| after.solution.drive_forces());
     for (d, (label, (chain, drive))) in machine.drive_labels().into_iter().zip(machine.drives()).enumerate() {

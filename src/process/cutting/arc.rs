@@ -1,21 +1,21 @@
-//! The part of a turn in which a tooth cuts, and forces integrated over it.
+//! The engagement arc of a milling tooth, and edge forces integrated over it.
 
 use std::f64::consts::PI;
 
 use super::{EdgeForce, EdgeLaw, Kienzle};
 
-/// From which angle to which a tooth cuts, rad, from 0 to π: h = c sin ψ there.
+/// The angles ψ between which a tooth cuts, rad, within 0 to π, where the chip thickness is h = c sin ψ.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Arc {
-    /// ψ at which it enters.
+pub struct EngagementArc {
+    /// ψ at which the tooth enters the material, rad.
     pub entry: f64,
-    /// ψ at which it leaves.
+    /// ψ at which the tooth leaves the material, rad.
     pub exit: f64,
 }
 
-/// Integrals over the arc of a component F of the force on an edge, for each mm of depth: N/mm.
+/// Integrals over the engagement arc of a component F of the edge force per mm of axial depth, N/mm.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct OverArc {
+pub(super) struct ArcIntegrals {
     /// ∫ F dψ.
     pub plain: f64,
     /// ∫ F sin ψ dψ.
@@ -24,56 +24,57 @@ pub(super) struct OverArc {
     pub cosine: f64,
 }
 
-impl OverArc {
+impl ArcIntegrals {
+    /// Returns the integrals multiplied by a factor.
     fn scaled(self, by: f64) -> Self {
         Self { plain: by * self.plain, sine: by * self.sine, cosine: by * self.cosine }
     }
 }
 
-impl Arc {
-    /// Tangential, radial and axial force of `edge` over the arc, at feed per tooth `c` in mm.
-    pub(super) fn integrals(&self, edge: &EdgeLaw, c: f64) -> [OverArc; 3] {
+impl EngagementArc {
+    /// Integrates tangential, radial and axial force of `edge` over the arc, at feed per tooth `c` (mm).
+    pub(super) fn integrals(&self, edge: &EdgeLaw, c: f64) -> [ArcIntegrals; 3] {
         match edge {
             EdgeLaw::Linear { tangential, radial, axial } => {
-                [tangential, radial, axial].map(|force| self.of_linear(*force, c))
+                [tangential, radial, axial].map(|force| self.linear_integrals(*force, c))
             }
             EdgeLaw::Kienzle { tangential, radial_ratio, axial_ratio } => {
-                let main = self.of_power(*tangential, c);
+                let main = self.kienzle_integrals(*tangential, c);
                 [main, main.scaled(*radial_ratio), main.scaled(*axial_ratio)]
             }
         }
     }
 
-    /// In closed form.
-    fn of_linear(&self, force: EdgeForce, c: f64) -> OverArc {
+    /// Integrates a linear edge force over the arc in closed form, at feed per tooth `c` (mm).
+    fn linear_integrals(&self, force: EdgeForce, c: f64) -> ArcIntegrals {
         let ((sin_in, cos_in), (sin_out, cos_out)) = (self.entry.sin_cos(), self.exit.sin_cos());
         let angle = self.exit - self.entry;
         let sine = cos_in - cos_out;
         let sine_squared = 0.5 * (angle + sin_in * cos_in - sin_out * cos_out);
         let sine_cosine = 0.5 * (sin_out - sin_in) * (sin_out + sin_in);
         let cutting = force.cutting * c;
-        OverArc {
+        ArcIntegrals {
             plain: cutting * sine + force.edge * angle,
             sine: cutting * sine_squared + force.edge * sine,
             cosine: cutting * sine_cosine + force.edge * (sin_out - sin_in),
         }
     }
 
-    /// The integrals of sin^p alone have no elementary form.
-    fn of_power(&self, force: Kienzle, c: f64) -> OverArc {
+    /// Integrates Kienzle's edge force over the arc, at feed per tooth `c` (mm); the integrals of sin^p alone are numerical.
+    fn kienzle_integrals(&self, force: Kienzle, c: f64) -> ArcIntegrals {
         let power = 1.0 - force.exponent;
         let primitive = |psi: f64| sine(psi).powf(power + 1.0) / (power + 1.0);
-        let integrals = OverArc {
-            plain: self.of_sine_power(power),
-            sine: self.of_sine_power(power + 1.0),
+        let integrals = ArcIntegrals {
+            plain: self.integrate_sine_power(power),
+            sine: self.integrate_sine_power(power + 1.0),
             cosine: primitive(self.exit) - primitive(self.entry),
         };
         integrals.scaled(force.on_edge(c))
     }
 
-    /// ∫ sin^p ψ dψ by the double exponential rule, which an infinite slope at the ends does not disturb: H. Takahasi and
-    /// M. Mori, Publ. RIMS 9 (1974).
-    fn of_sine_power(&self, p: f64) -> f64 {
+    /// Returns ∫ sin^p ψ dψ over the arc by the double exponential rule, which tolerates an infinite slope at the ends:
+    /// H. Takahasi and M. Mori, Publ. RIMS 9 (1974).
+    fn integrate_sine_power(&self, p: f64) -> f64 {
         const STEP: f64 = 0.1;
         const STEPS: i32 = 32;
         let (middle, half) = (0.5 * (self.entry + self.exit), 0.5 * (self.exit - self.entry));
@@ -87,7 +88,7 @@ impl Arc {
     }
 }
 
-/// sin ψ of an angle from 0 to π, where rounding makes nothing negative of it.
+/// Returns sin ψ for an angle from 0 to π, never negative by rounding.
 fn sine(psi: f64) -> f64 {
     psi.sin().max(0.0)
 }

@@ -1,29 +1,28 @@
-//! Force and torque of a cut, before it is known how the tool stands to the workpiece.
+//! Force and torque of a cut in the directions of feed and tool.
 
 use nalgebra::Vector3;
 
-use super::{heading, share_across};
+use super::{heading, lateral_share};
 
-/// Force on the tool at its tip and torque about its axis, in the directions of feed and tool: f along the feed, s from the tip
-/// to the spindle, n = s × f.
+/// Force on the tool at its tip and torque about its axis, in the directions of feed and tool: f along the feed, s from
+/// the tip to the spindle, n = s × f.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[allow(non_snake_case, reason = "the unit is N, not n")]
 pub struct CutForce {
-    /// (F_f, F_n, F_s), N.
+    /// Force components (F_f, F_n, F_s), N.
     pub force_N: Vector3<f64>,
     /// Torque on the tool about s, N·mm: above 0 against a spindle that turns clockwise seen from the spindle.
     pub torque_Nmm: f64,
 }
 
 impl CutForce {
-    /// Force (N) and moment about the tip (N·mm) on a tool that moves along the unit vector `tangent`; all in axes of the tool,
-    /// whose z points away from the spindle. A motion without heading has only the force and torque along the tool, and one near
-    /// that a share of what acts across it.
+    /// Returns force (N) and moment about the tip (N·mm) on a tool that moves along the unit vector `tangent`; all in axes of the tool, whose z
+    /// points away from the spindle. A motion along the tool has only axial force and torque, and one near that a share of the lateral force.
     pub(super) fn on_tool(&self, tangent: Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
         let spindle = -Vector3::z();
         let axial = spindle * self.force_N.z;
         let force = match heading(tangent) {
-            Some(f) => (f * self.force_N.x + spindle.cross(&f) * self.force_N.y) * share_across(tangent) + axial,
+            Some(f) => (f * self.force_N.x + spindle.cross(&f) * self.force_N.y) * lateral_share(tangent) + axial,
             None => axial,
         };
         (force, spindle * self.torque_Nmm)

@@ -3,12 +3,12 @@
 use nalgebra::Vector3;
 
 use super::{CutForce, Kienzle, LoadError, feed};
-use crate::toolpath::{PathPoint, Turn};
+use crate::toolpath::{PathPoint, TurnDirection};
 
 /// How far a move of a drill may be from its axis, as the cosine of the angle: 5°.
 const ALONG_AXIS: f64 = 0.996_194_698_091_745_5;
 
-/// What thrust and torque follow from.
+/// The law that gives thrust and torque of a twist drill.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum DrillingLaw {
     /// Two lips that cut by Kienzle's law. With κ half the point angle a lip cuts a chip of thickness `h = f/2 sin κ`, and
@@ -39,23 +39,22 @@ pub enum DrillingLaw {
 
 /// A twist drill in solid material.
 ///
-/// The part pushes the drill back with the thrust F and turns it back with the torque M. Both act on moves that lead
-/// along the tool's axis out of the spindle, within 5°: a drill that goes back or aside, also through air, has no load.
-/// Entry, break-through and chips that clog are not in it.
+/// The part pushes the drill back with the thrust F and turns it back with the torque M. Both act on moves that lead along the tool's axis out of
+/// the spindle, within 5°: a drill that goes back or aside, also through air, has no load. Entry, break-through and chips that clog are not in it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Drilling {
-    /// Thrust and torque.
+    /// The law of thrust and torque.
     pub law: DrillingLaw,
-    /// D, mm.
+    /// D, drill diameter, mm.
     pub diameter_mm: f64,
-    /// f, mm/rev. `None`: from the feed v and spindle speed S of each point, f = v / S.
+    /// f, feed per revolution, mm/rev. `None`: from the feed v and spindle speed S of each point, f = v / S.
     pub feed_per_rev_mm: Option<f64>,
-    /// Which way the spindle turns, seen from the spindle towards the workpiece.
-    pub spindle: Turn,
+    /// The spindle's direction of rotation, seen from the spindle towards the workpiece.
+    pub spindle: TurnDirection,
 }
 
 impl Drilling {
-    /// Thrust in N and torque in N·mm at feed `f` in mm/rev, both above 0.
+    /// Returns thrust (N) and torque (N·mm) at the feed `f` in mm/rev, both above 0.
     #[must_use]
     pub fn thrust_and_torque(&self, f: f64) -> (f64, f64) {
         let d = self.diameter_mm;
@@ -72,27 +71,25 @@ impl Drilling {
         }
     }
 
-    /// Force and torque on the tool at feed `f` in mm/rev.
+    /// Returns force and torque on the tool at the feed `f` in mm/rev.
     #[must_use]
     pub fn force(&self, f: f64) -> CutForce {
         let (thrust, torque) = self.thrust_and_torque(f);
         let side = match self.spindle {
-            Turn::Clockwise => 1.0,
-            Turn::CounterClockwise => -1.0,
+            TurnDirection::Clockwise => 1.0,
+            TurnDirection::CounterClockwise => -1.0,
         };
         CutForce { force_N: Vector3::new(0.0, 0.0, thrust), torque_Nmm: side * torque }
     }
 
-    /// f at `point`, mm/rev.
-    ///
-    /// # Errors
-    /// When it follows from the point's feed and spindle speed and one of them is missing.
+    /// Returns the feed per revolution f at `point`, mm/rev. Fails when it follows from the point's feed and spindle speed and one of them is
+    /// missing.
     pub fn feed_per_rev(&self, point: &PathPoint) -> Result<f64, LoadError> {
-        feed::per_tooth(point, self.feed_per_rev_mm, 1, "feed_per_rev_mm")
+        feed::feed_per_tooth_at(point, self.feed_per_rev_mm, 1, "feed_per_rev_mm")
     }
 }
 
 /// Whether a drill that moves along the unit vector `tangent` (axes of the tool, z out of the spindle) drills.
-pub(super) fn drills(tangent: Vector3<f64>) -> bool {
+pub(super) fn is_drilling(tangent: Vector3<f64>) -> bool {
     tangent.z >= ALONG_AXIS
 }

@@ -1,4 +1,4 @@
-//! What a cutting edge receives from a chip: linear in the chip's thickness, or a power of it.
+//! Laws of the force on a cutting edge: linear in the chip thickness, or a power of it (Kienzle).
 
 use nalgebra::Vector3;
 
@@ -12,7 +12,7 @@ pub struct EdgeForce {
 }
 
 impl EdgeForce {
-    /// K_c h + K_e, N/mm, for a chip of thickness `h` in mm.
+    /// Returns the force per edge length K_c h + K_e, N/mm, for a chip of thickness `h` (mm).
     #[must_use]
     pub fn on_edge(self, h: f64) -> f64 {
         self.cutting * h + self.edge
@@ -22,8 +22,7 @@ impl EdgeForce {
 /// Kienzle's law: the specific cutting force `k_c = k_c1.1 h^(−m_c)` of a chip of thickness h, so that an edge of length b
 /// receives `F_c = k_c1.1 b h^(1−m_c)`.
 ///
-/// Source: O. Kienzle, Die Bestimmung von Kräften und Leistungen an spanenden Werkzeugen und Werkzeugmaschinen, VDI-Z 94
-/// (1952).
+/// Source: O. Kienzle, Die Bestimmung von Kräften und Leistungen an spanenden Werkzeugen und Werkzeugmaschinen, VDI-Z 94 (1952).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Kienzle {
     /// k_c1.1, N/mm²: of a chip 1 mm thick.
@@ -33,14 +32,14 @@ pub struct Kienzle {
 }
 
 impl Kienzle {
-    /// k_c1.1 h^(1−m_c), N/mm, for a chip of thickness `h` in mm.
+    /// Returns the force per edge length k_c1.1 h^(1−m_c), N/mm, for a chip of thickness `h` (mm).
     #[must_use]
     pub fn on_edge(self, h: f64) -> f64 {
         self.specific_force * h.powf(1.0 - self.exponent)
     }
 }
 
-/// Force on a tooth's edge, for each mm of axial depth.
+/// The law of the force on a tooth's edge per mm of axial depth.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum EdgeLaw {
     /// K_c h + K_e for each component.
@@ -64,7 +63,7 @@ pub enum EdgeLaw {
 }
 
 impl EdgeLaw {
-    /// Tangential, radial and axial force for a chip of thickness `h` in mm, N/mm.
+    /// Returns tangential, radial and axial force per mm of depth for a chip of thickness `h` (mm), N/mm.
     #[must_use]
     pub fn on_edge(&self, h: f64) -> Vector3<f64> {
         match self {

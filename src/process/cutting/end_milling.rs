@@ -4,24 +4,23 @@ use std::f64::consts::{PI, TAU};
 
 use nalgebra::Vector3;
 
-use super::{Arc, CutForce, EdgeLaw, LoadError, feed};
-use crate::toolpath::{PathPoint, Turn};
+use super::{CutForce, EdgeLaw, EngagementArc, LoadError, feed};
+use crate::toolpath::{PathPoint, TurnDirection};
 
-/// How the teeth go through the material at its side.
+/// The direction in which the teeth pass through the material: up or down milling.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum CutDirection {
     /// Up milling, conventional: chips begin with no thickness. With a clockwise spindle the material is to the left of the
     /// feed, seen from the spindle.
     Up,
-    /// Down milling, climb: chips begin with their full thickness. With a clockwise spindle the material is to the right of
-    /// the feed.
+    /// Down milling, climb: chips begin with their full thickness. With a clockwise spindle the material is to the right of the feed.
     Down,
 }
 
-/// Which force of a turn is meant.
+/// Which force within a revolution to compute: mean or peak.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum OverTurn {
-    /// Its mean.
+pub enum MeanOrPeak {
+    /// The mean over a revolution.
     #[default]
     Mean,
     /// The force at the instant at which it is largest.
@@ -57,9 +56,9 @@ pub enum OverTurn {
 /// Source: Y. Altintas, *Manufacturing Automation*, 2nd ed., Cambridge University Press 2012, chapter 2.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EndMilling {
-    /// Force on a tooth.
+    /// The law of the force on a tooth.
     pub edge: EdgeLaw,
-    /// D, mm.
+    /// D, cutter diameter, mm.
     pub diameter_mm: f64,
     /// N, number of teeth.
     pub teeth: u32,
@@ -67,48 +66,48 @@ pub struct EndMilling {
     pub depth_mm: f64,
     /// b, radial width of the cut, mm; at most D.
     pub width_mm: f64,
-    /// On which side the material is. A cut as wide as the cutter has none.
+    /// Up or down milling; without effect for a cut as wide as the cutter.
     pub direction: CutDirection,
     /// c, feed per tooth, mm. `None`: from the feed v and spindle speed S of each point, c = v / (S N).
     pub feed_per_tooth_mm: Option<f64>,
-    /// Which way the spindle turns, seen from the spindle towards the workpiece.
-    pub spindle: Turn,
-    /// Mean or peak.
-    pub over_turn: OverTurn,
+    /// The spindle's direction of rotation, seen from the spindle towards the workpiece.
+    pub spindle: TurnDirection,
+    /// Whether to compute the mean or the peak force of a revolution.
+    pub over_turn: MeanOrPeak,
 }
 
 impl EndMilling {
-    /// Where a tooth is in the material.
+    /// Returns the engagement arc: the angles between which a tooth cuts.
     #[must_use]
-    pub fn arc(&self) -> Arc {
+    pub fn arc(&self) -> EngagementArc {
         let immersion = (1.0 - 2.0 * self.width_mm / self.diameter_mm).clamp(-1.0, 1.0).acos();
         match self.direction {
-            CutDirection::Up => Arc { entry: 0.0, exit: immersion },
-            CutDirection::Down => Arc { entry: PI - immersion, exit: PI },
+            CutDirection::Up => EngagementArc { entry: 0.0, exit: immersion },
+            CutDirection::Down => EngagementArc { entry: PI - immersion, exit: PI },
         }
     }
 
-    /// Force and torque at feed per tooth `c` in mm: mean or peak, as asked for.
+    /// Returns force and torque at feed per tooth `c` (mm): mean or peak, as [`EndMilling::over_turn`] says.
     #[must_use]
     pub fn force(&self, c: f64) -> CutForce {
         match self.over_turn {
-            OverTurn::Mean => self.mean(c),
-            OverTurn::Peak => self.peak(c),
+            MeanOrPeak::Mean => self.mean(c),
+            MeanOrPeak::Peak => self.peak(c),
         }
     }
 
-    /// Mean over a turn at feed per tooth `c` in mm.
+    /// Returns the mean force and torque over a revolution at feed per tooth `c` (mm).
     #[must_use]
     pub fn mean(&self, c: f64) -> CutForce {
         let [tangential, radial, axial] = self.arc().integrals(&self.edge, c);
         let along_feed = -tangential.cosine - radial.sine;
         let across = tangential.sine - radial.cosine;
         let share = f64::from(self.teeth) * self.depth_mm / TAU;
-        self.turned(Vector3::new(along_feed, across, axial.plain) * share, tangential.plain * share)
+        self.for_spindle_direction(Vector3::new(along_feed, across, axial.plain) * share, tangential.plain * share)
     }
 
-    /// With the first tooth at ψ = `angle` rad and `c` in mm, of those teeth that are in the material when the first one is at
-    /// `seen`: within an arc without entries and exits these are the same.
+    /// Returns force and torque with the first tooth at ψ = `angle` (rad), at feed per tooth `c` (mm). The engaged teeth are those for the
+    /// first tooth at `seen`, so that the ends of an interval without entries and exits count with its inside.
     pub(super) fn at_angle(&self, angle: f64, seen: f64, c: f64) -> CutForce {
         let arc = self.arc();
         let pitch = TAU / f64::from(self.teeth);
@@ -125,14 +124,14 @@ impl EndMilling {
             force += Vector3::new(-edge.x * cos - edge.y * sin, edge.x * sin - edge.y * cos, edge.z);
             tangential += edge.x;
         }
-        self.turned(force, tangential)
+        self.for_spindle_direction(force, tangential)
     }
 
-    /// For the spindle's sense of turning, of the force of a clockwise one and the sum of tangential forces.
-    fn turned(&self, force: Vector3<f64>, tangential: f64) -> CutForce {
+    /// Converts the force of a clockwise spindle (N) and the sum of tangential forces (N) to force and torque for the actual direction.
+    fn for_spindle_direction(&self, force: Vector3<f64>, tangential: f64) -> CutForce {
         let side = match self.spindle {
-            Turn::Clockwise => 1.0,
-            Turn::CounterClockwise => -1.0,
+            TurnDirection::Clockwise => 1.0,
+            TurnDirection::CounterClockwise => -1.0,
         };
         CutForce {
             force_N: Vector3::new(force.x, side * force.y, force.z),
@@ -140,11 +139,8 @@ impl EndMilling {
         }
     }
 
-    /// c at `point`, mm.
-    ///
-    /// # Errors
-    /// When it follows from the point's feed and spindle speed and one of them is missing.
+    /// Returns the feed per tooth c at `point`, mm. Fails when it follows from the point's feed and spindle speed and one of them is missing.
     pub fn feed_per_tooth(&self, point: &PathPoint) -> Result<f64, LoadError> {
-        feed::per_tooth(point, self.feed_per_tooth_mm, self.teeth, "feed_per_tooth_mm")
+        feed::feed_per_tooth_at(point, self.feed_per_tooth_mm, self.teeth, "feed_per_tooth_mm")
     }
 }

@@ -1,8 +1,8 @@
-//! What can be wrong with a cutting force.
+//! The errors of cutting forces along a path and of wrench tables.
 
 use thiserror::Error;
 
-/// A point of a path that lacks what the law of the cutting force needs.
+/// Why the cutting force along a path cannot be computed.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum LoadError {
     /// The tool cuts where a wrench table has no rows.
@@ -61,7 +61,7 @@ pub enum LoadError {
         "nothing is cut in the feature \"{text}\" of force_of_feature: expected a line of the program with this text"
     )]
     NoSuchFeature {
-        /// The text that begins it.
+        /// The text that begins the feature.
         text: String,
     },
     /// The feed per tooth follows from the feed, and none is in force.
@@ -88,7 +88,7 @@ pub enum LoadError {
     },
 }
 
-/// A wrench table that cannot be read: which file and line, and why.
+/// The error of a wrench table that cannot be read: file, line and reason.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[error("{file}:{line}: {fault}")]
 pub struct TableError {
@@ -100,7 +100,7 @@ pub struct TableError {
     pub fault: TableFault,
 }
 
-/// What is wrong with a line of a wrench table.
+/// The reason why a wrench table is refused; its message says what was expected.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum TableFault {
     /// The header is not that of a wrench table.
@@ -134,19 +134,19 @@ pub enum TableFault {
     Order {
         /// The length, mm.
         found: f64,
-        /// The one of the row before, mm.
+        /// The length in the row before, mm.
         before: f64,
     },
     /// Nothing to interpolate between.
     #[error("rows: {found}; expected a header and at least 2 rows")]
     TooFewRows {
-        /// How many rows there are.
+        /// Number of rows.
         found: usize,
     },
     /// The CSV reader could not make out the row.
     #[error("{reason}; expected comma-separated values")]
     NotCsv {
-        /// What it says.
+        /// The CSV reader's message.
         reason: String,
     },
 }

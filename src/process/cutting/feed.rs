@@ -1,14 +1,11 @@
-//! How far the tool goes on while a tooth comes to stand where the one before it stood.
+//! Feed per tooth from feed and spindle speed.
 
 use super::LoadError;
 use crate::toolpath::PathPoint;
 
-/// Feed per tooth at `point`, mm: `given`, or c = v / (S N) from its feed v and spindle speed S with N `teeth`. `key` is where
-/// a process file gives it.
-///
-/// # Errors
-/// When it follows from the point's feed and spindle speed and one of them is missing.
-pub(super) fn per_tooth(
+/// Returns the feed per tooth at `point`, mm: `given`, or c = v / (S N) from its feed v and spindle speed S with N `teeth`.
+/// `key` names the process file's key for it in errors. Fails when it follows from the point's feed and spindle speed and one of them is missing.
+pub(super) fn feed_per_tooth_at(
     point: &PathPoint,
     given: Option<f64>,
     teeth: u32,

@@ -8,7 +8,7 @@ use crate::{
     machine::Grade,
 };
 
-/// What is published of a material.
+/// The published cutting coefficients of a material, by machining operation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Coefficients {
     /// Average cutting coefficients of end mills.
@@ -26,25 +26,22 @@ pub enum Coefficients {
     Drilling(f64),
 }
 
-/// A material and where its parameters come from.
+/// A material with its cutting coefficients and their source.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Material {
-    /// Its name in process files.
+    /// The material's name in process files.
     pub name: String,
-    /// Its numbers.
+    /// The cutting coefficients.
     pub coefficients: Coefficients,
-    /// With which tool they were found, where the source says it.
+    /// The tool of the tests, where the source says it.
     pub tool: Option<String>,
-    /// How far they may be trusted.
+    /// How reliable the coefficients are.
     pub grade: Grade,
-    /// Who says so.
+    /// The publication that the coefficients come from.
     pub source: String,
 }
 
-/// All materials, in the order of the file.
-///
-/// # Errors
-/// None, unless the file beside this one is not of its form.
+/// Returns all materials, in the order of `materials.toml`; fails only if that file has a mistake.
 pub fn all() -> Result<Vec<Material>> {
     let file: FileSpec = toml_file::parse(include_str!("materials.toml"), "materials.toml")?;
     let force = |[cutting, edge]: [f64; 2]| EdgeForce { cutting, edge };
@@ -76,6 +73,7 @@ pub fn all() -> Result<Vec<Material>> {
     Ok(milling.chain(kienzle).chain(drilling).collect())
 }
 
+/// The contents of `materials.toml`.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct FileSpec {
@@ -84,6 +82,7 @@ struct FileSpec {
     drilling: Vec<DrillingSpec>,
 }
 
+/// A material with milling coefficients in `materials.toml`: K_c in N/mm² and K_e in N/mm for each direction.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct MillingSpec {
@@ -96,6 +95,7 @@ struct MillingSpec {
     source: String,
 }
 
+/// A material with Kienzle coefficients in `materials.toml`.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct KienzleSpec {
@@ -106,6 +106,7 @@ struct KienzleSpec {
     source: String,
 }
 
+/// A material with a drilling constant in `materials.toml`.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct DrillingSpec {

@@ -1,8 +1,8 @@
 //! The cutting force at each point of a toolpath: on the tool, at its tip, in the axes of the workpiece frame W. Forces
-//! are in N, moments about the tool tip in N·mm. [`Placed::wrench`](super::Placed::wrench) turns them into the wrench at P.
+//! are in N, moments about the tool tip in N·mm. [`PlacedWorkpiece::wrench`](super::PlacedWorkpiece::wrench) turns them into the wrench at P.
 //!
 //! Path frame, milling and drilling follow the tool. With a the unit vector along the tool from the spindle to its tip, in W
-//! ([`Placed::tool_axes`](super::Placed::tool_axes)), and f the direction of motion projected onto the plane normal to a,
+//! ([`PlacedWorkpiece::tool_axes`](super::PlacedWorkpiece::tool_axes)), and f the direction of motion projected onto the plane normal to a,
 //! the heading, the directions are
 //!
 //! ```text
@@ -35,11 +35,11 @@ mod peak;
 mod slot_milling;
 mod table;
 
-pub use arc::Arc;
+pub use arc::EngagementArc;
 pub use cut_force::CutForce;
 pub use drilling::{Drilling, DrillingLaw};
 pub use edge::{EdgeForce, EdgeLaw, Kienzle};
-pub use end_milling::{CutDirection, EndMilling, OverTurn};
+pub use end_milling::{CutDirection, EndMilling, MeanOrPeak};
 pub use error::{LoadError, TableError, TableFault};
 pub use own_forces::OwnForces;
 pub use path_frame::PathFrame;
@@ -50,10 +50,10 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::toolpath::{Load, PathPoint, Toolpath};
 
-/// What the cutting force at a point of a path follows from.
+/// The law that gives the cutting force at each point of a path.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub enum CuttingLaw {
-    /// There is none, and none comes with the path.
+    /// No cutting force, and none in the path.
     #[default]
     None,
     /// Radial, tangential and axial force are constant.
@@ -71,10 +71,8 @@ pub enum CuttingLaw {
 }
 
 impl CuttingLaw {
-    /// The load on the tool at `point`.
-    ///
-    /// # Errors
-    /// When the point lacks what the law needs: a place in the table, a load of its own, feed or spindle speed.
+    /// Computes the load on the tool at `point`: none where it does not cut, unless the path gives one. Fails when a table has no row there,
+    /// or the path gives no load, feed or spindle speed that the law needs.
     pub fn load(&self, point: &PathPoint) -> Result<PathLoad, LoadError> {
         Ok(match self {
             CuttingLaw::FromPath => match point.load {
@@ -92,33 +90,26 @@ impl CuttingLaw {
         })
     }
 
-    /// The load at every point of `path`, in order.
-    ///
-    /// # Errors
-    /// When a table does not cover the lengths at which the path is cutting, when the path brings loads along that the law
-    /// does not use, and as [`CuttingLaw::load`].
+    /// Computes the load at every point of `path`, in order. Fails like [`CuttingLaw::check`] and [`CuttingLaw::load`].
     pub fn loads(&self, path: &Toolpath) -> Result<Vec<PathLoad>, LoadError> {
         self.check(path)?;
         path.points().iter().map(|point| self.load(point)).collect()
     }
 
-    /// Whether the law suits `path` as a whole.
-    ///
-    /// # Errors
-    /// When a table does not cover the lengths at which the path is cutting, or the path brings loads along that the law does not
-    /// use.
+    /// Checks that the law suits `path` as a whole. Fails if a table does not cover all lengths at which the path is cutting, or the path has
+    /// loads that the law does not use.
     pub fn check(&self, path: &Toolpath) -> Result<(), LoadError> {
         if *self != CuttingLaw::FromPath && path.points().iter().any(|point| point.load.is_some()) {
             return Err(LoadError::UnusedLoads { other_law: *self != CuttingLaw::None });
         }
         if let CuttingLaw::Table(table) = self {
-            table.covers(path)?;
+            table.check_coverage(path)?;
         }
         Ok(())
     }
 }
 
-/// The load at a point of a path, before it is known how the tool stands to the workpiece.
+/// The load at a point of a path, in the frame in which its law gives it: that of W, of the path, or of feed and tool.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum PathLoad {
     /// Given in the axes of W.
@@ -135,8 +126,8 @@ impl PathLoad {
     /// No load.
     pub const NONE: Self = Self::Workpiece(NO_LOAD);
 
-    /// The load in W for a motion along the unit vector `tangent` (W) of a tool whose axes in W are the columns of `tool_axes`,
-    /// [`Placed::tool_axes`](super::Placed::tool_axes).
+    /// Returns the load in W for a motion along the unit vector `tangent` (W) of a tool whose axes in W are the columns of `tool_axes`,
+    /// [`PlacedWorkpiece::tool_axes`](super::PlacedWorkpiece::tool_axes).
     #[must_use]
     pub fn on_tool(&self, tangent: Vector3<f64>, tool_axes: &Matrix3<f64>) -> Load {
         let tangent_of_tool = || tool_axes.tr_mul(&tangent);
@@ -148,7 +139,7 @@ impl PathLoad {
             PathLoad::Workpiece(load) => *load,
             PathLoad::PathFrame(frame) => Load { force_N: tool_axes * frame.force(tangent_of_tool()), ..NO_LOAD },
             PathLoad::Milling(cut) => of_cut(cut),
-            PathLoad::Drilling(cut) if drilling::drills(tangent_of_tool()) => of_cut(cut),
+            PathLoad::Drilling(cut) if drilling::is_drilling(tangent_of_tool()) => of_cut(cut),
             PathLoad::Drilling(_) => NO_LOAD,
         }
     }
@@ -161,8 +152,8 @@ const NO_LOAD: Load = Load { force_N: Vector3::new(0.0, 0.0, 0.0), moment_Nmm: V
 /// drill may be from its axis.
 const FULL_HEADING: f64 = 0.087_155_742_747_658_17;
 
-/// f in axes of the tool: the direction of motion normal to the tool, of unit length, for a motion along `tangent` (a unit
-/// vector, axes of the tool). `None` for a motion along the tool's axis, steeper than one in a million, and for none.
+/// Returns the heading f, the direction of the motion `tangent` normal to the tool: both unit vectors in axes of the tool. `None` for a
+/// motion along the tool's axis, steeper than one in a million, or without direction.
 fn heading(tangent: Vector3<f64>) -> Option<Vector3<f64>> {
     Vector3::new(tangent.x, tangent.y, 0.0).try_normalize(LEAST_HEADING)
 }
@@ -170,8 +161,8 @@ fn heading(tangent: Vector3<f64>) -> Option<Vector3<f64>> {
 /// A motion nearer to the tool's axis has no heading, as the sine of the angle.
 const LEAST_HEADING: f64 = 1e-6;
 
-/// The share of the force across the tool that a motion along `tangent` has (a unit vector, axes of the tool), from 0 where it has no
-/// heading.
-fn share_across(tangent: Vector3<f64>) -> f64 {
+/// Returns the share of the lateral force that acts on a motion along `tangent` (a unit vector, axes of the tool): 0 without heading,
+/// 1 from 5° off the tool's axis.
+fn lateral_share(tangent: Vector3<f64>) -> f64 {
     ((tangent.xy().norm() - LEAST_HEADING) / (FULL_HEADING - LEAST_HEADING)).clamp(0.0, 1.0)
 }

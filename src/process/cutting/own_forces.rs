@@ -1,4 +1,4 @@
-//! Cutting forces of single tools and of features of a program.
+//! Cutting forces specific to single tools and to features of a program.
 
 use std::collections::BTreeMap;
 
@@ -7,63 +7,60 @@ use crate::{
     toolpath::{PathPoint, Toolpath},
 };
 
-/// Cutting forces of their own, which some tools and some features of a program have.
+/// Cutting forces that apply only to certain tools and certain features of a program.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct OwnForces {
-    /// By the number of the tool.
-    pub of_tools: BTreeMap<u32, CuttingLaw>,
-    /// By the text that begins the feature; [`PathPoint::feature`] counts them.
-    pub of_features: Vec<(String, CuttingLaw)>,
+    /// The cutting law of each tool, by tool number.
+    pub by_tool: BTreeMap<u32, CuttingLaw>,
+    /// The cutting law of each feature, with the text that begins it; [`PathPoint::feature`] is the index.
+    pub by_feature: Vec<(String, CuttingLaw)>,
 }
 
 impl OwnForces {
-    /// Whether there is none.
+    /// Whether no tool and no feature has a force of its own.
     #[must_use]
     pub fn is_empty(&self) -> bool {
-        self.of_tools.is_empty() && self.of_features.is_empty()
+        self.by_tool.is_empty() && self.by_feature.is_empty()
     }
 
-    /// The force at `point`: that of its feature, or else that of its tool.
+    /// Returns the cutting law at `point`: that of its feature, or else that of its tool; `None` if neither has one.
     #[must_use]
-    pub fn at(&self, point: &PathPoint) -> Option<&CuttingLaw> {
-        let of_feature = point.feature.and_then(|index| self.of_features.get(usize::from(index)));
-        let of_tool = || point.tool.and_then(|number| self.of_tools.get(&number));
+    pub fn law_at(&self, point: &PathPoint) -> Option<&CuttingLaw> {
+        let of_feature = point.feature.and_then(|index| self.by_feature.get(usize::from(index)));
+        let of_tool = || point.tool.and_then(|number| self.by_tool.get(&number));
         of_feature.map(|(_, law)| law).or_else(of_tool)
     }
 
-    /// Whether `path` as a whole suits these forces, `others` where there is none of its own.
-    ///
-    /// # Errors
-    /// As [`CuttingLaw::check`]; a path that does not say which tool cuts, a tool without any force, a feature in which nothing is
-    /// cut.
+    /// Checks that `path` as a whole suits these forces, with `others` where no tool or feature has its own. Fails like [`CuttingLaw::check`],
+    /// and if the path does not say which tool cuts, a tool has no force, or nothing is cut in a feature.
     pub fn check(&self, others: &CuttingLaw, path: &Toolpath) -> Result<(), LoadError> {
         if self.is_empty() {
             return others.check(path);
         }
-        let mut laws = self.of_tools.values().chain(self.of_features.iter().map(|(_, law)| law)).chain([others]);
+        let mut laws = self.by_tool.values().chain(self.by_feature.iter().map(|(_, law)| law)).chain([others]);
         if !laws.any(|law| *law == CuttingLaw::FromPath) && path.points().iter().any(|point| point.load.is_some()) {
             return Err(LoadError::UnusedLoads { other_law: true });
         }
         let cutting = || path.points().iter().filter(|point| point.cutting);
-        for (index, (text, _)) in self.of_features.iter().enumerate() {
+        for (index, (text, _)) in self.by_feature.iter().enumerate() {
             if !cutting().any(|point| point.feature.map(usize::from) == Some(index)) {
                 return Err(LoadError::NoSuchFeature { text: text.clone() });
             }
         }
-        if !self.of_tools.is_empty() && cutting().all(|point| point.tool.is_none()) {
+        if !self.by_tool.is_empty() && cutting().all(|point| point.tool.is_none()) {
             return Err(LoadError::ToolNotKnown);
         }
-        match cutting().find(|point| *others == CuttingLaw::None && self.at(point).is_none()) {
+        match cutting().find(|point| *others == CuttingLaw::None && self.law_at(point).is_none()) {
             Some(point) => Err(LoadError::NoForce { tool: point.tool, segment: point.source.segment }),
             None => Ok(()),
         }
     }
 
-    /// Which tools and features have one, in words.
+    /// Describes in words which tools and features have a force of their own.
     #[must_use]
     pub fn words(&self) -> String {
-        let tools = self.of_tools.keys().map(|number| format!("tool {number}"));
-        let features = self.of_features.iter().map(|(text, _)| format!("\"{text}\""));
+        let tools = self.by_tool.keys().map(|number| format!("tool {number}"));
+        let features = self.by_feature.iter().map(|(text, _)| format!("\"{text}\""));
         format!("its own for {}", tools.chain(features).collect::<Vec<_>>().join(", "))
     }
 }

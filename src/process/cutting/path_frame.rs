@@ -4,7 +4,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use nalgebra::Vector3;
 
-use super::{heading, share_across};
+use super::{heading, lateral_share};
 use crate::process::MillingForce;
 
 /// Constant radial, tangential and axial force, eq. (17), with the tool angle φ taken from the path:
@@ -22,20 +22,21 @@ use crate::process::MillingForce;
 /// A motion without heading (a plunge) has only the axial force, one near it a share of the others.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PathFrame {
-    /// Radial, tangential and axial force with the law that turns them.
+    /// Radial, tangential and axial force, and the law that resolves them.
     pub force: MillingForce,
 }
 
 impl PathFrame {
-    /// Force on the tool moving along the unit vector `tangent`, N; both in axes of the tool.
+    /// Returns the force on the tool moving along the unit vector `tangent`, N; both in axes of the tool.
     #[must_use]
     pub fn force(&self, tangent: Vector3<f64>) -> Vector3<f64> {
         let full = Self::tool_angle(tangent).map_or_else(Vector3::zeros, |phi| self.force.force(phi));
-        let share = share_across(tangent);
+        let share = lateral_share(tangent);
         Vector3::new(full.x * share, full.y * share, self.force.axial)
     }
 
-    /// φ in rad for a motion along the unit vector `tangent` (axes of the tool), from −3π/2 to π/2; `None` without heading.
+    /// Returns the immersion direction φ, rad, from −3π/2 to π/2, for a motion along the unit vector `tangent` (axes of the
+    /// tool); `None` without heading.
     #[must_use]
     pub fn tool_angle(tangent: Vector3<f64>) -> Option<f64> {
         heading(tangent).map(|f| f.y.atan2(f.x) - FRAC_PI_2)

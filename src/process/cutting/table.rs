@@ -1,4 +1,4 @@
-//! A cutting load tabulated over the length of the path.
+//! Wrench tables: a cutting load tabulated over the arc length of the path, read from CSV.
 
 use nalgebra::Vector3;
 
@@ -23,16 +23,13 @@ const ROUNDING_MM: f64 = 1e-3;
 /// but only lengths at which the tool cuts need rows. It must increase from row to row.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WrenchTable {
-    /// At least two, by increasing length.
+    /// Arc length, mm, and load of each row: at least two rows, by increasing length.
     rows: Vec<(f64, Load)>,
 }
 
 impl WrenchTable {
-    /// Reads a table. `name` is the file's name, for messages; `source` its bytes.
-    ///
-    /// # Errors
-    /// When a column is unknown, repeated or missing, a row has the wrong number of values, a value is not a finite
-    /// number, lengths do not increase, or there are fewer than two rows.
+    /// Reads a table from `source`, the file's bytes; `name` is its name in errors. Fails if a column is unknown, repeated or missing, a row
+    /// has the wrong number of values, a value is no finite number, lengths do not increase, or there are fewer than two rows.
     pub fn read(source: &[u8], name: &str) -> Result<WrenchTable, TableError> {
         let rows = parse(source).map_err(|(at, fault)| TableError {
             file: name.to_owned(),
@@ -42,24 +39,21 @@ impl WrenchTable {
         Ok(WrenchTable { rows })
     }
 
-    /// First and last arc length of the table, mm.
+    /// Returns the first and last arc length of the table, mm.
     #[must_use]
     pub fn range_mm(&self) -> (f64, f64) {
         let length = |row: Option<&(f64, Load)>| row.map_or(0.0, |row| row.0);
         (length(self.rows.first()), length(self.rows.last()))
     }
 
-    /// Largest force of all rows, N: between rows it is none larger.
+    /// Returns the largest force of all rows, N; between rows the force is never larger.
     #[must_use]
     #[allow(non_snake_case, reason = "the unit is N, not n")]
     pub fn largest_force_N(&self) -> f64 {
         self.rows.iter().fold(0.0, |most, (_, load)| most.max(load.force_N.norm()))
     }
 
-    /// Load on the tool at `arc_length_mm` along the path.
-    ///
-    /// # Errors
-    /// When the table has no rows there.
+    /// Interpolates the load on the tool at `arc_length_mm` along the path. Fails when the table has no rows there.
     pub fn load(&self, arc_length_mm: f64) -> Result<Load, LoadError> {
         self.check_range(arc_length_mm, arc_length_mm)?;
         let after = self.rows.partition_point(|row| row.0 <= arc_length_mm).clamp(1, self.rows.len() - 1);
@@ -68,11 +62,8 @@ impl WrenchTable {
         Ok(Load { force_N: a.force_N.lerp(&b.force_N, t), moment_Nmm: a.moment_Nmm.lerp(&b.moment_Nmm, t) })
     }
 
-    /// Checks that the table has rows wherever `path` is cutting.
-    ///
-    /// # Errors
-    /// [`LoadError::TableTooShort`] with both ranges.
-    pub fn covers(&self, path: &Toolpath) -> Result<(), LoadError> {
+    /// Checks that the table has rows wherever `path` is cutting; fails with both ranges otherwise.
+    pub fn check_coverage(&self, path: &Toolpath) -> Result<(), LoadError> {
         let mut cutting = path.points().iter().filter(|point| point.cutting).map(|point| point.arc_length_mm);
         match cutting.next() {
             Some(first) => self.check_range(first, cutting.next_back().unwrap_or(first)),
@@ -80,6 +71,7 @@ impl WrenchTable {
         }
     }
 
+    /// Checks that the table covers these arc lengths, mm, to within 1 µm.
     fn check_range(&self, cut_from_mm: f64, cut_to_mm: f64) -> Result<(), LoadError> {
         let (table_from_mm, table_to_mm) = self.range_mm();
         if cut_from_mm >= table_from_mm - ROUNDING_MM && cut_to_mm <= table_to_mm + ROUNDING_MM {
@@ -92,6 +84,7 @@ impl WrenchTable {
 /// A fault at a byte of the file.
 type At<T> = Result<T, (usize, TableFault)>;
 
+/// Parses the rows of a table; a fault comes with its byte in the file.
 fn parse(source: &[u8]) -> At<Vec<(f64, Load)>> {
     let rows = csv_rows::read(source).map_err(|(at, reason)| (at, TableFault::NotCsv { reason }))?;
     let Some((header, rows)) = rows.split_first() else {
@@ -101,7 +94,7 @@ fn parse(source: &[u8]) -> At<Vec<(f64, Load)>> {
     let mut table: Vec<(f64, Load)> = Vec::with_capacity(rows.len());
     for row in rows {
         let at = row.span.start;
-        let [length, fx, fy, fz, mx, my, mz] = numbers(row, &order).map_err(|fault| (at, fault))?;
+        let [length, fx, fy, fz, mx, my, mz] = row_numbers(row, &order).map_err(|fault| (at, fault))?;
         if let Some(&(before, _)) = table.last().filter(|last| last.0 >= length) {
             return Err((at, TableFault::Order { found: length, before }));
         }
@@ -113,7 +106,7 @@ fn parse(source: &[u8]) -> At<Vec<(f64, Load)>> {
     Ok(table)
 }
 
-/// Where each of [`COLUMNS`] stands in the file.
+/// Returns the position of each of [`COLUMNS`] in the file.
 fn column_order(header: &Row) -> Result<[usize; 7], TableFault> {
     let names: Vec<_> = header.fields.iter().map(|name| String::from_utf8_lossy(name)).collect();
     let places = COLUMNS.map(|column| names.iter().position(|name| name == column));
@@ -124,8 +117,8 @@ fn column_order(header: &Row) -> Result<[usize; 7], TableFault> {
     Ok(places.map(Option::unwrap_or_default))
 }
 
-/// The numbers of a row, in the order of [`COLUMNS`].
-fn numbers(row: &Row, order: &[usize; 7]) -> Result<[f64; 7], TableFault> {
+/// Parses the numbers of a row, in the order of [`COLUMNS`].
+fn row_numbers(row: &Row, order: &[usize; 7]) -> Result<[f64; 7], TableFault> {
     if row.fields.len() != COLUMNS.len() {
         return Err(TableFault::Width { found: row.fields.len(), expected: COLUMNS.len() });
     }

@@ -1,4 +1,4 @@
-//! Geometric errors of chains, as written and checked.
+//! Geometric errors of chains in process and study files, as written and checked.
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
@@ -9,7 +9,7 @@ use crate::{
     spatial::Twist,
 };
 
-/// Geometric errors of one chain.
+/// The geometric errors of one chain, as written.
 #[derive(Debug, Clone, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct ChainErrorSpec {
@@ -30,8 +30,8 @@ pub struct ChainErrorSpec {
 }
 
 impl ChainErrorSpec {
-    /// Whether no error is given, not even one of zero.
-    pub fn names_nothing(&self) -> bool {
+    /// Whether no error is given, not even a zero one.
+    pub fn gives_no_error(&self) -> bool {
         let vectors =
             [self.base_translation_mm, self.base_rotation_deg, self.end_translation_mm, self.end_rotation_deg];
         self.turn_about_drive_axis_deg.is_none()
@@ -40,7 +40,7 @@ impl ChainErrorSpec {
     }
 }
 
-/// Errors of each chain of the machine, in its order.
+/// Checks chain errors; returns one for each chain of the machine, in its order, zero for chains that are not named.
 pub(crate) fn chain_errors(specs: &[ChainErrorSpec], machine: &Machine, check: &Check) -> Result<Vec<ChainError>> {
     let mut errors = vec![ChainError::default(); machine.chains.len()];
     for (i, spec) in specs.iter().enumerate() {
@@ -55,8 +55,9 @@ pub(crate) fn chain_errors(specs: &[ChainErrorSpec], machine: &Machine, check: &
     Ok(errors)
 }
 
+/// Checks the errors of chain number `index`.
 fn chain_error(spec: &ChainErrorSpec, machine: &Machine, index: usize, check: &Check) -> Result<ChainError> {
-    if spec.names_nothing() {
+    if spec.gives_no_error() {
         return check.fail(
             "names no error: expected turn_about_drive_axis_deg, base_translation_mm, base_rotation_deg, end_translation_mm, \
              end_rotation_deg or drive_offsets_mm_or_deg"
@@ -74,7 +75,7 @@ fn chain_error(spec: &ChainErrorSpec, machine: &Machine, index: usize, check: &C
         ("base_rotation_deg", base_rotation.norm()),
         ("end_rotation_deg", end_rotation.norm()),
     ] {
-        if let Some(problem) = ChainError::too_large(angle) {
+        if let Some(problem) = ChainError::rotation_problem(angle) {
             return check.key(key).fail(problem);
         }
     }

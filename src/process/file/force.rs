@@ -1,4 +1,4 @@
-//! The cutting force of a process file, checked.
+//! Checks the cutting forces of a process file.
 
 use std::collections::BTreeMap;
 
@@ -21,7 +21,7 @@ use crate::{
 /// Most teeth accepted.
 const MAX_TEETH: u32 = 100;
 
-/// The cutting forces of single tools and features, and the files they are in.
+/// Checks the cutting forces of single tools and features; returns them with the files that they come from.
 pub(super) fn own_forces(
     of_tool: &BTreeMap<String, ForceSpec>,
     of_feature: &BTreeMap<String, ForceSpec>,
@@ -34,8 +34,8 @@ pub(super) fn own_forces(
         let Ok(tool) = name.parse() else {
             return check.fail("is no tool: expected its number, the one after T in a program".into());
         };
-        let (law, files) = given(spec, folder, &check)?;
-        if own.of_tools.insert(tool, law).is_some() {
+        let (law, files) = required_force(spec, folder, &check)?;
+        if own.by_tool.insert(tool, law).is_some() {
             return check.fail(format!("is tool {tool} again, which has a force already"));
         }
         inputs = inputs.and(files);
@@ -45,18 +45,18 @@ pub(super) fn own_forces(
         if text.trim() != text || text.is_empty() {
             return check.fail("is no text: expected one without blanks around it".into());
         }
-        if let Some((same, _)) = own.of_features.iter().find(|(other, _)| other.eq_ignore_ascii_case(text)) {
+        if let Some((same, _)) = own.by_feature.iter().find(|(other, _)| other.eq_ignore_ascii_case(text)) {
             return check.fail(format!("is the same as \"{same}\": upper and lower case are not told apart"));
         }
-        let (law, files) = given(spec, folder, &check)?;
-        own.of_features.push((text.clone(), law));
+        let (law, files) = required_force(spec, folder, &check)?;
+        own.by_feature.push((text.clone(), law));
         inputs = inputs.and(files);
     }
     Ok((own, inputs))
 }
 
-/// As [`force`], and not without any.
-fn given(spec: &ForceSpec, folder: &Folder, check: &Check) -> Result<(CuttingLaw, Inputs)> {
+/// Checks a cutting force like [`force`], and fails if there is none.
+fn required_force(spec: &ForceSpec, folder: &Folder, check: &Check) -> Result<(CuttingLaw, Inputs)> {
     match force(spec, folder, check)? {
         (CuttingLaw::None, _) => {
             check.fail("has no force: expected a table such as path_frame or drilling in it".into())
@@ -65,7 +65,7 @@ fn given(spec: &ForceSpec, folder: &Folder, check: &Check) -> Result<(CuttingLaw
     }
 }
 
-/// The law of the cutting force, and the text of the file it is in besides the process file.
+/// Checks a cutting force; returns its law and the text of the wrench table, if it has one.
 pub(super) fn force(spec: &ForceSpec, folder: &Folder, check: &Check) -> Result<(CuttingLaw, Inputs)> {
     let given = [
         ("path_frame", spec.path_frame.is_some()),
@@ -95,6 +95,7 @@ pub(super) fn force(spec: &ForceSpec, folder: &Folder, check: &Check) -> Result<
     Ok((law, Inputs::default()))
 }
 
+/// Checks the constant force of a path frame.
 fn path_frame(spec: &PathFrameSpec, check: &Check) -> Result<CuttingLaw> {
     let PathFrameSpec { radial_force, tangential_force, axial_force, law } = *spec;
     let force = MillingForce { radial: radial_force, tangential: tangential_force, axial: axial_force, law };
@@ -102,7 +103,7 @@ fn path_frame(spec: &PathFrameSpec, check: &Check) -> Result<CuttingLaw> {
 }
 
 impl MillingForce {
-    /// The same, if its components, the keys below `check`, are of sensible size.
+    /// Returns the same force if its components, the keys below `check`, are of sensible size.
     pub(crate) fn checked(self, check: &Check) -> Result<Self> {
         check.key("radial_force_N").finite_scalar(self.radial)?;
         check.key("tangential_force_N").finite_scalar(self.tangential)?;
@@ -111,6 +112,7 @@ impl MillingForce {
     }
 }
 
+/// Checks the parameters of slot milling.
 fn slot_milling(spec: &SlotMillingSpec, check: &Check) -> Result<CuttingLaw> {
     let [tangential, radial, axial] = coefficients(&spec.coefficients(), check)?;
     Ok(CuttingLaw::SlotMilling(SlotMilling {
@@ -124,7 +126,7 @@ fn slot_milling(spec: &SlotMillingSpec, check: &Check) -> Result<CuttingLaw> {
     }))
 }
 
-/// Tangential, radial and axial ones.
+/// Checks cutting coefficients; returns the tangential, radial and axial ones.
 pub(super) fn coefficients(spec: &CoefficientsSpec, check: &Check) -> Result<[EdgeForce; 3]> {
     let force = |name: &str, cutting: f64, edge: f64| -> Result<EdgeForce> {
         Ok(EdgeForce {
@@ -139,7 +141,7 @@ pub(super) fn coefficients(spec: &CoefficientsSpec, check: &Check) -> Result<[Ed
     ])
 }
 
-/// A sensible number of them.
+/// Checks that the number of teeth is from 1 to [`MAX_TEETH`].
 pub(super) fn teeth(teeth: u32, check: &Check) -> Result<u32> {
     match (1..=MAX_TEETH).contains(&teeth) {
         true => Ok(teeth),
@@ -147,8 +149,9 @@ pub(super) fn teeth(teeth: u32, check: &Check) -> Result<u32> {
     }
 }
 
+/// Reads the wrench table from its file in `folder`.
 fn wrench_table(spec: &TableSpec, folder: &Folder, check: &Check) -> Result<(CuttingLaw, Inputs)> {
-    if !folder.has(&spec.file) {
+    if !folder.has_file(&spec.file) {
         return check.key("file").fail(format!("\"{}\" is not a file in the folder of the process file", spec.file));
     }
     let text = folder.bytes(&spec.file)?;

@@ -2,23 +2,23 @@
 
 use serde::Deserialize;
 
-use crate::{process::ForceLaw, toolpath::Turn};
+use crate::{process::ForceLaw, toolpath::TurnDirection};
 
-/// The cutting force: at most one of its keys.
+/// A cutting force as written: at most one of its keys.
 #[derive(Debug, Clone, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ForceSpec {
-    /// Constant in the frame of the path.
+    /// A force that is constant in the frame of the path.
     pub path_frame: Option<PathFrameSpec>,
-    /// Tabulated over the length of the path.
+    /// A load tabulated over the length of the path.
     pub table: Option<TableSpec>,
-    /// Of a full slot, from cutting coefficients.
+    /// The mean force of a full slot, from cutting coefficients.
     pub slot_milling: Option<SlotMillingSpec>,
-    /// Of a cut with the side of an end mill.
+    /// The force of a cut with the side of an end mill.
     pub end_milling: Option<EndMillingSpec>,
     /// Thrust and torque of a twist drill.
     pub drilling: Option<DrillingSpec>,
-    /// From the force columns of the path itself.
+    /// Whether the load is that of the path's force columns.
     #[serde(default)]
     pub from_path: bool,
 }
@@ -27,13 +27,13 @@ pub struct ForceSpec {
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PathFrameSpec {
-    /// F_r.
+    /// F_r, N.
     #[serde(rename = "radial_force_N")]
     pub radial_force: f64,
-    /// F_t.
+    /// F_t, N.
     #[serde(rename = "tangential_force_N")]
     pub tangential_force: f64,
-    /// F_z.
+    /// F_z, N.
     #[serde(rename = "axial_force_N")]
     pub axial_force: f64,
     /// `rotated` (default) or `printed`, which is no rotation: its force does not turn with the path.
@@ -41,7 +41,7 @@ pub struct PathFrameSpec {
     pub law: ForceLaw,
 }
 
-/// A wrench table in a file.
+/// The table `table`: a wrench table in a file.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TableSpec {
@@ -49,7 +49,7 @@ pub struct TableSpec {
     pub file: String,
 }
 
-/// Slot milling; see [`crate::process::cutting::SlotMilling`].
+/// The table `slot_milling`; see [`crate::process::cutting::SlotMilling`].
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SlotMillingSpec {
@@ -83,7 +83,7 @@ pub struct SlotMillingSpec {
 }
 
 impl SlotMillingSpec {
-    /// Its cutting coefficients.
+    /// Returns the cutting coefficients.
     pub(super) fn coefficients(&self) -> CoefficientsSpec {
         CoefficientsSpec {
             tangential_cutting: self.tangential_cutting,
@@ -96,7 +96,7 @@ impl SlotMillingSpec {
     }
 }
 
-/// Milling with the side of an end mill; see [`crate::process::cutting::EndMilling`].
+/// The table `end_milling`; see [`crate::process::cutting::EndMilling`].
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct EndMillingSpec {
@@ -108,16 +108,16 @@ pub struct EndMillingSpec {
     pub axial_depth_mm: f64,
     /// b.
     pub radial_width_mm: f64,
-    /// On which side the material is; not asked for where the cut is as wide as the cutter.
+    /// Up or down milling; not needed where the cut is as wide as the cutter.
     pub cut: Option<CutSpec>,
     /// c; from feed and spindle speed of the path if not given.
     pub feed_per_tooth_mm: Option<f64>,
     /// Which way the spindle turns, seen from the spindle.
     #[serde(default)]
     pub spindle: SpindleSpec,
-    /// Mean or peak.
+    /// Whether the load is the mean or the peak of a revolution.
     #[serde(default)]
-    pub load: OverTurnSpec,
+    pub load: MeanOrPeakSpec,
     /// Coefficients: these, Kienzle's law or a material.
     pub coefficients: Option<CoefficientsSpec>,
     /// Kienzle's law.
@@ -130,7 +130,7 @@ pub struct EndMillingSpec {
     pub axial_ratio: Option<f64>,
 }
 
-/// Average cutting coefficients.
+/// Average cutting coefficients as written: K_c in N/mm², K_e in N/mm.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CoefficientsSpec {
@@ -154,18 +154,18 @@ pub struct CoefficientsSpec {
     pub axial_edge: f64,
 }
 
-/// Kienzle's law.
+/// The coefficients of Kienzle's law as written.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct KienzleSpec {
-    /// k_c1.1.
+    /// k_c1.1, N/mm².
     #[serde(rename = "specific_force_N_per_mm2")]
     pub specific_force: f64,
-    /// m_c.
+    /// m_c, from 0 to below 1.
     pub exponent: f64,
 }
 
-/// How the teeth go through the material at the side of the cutter.
+/// Up or down milling, as written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum CutSpec {
@@ -175,18 +175,18 @@ pub enum CutSpec {
     Down,
 }
 
-/// Which force of a turn is meant.
+/// Which force of a revolution to use, as written.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum OverTurnSpec {
-    /// Its mean.
+pub enum MeanOrPeakSpec {
+    /// The mean.
     #[default]
     Mean,
-    /// Its largest.
+    /// The largest.
     Peak,
 }
 
-/// Thrust and torque of a twist drill; see [`crate::process::cutting::Drilling`].
+/// The table `drilling`; see [`crate::process::cutting::Drilling`].
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DrillingSpec {
@@ -199,17 +199,17 @@ pub struct DrillingSpec {
     pub spindle: SpindleSpec,
     /// Kienzle's law of the lips: this, a material constant or a material.
     pub kienzle: Option<KienzleSpec>,
-    /// K of twist drills.
+    /// The material constant K of twist drills.
     pub material_constant: Option<f64>,
     /// A material of `materials.toml`.
     pub material: Option<String>,
-    /// 2 κ, with Kienzle's law; 118 if not given.
+    /// The point angle 2 κ, with Kienzle's law; 118 if not given.
     pub point_angle_deg: Option<f64>,
-    /// q, with Kienzle's law; 0.5 if not given.
+    /// The thrust ratio q, with Kienzle's law; 0.5 if not given.
     pub thrust_ratio: Option<f64>,
 }
 
-/// Which way the spindle turns, seen from the spindle towards the workpiece.
+/// The spindle's direction of rotation as written, seen from the spindle towards the workpiece.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum SpindleSpec {
@@ -221,11 +221,11 @@ pub enum SpindleSpec {
 }
 
 impl SpindleSpec {
-    /// The same as a sense of turning.
-    pub(super) fn turn(self) -> Turn {
+    /// Converts to a direction of rotation.
+    pub(super) fn turn(self) -> TurnDirection {
         match self {
-            Self::Clockwise => Turn::Clockwise,
-            Self::CounterClockwise => Turn::CounterClockwise,
+            Self::Clockwise => TurnDirection::Clockwise,
+            Self::CounterClockwise => TurnDirection::CounterClockwise,
         }
     }
 }

@@ -1,9 +1,10 @@
-//! A process file, checked: where the workpiece stands, what force the cut makes, what the real machine differs by and
-//! what compensation may do.
+//! The process file, checked: placement of the workpiece, cutting force, errors of the real machine, and limits of compensation.
 
 pub mod chain_errors;
 mod force;
 pub(crate) mod force_spec;
+#[cfg(not(target_family = "wasm"))]
+mod redundancy;
 mod resolve;
 #[cfg(not(target_family = "wasm"))]
 mod robot;
@@ -11,8 +12,6 @@ mod robot;
 mod rotary;
 pub(crate) mod spec;
 mod tool_force;
-#[cfg(not(target_family = "wasm"))]
-mod redundancy;
 
 use crate::{
     compensation::{ErrorNorm, Target},
@@ -26,45 +25,44 @@ use crate::{
         CuttingRule, PathReference, Placement,
         cutting::{CuttingLaw, LoadError, OwnForces, PathLoad},
         file::spec::ProcessSpec,
-        not_followed::not_followed,
+        not_followed::first_unreachable,
     },
     toolpath::{
         FormatError, NumberFormat, PathPoint, Sampling, Toolpath,
-        gcode::{GcodeOptions, Writing},
+        gcode::{GcodeOptions, WriteOptions},
     },
 };
 
-/// A checked process for one machine.
+/// A process checked for one machine: placement, cutting forces, chain errors, limits, and how programs are read and written.
 #[derive(Debug, Clone)]
 pub struct Process {
-    /// The machine it is for, with the tool of the process.
+    /// The machine of the process, with the tool of the process.
     pub machine: Machine,
-    /// Whether the tool is another than the machine file's.
+    /// Whether the process gives a tool other than that of the machine file.
     pub has_own_tool: bool,
-    /// How far the tool may be from where it should be, mm, if the file says it.
+    /// Tolerance of the tool's position, mm, if the file gives it.
     pub tolerance_mm: Option<f64>,
-    /// Where the workpiece stands, and whose positions the path gives.
+    /// The placement of the workpiece, and the point whose positions the path gives.
     pub placement: Placement,
-    /// Whether the file gives the origin of the workpiece; if not, it is that of the base frame.
+    /// Whether the file gives the origin of the workpiece; otherwise it is that of the base frame or carrier.
     pub is_placed: bool,
-    /// The cutting force along the path, where tool and feature have none of their own.
+    /// The cutting force along the path, where tool and feature have no force of their own.
     pub cutting: CuttingLaw,
-    /// Cutting forces of single tools and features.
+    /// Cutting forces specific to single tools and features.
     pub own_forces: OwnForces,
-    /// Which moves cut.
+    /// The rule that decides which moves cut.
     pub cutting_rule: CuttingRule,
     /// Errors of each chain of the machine, in its order.
     pub errors: Vec<ChainError>,
     /// How finely arcs and long lines of a program are split.
     pub sampling: Sampling,
-    /// What bounds the corrections.
+    /// Limits of corrections and drive forces.
     pub limits: CorrectionLimits,
-    /// What compensation puts right.
+    /// What is compensated: position or full pose.
     pub target: Target,
-    /// Along a program, the length behind a corner over which the cutting force goes over from one move to the next, mm; at 0 it
-    /// jumps.
+    /// Along a program, the length after a corner over which the cutting force is blended from one move to the next, mm; at 0 it jumps.
     pub corner_mm: f64,
-    /// How the turn about the tool's axis is chosen. Pages are small, and have no threads to seek it on.
+    /// How the redundancy angle γ is chosen; not for pages, which are small and have no threads for the search.
     #[cfg(not(target_family = "wasm"))]
     pub redundancy: crate::process::RedundancySettings,
     /// What a G-code program does not say itself.
@@ -78,11 +76,11 @@ pub struct Process {
     pub write_tolerance_mm: f64,
     /// Whether a flat arc may be written as a helical one.
     pub helical_arcs: bool,
-    /// Tables that only a toolpath has a use for and that say something.
-    pub of_paths: Vec<&'static str>,
-    /// What its keys begin with in the file that they stand in: nothing in a process file, `process.` in a study.
+    /// Tables given in the file that only apply to toolpaths.
+    pub path_only_tables: Vec<&'static str>,
+    /// Prefix of the process's keys in their file: empty in a process file, `process.` in a study.
     pub key_prefix: &'static str,
-    /// What decides it.
+    /// The texts of the files that define the process.
     pub inputs: Inputs,
 }
 
@@ -114,7 +112,7 @@ pub struct CorrectionLimits {
     pub correction_change_mm: Option<f64>,
     /// Most force of a drive, N.
     pub force_N: Option<f64>,
-    /// What is made small where limits bind.
+    /// The error norm to minimise where limits bind.
     pub objective: ErrorNorm,
 }
 
@@ -125,41 +123,36 @@ impl CorrectionLimits {
     }
 }
 
-/// Decimals of written coordinates; `None` leaves those of the program.
+/// Numbers of decimals of written coordinates; `None` keeps those of the program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Decimals {
-    /// Of coordinates in mm.
+    /// Decimals of coordinates in mm.
     pub mm: Option<u8>,
-    /// Of coordinates in inches.
+    /// Decimals of coordinates in inches.
     pub inch: Option<u8>,
 }
 
 impl Decimals {
-    /// The format to write a program or polyline with whose own format is `own`.
-    ///
-    /// # Errors
-    /// When there are no such decimals; never for those of a checked [`Process`].
+    /// Returns the format in which a program or polyline with the format `own` is written; never fails for a checked [`Process`].
     pub fn format(self, own: NumberFormat) -> std::result::Result<NumberFormat, FormatError> {
         NumberFormat::new(self.mm.unwrap_or(own.mm_decimals()), self.inch.unwrap_or(own.inch_decimals()))
     }
 }
 
 impl Process {
-    /// How a program is written whose own decimals are `own`.
-    ///
-    /// # Errors
-    /// As [`Decimals::format`].
-    pub fn writing(&self, own: NumberFormat) -> std::result::Result<Writing, FormatError> {
+    /// Returns the options to write a program whose own format is `own`. Fails as [`Decimals::format`] does.
+    pub fn write_options(&self, own: NumberFormat) -> std::result::Result<WriteOptions, FormatError> {
         let helical_arcs = self.helical_arcs;
-        Ok(Writing { helical_arcs, ..Writing::within(self.write_tolerance_mm, self.decimals.format(own)?) })
+        Ok(WriteOptions {
+            helical_arcs,
+            ..WriteOptions::with_tolerance(self.write_tolerance_mm, self.decimals.format(own)?)
+        })
     }
 
-    /// `path` with what cuts marked as the file says; `origin` names the path in errors.
-    ///
-    /// # Errors
-    /// Nothing of a path with moves that may cut does, or the path turns the tool as the machine cannot.
-    pub fn with_cuts(&self, path: Toolpath, origin: &str) -> Result<Toolpath> {
-        if let Some((point, why)) = not_followed(&self.machine, &self.placement, &path) {
+    /// Returns `path` with its cutting points marked by the file's cutting rule; `origin` names the path in errors. Fails when no move that
+    /// may cut does, or the machine cannot reach an orientation of the path.
+    pub fn mark_cutting(&self, path: Toolpath, origin: &str) -> Result<Toolpath> {
+        if let Some((point, why)) = first_unreachable(&self.machine, &self.placement, &path) {
             let problem = format!("move {} {why}", point.source.segment + 1);
             return Err(Error::Argument { argument: origin.into(), problem });
         }
@@ -181,52 +174,42 @@ impl Process {
         Ok(path)
     }
 
-    /// The load at every point of `path`, in order.
-    ///
-    /// # Errors
-    /// As [`OwnForces::check`] and [`CuttingLaw::load`].
+    /// Computes the load at every point of `path`, in order. Fails like [`OwnForces::check`] and [`CuttingLaw::load`].
     pub fn loads(&self, path: &Toolpath) -> std::result::Result<Vec<PathLoad>, LoadError> {
         self.own_forces.check(&self.cutting, path)?;
         path.points().iter().map(|point| self.load(point)).collect()
     }
 
-    /// Whether there is a load at every point of `path`, for which [`Process::load`] may then be asked.
-    ///
-    /// # Errors
-    /// As [`Process::loads`].
+    /// Checks that the load at every point of `path` can be computed by [`Process::load`]. Fails as [`Process::loads`] does.
     pub fn check_loads(&self, path: &Toolpath) -> std::result::Result<(), LoadError> {
         self.own_forces.check(&self.cutting, path)?;
         path.points().iter().try_for_each(|point| self.load(point).map(drop))
     }
 
-    /// The load at a point of a path.
-    ///
-    /// # Errors
-    /// As [`CuttingLaw::load`].
+    /// Computes the load at a point of a path, by the law of its feature, its tool or the process. Fails as [`CuttingLaw::load`] does.
     pub fn load(&self, point: &PathPoint) -> std::result::Result<PathLoad, LoadError> {
-        self.own_forces.at(point).unwrap_or(&self.cutting).load(point)
+        self.own_forces.law_at(point).unwrap_or(&self.cutting).load(point)
     }
 
-    /// Where the workpiece stands, what is cut, and what of its paths the machine does not control, as labels and words.
+    /// Describes placement, cutting moves, tool and uncontrolled coordinates, as labels and words.
     pub fn facts(&self) -> Vec<(&'static str, String)> {
-        let mut facts = vec![("workpiece", self.place_words()), ("counts as cutting", self.cutting_rule.words())];
+        let mut facts = vec![("workpiece", self.placement_words()), ("counts as cutting", self.cutting_rule.words())];
         facts.extend((!self.own_forces.is_empty()).then(|| ("cutting force", self.own_forces.words())));
         facts.extend(self.has_own_tool.then(|| ("tool", self.machine.tool_words())));
         facts.extend(self.machine.uncontrolled_words().map(|words| (NOT_CONTROLLED, words)));
         facts
     }
 
-    /// What of [`Process::facts`] nobody may have meant: where the workpiece stands if the file does not say it, and what of
-    /// its paths the machine does not control.
+    /// Describes those of [`Process::facts`] that may not be intended: an assumed placement, and coordinates that the machine does not control.
     pub fn assumed(&self) -> Vec<(&'static str, String)> {
         let mut assumed = Vec::new();
-        assumed.extend((!self.is_placed).then(|| ("workpiece", self.place_words())));
+        assumed.extend((!self.is_placed).then(|| ("workpiece", self.placement_words())));
         assumed.extend(self.machine.uncontrolled_words().map(|words| (NOT_CONTROLLED, words)));
         assumed
     }
 
-    /// Where the workpiece stands: in the base of the machine, or on its carrier.
-    pub fn place_words(&self) -> String {
+    /// Describes the placement of the workpiece in the base of the machine or on its carrier.
+    pub fn placement_words(&self) -> String {
         let Placement { origin_mm, roll_pitch_yaw, reference } = &self.placement;
         let place = self.machine.carrier.as_ref().map_or("base", |carrier| &carrier.name);
         let mut words = format!("origin at ({}, {}, {}) mm of the {place}", origin_mm.x, origin_mm.y, origin_mm.z);
@@ -243,29 +226,21 @@ impl Process {
             }
     }
 
-    /// Reads and checks the process file `file` for `machine`.
-    ///
-    /// # Errors
-    /// A file that cannot be read, is not of the expected form, or holds values that make no sense.
+    /// Reads and checks the process file `file` for `machine`. Fails like [`Process::from_toml`], or if the file cannot be read.
     pub fn open(file: &std::path::Path, machine: &Machine) -> Result<Process> {
         let text = crate::input::toml_file::read(file)?;
         let folder = file.parent().map(std::path::Path::to_path_buf).unwrap_or_default();
         Self::from_toml(&text, &file.display().to_string(), folder, machine)
     }
 
-    /// Reads and checks the process file called `name` in `folder` for `machine`.
-    ///
-    /// # Errors
-    /// As [`Process::from_toml`], or a file that cannot be read.
+    /// Reads and checks the process file called `name` in `folder` for `machine`; fails as [`Process::from_toml`] and if it cannot be read.
     pub fn in_folder(folder: &Folder, name: &str, machine: &Machine) -> Result<Process> {
         let text = folder.text(name)?;
         Self::from_toml(&text, &folder.path(name).display().to_string(), folder.of(name), machine)
     }
 
-    /// Checks a process given as TOML text. `origin` names it in errors; a wrench table is sought relative to `folder`.
-    ///
-    /// # Errors
-    /// A text that is not of the expected form, or holds values that make no sense.
+    /// Parses and checks a process given as TOML text; `origin` names it in errors, and wrench tables are relative to `folder`.
+    /// Fails if the text is not of the expected form or holds values that make no sense.
     pub fn from_toml(text: &str, origin: &str, folder: impl Into<Folder>, machine: &Machine) -> Result<Process> {
         let spec: ProcessSpec = crate::input::toml_file::parse_renamed(text, origin, &RENAMED)?;
         let mut process = resolve::file(&spec, &Check::new(origin), &folder.into(), machine)?;
@@ -273,7 +248,7 @@ impl Process {
         Ok(process)
     }
 
-    /// Checks tables that stand at `check` of another file, whose text is not among the process's inputs.
+    /// Checks a process whose tables are part of another file, at `check`; that file's text is not among its inputs.
     pub(crate) fn from_tables(
         spec: &ProcessSpec,
         check: &Check,

@@ -1,31 +1,31 @@
-//! The turn about the tool's axis, from a process file as written to a checked one.
+//! The table `redundancy` of a process file: how the redundancy angle γ is chosen, as written and checked.
 
 use serde::Deserialize;
 
 use crate::{
     input::{check::Check, error::Result},
     machine::{Machine, Motion},
-    process::{GammaChoice, RedundancySettings, RedundancyCost, RedundancyObjective},
+    process::{GammaChoice, RedundancyCost, RedundancyObjective, RedundancySettings},
 };
 
-/// How the turn about the tool's axis is chosen, as written.
+/// The table `redundancy`: how the redundancy angle γ is chosen, as written.
 #[derive(Debug, Clone, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RedundancySpec {
-    /// Which turn the points of a path have.
+    /// How γ is chosen at the points of a path.
     #[serde(default)]
     pub gamma: GammaChoice,
-    /// What of the distance from the path counts.
+    /// Which component of the deviation from the path counts.
     #[serde(default)]
     pub cost: RedundancyCost,
-    /// What is made small over the path.
+    /// Which statistic over the path is minimised.
     #[serde(default)]
     pub objective: RedundancyObjective,
-    /// Between neighbouring turns of the lattice; 5.
+    /// Step between neighbouring angles of the search lattice; 5 if not given.
     pub step_deg: Option<f64>,
-    /// Least and largest turn; a full one if not given.
+    /// Least and largest γ; ±180 if not given.
     pub range_deg: Option<[f64; 2]>,
-    /// Most change of the turn per length of the path; 5.
+    /// Most change of γ per length of the path; 5 if not given.
     pub max_step_deg_per_mm: Option<f64>,
     /// Least inverse condition number of the Jacobian; 0.01.
     pub min_singularity_distance: Option<f64>,
@@ -38,7 +38,7 @@ pub struct RedundancySpec {
 /// The smallest step of the lattice, degrees.
 const FINEST_DEG: f64 = 0.25;
 
-/// Checks the table, which stands at `check`.
+/// Checks the table at `check` and converts it to settings.
 pub(super) fn redundancy(spec: &RedundancySpec, machine: &Machine, check: &Check) -> Result<RedundancySettings> {
     let own = RedundancySettings::default();
     let step_deg = check.key("step_deg").positive(spec.step_deg.unwrap_or(own.step_deg))?;
@@ -73,6 +73,7 @@ pub(super) fn redundancy(spec: &RedundancySpec, machine: &Machine, check: &Check
     })
 }
 
+/// Checks the speed limits of the drives, degrees per second: one for each, and only for machines whose drives are all hinges.
 fn speed_limits(spec: &RedundancySpec, machine: &Machine, check: &Check) -> Result<Vec<f64>> {
     let Some(limits) = &spec.speed_limits_deg_per_s else { return Ok(Vec::new()) };
     if machine.drives().any(|(_, drive)| drive.motion != Motion::Revolute) {

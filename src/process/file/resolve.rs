@@ -1,4 +1,4 @@
-//! From a process file as written to a checked process.
+//! Checks a process file as written and converts it to a process.
 
 use std::collections::BTreeMap;
 
@@ -20,7 +20,7 @@ use crate::{
             force::{force, own_forces},
             spec::{CuttingRuleSpec, GcodeSpec, LimitsSpec, PlacementSpec, ProcessSpec, SamplingSpec},
         },
-        tilt::Turned,
+        tilt::TiltAngles,
     },
     toolpath::{
         NumberFormat, Sampling,
@@ -28,7 +28,7 @@ use crate::{
     },
 };
 
-/// A process file, all of it.
+/// Checks a whole process file.
 pub(super) fn file(spec: &ProcessSpec, check: &Check, folder: &Folder, machine: &Machine) -> Result<Process> {
     match spec.schema {
         Some(version) => check.schema(version)?,
@@ -37,7 +37,7 @@ pub(super) fn file(spec: &ProcessSpec, check: &Check, folder: &Folder, machine: 
     process(spec, check, folder, machine, "")
 }
 
-/// The same tables as part of another file, at `check`.
+/// Checks the tables of a process that are part of another file, at `check`.
 pub(super) fn tables(spec: &ProcessSpec, check: &Check, folder: &Folder, machine: &Machine) -> Result<Process> {
     if spec.schema.is_some() {
         return check.key("schema").fail("belongs at the top of the file".into());
@@ -45,7 +45,7 @@ pub(super) fn tables(spec: &ProcessSpec, check: &Check, folder: &Folder, machine
     process(spec, check, folder, machine, "process.")
 }
 
-/// Its inputs are the files that it names.
+/// Checks all tables of a process; its inputs are the files that it names.
 fn process(
     spec: &ProcessSpec,
     check: &Check,
@@ -55,7 +55,7 @@ fn process(
 ) -> Result<Process> {
     let (cutting, table) = force(&spec.force, folder, &check.key("force"))?;
     let (own_forces, own_tables) = own_forces(&spec.force_of_tool, &spec.force_of_feature, folder, check)?;
-    let features = own_forces.of_features.iter().map(|(text, _)| text.clone()).collect();
+    let features = own_forces.by_feature.iter().map(|(text, _)| text.clone()).collect();
     let check_gcode = check.key("gcode");
     let machine = match &spec.tool {
         Some(tool) => &machine.with_tool(tool, &check.key("tool"))?,
@@ -85,12 +85,13 @@ fn process(
         decimals: decimals(&spec.gcode, &check_gcode)?,
         write_tolerance_mm: write_tolerance(spec, &check_gcode)?,
         helical_arcs: spec.gcode.helical_arcs.unwrap_or(true),
-        of_paths: spec.of_paths(),
+        path_only_tables: spec.path_only_tables(),
         key_prefix,
         inputs: table.and(own_tables),
     })
 }
 
+/// Checks the placement of the workpiece, and that the machine can follow its tilt.
 fn placement(spec: &PlacementSpec, machine: &Machine, check: &Check) -> Result<Placement> {
     let angle = |key: &str, degrees: f64| check.key(key).finite_scalar(degrees).map(f64::to_radians);
     let roll_pitch_yaw = Vector3::new(
@@ -99,7 +100,7 @@ fn placement(spec: &PlacementSpec, machine: &Machine, check: &Check) -> Result<P
         angle("yaw_deg", spec.yaw_deg)?,
     );
     let [roll, pitch, yaw] = [0, 1, 2].map(|i| roll_pitch_yaw[i] != 0.0);
-    Turned { roll, pitch, yaw }.check(machine, |name| check.key(name))?;
+    TiltAngles { roll, pitch, yaw }.check(machine, |name| check.key(name))?;
     Ok(Placement {
         origin_mm: check.key("origin_mm").finite(spec.origin_mm.unwrap_or_default())?,
         roll_pitch_yaw,
@@ -107,6 +108,7 @@ fn placement(spec: &PlacementSpec, machine: &Machine, check: &Check) -> Result<P
     })
 }
 
+/// Checks the rule that decides which moves cut.
 fn cutting_rule(spec: &CuttingRuleSpec, check: &Check) -> Result<CuttingRule> {
     let height = |key: &str, z: Option<f64>| z.map(|z| check.key(key).finite_scalar(z)).transpose();
     let rule = CuttingRule {
@@ -122,6 +124,7 @@ fn cutting_rule(spec: &CuttingRuleSpec, check: &Check) -> Result<CuttingRule> {
     }
 }
 
+/// Checks how finely paths are sampled.
 fn sampling(spec: &SamplingSpec, check: &Check) -> Result<Sampling> {
     let default = Sampling::default();
     let tolerance = spec.chordal_tolerance_mm.unwrap_or(default.chordal_tolerance_mm());
@@ -133,6 +136,7 @@ fn sampling(spec: &SamplingSpec, check: &Check) -> Result<Sampling> {
     sampling.or_else(|error| check.fail(error.to_string()))
 }
 
+/// Checks the limits of corrections and drive forces.
 fn limits(spec: &LimitsSpec, check: &Check) -> Result<CorrectionLimits> {
     let change = check.key("max_correction_change_mm");
     Ok(CorrectionLimits {
@@ -143,12 +147,13 @@ fn limits(spec: &LimitsSpec, check: &Check) -> Result<CorrectionLimits> {
     })
 }
 
-/// Pages get programs that turn as points.
+/// Returns no rotary axes: pages get programs with rotary axes as points.
 #[cfg(target_family = "wasm")]
 fn rotary(_: &GcodeSpec, _: &Machine, _: &Placement, _: Target, _: &Check) -> Result<(Rotary, Vec<RotaryColumn>)> {
     Ok(Default::default())
 }
 
+/// Checks the options for reading G-code.
 fn gcode_options(
     spec: &GcodeSpec,
     machine: &Machine,
@@ -159,7 +164,7 @@ fn gcode_options(
     let given = [spec.g54_mm, spec.g55_mm, spec.g56_mm, spec.g57_mm, spec.g58_mm, spec.g59_mm];
     let mut work_offsets_mm = BTreeMap::new();
     for (number, given) in (1..).zip(given) {
-        if let (Some(offset), Some(given)) = (WorkOffset::numbered(number), given) {
+        if let (Some(offset), Some(given)) = (WorkOffset::from_g10_number(number), given) {
             work_offsets_mm.insert(offset, check.key(&format!("g{}_mm", 53 + number)).finite(given)?);
         }
     }
@@ -193,6 +198,7 @@ fn gcode_options(
     })
 }
 
+/// Checks the decimals of written coordinates.
 fn decimals(spec: &GcodeSpec, check: &Check) -> Result<Decimals> {
     for (key, decimals) in [("decimals_mm", spec.decimals_mm), ("decimals_inch", spec.decimals_inch)] {
         if let Some(decimals) = decimals.filter(|decimals| !(1..=NumberFormat::MAX_DECIMALS).contains(decimals)) {
@@ -202,7 +208,7 @@ fn decimals(spec: &GcodeSpec, check: &Check) -> Result<Decimals> {
     Ok(Decimals { mm: spec.decimals_mm, inch: spec.decimals_inch })
 }
 
-/// A given one, or what hides in the tolerance of the process.
+/// Returns the write tolerance, mm: the given one, or a tenth of the process's tolerance, at most [`WRITE_TOLERANCE_MM`].
 fn write_tolerance(spec: &ProcessSpec, check: &Check) -> Result<f64> {
     match spec.gcode.write_tolerance_mm {
         Some(given) => check.key("write_tolerance_mm").not_negative(given),

@@ -1,4 +1,4 @@
-//! What programs of robots do not say themselves, from a process file: as written, and checked.
+//! The table `robot_program` of a process file: what robot programs do not say themselves, as written and checked.
 
 use std::collections::BTreeMap;
 
@@ -11,7 +11,7 @@ use crate::{
     toolpath::robot::{RobotOptions, rotation_of_abc},
 };
 
-/// What a program of a robot does not say itself.
+/// The table `robot_program`: what a robot or APT program does not say itself.
 #[derive(Debug, Clone, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RobotSpec {
@@ -20,7 +20,7 @@ pub struct RobotSpec {
     /// Poses of bases or work objects in W, by name.
     #[serde(default)]
     pub bases: BTreeMap<String, BaseSpec>,
-    /// What E1, E2, … of the program move, as columns of a path name it.
+    /// The path columns that E1, E2, … of the program move.
     #[serde(default)]
     pub external_axes: Vec<String>,
     /// Subprograms that do not move the tool.
@@ -28,17 +28,18 @@ pub struct RobotSpec {
     pub calls_kept: Vec<String>,
 }
 
-/// Pose of a base in W.
+/// The pose of a base or work object in W, as written.
 #[derive(Debug, Clone, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct BaseSpec {
-    /// Its origin.
+    /// Origin of the base in W.
     pub origin_mm: [f64; 3],
-    /// Its A, B, C, as `tool_rotation_deg`.
+    /// Angles A, B, C of the base, in the convention of `tool_rotation_deg`.
     #[serde(default)]
     pub rotation_deg: [f64; 3],
 }
 
+/// Checks the table and converts it to options for reading programs.
 pub(super) fn options(spec: &RobotSpec, check: &Check) -> Result<RobotOptions> {
     let rotation = |check: &Check, degrees: [f64; 3]| -> Result<UnitQuaternion<f64>> {
         Ok(rotation_of_abc(check.finite(degrees)?.into()))

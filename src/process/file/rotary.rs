@@ -1,4 +1,4 @@
-//! What A, B and C of programs turn: as `[[gcode.rotary]]` says, and as the drives of the machine of these names do.
+//! The rotary axes A, B and C of programs: from `[[gcode.rotary]]` and from the machine's drives of these names.
 
 use nalgebra::Vector3;
 
@@ -8,14 +8,14 @@ use crate::{
     input::{check::Check, error::Result},
     machine::{Machine, RotaryDrive},
     process::{PathReference, Placement},
-    toolpath::gcode::{Rotary, RotaryAxis, RotaryColumn, Turned},
+    toolpath::gcode::{Rotary, RotaryAxis, RotaryColumn, RotarySide},
 };
 
 /// Directions nearer to each other are the same, rad, and axes that pass each other nearer, mm: files have so many digits.
 const SAME_DIRECTION: f64 = 1e-5;
 const SAME_PLACE_MM: f64 = 1e-3;
 
-/// The axes, and those that drives of `machine` are.
+/// Returns the rotary axes of programs, and the path columns of those that are drives of `machine`.
 pub(super) fn rotary(
     spec: &GcodeSpec,
     machine: &Machine,
@@ -23,23 +23,23 @@ pub(super) fn rotary(
     target: Target,
     check: &Check,
 ) -> Result<(Rotary, Vec<RotaryColumn>)> {
-    let mut given = as_given(spec, check)?;
+    let mut given = given_axes(spec, check)?;
     let (mut axes, mut columns) = (Vec::new(), Vec::new());
-    let own = of_machine(machine, placement);
+    let own = machine_axes(machine, placement);
     check_order(&given, &own, machine, check)?;
     check_letters(&given, &own, machine, check)?;
     for (drive, axis) in own {
         // Where the orientation is corrected as well, the drives of a head serve the task, and are no columns of the path.
         if target == Target::FullPose && !drive.carries {
             if let Some((index, given)) = given.iter().find(|(_, given)| given.letter == axis.letter) {
-                check_same(given, &axis, &drive, machine, &check.key("rotary").item(*index))?;
+                check_matches_drive(given, &axis, &drive, machine, &check.key("rotary").item(*index))?;
             }
             continue;
         }
         let is_given = match given.iter().position(|(_, given)| given.letter == axis.letter) {
             Some(at) => {
                 let (index, given) = given.remove(at);
-                check_same(&given, &axis, &drive, machine, &check.key("rotary").item(index))?;
+                check_matches_drive(&given, &axis, &drive, machine, &check.key("rotary").item(index))?;
                 true
             }
             None => false,
@@ -51,8 +51,8 @@ pub(super) fn rotary(
     Ok((Rotary { axes, always_of_tip: spec.rotary_tip == RotaryTip::Always }, columns))
 }
 
-/// As the file says, with their places in its list.
-fn as_given(spec: &GcodeSpec, check: &Check) -> Result<Vec<(usize, RotaryAxis)>> {
+/// Checks the axes given in the file; returns them with their indices in its list.
+fn given_axes(spec: &GcodeSpec, check: &Check) -> Result<Vec<(usize, RotaryAxis)>> {
     let mut axes: Vec<(usize, RotaryAxis)> = Vec::new();
     for (index, given) in spec.rotary.iter().enumerate() {
         let check = check.key("rotary").item(index);
@@ -69,8 +69,8 @@ fn as_given(spec: &GcodeSpec, check: &Check) -> Result<Vec<(usize, RotaryAxis)>>
     Ok(axes)
 }
 
-/// The drives that A, B and C are, with their axes in W, those of a head from the point that the path leads.
-fn of_machine(machine: &Machine, placement: &Placement) -> Vec<(RotaryDrive, RotaryAxis)> {
+/// Returns the machine's drives A, B and C with their axes in W; points of a head's axes are relative to the point that the path gives.
+fn machine_axes(machine: &Machine, placement: &Placement) -> Vec<(RotaryDrive, RotaryAxis)> {
     let rotary = machine.rotary_drives();
     let workpiece = rotary.carrier.compose(&placement.pose());
     let led = match placement.reference {
@@ -83,14 +83,14 @@ fn of_machine(machine: &Machine, placement: &Placement) -> Vec<(RotaryDrive, Rot
             true => workpiece.inverse().transform(drive.through),
             false => workpiece.rotation.tr_mul(&(drive.through - led)),
         };
-        let turns = if drive.carries { Turned::Workpiece } else { Turned::Tool };
+        let turns = if drive.carries { RotarySide::Workpiece } else { RotarySide::Tool };
         let axis = RotaryAxis { letter: drive.letter, about, turns, through_mm: Some(through) };
         (drive, axis)
     });
     drives.collect()
 }
 
-/// A letter is one drive, and where some are drives of the machine, all are: how others follow them is not known.
+/// Checks that each letter is one drive, and that all rotary axes are drives of the machine if any is.
 fn check_letters(
     given: &[(usize, RotaryAxis)],
     own: &[(RotaryDrive, RotaryAxis)],
@@ -120,7 +120,7 @@ fn check_letters(
     }
 }
 
-/// Axes of one kind must follow one another as the drives do.
+/// Checks that the given axes of tool and of workpiece are in the order of the machine's drives.
 fn check_order(
     given: &[(usize, RotaryAxis)],
     own: &[(RotaryDrive, RotaryAxis)],
@@ -143,7 +143,8 @@ fn check_order(
     Ok(())
 }
 
-fn check_same(
+/// Checks that a given axis agrees with the machine's drive of the same letter.
+fn check_matches_drive(
     given: &RotaryAxis,
     own: &RotaryAxis,
     drive: &RotaryDrive,

@@ -1,4 +1,4 @@
-//! A process file as written: raw, units in the keys, unknown keys refused. Checked by [`crate::process::Process`].
+//! The process file as written, with units in the keys; unknown keys are refused. Checked by [`crate::process::Process`].
 
 use std::collections::BTreeMap;
 
@@ -9,21 +9,21 @@ use crate::{
     compensation::{ErrorNorm, Target},
     machine::OtherToolSpec,
     process::PathReference,
-    toolpath::gcode::{ArcCentres, BlockDelete, Dialect, LengthUnit, Turned},
+    toolpath::gcode::{ArcCentres, BlockDelete, Dialect, LengthUnit, RotarySide},
 };
 
-/// The whole file.
+/// A process file as written.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ProcessSpec {
     /// Version of the file format, 1, in a file; not in a study that holds these tables.
     pub schema: Option<u32>,
-    /// How far the tool may be from where it should be; what is asked of the process is then answered against it.
+    /// Tolerance of the tool's position; results are then judged by it.
     pub tolerance_mm: Option<f64>,
-    /// Where the workpiece stands; at the machine's base frame if not given.
+    /// Placement of the workpiece; at the machine's base frame if not given.
     #[serde(default)]
     pub placement: PlacementSpec,
-    /// Another tool than the machine file's.
+    /// A tool that replaces that of the machine file.
     pub tool: Option<OtherToolSpec>,
     /// The cutting force; none if not given.
     #[serde(default)]
@@ -46,10 +46,10 @@ pub struct ProcessSpec {
     /// Limits of corrections and drive forces; none if not given.
     #[serde(default)]
     pub limits: LimitsSpec,
-    /// What compensation puts right.
+    /// What is compensated.
     #[serde(default)]
     pub compensate: CompensateTable,
-    /// How the turn about the tool's axis is chosen.
+    /// How the redundancy angle γ is chosen.
     #[serde(default)]
     #[cfg_attr(target_family = "wasm", expect(dead_code, reason = "pages have the path as it was turned"))]
     pub redundancy: RedundancyTable,
@@ -60,7 +60,7 @@ pub struct ProcessSpec {
     #[cfg(not(target_family = "wasm"))]
     #[serde(default)]
     pub robot_program: super::robot::RobotSpec,
-    /// Not looked at where there are no such programs.
+    /// Ignored where there are no such programs.
     #[cfg(target_family = "wasm")]
     #[serde(default, rename = "robot_program")]
     pub _robot_program: serde::de::IgnoredAny,
@@ -74,8 +74,8 @@ pub(crate) type RedundancyTable = super::redundancy::RedundancySpec;
 pub(crate) type RedundancyTable = serde::de::IgnoredAny;
 
 impl ProcessSpec {
-    /// Tables that only a toolpath has a use for and that say something.
-    pub(crate) fn of_paths(&self) -> Vec<&'static str> {
+    /// Returns the names of the given tables that only apply to toolpaths.
+    pub(crate) fn path_only_tables(&self) -> Vec<&'static str> {
         let given = [
             ("placement", self.placement != PlacementSpec::default()),
             ("force_of_tool", !self.force_of_tool.is_empty()),
@@ -93,7 +93,7 @@ impl ProcessSpec {
     }
 }
 
-/// Pose of the workpiece frame W in the base frame O.
+/// The table `placement`: pose of the workpiece frame W in the base frame O.
 #[derive(Debug, Clone, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PlacementSpec {
@@ -109,12 +109,12 @@ pub struct PlacementSpec {
     /// Angle from the x axis of O to that of W about z.
     #[serde(default)]
     pub yaw_deg: f64,
-    /// Whose positions the path gives.
+    /// The point whose positions the path gives.
     #[serde(default)]
     pub reference: PathReference,
 }
 
-/// Which moves cut, besides that rapid ones do not; see [`crate::process::CuttingRule`].
+/// The table `cutting`: which moves that are not rapid cut; see [`crate::process::CuttingRule`].
 #[derive(Debug, Clone, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CuttingRuleSpec {
@@ -126,15 +126,15 @@ pub struct CuttingRuleSpec {
     pub max_feed_mm_per_min: Option<f64>,
 }
 
-/// How finely arcs and long lines are split.
+/// The table `sampling`: how finely arcs and long lines are split.
 #[derive(Debug, Clone, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SamplingSpec {
-    /// The most an arc may stand off its chord; 0.001.
+    /// Largest distance of an arc from its chord; 0.001 if not given.
     pub chordal_tolerance_mm: Option<f64>,
-    /// The longest piece; 1.
+    /// The longest piece; 1 if not given.
     pub max_segment_mm: Option<f64>,
-    /// The most the tool turns along a piece; 2.
+    /// The largest rotation of the tool along a piece; 2 if not given.
     pub max_turn_deg: Option<f64>,
 }
 
@@ -145,21 +145,21 @@ pub(crate) type RotaryList = Vec<RotarySpec>;
 #[cfg(target_family = "wasm")]
 pub(crate) type RotaryList = serde::de::IgnoredAny;
 
-/// A rotary axis of the control.
+/// An item of `[[gcode.rotary]]`: a rotary axis of the control.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RotarySpec {
     /// A, B or C.
     pub letter: char,
-    /// The direction it turns about, right-handed, with all axes at 0; W axes.
+    /// Direction of the axis with all axes at 0, about which it turns right-handed; W axes.
     pub about: [f64; 3],
-    /// What it turns.
-    pub turns: Turned,
-    /// A point of its axis: of a table in W, of a head from the tip of the tool.
+    /// What the axis turns: tool or workpiece.
+    pub turns: RotarySide,
+    /// A point of the axis: of a table in W, of a head from the tip of the tool.
     pub through_mm: Option<[f64; 3]>,
 }
 
-/// Whether X, Y and Z are those of the tip while A, B and C turn.
+/// When X, Y and Z are coordinates of the tip while A, B and C turn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum RotaryTip {
@@ -170,7 +170,7 @@ pub enum RotaryTip {
     Always,
 }
 
-/// Limits of corrections and drive forces.
+/// The table `limits`: limits of corrections and drive forces.
 #[derive(Debug, Clone, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LimitsSpec {
@@ -181,23 +181,23 @@ pub struct LimitsSpec {
     /// Most force of a drive.
     #[serde(rename = "force_limit_N")]
     pub force_limit: Option<f64>,
-    /// What is made small where the limits do not allow to put everything right.
+    /// The error norm to minimise where the limits bind.
     #[serde(default)]
     pub objective: ErrorNorm,
 }
 
-/// What compensation puts right.
+/// The table `compensate`: what is compensated, and force blending at corners.
 #[derive(Debug, Clone, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CompensateTable {
-    /// The point brought onto the path.
+    /// What is brought onto the path: position or full pose.
     #[serde(default)]
     pub target: Target,
-    /// Along a program, the length behind a corner over which the cutting force goes over from one move to the next; 2.
+    /// Along a program, the length after a corner over which the cutting force is blended from one move to the next; 2 if not given.
     pub corner_mm: Option<f64>,
 }
 
-/// What a G-code program does not say itself.
+/// The table `gcode`: what a G-code program does not say itself, and how it is written.
 #[derive(Debug, Clone, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct GcodeSpec {
@@ -218,31 +218,29 @@ pub struct GcodeSpec {
     /// Zeros of the others in W, by name: `G59.1`, `G54.1 P7`.
     #[serde(default)]
     pub offsets_mm: BTreeMap<String, [f64; 3]>,
-    /// Where the tool is before the program begins, W; not known if not given.
+    /// Position of the tool before the program begins, W; unknown if not given.
     pub start_mm: Option<[f64; 3]>,
     /// The unit before the first G20 or G21; mm if not given.
     pub unit: Option<LengthUnit>,
     /// Whether lines with a leading `/` run or are skipped.
     #[serde(default)]
     pub block_delete: BlockDelete,
-    /// What I, J and K lead from before the first G90.1 or G91.1.
+    /// The reference of I, J and K before the first G90.1 or G91.1.
     #[serde(default)]
     pub arc_centres: ArcCentres,
-    /// What A, B and C turn, from the base of the machine outwards; nothing if not given.
+    /// The rotary axes A, B and C, from the base of the machine outwards; none if not given.
     #[serde(default)]
     pub rotary: RotaryList,
-    /// Whether X, Y and Z are those of the tip while A, B and C turn.
+    /// When X, Y and Z are coordinates of the tip while A, B and C turn.
     #[serde(default)]
     pub rotary_tip: RotaryTip,
-    /// Whether programs are written out as the motion that they make before they are read; if not given, those that cannot be read
-    /// otherwise are.
+    /// Whether programs are expanded into their moves before they are read; if not given, only those that cannot be read otherwise.
     pub expand: Option<bool>,
     /// Decimals of coordinates written in mm; those of the program if not given.
     pub decimals_mm: Option<u8>,
     /// Decimals of coordinates written in inches; those of the program if not given.
     pub decimals_inch: Option<u8>,
-    /// How far from corrected points the arcs and lines may pass that a block is written as; 0.005, or a tenth of `tolerance_mm` if
-    /// that is less.
+    /// How far from corrected points written arcs and lines may pass; 0.005, or a tenth of `tolerance_mm` if that is less.
     pub write_tolerance_mm: Option<f64>,
     /// Whether a flat arc may be written as a helical one; true if not given.
     pub helical_arcs: Option<bool>,

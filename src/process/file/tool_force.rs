@@ -1,15 +1,15 @@
-//! Force of an end mill or a drill from a process file, checked: its geometry, and coefficients given or of a material.
+//! Checks the force of an end mill or a drill in a process file: its geometry, and coefficients given or of a material.
 
 use std::f64::consts::FRAC_PI_2;
 
 use super::{
     force::{coefficients, teeth},
-    force_spec::{CutSpec, DrillingSpec, EndMillingSpec, KienzleSpec, OverTurnSpec},
+    force_spec::{CutSpec, DrillingSpec, EndMillingSpec, KienzleSpec, MeanOrPeakSpec},
 };
 use crate::{
     input::{check::Check, error::Result},
     process::cutting::{
-        CutDirection, CuttingLaw, Drilling, DrillingLaw, EdgeForce, EdgeLaw, EndMilling, Kienzle, OverTurn,
+        CutDirection, CuttingLaw, Drilling, DrillingLaw, EdgeForce, EdgeLaw, EndMilling, Kienzle, MeanOrPeak,
         materials::{self, Coefficients},
     },
 };
@@ -19,6 +19,7 @@ const POINT_ANGLE_DEG: f64 = 118.0;
 /// q of [`DrillingLaw::Kienzle`] if none is given.
 const THRUST_RATIO: f64 = 0.5;
 
+/// Checks the parameters of milling with the side of an end mill.
 pub(super) fn end_milling(spec: &EndMillingSpec, check: &Check) -> Result<CuttingLaw> {
     let diameter_mm = check.key("diameter_mm").positive(spec.diameter_mm)?;
     let width_mm = check.key("radial_width_mm").positive(spec.radial_width_mm)?;
@@ -36,7 +37,7 @@ pub(super) fn end_milling(spec: &EndMillingSpec, check: &Check) -> Result<Cuttin
         }
     };
     Ok(CuttingLaw::EndMilling(EndMilling {
-        edge: edge(spec, check)?,
+        edge: edge_law(spec, check)?,
         diameter_mm,
         teeth: teeth(spec.teeth, check)?,
         depth_mm: check.key("axial_depth_mm").positive(spec.axial_depth_mm)?,
@@ -45,13 +46,14 @@ pub(super) fn end_milling(spec: &EndMillingSpec, check: &Check) -> Result<Cuttin
         feed_per_tooth_mm: check.key("feed_per_tooth_mm").optional_positive(spec.feed_per_tooth_mm)?,
         spindle: spec.spindle.turn(),
         over_turn: match spec.load {
-            OverTurnSpec::Mean => OverTurn::Mean,
-            OverTurnSpec::Peak => OverTurn::Peak,
+            MeanOrPeakSpec::Mean => MeanOrPeak::Mean,
+            MeanOrPeakSpec::Peak => MeanOrPeak::Peak,
         },
     }))
 }
 
-fn edge(spec: &EndMillingSpec, check: &Check) -> Result<EdgeLaw> {
+/// Returns the edge law of an end mill: by given coefficients, Kienzle's law or a material.
+fn edge_law(spec: &EndMillingSpec, check: &Check) -> Result<EdgeLaw> {
     let linear = |[tangential, radial, axial]: [EdgeForce; 3]| {
         if spec.radial_ratio.is_some() || spec.axial_ratio.is_some() {
             let key = if spec.radial_ratio.is_some() { "radial_ratio" } else { "axial_ratio" };
@@ -62,20 +64,21 @@ fn edge(spec: &EndMillingSpec, check: &Check) -> Result<EdgeLaw> {
     };
     match (&spec.coefficients, &spec.kienzle, &spec.material) {
         (Some(given), None, None) => linear(coefficients(given, &check.key("coefficients"))?),
-        (None, Some(given), None) => with_ratios(kienzle(given, &check.key("kienzle"))?, spec, check),
-        (None, None, Some(name)) => match material(name, "milling", &check.key("material"))? {
+        (None, Some(given), None) => kienzle_edge(kienzle(given, &check.key("kienzle"))?, spec, check),
+        (None, None, Some(name)) => match material_coefficients(name, "milling", &check.key("material"))? {
             Coefficients::Milling { tangential, radial, axial } => linear([tangential, radial, axial]),
-            Coefficients::Kienzle(law) => with_ratios(law, spec, check),
-            Coefficients::Drilling(_) => for_other("drilling", name, "milling", &check.key("material")),
+            Coefficients::Kienzle(law) => kienzle_edge(law, spec, check),
+            Coefficients::Drilling(_) => wrong_operation("drilling", name, "milling", &check.key("material")),
         },
         (a, b, c) => {
             let given = [("coefficients", a.is_some()), ("kienzle", b.is_some()), ("material", c.is_some())];
-            one_of(given, check)
+            not_exactly_one(given, check)
         }
     }
 }
 
-fn with_ratios(tangential: Kienzle, spec: &EndMillingSpec, check: &Check) -> Result<EdgeLaw> {
+/// Combines Kienzle's law with the ratios of radial and axial force, of which the radial one is required.
+fn kienzle_edge(tangential: Kienzle, spec: &EndMillingSpec, check: &Check) -> Result<EdgeLaw> {
     let Some(radial_ratio) = spec.radial_ratio else {
         let problem = "missing: expected the radial force as a share of the tangential one, since Kienzle's law has the \
                        tangential one alone";
@@ -88,6 +91,7 @@ fn with_ratios(tangential: Kienzle, spec: &EndMillingSpec, check: &Check) -> Res
     })
 }
 
+/// Checks the parameters of drilling.
 pub(super) fn drilling(spec: &DrillingSpec, check: &Check) -> Result<CuttingLaw> {
     let constant = |k: f64| {
         let unused = [("point_angle_deg", spec.point_angle_deg), ("thrust_ratio", spec.thrust_ratio)];
@@ -99,16 +103,18 @@ pub(super) fn drilling(spec: &DrillingSpec, check: &Check) -> Result<CuttingLaw>
         }
     };
     let law = match (&spec.kienzle, spec.material_constant, &spec.material) {
-        (Some(given), None, None) => lips(kienzle(given, &check.key("kienzle"))?, spec, check)?,
+        (Some(given), None, None) => kienzle_drilling(kienzle(given, &check.key("kienzle"))?, spec, check)?,
         (None, Some(given), None) => constant(check.key("material_constant").positive(given)?)?,
-        (None, None, Some(name)) => match material(name, "drilling", &check.key("material"))? {
+        (None, None, Some(name)) => match material_coefficients(name, "drilling", &check.key("material"))? {
             Coefficients::Drilling(k) => constant(k)?,
-            Coefficients::Kienzle(law) => lips(law, spec, check)?,
-            Coefficients::Milling { .. } => return for_other("milling", name, "drilling", &check.key("material")),
+            Coefficients::Kienzle(law) => kienzle_drilling(law, spec, check)?,
+            Coefficients::Milling { .. } => {
+                return wrong_operation("milling", name, "drilling", &check.key("material"));
+            }
         },
         (a, b, c) => {
             let given = [("kienzle", a.is_some()), ("material_constant", b.is_some()), ("material", c.is_some())];
-            return one_of(given, check);
+            return not_exactly_one(given, check);
         }
     };
     Ok(CuttingLaw::Drilling(Drilling {
@@ -119,7 +125,8 @@ pub(super) fn drilling(spec: &DrillingSpec, check: &Check) -> Result<CuttingLaw>
     }))
 }
 
-fn lips(lip: Kienzle, spec: &DrillingSpec, check: &Check) -> Result<DrillingLaw> {
+/// Returns Kienzle's law for the lips of a drill, with its point angle and thrust ratio.
+fn kienzle_drilling(lip: Kienzle, spec: &DrillingSpec, check: &Check) -> Result<DrillingLaw> {
     let point_angle = spec.point_angle_deg.unwrap_or(POINT_ANGLE_DEG);
     if !(30.0..=180.0).contains(&point_angle) {
         return check.key("point_angle_deg").fail(format!("must be from 30 to 180, got {point_angle}"));
@@ -131,6 +138,7 @@ fn lips(lip: Kienzle, spec: &DrillingSpec, check: &Check) -> Result<DrillingLaw>
     })
 }
 
+/// Checks the coefficients of Kienzle's law.
 fn kienzle(spec: &KienzleSpec, check: &Check) -> Result<Kienzle> {
     if !(0.0..1.0).contains(&spec.exponent) {
         return check.key("exponent").fail(format!("must be from 0 to below 1, got {:?}", spec.exponent));
@@ -139,8 +147,8 @@ fn kienzle(spec: &KienzleSpec, check: &Check) -> Result<Kienzle> {
     Ok(Kienzle { specific_force, exponent: spec.exponent })
 }
 
-/// What is published of the material `name`; the error names those that have a use in `work`.
-fn material(name: &str, work: &str, check: &Check) -> Result<Coefficients> {
+/// Returns the coefficients of the material `name`; the error lists the materials for `work`, milling or drilling.
+fn material_coefficients(name: &str, work: &str, check: &Check) -> Result<Coefficients> {
     let all = materials::all()?;
     if let Some(found) = all.iter().find(|material| material.name == name) {
         return Ok(found.coefficients);
@@ -154,12 +162,13 @@ fn material(name: &str, work: &str, check: &Check) -> Result<Coefficients> {
     check.fail(format!("no material is called \"{name}\"; for {work} there are: {names}"))
 }
 
-fn for_other<T>(has: &str, name: &str, work: &str, check: &Check) -> Result<T> {
+/// Returns the error that a material has coefficients for another operation only.
+fn wrong_operation<T>(has: &str, name: &str, work: &str, check: &Check) -> Result<T> {
     check.fail(format!("of \"{name}\" there are numbers for {has}, not for {work}"))
 }
 
-/// The error that not exactly one of three keys is given.
-fn one_of<T>(keys: [(&str, bool); 3], check: &Check) -> Result<T> {
+/// Returns the error that not exactly one of three keys is given.
+fn not_exactly_one<T>(keys: [(&str, bool); 3], check: &Check) -> Result<T> {
     let [a, b, c] = keys.map(|(key, _)| key);
     let given: Vec<&str> = keys.iter().filter(|(_, given)| *given).map(|(key, _)| *key).collect();
     let got = if given.is_empty() { "none".into() } else { given.join(", ") };

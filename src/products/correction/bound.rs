@@ -1,4 +1,4 @@
-//! The farthest that the tool is from where it is wanted, sought over all positions of a box and all forces up to the largest one.
+//! Searches the largest distance of the tool from where it is wanted, over all positions of a box and all forces up to the largest one.
 //!
 //! The loaded machine itself is asked, in three steps that are the same each time: on a lattice of half the cells of the table, where the
 //! error of linear interpolation is largest, without force and with the largest one along each axis; at the points of a Halton
@@ -17,7 +17,7 @@ use serde::Serialize;
 
 use super::{
     CorrectionQuestion, Corrector,
-    loaded::{Loaded, at_each},
+    loaded::{LoadedMachine, map_places},
 };
 use crate::{
     input::error::{Error, Result},
@@ -26,7 +26,7 @@ use crate::{
     work::{Event, Stage, Work},
 };
 
-/// A largest error, and where it was found.
+/// The largest error found, and where.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[allow(non_snake_case, reason = "the unit is N, not n")]
 pub struct Worst {
@@ -36,17 +36,17 @@ pub struct Worst {
     pub position_mm: [f64; 3],
     /// Force on the tool tip in O axes, N.
     pub force_N: [f64; 3],
-    /// How many positions and forces were looked at.
+    /// Number of positions and forces visited.
     pub looked_at: usize,
 }
 
-/// Points of the Halton sequence.
+/// Number of points of the Halton sequence.
 const SPREAD: usize = 2048;
-/// Searches by Nelder–Mead.
+/// Number of Nelder–Mead searches.
 const STARTS: usize = 16;
 
-/// The worst that is found with `corrector`, on the current rayon pool; `cells` is the grid whose cells are looked into. One on the
-/// lattice that is larger than `enough` mm ends the search.
+/// Returns the largest error found with `corrector`, on the current rayon pool; `cells` is the grid whose cells are searched. An error above
+/// `enough` mm on the lattice ends the search.
 ///
 /// # Errors
 /// A position that the machine does not reach, or at which it does not stand. Of `work`.
@@ -59,21 +59,21 @@ pub fn worst(
     work: &Work,
 ) -> Result<Worst> {
     let search = Search { question, machines, corrector, cells };
-    let mut cases = lattice(question, cells);
+    let mut cases = lattice_cases(question, cells);
     work.tell(Event::Stage(Stage { of: "points off the grid", items: cases.len() + SPREAD }));
     let mut found = search.errors(&cases, work)?;
     let ends_here = found.iter().any(|error| *error > enough);
     if !ends_here {
-        let spread: Vec<Case> = (1..=SPREAD).map(|index| spread(question, index)).collect();
+        let spread: Vec<Case> = (1..=SPREAD).map(|index| halton_case(question, index)).collect();
         found.extend(search.errors(&spread, work)?);
         cases.extend(spread);
     }
     let mut looked_at = cases.len();
     let mut ranked: Vec<usize> = (0..looked_at).collect();
     ranked.sort_by(|&a, &b| found[b].total_cmp(&found[a]).then(a.cmp(&b)));
-    let starts = if ends_here { Vec::new() } else { search.apart(&cases, &ranked) };
+    let starts = if ends_here { Vec::new() } else { search.separate_starts(&cases, &ranked) };
     let ends = starts.par_iter().map_init(
-        || Loaded::new(question, machines),
+        || LoadedMachine::new(question, machines),
         |loaded, &start| {
             work.check()?;
             climb(&search, loaded, cases[start], found[start])
@@ -89,7 +89,7 @@ pub fn worst(
     Ok(Worst { error_mm: found[largest], position_mm: position.into(), force_N: force.into(), looked_at })
 }
 
-/// The worst at the nodes of `nodes` alone, under forces of several sizes and in many directions.
+/// Returns the largest error at the nodes themselves, mm, under forces of several sizes and directions.
 pub(super) fn worst_at_nodes(
     question: &CorrectionQuestion,
     machines: &Machines,
@@ -102,7 +102,7 @@ pub(super) fn worst_at_nodes(
     Ok(search.errors(&cases, work)?.into_iter().fold(0.0, f64::max))
 }
 
-/// A way to correct, and the cells that are looked into.
+/// Input of the search: a way to correct, and the cells to search.
 struct Search<'a> {
     question: &'a CorrectionQuestion,
     machines: &'a Machines,
@@ -111,18 +111,19 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
+    /// Returns the error of each case, mm.
     fn errors(&self, cases: &[Case], work: &Work) -> Result<Vec<f64>> {
-        at_each(self.question, self.machines, cases.len(), work, |loaded, index| self.error(loaded, &cases[index]))
+        map_places(self.question, self.machines, cases.len(), work, |loaded, index| self.error(loaded, &cases[index]))
     }
 
-    /// How far the tool is off there, mm.
-    fn error(&self, loaded: &mut Loaded<'_>, (position, force): &Case) -> Result<f64> {
-        let at = loaded.stand(*position)?;
+    /// Returns the distance of the tool from where it is wanted in a case, mm.
+    fn error(&self, loaded: &mut LoadedMachine<'_>, (position, force): &Case) -> Result<f64> {
+        let at = loaded.nominal_at(*position)?;
         loaded.residual_mm(&at, *force, &self.corrector.correction(&at, *position, *force))
     }
 
-    /// The worst cases, no two of them in the same cell.
-    fn apart(&self, cases: &[Case], ranked: &[usize]) -> Vec<usize> {
+    /// Returns the indices of the worst cases, no two of them in the same cell.
+    fn separate_starts(&self, cases: &[Case], ranked: &[usize]) -> Vec<usize> {
         let cell = |index: usize| {
             let (position, _) = cases[index];
             [0, 1, 2].map(|axis| self.cells.axes[axis].partition_point(|node| *node <= position[axis]))
@@ -140,15 +141,15 @@ impl Search<'_> {
     }
 }
 
-/// Most iterations.
+/// Most iterations of a Nelder–Mead search.
 const ITERATIONS: u64 = 80;
-/// First simplex: shares of a cell and of the largest force.
+/// Size of the first simplex, as shares of a cell and of the largest force.
 const FIRST: [f64; 2] = [0.2, 0.3];
-/// A spread of the errors of a simplex below this share of the largest one is none.
+/// Spread of the errors of a simplex at which the search ends, as a share of the largest.
 const SPREAD_LEFT: f64 = 1e-4;
 
-/// Nelder–Mead from `start`: the worst case it finds, and how many it looked at.
-fn climb(search: &Search<'_>, loaded: &mut Loaded<'_>, start: Case, error: f64) -> Result<(Case, f64, usize)> {
+/// Searches by Nelder–Mead from `start`; returns the worst case, its error in mm, and the number of cases visited.
+fn climb(search: &Search<'_>, loaded: &mut LoadedMachine<'_>, start: Case, error: f64) -> Result<(Case, f64, usize)> {
     let count = search.question.axes().count() + force_variables(search);
     if count == 0 || error == 0.0 {
         return Ok((start, error, 0));
@@ -156,9 +157,9 @@ fn climb(search: &Search<'_>, loaded: &mut Loaded<'_>, start: Case, error: f64) 
     let climb = Climb {
         search,
         fixed: start.0,
-        seen: Mutex::new(Seen { loaded, best: (start, error), fault: None, count: 0 }),
+        seen: Mutex::new(ClimbState { loaded, best: (start, error), fault: None, count: 0 }),
     };
-    let first = parameters(search, start);
+    let first = case_parameters(search, start);
     let mut simplex = vec![first.clone()];
     for index in 0..count {
         let mut corner = first.clone();
@@ -176,18 +177,20 @@ fn climb(search: &Search<'_>, loaded: &mut Loaded<'_>, start: Case, error: f64) 
     }
 }
 
+/// Returns the number of force components that are varied: 3, or 0 without force.
 fn force_variables(search: &Search<'_>) -> usize {
     if search.question.largest_force_N > 0.0 { 3 } else { 0 }
 }
 
-/// Shares of the box and of the largest force.
-fn parameters(search: &Search<'_>, (position, force): Case) -> Vec<f64> {
+/// Returns a case as shares of the box and of the largest force.
+fn case_parameters(search: &Search<'_>, (position, force): Case) -> Vec<f64> {
     let [min, max] = search.question.corners;
     let mut all: Vec<f64> = search.question.axes().map(|i| (position[i] - min[i]) / (max[i] - min[i])).collect();
     all.extend((force / search.question.largest_force_N).iter().take(force_variables(search)));
     all
 }
 
+/// Returns the first step of parameter number `index` away from its value `from`.
 fn first_step(search: &Search<'_>, index: usize, from: f64) -> f64 {
     match search.question.axes().nth(index) {
         Some(axis) => {
@@ -199,8 +202,8 @@ fn first_step(search: &Search<'_>, index: usize, from: f64) -> f64 {
     }
 }
 
-/// What parameters stand for; outside the box and beyond the largest force the nearest case inside.
-fn case(search: &Search<'_>, parameters: &[f64], fixed: Vector3<f64>) -> Case {
+/// Returns the case of these parameters; those outside are moved to the nearest case in the box and within the largest force.
+fn case_at(search: &Search<'_>, parameters: &[f64], fixed: Vector3<f64>) -> Case {
     let [min, max] = search.question.corners;
     let (axes, mut position) = (search.question.axes().count(), fixed);
     for (axis, share) in search.question.axes().zip(parameters) {
@@ -211,27 +214,28 @@ fn case(search: &Search<'_>, parameters: &[f64], fixed: Vector3<f64>) -> Case {
     (position, force * (search.question.largest_force_N / force.norm().max(1.0)))
 }
 
-/// What a search has seen.
-struct Seen<'a, 'q> {
-    loaded: &'a mut Loaded<'q>,
+/// Storage and progress of a search.
+struct ClimbState<'a, 'q> {
+    loaded: &'a mut LoadedMachine<'q>,
     best: (Case, f64),
     fault: Option<Error>,
     count: usize,
 }
 
-/// The error as a function of what a search moves.
+/// The negative error as a cost function of the parameters.
 struct Climb<'a, 'q> {
     search: &'a Search<'a>,
     fixed: Vector3<f64>,
-    seen: Mutex<Seen<'a, 'q>>,
+    seen: Mutex<ClimbState<'a, 'q>>,
 }
 
 impl CostFunction for &Climb<'_, '_> {
     type Param = Vec<f64>;
     type Output = f64;
 
+    /// Returns the negative error of a case, since the solver minimises, and notes the worst case.
     fn cost(&self, parameters: &Self::Param) -> std::result::Result<f64, SolverError> {
-        let case = case(self.search, parameters, self.fixed);
+        let case = case_at(self.search, parameters, self.fixed);
         let mut seen = self.seen.lock().unwrap_or_else(PoisonError::into_inner);
         seen.count += 1;
         Ok(match self.search.error(seen.loaded, &case) {
@@ -252,19 +256,19 @@ impl CostFunction for &Climb<'_, '_> {
 /// A position of P (O, mm) and a force on the tool tip (O axes, N).
 type Case = (Vector3<f64>, Vector3<f64>);
 
-/// Corners and middles of cells, faces and edges, under no force and the largest one along each axis.
-fn lattice(question: &CorrectionQuestion, cells: &Grid) -> Vec<Case> {
+/// Returns corners and middles of cells, faces and edges, each under no force and the largest one along each axis.
+fn lattice_cases(question: &CorrectionQuestion, cells: &Grid) -> Vec<Case> {
     let [min, max] = question.corners;
     let grid = Grid::new(min, max, cells.counts().map(|count| 2 * count - 1));
     at_positions(&grid, &axis_forces(question.largest_force_N))
 }
 
-/// Each of the `forces` at each point of a grid.
+/// Returns each of the `forces` at each point of a grid.
 fn at_positions(grid: &Grid, forces: &[Vector3<f64>]) -> Vec<Case> {
     (0..grid.len()).flat_map(|index| forces.iter().map(move |force| (grid.position(index), *force))).collect()
 }
 
-/// The largest force along, and between, the axes, and about half of it.
+/// Returns forces of the size `largest` along and between the axes, and about half of it, N.
 fn force_directions(largest: f64) -> Vec<Vector3<f64>> {
     if largest == 0.0 {
         return vec![Vector3::zeros()];
@@ -274,8 +278,8 @@ fn force_directions(largest: f64) -> Vec<Vector3<f64>> {
     directions.flat_map(|direction| [direction * largest, direction * (0.55 * largest)]).collect()
 }
 
-/// A point of the Halton sequence: position, direction and size of the force.
-fn spread(question: &CorrectionQuestion, index: usize) -> Case {
+/// Returns case number `index` of the Halton sequence over position, direction and size of the force.
+fn halton_case(question: &CorrectionQuestion, index: usize) -> Case {
     let [min, max] = question.corners;
     let at = |base| radical_inverse(index, base);
     let position = min + (max - min).component_mul(&Vector3::new(at(2), at(3), at(5)));
@@ -285,7 +289,7 @@ fn spread(question: &CorrectionQuestion, index: usize) -> Case {
     (position, direction * (size * question.largest_force_N))
 }
 
-/// No force, and one of the size `largest` along each axis, both ways.
+/// Returns no force, and forces of the size `largest` along each axis in both directions, N.
 pub(super) fn axis_forces(largest: f64) -> Vec<Vector3<f64>> {
     let mut forces = vec![Vector3::zeros()];
     if largest > 0.0 {

@@ -1,29 +1,28 @@
-//! What a controller adds to the drives of the rigid machine.
+//! Ways to correct the drives of the rigid machine on a controller.
 
 use nalgebra::Vector3;
 use serde::Serialize;
 
-use super::{CorrectionQuestion, CorrectionTable, loaded::Loaded, table::between};
+use super::{CorrectionQuestion, CorrectionTable, loaded::LoadedMachine, table::bracket};
 use crate::{
     input::error::Result,
     machine::{Configuration, Coordinate, Machine, Motion},
     simulation::Machines,
 };
 
-/// A way to correct.
+/// A way to correct the drives.
 #[derive(Debug, Clone, Copy)]
 pub enum Corrector<'a> {
-    /// Nothing is added.
+    /// No correction.
     Nothing,
     /// A table over positions and forces.
     Table(&'a CorrectionTable),
-    /// A table for each drive over its own position.
+    /// A table of each drive over its own position.
     PerJoint(&'a [JointTable]),
 }
 
 impl Corrector<'_> {
-    /// Δρ of each drive where the nominal machine stands `at` a `position` of P (O, mm) under a force on the tool tip (O axes, N), mm
-    /// or rad.
+    /// Returns Δρ of each drive, mm or rad, where the nominal machine stands `at` a `position` of P (O, mm) under a tool tip force (O axes, N).
     pub fn correction(&self, at: &Configuration, position: Vector3<f64>, force: Vector3<f64>) -> Vec<f64> {
         match self {
             Corrector::Nothing => vec![0.0; at.drives.len()],
@@ -35,42 +34,38 @@ impl Corrector<'_> {
     }
 }
 
-/// Most entries of a table for a drive: those that LinuxCNC reads of a `COMP_FILE`.
+/// Most entries of a table of a single drive: those that LinuxCNC reads from a `COMP_FILE`.
 pub const MOST_ENTRIES: usize = 256;
 
-/// Entries of a table for a drive.
+/// Number of entries of a table of a single drive.
 const ENTRIES: usize = 65;
-/// Positions along each axis from which the tables are made.
+/// Positions sampled for these tables, along the drive's own axis and along the others.
 const SAMPLES: [usize; 2] = [129, 9];
-/// A drive belongs to an axis if it moves with that axis by this share of what it moves with all of them.
+/// Smallest share of a drive's motion along one axis by which it belongs to that axis.
 const OWN_SHARE: f64 = 0.9;
 
-/// Corrections of a drive over its own position, as controls have for errors of screws: all that a control can take which knows neither the
-/// other drives nor the force.
+/// Corrections of a drive over its own position, as controls have for screw errors; they regard neither the other drives nor the force.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct JointTable {
-    /// Its label.
+    /// Label of the drive.
     pub drive: String,
-    /// Nominal positions, ascending, mm.
+    /// Nominal drive positions, ascending, mm.
     pub positions_mm: Vec<f64>,
-    /// Δρ there, mm.
+    /// Δρ at these positions, mm.
     pub corrections_mm: Vec<f64>,
 }
 
 impl JointTable {
-    /// Δρ at a nominal position, mm: linear between entries, that of the nearest entry beyond them.
+    /// Returns Δρ at a nominal position, mm: linear between entries, constant beyond them.
     pub fn correction(&self, position_mm: f64) -> f64 {
-        let (sides, share) = between(&self.positions_mm, position_mm);
+        let (sides, share) = bracket(&self.positions_mm, position_mm);
         let [low, high] = sides.map(|entry| self.corrections_mm[entry]);
         low + share * (high - low)
     }
 }
 
-/// The axis of O to which each drive belongs: slides that move, at home, with one axis and hardly with the others.
-///
-/// # Errors
-/// Why there are no such axes.
-fn own_axes(machine: &Machine) -> std::result::Result<Vec<usize>, String> {
+/// Returns the axis of O of each drive, a slide that at home moves with one axis and hardly with the others; or why there are no such axes.
+fn drive_axes(machine: &Machine) -> std::result::Result<Vec<usize>, String> {
     let no = |reason: &str| Err(format!("a table for each drive over its own position would mean nothing: {reason}"));
     if machine.drives().any(|(_, drive)| drive.motion == Motion::Revolute) {
         return no("not all drives are slides");
@@ -97,37 +92,34 @@ fn own_axes(machine: &Machine) -> std::result::Result<Vec<usize>, String> {
     Ok(axes)
 }
 
-/// The tables that leave each drive as near as can be to the correction of `table` without force: in the middle between the smallest
-/// and the largest at all positions of the box where the drive stands there. Why there are none, if so.
-///
-/// # Errors
-/// A position of the box that the machine does not reach.
-pub(super) fn tables(
+/// Returns the table of each drive: the middle between its smallest and largest correction of `table` without force, over all positions of
+/// the box with the drive there; the inner error says why there are none.
+pub(super) fn joint_tables(
     question: &CorrectionQuestion,
     machines: &Machines,
     table: &CorrectionTable,
 ) -> Result<std::result::Result<Vec<JointTable>, String>> {
-    let axes = match own_axes(&question.machine) {
+    let axes = match drive_axes(&question.machine) {
         Ok(axes) => axes,
         Err(reason) => return Ok(Err(reason)),
     };
-    let loaded = Loaded::new(question, machines);
+    let loaded = LoadedMachine::new(question, machines);
     let labels = question.machine.drive_labels();
     let mut tables = Vec::new();
     for (drive, (axis, label)) in axes.into_iter().zip(labels).enumerate() {
         let samples = question.grid(|other| SAMPLES[usize::from(other != axis)]);
         let found = (0..samples.len()).map(|index| {
             let position = samples.position(index);
-            let nominal = loaded.stand(position)?.drives[drive];
+            let nominal = loaded.nominal_at(position)?.drives[drive];
             Ok((nominal, table.correction(position, Vector3::zeros())[drive]))
         });
-        tables.push(middle(label, &found.collect::<Result<Vec<_>>>()?));
+        tables.push(middle_table(label, &found.collect::<Result<Vec<_>>>()?));
     }
     Ok(Ok(tables))
 }
 
-/// The table in the middle between the smallest and the largest of the corrections found about each entry.
-fn middle(drive: String, found: &[(f64, f64)]) -> JointTable {
+/// Returns the table of `drive` with the middle between the smallest and the largest correction found near each entry.
+fn middle_table(drive: String, found: &[(f64, f64)]) -> JointTable {
     let ends = |ends: [f64; 2], value: f64| [ends[0].min(value), ends[1].max(value)];
     let [low, high] = found.iter().map(|own| own.0).fold([f64::INFINITY, f64::NEG_INFINITY], ends);
     if low >= high {

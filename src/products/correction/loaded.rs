@@ -1,11 +1,11 @@
-//! The loaded machine at a position: what must be commanded there under a force, and what a command leaves; what is left over the box without
-//! correction, with tables and with exact corrections, worst over forces at each point of a grid.
+//! Solves the loaded machine at positions of the box: exact corrections, and residual errors without correction, with tables and with exact
+//! corrections, worst over forces at each point of a grid.
 
 use nalgebra::Vector3;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::{CorrectionAnswer, CorrectionQuestion, Corrector, bound::axis_forces};
+use super::{CorrectionQuestion, CorrectionResult, Corrector, bound::axis_forces};
 use crate::{
     compensation::{Compensation, Method, Session, TaskPoint, compensate, simulate_drives},
     input::error::{Error, Result},
@@ -17,100 +17,95 @@ use crate::{
     work::{Event, Stage, Work},
 };
 
-/// The machine that answers. What it answers depends on nothing that was asked before.
-pub(super) struct Loaded<'a> {
+/// The actual machine under load. Its results do not depend on earlier calls.
+pub(super) struct LoadedMachine<'a> {
     question: &'a CorrectionQuestion,
     session: Session,
 }
 
-impl<'a> Loaded<'a> {
+impl<'a> LoadedMachine<'a> {
+    /// Creates a session of the machine with all error sources.
     pub fn new(question: &'a CorrectionQuestion, machines: &Machines) -> Self {
         Self { question, session: machines.session(Source::All) }
     }
 
-    /// Where the nominal machine stands with P at `position` (O, mm).
-    ///
-    /// # Errors
-    /// It does not reach it.
-    pub fn stand(&self, position: Vector3<f64>) -> Result<Configuration> {
+    /// Returns the configuration of the nominal machine with P at `position` (O, mm), or an error if it is not reached.
+    pub fn nominal_at(&self, position: Vector3<f64>) -> Result<Configuration> {
         let machine = &self.question.machine;
-        let pose = Pose { rotation: self.question.orientation, translation: machine.as_controlled(position) };
+        let pose = Pose { rotation: self.question.orientation, translation: machine.controllable_position(position) };
         let reached = machine.inverse_kinematics(&pose).and_then(|at| {
-            match machine.turns_with_position {
-                true => machine.check_asked(pose.translation, &at)?,
+            match machine.has_parasitic_rotation {
+                true => machine.check_uncontrolled(pose.translation, &at)?,
                 false => machine.check_tracked(&pose, &at)?,
             }
             Ok(at)
         });
-        reached.map_err(|unreachable| hole(position, None, &unreachable.to_string()))
+        reached.map_err(|unreachable| no_correction(position, None, &unreachable.to_string()))
     }
 
-    /// Δρ of each drive by which the tool is where it is wanted under a force on its tip (O axes, N), mm or rad.
-    ///
-    /// # Errors
-    /// There are no such commands.
-    pub fn exact(&mut self, at: &Configuration, force: Vector3<f64>) -> Result<Vec<f64>> {
-        let task = self.stand_at(at, force);
+    /// Returns Δρ of each drive, mm or rad, that brings the loaded tool to its wanted place under a force on its tip (O axes, N), or an error.
+    pub fn exact_delta(&mut self, at: &Configuration, force: Vector3<f64>) -> Result<Vec<f64>> {
+        let task = self.reset_to(at, force);
         let found = compensate(&mut self.session, &task, Method::Direct);
-        self.checked(at, force, &found)?;
+        self.check_solved(at, force, &found)?;
         Ok(found.drives.iter().zip(&at.drives).map(|(rho, nominal)| rho - nominal).collect())
     }
 
-    /// How far the tool is from where it is wanted with the drives corrected by `correction` (mm, rad) under a force on its tip (O
-    /// axes, N), in what is compensated and controlled, mm (rotations at the machine's characteristic length).
-    ///
-    /// # Errors
-    /// The machine does not stand there.
+    /// Returns the residual error in the compensated and controlled coordinates, mm (rotations at the characteristic length), with the drives
+    /// corrected by `correction` (mm, rad) under a force on the tool tip (O axes, N); an error without equilibrium.
     pub fn residual_mm(&mut self, at: &Configuration, force: Vector3<f64>, correction: &[f64]) -> Result<f64> {
-        let task = self.stand_at(at, force);
+        let task = self.reset_to(at, force);
         let drives: Vec<f64> = at.drives.iter().zip(correction).map(|(nominal, own)| nominal + own).collect();
         let found = simulate_drives(&mut self.session, &task, &drives);
-        self.checked(at, force, &found)?;
+        self.check_solved(at, force, &found)?;
         match found.task_error() {
             left if left.is_finite() => Ok(left),
-            _ => Err(hole(at.pose.translation, Some(force), "the error of the tool is not a number")),
+            _ => Err(no_correction(at.pose.translation, Some(force), "the error of the tool is not a number")),
         }
     }
 
-    fn stand_at(&mut self, at: &Configuration, force: Vector3<f64>) -> TaskPoint {
+    /// Resets the session to the rigid machine at `at`, and returns the task point there under `force`.
+    fn reset_to(&mut self, at: &Configuration, force: Vector3<f64>) -> TaskPoint {
         let machine = &self.question.machine;
-        self.session.stand(at, &State::rigid(machine, at));
+        self.session.set_state(at, &State::rigid(machine, at));
         let moment = (at.pose.rotation * machine.tool_tip).cross(&force);
         let target = self.question.target;
         TaskPoint { pose: at.pose, load: Wrench { force, moment }, target, wanted: None, external: None }
     }
 
-    fn checked(&self, at: &Configuration, force: Vector3<f64>, found: &Compensation) -> Result<()> {
+    /// Refuses a compensation that failed, with position, force and reason.
+    fn check_solved(&self, at: &Configuration, force: Vector3<f64>, found: &Compensation) -> Result<()> {
         match found.status.is_success() {
             true => Ok(()),
-            false => Err(hole(at.pose.translation, Some(force), &found.status.reason(&self.question.machine))),
+            false => Err(no_correction(at.pose.translation, Some(force), &found.status.reason(&self.question.machine))),
         }
     }
 }
 
-/// What `each` finds at so many `places`, in their order, on the current rayon pool.
+/// Returns `each` of the numbers below `places`, in order, computed on the current rayon pool.
 ///
 /// # Errors
-/// Of `each`, the first in the order of the places whichever thread was first, and of `work`.
-pub(super) fn at_each<T: Send>(
+/// The first error of `each` in the order of the places, independent of threads; errors of `work`.
+pub(super) fn map_places<T: Send>(
     question: &CorrectionQuestion,
     machines: &Machines,
     places: usize,
     work: &Work,
-    each: impl Fn(&mut Loaded<'_>, usize) -> Result<T> + Sync,
+    each: impl Fn(&mut LoadedMachine<'_>, usize) -> Result<T> + Sync,
 ) -> Result<Vec<T>> {
-    let found = |loaded: &mut Loaded<'_>, place: usize| {
+    let found = |loaded: &mut LoadedMachine<'_>, place: usize| {
         work.check()?;
         let found = each(loaded, place)?;
         work.tell(Event::Computed(1));
         Ok(found)
     };
-    let all: Vec<Result<T>> = (0..places).into_par_iter().map_init(|| Loaded::new(question, machines), found).collect();
+    let all: Vec<Result<T>> =
+        (0..places).into_par_iter().map_init(|| LoadedMachine::new(question, machines), found).collect();
     all.into_iter().collect()
 }
 
-/// A position without which there is no table.
-fn hole(position: Vector3<f64>, force: Option<Vector3<f64>>, reason: &str) -> Error {
+/// Returns the error of a position at which there is no correction, so that there is no table.
+fn no_correction(position: Vector3<f64>, force: Option<Vector3<f64>>, reason: &str) -> Error {
     // What is nothing has no sign.
     let shown = |v: Vector3<f64>| v.map(|value| (value * 1e3).round() / 1e3 + 0.0);
     let under = force.filter(|force| *force != Vector3::zeros()).map(shown);
@@ -122,16 +117,15 @@ fn hole(position: Vector3<f64>, force: Option<Vector3<f64>>, reason: &str) -> Er
     Error::Value { file: Overrides::ORIGIN.into(), key: "box".into(), problem }
 }
 
-/// Most points along an axis.
+/// Most points of the residual grid along an axis.
 const MOST: usize = 9;
 
-/// What is left at a position of P.
+/// Residual errors at a position of P.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ResidualPoint {
     /// P in O, mm.
     pub position_mm: [f64; 3],
-    /// Distance of the tool from where it is wanted, worst over no force and the largest one along each axis, mm: by
-    /// [`ResidualPoint::WAYS`].
+    /// Residual error, mm, worst over no force and the largest one along each axis, for each of [`ResidualPoint::WAYS`].
     pub residual_mm: Vec<f64>,
 }
 
@@ -140,34 +134,34 @@ impl ResidualPoint {
     pub const WAYS: [&str; 4] = ["none", "table", "exact", "per_joint"];
 }
 
-/// The grid that shows what is left: nodes of the table and the middles of its cells, as far as there are not too many.
+/// Returns the grid on which residual errors are shown: nodes of the table and middles of its cells, as far as there are not too many.
 pub fn residual_grid(question: &CorrectionQuestion, nodes: &Grid) -> Grid {
     let [min, max] = question.corners;
     Grid::new(min, max, nodes.counts().map(|count| (2 * count - 1).min(MOST)))
 }
 
-/// What is left at the points of `grid`, in its order, on the current rayon pool.
+/// Returns the residual errors at the points of `grid`, in its order, computed on the current rayon pool.
 ///
 /// # Errors
 /// A position that the machine does not reach, or at which it does not stand. Of `work`.
 pub fn residuals(
     question: &CorrectionQuestion,
-    answer: &CorrectionAnswer,
+    answer: &CorrectionResult,
     grid: &Grid,
     work: &Work,
 ) -> Result<Vec<ResidualPoint>> {
     let machines = Machines::new(&question.machine, &question.errors)?;
     work.tell(Event::Stage(Stage { of: "points of the map", items: grid.len() }));
-    at_each(question, &machines, grid.len(), work, |loaded, index| {
+    map_places(question, &machines, grid.len(), work, |loaded, index| {
         let position = grid.position(index);
-        let at = loaded.stand(position)?;
-        let by = |loaded: &mut Loaded<'_>, corrector: Corrector<'_>| {
-            worst(loaded, &at, question, |_, force| Ok(corrector.correction(&at, position, force)))
+        let at = loaded.nominal_at(position)?;
+        let by = |loaded: &mut LoadedMachine<'_>, corrector: Corrector<'_>| {
+            worst_residual(loaded, &at, question, |_, force| Ok(corrector.correction(&at, position, force)))
         };
         let mut residual_mm = vec![
             by(loaded, Corrector::Nothing)?,
             by(loaded, Corrector::Table(&answer.table))?,
-            worst(loaded, &at, question, |loaded, force| loaded.exact(&at, force))?,
+            worst_residual(loaded, &at, question, |loaded, force| loaded.exact_delta(&at, force))?,
         ];
         if let Ok((tables, _)) = &answer.per_joint {
             residual_mm.push(by(loaded, Corrector::PerJoint(tables))?);
@@ -176,12 +170,12 @@ pub fn residuals(
     })
 }
 
-/// The worst over the forces with the drives corrected as `correction` says of each.
-fn worst(
-    loaded: &mut Loaded<'_>,
+/// Returns the largest residual error over the forces, mm, with the drives corrected by `correction` of each force.
+fn worst_residual(
+    loaded: &mut LoadedMachine<'_>,
     at: &Configuration,
     question: &CorrectionQuestion,
-    correction: impl Fn(&mut Loaded<'_>, Vector3<f64>) -> Result<Vec<f64>>,
+    correction: impl Fn(&mut LoadedMachine<'_>, Vector3<f64>) -> Result<Vec<f64>>,
 ) -> Result<f64> {
     axis_forces(question.largest_force_N).into_iter().try_fold(0.0, |most: f64, force| {
         let correction = correction(loaded, force)?;

@@ -1,9 +1,8 @@
-//! The correction as a table that a controller reads: Figure 1a of the paper.
+//! Corrections as a table that a controller reads: Figure 1a of the paper.
 //!
-//! At each node of a grid over positions of P, for each drive, the correction Δρ by which the loaded tool is where it is wanted, as a
-//! polynomial in the force on the tool tip, so that one table serves measured and predicted forces. Between nodes the controller
-//! interpolates linearly along each axis. The grid is the smallest whose worst error at the tool, sought over positions and forces
-//! with the loaded machine itself, keeps a tolerance.
+//! At each node of a grid over positions of P, for each drive, the correction Δρ by which the loaded tool is where it is wanted, as a polynomial in
+//! the force on the tool tip, so that one table serves measured and predicted forces. Between nodes the controller interpolates linearly along each
+//! axis. The grid is the smallest whose worst error at the tool, sought over positions and forces with the loaded machine itself, keeps a tolerance.
 
 mod bound;
 mod corrector;
@@ -32,7 +31,7 @@ use crate::{
     work::Work,
 };
 
-/// What a table is to hold.
+/// Input of a correction table.
 #[derive(Debug, Clone)]
 #[allow(non_snake_case, reason = "the unit is N, not n")]
 pub struct CorrectionQuestion {
@@ -40,50 +39,49 @@ pub struct CorrectionQuestion {
     pub machine: Machine,
     /// Errors of each chain of the real machine.
     pub errors: Vec<ChainError>,
-    /// What is compensated.
+    /// What is compensated: P, tool tip or full pose.
     pub target: Target,
-    /// `R_OP` at which the platform is commanded.
+    /// Commanded orientation `R_OP` of the platform.
     pub orientation: Matrix3<f64>,
     /// Smallest and largest position of P in O, mm.
     pub corners: [Vector3<f64>; 2],
-    /// The correction is for forces on the tool tip of at most this size, N.
+    /// Largest force on the tool tip that the table is for, N.
     pub largest_force_N: f64,
-    /// How far the tool may be from where it is wanted, mm.
+    /// Tolerance: largest distance of the tool from where it is wanted, mm.
     pub tolerance_mm: f64,
-    /// Nodes along x, y and z; `None`: as few as keep the tolerance.
+    /// Number of nodes along x, y and z; `None` for the smallest number within tolerance.
     pub counts: Option<[usize; 3]>,
 }
 
-/// What a table brings.
+/// A correction table and the residual errors with it.
 #[derive(Debug, Clone, Serialize)]
-pub struct CorrectionAnswer {
+pub struct CorrectionResult {
     /// The table.
     pub table: CorrectionTable,
-    /// The farthest that the tool was found from where it is wanted with the table.
+    /// Largest error found with the table.
     pub with_table: Worst,
-    /// The same at the nodes alone: what the terms in the force leave, which no finer grid takes away.
+    /// Largest error at the nodes with the table, mm: a finer grid does not reduce it, since it comes from the terms in the force.
     pub at_nodes_mm: f64,
-    /// The same without correction.
+    /// Largest error found without correction.
     pub without: Worst,
-    /// A table for each drive over its own position, and the worst with them; why there is none.
+    /// Tables of single drives and the largest error with them; or why there are none.
     pub per_joint: std::result::Result<(Vec<JointTable>, Worst), String>,
 }
 
-impl CorrectionAnswer {
-    /// Whether tables for single drives leave less than no correction.
+impl CorrectionResult {
+    /// Returns whether tables of single drives leave a smaller error than no correction.
     pub fn is_per_joint_of_use(&self) -> bool {
         self.per_joint.as_ref().is_ok_and(|(_, worst)| worst.error_mm < self.without.error_mm)
     }
 
-    /// Whether they leave more.
+    /// Returns whether tables of single drives leave a larger error than no correction.
     pub fn is_per_joint_harmful(&self) -> bool {
         self.per_joint.as_ref().is_ok_and(|(_, worst)| worst.error_mm > self.without.error_mm)
     }
 }
 
 impl CorrectionQuestion {
-    /// A table for `process` over the workspace box of its machine, or over `corners` (P in O, mm), for forces of at most
-    /// `largest_force_N` or else of the process.
+    /// Describes a table for `process` over `corners` (P in O, mm; `None`: the workspace box) and forces up to `largest_force_N` (`None`: its own).
     ///
     /// # Errors
     /// A box or a number that makes no sense; a process whose largest force is not known without a path.
@@ -98,8 +96,8 @@ impl CorrectionQuestion {
         let machine = process.machine.clone();
         let largest_force_N = match largest_force_N {
             Some(given) if given >= 0.0 && given.is_finite() => given,
-            Some(given) => return Overrides::place("force-N").fail(format!("must be at least 0, got {given}")),
-            None => largest_force_of(process).or_else(|problem| Overrides::place("force-N").fail(problem))?,
+            Some(given) => return Overrides::location("force-N").fail(format!("must be at least 0, got {given}")),
+            None => largest_force_of(process).or_else(|problem| Overrides::location("force-N").fail(problem))?,
         };
         let question = Self {
             errors: process.errors.clone(),
@@ -107,37 +105,36 @@ impl CorrectionQuestion {
             orientation: process.placement.platform_orientation(&machine.home.pose.rotation),
             corners: table::corners(&machine, corners)?,
             largest_force_N,
-            tolerance_mm: Overrides::place("tolerance").positive(tolerance_mm)?,
+            tolerance_mm: Overrides::location("tolerance").positive(tolerance_mm)?,
             counts: None,
             machine,
         };
-        let counts = counts.map(|counts| table::checked(&question, counts)).transpose()?;
+        let counts = counts.map(|counts| table::check_counts(&question, counts)).transpose()?;
         Ok(Self { counts, ..question })
     }
 
-    /// A grid over the box with so many `points` along each axis along which it has a length.
+    /// Returns a grid over the box with `points` nodes along each axis in which it has extent, and one along others.
     fn grid(&self, points: impl Fn(usize) -> usize) -> Grid {
         let [min, max] = self.corners;
         Grid::new(min, max, [0, 1, 2].map(|axis| if min[axis] < max[axis] { points(axis) } else { 1 }))
     }
 
-    /// Axes of O along which the table has more than one node.
+    /// Returns the axes of O along which the box has extent.
     pub fn axes(&self) -> impl Iterator<Item = usize> {
         (0..3).filter(|&axis| self.corners[0][axis] < self.corners[1][axis])
     }
 }
 
-/// Finds the table, on the current rayon pool; what is found does not depend on the number of threads.
+/// Finds the correction table, on the current rayon pool; the result does not depend on the number of threads.
 ///
 /// # Errors
-/// A position of the box that the machine does not reach, or at which it does not stand under a force; a tolerance that no table
-/// of a sensible size keeps. Of `work`.
-pub fn answer(question: &CorrectionQuestion, work: &Work) -> Result<CorrectionAnswer> {
+/// A position that the machine does not reach, or without equilibrium under a force; a tolerance that needs too large a table; errors of `work`.
+pub fn answer(question: &CorrectionQuestion, work: &Work) -> Result<CorrectionResult> {
     let machines = Machines::new(&question.machine, &question.errors)?;
-    let found = smallest::table(question, &machines, work)?;
+    let found = smallest::smallest_table(question, &machines, work)?;
     let cells = &found.table.grid;
     let without = worst(question, &machines, &Corrector::Nothing, cells, f64::INFINITY, work)?;
-    let per_joint = match corrector::tables(question, &machines, &found.table)? {
+    let per_joint = match corrector::joint_tables(question, &machines, &found.table)? {
         Ok(tables) => {
             let worst = worst(question, &machines, &Corrector::PerJoint(&tables), cells, f64::INFINITY, work)?;
             Ok((tables, worst))
@@ -145,24 +142,22 @@ pub fn answer(question: &CorrectionQuestion, work: &Work) -> Result<CorrectionAn
         Err(reason) => Err(reason),
     };
     let smallest::Found { table, worst: with_table, at_nodes_mm } = found;
-    Ok(CorrectionAnswer { table, with_table, at_nodes_mm, without, per_joint })
+    Ok(CorrectionResult { table, with_table, at_nodes_mm, without, per_joint })
 }
 
-/// The largest force that a process has on the tool tip, N, whatever its path.
-///
-/// # Errors
-/// Its force is known only along a path.
+/// Returns the largest force of a process on the tool tip, N, whatever its path; an error if it is known only along a path.
 #[allow(non_snake_case, reason = "the unit is N, not n")]
 fn largest_force_of(process: &Process) -> std::result::Result<f64, String> {
     let (own, first) = (&process.own_forces, std::iter::once(&process.cutting));
-    let mut all = first.chain(own.of_tools.values()).chain(own.of_features.iter().map(|(_, law)| law));
-    all.try_fold(0.0, |most: f64, law| Ok(most.max(largest(law)?)))
+    let mut all = first.chain(own.by_tool.values()).chain(own.by_feature.iter().map(|(_, law)| law));
+    all.try_fold(0.0, |most: f64, law| Ok(most.max(largest_force_in(law)?)))
 }
 
-fn largest(law: &CuttingLaw) -> std::result::Result<f64, String> {
+/// Returns the largest force of a cutting-force law, N; `Err` if it is known only along a path.
+fn largest_force_in(law: &CuttingLaw) -> std::result::Result<f64, String> {
     match law {
         CuttingLaw::None => Ok(0.0),
-        CuttingLaw::PathFrame(frame) => Ok(of_milling(&frame.force)),
+        CuttingLaw::PathFrame(frame) => Ok(largest_milling_force(&frame.force)),
         CuttingLaw::Table(table) => Ok(table.largest_force_N()),
         CuttingLaw::FromPath | CuttingLaw::SlotMilling(_) | CuttingLaw::EndMilling(_) | CuttingLaw::Drilling(_) => Err(
             "the force of this process is known only along a path: expected the largest force that the table is for"
@@ -171,8 +166,8 @@ fn largest(law: &CuttingLaw) -> std::result::Result<f64, String> {
     }
 }
 
-/// Over all tool angles.
-fn of_milling(force: &MillingForce) -> f64 {
+/// Returns the largest size of a milling force over all immersion directions φ, N.
+fn largest_milling_force(force: &MillingForce) -> f64 {
     let (radial, tangential) = (force.radial.abs(), force.tangential.abs());
     let across = match force.law {
         // |F|² = F_r² + F_t² + 2 F_r F_t sin 2φ.

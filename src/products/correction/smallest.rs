@@ -1,5 +1,4 @@
-//! The smallest grid whose table keeps the tolerance: grown where interpolation errs most, then made smaller along each axis until
-//! that would break it.
+//! Finds the smallest grid whose table is within tolerance: grown where interpolation errs most, then reduced along each axis as far as possible.
 
 use super::{
     CorrectionQuestion, CorrectionTable, Corrector, ForceTerms, Worst,
@@ -14,82 +13,82 @@ use crate::{
     work::{Event, Stage, Work},
 };
 
-/// A table and the worst with it.
+/// A table, the largest error with it, and that at its nodes.
 pub(super) struct Found {
     pub table: CorrectionTable,
     pub worst: Worst,
     pub at_nodes_mm: f64,
 }
 
-/// The table of `question`.
-///
-/// # Errors
-/// A tolerance that no table of at most [`MOST_NODES`] nodes keeps; as [`CorrectionTable::new`] and [`worst`].
-pub(super) fn table(question: &CorrectionQuestion, machines: &Machines, work: &Work) -> Result<Found> {
-    let search = Smallest { question, machines, work, probe: probe(question, machines, work)? };
+/// Returns the table of `question`, of the size it gives or the smallest within tolerance; an error if that needs more than [`MOST_NODES`] nodes.
+pub(super) fn smallest_table(question: &CorrectionQuestion, machines: &Machines, work: &Work) -> Result<Found> {
+    let search = SmallestSearch { question, machines, work, probe: probe(question, machines, work)? };
     let (table, worst) = match question.counts {
         Some(counts) => {
             let table = search.table(counts)?;
             let worst = search.worst(&table, f64::INFINITY)?;
             (table, worst)
         }
-        None => search.shrunk(search.grown()?)?,
+        None => search.shrink(search.grow()?)?,
     };
     let at_nodes_mm = worst_at_nodes(question, machines, &Corrector::Table(&table), &table.grid, work)?;
     Ok(Found { table, worst, at_nodes_mm })
 }
 
-struct Smallest<'a> {
+/// Search for the smallest grid.
+struct SmallestSearch<'a> {
     question: &'a CorrectionQuestion,
     machines: &'a Machines,
     work: &'a Work,
     probe: Probe,
 }
 
-impl Smallest<'_> {
+impl SmallestSearch<'_> {
+    /// Computes the table with so many nodes.
     fn table(&self, counts: [usize; 3]) -> Result<CorrectionTable> {
         self.work.tell(Event::Stage(Stage { of: "nodes", items: counts.iter().product() }));
         CorrectionTable::new(self.question, self.machines, counts, self.probe.terms, self.work)
     }
 
+    /// Returns the largest error found with `table`; the search ends early above `enough` mm.
     fn worst(&self, table: &CorrectionTable, enough: f64) -> Result<Worst> {
         worst(self.question, self.machines, &Corrector::Table(table), &table.grid, enough, self.work)
     }
 
-    /// The table with `counts` nodes and its worst if that keeps the tolerance; else what was found to exceed it, mm.
-    fn kept(&self, counts: [usize; 3]) -> Result<std::result::Result<(CorrectionTable, Worst), f64>> {
+    /// Returns the table with `counts` nodes and its largest error if that is within tolerance; else the error found, mm.
+    fn table_within(&self, counts: [usize; 3]) -> Result<std::result::Result<(CorrectionTable, Worst), f64>> {
         let table = self.table(counts)?;
         let worst = self.worst(&table, self.question.tolerance_mm)?;
         Ok(if worst.error_mm > self.question.tolerance_mm { Err(worst.error_mm) } else { Ok((table, worst)) })
     }
 
-    /// From two nodes along each axis to a table that keeps the tolerance.
-    fn grown(&self) -> Result<(CorrectionTable, Worst)> {
+    /// Grows the grid from two nodes along each axis until the table is within tolerance.
+    fn grow(&self) -> Result<(CorrectionTable, Worst)> {
         let tolerance = self.question.tolerance_mm;
         let floor = self.probe.at_nodes_mm;
         if floor > tolerance {
-            return self.too_fine(floor);
+            return self.unreachable_tolerance(floor);
         }
-        let mut counts = self.at_least(1.0, f64::INFINITY);
+        let mut counts = self.estimated_counts(1.0, f64::INFINITY);
         loop {
-            let found = match self.kept(counts)? {
+            let found = match self.table_within(counts)? {
                 Ok(kept) => return Ok(kept),
                 Err(found) => found,
             };
             // By how much the estimate is too small, and with that the grid that shares the tolerance among the axes.
             let scale = (found - floor).max(ROUNDING_MM) / self.estimate(counts).max(ROUNDING_MM);
-            let sized = self.at_least(scale, tolerance - floor);
-            let most = self.most_bent(counts);
+            let sized = self.estimated_counts(scale, tolerance - floor);
+            let most = self.worst_axis(counts);
             counts = [0, 1, 2].map(|axis| counts[axis].max(sized[axis]).max(counts[axis] + usize::from(axis == most)));
             if counts.iter().try_fold(1usize, |all, &n| all.checked_mul(n)).is_none_or(|all| all > MOST_NODES) {
                 let share = self.estimate(counts) / counts.iter().map(|&n| n as f64).product::<f64>().powf(-2.0 / 3.0);
-                return self.too_fine(floor + scale * share * (MOST_NODES as f64).powf(-2.0 / 3.0));
+                return self.unreachable_tolerance(floor + scale * share * (MOST_NODES as f64).powf(-2.0 / 3.0));
             }
         }
     }
 
-    /// `found` with fewer nodes along each axis, as long as the tolerance is kept.
-    fn shrunk(&self, mut found: (CorrectionTable, Worst)) -> Result<(CorrectionTable, Worst)> {
+    /// Removes nodes along each axis as long as the table stays within tolerance.
+    fn shrink(&self, mut found: (CorrectionTable, Worst)) -> Result<(CorrectionTable, Worst)> {
         let mut axes: Vec<usize> = self.question.axes().collect();
         // First along those where a node takes the most others with it.
         let cost = |found: &(CorrectionTable, Worst), axis: usize| found.0.grid.axes[axis].len();
@@ -105,7 +104,7 @@ impl Smallest<'_> {
                 tight += 1;
                 continue;
             }
-            match self.kept(counts)? {
+            match self.table_within(counts)? {
                 Ok(smaller) => {
                     found = smaller;
                     tight = 0;
@@ -117,24 +116,27 @@ impl Smallest<'_> {
         Ok(found)
     }
 
-    /// What interpolation errs by with `counts` nodes, as far as the probe knows, mm.
+    /// Returns the interpolation error estimated for `counts` nodes, mm.
     fn estimate(&self, counts: [usize; 3]) -> f64 {
-        self.question.axes().map(|axis| self.share(counts, axis)).sum()
+        self.question.axes().map(|axis| self.axis_estimate(counts, axis)).sum()
     }
 
-    fn share(&self, counts: [usize; 3], axis: usize) -> f64 {
+    /// Returns the part of the estimated interpolation error along `axis`, mm.
+    fn axis_estimate(&self, counts: [usize; 3], axis: usize) -> f64 {
         let steps = (counts[axis] - 1) as f64;
         self.probe.bends_mm[axis] / (steps * steps)
     }
 
-    /// The axis along which interpolation errs most.
-    fn most_bent(&self, counts: [usize; 3]) -> usize {
-        let by_share = |&a: &usize, &b: &usize| self.share(counts, a).total_cmp(&self.share(counts, b)).then(b.cmp(&a));
+    /// Returns the axis with the largest interpolation error.
+    fn worst_axis(&self, counts: [usize; 3]) -> usize {
+        let by_share = |&a: &usize, &b: &usize| {
+            self.axis_estimate(counts, a).total_cmp(&self.axis_estimate(counts, b)).then(b.cmp(&a))
+        };
         self.question.axes().max_by(by_share).unwrap_or(0)
     }
 
-    /// As few nodes as leave `allowed` mm, if the estimate times `scale` is right: every axis errs by the same.
-    fn at_least(&self, scale: f64, allowed: f64) -> [usize; 3] {
+    /// Returns the fewest nodes whose estimated error times `scale` is `allowed` mm, shared equally among the axes.
+    fn estimated_counts(&self, scale: f64, allowed: f64) -> [usize; 3] {
         let axes: Vec<usize> = self.question.axes().collect();
         let each = allowed.max(ROUNDING_MM) / axes.len().max(1) as f64;
         [0, 1, 2].map(|axis| match axes.contains(&axis) {
@@ -145,36 +147,34 @@ impl Smallest<'_> {
         })
     }
 
-    fn too_fine<T>(&self, reachable: f64) -> Result<T> {
+    /// Returns the error of a tolerance that needs too many nodes; `reachable` mm can be kept.
+    fn unreachable_tolerance<T>(&self, reachable: f64) -> Result<T> {
         let problem = format!(
             "no table of at most {MOST_NODES} nodes stays within {} mm for forces up to {} N; {:.2} mm can be reached: expected a larger tolerance, a smaller force or a smaller box",
             self.question.tolerance_mm,
             (self.question.largest_force_N * 10.0).round() / 10.0,
             (reachable * 100.0).ceil() / 100.0
         );
-        Overrides::place("tolerance").fail(problem)
+        Overrides::location("tolerance").fail(problem)
     }
 }
 
-/// Nodes along each axis that are looked at.
+/// Number of probe nodes along each axis.
 const NODES: usize = 5;
-/// Terms are enough if they leave at most this share of the tolerance at the nodes.
+/// Share of the tolerance that terms in the force may leave at the nodes.
 const ENOUGH: f64 = 0.5;
 
-/// What the probe found.
+/// Findings on a coarse grid, from which the size of the table is estimated.
 pub(super) struct Probe {
-    /// Terms in the force.
+    /// Terms in the force that are needed.
     pub terms: ForceTerms,
-    /// What they leave at nodes, mm.
+    /// Largest error that these terms leave at nodes, mm.
     pub at_nodes_mm: f64,
-    /// An interpolation between n nodes along an axis errs by about this over `(n − 1)²`, mm.
+    /// Interpolation error along each axis between n nodes, times `(n − 1)²`, mm.
     pub bends_mm: [f64; 3],
 }
 
-/// Looks at a coarse grid over the box of `question`.
-///
-/// # Errors
-/// A node without correction. Of `work`.
+/// Probes a coarse grid over the box of `question` for the terms needed and the interpolation error; an error if a node has no correction.
 pub(super) fn probe(question: &CorrectionQuestion, machines: &Machines, work: &Work) -> Result<Probe> {
     let counts = question.grid(|_| NODES).counts();
     work.tell(Event::Stage(Stage { of: "nodes", items: counts.iter().product() }));
@@ -188,11 +188,11 @@ pub(super) fn probe(question: &CorrectionQuestion, machines: &Machines, work: &W
         true => (linear.terms, linear_left),
         false => (most, left(&table)?),
     };
-    Ok(Probe { terms, at_nodes_mm, bends_mm: [0, 1, 2].map(|axis| bend(question, &table, axis)) })
+    Ok(Probe { terms, at_nodes_mm, bends_mm: [0, 1, 2].map(|axis| max_curvature(question, &table, axis)) })
 }
 
-/// Largest second difference along an axis as an error of interpolation, hinges at the machine's characteristic length.
-fn bend(question: &CorrectionQuestion, table: &CorrectionTable, axis: usize) -> f64 {
+/// Returns the interpolation error along an axis from the largest second difference, mm, hinges at the machine's characteristic length.
+fn max_curvature(question: &CorrectionQuestion, table: &CorrectionTable, axis: usize) -> f64 {
     let (grid, machine) = (&table.grid, &question.machine);
     let steps = grid.axes[axis].len() - 1;
     let stride = grid.index([0, 1, 2].map(|other| usize::from(other == axis && steps > 0)));

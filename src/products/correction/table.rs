@@ -1,11 +1,11 @@
-//! The table: coefficients at the nodes of a grid, linear along each axis between them.
+//! The correction table: polynomial coefficients at the nodes of a grid, interpolated linearly along each axis.
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use super::{
     CorrectionQuestion,
-    loaded::{Loaded, at_each},
+    loaded::{LoadedMachine, map_places},
 };
 use crate::{
     input::error::Result,
@@ -19,7 +19,7 @@ use crate::{
 /// Most nodes of a table.
 pub(super) const MOST_NODES: usize = 40_000;
 
-/// Corrections over positions of P, for any force up to the largest one.
+/// Drive corrections over positions of P, for any force up to the largest one.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CorrectionTable {
     /// Nodes: positions of P in O, mm.
@@ -28,12 +28,12 @@ pub struct CorrectionTable {
     pub terms: ForceTerms,
     /// Number of drives.
     pub drives: usize,
-    /// Node after node (x fastest), in each drive after drive, in each the coefficients of the terms: mm or rad per power of N.
+    /// Coefficients, node after node (x fastest), drive after drive, term after term: mm or rad per power of N.
     pub values: Vec<f64>,
 }
 
 impl CorrectionTable {
-    /// The table of `question` with so many nodes along x, y and z.
+    /// Computes the table of `question` with so many nodes along x, y and z.
     ///
     /// # Errors
     /// A node without correction. Of `work`.
@@ -46,14 +46,14 @@ impl CorrectionTable {
     ) -> Result<Self> {
         let [min, max] = question.corners;
         let grid = Grid::new(min, max, counts);
-        let nodes = at_each(question, machines, grid.len(), work, |loaded, index| {
-            let at = loaded.stand(grid.position(index))?;
-            terms.at(loaded, &at, question.largest_force_N)
+        let nodes = map_places(question, machines, grid.len(), work, |loaded, index| {
+            let at = loaded.nominal_at(grid.position(index))?;
+            terms.fit(loaded, &at, question.largest_force_N)
         })?;
         Ok(Self { grid, terms, drives: question.machine.drive_count(), values: nodes.concat() })
     }
 
-    /// The same table with at most linear terms.
+    /// Returns the table without quadratic terms.
     pub(super) fn without_quadratic_terms(&self) -> Self {
         if self.terms != ForceTerms::Quadratic {
             return self.clone();
@@ -63,10 +63,10 @@ impl CorrectionTable {
         Self { grid: self.grid.clone(), terms: ForceTerms::Linear, drives: self.drives, values }
     }
 
-    /// Coefficients at `position` (P in O, mm; outside the box those at its nearest point), drive after drive.
-    pub fn at(&self, position: Vector3<f64>) -> Vec<f64> {
+    /// Returns the interpolated coefficients at `position` (P in O, mm), drive after drive; outside the box, those at its nearest point.
+    pub fn coefficients_at(&self, position: Vector3<f64>) -> Vec<f64> {
         let sides = [0, 1, 2].map(|axis| {
-            let ([low, high], share) = between(&self.grid.axes[axis], position[axis]);
+            let ([low, high], share) = bracket(&self.grid.axes[axis], position[axis]);
             [(low, 1.0 - share), (high, share)]
         });
         let width = self.drives * self.terms.count();
@@ -85,16 +85,16 @@ impl CorrectionTable {
         sum
     }
 
-    /// Δρ of each drive with P at `position` (O, mm) under a force on the tool tip (O axes, N), mm or rad.
+    /// Returns Δρ of each drive, mm or rad, with P at `position` (O, mm) under a force on the tool tip (O axes, N).
     pub fn correction(&self, position: Vector3<f64>, force: Vector3<f64>) -> Vec<f64> {
         let terms = self.terms.values(force);
         let of_drive = |own: &[f64]| own.iter().zip(&terms).map(|(c, term)| c * term).sum();
-        self.at(position).chunks(self.terms.count()).map(of_drive).collect()
+        self.coefficients_at(position).chunks(self.terms.count()).map(of_drive).collect()
     }
 }
 
-/// The nodes on both sides of `value`, and the weight of the second; beyond the ends that of the last one is whole.
-pub(super) fn between(nodes: &[f64], value: f64) -> ([usize; 2], f64) {
+/// Returns the indices of the nodes on both sides of `value` and the weight of the second; beyond the ends, the last node has all weight.
+pub(super) fn bracket(nodes: &[f64], value: f64) -> ([usize; 2], f64) {
     let last = nodes.len() - 1;
     if last == 0 {
         return ([0, 0], 0.0);
@@ -103,10 +103,11 @@ pub(super) fn between(nodes: &[f64], value: f64) -> ([usize; 2], f64) {
     ([low, low + 1], ((value - nodes[low]) / (nodes[low + 1] - nodes[low])).clamp(0.0, 1.0))
 }
 
-/// The box of a table: `given`, or the machine's workspace; where the drives do not control a coordinate, the machine stands.
+/// Returns the box of a table, P in O, mm: `given` or the machine's workspace, with uncontrolled coordinates as at home; an error if it is
+/// invalid.
 pub(super) fn corners(machine: &Machine, given: Option<[Vector3<f64>; 2]>) -> Result<[Vector3<f64>; 2]> {
     let [min, max] = given.unwrap_or([machine.workspace.min, machine.workspace.max]);
-    let check = Overrides::place("box");
+    let check = Overrides::location("box");
     if let Some(axis) = (0..3).find(|&axis| min[axis] > max[axis]) {
         let name = ["x", "y", "z"][axis];
         return check.fail(format!("must begin below its end, got {} to {} mm along {name}", min[axis], max[axis]));
@@ -121,15 +122,15 @@ pub(super) fn corners(machine: &Machine, given: Option<[Vector3<f64>; 2]>) -> Re
             ));
         }
     }
-    Ok([machine.as_controlled(min), machine.as_controlled(max)])
+    Ok([machine.controllable_position(min), machine.controllable_position(max)])
 }
 
-/// Nodes along each axis that `question` can have; one number for all is meant for the axes along which the box has a length.
-pub(super) fn checked(question: &CorrectionQuestion, counts: [usize; 3]) -> Result<[usize; 3]> {
+/// Returns the nodes along each axis for `question`, or an error; one number for all applies to the axes along which the box has extent.
+pub(super) fn check_counts(question: &CorrectionQuestion, counts: [usize; 3]) -> Result<[usize; 3]> {
     let axes: Vec<usize> = question.axes().collect();
     let is_for_all = counts[0] == counts[1] && counts[1] == counts[2];
     let counts = [0, 1, 2].map(|axis| if is_for_all && !axes.contains(&axis) { 1 } else { counts[axis] });
-    let check = Overrides::place("grid");
+    let check = Overrides::location("grid");
     for axis in 0..3 {
         let (name, least) = (["x", "y", "z"][axis], if axes.contains(&axis) { 2 } else { 1 });
         let is_right = if least == 1 { counts[axis] == 1 } else { counts[axis] >= 2 };
@@ -144,23 +145,23 @@ pub(super) fn checked(question: &CorrectionQuestion, counts: [usize; 3]) -> Resu
     }
 }
 
-/// Terms of the polynomial, F in N.
+/// Terms of the polynomial in the force F, N.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ForceTerms {
-    /// 1: there is no force.
+    /// 1, without force.
     Constant,
     /// 1, F_x, F_y, F_z.
     Linear,
-    /// These and F_x², F_y², F_z², F_x F_y, F_x F_z, F_y F_z.
+    /// The linear terms and F_x², F_y², F_z², F_x F_y, F_x F_z, F_y F_z.
     Quadratic,
 }
 
-/// Axes of the mixed terms.
+/// Axes of the mixed quadratic terms.
 const MIXED: [[usize; 2]; 3] = [[0, 1], [0, 2], [1, 2]];
 
 impl ForceTerms {
-    /// Names of the terms, with the powers of N by which their coefficients are divided.
+    /// Returns the names of the terms with the power of N by which their coefficients are divided.
     pub fn names(self) -> &'static [(&'static str, u8)] {
         const ALL: [(&str, u8); 10] = [
             ("1", 0),
@@ -177,7 +178,7 @@ impl ForceTerms {
         &ALL[..self.count()]
     }
 
-    /// Number of terms.
+    /// Returns the number of terms.
     pub fn count(self) -> usize {
         match self {
             ForceTerms::Constant => 1,
@@ -186,23 +187,24 @@ impl ForceTerms {
         }
     }
 
-    /// The terms at a force, N; zeros beyond [`ForceTerms::count`].
+    /// Returns the terms at a force, N; zeros beyond [`ForceTerms::count`].
     pub fn values(self, f: Vector3<f64>) -> [f64; 10] {
         let mut values = [1.0, f.x, f.y, f.z, f.x * f.x, f.y * f.y, f.z * f.z, f.x * f.y, f.x * f.z, f.y * f.z];
         values[self.count()..].fill(0.0);
         values
     }
 
-    /// Coefficients at a place, drive after drive, that give the exact correction without force, and for the other terms central
-    /// differences over forces of the size `largest` N: what is odd in the force is met there, and so is, with quadratic terms, what is
-    /// even, along each axis and in the middle between two.
+    /// Returns the coefficients at a configuration, drive after drive: the exact correction without force, and central differences over forces
+    /// of the size `largest` N, so that the odd (with quadratic terms also the even) part is exact along each axis and midway between two.
     ///
     /// # Errors
     /// There is no correction under one of these forces.
-    pub(super) fn at(self, loaded: &mut Loaded<'_>, at: &Configuration, largest: f64) -> Result<Vec<f64>> {
-        let zero = loaded.exact(at, Vector3::zeros())?;
+    pub(super) fn fit(self, loaded: &mut LoadedMachine<'_>, at: &Configuration, largest: f64) -> Result<Vec<f64>> {
+        let zero = loaded.exact_delta(at, Vector3::zeros())?;
         let mut coefficients = vec![0.0; zero.len() * self.count()];
-        let mut pair = |force: Vector3<f64>| -> Result<_> { Ok([loaded.exact(at, force)?, loaded.exact(at, -force)?]) };
+        let mut pair = |force: Vector3<f64>| -> Result<_> {
+            Ok([loaded.exact_delta(at, force)?, loaded.exact_delta(at, -force)?])
+        };
         let (mut odd, mut even) = (Vec::new(), Vec::new());
         for axis in 0..if self == ForceTerms::Constant { 0 } else { 3 } {
             let [plus, minus] = pair(Vector3::ith(axis, largest))?;
@@ -226,7 +228,7 @@ impl ForceTerms {
     }
 }
 
-/// Half the second derivative along a force of the size `largest` by its correction and that of its opposite.
+/// Returns half the second derivative of the correction along a force of the size `largest`, from those of the force, its opposite and no force.
 fn curvature(zero: &[f64], [plus, minus]: [&[f64]; 2], largest: f64) -> Vec<f64> {
     let sums = plus.iter().zip(minus).map(|(p, m)| 0.5 * (p + m));
     sums.zip(zero).map(|(mean, own)| (mean - own) / (largest * largest)).collect()

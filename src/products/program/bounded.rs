@@ -1,60 +1,60 @@
-//! A program corrected within the limits of its process, and where it exceeds them as it is written.
+//! Corrects a program within the limits of its process, and finds where the program as written exceeds them.
 
 use super::{Part, Pass, ProgramCommands, ProgramJob};
 use crate::{
     compensation::{BoundedPath, BoundedPoint, LimitKind},
     input::error::Result,
-    simulation::{along_path::PathAnswer, within_limits::correct},
+    simulation::{along_path::PathPointResult, within_limits::correct_within_limits},
 };
 
-/// A pass within limits, and what the limits do.
+/// A simulated pass within limits, and the effect of the limits.
 #[derive(Debug, Clone)]
 pub struct BoundedPass {
     /// The pass, simulated point by point.
     pub pass: Pass,
-    /// Which limits bind where and what they cost.
+    /// Limits that bind, where they do, and their cost in error.
     pub path: BoundedPath,
 }
 
-/// A limit that the program as written exceeds because its positions are rounded: where it does so most.
+/// The worst point at which the program as written exceeds a limit, because its positions are rounded.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Exceeded {
+pub struct LimitExcess {
     /// Which limit.
     pub kind: LimitKind,
     /// Index of the drive, machine order.
     pub drive: usize,
     /// Index of the point.
     pub point: usize,
-    /// Size of what is limited, mm, rad, N or N·mm.
+    /// Absolute value of the limited quantity, mm, rad, N or N·mm.
     pub value: f64,
     /// The limit, in the same unit.
     pub limit: f64,
 }
 
-/// Where the program as written exceeds limits of the process or force limits of the machine, gathered in path order.
+/// Collects where the program as written exceeds limits of the process or force limits of the machine.
 #[derive(Debug)]
-pub struct Exceedances<'a> {
+pub struct ExcessSearch<'a> {
     job: &'a ProgramJob,
     bounded: &'a BoundedPath,
-    /// The worst point of each limit and drive.
-    worst: Vec<Exceeded>,
-    /// Corrections of the point before, if it takes part.
+    /// Worst excess of each limit and drive.
+    worst: Vec<LimitExcess>,
+    /// Drive corrections of the previous point, if it was corrected and solved.
     before: Option<Vec<f64>>,
 }
 
-impl<'a> Exceedances<'a> {
-    /// Of `job`, whose corrections `bounded` keep the limits.
+impl<'a> ExcessSearch<'a> {
+    /// Starts a search along `job`, whose corrected path `bounded` keeps the limits.
     pub fn new(job: &'a ProgramJob, bounded: &'a BoundedPath) -> Self {
         Self { job, bounded, worst: Vec::new(), before: None }
     }
 
-    /// What was found: the worst point of each limit and drive.
-    pub fn worst(self) -> Vec<Exceeded> {
+    /// Returns the worst excess of each limit and drive.
+    pub fn worst(self) -> Vec<LimitExcess> {
         self.worst
     }
 
-    /// Takes the answers of the written program from point `first` on.
-    pub fn add(&mut self, first: usize, answers: &[PathAnswer]) {
+    /// Checks the results of the written program at points from `first` on, in path order.
+    pub fn add(&mut self, first: usize, answers: &[PathPointResult]) {
         let limits = &self.job.process.limits;
         let or_none = |limit: Option<f64>| limit.unwrap_or(f64::INFINITY);
         for (k, answer) in answers.iter().enumerate() {
@@ -76,12 +76,13 @@ impl<'a> Exceedances<'a> {
         }
     }
 
+    /// Records `value` if it exceeds `limit` by more than any earlier point of this limit and drive.
     fn note(&mut self, kind: LimitKind, drive: usize, point: usize, value: f64, limit: f64) {
         // Values are those of a solver: a limit that is kept to nine digits is kept.
         if value.abs() <= limit * (1.0 + 1e-9) {
             return;
         }
-        let found = Exceeded { kind, drive, point, value: value.abs(), limit };
+        let found = LimitExcess { kind, drive, point, value: value.abs(), limit };
         match self.worst.iter_mut().find(|other| (other.kind, other.drive) == (kind, drive)) {
             Some(other) if other.value >= found.value => {}
             Some(other) => *other = found,
@@ -91,17 +92,16 @@ impl<'a> Exceedances<'a> {
 }
 
 impl ProgramJob {
-    /// Corrects the whole path within the limits of the process and the machine.
-    /// `done` and `take` are those of [`ProgramJob::pass`].
+    /// Corrects the whole path within the limits of process and machine, and simulates it; `done` and `take` as in [`ProgramJob::pass`].
     ///
     /// # Errors
     /// Too many points to be corrected at once, limits that do not fit the machine, or that exclude one another: named with point, drive and values.
     pub fn bounded_pass(
         &self,
         done: &(dyn Fn() + Sync),
-        take: impl FnMut(&Part<'_>, &[PathAnswer]) -> Result<()>,
+        take: impl FnMut(&Part<'_>, &[PathPointResult]) -> Result<()>,
     ) -> Result<BoundedPass> {
-        let path = correct(&self.machine, &self.real, &self.all_tasks()?, &self.process.limits)?;
+        let path = correct_within_limits(&self.machine, &self.real, &self.all_tasks()?, &self.process.limits)?;
         // Of a point left out those of home, which its own failure then labels.
         let home = &self.machine.home.drives;
         let of = |point: &BoundedPoint| point.corrected().map_or(home, |corrected| &corrected.drives).clone();

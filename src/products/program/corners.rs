@@ -1,4 +1,4 @@
-//! The cutting force round the corners of a program: it goes over from one move to the next, and does not jump.
+//! Blends the cutting force at the corners of a program: it passes gradually from one move to the next.
 //!
 //! Where two cutting moves meet in a corner, a law that follows the direction of motion gives two loads there, A of arrival and D of
 //! departure. A control slows down or rounds the corner, and a cutter enters the new cut as it goes. The load is therefore A up to the
@@ -17,7 +17,7 @@ use nalgebra::{Vector3, Vector6};
 
 use crate::{
     process::{
-        Placed,
+        PlacedWorkpiece,
         cutting::{LoadError, PathLoad},
         file::Process,
     },
@@ -25,43 +25,39 @@ use crate::{
     toolpath::{Load, PathPoint, Toolpath},
 };
 
-/// A jump of the load.
+/// A corner of the path at which the load jumps.
 struct Corner {
-    /// Length of the path up to it, mm.
+    /// Arc length of the path up to the corner, mm.
     at_mm: f64,
-    /// What the law gives on arrival.
+    /// Load of the cutting-force law on arrival: force and moment, N and N·mm.
     arriving: Vector6<f64>,
-    /// Size of the jump, N.
+    /// Size of the jump in load, N.
     jump: f64,
 }
 
-/// A smaller jump is rounding, N.
+/// A jump of the load below this is rounding, N.
 const LEAST_JUMP: f64 = 1e-9;
 
-/// In the size of a load, a moment counts as a force at this arm, mm: the radius of a cutter.
+/// Lever arm at which a moment counts as a force in the size of a load, mm: about the radius of a cutter.
 const ARM_MM: f64 = 10.0;
 
-/// The corners of a path, its points taken one after another.
+/// Blends the load along a path, whose points are visited in order.
 pub(super) struct Corners<'a> {
     process: &'a Process,
     path: &'a Toolpath,
-    /// Those less than the length behind which the process gives.
+    /// Corners passed within the blending length of the process.
     behind: Vec<Corner>,
 }
 
 impl<'a> Corners<'a> {
-    /// Those of `path`, none of its points taken.
+    /// Starts at the beginning of `path`.
     pub fn new(process: &'a Process, path: &'a Toolpath) -> Self {
         Self { process, path, behind: Vec::new() }
     }
 
-    /// The load at the next point, that with the index `k`, where workpiece and tool stand as `there` says: the jumps behind it are spread
-    /// over the length that the process gives. Loads that come with the path or from a table stay, and so does where cutting begins and
-    /// ends.
-    ///
-    /// # Errors
-    /// A path that lacks what the cutting force needs.
-    pub fn load(&mut self, k: usize, there: &Placed) -> Result<Load, LoadError> {
+    /// Returns the blended load at the next point, number `k`, about the tool tip in axes of W, where workpiece and tool are placed as in
+    /// `there`. Loads given by the path or a table are not blended, nor is the load where cutting begins or ends.
+    pub fn load(&mut self, k: usize, there: &PlacedWorkpiece) -> Result<Load, LoadError> {
         let (length, point) = (self.process.corner_mm, &self.path.points()[k]);
         let law = self.process.load(point)?;
         let load = law.on_tool(point.tangent, there.tool_axes());
@@ -69,22 +65,22 @@ impl<'a> Corners<'a> {
             self.behind.clear();
             return Ok(load);
         }
-        let (at, own) = (point.arc_length_mm, six(&load));
+        let (at, own) = (point.arc_length_mm, to_vector(&load));
         self.behind.retain(|corner| corner.at_mm > at - length);
         let corner = self.corner(k, &own, there)?;
-        let gone_over = if self.behind.is_empty() { load } else { load_of(&self.gone_over(at, own)) };
+        let blended_load = if self.behind.is_empty() { load } else { from_vector(&self.blended_load(at, own)) };
         self.behind.extend(corner);
-        Ok(gone_over)
+        Ok(blended_load)
     }
 
-    /// The load at the length `at` of the path, where the law gives `own`.
-    fn gone_over(&self, at: f64, own: Vector6<f64>) -> Vector6<f64> {
+    /// Returns the blended load at arc length `at`, mm, where the law gives `own`.
+    fn blended_load(&self, at: f64, own: Vector6<f64>) -> Vector6<f64> {
         let length = self.process.corner_mm;
         let (mut load, mut to, mut before) = (Vector6::zeros(), at, own);
         for corner in self.behind.iter().rev() {
             load += before * ((to - corner.at_mm) / length);
             let away = corner.arriving - before;
-            let whole = size(&away);
+            let whole = load_norm(&away);
             if whole > 0.0 {
                 before += away * (corner.jump / whole).min(1.0);
             }
@@ -93,8 +89,8 @@ impl<'a> Corners<'a> {
         load + before * (1.0 - (at - to) / length)
     }
 
-    /// The corner in point `k`, where the law gives `arriving`, if the load jumps there.
-    fn corner(&self, k: usize, arriving: &Vector6<f64>, there: &Placed) -> Result<Option<Corner>, LoadError> {
+    /// Returns the corner in point `k`, where the law gives the load `arriving`; `None` if the load does not jump there.
+    fn corner(&self, k: usize, arriving: &Vector6<f64>, there: &PlacedWorkpiece) -> Result<Option<Corner>, LoadError> {
         let Some([from, to]) = self.path.points().get(k..k + 2).and_then(|pair| <&[PathPoint; 2]>::try_from(pair).ok())
         else {
             return Ok(None);
@@ -106,31 +102,31 @@ impl<'a> Corners<'a> {
         if matches!(departing, PathLoad::Workpiece(_)) {
             return Ok(None);
         }
-        let departing = departing.on_tool(departure(from, to), there.tool_axes());
-        let jump = size(&(six(&departing) - arriving));
+        let departing = departing.on_tool(departure_direction(from, to), there.tool_axes());
+        let jump = load_norm(&(to_vector(&departing) - arriving));
         let corner = Corner { at_mm: from.arc_length_mm, arriving: *arriving, jump };
         Ok((jump > LEAST_JUMP).then_some(corner))
     }
 }
 
-/// Force and moment.
-fn six(load: &Load) -> Vector6<f64> {
+/// Returns force and moment of a load as six components, N and N·mm.
+fn to_vector(load: &Load) -> Vector6<f64> {
     Wrench { force: load.force_N, moment: load.moment_Nmm }.to_vector()
 }
 
-fn load_of(six: &Vector6<f64>) -> Load {
+/// Returns the load with these six components, N and N·mm.
+fn from_vector(six: &Vector6<f64>) -> Load {
     let Wrench { force, moment } = Wrench::from_vector(six);
     Load { force_N: force, moment_Nmm: moment }
 }
 
-/// N.
-fn size(difference: &Vector6<f64>) -> f64 {
+/// Returns the size of a load, N, its moment divided by the lever arm.
+fn load_norm(difference: &Vector6<f64>) -> f64 {
     Wrench::from_vector(difference).norm(ARM_MM)
 }
 
-/// The direction in which a move begins that leads to its first point `to`: the chord halves the angle to the direction there, as it does
-/// on lines and arcs.
-fn departure(from: &PathPoint, to: &PathPoint) -> Vector3<f64> {
+/// Returns the direction in which a move begins that leads to its first point `to`: on lines and arcs the chord halves the angle to the tangent.
+fn departure_direction(from: &PathPoint, to: &PathPoint) -> Vector3<f64> {
     match (to.position_mm - from.position_mm).try_normalize(1e-12) {
         Some(chord) => chord * (2.0 * chord.dot(&to.tangent)) - to.tangent,
         None => to.tangent,

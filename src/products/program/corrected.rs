@@ -1,4 +1,4 @@
-//! Where the tool is sent instead, and the program that sends it there: written, and read back.
+//! Corrects the commanded path, writes the program that follows it, and reads it back.
 
 use nalgebra::Vector3;
 
@@ -8,10 +8,10 @@ use crate::{
     machine::ExternalAxes,
     simulation::{
         ProgramFile,
-        along_path::PathAnswer,
+        along_path::PathPointResult,
         blocks::BlocksBeforeAfter,
-        program_file::{Rewritten, Sent},
-        tasks::Tracked,
+        program_file::{CommandedPath, Rewritten},
+        tasks::PoseTracker,
     },
     spatial::Pose,
     toolpath::{
@@ -20,69 +20,68 @@ use crate::{
     },
 };
 
-/// Where the tool is sent, gathered point after point.
+/// The corrected path of the tool, collected point by point.
 #[derive(Debug, Clone)]
-pub struct Corrected {
-    /// As in the path where there is no command.
-    sent: Sent,
-    /// Points at which the tool cuts but that have no command: index and reason.
+pub struct CorrectedPath {
+    /// Corrected positions and orientations; those of the program where there is no command.
+    sent: CommandedPath,
+    /// Cutting points without a command: index and reason.
     pub failures: Vec<(usize, String)>,
-    /// Points not cut at (rapid moves) that could not be compensated and are left as they were.
-    pub left_alone: usize,
+    /// Number of non-cutting points (rapid moves) that have no correction and keep their position.
+    pub uncorrected: usize,
 }
 
-impl Corrected {
-    /// For `job`, none of its points seen.
+impl CorrectedPath {
+    /// Creates an empty corrected path for `job`.
     pub fn new(job: &ProgramJob) -> Self {
-        Self { sent: Sent::new(job.path.len(), job.turns_tool()), failures: Vec::new(), left_alone: 0 }
+        Self { sent: CommandedPath::new(job.path.len(), job.is_full_pose()), failures: Vec::new(), uncorrected: 0 }
     }
 
-    /// Points seen.
-    pub fn seen(&self) -> usize {
+    /// Returns the number of points added so far.
+    pub fn point_count(&self) -> usize {
         self.sent.positions.len()
     }
 
-    /// Takes the next part of the pass that is to be written.
-    pub fn add(&mut self, job: &ProgramJob, part: &Part<'_>, answers: &[PathAnswer]) {
-        let mut track = job.track();
+    /// Adds the corrected points of the next `part`, whose results are `answers`.
+    pub fn add(&mut self, job: &ProgramJob, part: &Part<'_>, answers: &[PathPointResult]) {
+        let mut track = job.tracker();
         for ((point, task), answer) in part.points.iter().zip(part.tasks()).zip(answers) {
-            let k = self.seen();
+            let k = self.point_count();
             let target = answer.target.filter(|_| answer.status.is_success());
-            let commanded = target.map(|pose| job.commanded(&mut track, point, task.external, pose));
+            let commanded = target.map(|pose| job.commanded_point(&mut track, point, task.external, pose));
             match commanded {
                 Some(_) => {}
                 None if point.cutting => self.failures.push((k, answer.status.reason(&job.machine))),
-                None => self.left_alone += 1,
+                None => self.uncorrected += 1,
             }
             self.sent.add(&commanded.unwrap_or(*point));
         }
     }
 }
 
-/// The compensated program.
+/// The compensated program as text, and the path read back from it.
 #[derive(Debug, Clone)]
-pub struct Written {
+pub struct ProgramAsWritten {
     /// The program's text.
     pub bytes: Vec<u8>,
-    /// Where it sends the tool, read back from the text.
-    pub sent: Sent,
-    /// The farthest that writing has moved a position, mm.
+    /// Path of the tool, read back from the text.
+    pub sent: CommandedPath,
+    /// Largest distance by which writing has moved a position, mm.
     pub rounded_mm: f64,
-    /// The same for the ways in and out of holes of cycles, which all have the correction of the bottom; `None` if there are
-    /// no such holes.
+    /// The same on the way into and out of holes of drilling cycles, which all get the correction of the bottom; `None` without such holes.
     pub in_holes_mm: Option<f64>,
-    /// What the blocks of a G-code program ask of a control, before and as written.
+    /// What the blocks of a G-code program demand of a control, before and as written.
     pub blocks: Option<BlocksBeforeAfter>,
-    /// What becomes of its calls.
+    /// What becomes of its subprogram calls.
     pub calls: WrittenCalls,
 }
 
 impl ProgramJob {
-    /// The point of the path that commands `target` in place of `point`. Along axes that are not controlled its position is that of the
-    /// program, and so is its orientation if that is not corrected.
-    pub(super) fn commanded(
+    /// Returns the path point (workpiece frame) that commands the platform pose `target` in place of `point`. Coordinates that the drives do
+    /// not control keep the program's values, and so does the orientation if it is not compensated.
+    pub(super) fn commanded_point(
         &self,
-        track: &mut Tracked<'_>,
+        track: &mut PoseTracker<'_>,
         point: &PathPoint,
         external: Option<ExternalAxes>,
         target: Pose,
@@ -94,28 +93,28 @@ impl ProgramJob {
         for axis in self.machine.uncontrolled_axes() {
             position[axis] = own[axis];
         }
-        let own = point.orientation.filter(|_| self.turns_tool());
+        let own = point.orientation.filter(|_| self.is_full_pose());
         PathPoint {
             position_mm: workpiece.inverse().transform(position),
-            orientation: own.map(|own| placed.orientation_of(&target.rotation, &own)).or(point.orientation),
+            orientation: own.map(|own| placed.tool_orientation_at(&target.rotation, &own)).or(point.orientation),
             ..*point
         }
     }
 
-    /// Where the tool went at each point of the path from where it went in a pass, `measured` (workpiece frame, mm): one
-    /// position per point of the path, or per row of a polyline file, between which the deviation is interpolated.
+    /// Returns the measured position at each point of the path (workpiece frame, mm) from `measured`: one position per point, or one per row
+    /// of a polyline file, between which the deviation is interpolated.
     ///
     /// # Errors
-    /// Neither as many positions as points nor as rows; in words.
-    pub fn measured(&self, measured: Vec<Vector3<f64>>) -> std::result::Result<Vec<Vector3<f64>>, String> {
+    /// The number of positions is neither that of the points nor that of the rows; the message is in words.
+    pub fn measured_points(&self, measured: Vec<Vector3<f64>>) -> std::result::Result<Vec<Vector3<f64>>, String> {
         let points = self.path.len();
         let nominal = match &self.file {
             _ if measured.len() == points => return Ok(measured),
             ProgramFile::Polyline(polyline) => polyline.toolpath().positions_mm(),
-            _ => return Err(counts(measured.len(), points, points)),
+            _ => return Err(count_problem(measured.len(), points, points)),
         };
         if measured.len() != nominal.len() {
-            return Err(counts(measured.len(), points, nominal.len()));
+            return Err(count_problem(measured.len(), points, nominal.len()));
         }
         let deviation = |row: usize| measured[row] - nominal[row];
         let went = |point: &PathPoint| {
@@ -125,21 +124,20 @@ impl ProgramJob {
         Ok(self.path.points().iter().map(went).collect())
     }
 
-    /// Positions that mirror a measured pass at the wanted path, Figure 2. `measured`: where the tool went, workpiece
-    /// frame, mm, one position per point of the path.
-    pub fn mirrored(&self, measured: &[Vector3<f64>]) -> Sent {
+    /// Returns the positions (workpiece frame, mm) that mirror the `measured` ones, one per point of the path, at the wanted path, Figure 2.
+    pub fn mirrored_path(&self, measured: &[Vector3<f64>]) -> CommandedPath {
         let mirrored = self.path.points().iter().zip(measured).map(|(point, went)| point.position_mm * 2.0 - went);
-        Sent { positions: mirrored.collect(), orientations: None }
+        CommandedPath { positions: mirrored.collect(), orientations: None }
     }
 
-    /// Writes the program that sends the tool where `corrected` says, and reads it back.
+    /// Writes the program that follows `corrected`, and reads it back.
     ///
     /// # Errors
     /// The program cannot be rewritten.
-    pub fn write(&self, corrected: &Corrected) -> Result<Written> {
+    pub fn write(&self, corrected: &CorrectedPath) -> Result<ProgramAsWritten> {
         let wanted = &corrected.sent;
         let Rewritten { bytes, back, blocks, calls } =
-            self.file.rewritten(&self.path, &wanted.positions, wanted.orientations.as_deref(), &self.process)?;
+            self.file.rewrite(&self.path, &wanted.positions, wanted.orientations.as_deref(), &self.process)?;
         let (mut rounded_mm, mut in_holes_mm) = (0.0, None);
         let positions = wanted.positions.iter().zip(&back.positions);
         for (point, (wanted, written)) in self.path.points().iter().zip(positions) {
@@ -154,11 +152,12 @@ impl ProgramJob {
             Some(Calls::WrittenOut(differs)) => (bytes, WrittenCalls::WrittenOut { because: differs.to_string() }),
             Some(Calls::Stay { program, beside }) => (program, WrittenCalls::Stay { beside, written_out: bytes }),
         };
-        Ok(Written { bytes, sent: back, rounded_mm, in_holes_mm, blocks, calls })
+        Ok(ProgramAsWritten { bytes, sent: back, rounded_mm, in_holes_mm, blocks, calls })
     }
 }
 
-fn counts(found: usize, points: usize, rows: usize) -> String {
+/// Returns the message for `found` measured positions where a path has `points` points from `rows` rows.
+fn count_problem(found: usize, points: usize, rows: usize) -> String {
     match points == rows {
         true => format!("has {found} positions, but the path has {points} points: expected one for each"),
         false => format!(
@@ -168,29 +167,28 @@ fn counts(found: usize, points: usize, rows: usize) -> String {
     }
 }
 
-/// What becomes of the calls, loops and jumps of a program.
+/// What became of the calls, loops and jumps of a program.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum WrittenCalls {
-    /// It has none, or it was to be written out.
+    /// The program has none, or the user asked to write it out.
     None,
-    /// They stay.
+    /// The calls stay in the program.
     Stay {
-        /// The files that it calls beside it, as they are to be.
+        /// The called files beside it, with their new contents.
         beside: Vec<CalledFile>,
-        /// The program if they did not.
+        /// The program without calls, in case they cannot stay.
         written_out: Vec<u8>,
     },
-    /// The program is written out.
+    /// The program is written out, without calls.
     WrittenOut {
         /// Why, in words.
         because: String,
     },
 }
 
-impl Written {
-    /// Writes the program out after all unless every file that it calls beside it may be there as it is to be, as `may` says: an error
-    /// tells why not.
-    pub fn call_beside_only_if(&mut self, may: impl Fn(&CalledFile) -> Result<()>) {
+impl ProgramAsWritten {
+    /// Writes the program out unless `may` accepts every called file; the error of `may` becomes the reason.
+    pub fn keep_calls_only_if(&mut self, may: impl Fn(&CalledFile) -> Result<()>) {
         let WrittenCalls::Stay { beside, written_out } = &mut self.calls else { return };
         if let Some(error) = beside.iter().find_map(|file| may(file).err()) {
             self.bytes = std::mem::take(written_out);
@@ -199,8 +197,8 @@ impl Written {
         }
     }
 
-    /// The files that it calls beside it, as they are to be there.
-    pub fn called(&self) -> &[CalledFile] {
+    /// Returns the files that the program calls beside it, with their new contents.
+    pub fn callees(&self) -> &[CalledFile] {
         match &self.calls {
             WrittenCalls::Stay { beside, .. } => beside,
             _ => &[],

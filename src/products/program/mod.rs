@@ -16,11 +16,11 @@ use std::{path::Path, sync::OnceLock};
 
 use serde::Serialize;
 
-use self::{part::TrackPart, turned::turned};
-pub use compensate::{Asked, Compensated, InMemory, Proved, Receiver, Refused, Way};
-pub use corrected::{Corrected, Written, WrittenCalls};
+use self::{part::TrackPart, turned::with_best_gamma};
+pub use compensate::{Asked, CommandSource, Compensated, InMemory, ProvedProgram, Receiver, Refusal};
+pub use corrected::{CorrectedPath, ProgramAsWritten, WrittenCalls};
 pub use part::Part;
-pub use prove::{LawBehind, ProvedPart};
+pub use prove::{CuttingLawCheck, ProvedPart};
 
 use crate::{
     compensation::{Method, Target, TaskPoint},
@@ -29,64 +29,66 @@ use crate::{
     process::{cutting::LoadError, file::Process},
     redundancy::FoundGamma,
     simulation::{
-        Machines, ProgramFile, Sent,
-        along_path::{Commands, Left, PathAnswer, PathSummary, PathSums, run_tracked},
+        CommandedPath, Machines, ProgramFile,
+        along_path::{Commands, PathPointResult, PathSummary, PathSums, PointResidual, run_tracked},
         external_axes::locked_along,
-        tasks::Tracked,
+        tasks::PoseTracker,
     },
     spatial::Pose,
     toolpath::{PathPoint, Toolpath},
     work::Work,
 };
 
-/// A program ready to be compensated on a machine.
+/// A program ready to be compensated: its machine, process and path, with the cutting force along it.
 #[derive(Debug, Clone)]
 pub struct ProgramJob {
     /// The nominal machine with the tool of the process.
     pub machine: Machine,
-    /// The machine with its errors.
+    /// The actual machine: `machine` with the chain errors of the process.
     pub real: Machine,
     /// The process.
     pub process: Process,
-    /// The program; if γ was sought, as it says then how the platform stands.
+    /// The program; where the best γ was sought, it has the orientations of that γ.
     pub file: ProgramFile,
-    /// What was found of γ, the rotation about the tool axis, if the process asks for the best one.
+    /// The γ (rotation about the tool axis) that was found, if the process asks for the best one.
     pub redundancy: Option<FoundGamma>,
-    /// Its points.
+    /// The points of the program.
     pub path: Toolpath,
-    /// Its name in errors.
+    /// The program's name in error messages.
     name: String,
-    /// What is wanted at each point, if that is not found again whenever it is needed: a platform that turns with its position is tracked
-    /// from point to point, which takes long.
-    kept: Option<Vec<TaskPoint>>,
-    /// Where the machine is tracked along each part of a program that is not too long to keep it.
-    track: Vec<OnceLock<TrackPart>>,
+    /// Task points of all path points; `None` where they are computed when needed. Stored only for a platform with parasitic rotation, whose
+    /// poses must be tracked from point to point, which takes long.
+    tasks: Option<Vec<TaskPoint>>,
+    /// Tracked configurations of each part, filled when first needed; empty for programs too long to store them.
+    part_tracks: Vec<OnceLock<TrackPart>>,
+    /// Whether the tool cuts at no point; all points then count in the residual error.
     cuts_nowhere: bool,
+    /// Whether the path ends where it begins.
     is_closed: bool,
 }
 
-/// How the points of a program get their commands.
+/// Where the drive commands along a program come from.
 #[derive(Debug, Clone, Copy)]
 pub enum ProgramCommands<'a> {
-    /// By a compensation method.
+    /// A compensation method computes them.
     Method(Method),
-    /// From a program.
-    Sent(&'a Sent),
-    /// Drive positions at each point, mm or rad.
+    /// They send the tool along this path, as a program does.
+    CommandedPath(&'a CommandedPath),
+    /// They are these drive positions at each point, mm or rad.
     Drives(&'a [Vec<f64>]),
 }
 
-/// A pass over the program: what some commands lead to.
+/// Residual errors of one simulated pass over the program.
 #[derive(Debug, Clone, Serialize)]
 pub struct Pass {
-    /// What was commanded, in words.
+    /// Name of the commands, such as a method or "…, as written".
     pub name: String,
-    /// Summed up over the points at which the tool cuts.
+    /// Residual errors over the points that count.
     pub summary: PathSummary,
 }
 
 impl ProgramJob {
-    /// Reads the program in `file` and the cutting force along it.
+    /// Reads the program in `file` and computes the cutting force along it.
     ///
     /// # Errors
     /// As [`ProgramFile::read`] and [`ProgramJob::new`].
@@ -95,65 +97,64 @@ impl ProgramJob {
         Self::new(process, program, &file.display().to_string(), work)
     }
 
-    /// `program`, called `name` in errors, with the cutting force along it; γ is sought if the process asks for the best one, which is what
-    /// `work` is told of.
+    /// Prepares `program`, called `name` in errors, and computes the cutting force along it; seeks γ if the process asks for the best one,
+    /// and reports the progress of that to `work`.
     ///
     /// # Errors
-    /// A target that a program cannot command, a program that moves nowhere or has too many points, or a path that lacks what
-    /// the cutting force needs; no γ that is possible all along, or a format that cannot say it; those of `work`.
+    /// A target that a program cannot command, a program that moves nowhere or has too many points, or a path that lacks what the cutting
+    /// force needs; no γ that is possible along the whole path, or a format that cannot express it; errors of `work`.
     pub fn new(process: Process, program: ProgramFile, name: &str, work: &Work) -> Result<Self> {
         let (process, program, redundancy) = match process.redundancy.is_sought() {
-            true => turned(&process, &program, name, work)?,
+            true => with_best_gamma(&process, &program, name, work)?,
             false => (process, program, None),
         };
         let path = program.long_toolpath(process.sampling)?;
         if path.is_empty() {
             let problem = match &program {
-                ProgramFile::Gcode(program) if !program.notes().not_located.is_empty() => {
+                ProgramFile::Gcode(program) if !program.notes().unlocated_lines.is_empty() => {
                     "moves nowhere known: a G0 or G1 to a position in X, Y and Z is expected, or start_mm in [gcode]"
                 }
                 #[cfg(not(target_family = "wasm"))]
-                ProgramFile::Robot(program) if !program.notes().not_located.is_empty() => {
+                ProgramFile::Robot(program) if !program.notes().unlocated_lines.is_empty() => {
                     "moves nowhere known: a motion to a full pose is expected (X, Y, Z and the orientation)"
                 }
                 _ => "moves nowhere: a program with at least one motion is expected",
             };
             return Err(Error::argument(name, problem));
         }
-        check_says_turns(&process, &path, name)?;
-        let path = process.with_cuts(path, name)?;
+        check_orientations(&process, &path, name)?;
+        let path = process.mark_cutting(path, name)?;
         let process = Process { machine: locked_along(&process.machine, &path, name)?, ..process };
         let machine = process.machine.clone();
         let faulty = |fault: LoadError| Error::argument(name, fault.to_string());
         process.check_loads(&path).map_err(faulty)?;
         let all = || (0..path.len()).map(part::task_at(&process, &path)).collect::<std::result::Result<_, _>>();
-        let kept = machine.turns_with_position.then(all).transpose().map_err(faulty)?;
+        let tasks = machine.has_parasitic_rotation.then(all).transpose().map_err(faulty)?;
         let real = Machines::new(&machine, &process.errors)?.real;
         let cuts_nowhere = !path.points().iter().any(|point| point.cutting);
         let is_closed = path.is_closed();
-        let (name, track) = (name.to_string(), part::track(&path));
+        let (name, part_tracks) = (name.to_string(), part::empty_tracks(&path));
         let file = program;
-        Ok(Self { real, machine, process, file, redundancy, path, name, kept, track, cuts_nowhere, is_closed })
+        Ok(Self { real, machine, process, file, redundancy, path, name, tasks, part_tracks, cuts_nowhere, is_closed })
     }
 
-    /// Whether point `k` counts in what is left: the tool cuts there, if it does anywhere, and it is not a closed path's begin,
-    /// which comes once more at its end.
-    pub fn counts(&self, k: usize) -> bool {
+    /// Returns whether point `k` counts in the residual error: the tool cuts there, or the program cuts nowhere; the first point of a closed
+    /// path does not count, since it is also the last.
+    pub fn is_counted(&self, k: usize) -> bool {
         (self.path.points()[k].cutting || self.cuts_nowhere) && (k > 0 || !self.is_closed)
     }
 
-    /// Whether the tool is turned as well as moved.
-    pub(super) fn turns_tool(&self) -> bool {
-        turns_tool(&self.process)
+    /// Returns whether the tool's orientation is compensated as well as its position.
+    pub(super) fn is_full_pose(&self) -> bool {
+        is_full_pose(&self.process)
     }
 
-    /// The machine at home, to be tracked along the program.
-    fn track(&self) -> Tracked<'_> {
-        Tracked::new(&self.machine, &self.process.placement)
+    /// Returns a tracker of the nominal machine that begins at home.
+    fn tracker(&self) -> PoseTracker<'_> {
+        PoseTracker::new(&self.machine, &self.process.placement)
     }
 
-    /// One pass over the program; `take` gets some points that follow one another, and their answers. `done` is called after each
-    /// point.
+    /// Simulates `commands` over the program. `take` gets each part with its results, in order; `done` is called after each point.
     ///
     /// # Errors
     /// Of `take`.
@@ -162,33 +163,33 @@ impl ProgramJob {
         name: impl Into<String>,
         commands: &ProgramCommands<'_>,
         done: &(dyn Fn() + Sync),
-        mut take: impl FnMut(&Part<'_>, &[PathAnswer]) -> Result<()>,
+        mut take: impl FnMut(&Part<'_>, &[PathPointResult]) -> Result<()>,
     ) -> Result<Pass> {
-        let (mut sums, mut track, mut before) = (PathSums::default(), self.track(), None);
+        let (mut sums, mut track, mut before) = (PathSums::default(), self.tracker(), None);
         for part in self.parts() {
             let part = part?;
             let case = part.case([&self.machine, &self.real, &self.machine]);
-            let along = self.tracking(&part, &mut before);
+            let along = self.track(&part, &mut before);
             let answers =
-                self.answers(&part, &mut track, commands, &|commands| run_tracked(&case, commands, &along, done));
+                self.part_results(&part, &mut track, commands, &|commands| run_tracked(&case, commands, &along, done));
             self.sum_up(&mut sums, part.first, &answers);
             take(&part, &answers)?;
         }
         Ok(Pass { name: name.into(), summary: sums.summary() })
     }
 
-    /// What `run` answers to `commands` at the points of `part`, as poses if they are positions; `tracked` comes from the part before.
-    fn answers(
+    /// Returns the results of `commands` at the points of `part`, computed by `run`; `track`, from the part before, turns positions into poses of P.
+    fn part_results(
         &self,
         part: &Part<'_>,
-        track: &mut Tracked<'_>,
+        track: &mut PoseTracker<'_>,
         commands: &ProgramCommands<'_>,
-        run: &dyn Fn(&Commands<'_>) -> Vec<PathAnswer>,
-    ) -> Vec<PathAnswer> {
+        run: &dyn Fn(&Commands<'_>) -> Vec<PathPointResult>,
+    ) -> Vec<PathPointResult> {
         match commands {
             ProgramCommands::Method(method) => run(&Commands::Method(*method)),
             ProgramCommands::Drives(drives) => run(&Commands::Drives(&drives[part.range()])),
-            ProgramCommands::Sent(sent) => {
+            ProgramCommands::CommandedPath(sent) => {
                 let asked = part.range().zip(part.points).zip(part.tasks());
                 let pose = |((k, point), task): ((usize, &PathPoint), &TaskPoint)| {
                     let turned = sent.orientations.as_ref().map(|orientations| &orientations[k]);
@@ -200,13 +201,13 @@ impl ProgramJob {
         }
     }
 
-    /// Adds those of `answers`, from point `first` on, that count.
-    fn sum_up(&self, sums: &mut PathSums, first: usize, answers: &[PathAnswer]) {
-        let counted = answers.iter().enumerate().filter(|(k, _)| self.counts(first + k));
-        counted.for_each(|(_, answer)| sums.add(&Left::of(answer, &self.machine)));
+    /// Adds to `sums` the residuals of those points that count; `answers` begin at point `first`.
+    fn sum_up(&self, sums: &mut PathSums, first: usize, answers: &[PathPointResult]) {
+        let counted = answers.iter().enumerate().filter(|(k, _)| self.is_counted(first + k));
+        counted.for_each(|(_, answer)| sums.add(&PointResidual::of(answer, &self.machine)));
     }
 
-    /// One pass by a method.
+    /// Simulates the commands of a compensation method over the whole program, see [`ProgramJob::pass`].
     ///
     /// # Errors
     /// As [`ProgramJob::pass`].
@@ -214,21 +215,21 @@ impl ProgramJob {
         &self,
         method: Method,
         done: &(dyn Fn() + Sync),
-        take: impl FnMut(&Part<'_>, &[PathAnswer]) -> Result<()>,
+        take: impl FnMut(&Part<'_>, &[PathPointResult]) -> Result<()>,
     ) -> Result<Pass> {
         self.pass(method.label(), &ProgramCommands::Method(method), done, take)
     }
 }
 
-/// Whether the orientation of the platform is compensated.
-fn turns_tool(process: &Process) -> bool {
+/// Returns whether the orientation of the platform is compensated.
+fn is_full_pose(process: &Process) -> bool {
     let controls = &process.machine.controls;
     process.target == Target::FullPose && controls.iter().any(|c| matches!(c, Coordinate::Rotation(_)))
 }
 
-/// A program whose orientations are to be corrected must say how the tool stands.
-fn check_says_turns(process: &Process, path: &Toolpath, name: &str) -> Result<()> {
-    if !turns_tool(process) || path.points().iter().all(|point| point.orientation.is_some()) {
+/// Checks that the program gives the tool's orientation at each point, if orientations are to be compensated.
+fn check_orientations(process: &Process, path: &Toolpath, name: &str) -> Result<()> {
+    if !is_full_pose(process) || path.points().iter().all(|point| point.orientation.is_some()) {
         return Ok(());
     }
     let problem = "full_pose cannot be written: the program does not say how the tool stands at each point; expected one that does (a \

@@ -1,4 +1,4 @@
-//! A program in parts, so that memory does not grow with it: what is wanted at the points of a part is found when it is needed.
+//! Splits a program into parts, so that memory does not grow with its length: task points of a part are computed when needed.
 
 use std::{borrow::Cow, ops::Range, sync::OnceLock};
 
@@ -9,65 +9,65 @@ use crate::{
     machine::{Configuration, Machine},
     process::{cutting::LoadError, file::Process},
     simulation::{
-        along_path::{BLOCK, PART, PathCase, last_of_blocks, lead, parts},
-        tasks::unloaded,
+        along_path::{BLOCK, PART, PathCase, last_configuration, parts, track_blocks},
+        tasks::unloaded_tasks,
         tracking::TrackPoint,
     },
     toolpath::{PathPoint, Toolpath},
 };
 
-/// Points of a program that follow one another.
+/// A range of consecutive points of a program with their task points.
 #[derive(Debug, Clone)]
 pub struct Part<'a> {
-    /// Index of the first of them.
+    /// Index of the first point.
     pub first: usize,
-    /// The points.
+    /// Points of the path.
     pub points: &'a [PathPoint],
     tasks: Vec<TaskPoint>,
 }
 
 impl Part<'_> {
-    /// What is wanted at its points, under load.
+    /// Returns the task points (pose and load) of the part.
     pub fn tasks(&self) -> &[TaskPoint] {
         &self.tasks
     }
 
-    /// Indices of its points.
+    /// Returns the indices of its points.
     pub fn range(&self) -> Range<usize> {
         self.first..self.first + self.points.len()
     }
 
-    /// These points to be solved: `nominal` computes commands, `real` answers them, deflections are measured from the rest of `unloaded`.
+    /// Returns the part as a path to solve: `nominal` computes commands, `real` is the actual machine; deflections begin at rest of `unloaded`.
     pub(super) fn case<'a>(&'a self, [nominal, real, unloaded]: [&'a Machine; 3]) -> PathCase<'a> {
         PathCase { nominal, real, unloaded, before: None, tasks: &self.tasks }
     }
 
-    /// The same points, something else wanted of them.
-    pub fn asked(&self, other: impl Fn(&TaskPoint) -> TaskPoint) -> Self {
+    /// Returns the same points with each task point changed by `other`.
+    pub fn with_tasks(&self, other: impl Fn(&TaskPoint) -> TaskPoint) -> Self {
         Self { tasks: self.tasks.iter().map(other).collect(), ..self.clone() }
     }
 }
 
-/// Most points of a program that is corrected within limits: of all of them at once.
+/// Most points of a program that is corrected within limits, since that solves all points at once.
 const MOST_AT_ONCE: usize = 200_000;
 
-/// Where the nominal machine is tracked along a part, block by block.
+/// Tracked points of the nominal machine along a part, block by block.
 pub(super) type TrackPart = Vec<Vec<TrackPoint>>;
 
-/// Of a program of at most so many points, where the machine is tracked is found once; of a longer one whenever it is needed.
-const LED_ONCE: usize = 200_000;
+/// Most points of a program whose tracked configurations are stored; those of longer programs are computed anew for each pass.
+const MOST_STORED: usize = 200_000;
 
-/// Where the machine is tracked along the parts of `path`, none found yet.
-pub(super) fn track(path: &Toolpath) -> Vec<OnceLock<TrackPart>> {
-    if path.len() > LED_ONCE { Vec::new() } else { parts(path.len()).map(|_| OnceLock::new()).collect() }
+/// Returns empty storage for the tracked points of each part of `path`; no storage at all if the path is too long.
+pub(super) fn empty_tracks(path: &Toolpath) -> Vec<OnceLock<TrackPart>> {
+    if path.len() > MOST_STORED { Vec::new() } else { parts(path.len()).map(|_| OnceLock::new()).collect() }
 }
 
-/// What is wanted at points of `path`, asked for one after another by their indices: the force goes over from one move to the next.
+/// Returns a function from the index of a point of `path` to its task point, to be called in order, since the force blends from move to move.
 pub(super) fn task_at<'a>(
     process: &'a Process,
     path: &'a Toolpath,
 ) -> impl FnMut(usize) -> std::result::Result<TaskPoint, LoadError> + use<'a> {
-    let mut unloaded = unloaded(&process.machine, &process.placement, process.target, path);
+    let mut unloaded = unloaded_tasks(&process.machine, &process.placement, process.target, path);
     let mut corners = Corners::new(process, path);
     move |k| {
         let (task, there) = unloaded(&path.points()[k]);
@@ -76,37 +76,37 @@ pub(super) fn task_at<'a>(
 }
 
 impl ProgramJob {
-    /// Where the machine is tracked along `part`, which follows what it was tracked along `before`; `before` then stands at its end.
-    pub(super) fn tracking(&self, part: &Part<'_>, before: &mut Option<Configuration>) -> Cow<'_, [Vec<TrackPoint>]> {
-        let find = || lead(&self.machine, before.as_ref(), part.tasks(), |_, _| true);
-        let track = match self.track.get(part.first / PART) {
+    /// Returns the tracked points of the nominal machine along `part` from the configuration `before`, and sets that to the end of the part.
+    pub(super) fn track(&self, part: &Part<'_>, before: &mut Option<Configuration>) -> Cow<'_, [Vec<TrackPoint>]> {
+        let find = || track_blocks(&self.machine, before.as_ref(), part.tasks(), |_, _| true);
+        let track = match self.part_tracks.get(part.first / PART) {
             Some(track) => Cow::Borrowed(track.get_or_init(find).as_slice()),
             None => Cow::Owned(find()),
         };
-        if let Some(last) = last_of_blocks(&track) {
+        if let Some(last) = last_configuration(&track) {
             *before = Some(last.clone());
         }
         track
     }
 
-    /// Notes where the machine is tracked along `part`.
-    pub(super) fn keep_tracked(&self, part: &Part<'_>, found: TrackPart) {
-        if let Some(track) = self.track.get(part.first / PART) {
+    /// Stores the tracked points of `part`, if the program is short enough.
+    pub(super) fn store_track(&self, part: &Part<'_>, found: TrackPart) {
+        if let Some(track) = self.part_tracks.get(part.first / PART) {
             track.get_or_init(|| found);
         }
     }
 
-    /// The parts of the program, in order.
+    /// Returns the parts of the program, in order.
     ///
     /// # Errors
-    /// None in fact: there is a load at every point of a program that was read.
+    /// In practice none: every point of a program that was read has a load.
     pub fn parts(&self) -> impl Iterator<Item = Result<Part<'_>>> {
         let process = &self.process;
         let mut task = task_at(process, &self.path);
         parts(self.path.len()).map(move |range| {
             let (first, points) = (range.start, &self.path.points()[range.clone()]);
-            let tasks = match &self.kept {
-                Some(kept) => kept[range].to_vec(),
+            let tasks = match &self.tasks {
+                Some(tasks) => tasks[range].to_vec(),
                 None => range
                     .map(&mut task)
                     .collect::<std::result::Result<_, _>>()
@@ -116,10 +116,7 @@ impl ProgramJob {
         })
     }
 
-    /// What is wanted at all points.
-    ///
-    /// # Errors
-    /// Too many points.
+    /// Returns the task points of the whole program; an error if it has more than [`MOST_AT_ONCE`] points.
     pub(super) fn all_tasks(&self) -> Result<Vec<TaskPoint>> {
         let points = self.path.len();
         if points > MOST_AT_ONCE {
@@ -136,16 +133,16 @@ impl ProgramJob {
         Ok(tasks)
     }
 
-    /// The first points at which the tool cuts and to which the rigid machine cannot be tracked: index and reason. Their number is at most
-    /// `most`, and nothing is looked at far beyond them. `done` is called with the number of points looked at, after each part.
+    /// Returns index and reason of the first cutting points to which the rigid machine cannot be tracked, at most `most`. Stops at the part
+    /// of the first such point; calls `done` after each part with the number of its points.
     ///
     /// # Errors
     /// As [`ProgramJob::parts`].
-    pub fn out_of_reach(&self, most: usize, mut done: impl FnMut(usize)) -> Result<Vec<(usize, String)>> {
+    pub fn untrackable_points(&self, most: usize, mut done: impl FnMut(usize)) -> Result<Vec<(usize, String)>> {
         let mut before = None;
         for part in self.parts() {
             let part = part?;
-            let found = self.out_of_reach_in(&part, &mut before, most);
+            let found = self.untrackable_in_part(&part, &mut before, most);
             done(part.points.len());
             if !found.is_empty() {
                 return Ok(found);
@@ -154,29 +151,30 @@ impl ProgramJob {
         Ok(Vec::new())
     }
 
-    fn out_of_reach_in(
+    /// Returns the untrackable cutting points of `part`, at most `most`; if there are none, stores the track and moves `before` to its end.
+    fn untrackable_in_part(
         &self,
         part: &Part<'_>,
         before: &mut Option<Configuration>,
         most: usize,
     ) -> Vec<(usize, String)> {
-        let is_out = |k: usize, at: &TrackPoint| part.points[k].cutting && at.asked.is_err();
+        let is_out = |k: usize, at: &TrackPoint| part.points[k].cutting && at.tracked.is_err();
         let out = |start: usize, track: &[TrackPoint]| (start..).zip(track).filter(|(k, at)| is_out(*k, at)).count();
         // What is out of reach takes longest.
-        let track = lead(&self.machine, before.as_ref(), part.tasks(), |start, track| {
-            track.last().is_none_or(|at| at.asked.is_ok()) || out(start, track) < most
+        let track = track_blocks(&self.machine, before.as_ref(), part.tasks(), |start, track| {
+            track.last().is_none_or(|at| at.tracked.is_ok()) || out(start, track) < most
         });
         let mut found = Vec::new();
         for (start, track) in (0..).step_by(BLOCK).zip(&track) {
             for (k, at) in (start..).zip(track) {
-                if let (true, Err(status)) = (is_out(k, at), &at.asked) {
+                if let (true, Err(status)) = (is_out(k, at), &at.tracked) {
                     found.push((part.first + k, status.reason(&self.machine)));
                 }
             }
         }
         if found.is_empty() {
-            *before = last_of_blocks(&track).cloned().or(before.take());
-            self.keep_tracked(part, track);
+            *before = last_configuration(&track).cloned().or(before.take());
+            self.store_track(part, track);
         }
         found.truncate(most);
         found

@@ -1,42 +1,41 @@
-//! What a written program does, beside no compensation, whose sources are told apart, and other methods.
+//! Proves a written program by simulating it, beside no compensation (each error source alone) and other methods.
 
 use nalgebra::Vector3;
 
-use super::{Asked, Part, Pass, ProgramCommands, ProgramJob, Written};
+use super::{Asked, Part, Pass, ProgramAsWritten, ProgramCommands, ProgramJob};
 use crate::{
     compensation::Method,
     input::error::{Error, Result},
     process::cutting::PathLoad,
     simulation::{
         BySource, Machines, Source,
-        along_path::{Commands, PathAnswer, PathSums, run_tracked},
-        tasks::Tracked,
+        along_path::{Commands, PathPointResult, PathSums, run_tracked},
+        tasks::PoseTracker,
     },
     spatial::Wrench,
     toolpath::Load,
 };
 
-/// Points of a program that follow one another, and what the tool does there.
+/// Consecutive points of a program, with simulated results before and after compensation.
 #[derive(Debug)]
 pub struct ProvedPart<'a> {
     /// The points.
     pub part: &'a Part<'a>,
-    /// Displacements from the path without compensation under each source, base axes, mm; `None` where the machine does not settle. Empty
-    /// for a source that is not told apart.
+    /// Error at each point without compensation by source, base axes, mm; `None` without equilibrium; empty for a source not simulated alone.
     pub before: &'a BySource<Vec<Option<Vector3<f64>>>>,
-    /// The program as written.
-    pub written: &'a [PathAnswer],
+    /// Results of the program as written.
+    pub written: &'a [PathPointResult],
 }
 
 impl ProgramJob {
-    /// What the program does without compensation, by the other methods `asked` for, in their order, and as `written` under `name`. All of this
-    /// is computed part by part, as the machine is tracked along a part but once; `take` gets them in order. `done` is called after each point of each pass.
+    /// Simulates the program without compensation, by the other methods `asked` for, and as `written` under `name`; returns these passes in
+    /// this order. `take` gets each part in order, and `done` is called after each point of each pass.
     ///
     /// # Errors
-    /// Of `take`, a machine that does not rest under its weight, or a cutting force that its law does not give.
+    /// Errors of `take`, a machine without equilibrium under its weight, or a cutting force that its law does not give.
     pub fn prove(
         &self,
-        (name, written): (String, &Written),
+        (name, written): (String, &ProgramAsWritten),
         asked: &Asked,
         done: &(dyn Fn() + Sync),
         mut take: impl FnMut(&ProvedPart<'_>) -> Result<()>,
@@ -44,30 +43,30 @@ impl ProgramJob {
         let machines = Machines::new(&self.machine, &self.process.errors)?;
         let methods: Vec<Method> = [Method::None].into_iter().chain(asked.compared.iter().copied()).collect();
         let (mut sums, mut as_written) = (vec![PathSums::default(); methods.len()], PathSums::default());
-        let (mut written_tracked, mut law, mut tracked_before) = (self.track(), LawBehind::new(self), None);
+        let (mut written_tracked, mut law, mut tracked_before) = (self.tracker(), CuttingLawCheck::new(self), None);
         for part in self.parts() {
             let part = part?;
-            law.holds(&part)?;
+            law.check(&part)?;
             let case = part.case([&self.machine, &self.real, &self.machine]);
-            let track = self.tracking(&part, &mut tracked_before);
+            let track = self.track(&part, &mut tracked_before);
             let before = BySource::of(&self.machine, |source| {
                 if source != Source::All && !asked.sources_apart {
                     return Vec::new();
                 }
-                let alone = part.asked(|task| source.task(task));
+                let alone = part.with_tasks(|task| source.task(task));
                 let case = alone.case([machines.nominal(source), machines.actual(source), machines.unloaded()]);
                 let answers = run_tracked(&case, &Commands::Method(Method::None), &track, done);
                 if source == Source::All {
                     self.sum_up(&mut sums[0], part.first, &answers);
                 }
-                answers.iter().map(PathAnswer::settled_error).collect()
+                answers.iter().map(PathPointResult::solved_error).collect()
             });
             for (method, sums) in methods.iter().zip(&mut sums).skip(1) {
                 let answers = run_tracked(&case, &Commands::Method(*method), &track, done);
                 self.sum_up(sums, part.first, &answers);
             }
-            let commands = ProgramCommands::Sent(&written.sent);
-            let answers = self.answers(&part, &mut written_tracked, &commands, &|commands| {
+            let commands = ProgramCommands::CommandedPath(&written.sent);
+            let answers = self.part_results(&part, &mut written_tracked, &commands, &|commands| {
                 run_tracked(&case, commands, &track, done)
             });
             self.sum_up(&mut as_written, part.first, &answers);
@@ -79,35 +78,34 @@ impl ProgramJob {
     }
 }
 
-/// What the law of the cutting force gives at the ends of moves behind a point. Commands and proof take the force from the same tasks, so
-/// the proof holds it against the law itself.
-pub struct LawBehind<'a> {
+/// Checks the loads of task points against the cutting-force law, since commands and proof use the same task points.
+pub struct CuttingLawCheck<'a> {
     job: &'a ProgramJob,
-    track: Tracked<'a>,
-    /// The move of the point before, the length of the path up to it, and the six components there, N and N·mm.
+    track: PoseTracker<'a>,
+    /// Move of the point before, arc length up to it (mm), and its six load components (N, N·mm).
     before: Option<(usize, f64, [f64; 6])>,
+    /// Arc length and load at the ends of recent moves.
     ends: Vec<(f64, [f64; 6])>,
 }
 
-/// How far a component may be beyond those of the law, as a share of the largest: rounding.
+/// How far a load component may lie outside the law's range, as a share of the largest component: rounding.
 const ROUNDING: f64 = 1e-9;
 
-impl<'a> LawBehind<'a> {
-    /// Of `job`, none of whose points are seen.
+impl<'a> CuttingLawCheck<'a> {
+    /// Starts a check at the beginning of `job`.
     pub fn new(job: &'a ProgramJob) -> Self {
-        Self { job, track: job.track(), before: None, ends: Vec::new() }
+        Self { job, track: job.tracker(), before: None, ends: Vec::new() }
     }
 
-    /// Checks that on each axis of W the load at the points of the next `part` is between those of the law there and at the ends of moves
-    /// less than the length of corners behind.
+    /// Checks that along each axis of W the loads of `part` lie between those of the law there and at the ends of moves within the blending length.
     ///
     /// # Errors
-    /// It is not.
-    pub fn holds(&mut self, part: &Part<'_>) -> Result<()> {
+    /// A load lies outside.
+    pub fn check(&mut self, part: &Part<'_>) -> Result<()> {
         for (point, task) in part.points.iter().zip(part.tasks()) {
             let law =
                 self.job.process.load(point).map_err(|fault| Error::argument(&self.job.name, fault.to_string()))?;
-            let there = self.track.placed(task.external).turned(&task.pose.rotation);
+            let there = self.track.placed(task.external).with_platform_rotation(&task.pose.rotation);
             let (segment, at) = (point.source.segment, point.arc_length_mm);
             let own = components(&law.on_tool(point.tangent, there.tool_axes()));
             if !point.cutting || matches!(law, PathLoad::Workpiece(_)) {
@@ -138,7 +136,7 @@ impl<'a> LawBehind<'a> {
     }
 }
 
-/// Force and moment about the tip.
+/// Returns force and moment about the tip as six components, N and N·mm.
 fn components(load: &Load) -> [f64; 6] {
     Wrench { force: load.force_N, moment: load.moment_Nmm }.to_array()
 }

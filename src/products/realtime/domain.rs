@@ -1,40 +1,40 @@
-//! Where a generated function answers: a box of the tool tip and a range of wrenches, and points spread over them.
+//! Domain of a generated function: a box of tool tip positions and a range of wrenches, and points spread over them.
 
 use nalgebra::Vector3;
 
 use crate::{
     input::error::{Error, Result},
-    machine::{Coordinate, Machine, Zeroed},
+    machine::{Coordinate, Machine, ZeroState},
 };
 
 /// Positions and wrenches for which a function is generated.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Domain {
-    /// Corners of the box of the tool tip in O, mm.
+    /// Smallest tool tip coordinates in O, mm.
     pub low: [f64; 3],
-    /// The other ones.
+    /// Largest tool tip coordinates in O, mm.
     pub high: [f64; 3],
-    /// Largest component of the wrench about the tool tip, N and then N·mm.
+    /// Largest size of each wrench component about the tool tip, three in N and three in N·mm.
     pub wrench: [f64; 6],
 }
 
-/// Coordinates of a place of a domain: three of the position and six of the wrench, each from -1 to 1.
-pub(super) type Place = [f64; 9];
+/// Normalised coordinates of a point in a domain: three of the position and six of the wrench, each from −1 to 1.
+pub(super) type Sample = [f64; 9];
 
-/// A position of the tool tip, mm, and a wrench about it.
-pub(super) type Asked = ([f64; 3], [f64; 6]);
+/// A position of the tool tip (O, mm) and a wrench about it (N, N·mm).
+pub(super) type TipTask = ([f64; 3], [f64; 6]);
 
 impl Domain {
-    /// The machine's workspace, as the tool tip sees it, in as many digits as are written: 1e-6 mm.
+    /// Returns the corners of the machine's workspace box moved to the tool tip (O), rounded to 1e-6 mm.
     pub fn workspace(machine: &Machine) -> [Vector3<f64>; 2] {
         let tip = machine.home.pose.rotation * machine.tool_tip;
         [machine.workspace.min, machine.workspace.max].map(|corner| (corner + tip).map(|at| (at * 1e6).round() / 1e6))
     }
 
-    /// Of a box and the largest component of force, N, and moment, N·mm.
+    /// Creates a domain from a box (O, mm) and the largest size of force (N) and moment (N·mm) components.
     ///
     /// # Errors
-    /// A box without extent, or a range that is negative.
+    /// A box without extent, or a negative range.
     pub fn new([low, high]: [Vector3<f64>; 2], force: f64, moment: f64) -> Result<Self> {
         for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
             if low[axis] >= high[axis] {
@@ -52,8 +52,8 @@ impl Domain {
         Ok(Self { low: low.into(), high: high.into(), wrench })
     }
 
-    /// What is asked at `place`.
-    pub(super) fn asked(&self, place: &Place) -> Asked {
+    /// Returns position and wrench at a point of the domain.
+    pub(super) fn task_at(&self, place: &Sample) -> TipTask {
         let position = std::array::from_fn(|i| {
             let (middle, half) = (0.5 * (self.low[i] + self.high[i]), 0.5 * (self.high[i] - self.low[i]));
             middle + half * place[i]
@@ -66,8 +66,8 @@ impl Domain {
 /// quasirandom sequences, 2018).
 const SPREAD: f64 = 1.075_766_066_086_837_2;
 
-/// Point `index` of a sequence that fills the domain evenly.
-pub(super) fn spread(index: usize) -> Place {
+/// Returns point `index` of a quasirandom sequence that fills the domain evenly.
+pub(super) fn spread(index: usize) -> Sample {
     let mut power = 1.0;
     std::array::from_fn(|_| {
         power /= SPREAD;
@@ -75,8 +75,8 @@ pub(super) fn spread(index: usize) -> Place {
     })
 }
 
-/// The same, its positions nearer to the faces of the box: where a polynomial that is fitted to them errs least.
-pub(super) fn towards_faces(index: usize) -> Place {
+/// Returns point `index` of that sequence with positions moved towards the faces of the box, where a fitted polynomial errs most otherwise.
+pub(super) fn towards_faces(index: usize) -> Sample {
     let mut place = spread(index);
     for coordinate in &mut place[..3] {
         *coordinate = (std::f64::consts::FRAC_PI_2 * *coordinate).sin();
@@ -84,12 +84,12 @@ pub(super) fn towards_faces(index: usize) -> Place {
     place
 }
 
-/// The corners of the domain.
-pub(super) fn corners() -> impl Iterator<Item = Place> {
+/// Returns the 512 corners of the domain.
+pub(super) fn corners() -> impl Iterator<Item = Sample> {
     (0..512_usize).map(|corner| std::array::from_fn(|i| if corner >> i & 1 == 1 { 1.0 } else { -1.0 }))
 }
 
-/// Refuses a machine by what is missing.
+/// Refuses a machine for which code cannot be generated, with what is missing.
 pub(super) fn check(machine: &Machine) -> Result<()> {
     let translations = (0..3).all(|axis| machine.controls_translation(axis));
     let controls = || machine.controls.iter().map(|c: &Coordinate| c.name()).collect::<Vec<_>>().join(", ");
@@ -97,13 +97,13 @@ pub(super) fn check(machine: &Machine) -> Result<()> {
         format!("its drives control {}: expected the translations x, y, z and nothing else", controls())
     } else if machine.drive_count() != 3 {
         format!("it has {} drives: expected three", machine.drive_count())
-    } else if machine.turns_with_position {
+    } else if machine.has_parasitic_rotation {
         "its platform has a parasitic rotation: expected one that keeps its orientation".into()
     } else if machine.carrier.is_some() {
         "what carries its workpiece can move or bend: expected a workpiece that stands fast".into()
     } else if machine.tool_compliance.is_some() {
         "its tool bends: expected a rigid one, without platform.tool_stiffness".into()
-    } else if let (Zeroed::AtRest, Some(own)) = (machine.zeroed, machine.own_forces()) {
+    } else if let (ZeroState::AtRest, Some(own)) = (machine.zeroed, machine.own_load_words()) {
         format!(
             "it has {own} and is zeroed where it rests, from where it is elsewhere in the base frame: expected zeroed = \"weightless\" or \
              \"at_home\""

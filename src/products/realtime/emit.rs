@@ -1,18 +1,18 @@
-//! Operations as Rust that needs nothing but `core`, without branches.
+//! Writes recorded operations as branch-free Rust that needs nothing but `core`.
 
 use std::fmt::Write;
 
 use super::function::{Function, Start};
 use crate::{
     lanes::{Operation, Program},
-    statics::one_step::Given,
+    statics::one_step::StepInput,
 };
 
-/// Names and lengths of the arrays that a function is given.
+/// Names and lengths of a function's array arguments.
 type Arrays<'a> = &'a [(&'a str, usize)];
 
-/// A function called `name` that computes what `program` does.
-fn function(name: &str, about: &str, arrays: Arrays, program: &Program) -> String {
+/// Returns a Rust function called `name` that computes `program`.
+fn function_text(name: &str, about: &str, arrays: Arrays, program: &Program) -> String {
     let given: Vec<String> = arrays.iter().map(|(name, length)| format!("{name}: &[f64; {length}]")).collect();
     let mut text = format!("/// {about}\npub fn {name}({}) -> [f64; {}] {{\n", given.join(", "), program.outputs.len());
     let mut is_used = vec![false; program.inputs];
@@ -34,15 +34,16 @@ fn function(name: &str, about: &str, arrays: Arrays, program: &Program) -> Strin
     }
     for (place, operation) in program.operations.iter().enumerate() {
         if !matches!(operation, Operation::Input(_) | Operation::Constant(_)) {
-            _ = writeln!(text, "    let v{place} = {};", expression(program, operation));
+            _ = writeln!(text, "    let v{place} = {};", operation_text(program, operation));
         }
     }
-    let outputs: Vec<String> = program.outputs.iter().map(|&output| operand(program, output)).collect();
+    let outputs: Vec<String> = program.outputs.iter().map(|&output| operand_text(program, output)).collect();
     _ = writeln!(text, "    [{}]\n}}", outputs.join(", "));
     text
 }
 
-fn operand(program: &Program, place: u32) -> String {
+/// Returns the variable or literal of the operation number `place`.
+fn operand_text(program: &Program, place: u32) -> String {
     match program.operations[place as usize] {
         Operation::Input(number) => format!("x{number}"),
         // Reads back with the same bits.
@@ -51,8 +52,9 @@ fn operand(program: &Program, place: u32) -> String {
     }
 }
 
-fn expression(program: &Program, operation: &Operation) -> String {
-    let at = |place: u32| operand(program, place);
+/// Returns the Rust expression of an operation.
+fn operation_text(program: &Program, operation: &Operation) -> String {
+    let at = |place: u32| operand_text(program, place);
     match *operation {
         Operation::Input(_) | Operation::Constant(_) => String::new(),
         Operation::Sum(a, b) => format!("{} + {}", at(a), at(b)),
@@ -69,11 +71,11 @@ fn expression(program: &Program, operation: &Operation) -> String {
     }
 }
 
-/// The coefficients of a start, and the sum of its terms.
-fn start(start: &Start) -> String {
+/// Returns the Rust code of a start: its basis terms, coefficients and their sum.
+fn start_text(start: &Start) -> String {
     let (terms, numbers) = (start.coefficients.len(), start.coefficients.first().map_or(0, Vec::len));
     let arrays = [("at", 3), ("wrench", 6)];
-    let mut text = function("terms", "Products of Chebyshev polynomials.", &arrays, &start.basis);
+    let mut text = function_text("terms", "Products of Chebyshev polynomials.", &arrays, &start.basis);
     _ = write!(
         text,
         "\n/// Where the steps start.\npub fn start(at: &[f64; 3], wrench: &[f64; 6]) -> [f64; {numbers}] {{
@@ -96,16 +98,16 @@ static COEFFICIENTS: [[f64; {numbers}]; {terms}] = [\n"
     text + "];\n"
 }
 
-/// A module with the start and the step of a function.
+/// Returns a Rust module with the start and the step of a function.
 pub(super) fn module(own: &Function) -> String {
     let state = own.step.outputs.len();
-    let mut text = start(&own.start);
+    let mut text = start_text(&own.start);
     let arrays: &[(&str, usize)] = match own.given {
-        Given::Tip => &[("state", state), ("at", 3), ("wrench", 6)],
-        Given::Drives => &[("state", state), ("wrench", 6)],
+        StepInput::Tip => &[("state", state), ("at", 3), ("wrench", 6)],
+        StepInput::Drives => &[("state", state), ("wrench", 6)],
     };
     text += "\n";
-    text += &function("step", "One Newton step of the whole machine: the next state.", arrays, &own.step);
+    text += &function_text("step", "One Newton step of the whole machine: the next state.", arrays, &own.step);
     let uses = |wanted: fn(&Operation) -> bool| own.step.operations.iter().any(wanted);
     if uses(|operation| matches!(operation, Operation::Root(_))) {
         text += ROOT;

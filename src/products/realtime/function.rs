@@ -1,46 +1,44 @@
-//! A function as it is generated: a start and a fixed number of Newton steps.
+//! A function to generate: a start by polynomials and a fixed number of Newton steps.
 
 use nalgebra::DMatrix;
 
 use super::{
     domain::Domain,
-    exact::{Exact, Solved},
+    exact::{ReferenceSolver, TipState},
 };
 use crate::{
     input::error::{Error, Result},
     lanes::{MAX_LANES, Program, Real, record},
-    statics::one_step::{self, Given},
+    statics::one_step::{self, StepInput},
 };
 
-/// Of machines for which there is such code.
+/// Number of drives of machines that code is generated for.
 const DRIVES: usize = 3;
 
-/// Drives for a position of the tool tip, or the position for drives.
+/// The function from a tool tip position to the drives, or from the drives to the position.
 #[derive(Debug, Clone)]
 pub(crate) struct Function {
-    /// What is given: the position, or the drives.
-    pub given: Given,
-    /// Where the steps start. Of a function of the drives, without these.
+    /// What the function is given: position or drives.
+    pub given: StepInput,
+    /// Polynomials of the start state; for given drives, without these.
     pub start: Start,
-    /// One step, of the numbers of a state and what is given.
+    /// Operations of one Newton step, from state and input to the next state.
     pub step: Program,
 }
 
 impl Function {
-    /// One that starts with polynomials of these degrees over `range`, fitted to `solved`, and goes on with `step`.
-    pub fn new(given: Given, range: &Domain, degrees: Degrees, solved: &[Solved], step: Program) -> Option<Self> {
-        let inputs: Vec<Vec<f64>> = solved.iter().map(|solved| inputs(given, solved)).collect();
-        let known = if given == Given::Drives { DRIVES } else { 0 };
+    /// Builds a function whose start is polynomials of these degrees over `range`, fitted to the equilibria `solved`, and whose steps are
+    /// `step`. `None` where these equilibria do not determine the polynomials.
+    pub fn new(given: StepInput, range: &Domain, degrees: Degrees, solved: &[TipState], step: Program) -> Option<Self> {
+        let inputs: Vec<Vec<f64>> = solved.iter().map(|solved| start_inputs(given, solved)).collect();
+        let known = if given == StepInput::Drives { DRIVES } else { 0 };
         let states: Vec<Vec<f64>> = solved.iter().map(|solved| solved.numbers[known..].to_vec()).collect();
-        let start = Start::fitted(range, degrees, &inputs, &states)?;
+        let start = Start::fit(range, degrees, &inputs, &states)?;
         Some(Self { given, start, step })
     }
 
-    /// A step of the machine, whose ways `solved` show.
-    ///
-    /// # Errors
-    /// It cannot be written down.
-    pub fn step(exact: &Exact, given: Given, solved: &[Solved]) -> Result<Program> {
+    /// Records one Newton step of the machine at the equilibria `solved`; an error if it cannot be written without branches.
+    pub fn step(exact: &ReferenceSolver, given: StepInput, solved: &[TipState]) -> Result<Program> {
         let postures: Vec<Vec<f64>> = solved
             .iter()
             .take(MAX_LANES)
@@ -53,15 +51,14 @@ impl Function {
         })
     }
 
-    /// The states to which `steps` steps lead from the start at three coordinates (a position or the drives) under a wrench: the start, and
-    /// the state after each step.
-    pub fn path(&self, at: &[f64; 3], wrench: &[f64; 6], steps: usize, values: &mut Vec<f64>) -> Vec<Vec<f64>> {
+    /// Returns the start state and the state after each of `steps` Newton steps, at three coordinates (tool tip position or drives) under a wrench.
+    pub fn states(&self, at: &[f64; 3], wrench: &[f64; 6], steps: usize, values: &mut Vec<f64>) -> Vec<Vec<f64>> {
         let inputs: Vec<f64> = at.iter().chain(wrench).copied().collect();
         let mut state = match self.given {
-            Given::Tip => Vec::new(),
-            Given::Drives => at.to_vec(),
+            StepInput::Tip => Vec::new(),
+            StepInput::Drives => at.to_vec(),
         };
-        state.extend(self.start.at(&inputs));
+        state.extend(self.start.evaluate(&inputs));
         let mut states = vec![state];
         for step in 0..steps {
             let inputs = step_inputs(self.given, &states[step], at, wrench);
@@ -70,40 +67,40 @@ impl Function {
         states
     }
 
-    /// The state after the last of the steps.
-    pub fn last(&self, at: &[f64; 3], wrench: &[f64; 6], steps: usize) -> Vec<f64> {
-        self.path(at, wrench, steps, &mut Vec::new()).pop().unwrap_or_default()
+    /// Returns the state after the last step.
+    pub fn last_state(&self, at: &[f64; 3], wrench: &[f64; 6], steps: usize) -> Vec<f64> {
+        self.states(at, wrench, steps, &mut Vec::new()).pop().unwrap_or_default()
     }
 
-    /// The numbers of a state by which its last step is judged: the drives or the place of the platform, whichever is sought.
-    pub fn judged(&self, state: &[f64]) -> [f64; 3] {
+    /// Returns the three sought coordinates of a state: the drives, or the position of the platform.
+    pub fn unknowns(&self, state: &[f64]) -> [f64; 3] {
         let first = match self.given {
-            Given::Tip => 0,
-            Given::Drives => one_step::origin(DRIVES),
+            StepInput::Tip => 0,
+            StepInput::Drives => one_step::origin_index(DRIVES),
         };
         std::array::from_fn(|i| state[first + i])
     }
 }
 
-/// What the start is given: three coordinates and the wrench.
-fn inputs(given: Given, solved: &Solved) -> Vec<f64> {
+/// Returns the inputs of the start polynomials: three coordinates and the wrench.
+fn start_inputs(given: StepInput, solved: &TipState) -> Vec<f64> {
     let at = match given {
-        Given::Tip => solved.asked.0.to_vec(),
-        Given::Drives => solved.drives.clone(),
+        StepInput::Tip => solved.asked.0.to_vec(),
+        StepInput::Drives => solved.drives.clone(),
     };
     at.into_iter().chain(solved.asked.1).collect()
 }
 
-/// What a step is given: a state, and what is asked.
-fn step_inputs(given: Given, state: &[f64], at: &[f64; 3], wrench: &[f64; 6]) -> Vec<f64> {
-    let position: &[f64] = if given == Given::Tip { at } else { &[] };
+/// Returns the inputs of a Newton step: a state, the position if it is given, and the wrench.
+fn step_inputs(given: StepInput, state: &[f64], at: &[f64; 3], wrench: &[f64; 6]) -> Vec<f64> {
+    let position: &[f64] = if given == StepInput::Tip { at } else { &[] };
     state.iter().chain(position).chain(wrench).copied().collect()
 }
 
-/// Between what the coordinates of a function of `given` are, with room for rounding of the drives.
-pub(super) fn range(given: Given, domain: &Domain, solved: &[Solved]) -> Domain {
+/// Returns the ranges of the inputs: those of the domain, with given drives in place of positions, widened by [`ROOM`].
+pub(super) fn input_range(given: StepInput, domain: &Domain, solved: &[TipState]) -> Domain {
     let mut range = *domain;
-    for i in 0..if given == Given::Drives { 3 } else { 0 } {
+    for i in 0..if given == StepInput::Drives { 3 } else { 0 } {
         let all = || solved.iter().map(|solved| solved.drives[i]);
         let (least, most) = (all().fold(f64::INFINITY, f64::min), all().fold(f64::NEG_INFINITY, f64::max));
         let room = ROOM * (most - least);
@@ -112,24 +109,23 @@ pub(super) fn range(given: Given, domain: &Domain, solved: &[Solved]) -> Domain 
     range
 }
 
-/// How far drives may be outside of those that were sampled, as a share of their range.
+/// Margin beyond the drive positions that were sampled, as a share of their range.
 const ROOM: f64 = 0.01;
 
-/// Total degrees of the products: by themselves, and times a component of the wrench; `None` without the latter.
+/// Total degree of the Chebyshev products, and of those multiplied by a wrench component; `None` without the latter.
 pub type Degrees = (usize, Option<usize>);
 
-/// Where a fixed number of Newton steps starts: all numbers of a state as polynomials of what is asked, of one domain. Each is a sum over
-/// products of Chebyshev polynomials of three coordinates (positions of the tool tip or of the drives), and over such products times a
-/// component of the wrench.
+/// Polynomials of the start state: sums over products of Chebyshev polynomials of three coordinates (tool tip position or drives), and over
+/// such products times a component of the wrench.
 #[derive(Debug, Clone)]
 pub struct Start {
-    /// What they are sums of: of three coordinates and the wrench.
+    /// Operations that evaluate the basis terms from three coordinates and the wrench.
     pub basis: Program,
-    /// Of each term, its coefficient in each number.
+    /// Coefficients of each basis term, one for each number of the state.
     pub coefficients: Vec<Vec<f64>>,
 }
 
-/// Exponents of three coordinates with a sum of at most `degree`.
+/// Returns all exponents of three coordinates with a sum of at most `degree`.
 fn exponents(degree: usize) -> Vec<[usize; 3]> {
     let mut all = Vec::new();
     for sum in 0..=degree {
@@ -140,7 +136,7 @@ fn exponents(degree: usize) -> Vec<[usize; 3]> {
     all
 }
 
-/// T₀ … of `degree` at `x`.
+/// Returns the Chebyshev polynomials T₀ … T_n, n = `degree`, at `x`.
 fn chebyshev<R: Real>(x: R, degree: usize) -> Vec<R> {
     let mut all = vec![R::splat(1.0), x];
     for n in 2..=degree {
@@ -149,7 +145,7 @@ fn chebyshev<R: Real>(x: R, degree: usize) -> Vec<R> {
     all
 }
 
-/// The terms at `inputs`: three coordinates and the wrench.
+/// Returns the basis terms at `inputs`, three coordinates and the wrench.
 fn terms<R: Real>(inputs: &[R], range: &Domain, degrees: Degrees) -> Vec<R> {
     let highest = degrees.0.max(degrees.1.unwrap_or(0));
     let along: Vec<Vec<R>> = (0..3)
@@ -169,9 +165,9 @@ fn terms<R: Real>(inputs: &[R], range: &Domain, degrees: Degrees) -> Vec<R> {
 }
 
 impl Start {
-    /// The polynomials over `range` (of coordinates and wrenches) that are nearest to `states` at `inputs` (three coordinates and the wrench),
-    /// by least squares; `None` where these do not determine them.
-    pub fn fitted(range: &Domain, degrees: Degrees, inputs: &[Vec<f64>], states: &[Vec<f64>]) -> Option<Self> {
+    /// Fits the polynomials over `range` (coordinates and wrench) to `states` at `inputs` (three coordinates and the wrench) by least
+    /// squares; `None` where these do not determine them.
+    pub fn fit(range: &Domain, degrees: Degrees, inputs: &[Vec<f64>], states: &[Vec<f64>]) -> Option<Self> {
         let shown: Vec<Vec<f64>> = inputs.iter().cycle().take(MAX_LANES).cloned().collect();
         let basis = record(&shown, |inputs| Some(terms(inputs, range, degrees)))?;
         let mut values = Vec::new();
@@ -188,8 +184,8 @@ impl Start {
         Some(Self { basis, coefficients })
     }
 
-    /// The numbers at `inputs`.
-    pub fn at(&self, inputs: &[f64]) -> Vec<f64> {
+    /// Returns the start state at `inputs`.
+    pub fn evaluate(&self, inputs: &[f64]) -> Vec<f64> {
         let terms = self.basis.evaluate(inputs, &mut Vec::new());
         let mut state = vec![0.0; self.coefficients.first().map_or(0, Vec::len)];
         for (row, term) in self.coefficients.iter().zip(terms) {
@@ -200,7 +196,7 @@ impl Start {
         state
     }
 
-    /// How many multiplications and additions they take, besides their terms.
+    /// Returns the number of operations of one evaluation.
     pub fn operation_count(&self) -> usize {
         2 * self.coefficients.iter().map(Vec::len).sum::<usize>() + self.basis.operation_count()
     }

@@ -1,5 +1,5 @@
-//! The loaded kinematics of one machine as generated straight-line code for a controller: a fixed number of Newton steps of the
-//! engine itself, written down as it makes them, from a start by polynomials; and how far that is from what the engine answers.
+//! Generates straight-line code of the loaded kinematics of one machine for a controller: a fixed number of the engine's own Newton steps,
+//! recorded operation by operation, from a start by polynomials; and finds how far its results are from the engine's.
 
 mod domain;
 mod emit;
@@ -16,40 +16,40 @@ use crate::{
     input::error::{Error, Result},
     machine::{ChainError, Machine},
     simulation::Machines,
-    statics::one_step::Given,
+    statics::one_step::StepInput,
 };
-use domain::{Place, corners, spread, towards_faces};
-use exact::{Exact, Solved};
-use function::{Function, range};
+use domain::{Sample, corners, spread, towards_faces};
+use exact::{ReferenceSolver, TipState};
+use function::{Function, input_range};
 use search::Search;
 
-/// What is to be generated.
+/// Input of the code generation.
 #[derive(Debug, Clone)]
 pub struct Question {
-    /// The nominal machine and the one that answers.
+    /// The nominal machine and the actual one.
     pub machines: Machines,
-    /// The errors of its chains.
+    /// Chain errors of the actual machine.
     pub errors: Vec<ChainError>,
-    /// Where the functions answer.
+    /// Positions and wrenches for which the functions are valid.
     pub domain: Domain,
     /// Newton steps of each call.
     pub steps: usize,
-    /// Places at which errors are looked for besides the corners of the domain; [`PLACES`] for what is stated.
+    /// Number of places at which errors are searched besides the corners of the domain; [`PLACES`] for errors that are stated.
     pub places: usize,
 }
 
-/// Places at which errors are looked for, as a rule.
+/// Default number of places at which errors are searched.
 pub const PLACES: usize = 3584;
 
-/// Largest distances found, and what is stated for them, mm.
+/// Largest errors found of a function, mm.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Errors {
-    /// The largest found at the start and after each step.
+    /// Largest error at the start and after each step, mm.
     pub found_mm: Vec<f64>,
 }
 
 impl Errors {
-    /// What is stated of the function, mm: twice what was found, as a search is no proof, in two digits.
+    /// Returns the error to state, mm: twice the one found, since a search is no proof, rounded up to two digits.
     pub fn stated_mm(&self) -> f64 {
         let twice = (2.0 * self.found_mm.last().copied().unwrap_or(f64::INFINITY)).max(LEAST_MM);
         let unit = 10f64.powf(twice.log10().floor() - 1.0);
@@ -57,58 +57,59 @@ impl Errors {
     }
 }
 
-/// The generated functions and what is known of them.
+/// The generated functions with their errors and examples.
 #[derive(Debug, Clone)]
 pub struct Realtime {
-    /// What was asked.
+    /// The input.
     pub question: Question,
-    /// Drives for a position of the tool tip.
-    pub correct: Made,
-    /// The position for drives.
-    pub whereabouts: Made,
-    /// Drives of the rigid machine without errors: what a controller without correction commands.
-    pub nominal: Made,
-    /// Places with what the program answers there.
-    examples: Vec<Solved>,
-    /// The drives of the rigid machine there.
+    /// Function from a position of the tool tip to the drives of the loaded machine.
+    pub correct: FunctionCode,
+    /// Function from the drives to the position of the tool tip under load.
+    pub whereabouts: FunctionCode,
+    /// Function from a position to the drives of the rigid machine without errors, as a controller without correction commands them.
+    pub nominal: FunctionCode,
+    /// Equilibria of the engine for the examples in C.
+    examples: Vec<TipState>,
+    /// Drives of the rigid machine at the examples.
     nominal_examples: Vec<Vec<f64>>,
-    /// Between what drives may be, mm or rad.
+    /// Smallest and largest drive positions in the domain, mm or rad.
     drives: [[f64; 3]; 2],
 }
 
-/// A generated function and what is known of it.
+/// A generated function with its errors.
 #[derive(Debug, Clone)]
-pub struct Made {
-    /// Errors of the tool tip with the drives that are found, or of the position.
+pub struct FunctionCode {
+    /// Errors of the tool tip with the drives found, or of the position found.
     pub errors: Errors,
-    /// What the last step may be: of each drive (mm, rad), or of each coordinate of the platform, mm.
+    /// Largest last step that is accepted: of each drive (mm, rad), or of each coordinate of the platform, mm.
     pub largest_last_step: [f64; 3],
     function: Function,
 }
 
-impl Made {
+impl FunctionCode {
+    /// Sets the accepted last step from the largest one found, `last_step`, with a margin.
     fn new(function: Function, found_mm: Vec<f64>, last_step: [f64; 3], machine: &Machine) -> Self {
         let allowed = |step: f64| STEP_MARGIN * step + ROUNDING * machine.characteristic_length;
         Self { errors: Errors { found_mm }, largest_last_step: last_step.map(allowed), function }
     }
 
-    /// Operations of one call: of the start, and of each step.
+    /// Returns the number of operations of the start and of one step.
     pub fn operations(&self) -> (usize, usize) {
         (self.function.start.operation_count(), self.function.step.operation_count())
     }
 }
 
-/// Less than this is not stated, mm: rounding.
+/// Smallest error that is stated, mm: rounding.
 const LEAST_MM: f64 = 1e-12;
-/// Error that the polynomials are chosen to leave after the last step, mm.
+/// Largest error after the last step that the choice of polynomials aims at, mm.
 pub const AIM_MM: f64 = 1e-6;
-/// What is seen at few places is at most this share of it.
+/// Share of that aim that a quick search may find.
 const MARGIN: f64 = 0.25;
-/// The last step may be so many times the largest that was found.
+/// How many times the largest last step found is accepted.
 const STEP_MARGIN: f64 = 4.0;
-/// A last step of this share of the machine's characteristic length is rounding, mm; of a hinge, rad.
+/// Last step that is rounding, as a share of the machine's characteristic length, mm; of a hinge, rad.
 const ROUNDING: f64 = 1e-12;
-/// Polynomials that are tried, the shortest first.
+/// Polynomial degrees to try, the shortest first.
 const DEGREES: [Degrees; 13] = [
     (1, None),
     (2, None),
@@ -125,17 +126,17 @@ const DEGREES: [Degrees; 13] = [
     (7, Some(4)),
 ];
 /// Equilibria that polynomials are fitted to, besides the corners of the domain, and places at which they are tried.
-const FITTED: usize = 640;
-const TRIED: usize = 96;
-/// Places of which answers are left with the code.
+const FIT_POINTS: usize = 640;
+const TRIALS: usize = 96;
+/// Number of examples written with the code.
 const EXAMPLES: usize = 24;
 /// Most Newton steps.
 pub const MOST_STEPS: usize = 8;
 
-/// Generates the functions, and finds their errors.
+/// Generates the functions and finds their errors.
 ///
 /// # Errors
-/// A machine for which there is no such code, by what is missing; a place of the box where it does not stand; too many steps.
+/// A machine for which such code cannot be generated, with what is missing; a place of the box without equilibrium; too many steps.
 pub fn generate(question: Question) -> Result<Realtime> {
     domain::check(&question.machines.nominal)?;
     let Question { domain, steps, .. } = question;
@@ -143,21 +144,23 @@ pub fn generate(question: Question) -> Result<Realtime> {
         let problem = format!("must be from 1 to {MOST_STEPS}, got {steps}");
         return Err(Error::argument("--steps", problem));
     }
-    let exact = Exact { machines: question.machines.clone() };
+    let exact = ReferenceSolver { machines: question.machines.clone() };
     let search = Search { exact: &exact, domain: &domain, steps };
-    let known = known(&search)?;
-    let correct = shortest(&search, Given::Tip, &DEGREES, &known, &|own| search.briefly((own, None), TRIED).correct)?;
-    let tried = |own: &Function| search.briefly((&correct, Some(own)), TRIED).whereabouts;
-    let whereabouts = shortest(&search, Given::Drives, &DEGREES, &known, &tried)?;
-    let found = search.thoroughly((&correct, Some(&whereabouts)), question.places);
-    let drives = range(Given::Drives, &domain, &known.solved);
+    let known = equilibria(&search)?;
+    let correct = shortest_function(&search, StepInput::Tip, &DEGREES, &known, &|own| {
+        search.quick_search((own, None), TRIALS).correct
+    })?;
+    let trial_errors = |own: &Function| search.quick_search((&correct, Some(own)), TRIALS).whereabouts;
+    let whereabouts = shortest_function(&search, StepInput::Drives, &DEGREES, &known, &trial_errors)?;
+    let found = search.full_search((&correct, Some(&whereabouts)), question.places);
+    let drives = input_range(StepInput::Drives, &domain, &known.solved);
     let (nominal, rigid) = generate_nominal(&question)?;
-    let examples = exact.solved(&domain, (0..EXAMPLES).map(|index| spread(1000 + index)))?;
-    let rigid_at = |own: &Solved| Ok(rigid.unloaded(&own.asked.0)?.drives);
+    let examples = exact.solve_all(&domain, (0..EXAMPLES).map(|index| spread(1000 + index)))?;
+    let rigid_at = |own: &TipState| Ok(rigid.unloaded(&own.asked.0)?.drives);
     let ([of_drives, of_platform], machine) = (found.last_step, &question.machines.nominal);
     Ok(Realtime {
-        correct: Made::new(correct, found.correct, of_drives, machine),
-        whereabouts: Made::new(whereabouts, found.whereabouts, of_platform, machine),
+        correct: FunctionCode::new(correct, found.correct, of_drives, machine),
+        whereabouts: FunctionCode::new(whereabouts, found.whereabouts, of_platform, machine),
         nominal,
         nominal_examples: examples.iter().map(rigid_at).collect::<Result<_>>()?,
         examples,
@@ -166,8 +169,8 @@ pub fn generate(question: Question) -> Result<Realtime> {
     })
 }
 
-/// Where steps are recorded: near the corners of the box, far from the symmetry of most machines.
-fn postures() -> impl Iterator<Item = Place> {
+/// Returns the points at which steps are recorded: near the corners of the box, away from the symmetry of most machines.
+fn recording_points() -> impl Iterator<Item = Sample> {
     (0..8_usize).map(|corner| {
         let mut place = spread(corner);
         for (i, coordinate) in place[..3].iter_mut().enumerate() {
@@ -177,38 +180,38 @@ fn postures() -> impl Iterator<Item = Place> {
     })
 }
 
-/// Places whose equilibria polynomials are fitted to.
-fn fitted() -> impl Iterator<Item = Place> {
-    corners().step_by(3).chain((0..FITTED).map(towards_faces))
+/// Returns the points whose equilibria the polynomials are fitted to.
+fn fit_points() -> impl Iterator<Item = Sample> {
+    corners().step_by(3).chain((0..FIT_POINTS).map(towards_faces))
 }
 
-/// Equilibria of a machine: where steps are recorded, and those that polynomials are fitted to.
-struct Known {
-    postures: Vec<Solved>,
-    solved: Vec<Solved>,
+/// Equilibria of a machine: `postures`, at which steps are recorded, and `solved`, which polynomials are fitted to.
+struct Equilibria {
+    postures: Vec<TipState>,
+    solved: Vec<TipState>,
 }
 
-fn known(search: &Search<'_>) -> Result<Known> {
-    let solved = |places: &mut dyn Iterator<Item = Place>| search.exact.solved(search.domain, places);
-    Ok(Known { postures: solved(&mut postures())?, solved: solved(&mut fitted())? })
+/// Solves the equilibria for recording and fitting.
+fn equilibria(search: &Search<'_>) -> Result<Equilibria> {
+    let solved = |places: &mut dyn Iterator<Item = Sample>| search.exact.solve_all(search.domain, places);
+    Ok(Equilibria { postures: solved(&mut recording_points())?, solved: solved(&mut fit_points())? })
 }
 
-/// The function with polynomials of the first of `degrees` that leave little, by the errors after each step that are `tried`, else of those
-/// that leave least.
-fn shortest(
+/// Returns the function with the first of `degrees` whose last error, by `trial_errors`, is small enough; else the one with the smallest error.
+fn shortest_function(
     search: &Search<'_>,
-    given: Given,
+    given: StepInput,
     degrees: &[Degrees],
-    known: &Known,
-    tried: &dyn Fn(&Function) -> Vec<f64>,
+    known: &Equilibria,
+    trial_errors: &dyn Fn(&Function) -> Vec<f64>,
 ) -> Result<Function> {
     let (exact, steps) = (search.exact, search.steps);
     let step = Function::step(exact, given, &known.postures)?;
-    let range = range(given, search.domain, &known.solved);
+    let range = input_range(given, search.domain, &known.solved);
     let of = |degrees: &Degrees| Function::new(given, &range, *degrees, &known.solved, step.clone());
     let mut best: Option<(f64, Function)> = None;
     for function in degrees.iter().filter_map(of) {
-        let error = tried(&function).last().copied().unwrap_or(f64::INFINITY);
+        let error = trial_errors(&function).last().copied().unwrap_or(f64::INFINITY);
         if best.as_ref().is_none_or(|(least, _)| error < *least) {
             best = Some((error, function));
         }
@@ -226,26 +229,26 @@ fn shortest(
 }
 
 impl Realtime {
-    /// Drives (mm, rad) that the generated code gives for a position of the tool tip, mm, under a wrench about it (N, N·mm), both in the domain.
+    /// Returns the drives (mm, rad) that the generated code gives for a tool tip position (O, mm) under a wrench about the tip (N, N·mm).
     pub fn correct(&self, position: &[f64; 3], wrench: &[f64; 6]) -> [f64; 3] {
         let own = &self.correct.function;
-        own.judged(&own.last(position, wrench, self.question.steps))
+        own.unknowns(&own.last_state(position, wrench, self.question.steps))
     }
 
-    /// Position of the tool tip, mm, that it gives for drives under a wrench.
+    /// Returns the tool tip position (O, mm) that the generated code gives for drives (mm, rad) under a wrench about the tip (N, N·mm).
     pub fn whereabouts(&self, drives: &[f64; 3], wrench: &[f64; 6]) -> [f64; 3] {
-        let exact = Exact { machines: self.question.machines.clone() };
-        exact.tip_of(&self.whereabouts.function.last(drives, wrench, self.question.steps)).into()
+        let exact = ReferenceSolver { machines: self.question.machines.clone() };
+        exact.tip_of(&self.whereabouts.function.last_state(drives, wrench, self.question.steps)).into()
     }
 
-    /// Drives (mm, rad) that it gives for a position of the rigid machine without errors.
+    /// Returns the drives (mm, rad) that it gives for a tool tip position (O, mm) of the rigid machine without errors.
     pub fn nominal(&self, position: &[f64; 3]) -> [f64; 3] {
         let own = &self.nominal.function;
-        own.judged(&own.last(position, &[0.0; 6], self.question.steps))
+        own.unknowns(&own.last_state(position, &[0.0; 6], self.question.steps))
     }
 
-    /// The functions, each by the name that it has in C.
-    pub fn functions(&self) -> [(&'static str, &Made); 3] {
+    /// Returns the functions with their names in C.
+    pub fn functions(&self) -> [(&'static str, &FunctionCode); 3] {
         [
             ("kinetostat_correct", &self.correct),
             ("kinetostat_where", &self.whereabouts),
@@ -254,12 +257,12 @@ impl Realtime {
     }
 }
 
-/// The same of the rigid machine: there is no wrench.
+/// Polynomial degrees to try for the rigid machine, which has no wrench.
 const NOMINAL_DEGREES: [Degrees; 8] =
     [(1, None), (2, None), (3, None), (4, None), (5, None), (6, None), (7, None), (8, None)];
 
-/// The machine without what moves it: unloaded, it stands where the rigid one does.
-fn unmoved(nominal: &Machine) -> Machine {
+/// Returns the machine without weight and springs: unloaded, it stands where the rigid machine does.
+fn without_own_forces(nominal: &Machine) -> Machine {
     let mut machine = nominal.weightless();
     for chain in &mut machine.chains {
         chain.passive.iter_mut().for_each(|joint| joint.stiffness = 0.0);
@@ -268,17 +271,14 @@ fn unmoved(nominal: &Machine) -> Machine {
     machine
 }
 
-/// Generates the function where `question` asks for the others; and what answers for it.
-///
-/// # Errors
-/// As of these.
-fn generate_nominal(question: &Question) -> Result<(Made, Exact)> {
-    let machine = unmoved(&question.machines.nominal);
-    let exact = Exact { machines: Machines::new(&machine, &[])? };
+/// Generates the function of the rigid machine, and returns its reference solver, too; errors as for [`generate`].
+fn generate_nominal(question: &Question) -> Result<(FunctionCode, ReferenceSolver)> {
+    let machine = without_own_forces(&question.machines.nominal);
+    let exact = ReferenceSolver { machines: Machines::new(&machine, &[])? };
     let domain = Domain { wrench: [0.0; 6], ..question.domain };
     let search = Search { exact: &exact, domain: &domain, steps: question.steps };
-    let tried = |own: &Function| search.briefly((own, None), TRIED).correct;
-    let function = shortest(&search, Given::Tip, &NOMINAL_DEGREES, &known(&search)?, &tried)?;
-    let found = search.thoroughly((&function, None), question.places);
-    Ok((Made::new(function, found.correct, found.last_step[0], &machine), exact))
+    let trial_errors = |own: &Function| search.quick_search((own, None), TRIALS).correct;
+    let function = shortest_function(&search, StepInput::Tip, &NOMINAL_DEGREES, &equilibria(&search)?, &trial_errors)?;
+    let found = search.full_search((&function, None), question.places);
+    Ok((FunctionCode::new(function, found.correct, found.last_step[0], &machine), exact))
 }

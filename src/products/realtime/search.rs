@@ -1,11 +1,11 @@
-//! The largest errors of generated functions: looked for all over their domain, and from the worst places on.
+//! Searches the largest errors of generated functions over their domain, and from the worst points on.
 
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
 use super::{
-    domain::{Domain, Place, corners, spread},
-    exact::{Asking, Exact},
+    domain::{Domain, Sample, corners, spread},
+    exact::{ReferenceSolver, Storage},
     function::Function,
 };
 
@@ -14,23 +14,25 @@ const REFINED: usize = 6;
 const FIRST_STEP: f64 = 0.2;
 const HALVINGS: usize = 4;
 
-/// What was found at a place, or is the largest at several.
+/// Errors of the functions at a point, or the largest at several.
 #[derive(Debug, Clone)]
-pub(super) struct Found {
-    /// Distance of the tool tip from where it should be, mm: at the start and after each step.
+pub(super) struct TipError {
+    /// Distance of the tool tip from its wanted position at the start and after each step, mm.
     pub correct: Vec<f64>,
-    /// Distance of the position found from where the tool tip stands, mm.
+    /// Distance of the position found from that of the tool tip at the start and after each step, mm.
     pub whereabouts: Vec<f64>,
-    /// Changes by the last step: of the drives (mm, rad), and of the platform's place, mm.
+    /// Sizes of the last step: of the drives (mm, rad), and of the platform position, mm.
     pub last_step: [[f64; 3]; 2],
 }
 
-impl Found {
-    fn nothing(steps: usize) -> Self {
+impl TipError {
+    /// Returns zero errors.
+    fn zero(steps: usize) -> Self {
         Self { correct: vec![0.0; steps + 1], whereabouts: vec![0.0; steps + 1], last_step: [[0.0; 3]; 2] }
     }
 
-    fn with(mut self, other: &Found) -> Self {
+    /// Returns the larger of the two for each error.
+    fn max(mut self, other: &TipError) -> Self {
         let errors = self.correct.iter_mut().chain(&mut self.whereabouts);
         let errors = errors.zip(other.correct.iter().chain(&other.whereabouts));
         let steps = self.last_step.iter_mut().flatten().zip(other.last_step.iter().flatten());
@@ -40,29 +42,29 @@ impl Found {
         self
     }
 
-    /// The larger of the errors after the last step, mm.
-    fn error(&self) -> f64 {
+    /// Returns the larger of the two errors after the last step, mm.
+    fn last_error(&self) -> f64 {
         let last = |errors: &[f64]| errors.last().copied().unwrap_or(0.0);
         crate::spatial::larger(last(&self.correct), last(&self.whereabouts))
     }
 }
 
-/// Where and how functions are held against what the program answers.
+/// Compares functions with the reference solver.
 pub(super) struct Search<'a> {
-    pub exact: &'a Exact,
+    pub exact: &'a ReferenceSolver,
     pub domain: &'a Domain,
     pub steps: usize,
 }
 
-/// The function that corrects, and the one that tells where the tool is once there is one.
+/// The function from positions to drives, and the inverse function once there is one.
 type Functions<'a> = (&'a Function, Option<&'a Function>);
 
 impl Search<'_> {
-    /// The errors at a place; infinite where the machine does not stand as commanded.
-    fn at(&self, (correct, whereabouts): Functions<'_>, place: &Place, asking: &mut Asking) -> Found {
-        let (position, wrench) = self.domain.asked(place);
+    /// Returns the errors at a point of the domain; infinite where the machine has no equilibrium at the drives found.
+    fn errors_at(&self, (correct, whereabouts): Functions<'_>, place: &Sample, asking: &mut Storage) -> TipError {
+        let (position, wrench) = self.domain.task_at(place);
         let mut values = Vec::new();
-        let states = correct.path(&position, &wrench, self.steps, &mut values);
+        let states = correct.states(&position, &wrench, self.steps, &mut values);
         let last = states.last().map_or(&[][..], Vec::as_slice);
         let drives_of = |state: &[f64]| -> [f64; 3] { std::array::from_fn(|i| state[i]) };
         let tips: Vec<_> =
@@ -72,48 +74,48 @@ impl Search<'_> {
             if distance.is_nan() { f64::INFINITY } else { distance }
         };
         let stands = tips.last().copied().flatten();
-        let back = whereabouts.map(|own| (own, own.path(&drives_of(last), &wrench, self.steps, &mut values)));
+        let back = whereabouts.map(|own| (own, own.states(&drives_of(last), &wrench, self.steps, &mut values)));
         let found = back.iter().flat_map(|(_, states)| states).map(|state| off(stands, self.exact.tip_of(state)));
-        Found {
+        TipError {
             whereabouts: found.collect(),
             correct: tips.iter().map(|&tip| off(tip, position.into())).collect(),
             last_step: [
-                last_step(correct, &states),
-                back.as_ref().map_or([0.0; 3], |(own, states)| last_step(own, states)),
+                last_step_change(correct, &states),
+                back.as_ref().map_or([0.0; 3], |(own, states)| last_step_change(own, states)),
             ],
         }
     }
 
-    /// The largest errors at `places`, and the places with the errors there.
-    fn over(&self, held: Functions<'_>, places: Vec<Place>) -> Vec<(Place, Found)> {
+    /// Returns the errors at each of `places`, in their order, computed in parallel.
+    fn errors(&self, held: Functions<'_>, places: Vec<Sample>) -> Vec<(Sample, TipError)> {
         places
             .into_par_iter()
-            .map_init(|| self.exact.asking(), |asking, place| (place, self.at(held, &place, asking)))
+            .map_init(|| self.exact.storage(), |asking, place| (place, self.errors_at(held, &place, asking)))
             .collect()
     }
 
-    /// The largest errors at the corners and at the first `count` places of the domain.
-    pub fn briefly(&self, held: Functions<'_>, count: usize) -> Found {
+    /// Returns the largest errors at some corners and at the first `count` points of the sequence.
+    pub fn quick_search(&self, held: Functions<'_>, count: usize) -> TipError {
         let places = corners().step_by(7).chain((0..count).map(spread)).collect();
-        self.over(held, places).iter().fold(Found::nothing(self.steps), |largest, (_, found)| largest.with(found))
+        self.errors(held, places).iter().fold(TipError::zero(self.steps), |largest, (_, found)| largest.max(found))
     }
 
-    /// The largest errors that are found at the corners, at so many places and from the worst of them on.
-    pub fn thoroughly(&self, held: Functions<'_>, places: usize) -> Found {
-        let mut seen = self.over(held, corners().chain((0..places).map(spread)).collect());
-        let mut largest = seen.iter().fold(Found::nothing(self.steps), |largest, (_, found)| largest.with(found));
-        seen.sort_by(|a, b| b.1.error().total_cmp(&a.1.error()));
+    /// Returns the largest errors at all corners, at `places` points of the sequence, and from the worst of them on.
+    pub fn full_search(&self, held: Functions<'_>, places: usize) -> TipError {
+        let mut seen = self.errors(held, corners().chain((0..places).map(spread)).collect());
+        let mut largest = seen.iter().fold(TipError::zero(self.steps), |largest, (_, found)| largest.max(found));
+        seen.sort_by(|a, b| b.1.last_error().total_cmp(&a.1.last_error()));
         seen.truncate(REFINED);
-        let climbed = |asking: &mut Asking, start| self.climb(held, start, asking);
-        let refined: Vec<Found> = seen.into_par_iter().map_init(|| self.exact.asking(), climbed).collect();
+        let climbed = |asking: &mut Storage, start| self.climb(held, start, asking);
+        let refined: Vec<TipError> = seen.into_par_iter().map_init(|| self.exact.storage(), climbed).collect();
         for found in &refined {
-            largest = largest.with(found);
+            largest = largest.max(found);
         }
         largest
     }
 
-    /// The largest errors on the way up from a place.
-    fn climb(&self, held: Functions<'_>, (mut place, mut best): (Place, Found), asking: &mut Asking) -> Found {
+    /// Returns the largest errors on a coordinate search uphill from a point.
+    fn climb(&self, held: Functions<'_>, (mut place, mut best): (Sample, TipError), asking: &mut Storage) -> TipError {
         let mut largest = best.clone();
         let mut step = FIRST_STEP;
         for _ in 0..HALVINGS {
@@ -121,9 +123,9 @@ impl Search<'_> {
                 for sign in [1.0, -1.0] {
                     let mut beside = place;
                     beside[coordinate] = (place[coordinate] + sign * step).clamp(-1.0, 1.0);
-                    let found = self.at(held, &beside, asking);
-                    largest = largest.with(&found);
-                    if found.error() > best.error() {
+                    let found = self.errors_at(held, &beside, asking);
+                    largest = largest.max(&found);
+                    if found.last_error() > best.last_error() {
                         (place, best) = (beside, found);
                     }
                 }
@@ -134,8 +136,9 @@ impl Search<'_> {
     }
 }
 
-fn last_step(function: &Function, states: &[Vec<f64>]) -> [f64; 3] {
+/// Returns the size of the last step of each unknown.
+fn last_step_change(function: &Function, states: &[Vec<f64>]) -> [f64; 3] {
     let Some([before, after]) = states.last_chunk::<2>() else { return [0.0; 3] };
-    let (before, after) = (function.judged(before), function.judged(after));
+    let (before, after) = (function.unknowns(before), function.unknowns(after));
     std::array::from_fn(|i| (after[i] - before[i]).abs())
 }

@@ -1,69 +1,71 @@
-//! What the measurements do not tell, and which further one would tell most of it: a force along an axis of O at one of their places.
+//! Combinations of unknowns that the measurements do not identify, and which further force at one of their poses would identify them best.
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen, Vector3};
 
 use super::{
     fit::{Fit, Search},
-    measurements::{Applied, Measurement, Reading},
+    measurements::{AppliedLoad, Measurement, Reading},
     model::{LoadedModel, Predicted},
 };
 use crate::{input::error::Result, work::Work};
 
-/// A combination of unknowns that the measurements leave open.
+/// A combination of unknowns that the measurements do not identify well enough.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Open {
-    /// Its parts, by index of the unknown, the largest first; a unit vector of coordinates.
+pub struct OpenCombination {
+    /// Indices of the unknowns with their components of the unit vector of coordinates, the largest first, small ones left out.
     pub parts: Vec<(usize, f64)>,
-    /// Standard deviation along it; infinite where it is not told at all.
+    /// Standard deviation along it; infinite where it is not identifiable at all.
     pub std: f64,
 }
 
-/// A measurement that would tell more.
+/// A further measurement that would identify more.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Advice {
-    /// At the place of this measurement.
+    /// Index of the measurement whose pose it has.
     pub measurement: usize,
-    /// The force on the tool tip, N.
+    /// Force on the tool tip, axes of O, N.
     pub force: Vector3<f64>,
-    /// Standard deviation along the least known combination, before and after.
+    /// Largest standard deviation of any combination of the unknowns, before and after it.
     pub std: [f64; 2],
 }
 
-/// A combination counts as open if its standard deviation is larger: half a factor of e, half a millimetre or degree.
+/// Standard deviation from which a combination is open: half a factor of e, half a millimetre or degree.
 const OPEN: f64 = 0.5;
-/// A smaller part of a combination is left out.
+/// Smallest component of a combination that is listed.
 const LEAST_PART: f64 = 0.2;
-/// Information that counts as none, over the largest.
+/// Smallest information of an identifiable direction, as a share of the largest.
 const NOTHING: f64 = 1e-13;
 
-fn std_of(information: f64, most: f64) -> f64 {
+/// Returns the standard deviation along a direction with this information; infinite where that is nothing beside `most`.
+fn std_along(information: f64, most: f64) -> f64 {
     if information > NOTHING * most && information > 0.0 { information.sqrt().recip() } else { f64::INFINITY }
 }
 
-/// Combinations that are open, the least known first.
-pub fn open(fit: &Fit) -> Vec<Open> {
-    let told = SymmetricEigen::new(fit.information.clone());
-    let most = told.eigenvalues.amax();
-    let all = told.eigenvalues.iter().zip(told.eigenvectors.column_iter());
-    let mut open: Vec<Open> = all
-        .filter(|(value, _)| std_of(**value, most) > OPEN)
+/// Returns the combinations of unknowns that are not identified well enough, the one with the largest standard deviation first.
+pub fn open_combinations(fit: &Fit) -> Vec<OpenCombination> {
+    let eigen = SymmetricEigen::new(fit.information.clone());
+    let most = eigen.eigenvalues.amax();
+    let all = eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter());
+    let mut open: Vec<OpenCombination> = all
+        .filter(|(value, _)| std_along(**value, most) > OPEN)
         .map(|(value, vector)| {
             let mut parts: Vec<(usize, f64)> = vector.iter().copied().enumerate().collect();
             parts.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()));
             // The largest part is positive, so that the same answer has the same signs.
             let sign = parts.first().map_or(1.0, |(_, part)| part.signum());
             parts.retain(|(_, part)| part.abs() >= LEAST_PART);
-            Open { parts: parts.into_iter().map(|(k, part)| (k, part * sign)).collect(), std: std_of(*value, most) }
+            OpenCombination {
+                parts: parts.into_iter().map(|(k, part)| (k, part * sign)).collect(),
+                std: std_along(*value, most),
+            }
         })
         .collect();
     open.sort_by(|a, b| b.std.total_cmp(&a.std));
     open
 }
 
-/// The force along an axis, as large as the largest that was applied, that raises the least information most; `None` where none does.
-///
-/// # Errors
-/// The work was stopped, or there is no such machine.
+/// Chooses the measurement that raises the smallest eigenvalue of the information most: at a pose measured before, with the largest force
+/// applied so far along an axis of O; `None` where none does, `Err` if the work was stopped or the fit makes no valid machine.
 pub fn advice(search: &Search<'_>, fit: &Fit, measurements: &[Measurement], work: &Work) -> Result<Option<Advice>> {
     let largest = measurements.iter().map(|m| m.load.force.norm()).fold(0.0, f64::max);
     if largest == 0.0 {
@@ -71,17 +73,17 @@ pub fn advice(search: &Search<'_>, fit: &Fit, measurements: &[Measurement], work
     }
     let std = typical_std(fit, measurements);
     let least = |information: &DMatrix<f64>| {
-        let told = SymmetricEigen::new(information.clone());
-        let at = told.eigenvalues.imin();
-        (told.eigenvalues[at], told.eigenvalues.amax(), told.eigenvectors.column(at).into_owned())
+        let eigen = SymmetricEigen::new(information.clone());
+        let at = eigen.eigenvalues.imin();
+        (eigen.eigenvalues[at], eigen.eigenvalues.amax(), eigen.eigenvectors.column(at).into_owned())
     };
     let (before, most, direction) = least(&fit.information);
-    let loads = (0..3).map(|axis| Applied { force: Vector3::ith(axis, largest), moment: Vector3::zeros() });
-    let loads: Vec<Applied> = loads.collect();
-    let displacements = Reading::displacements_to_come();
+    let loads = (0..3).map(|axis| AppliedLoad { force: Vector3::ith(axis, largest), moment: Vector3::zeros() });
+    let loads: Vec<AppliedLoad> = loads.collect();
+    let displacements = Reading::planned_displacements();
     let candidates: Vec<(usize, Measurement)> = (measurements.iter().enumerate())
         .flat_map(|(i, own)| loads.iter().map(move |load| (i, own, *load)))
-        .map(|(i, own, load)| (i, own.at_same_place(load, &displacements)))
+        .map(|(i, own, load)| (i, own.planned_under(load, &displacements)))
         .collect();
     let asked: Vec<&Measurement> = candidates.iter().map(|(_, candidate)| candidate).collect();
     work.check()?;
@@ -96,13 +98,13 @@ pub fn advice(search: &Search<'_>, fit: &Fit, measurements: &[Measurement], work
         let score = after.max(0.0) + 1e-9 * gain;
         if gain > NOTHING * most && best.as_ref().is_none_or(|(found, _)| score > *found) {
             let (measurement, force) = (*measurement, candidate.load.force);
-            best = Some((score, Advice { measurement, force, std: [0.0, std_of(after, most)] }));
+            best = Some((score, Advice { measurement, force, std: [0.0, std_along(after, most)] }));
         }
     }
-    Ok(best.map(|(_, advice)| Advice { std: [std_of(before, most), advice.std[1]], ..advice }))
+    Ok(best.map(|(_, advice)| Advice { std: [std_along(before, most), advice.std[1]], ..advice }))
 }
 
-/// Of the lengths that were read, mm.
+/// Returns the mean standard deviation of the lengths read, mm; 1 without any.
 fn typical_std(fit: &Fit, measurements: &[Measurement]) -> f64 {
     let quantities = measurements.iter().flat_map(|m| m.readings.iter().map(|reading| reading.quantity));
     let lengths: DVector<f64> = DVector::from_vec(

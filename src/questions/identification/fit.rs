@@ -1,111 +1,110 @@
-//! Unknowns that fit measurements best: Gauss–Newton steps, damped where they do not lead down, along the directions that the
-//! measurements tell.
+//! Fits unknown parameters to measurements: Gauss–Newton steps along the identifiable directions, damped where they do not descend.
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use super::{
     measurements::{Measurement, Reading},
-    model::{Predicted, predict, values_at},
+    model::{Predicted, predict, predict_values},
     scatter,
     spec::LossSpec,
     unknown::Unknown,
 };
 use crate::{machine::Machine, simulation::Failure};
 
-/// Steps of the search, and how often their damping is raised for one.
+/// Most steps of a fit, and most trials of damping for one step.
 const STEPS: usize = 60;
 const TRIES: usize = 12;
-/// The search is over where no larger share of the cost is to be gained.
+/// Converged: a step gains less than this share of the cost.
 const FOUND: f64 = 1e-10;
-/// The same where rounding keeps the search from gaining it.
+/// Share that counts as converged where rounding keeps steps from gaining it.
 const NEARLY_FOUND: f64 = 1e-6;
-/// Or where no unknown would change by more, in noticeable changes: without noise, the residual is the rounding of solves.
+/// Converged: no coordinate would change by more. Without noise, the residual is the rounding of solves.
 const LEAST_STEP: f64 = 1e-6;
-/// Less scatter is rounding of the solves.
+/// Smallest scatter, mm: less is rounding of the solves.
 pub(super) const LEAST_SCATTER_MM: f64 = 1e-8;
-/// A direction whose information is less than this share of the largest is not told at all.
+/// Smallest information of an identifiable direction, as a share of the largest.
 const RANK: f64 = 1e-13;
 
-/// A search: from which machine, for what, by which measurements.
+/// A fitting problem: a machine, its unknowns with priors, noise and loss. Measurements are given to each fit.
 #[derive(Debug, Clone, Copy)]
 pub struct Search<'a> {
-    /// The machine to begin with.
+    /// Machine whose parameters are the start of the fit.
     pub machine: &'a Machine,
-    /// What is sought.
+    /// Parameters to fit.
     pub unknowns: &'a [Unknown],
-    /// What is known beforehand: the unknown, its coordinate and the standard deviation of that.
+    /// Gaussian priors: index of the unknown, expected coordinate, standard deviation of that coordinate.
     pub priors: &'a [(usize, f64, f64)],
-    /// Standard deviation of lengths (mm) and rotations (rad); `None` where the scatter is to tell it.
+    /// Standard deviations of the readings, or that they are estimated.
     pub noise: Noise,
-    /// How far-off readings count.
+    /// Loss function, which says how much outliers count.
     pub loss: LossSpec,
 }
 
-/// Standard deviations of readings that do not have their own.
+/// Standard deviations of readings that have none of their own.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Noise {
-    /// mm.
+    /// Standard deviation of lengths, mm, if given.
     pub length: Option<f64>,
-    /// rad.
+    /// Standard deviation of rotations, rad, if given.
     pub rotation: Option<f64>,
-    /// Whether the scatter of the readings is to tell it: no reading has one.
+    /// Whether the noise is estimated from the scatter of the residuals, as no reading has one.
     pub is_estimated: bool,
 }
 
 impl Noise {
-    /// Standard deviation of a reading; 1 where the scatter tells it.
+    /// Returns the standard deviation of a reading, mm or rad; 1 where none is given, as it is estimated.
     pub fn of(&self, reading: &Reading) -> f64 {
-        self.given(reading).unwrap_or(1.0)
+        self.given_std(reading).unwrap_or(1.0)
     }
 
-    /// Standard deviation of a reading, if the file or the study gives it.
-    pub fn given(&self, reading: &Reading) -> Option<f64> {
+    /// Returns the standard deviation of a reading, mm or rad, if the measurement file or the study gives it.
+    pub fn given_std(&self, reading: &Reading) -> Option<f64> {
         reading.std.or(if reading.quantity.is_rotation() { self.rotation } else { self.length })
     }
 }
 
-/// What fits best.
+/// A fit of the unknowns to measurements, with the covariance of their coordinates.
 #[derive(Debug, Clone)]
 pub struct Fit {
-    /// Coordinates of the unknowns.
+    /// Fitted coordinates of the unknowns.
     pub x: DVector<f64>,
-    /// Predictions there.
+    /// Predicted readings and Jacobian at the fit.
     pub predicted: Predicted,
-    /// Measured less predicted, mm and rad.
+    /// Residuals, measured less predicted, mm and rad.
     pub residuals: DVector<f64>,
-    /// Standard deviation of each reading, mm or rad, as given or as the scatter tells it.
+    /// Standard deviation of each reading, mm or rad, given or estimated from the scatter.
     pub stds: DVector<f64>,
-    /// How much each reading counts.
+    /// Weight of each reading by the loss function, 1 for least squares.
     pub weights: DVector<f64>,
-    /// Scatter over what was given; where that was not given, the standard deviation itself.
+    /// Ratio of the scatter of residuals to the given noise; where none is given, the estimated standard deviation, mm.
     pub scale: f64,
-    /// Covariance of the coordinates; infinite along what is not told, which `null_space` says.
+    /// Covariance of the coordinates in the identifiable subspace; directions of `null_space` are left out.
     pub covariance: DMatrix<f64>,
-    /// Directions of coordinates that are not told at all, unit vectors.
+    /// Orthonormal basis of the directions of coordinates that are not identifiable.
     pub null_space: Vec<DVector<f64>>,
-    /// By how much robust losses, and what is left beyond the noise that was given, make the covariance larger than that of squares.
+    /// Factor on the covariance of plain least squares: by a robust loss, or by residuals beyond the given noise.
     pub inflation: f64,
-    /// Whether the residual is more than the noise that was given makes once in a hundred times.
+    /// Whether the residual is larger than the given noise makes it once in a hundred times.
     pub is_beyond_noise: bool,
-    /// Information `JᵀWJ` of the readings in standard deviations, with priors.
+    /// Information matrix `JᵀWJ` of the readings over their standard deviations, with priors.
     pub information: DMatrix<f64>,
-    /// Steps taken.
+    /// Number of steps taken.
     pub steps: usize,
-    /// Whether the search ended where no step is left.
-    pub is_found: bool,
+    /// Whether the search converged.
+    pub is_converged: bool,
 }
 
-/// Readings of `measurements` in order.
-pub(super) fn measured(measurements: &[&Measurement]) -> DVector<f64> {
+/// Returns the values of all readings of `measurements` in order, mm and rad.
+pub(super) fn measured_values(measurements: &[&Measurement]) -> DVector<f64> {
     let values: Vec<f64> = measurements.iter().flat_map(|m| m.readings.iter().map(|reading| reading.value)).collect();
     DVector::from_vec(values)
 }
 
 impl Search<'_> {
-    /// Fits `measurements` from `start`.
+    /// Fits the unknowns to `measurements`, starting at coordinates `start`.
     ///
     /// # Errors
-    /// Where the search begins, the machine does not settle at a measurement (its number, and why).
+    /// At the start, the machine has no equilibrium at a measurement (its index, and why), or makes no valid machine (`None`).
     pub fn fit(
         &self,
         measurements: &[&Measurement],
@@ -115,30 +114,30 @@ impl Search<'_> {
             measurements.iter().map(|m| m.readings.len()).sum(),
             measurements.iter().flat_map(|m| m.readings.iter().map(|reading| self.noise.of(reading))),
         );
-        let values = measured(measurements);
+        let values = measured_values(measurements);
         let mut x = start.clone();
         let mut predicted = predict(self.machine, self.unknowns, &x, measurements)?;
         let mut scale = self.scale(&((&values - &predicted.values).component_div(&given)));
-        let (mut steps, mut is_found, mut damping) = (0, false, 1e-6);
+        let (mut steps, mut is_converged, mut damping) = (0, false, 1e-6);
         while steps < STEPS {
             let r = (&values - &predicted.values).component_div(&given) / scale;
-            let (mut information, mut gradient) = self.normal(&predicted, &r, &given, scale, &x);
+            let (mut information, mut gradient) = self.normal_equations(&predicted, &r, &given, scale, &x);
             // At the end of where it is sought, an unknown that would go farther stays.
-            let mut held = vec![false; x.len()];
-            let (mut told, mut whole);
+            let mut fixed = vec![false; x.len()];
+            let (mut eigen, mut whole);
             loop {
-                told = SymmetricEigen::new(information.clone());
-                whole = damped_step(&told, &gradient, 0.0);
+                eigen = SymmetricEigen::new(information.clone());
+                whole = damped_step(&eigen, &gradient, 0.0);
                 let goes_out = |k: &usize| {
                     let is_outward = whole[*k] * x[*k] > 0.0 || gradient[*k] * x[*k] > 0.0;
-                    !held[*k] && self.unknowns[*k].is_at_end(x[*k]) && is_outward
+                    !fixed[*k] && self.unknowns[*k].is_at_limit(x[*k]) && is_outward
                 };
                 let next: Vec<usize> = (0..x.len()).filter(goes_out).collect();
                 if next.is_empty() {
                     break;
                 }
                 for k in next {
-                    held[k] = true;
+                    fixed[k] = true;
                     information.row_mut(k).fill(0.0);
                     information.column_mut(k).fill(0.0);
                     gradient[k] = 0.0;
@@ -147,16 +146,16 @@ impl Search<'_> {
             let cost = self.cost(&r, &x);
             let gain = whole.dot(&gradient);
             if gain <= FOUND * (1.0 + cost) || whole.amax() <= LEAST_STEP {
-                is_found = true;
+                is_converged = true;
                 break;
             }
             let mut better = None;
             for _ in 0..TRIES {
-                let mut step = damped_step(&told, &gradient, damping);
+                let mut step = damped_step(&eigen, &gradient, damping);
                 let steps = step.iter().zip(self.unknowns).map(|(step, own)| step.abs() / own.longest_step());
                 step /= steps.fold(1.0, f64::max);
-                let next = self.within(&x + step);
-                let there = values_at(self.machine, self.unknowns, &next, measurements).ok();
+                let next = self.within_limits(&x + step);
+                let there = predict_values(self.machine, self.unknowns, &next, measurements).ok();
                 let is_better = there.is_some_and(|there| {
                     let r = (&values - there).component_div(&given) / scale;
                     self.cost(&r, &next) <= cost
@@ -169,7 +168,7 @@ impl Search<'_> {
             }
             let Some((next, there)) = better else {
                 // Only rounding keeps the search from the place where nothing is left to gain.
-                is_found = gain <= NEARLY_FOUND * (1.0 + cost);
+                is_converged = gain <= NEARLY_FOUND * (1.0 + cost);
                 break;
             };
             (x, predicted) = (next, there);
@@ -178,15 +177,16 @@ impl Search<'_> {
             // The scatter is that of the values found so far.
             scale = self.scale(&((&values - &predicted.values).component_div(&given)));
         }
-        Ok(self.described(x, predicted, &values, &given, scale, (steps, is_found)))
+        Ok(self.fit_at(x, predicted, &values, &given, scale, (steps, is_converged)))
     }
 
-    /// `x`, no unknown farther from its start than it is sought.
-    pub(super) fn within(&self, mut x: DVector<f64>) -> DVector<f64> {
-        x.iter_mut().zip(self.unknowns).for_each(|(x, own)| *x = x.clamp(-own.farthest(), own.farthest()));
+    /// Clamps coordinates `x` to the limits of the search.
+    pub(super) fn within_limits(&self, mut x: DVector<f64>) -> DVector<f64> {
+        x.iter_mut().zip(self.unknowns).for_each(|(x, own)| *x = x.clamp(-own.search_limit(), own.search_limit()));
         x
     }
 
+    /// Returns the scatter of residuals `r` where the noise is estimated; 1 where it is given.
     fn scale(&self, r: &DVector<f64>) -> f64 {
         match self.noise.is_estimated {
             true => self.loss.scale(r, self.unknowns.len()).max(LEAST_SCATTER_MM),
@@ -194,13 +194,14 @@ impl Search<'_> {
         }
     }
 
+    /// Returns the cost to minimise: loss of the residuals `r` (in standard deviations) and of the priors at coordinates `x`.
     fn cost(&self, r: &DVector<f64>, x: &DVector<f64>) -> f64 {
         let known: f64 = self.priors.iter().map(|&(k, at, std)| 0.5 * ((x[k] - at) / std).powi(2)).sum();
         r.iter().map(|&r| self.loss.cost(r)).sum::<f64>() + known
     }
 
-    /// Information and downward gradient; `r` over `scale`.
-    fn normal(
+    /// Returns the information matrix and the descent gradient at coordinates `x`, with priors; `r` are residuals over `given` and `scale`.
+    fn normal_equations(
         &self,
         predicted: &Predicted,
         r: &DVector<f64>,
@@ -225,26 +226,27 @@ impl Search<'_> {
         (information, gradient)
     }
 
-    fn described(
+    /// Returns the result at coordinates `x`: residuals, covariance, null space and the test of the residual against the noise.
+    fn fit_at(
         &self,
         x: DVector<f64>,
         predicted: Predicted,
         values: &DVector<f64>,
         given: &DVector<f64>,
         scale: f64,
-        (steps, is_found): (usize, bool),
+        (steps, is_converged): (usize, bool),
     ) -> Fit {
         let residuals = values - &predicted.values;
         let r = residuals.component_div(given) / scale;
         let weights = r.map(|r| self.loss.weight(r));
         // Covariances of M-estimators are those of squares, inflated.
         let plain = Search { loss: LossSpec::Squares, ..*self };
-        let (information, _) = plain.normal(&predicted, &r, given, scale, &x);
-        let told = SymmetricEigen::new(information.clone());
-        let most = told.eigenvalues.amax();
+        let (information, _) = plain.normal_equations(&predicted, &r, given, scale, &x);
+        let eigen = SymmetricEigen::new(information.clone());
+        let most = eigen.eigenvalues.amax();
         let count = self.unknowns.len();
         let is_identifiable = |value: f64| value > RANK * most && value > 0.0;
-        let identifiable_count = told.eigenvalues.iter().filter(|value| is_identifiable(**value)).count();
+        let identifiable_count = eigen.eigenvalues.iter().filter(|value| is_identifiable(**value)).count();
         let free = (values.len() + self.priors.len()).saturating_sub(identifiable_count);
         let of_priors: f64 = self.priors.iter().map(|&(k, at, std)| ((x[k] - at) / std).powi(2)).sum();
         let squares: f64 = r.iter().zip(weights.iter()).map(|(r, weight)| weight * r * r).sum::<f64>() + of_priors;
@@ -256,7 +258,7 @@ impl Search<'_> {
             loss => loss.inflation(&r, self.unknowns.len()),
         };
         let (mut covariance, mut null_space) = (DMatrix::zeros(count, count), Vec::new());
-        for (value, vector) in told.eigenvalues.iter().zip(told.eigenvectors.column_iter()) {
+        for (value, vector) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()) {
             match is_identifiable(*value) {
                 true => covariance += vector * vector.transpose() * (inflation / value),
                 false => null_space.push(vector.into_owned()),
@@ -265,7 +267,7 @@ impl Search<'_> {
         Fit {
             stds: given * if self.noise.is_estimated { scale } else { 1.0 },
             scale: if is_given { mean_square.sqrt() } else { scale },
-            is_beyond_noise: is_given && mean_square > scatter::most_by_chance(free),
+            is_beyond_noise: is_given && mean_square > scatter::mean_square_limit(free),
             x,
             predicted,
             residuals,
@@ -275,16 +277,16 @@ impl Search<'_> {
             null_space,
             information,
             steps,
-            is_found,
+            is_converged,
         }
     }
 }
 
-/// A step down along the identifiable directions.
-fn damped_step(told: &SymmetricEigen<f64, nalgebra::Dyn>, gradient: &DVector<f64>, damping: f64) -> DVector<f64> {
-    let most = told.eigenvalues.amax();
+/// Returns the Levenberg–Marquardt step with this damping, in the identifiable directions only.
+fn damped_step(eigen: &SymmetricEigen<f64, nalgebra::Dyn>, gradient: &DVector<f64>, damping: f64) -> DVector<f64> {
+    let most = eigen.eigenvalues.amax();
     let mut step = DVector::zeros(gradient.len());
-    for (value, vector) in told.eigenvalues.iter().zip(told.eigenvectors.column_iter()) {
+    for (value, vector) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()) {
         if *value > RANK * most && *value > 0.0 {
             step += vector * (vector.dot(gradient) / (value + damping * most));
         }
@@ -293,7 +295,7 @@ fn damped_step(told: &SymmetricEigen<f64, nalgebra::Dyn>, gradient: &DVector<f64
 }
 
 impl Fit {
-    /// Slopes of some readings over their standard deviations, with their weights.
+    /// Returns Jacobian rows of `count` readings from `first` on, over their standard deviations and times the root of their weights.
     pub(super) fn weighted_slopes(&self, first: usize, count: usize) -> DMatrix<f64> {
         let mut slopes = self.predicted.slopes.rows(first, count).into_owned();
         for (i, mut row) in slopes.row_iter_mut().enumerate() {
@@ -302,23 +304,23 @@ impl Fit {
         slopes
     }
 
-    /// Leverage of some readings on their own predictions, as a matrix.
-    pub(super) fn hat(&self, first: usize, count: usize) -> DMatrix<f64> {
+    /// Returns the block of the hat matrix (leverages) of `count` readings from `first` on.
+    pub(super) fn hat_matrix(&self, first: usize, count: usize) -> DMatrix<f64> {
         let own = self.weighted_slopes(first, count);
         &own * &self.covariance * own.transpose() / self.inflation
     }
 
-    /// How an unknown enters the directions that are not told: 0 where not at all.
+    /// Returns the length of the part of an unknown in the null space: 0 if it is identifiable, at most 1.
     pub fn null_space_part(&self, unknown: usize) -> f64 {
         self.null_space.iter().map(|direction| direction[unknown] * direction[unknown]).sum::<f64>().sqrt()
     }
 
-    /// Standard deviation of a coordinate; infinite where it is not told.
+    /// Returns the standard deviation of an unknown's coordinate; infinite where it is not identifiable.
     pub fn std(&self, unknown: usize) -> f64 {
         if self.null_space_part(unknown) > 1e-3 { f64::INFINITY } else { self.covariance[(unknown, unknown)].sqrt() }
     }
 
-    /// Correlation of two coordinates; `None` where one is not told.
+    /// Returns the correlation of the coordinates of two unknowns; `None` where one is not identifiable.
     pub fn correlation(&self, a: usize, b: usize) -> Option<f64> {
         let size = self.std(a) * self.std(b);
         (size.is_finite() && size > 0.0).then(|| (self.covariance[(a, b)] / size).clamp(-1.0, 1.0))

@@ -1,4 +1,4 @@
-//! Measurements on a loaded machine, as a CSV file has them: a row for each place and load.
+//! Measurements on a loaded machine, read from a CSV file: a row for each pose and load.
 
 use std::collections::BTreeMap;
 
@@ -13,85 +13,85 @@ use crate::{
     machine::{Configuration, Machine, Motion},
 };
 
-/// One row: where the machine was sent, how it was loaded, and what was read.
+/// One measurement: commanded configuration, load, and readings.
 #[derive(Debug, Clone)]
 pub struct Measurement {
-    /// What it is called: the column `pose`, or its number in the file.
+    /// Name: the column `pose`, or the number of the row from 1.
     pub name: String,
-    /// Its line in the file, from 1; 0 if it is of none.
+    /// Line in the file, from 1; 0 if it is from none.
     pub line: usize,
-    /// Where the unloaded machine of the study stands.
+    /// Configuration of the unloaded machine of the study at the commanded drive positions or position of P.
     pub at: Configuration,
-    /// The load.
-    pub load: Applied,
-    /// The load under which displacements and rotations are zero.
-    pub reference: Applied,
-    /// The point measured, seen from P in the platform's axes, mm; the tool tip if not given.
+    /// Load when it was read.
+    pub load: AppliedLoad,
+    /// Load under which displacements and rotations are zero.
+    pub reference: AppliedLoad,
+    /// Measured point, from P in platform axes, mm; the tool tip if not given.
     pub marker: Option<Vector3<f64>>,
-    /// What was read.
+    /// Readings under the load.
     pub readings: Vec<Reading>,
 }
 
 /// A load on the tool tip, in the axes of O.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Applied {
-    /// N.
+pub struct AppliedLoad {
+    /// Force, N.
     pub force: Vector3<f64>,
-    /// N·mm.
+    /// Moment about the tool tip, N·mm.
     pub moment: Vector3<f64>,
 }
 
-/// A number that was read.
+/// One reading of a measurement, made or planned.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reading {
-    /// The column.
+    /// Column of the file.
     pub column: &'static str,
-    /// What it is of.
+    /// Measured quantity.
     pub quantity: Quantity,
-    /// mm or rad.
+    /// Value, mm or rad; 0 if planned.
     pub value: f64,
-    /// Its standard deviation, mm or rad, if the file says it.
+    /// Standard deviation of the value, mm or rad, if the file gives it.
     pub std: Option<f64>,
 }
 
-/// What is read.
+/// Quantity of a reading.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Quantity {
-    /// Displacement of the marker from where it is under the reference load, along this unit vector of O, mm.
+    /// Displacement of the marker from its position under the reference load, along this unit vector of O, mm.
     Displacement(Vector3<f64>),
-    /// Coordinate of the marker in O, mm.
+    /// Coordinate of the marker in O along this axis, mm.
     Position(usize),
-    /// Component of the rotation from the reference load, axes of O, rad.
+    /// Component of the rotation from the reference load about this axis of O, rad.
     Rotation(usize),
 }
 
 impl Measurement {
-    /// The same place, loaded from rest by `load`, where the tool tip is to be read.
-    pub fn at_same_place(&self, load: Applied, readings: &[Reading]) -> Self {
-        let nothing = Applied { force: Vector3::zeros(), moment: Vector3::zeros() };
+    /// Plans a measurement in the same configuration under `load`, from no load, with these readings of the tool tip.
+    pub fn planned_under(&self, load: AppliedLoad, readings: &[Reading]) -> Self {
+        let nothing = AppliedLoad { force: Vector3::zeros(), moment: Vector3::zeros() };
         let (name, at) = (self.name.clone(), self.at.clone());
         Self { name, line: self.line, at, load, reference: nothing, marker: None, readings: readings.to_vec() }
     }
 }
 
 impl Reading {
-    /// Whether it is of what the load changes, and not of where the machine stands.
+    /// Whether the reading is of a change by the load (displacement or rotation), not a position.
     pub fn is_change(&self) -> bool {
         !matches!(self.quantity, Quantity::Position(_))
     }
 
-    /// Those that need no direction of a gauge, still to be made: displacements first.
-    pub fn all_to_come() -> Vec<Self> {
-        [DISPLACEMENT, POSITION, ROTATION].into_iter().flatten().filter_map(Self::to_come).collect()
+    /// Returns planned readings of all columns that need no gauge direction, displacements first.
+    pub fn all_planned() -> Vec<Self> {
+        [DISPLACEMENT, POSITION, ROTATION].into_iter().flatten().filter_map(Self::planned).collect()
     }
 
-    /// Displacements of the tool tip along the axes of O, still to be made.
-    pub fn displacements_to_come() -> Vec<Self> {
-        DISPLACEMENT.into_iter().filter_map(Self::to_come).collect()
+    /// Returns planned readings of the displacement of the tool tip along the axes of O.
+    pub fn planned_displacements() -> Vec<Self> {
+        DISPLACEMENT.into_iter().filter_map(Self::planned).collect()
     }
 
-    /// A reading of this column that is still to be made; `None` where it is none, or needs to know along what.
-    fn to_come(column: &'static str) -> Option<Self> {
+    /// Returns a planned reading of this column; `None` if the column is no reading, or is a gauge, which needs a direction.
+    fn planned(column: &'static str) -> Option<Self> {
         let at = |columns: [&str; 3]| columns.iter().position(|other| *other == column);
         let quantity = at(DISPLACEMENT)
             .map(|axis| Quantity::Displacement(Vector3::ith(axis, 1.0)))
@@ -102,7 +102,7 @@ impl Reading {
 }
 
 impl Quantity {
-    /// Whether it is a rotation.
+    /// Whether the quantity is a rotation.
     pub fn is_rotation(self) -> bool {
         matches!(self, Self::Rotation(_))
     }
@@ -122,7 +122,8 @@ const COMMAND: [&str; 3] = ["command_x_mm", "command_y_mm", "command_z_mm"];
 const STD: [&str; 2] = ["std_mm", "std_deg"];
 const NAME: &str = "pose";
 
-fn known() -> impl Iterator<Item = &'static str> {
+/// Returns the names of all columns that a file may have, but for drive positions.
+fn known_columns() -> impl Iterator<Item = &'static str> {
     let vectors = [
         COMMAND,
         FORCE,
@@ -138,7 +139,7 @@ fn known() -> impl Iterator<Item = &'static str> {
     vectors.into_iter().flatten().chain([GAUGE, NAME]).chain(STD)
 }
 
-/// Columns that say where a drive stands: name, and what makes mm or rad of it.
+/// Returns for each drive the names of the columns that may give its position, each with the factor to mm or rad.
 fn drive_columns(machine: &Machine) -> Vec<Vec<(String, f64)>> {
     let names: Vec<&str> = machine.drives().map(|(_, drive)| drive.name.as_str()).collect();
     let of = |((_, drive), label): ((usize, &crate::machine::Drive), String)| {
@@ -153,33 +154,34 @@ fn drive_columns(machine: &Machine) -> Vec<Vec<(String, f64)>> {
     machine.drives().zip(machine.drive_labels()).map(of).collect()
 }
 
-/// A row with its numbers by column; empty cells are not there.
-struct Cells<'a> {
+/// Numbers of one row by column, without its empty cells, and where the row is.
+struct RowCells<'a> {
     columns: &'a [String],
     numbers: BTreeMap<&'a str, f64>,
     check: Check,
     line: usize,
 }
 
-/// Readings are not known better than this, mm or degrees: a nanometre.
+/// Smallest standard deviation of a reading, mm or degrees: a nanometre.
 const LEAST_STD: f64 = 1e-6;
 
-/// How well a reading is known, as written.
-pub(super) fn std(given: f64, check: &Check) -> Result<f64> {
+/// Checks a standard deviation as written, mm or degrees.
+pub(super) fn checked_std(given: f64, check: &Check) -> Result<f64> {
     match check.positive(given)? {
         std if std < LEAST_STD => check.fail(format!("must be at least {LEAST_STD:e}, got {std:e}")),
         std => Ok(std),
     }
 }
 
-impl Cells<'_> {
-    fn get(&self, column: &str) -> Option<f64> {
+impl RowCells<'_> {
+    /// Returns the number in a column of the row; `None` if the cell is empty or the column missing.
+    fn cell(&self, column: &str) -> Option<f64> {
         self.numbers.get(column).copied()
     }
 
-    /// All three, or none.
+    /// Returns the vector in three columns of the row; `None` if all are empty, `Err` if only some are.
     fn vector(&self, columns: [&str; 3]) -> Result<Option<Vector3<f64>>> {
-        let found = columns.map(|column| self.get(column));
+        let found = columns.map(|column| self.cell(column));
         match found {
             [Some(x), Some(y), Some(z)] => Ok(Some(Vector3::new(x, y, z))),
             [None, None, None] => Ok(None),
@@ -190,36 +192,36 @@ impl Cells<'_> {
         }
     }
 
-    /// Components without a column are zero, and all of them where no cell is filled.
-    fn load(&self, force: [&str; 3], moment: [&str; 3]) -> Result<Applied> {
+    /// Returns the load in these columns of the row; missing columns are 0, and all of them where no cell is filled.
+    fn load(&self, force: [&str; 3], moment: [&str; 3]) -> Result<AppliedLoad> {
         let of = |columns: [&str; 3]| {
-            let is_empty = |column: &&str| self.get(column).is_none() && self.columns.iter().any(|own| own == column);
-            let has_some = columns.iter().any(|column| self.get(column).is_some());
+            let is_empty = |column: &&str| self.cell(column).is_none() && self.columns.iter().any(|own| own == column);
+            let has_some = columns.iter().any(|column| self.cell(column).is_some());
             match columns.iter().find(|column| has_some && is_empty(column)) {
                 Some(column) => self.check.key(column).fail("empty beside other components: expected a number".into()),
-                None => Ok(Vector3::from(columns.map(|column| self.get(column).unwrap_or(0.0)))),
+                None => Ok(Vector3::from(columns.map(|column| self.cell(column).unwrap_or(0.0)))),
             }
         };
-        Ok(Applied { force: of(force)?, moment: of(moment)? })
+        Ok(AppliedLoad { force: of(force)?, moment: of(moment)? })
     }
 }
 
-/// What rows are read for.
+/// Purpose for which rows are read, which decides whether they must have readings.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum WhatFor {
-    /// What was read there: each row has at least one reading.
+pub enum RowUse {
+    /// Measurements: each row has at least one reading.
     Readings,
-    /// Poses and loads alone: readings have no effect.
-    Places,
-    /// Poses and loads whose readings are predicted: a row may have some.
+    /// Poses and loads alone: readings are ignored, and drives must be within their travel.
+    Poses,
+    /// Poses and loads at which readings are predicted: a row may have measured ones.
     Predictions,
 }
 
-/// Reads the measurements of `machine` in `source`, called `file` in messages.
+/// Reads the measurements of `machine` in the CSV text `source`, called `file` in messages.
 ///
 /// # Errors
-/// A column that is unknown, repeated or missing; a cell that is no number; a place that the machine does not reach.
-pub fn read(source: &[u8], file: &str, machine: &Machine, what_for: WhatFor) -> Result<Vec<Measurement>> {
+/// A column that is unknown, repeated or missing; a cell that is no number; a pose that the machine cannot take.
+pub fn read(source: &[u8], file: &str, machine: &Machine, purpose: RowUse) -> Result<Vec<Measurement>> {
     let at_line = |at: usize| Check::new(&format!("{file}:{}", line_number(source, at)));
     if let Err(fault) = std::str::from_utf8(source) {
         return at_line(fault.valid_up_to()).key("row").fail("is no text in UTF-8".into());
@@ -235,11 +237,12 @@ pub fn read(source: &[u8], file: &str, machine: &Machine, what_for: WhatFor) -> 
     let names: Vec<String> = header.fields.iter().map(|name| String::from_utf8_lossy(name).into_owned()).collect();
     let check = at_line(header.span.start);
     for (i, name) in names.iter().enumerate() {
-        let is_known = known().any(|other| other == name) || drives.iter().flatten().any(|(other, _)| other == name);
+        let is_known =
+            known_columns().any(|other| other == name) || drives.iter().flatten().any(|(other, _)| other == name);
         if !is_known {
             let own: Vec<&str> =
                 drives.iter().filter_map(|columns| columns.first()).map(|(name, _)| name.as_str()).collect();
-            let others: Vec<&str> = known().collect();
+            let others: Vec<&str> = known_columns().collect();
             let problem = format!("unknown column; expected any of {}, {}", own.join(", "), others.join(", "));
             return check.key(name).fail(problem);
         }
@@ -277,8 +280,8 @@ pub fn read(source: &[u8], file: &str, machine: &Machine, what_for: WhatFor) -> 
             }
         }
         let line = line_number(source, row.span.start);
-        let cells = Cells { columns: &names, numbers, check, line };
-        measurements.push(measurement(called, &cells, &drives, machine, what_for)?);
+        let cells = RowCells { columns: &names, numbers, check, line };
+        measurements.push(row_measurement(called, &cells, &drives, machine, purpose)?);
     }
     match measurements.is_empty() {
         true => at_line(source.len()).key("row").fail("missing: expected a row for each measurement".into()),
@@ -286,38 +289,39 @@ pub fn read(source: &[u8], file: &str, machine: &Machine, what_for: WhatFor) -> 
     }
 }
 
-fn measurement(
+/// Makes the measurement of one row, from its name and cells and the position columns of each drive.
+fn row_measurement(
     name: String,
-    cells: &Cells<'_>,
+    cells: &RowCells<'_>,
     drives: &[Vec<(String, f64)>],
     machine: &Machine,
-    what_for: WhatFor,
+    purpose: RowUse,
 ) -> Result<Measurement> {
     Ok(Measurement {
         name,
         line: cells.line,
-        at: place(cells, drives, machine, what_for)?,
+        at: configuration(cells, drives, machine, purpose)?,
         load: cells.load(FORCE, MOMENT)?,
         reference: cells.load(REFERENCE_FORCE, REFERENCE_MOMENT)?,
         marker: cells.vector(MARKER)?,
-        readings: match what_for {
-            WhatFor::Readings => readings(cells)?,
-            WhatFor::Predictions if has_reading(cells) => readings(cells)?,
-            WhatFor::Places | WhatFor::Predictions => Vec::new(),
+        readings: match purpose {
+            RowUse::Readings => row_readings(cells)?,
+            RowUse::Predictions if has_reading(cells) => row_readings(cells)?,
+            RowUse::Poses | RowUse::Predictions => Vec::new(),
         },
     })
 }
 
-/// Where the machine of the study stands.
+/// Returns the configuration at the drive positions or the command of P in a row.
 ///
-/// Where something was read the drives stood, whatever the machine file has as travel.
-fn place(
-    cells: &Cells<'_>,
+/// Beyond the travel in the machine file is an error only if `purpose` is poses: where something was read, the drives did stand.
+fn configuration(
+    cells: &RowCells<'_>,
     drives: &[Vec<(String, f64)>],
     machine: &Machine,
-    what_for: WhatFor,
+    purpose: RowUse,
 ) -> Result<Configuration> {
-    let given = |columns: &Vec<(String, f64)>| columns.iter().find_map(|(name, unit)| Some(cells.get(name)? * unit));
+    let given = |columns: &Vec<(String, f64)>| columns.iter().find_map(|(name, unit)| Some(cells.cell(name)? * unit));
     // A column that is not there is called as those of other drives are.
     let form = |drive: usize| drives[drive].iter().position(|(name, _)| cells.columns.contains(name));
     let usual = (0..drives.len()).find_map(form).unwrap_or_default();
@@ -338,7 +342,7 @@ fn place(
             }
             let positions: Vec<f64> = positions.into_iter().flatten().collect();
             match machine.drive_beyond_travel(&positions) {
-                Some((drive, fault)) if what_for == WhatFor::Places => Err((column(drive), fault)),
+                Some((drive, fault)) if purpose == RowUse::Poses => Err((column(drive), fault)),
                 _ => machine.forward_kinematics(&positions).map_err(|fault| (column(0), fault)),
             }
         }
@@ -352,24 +356,26 @@ fn place(
     found.or_else(|(column, fault)| cells.check.key(&column).fail(fault.to_string()))
 }
 
-fn has_reading(cells: &Cells<'_>) -> bool {
-    [DISPLACEMENT, POSITION, ROTATION].into_iter().flatten().chain([GAUGE]).any(|column| cells.get(column).is_some())
+/// Whether the row has at least one reading.
+fn has_reading(cells: &RowCells<'_>) -> bool {
+    [DISPLACEMENT, POSITION, ROTATION].into_iter().flatten().chain([GAUGE]).any(|column| cells.cell(column).is_some())
 }
 
-fn readings(cells: &Cells<'_>) -> Result<Vec<Reading>> {
+/// Returns the readings of a row with their standard deviations; `Err` if there are none.
+fn row_readings(cells: &RowCells<'_>) -> Result<Vec<Reading>> {
     let mut readings = Vec::new();
-    let given = |column: &str| cells.get(column).map(|own| std(own, &cells.check.key(column))).transpose();
+    let given = |column: &str| cells.cell(column).map(|own| checked_std(own, &cells.check.key(column))).transpose();
     let (std_mm, std_rad) = (given(STD[0])?, given(STD[1])?.map(f64::to_radians));
     let mut add = |column: &'static str, quantity: Quantity, value: f64| {
         let (value, std) = if quantity.is_rotation() { (value.to_radians(), std_rad) } else { (value, std_mm) };
         readings.push(Reading { column, quantity, value, std });
     };
     for column in (0..3).flat_map(|axis| [DISPLACEMENT[axis], POSITION[axis], ROTATION[axis]]) {
-        if let (Some(value), Some(Reading { quantity, .. })) = (cells.get(column), Reading::to_come(column)) {
+        if let (Some(value), Some(Reading { quantity, .. })) = (cells.cell(column), Reading::planned(column)) {
             add(column, quantity, value);
         }
     }
-    if let Some(value) = cells.get(GAUGE) {
+    if let Some(value) = cells.cell(GAUGE) {
         let Some(along) = cells.vector(GAUGE_ALONG)? else {
             return cells
                 .check

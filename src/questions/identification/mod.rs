@@ -1,4 +1,5 @@
-//! Identification: which numbers of a machine make it yield as it was measured to, how far they are known, and what was not told.
+//! Identification: fits parameters of a machine (stiffnesses, backlash, geometry) to measurements under load, with confidence intervals,
+//! the parameters that are not identifiable, and how well the fitted machine predicts.
 
 mod advice;
 mod fit;
@@ -20,23 +21,23 @@ mod written_files;
 
 use nalgebra::DVector;
 
-pub use advice::{Advice, Open};
-use fit::measured;
+pub use advice::{Advice, OpenCombination};
+use fit::measured_values;
 pub use fit::{Fit, Noise, Search};
-pub use measurements::{Applied, Measurement, Quantity, Reading, WhatFor, read};
-use model::values_at;
+pub use measurements::{AppliedLoad, Measurement, Quantity, Reading, RowUse, read};
+use model::predict_values;
 pub use model::{LoadedModel, Predicted};
 pub use patterns::{Pattern, rank_correlation, ranks};
-pub use prediction::{Answer, predict};
+pub use prediction::{Prediction, predict};
 pub(crate) use resolve::{priors, rows};
-pub use scatter::{half_width, most_by_chance};
+pub use scatter::{half_width, mean_square_limit};
 pub use spec::LossSpec;
 pub use unit_factor::UnitFactor;
 pub(crate) use unknown::unknowns;
 pub use unknown::{Coordinate, Unknown, is_pattern_of};
-pub use validate::FarOff;
+pub use validate::Outlier;
 
-use self::profile::{End, Profile};
+use self::profile::{IntervalEnd, Profile};
 use crate::{
     input::error::Result,
     machine::Machine,
@@ -44,184 +45,186 @@ use crate::{
     work::{Event, Work},
 };
 
-/// A checked identification.
+/// A checked identification: a machine, measurements on it under load, and the parameters to fit to them.
 #[derive(Debug, Clone)]
 pub struct IdentificationStudy {
-    /// The machine to begin with.
+    /// Machine whose parameters are the start of the fit.
     pub machine: Machine,
-    /// The text of its file.
+    /// Text of the machine file.
     pub machine_text: String,
-    /// Name of the file of measurements.
+    /// Name of the measurement file.
     pub data: String,
-    /// What was measured.
+    /// Rows of that file: pose, load and readings.
     pub measurements: Vec<Measurement>,
-    /// What is sought.
+    /// Parameters to identify.
     pub unknowns: Vec<Unknown>,
-    /// What is known beforehand: the unknown, its coordinate and the standard deviation of that.
+    /// Gaussian priors: index of the unknown, expected coordinate, standard deviation of that coordinate.
     pub priors: Vec<(usize, f64, f64)>,
     /// Noise of readings that have none of their own.
     pub noise: Noise,
-    /// How far-off readings count.
+    /// Loss function, which says how much outliers count.
     pub loss: LossSpec,
-    /// Parts that are predicted from the others.
+    /// Number of folds in cross-validation.
     pub folds: usize,
-    /// Whether intervals are sought by the profile of the likelihood as well.
+    /// Whether intervals are computed from the profile likelihood as well.
     pub profile: bool,
-    /// Other sets of unknowns.
+    /// Other sets of unknowns to compare with, by name.
     pub alternatives: Vec<(String, Vec<Unknown>)>,
 }
 
-/// An unknown and what was found of it.
+/// Estimate of one parameter: value, 95 % interval, and whether the measurements identify it.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Found {
-    /// Which unknown.
+pub struct Estimate {
+    /// The parameter that was fitted.
     pub unknown: Unknown,
-    /// The value that fits best, in its unit.
+    /// Value of the best fit, in the unit of the parameter.
     pub value: f64,
-    /// Its 95 % interval; infinite where nothing limits it.
+    /// Ends of the 95 % interval by linearisation, in the unit of the parameter; infinite where nothing limits it.
     pub interval: [f64; 2],
-    /// Its 95 % interval by the profile of the likelihood, if that was sought and could be found; infinite where nothing limits it.
+    /// Ends of the 95 % interval by the profile likelihood, infinite where nothing limits it; `None` without.
     pub profile: Option<[f64; 2]>,
-    /// Whether that was sought, and is not known: the others could not be fitted anew.
-    pub is_profile_unknown: bool,
-    /// Half the interval in the coordinate of the unknown: a factor of e, a millimetre or a degree is 1.
+    /// Whether the profile likelihood was computed but the interval not found, as the other unknowns could not be refitted.
+    pub has_no_profile: bool,
+    /// Half the 95 % interval in the coordinate of the unknown: 1 is a factor of e, a millimetre or a degree.
     pub half_width: f64,
-    /// Why it is not identified; `None` if it is.
+    /// Why the parameter is not identified; `None` if it is.
     pub open: Option<String>,
-    /// The unknown that it is most correlated with, and how.
+    /// Index of the unknown that it correlates with most, and that correlation.
     pub correlated: Option<(usize, f64)>,
 }
 
-/// How well a set of unknowns predicts.
+/// Score of a set of unknowns: how well it fits and how well it predicts, to compare it with other sets.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Model {
-    /// What it is called.
+pub struct SetScore {
+    /// Name of the set.
     pub name: String,
-    /// How many unknowns it has.
+    /// Number of unknowns in it.
     pub unknowns: usize,
-    /// RMS of the residuals of the lengths it was fitted to, mm.
+    /// RMS residual of the lengths that it was fitted to, mm.
     pub fitted_mm: Option<f64>,
-    /// RMS error of lengths that were predicted from the other parts, mm; or why there is none.
+    /// RMS error in cross-validation of lengths, mm: each predicted by a fit to the other folds; or why there is none.
     pub predicted_mm: std::result::Result<Option<f64>, Failure>,
 }
 
-/// A machine with the numbers that were identified, and all others as its file has them.
+/// The machine in which only the identified parameters have their fitted values, all others those of the machine file.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Mixed {
-    /// Those others that were sought with them, by index.
-    pub kept: Vec<usize>,
-    /// RMS of what it leaves of lengths, mm; or why that is not known.
+pub struct PartialMachine {
+    /// Indices of the unknowns that are not identified and so keep their values.
+    pub unidentified: Vec<usize>,
+    /// RMS residual of lengths of this machine, mm; or why it is not known.
     pub residual_mm: std::result::Result<Option<f64>, Failure>,
 }
 
-/// What was found.
+/// Results of an identification.
 #[derive(Debug, Clone)]
 pub struct Identified {
-    /// The fit.
+    /// Least-squares or robust fit to all measurements.
     pub fit: Fit,
-    /// Each unknown.
-    pub found: Vec<Found>,
-    /// Combinations that are open.
-    pub open: Vec<Open>,
-    /// What would tell most of them, if something is open and a force can.
+    /// Estimate of each unknown, in the order of the study.
+    pub found: Vec<Estimate>,
+    /// Combinations of unknowns that the measurements do not identify.
+    pub open: Vec<OpenCombination>,
+    /// Further measurement that would identify them best, if there are any and a force on the tool tip can.
     pub advice: Option<Advice>,
-    /// Residuals without their own measurement, linearised.
-    pub left_out: Vec<f64>,
-    /// What the residuals correlate with.
+    /// Leave-one-out residual of each reading, mm or rad: predicted without its own measurement, linearised.
+    pub leave_one_out: Vec<f64>,
+    /// Rank correlations of the residuals with order, load, direction and pose.
     pub patterns: Vec<Pattern>,
-    /// Readings that lie far off all others, the farthest first.
-    pub far_off: Vec<FarOff>,
-    /// The machine with what was identified alone; `None` where all or nothing was.
-    pub mixed: Option<Mixed>,
-    /// What all stiffnesses are off by, if it looks like a unit.
+    /// Readings that are outliers, the farthest first.
+    pub outliers: Vec<Outlier>,
+    /// The machine with the identified parameters alone; `None` where all or none are identified.
+    pub partial: Option<PartialMachine>,
+    /// Common factor of all stiffnesses, if it looks like a mistaken unit.
     pub unit_factor: Option<UnitFactor>,
-    /// Sets of unknowns by how well they predict; that of the study first.
-    pub models: Vec<Model>,
+    /// Scores of sets of unknowns, that of the study first.
+    pub models: Vec<SetScore>,
 }
 
-/// The half width from which an unknown is not identified: a factor of e either way, a millimetre, a degree.
+/// Half width of an interval, in coordinates, above which an unknown is not identified: a factor of e either way, a millimetre, a degree.
 const WIDE: f64 = 1.0;
 
 impl IdentificationStudy {
-    /// A measurement in words, with its line in the file.
-    pub fn place(&self, measurement: usize) -> String {
+    /// Returns the name of a measurement (by index) with its file and line, for messages.
+    pub fn measurement_words(&self, measurement: usize) -> String {
         let own = &self.measurements[measurement];
         format!("pose {} ({}:{})", own.name, self.data, own.line)
     }
 
-    /// Number of readings.
+    /// Returns the number of readings of all measurements.
     pub fn reading_count(&self) -> usize {
         self.measurements.iter().map(|measurement| measurement.readings.len()).sum()
     }
 
-    fn search<'a>(&'a self, unknowns: &'a [Unknown], priors: &'a [(usize, f64, f64)]) -> Search<'a> {
+    /// Returns the fitting problem for these unknowns and priors.
+    fn fitting_problem<'a>(&'a self, unknowns: &'a [Unknown], priors: &'a [(usize, f64, f64)]) -> Search<'a> {
         Search { machine: &self.machine, unknowns, priors, noise: self.noise, loss: self.loss }
     }
 }
 
-/// Fits the unknowns and says what was told; on the current rayon pool, with the same result for any number of threads.
+/// Fits the unknowns, computes intervals and checks the model; on the current rayon pool, with the same result for any number of threads.
+/// The inner `Err` says why the machine could not be solved.
 ///
 /// # Errors
 /// The work was stopped.
 pub fn run(study: &IdentificationStudy, work: &Work) -> Result<std::result::Result<Identified, Failure>> {
     work.check()?;
-    let search = study.search(&study.unknowns, &study.priors);
+    let search = study.fitting_problem(&study.unknowns, &study.priors);
     let all: Vec<&Measurement> = study.measurements.iter().collect();
     let start = DVector::zeros(study.unknowns.len());
     let fit = match search.fit(&all, &start) {
         Ok(fit) => fit,
-        Err((at, failure)) => return Ok(Err(of_measurement(study, at, failure))),
+        Err((at, failure)) => return Ok(Err(failure_at(study, at, failure))),
     };
     work.tell(Event::Computed(study.measurements.len()));
-    let open = advice::open(&fit);
+    let open = advice::open_combinations(&fit);
     let advice = match open.is_empty() {
         true => None,
         false => advice::advice(&search, &fit, &study.measurements, work)?,
     };
-    let mut models = vec![model(study, "the study", (&search, Some(&fit)), work)?];
+    let mut models = vec![score_model(study, "the study", (&search, Some(&fit)), work)?];
     for (name, unknowns) in &study.alternatives {
-        models.push(model(study, name, (&study.search(unknowns, &[]), None), work)?);
+        models.push(score_model(study, name, (&study.fitting_problem(unknowns, &[]), None), work)?);
     }
-    let mut found: Vec<Found> = (0..study.unknowns.len()).map(|k| found(study, &fit, k)).collect();
+    let mut found: Vec<Estimate> = (0..study.unknowns.len()).map(|k| estimate(study, &fit, k)).collect();
     work.check()?;
     profiles(study, &search, (&fit, &all), &mut found, work)?;
-    let mixed = mixed(study, &search, (&fit, &all), &found);
+    let partial = partial_machine(study, &search, (&fit, &all), &found);
     let unit_factor = unit_factor::unit_factor(study, &fit);
-    let left_out = validate::left_one_out(&fit, &study.measurements);
+    let leave_one_out = validate::leave_one_out(&fit, &study.measurements);
     let patterns = patterns::patterns(&study.machine, &fit, &study.measurements);
-    let far_off = validate::far_off(&fit, &study.measurements);
-    Ok(Ok(Identified { found, open, advice, left_out, patterns, far_off, models, mixed, unit_factor, fit }))
+    let outliers = validate::outliers(&fit, &study.measurements);
+    Ok(Ok(Identified { found, open, advice, leave_one_out, patterns, outliers, models, partial, unit_factor, fit }))
 }
 
-/// The machine that a file with what was identified describes; `None` where all or nothing was.
-fn mixed(
+/// Returns the machine with the fitted values of the identified parameters only; `None` where all or none are identified.
+fn partial_machine(
     study: &IdentificationStudy,
     search: &Search<'_>,
     (fit, all): (&Fit, &[&Measurement]),
-    found: &[Found],
-) -> Option<Mixed> {
-    let kept: Vec<usize> = (0..found.len()).filter(|&k| found[k].open.is_some()).collect();
-    if kept.is_empty() || kept.len() == found.len() {
+    found: &[Estimate],
+) -> Option<PartialMachine> {
+    let unidentified: Vec<usize> = (0..found.len()).filter(|&k| found[k].open.is_some()).collect();
+    if unidentified.is_empty() || unidentified.len() == found.len() {
         return None;
     }
-    let x = DVector::from_fn(found.len(), |k, _| if kept.contains(&k) { 0.0 } else { fit.x[k] });
-    let there = values_at(search.machine, search.unknowns, &x, all);
+    let x = DVector::from_fn(found.len(), |k, _| if unidentified.contains(&k) { 0.0 } else { fit.x[k] });
+    let there = predict_values(search.machine, search.unknowns, &x, all);
     let residual_mm = match there {
-        Ok(there) => Ok(validate::rms_mm((measured(all) - there).as_slice(), &study.measurements)),
-        Err((at, failure)) => Err(of_measurement(study, at, failure)),
+        Ok(there) => Ok(validate::rms_mm((measured_values(all) - there).as_slice(), &study.measurements)),
+        Err((at, failure)) => Err(failure_at(study, at, failure)),
     };
-    Some(Mixed { kept, residual_mm })
+    Some(PartialMachine { unidentified, residual_mm })
 }
 
-/// Adds the intervals by the profile of the likelihood to what is identified.
+/// Adds profile-likelihood intervals to the identified parameters; one whose interval is too wide becomes not identified.
 fn profiles(
     study: &IdentificationStudy,
     search: &Search<'_>,
     (fit, all): (&Fit, &[&Measurement]),
-    found: &mut [Found],
+    found: &mut [Estimate],
     work: &Work,
 ) -> Result<()> {
-    let quantile = scatter::half_width(free(study, fit));
+    let quantile = scatter::half_width(degrees_of_freedom(study, fit));
     let profile = if study.profile { Profile::new(*search, fit, all, quantile) } else { None };
     let Some(profile) = profile else { return Ok(()) };
     let known: Vec<usize> = (0..found.len()).filter(|&k| found[k].open.is_none()).collect();
@@ -229,15 +232,15 @@ fn profiles(
         let unknown = &study.unknowns[k];
         // Where the profile does not say an end, the linear interval does.
         let value = |side: usize| match ends[side] {
-            End::At(x) => unknown.value(x),
-            End::Nowhere => [f64::NEG_INFINITY, f64::INFINITY][side],
-            End::Unknown => found[k].interval[side],
+            IntervalEnd::At(x) => unknown.value(x),
+            IntervalEnd::Unbounded => [f64::NEG_INFINITY, f64::INFINITY][side],
+            IntervalEnd::NotFound => found[k].interval[side],
         };
         let values = [value(0), value(1)];
         let farthest = ends.iter().map(|end| match end {
-            End::At(x) => (x - fit.x[k]).abs(),
-            End::Nowhere => f64::INFINITY,
-            End::Unknown => 0.0,
+            IntervalEnd::At(x) => (x - fit.x[k]).abs(),
+            IntervalEnd::Unbounded => f64::INFINITY,
+            IntervalEnd::NotFound => 0.0,
         });
         if farthest.fold(0.0, f64::max) > WIDE {
             let [low, high] = values;
@@ -248,28 +251,30 @@ fn profiles(
                 (false, false) => "it may be anything".into(),
             });
         }
-        found[k].is_profile_unknown = ends.contains(&End::Unknown);
-        found[k].profile = (!found[k].is_profile_unknown).then_some(values);
+        found[k].has_no_profile = ends.contains(&IntervalEnd::NotFound);
+        found[k].profile = (!found[k].has_no_profile).then_some(values);
     }
     Ok(())
 }
 
-/// How many readings more there are than unknowns, where they tell the noise.
-fn free(study: &IdentificationStudy, fit: &Fit) -> Option<usize> {
+/// Returns the number of readings and priors less that of unknowns; `None` where the noise is given, not estimated.
+fn degrees_of_freedom(study: &IdentificationStudy, fit: &Fit) -> Option<usize> {
     study.noise.is_estimated.then(|| (study.reading_count() + study.priors.len()).saturating_sub(fit.x.len()))
 }
 
-fn of_measurement(study: &IdentificationStudy, at: Option<usize>, failure: Failure) -> Failure {
-    let place = at.map_or_else(String::new, |at| format!("{}: ", study.place(at)));
+/// Returns `failure` with the measurement at which it occurred (by index) before its reason.
+fn failure_at(study: &IdentificationStudy, at: Option<usize>, failure: Failure) -> Failure {
+    let place = at.map_or_else(String::new, |at| format!("{}: ", study.measurement_words(at)));
     Failure { reason: format!("{place}{}", failure.reason), ..failure }
 }
 
-fn model(
+/// Scores the unknowns of `search` by its fit (`fit`, or a new one) and by cross-validation; `Err` if the work was stopped.
+fn score_model(
     study: &IdentificationStudy,
     name: &str,
     (search, fit): (&Search<'_>, Option<&Fit>),
     work: &Work,
-) -> Result<Model> {
+) -> Result<SetScore> {
     let all: Vec<&Measurement> = study.measurements.iter().collect();
     let start = DVector::zeros(search.unknowns.len());
     let own = if fit.is_some() { None } else { search.fit(&all, &start).ok() };
@@ -279,11 +284,11 @@ fn model(
         // Nothing is left that could predict the only measurement.
         0 | 1 => Ok(None),
         folds => {
-            let parts = validate::in_parts(search, &start, &study.measurements, folds, work)?;
+            let parts = validate::k_fold_residuals(search, &start, &study.measurements, folds, work)?;
             parts.map(|errors| rms(&errors))
         }
     };
-    Ok(Model {
+    Ok(SetScore {
         name: name.into(),
         unknowns: search.unknowns.len(),
         fitted_mm: fit.and_then(|fit| rms(fit.residuals.as_slice())),
@@ -291,28 +296,29 @@ fn model(
     })
 }
 
-fn found(study: &IdentificationStudy, fit: &Fit, k: usize) -> Found {
+/// Estimates unknown `k` from the fit: value, linear 95 % interval, strongest correlation.
+fn estimate(study: &IdentificationStudy, fit: &Fit, k: usize) -> Estimate {
     let (unknown, x) = (&study.unknowns[k], fit.x[k]);
-    let half_width = scatter::half_width(free(study, fit)) * fit.std(k);
+    let half_width = scatter::half_width(degrees_of_freedom(study, fit)) * fit.std(k);
     let ends = [x - half_width, x + half_width].map(|x| unknown.value(x));
     let others = (0..fit.x.len()).filter(|&other| other != k);
     let correlated = others.filter_map(|other| Some((other, fit.correlation(k, other)?)));
-    Found {
+    Estimate {
         unknown: unknown.clone(),
         value: unknown.value(x),
         interval: ends,
         profile: None,
-        is_profile_unknown: false,
+        has_no_profile: false,
         half_width,
-        open: why_open(study, fit, k, half_width),
+        open: why_not_identified(study, fit, k, half_width),
         correlated: correlated.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs())),
     }
 }
 
-/// Why an unknown is not identified.
-fn why_open(study: &IdentificationStudy, fit: &Fit, k: usize, half_width: f64) -> Option<String> {
+/// Returns why unknown `k` is not identified; `None` if it is.
+fn why_not_identified(study: &IdentificationStudy, fit: &Fit, k: usize, half_width: f64) -> Option<String> {
     let (unknown, x) = (&study.unknowns[k], fit.x[k]);
-    if unknown.is_at_end(x) {
+    if unknown.is_at_limit(x) {
         return Some(match unknown.coordinate {
             Coordinate::Logarithm if x > 0.0 => {
                 "the larger the better it fits, a thousand times what the machine file says or more".into()
@@ -325,7 +331,7 @@ fn why_open(study: &IdentificationStudy, fit: &Fit, k: usize, half_width: f64) -
             }
         });
     }
-    if !fit.is_found {
+    if !fit.is_converged {
         return Some("the search did not end".into());
     }
     if fit.is_beyond_noise {
@@ -335,8 +341,8 @@ fn why_open(study: &IdentificationStudy, fit: &Fit, k: usize, half_width: f64) -
         ));
     }
     // One that is identifiable, and would go farther, holds the others where they do not fit best.
-    let quantile = scatter::half_width(free(study, fit));
-    let is_stuck = |own: &usize| study.unknowns[*own].is_at_end(fit.x[*own]) && quantile * fit.std(*own) <= WIDE;
+    let quantile = scatter::half_width(degrees_of_freedom(study, fit));
+    let is_stuck = |own: &usize| study.unknowns[*own].is_at_limit(fit.x[*own]) && quantile * fit.std(*own) <= WIDE;
     if let Some(stuck) = (0..fit.x.len()).find(is_stuck) {
         return Some(format!("{} would fit better where it is not sought", study.unknowns[stuck].name));
     }

@@ -1,10 +1,10 @@
-//! What a machine should have read, and how that changes with the parameters sought.
+//! The measurement model: predicted readings of a machine under load, and their derivatives by the unknown parameters.
 
 use nalgebra::{DMatrix, DVector, Vector3, Vector6};
 use rayon::prelude::*;
 
 use super::{
-    measurements::{Applied, Measurement, Quantity, Reading},
+    measurements::{AppliedLoad, Measurement, Quantity, Reading},
     unknown::Unknown,
 };
 use crate::{
@@ -15,56 +15,50 @@ use crate::{
     statics::{Outcome, Sensitivities, Sensitivity, Settings, State, Workspace, equilibrium, lost_motions},
 };
 
-/// Solved this closely, derivatives are good to more digits than measurements have.
+/// Solver settings, so tight that derivatives are good to more digits than measurements have.
 const SETTINGS: Settings = Settings { tolerance: 1e-12, max_iterations: 20 };
 
-/// Predictions of all readings, mm and rad, and their derivatives by the coordinates of the unknowns.
+/// Predicted readings, mm and rad, and their derivatives by the coordinates of the unknowns.
 #[derive(Debug, Clone)]
 pub struct Predicted {
-    /// In the order of the measurements and their readings.
+    /// Predicted readings, in the order of the measurements and their readings.
     pub values: DVector<f64>,
-    /// A row for each reading, a column for each unknown.
+    /// Jacobian: a row for each reading, a column for each unknown.
     pub slopes: DMatrix<f64>,
 }
 
-/// The machine whose unknowns stand at `x`.
-///
-/// # Errors
-/// It makes no machine.
-pub fn machine_at(machine: &Machine, unknowns: &[Unknown], x: &DVector<f64>) -> Result<Machine> {
+/// Returns `machine` with `unknowns` at coordinates `x`; `Err` if these values make no valid machine.
+pub fn machine_with(machine: &Machine, unknowns: &[Unknown], x: &DVector<f64>) -> Result<Machine> {
     let values: Vec<(&str, f64)> =
         unknowns.iter().zip(x.iter()).map(|(unknown, &x)| (unknown.name.as_str(), unknown.value(x))).collect();
     machine.with_parameters(&values)
 }
 
-/// What `measurements` should have read, with unknowns at `x`.
+/// Predicts the readings of `measurements` with the unknowns at coordinates `x`, and their derivatives by all of these.
 ///
 /// # Errors
-/// The number of a measurement at which the machine does not settle, and why; or [`None`] and why there is no such machine.
+/// The index of a measurement at which the machine has no equilibrium, and why; or [`None`] and why these values make no machine.
 pub fn predict(
     machine: &Machine,
     unknowns: &[Unknown],
     x: &DVector<f64>,
     measurements: &[&Measurement],
 ) -> std::result::Result<Predicted, (Option<usize>, Failure)> {
-    predict_by(machine, unknowns, x, measurements, unknowns)
+    predict_with_slopes(machine, unknowns, x, measurements, unknowns)
 }
 
-/// The same without derivatives.
-///
-/// # Errors
-/// Those of [`predict`].
-pub fn values_at(
+/// Predicts the readings of `measurements` with the unknowns at coordinates `x`, mm and rad, without derivatives; errors as [`predict`].
+pub fn predict_values(
     machine: &Machine,
     unknowns: &[Unknown],
     x: &DVector<f64>,
     measurements: &[&Measurement],
 ) -> std::result::Result<DVector<f64>, (Option<usize>, Failure)> {
-    predict_by(machine, unknowns, x, measurements, &[]).map(|predicted| predicted.values)
+    predict_with_slopes(machine, unknowns, x, measurements, &[]).map(|predicted| predicted.values)
 }
 
-/// Predictions with derivatives by the first of the unknowns, `by`.
-fn predict_by(
+/// Predicts the readings of `measurements` with `unknowns` at coordinates `x`, and their derivatives by `by`, the first of these.
+fn predict_with_slopes(
     machine: &Machine,
     unknowns: &[Unknown],
     x: &DVector<f64>,
@@ -89,32 +83,32 @@ fn predict_by(
     Ok(all)
 }
 
-/// A machine with the numbers that some unknowns give it.
+/// A machine with given values of its unknowns, prepared to predict readings under load.
 #[derive(Debug, Clone)]
 pub struct LoadedModel {
     machine: Machine,
     sensitivities: Sensitivities,
-    /// What each parameter does to the backlash of each drive, mm or rad per unit.
-    by_backlash: Vec<Vec<f64>>,
-    /// Change of each parameter per unit of its coordinate.
+    /// Derivative of the backlash of each drive by each parameter, mm or rad per unit of the parameter.
+    backlash_slopes: Vec<Vec<f64>>,
+    /// Derivative of each parameter by its coordinate.
     scales: Vec<f64>,
 }
 
 impl LoadedModel {
-    /// With `unknowns` at `x`, and derivatives by the first of them, `by`.
+    /// Prepares predictions of `machine` with `unknowns` at coordinates `x`, and their derivatives by `by`, the first of them.
     ///
     /// # Errors
-    /// There is no such machine.
+    /// These values make no valid machine.
     pub fn new(machine: &Machine, unknowns: &[Unknown], x: &DVector<f64>, by: &[Unknown]) -> Result<Self> {
-        let own = machine_at(machine, unknowns, x)?;
+        let own = machine_with(machine, unknowns, x)?;
         let names: Vec<&str> = by.iter().map(|unknown| unknown.name.as_str()).collect();
         let mut variations = own.variations(&names)?;
         // What a number does to where the drives were zeroed is a part of what it does.
         for beside in variations.iter_mut().flat_map(|variation| &mut variation.machines) {
-            *beside = Machines::zeroed_as_used(beside)?;
+            *beside = Machines::actual_as_zeroed(beside)?;
         }
-        let machine = Machines::zeroed_as_used(&own)?;
-        let sensitivities = Sensitivities::by(&machine, variations);
+        let machine = Machines::actual_as_zeroed(&own)?;
+        let sensitivities = Sensitivities::from_variations(&machine, variations);
         let of = |variation: &Variation| {
             let mut slopes = vec![0.0; machine.drive_count()];
             for (beside, weight) in variation.machines.iter().zip(variation.weights()) {
@@ -124,14 +118,14 @@ impl LoadedModel {
             slopes
         };
         Ok(Self {
-            by_backlash: sensitivities.variations().map(of).collect(),
+            backlash_slopes: sensitivities.variations().map(of).collect(),
             scales: by.iter().zip(x.iter()).map(|(unknown, &x)| unknown.slope(x)).collect(),
             sensitivities,
             machine,
         })
     }
 
-    /// What each of `measurements` should have read, or why that is not known; on the current rayon pool.
+    /// Predicts the readings of each measurement with their derivatives, or says why it cannot; on the current rayon pool.
     pub fn each(&self, measurements: &[&Measurement]) -> Vec<std::result::Result<Predicted, Failure>> {
         let storage = || (self.sensitivities.clone(), Workspace::new(&self.machine));
         let of = |(sensitivities, workspace): &mut (Sensitivities, Workspace), own: &&Measurement| {
@@ -145,23 +139,24 @@ impl LoadedModel {
     }
 }
 
+/// A model with the storage of one thread.
 struct Solver<'a> {
     model: &'a LoadedModel,
     sensitivities: &'a mut Sensitivities,
     workspace: &'a mut Workspace,
 }
 
-/// A loaded pose and what the parameters do to it.
-struct Settled {
+/// Pose of P in O under load, and its derivatives by the parameters.
+struct LoadedPose {
     pose: Pose,
     by: Vec<Sensitivity>,
 }
 
 impl Solver<'_> {
-    /// Each reading with its derivatives by the parameters, per unit of those.
+    /// Predicts each reading of a measurement, mm or rad, with its derivatives per unit of each parameter.
     fn readings(&mut self, own: &Measurement) -> std::result::Result<Vec<(f64, Vec<f64>)>, Failure> {
-        let (reference, loaded) = (self.settled(own, own.reference)?, self.settled(own, own.load)?);
-        let (before, after) = (self.motion(own, &reference), self.motion(own, &loaded));
+        let (reference, loaded) = (self.loaded_pose(own, own.reference)?, self.loaded_pose(own, own.load)?);
+        let (before, after) = (self.marker_motion(own, &reference), self.marker_motion(own, &loaded));
         let turned = rotation_log(&(loaded.pose.rotation * reference.pose.rotation.transpose()));
         let change = |k: usize| after.1[k] - before.1[k];
         let parameters = 0..after.1.len();
@@ -177,23 +172,24 @@ impl Solver<'_> {
         Ok(own.readings.iter().map(of).collect())
     }
 
-    /// Where the marker is, and its motion by each parameter, displacement and rotation.
-    fn motion(&self, own: &Measurement, settled: &Settled) -> (Vector3<f64>, Vec<Vector6<f64>>) {
+    /// Returns the position of the marker in O, mm, and its twist by each parameter.
+    fn marker_motion(&self, own: &Measurement, loaded_pose: &LoadedPose) -> (Vector3<f64>, Vec<Vector6<f64>>) {
         let marker = own.marker.unwrap_or(self.model.machine.tool_tip);
-        let lever = settled.pose.rotation * marker;
-        let by = settled.by.iter().map(|sensitivity| {
+        let lever = loaded_pose.pose.rotation * marker;
+        let by = loaded_pose.by.iter().map(|sensitivity| {
             let mut twist = sensitivity.twist;
             let mut moved = twist.fixed_rows::<3>(0) + twist.fixed_rows::<3>(3).cross(&lever);
             if own.marker.is_none() {
-                moved += settled.pose.rotation * sensitivity.tool_tip;
+                moved += loaded_pose.pose.rotation * sensitivity.tool_tip;
             }
             twist.fixed_rows_mut::<3>(0).copy_from(&moved);
             twist
         });
-        (settled.pose.transform(marker), by.collect())
+        (loaded_pose.pose.transform(marker), by.collect())
     }
 
-    fn settled(&mut self, own: &Measurement, load: Applied) -> std::result::Result<Settled, Failure> {
+    /// Solves the equilibrium of a measurement's configuration under `load`, with backlash and derivatives; `Err` if there is no stable one.
+    fn loaded_pose(&mut self, own: &Measurement, load: AppliedLoad) -> std::result::Result<LoadedPose, Failure> {
         let turned = own.at.pose.rotation;
         let at_p = |machine: &Machine| Wrench {
             force: load.force,
@@ -218,14 +214,14 @@ impl Solver<'_> {
             let (linear, angular): (Vector3<f64>, Vector3<f64>) =
                 (lost.fixed_rows::<3>(0).into(), lost.fixed_rows::<3>(3).into());
             pose = Pose { rotation: rotation_exp(angular) * pose.rotation, translation: pose.translation + linear };
-            for (own, slopes) in by.iter_mut().zip(&self.model.by_backlash) {
+            for (own, slopes) in by.iter_mut().zip(&self.model.backlash_slopes) {
                 own.twist += motions.iter().zip(slopes).map(|(motion, slope)| motion * *slope).sum::<Vector6<f64>>();
             }
         }
-        Ok(Settled { pose, by })
+        Ok(LoadedPose { pose, by })
     }
 
-    /// Of each drive; `None` where none has backlash.
+    /// Returns the motion of P per unit of each drive's backlash, under load; `None` where no drive has any.
     fn lost_motions(&self, state: &State, outcome: &Outcome) -> Option<Vec<Vector6<f64>>> {
         let machine = &self.model.machine;
         let has_any = machine.drives().any(|(_, drive)| drive.backlash > 0.0);

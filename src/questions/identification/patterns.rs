@@ -1,5 +1,4 @@
-//! What the residuals correlate with, which names the effect that a model lacks: rank correlations (Spearman) with the order of measuring, the
-//! load, its direction, and where the machine stood.
+//! Rank correlations (Spearman) of residuals with order, load, direction and pose, which hint at effects that a model lacks.
 
 use super::{
     fit::Fit,
@@ -7,46 +6,45 @@ use super::{
 };
 use crate::machine::Machine;
 
-/// A rank correlation of residuals with something.
+/// A rank correlation of residuals with something else.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Pattern {
-    /// Of what: the size of what is left of lengths in standard deviations, residual along an axis, or its share along the predicted
-    /// displacement.
+    /// What is correlated: size of a measurement's residual, residual along an axis, or along the predicted displacement.
     pub of: &'static str,
-    /// With what.
+    /// What it is correlated with.
     pub with: String,
-    /// What such a pattern hints at.
+    /// Likely cause of such a correlation.
     pub hint: &'static str,
-    /// Rank correlation.
+    /// Rank correlation, −1 to 1.
     pub correlation: f64,
-    /// What chance alone exceeds once in a thousand times, either way.
+    /// Size of the correlation that chance alone exceeds once in a thousand times.
     pub limit: f64,
 }
 
 impl Pattern {
-    /// Whether it is more than chance.
-    pub fn is_seen(&self) -> bool {
+    /// Whether the correlation is larger than chance explains.
+    pub fn is_significant(&self) -> bool {
         self.correlation.abs() > self.limit
     }
 }
 
-/// Half width in standard deviations that normal noise leaves once in a thousand times.
+/// Two-sided 99.9 % quantile of the normal distribution.
 const ONCE_IN_A_THOUSAND: f64 = 3.290_526_73;
-/// Fewer measurements show no pattern.
+/// Fewest measurements that can show a pattern.
 const FEWEST: usize = 8;
 
-/// What a measurement left of lengths.
-struct Left {
-    /// Root of the sum of squares, in standard deviations.
+/// Residual of the lengths of one measurement.
+struct LengthResidual {
+    /// Norm of the residuals over their standard deviations.
     size: f64,
-    /// Along x, y and z where they were read, in standard deviations.
+    /// Residuals along x, y and z of O over their standard deviations, where they were read.
     along: [Option<f64>; 3],
-    /// Of displacements: the size of the one that is predicted, mm, and residual along it as a share of that; positive if more was
-    /// measured.
+    /// Size of the predicted displacement, mm, and residual along it as a share of it, positive if more was measured.
     along_predicted: Option<(f64, f64)>,
 }
 
-fn left(fit: &Fit, measurements: &[Measurement]) -> Vec<Option<Left>> {
+/// Returns the residual of the lengths of each measurement; `None` where it has no length.
+fn length_residuals(fit: &Fit, measurements: &[Measurement]) -> Vec<Option<LengthResidual>> {
     let mut at = 0;
     let of = |own: &Measurement| {
         let (mut squares, mut along, mut has_any) = (0.0, [None; 3], false);
@@ -71,20 +69,20 @@ fn left(fit: &Fit, measurements: &[Measurement]) -> Vec<Option<Left>> {
         }
         let predicted = predicted_squares.sqrt();
         let along_predicted = (predicted > 0.0).then(|| (predicted, product / predicted_squares));
-        has_any.then_some(Left { size: squares.sqrt(), along, along_predicted })
+        has_any.then_some(LengthResidual { size: squares.sqrt(), along, along_predicted })
     };
     measurements.iter().map(of).collect()
 }
 
-/// All rank correlations that can be formed.
+/// Returns all rank correlations of the residuals for which there are enough measurements.
 pub fn patterns(machine: &Machine, fit: &Fit, measurements: &[Measurement]) -> Vec<Pattern> {
     const ALONG: [&str; 3] = ["residual along x", "residual along y", "residual along z"];
     const SIZE: &str = "size of the residual";
-    let left = left(fit, measurements);
+    let left = length_residuals(fit, measurements);
     let mut patterns = Vec::new();
     const LOAD_SIGNED: &str = "lost motion, or a stiffness that changes with the load: the share is larger where the force is small (lost \
                                motion, a stiffness that grows) or where it is large (one that falls)";
-    if let Some((correlation, limit)) = by_load(&left, measurements) {
+    if let Some((correlation, limit)) = load_correlation(&left, measurements) {
         let (of, with) = ("residual along the predicted displacement", "size of the force, as a share of it".into());
         patterns.push(Pattern { of, with, hint: LOAD_SIGNED, correlation, limit });
     }
@@ -132,10 +130,9 @@ pub fn patterns(machine: &Machine, fit: &Fit, measurements: &[Measurement]) -> V
     patterns
 }
 
-/// What only a machine that is not elastic leaves: a share along the predicted displacement that hangs on the size of the force. Rank
-/// correlation of both with what each displacement per force tells of them taken out, since whatever yields at a place and the model lacks
-/// is the same share of the displacement there under any force; and what chance exceeds once in a thousand times.
-fn by_load(left: &[Option<Left>], measurements: &[Measurement]) -> Option<(f64, f64)> {
+/// Returns the rank correlation of the residual's share of the predicted displacement with the size of the force, and its limit. The displacement
+/// per force is partialled out, as missing compliance is the same share under any force: only nonlinear elasticity correlates.
+fn load_correlation(left: &[Option<LengthResidual>], measurements: &[Measurement]) -> Option<(f64, f64)> {
     let rows = left.iter().zip(measurements).filter_map(|(left, own)| {
         let (predicted, share) = left.as_ref()?.along_predicted?;
         let force = (own.load.force - own.reference.force).norm();
@@ -149,8 +146,7 @@ fn by_load(left: &[Option<Left>], measurements: &[Measurement]) -> Option<(f64, 
     (rest > 1e-6).then(|| (((share_force - share_yield * force_yield) / rest).clamp(-1.0, 1.0), limit))
 }
 
-/// Rank correlation of pairs and what chance exceeds once in a thousand times (Fieller, Hartley and Pearson 1957); `None` for too few,
-/// or where one side is always the same.
+/// Returns a rank correlation and its once-in-a-thousand limit (Fieller, Hartley and Pearson 1957); `None` for too few or constant values.
 pub fn rank_correlation(pairs: &[(f64, f64)]) -> Option<(f64, f64)> {
     if pairs.len() < FEWEST {
         return None;
@@ -163,7 +159,7 @@ pub fn rank_correlation(pairs: &[(f64, f64)]) -> Option<(f64, f64)> {
     (size > 0.0).then(|| (product(&a, &b) / size, limit))
 }
 
-/// Ranks from 0; equal values share the mean of theirs.
+/// Returns the rank of each value from 0; equal values share their mean rank.
 pub fn ranks(values: impl Iterator<Item = f64>) -> Vec<f64> {
     let values: Vec<f64> = values.collect();
     let mut order: Vec<usize> = (0..values.len()).collect();

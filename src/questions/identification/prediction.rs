@@ -1,60 +1,60 @@
-//! What an identification says of poses that it has not seen: readings with their intervals.
+//! Predictions of an identified machine at other poses and loads: readings with their 95 % intervals.
 
 use nalgebra::{DMatrix, DVector};
 
 use super::{
-    IdentificationStudy, Identified,
+    IdentificationStudy, Identified, degrees_of_freedom,
     fit::{Fit, Noise},
-    free,
     measurements::{Measurement, Reading},
     model::{LoadedModel, Predicted},
     scatter,
 };
 use crate::{input::error::Result, simulation::Failure};
 
-/// A reading as it is predicted.
+/// A predicted reading with its 95 % interval.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Answer {
-    /// Its column in files of measurements.
+pub struct Prediction {
+    /// Column of the reading in measurement files.
     pub column: &'static str,
-    /// mm or rad.
+    /// Predicted value, mm or rad.
     pub value: f64,
-    /// Half its 95 % interval, mm or rad; infinite where it depends on what was not told, or nothing of its kind was fitted.
+    /// Half its 95 % interval, mm or rad; infinite where it depends on unidentifiable directions, or no reading of its kind was fitted.
     pub half_width: f64,
-    /// Standard deviations that make it, mm or rad: by what is known of the numbers (their covariance); by what the model leaves of readings
-    /// of its kind beyond their noise, in which that is where the scatter tells it; by the noise of the reading that was given.
+    /// Standard deviations that make the interval, mm or rad: by the covariance of the parameters; by residuals beyond the given noise, or
+    /// all of them where it is estimated; by the given noise of the reading.
     pub stds: [f64; 3],
-    /// What was read, mm or rad, if the file says so.
+    /// Measured value, mm or rad, if the file has it.
     pub measured: Option<f64>,
 }
 
-/// What should be read at each of `poses`: the readings that it has, displacements of the tool tip where it has none.
+/// Predicts the readings of each pose and load with intervals: those that its row has, displacements of the tool tip where it has none. The
+/// inner `Err` says why a pose has none.
 ///
 /// # Errors
-/// With the numbers found there is no machine.
+/// The fitted parameters make no valid machine.
 pub fn predict(
     study: &IdentificationStudy,
     found: &Identified,
     poses: &[Measurement],
-) -> Result<Vec<std::result::Result<Vec<Answer>, Failure>>> {
+) -> Result<Vec<std::result::Result<Vec<Prediction>, Failure>>> {
     let fit = &found.fit;
     let asked: Vec<Measurement> =
-        poses.iter().map(|own| Measurement { readings: readings(own), ..own.clone() }).collect();
+        poses.iter().map(|own| Measurement { readings: readings_to_predict(own), ..own.clone() }).collect();
     let asked: Vec<&Measurement> = asked.iter().collect();
     let model = LoadedModel::new(&study.machine, &study.unknowns, &fit.x, &study.unknowns)?;
     let null_space = DMatrix::from_fn(fit.x.len(), fit.null_space.len(), |i, j| fit.null_space[j][i]);
-    let quantile = scatter::half_width(free(study, fit));
-    let left = [false, true].map(|is_rotation| Left::of(study, fit, is_rotation));
+    let quantile = scatter::half_width(degrees_of_freedom(study, fit));
+    let left = [false, true].map(|is_rotation| ResidualScatter::of(study, fit, is_rotation));
     let of = |(predicted, (own, pose)): (Predicted, (&&Measurement, &Measurement))| {
         let each = own.readings.iter().enumerate().map(|(i, reading)| {
             let slopes: DVector<f64> = predicted.slopes.row(i).transpose();
             let by_numbers = slopes.dot(&(&fit.covariance * &slopes)).max(0.0).sqrt();
             let is_unidentifiable = (null_space.transpose() * &slopes).amax() > UNIDENTIFIABLE * slopes.amax();
-            let [misfit, noise] = left[usize::from(reading.quantity.is_rotation())].of_reading(study.noise, reading);
+            let [misfit, noise] = left[usize::from(reading.quantity.is_rotation())].reading_stds(study.noise, reading);
             let stds = [if is_unidentifiable { f64::INFINITY } else { by_numbers }, misfit, noise];
             let half_width = quantile * stds.iter().map(|std| std * std).sum::<f64>().sqrt();
             let measured = pose.readings.get(i).map(|reading| reading.value);
-            Answer { column: reading.column, value: predicted.values[i], half_width, stds, measured }
+            Prediction { column: reading.column, value: predicted.values[i], half_width, stds, measured }
         });
         each.collect()
     };
@@ -62,22 +62,24 @@ pub fn predict(
     Ok(predicted.map(|(predicted, own)| predicted.map(|predicted| of((predicted, own)))).collect())
 }
 
-/// A reading that changes by less along what was not told, over what it changes by most, does not depend on it.
+/// Largest change along the null space, over the largest change by any unknown, of a reading that does not depend on it.
 const UNIDENTIFIABLE: f64 = 1e-6;
 
-fn readings(pose: &Measurement) -> Vec<Reading> {
-    if pose.readings.is_empty() { Reading::displacements_to_come() } else { pose.readings.clone() }
+/// Returns the readings to predict at a pose: its own, or displacements of the tool tip.
+fn readings_to_predict(pose: &Measurement) -> Vec<Reading> {
+    if pose.readings.is_empty() { Reading::planned_displacements() } else { pose.readings.clone() }
 }
 
-/// What the fit leaves of lengths, or of rotations.
-struct Left {
-    /// Beyond the noise of readings, mm or rad; infinite where none were fitted.
+/// Scatter of the residuals of lengths, or of rotations.
+struct ResidualScatter {
+    /// Standard deviation of residuals beyond the given noise, mm or rad; infinite where no reading of the kind was fitted.
     misfit: f64,
-    /// Noise of those that were fitted, mm or rad.
+    /// Root mean square noise of the fitted readings, mm or rad.
     noise: f64,
 }
 
-impl Left {
+impl ResidualScatter {
+    /// Returns the scatter of the residuals of the fitted rotations, or lengths.
     fn of(study: &IdentificationStudy, fit: &Fit, is_rotation: bool) -> Self {
         let readings = study.measurements.iter().flat_map(|own| &own.readings).zip(&fit.stds);
         let squares: Vec<f64> = readings
@@ -92,9 +94,9 @@ impl Left {
         Self { misfit: noise * share, noise }
     }
 
-    /// Standard deviations of a reading by the misfit and by its noise.
-    fn of_reading(&self, noise: Noise, reading: &Reading) -> [f64; 2] {
-        let other = if noise.is_estimated { 0.0 } else { noise.given(reading).unwrap_or(self.noise) };
+    /// Returns the standard deviations of a reading by the misfit of the model and by its own noise, mm or rad.
+    fn reading_stds(&self, noise: Noise, reading: &Reading) -> [f64; 2] {
+        let other = if noise.is_estimated { 0.0 } else { noise.given_std(reading).unwrap_or(self.noise) };
         [self.misfit, reading.std.unwrap_or(other)]
     }
 }

@@ -1,13 +1,13 @@
-//! Intervals by the profile of the likelihood: how far an unknown can be moved, all others fitted anew, until what is left grows by
-//! more than chance explains. Where the machine is far from linear in an unknown, they are right and the linear ones are not.
+//! Intervals by the profile likelihood: how far an unknown can be moved, all others refitted, until the residual grows by more than chance
+//! explains. They hold where the model is far from linear in an unknown, and linear intervals do not.
 
 use nalgebra::DVector;
 use rayon::prelude::*;
 
 use super::{
-    fit::{Fit, LEAST_SCATTER_MM, Noise, Search, measured},
+    fit::{Fit, LEAST_SCATTER_MM, Noise, Search, measured_values},
     measurements::Measurement,
-    model::{machine_at, values_at},
+    model::{machine_with, predict_values},
     spec::LossSpec,
     unknown::Unknown,
 };
@@ -17,81 +17,79 @@ use crate::{
     work::Work,
 };
 
-/// An end is found to this share of its distance.
+/// Accuracy of an end of the interval, as a share of its distance from the best fit.
 const NEAR_ENOUGH: f64 = 0.02;
-/// Places at which the others are fitted anew, for each end.
+/// Most values of the unknown at which the others are refitted, for each end.
 const PLACES: usize = 8;
-/// An end is sought no farther than so many linear half widths.
+/// Most linear half widths from the best fit at which an end is searched.
 const FARTHER: f64 = 20.0;
 
-/// Where an interval ends on one side.
+/// One end of a profile-likelihood interval.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum End {
-    /// Here, in the coordinate of its unknown.
+pub enum IntervalEnd {
+    /// At this coordinate of the unknown.
     At(f64),
-    /// What is left does not grow enough on that side.
-    Nowhere,
-    /// The others could not be fitted where it may end.
-    Unknown,
+    /// Nowhere: the residual does not grow enough on that side.
+    Unbounded,
+    /// Not known: the other unknowns could not be refitted where it may be.
+    NotFound,
 }
 
-/// By how much what is left grows, in standard deviations.
+/// Growth of the residual from the best fit to another value of an unknown, in standard deviations.
 #[derive(Debug, Clone, Copy)]
-enum Rise {
+enum Growth {
+    /// The growth itself.
     By(f64),
-    /// The others are not fitted as well as they can be.
+    /// An upper bound: the refit of the other unknowns did not converge.
     AtMost(f64),
 }
 
-/// The profile of each unknown's likelihood, to be asked where it has risen.
+/// Profile likelihood of each unknown around a fit.
 pub struct Profile<'a> {
     search: Search<'a>,
     fit: &'a Fit,
     measurements: &'a [&'a Measurement],
-    /// Half widths of intervals in standard deviations.
+    /// Half width of a 95 % interval in standard deviations.
     quantile: f64,
 }
 
 impl<'a> Profile<'a> {
-    /// Around `fit`; `None` for losses other than squares, which are no likelihoods, and where nothing is left.
+    /// Prepares profiles around `fit`; `None` for losses other than squares, which are no likelihoods, and without noise.
     pub fn new(search: Search<'a>, fit: &'a Fit, measurements: &'a [&'a Measurement], quantile: f64) -> Option<Self> {
         let is_noisy = !search.noise.is_estimated || fit.scale > LEAST_SCATTER_MM;
         let is_likelihood = search.loss == LossSpec::Squares && quantile.is_finite() && is_noisy;
         is_likelihood.then_some(Self { search, fit, measurements, quantile })
     }
 
-    /// Both ends for each of `unknowns` (by index), on the current rayon pool.
-    ///
-    /// # Errors
-    /// The work was stopped.
-    pub fn ends(&self, unknowns: &[usize], work: &Work) -> Result<Vec<[End; 2]>> {
+    /// Returns both ends of the interval of each of `unknowns` (by index), on the current rayon pool; `Err` if the work was stopped.
+    pub fn ends(&self, unknowns: &[usize], work: &Work) -> Result<Vec<[IntervalEnd; 2]>> {
         let of = |&k: &usize| {
             work.check()?;
-            Ok([-1.0, 1.0].map(|side| self.end(k, side)))
+            Ok([-1.0, 1.0].map(|side| self.find_end(k, side)))
         };
         unknowns.par_iter().map(of).collect()
     }
 
-    /// The end on one side: where the root of the rise, in standard deviations, is the quantile.
-    fn end(&self, k: usize, side: f64) -> End {
+    /// Finds the end of the interval of unknown `k` on one side (−1 or 1): where the growth of the residual reaches the quantile.
+    fn find_end(&self, k: usize, side: f64) -> IntervalEnd {
         let width = self.quantile * self.fit.std(k);
         let (mut inside, mut outside) = (0.0, None::<(f64, f64)>);
         let (mut rise_inside, mut is_unknown) = (0.0, false);
         let mut at = width;
         for _ in 0..PLACES {
             let x = self.fit.x[k] + side * at;
-            if self.search.unknowns[k].is_at_end(x) || at > FARTHER * width {
-                return End::Nowhere;
+            if self.search.unknowns[k].is_at_limit(x) || at > FARTHER * width {
+                return IntervalEnd::Unbounded;
             }
             // Where the machine does not settle any more, nothing fits.
-            let (rise, is_known) = match self.rise(k, x).unwrap_or(Rise::By(f64::INFINITY)) {
-                Rise::By(rise) => (rise, true),
+            let (rise, is_known) = match self.residual_growth(k, x).unwrap_or(Growth::By(f64::INFINITY)) {
+                Growth::By(rise) => (rise, true),
                 // No more than what is within the interval is within.
-                Rise::AtMost(rise) if rise < self.quantile => (rise, true),
-                Rise::AtMost(_) => (f64::INFINITY, false),
+                Growth::AtMost(rise) if rise < self.quantile => (rise, true),
+                Growth::AtMost(_) => (f64::INFINITY, false),
             };
             if (rise - self.quantile).abs() < NEAR_ENOUGH * self.quantile {
-                return End::At(self.fit.x[k] + side * at * self.quantile / rise);
+                return IntervalEnd::At(self.fit.x[k] + side * at * self.quantile / rise);
             }
             if rise < self.quantile {
                 (inside, rise_inside) = (at, rise)
@@ -107,40 +105,41 @@ impl<'a> Profile<'a> {
             };
         }
         match outside {
-            None => End::Nowhere,
-            Some(_) if is_unknown => End::Unknown,
-            Some(_) => End::At(self.fit.x[k] + side * at),
+            None => IntervalEnd::Unbounded,
+            Some(_) if is_unknown => IntervalEnd::NotFound,
+            Some(_) => IntervalEnd::At(self.fit.x[k] + side * at),
         }
     }
 
-    /// The root of twice the rise of what is left, the others fitted anew with unknown `k` at `x`.
-    fn rise(&self, k: usize, x: f64) -> std::result::Result<Rise, Failure> {
+    /// Refits the other unknowns with unknown `k` at coordinate `x`; returns the root of the growth of the sum of squares, in standard deviations.
+    fn residual_growth(&self, k: usize, x: f64) -> std::result::Result<Growth, Failure> {
         let Search { machine, unknowns, priors, noise, .. } = self.search;
         let fixed = [unknowns[k].clone()];
         let none = |error: Error| Failure { status: "no_machine".into(), reason: error.to_string() };
-        let machine = machine_at(machine, &fixed, &DVector::from_element(1, x)).map_err(none)?;
+        let machine = machine_with(machine, &fixed, &DVector::from_element(1, x)).map_err(none)?;
         let others: Vec<usize> = (0..unknowns.len()).filter(|&other| other != k).collect();
-        let kept: Vec<Unknown> = others.iter().map(|&other| unknowns[other].clone()).collect();
+        let free: Vec<Unknown> = others.iter().map(|&other| unknowns[other].clone()).collect();
         let place = |other: usize| others.iter().position(|&own| own == other);
         let their_priors: Vec<(usize, f64, f64)> =
             priors.iter().filter_map(|&(other, at, std)| Some((place(other)?, at, std))).collect();
         // The noise is that of the fit: a likelihood of where it has been estimated.
         let length = if noise.is_estimated { Some(self.fit.scale) } else { noise.length };
         let noise = Noise { length, is_estimated: false, ..noise };
-        let search = Search { machine: &machine, unknowns: &kept, priors: &their_priors, noise, ..self.search };
+        let search = Search { machine: &machine, unknowns: &free, priors: &their_priors, noise, ..self.search };
         let towards = self.fit.covariance.column(k) * ((x - self.fit.x[k]) / self.fit.covariance[(k, k)]);
         // One that fits best at the end of where it is sought stays there: how it moves with the others is not linear.
-        let moved = |other: usize| if unknowns[other].is_at_end(self.fit.x[other]) { 0.0 } else { towards[other] };
+        let moved = |other: usize| if unknowns[other].is_at_limit(self.fit.x[other]) { 0.0 } else { towards[other] };
         let start = others.iter().map(|&other| self.fit.x[other] + moved(other));
-        let start = search.within(DVector::from_iterator(kept.len(), start));
-        let (x_found, residuals, is_found) = match kept.is_empty() {
+        let start = search.within_limits(DVector::from_iterator(free.len(), start));
+        let (x_found, residuals, is_converged) = match free.is_empty() {
             false => {
                 let found = search.fit(self.measurements, &start).map_err(|(_, failure)| failure)?;
-                (found.x, found.residuals, found.is_found)
+                (found.x, found.residuals, found.is_converged)
             }
             true => {
-                let there = values_at(&machine, &kept, &start, self.measurements).map_err(|(_, failure)| failure)?;
-                (start, measured(self.measurements) - there, true)
+                let there =
+                    predict_values(&machine, &free, &start, self.measurements).map_err(|(_, failure)| failure)?;
+                (start, measured_values(self.measurements) - there, true)
             }
         };
         let squares = |residuals: &DVector<f64>| residuals.component_div(&self.fit.stds).norm_squared();
@@ -153,6 +152,6 @@ impl<'a> Profile<'a> {
             - of_priors(&|other| self.fit.x[other]);
         // As intervals are, widened by what is left beyond the noise that was given.
         let rise = (rise.max(0.0) / self.fit.inflation).sqrt();
-        Ok(if is_found { Rise::By(rise) } else { Rise::AtMost(rise) })
+        Ok(if is_converged { Growth::By(rise) } else { Growth::AtMost(rise) })
     }
 }

@@ -1,21 +1,21 @@
-//! From an identification as written to a checked study.
+//! Checks an identification as written and makes a study of it.
 
 use super::{
     IdentificationStudy,
     fit::Noise,
-    measurements::{self, Measurement, Reading, WhatFor},
+    measurements::{self, Measurement, Reading, RowUse},
     spec::{IdentificationSpec, PriorSpec},
     unknown::{Unknown, unknowns},
 };
 use crate::{
     input::{Inputs, check::Check, error::Result},
     machine::catalogue,
-    questions::{Given, Question, Resolved, Template},
+    questions::{Question, Resolved, StudyContext, Template},
 };
 
-/// Parts of the measurements if the study does not say how many.
+/// Number of folds in cross-validation if the study gives none.
 const FOLDS: usize = 5;
-/// More unknowns have a profile only if the study asks for it: each takes some fits of all others.
+/// Most unknowns for which profiles are computed unless the study asks for them: each takes some fits of all others.
 const PROFILED: usize = 20;
 
 impl Question for IdentificationStudy {
@@ -32,11 +32,11 @@ impl Question for IdentificationStudy {
     };
     const TABLES: &[&str] = &["parameters", "residuals", "models", "open"];
 
-    fn resolve(spec: &IdentificationSpec, given: &Given<'_>) -> Result<Resolved<Self>> {
+    fn resolve(spec: &IdentificationSpec, given: &StudyContext<'_>) -> Result<Resolved<Self>> {
         given.overrides.refuse_beside_measurements(given.name)?;
         let (check, machine) = (&given.check, &given.machine);
         given.refuse_carrier("measurements at the tool cannot identify")?;
-        let (measured, inputs) = rows(given, &spec.data, "data", WhatFor::Readings)?;
+        let (measured, inputs) = rows(given, &spec.data, "data", RowUse::Readings)?;
         let found = unknowns(machine, &spec.unknowns, &check.key("unknowns"))?;
         if measured.iter().all(|own| own.load == own.reference && own.readings.iter().all(Reading::is_change)) {
             let problem = format!(
@@ -87,25 +87,22 @@ impl Question for IdentificationStudy {
     }
 }
 
-/// The rows of `file` in the study's folder, which its `key` names.
-///
-/// # Errors
-/// There is no such file, or it cannot be read.
-pub fn rows(given: &Given<'_>, file: &str, key: &str, what_for: WhatFor) -> Result<(Vec<Measurement>, Inputs)> {
+/// Reads the measurement rows of `file` in the study's folder, named by `key`; `Err` if it is missing or has a fault.
+pub fn rows(given: &StudyContext<'_>, file: &str, key: &str, purpose: RowUse) -> Result<(Vec<Measurement>, Inputs)> {
     let path = given.folder.path(file).display().to_string();
-    if !given.folder.has(file) {
+    if !given.folder.has_file(file) {
         let problem = format!("\"{file}\" is not a file in the study's folder: there is no {path}");
         return given.check.key(key).fail(problem);
     }
     let bytes = given.folder.bytes(file)?;
-    let rows = measurements::read(&bytes, &path, &given.machine, what_for)?;
+    let rows = measurements::read(&bytes, &path, &given.machine, purpose)?;
     Ok((rows, Inputs::of(file, String::from_utf8_lossy(&bytes).into_owned())))
 }
 
-/// Either all noise is known or none, and of rotations beside lengths it is known.
+/// Returns the noise of the readings, checked: of lengths all given or all estimated, of rotations all given.
 fn noise(spec: &IdentificationSpec, measured: &[Measurement], check: &Check) -> Result<Noise> {
     for (key, std) in [("std_mm", spec.std_mm), ("std_deg", spec.std_deg)] {
-        std.map(|std| measurements::std(std, &check.key(key))).transpose()?;
+        std.map(|std| measurements::checked_std(std, &check.key(key))).transpose()?;
     }
     let (length, rotation) = (spec.std_mm, spec.std_deg.map(f64::to_radians));
     let readings = || measured.iter().flat_map(|measurement| &measurement.readings);
@@ -131,13 +128,10 @@ fn noise(spec: &IdentificationSpec, measured: &[Measurement], check: &Check) -> 
     Ok(Noise { length, rotation, is_estimated })
 }
 
-/// A prior that is tighter than this, in the coordinate of its unknown, is none: so well, nothing is known.
+/// Smallest standard deviation of a prior, in the coordinate of its unknown.
 const TIGHTEST: f64 = 1e-6;
 
-/// What `specs` say of `unknowns` beforehand: the unknown, its coordinate and the standard deviation of that.
-///
-/// # Errors
-/// One that is none of the unknowns, is named twice or makes no sense.
+/// Returns the priors of `unknowns`, checked: index, coordinate and its standard deviation; `Err` if unknown, named twice or out of range.
 pub fn priors(specs: &[PriorSpec], unknowns: &[Unknown], check: &Check) -> Result<Vec<(usize, f64, f64)>> {
     let mut priors: Vec<(usize, f64, f64)> = Vec::new();
     for (i, PriorSpec { parameter, value, std }) in specs.iter().enumerate() {
@@ -164,7 +158,8 @@ pub fn priors(specs: &[PriorSpec], unknowns: &[Unknown], check: &Check) -> Resul
     Ok(priors)
 }
 
-fn alternatives(spec: &IdentificationSpec, given: &Given<'_>) -> Result<Vec<(String, Vec<Unknown>)>> {
+/// Returns the other sets of unknowns with their names, checked.
+fn alternatives(spec: &IdentificationSpec, given: &StudyContext<'_>) -> Result<Vec<(String, Vec<Unknown>)>> {
     let mut all: Vec<(String, Vec<Unknown>)> = Vec::new();
     for (i, other) in spec.alternative.iter().enumerate() {
         let check = given.check.key("alternative").item(i);

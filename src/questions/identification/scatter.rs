@@ -1,18 +1,17 @@
-//! What scatter tells: how much a reading counts that lies far off (M-estimators, as weights of a least-squares fit), half widths of 95 %
-//! intervals in standard deviations, and how much scatter more than the noise chance explains.
+//! Statistics of residuals: robust losses (M-estimators), half widths of 95 % intervals, and the largest mean square that noise explains.
 
 use nalgebra::DVector;
 
 use super::spec::LossSpec;
 
-/// Where the losses leave the square, in standard deviations: 95 % as efficient as squares where noise is normal.
+/// Residuals, in standard deviations, at which losses leave the square: 95 % efficiency for normal noise.
 const HUBER: f64 = 1.345;
 const CAUCHY: f64 = 2.385;
-/// Standard deviation of normal noise over the median of its size.
+/// Standard deviation of normal noise over the median of its absolute value.
 pub(super) const PER_MEDIAN: f64 = 1.4826;
 
 impl LossSpec {
-    /// Word in tables.
+    /// Returns the word for the loss function in tables.
     pub fn label(self) -> &'static str {
         match self {
             Self::Squares => "squares",
@@ -21,7 +20,7 @@ impl LossSpec {
         }
     }
 
-    /// What a residual of `r` standard deviations costs; half its square near zero.
+    /// Returns the loss of a residual of `r` standard deviations; half its square near zero.
     pub(super) fn cost(self, r: f64) -> f64 {
         match self {
             Self::Squares => 0.5 * r * r,
@@ -31,7 +30,7 @@ impl LossSpec {
         }
     }
 
-    /// Weight of its square with the same derivative: `ψ(r)/r`.
+    /// Returns the weight `ψ(r)/r` with which least squares has the derivative of this loss at `r`.
     pub(super) fn weight(self, r: f64) -> f64 {
         match self {
             Self::Squares => 1.0,
@@ -40,7 +39,7 @@ impl LossSpec {
         }
     }
 
-    /// `ψ'(r)`.
+    /// Returns the second derivative `ψ'(r)` of the loss at `r`.
     fn slope(self, r: f64) -> f64 {
         match self {
             Self::Squares => 1.0,
@@ -52,7 +51,7 @@ impl LossSpec {
         }
     }
 
-    /// Scatter of `residuals` that outliers do not move; of squares, that which makes the fit's own variance.
+    /// Estimates the standard deviation of `residuals`: by the median of their size for robust losses, by their mean square otherwise.
     pub(super) fn scale(self, residuals: &DVector<f64>, unknowns: usize) -> f64 {
         let free = residuals.len().saturating_sub(unknowns).max(1) as f64;
         match self {
@@ -66,8 +65,7 @@ impl LossSpec {
         }
     }
 
-    /// Variance of an estimate over `(JᵀJ)⁻¹`, in units of the scale's square (Huber 1981, 7.6.4, with its correction for few
-    /// readings); `r` are residuals over the scale.
+    /// Returns the variance of an estimate over `(JᵀJ)⁻¹` (Huber 1981, 7.6.4, corrected for few readings); `r` are residuals over the scale.
     pub(super) fn inflation(self, r: &DVector<f64>, unknowns: usize) -> f64 {
         if self == Self::Squares {
             return 1.0;
@@ -81,14 +79,15 @@ impl LossSpec {
     }
 }
 
-/// Of Student's distribution with 1, 2 and 3 degrees of freedom.
+/// 97.5 % quantiles of Student's distribution with 1, 2 and 3 degrees of freedom.
 const FEW: [f64; 3] = [12.706_204_74, 4.302_652_73, 3.182_446_31];
-/// Of the normal distribution.
+/// 97.5 % quantile of the normal distribution.
 const NORMAL: f64 = 1.959_963_985;
-/// Of the normal distribution, exceeded once in a hundred times.
+/// 99 % quantile of the normal distribution.
 const ONCE_IN_A_HUNDRED: f64 = 2.326_347_874;
 
-/// Of an estimate whose standard deviation was told by `free` readings more than there are unknowns; of a known one (`None`).
+/// Returns half the width of a 95 % interval in standard deviations: of Student's distribution with `free` degrees of freedom, or of the normal one
+/// where the standard deviation is known (`None`).
 pub fn half_width(free: Option<usize>) -> f64 {
     match free {
         None => NORMAL,
@@ -109,9 +108,8 @@ pub fn half_width(free: Option<usize>) -> f64 {
     }
 }
 
-/// What the mean square of residuals over their noise exceeds once in a hundred times, with `free` readings more than there are unknowns:
-/// quantile of the F distribution with `free` and infinitely many degrees of freedom.
-pub fn most_by_chance(free: usize) -> f64 {
+/// Returns the 99 % limit of the mean square of residuals over their noise: of F with `free` and infinitely many degrees of freedom.
+pub fn mean_square_limit(free: usize) -> f64 {
     match free {
         0 => f64::INFINITY,
         1 => 6.634_896_60,

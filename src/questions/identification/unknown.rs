@@ -1,33 +1,34 @@
-//! The parameters sought: found by name, and the coordinates in which they are sought.
+//! Unknown parameters: chosen by name patterns, and the coordinates in which they are fitted.
 
 use crate::{
     input::{check::Check, error::Result},
     machine::{Machine, Parameter, Unit},
 };
 
-/// A parameter sought.
+/// A parameter to identify.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Unknown {
-    /// Its name.
+    /// Name of the parameter in the machine.
     pub name: String,
-    /// Its unit.
+    /// Unit of its value.
     pub unit: Unit,
-    /// Its value in the machine of the study.
+    /// Value in the machine of the study, where the fit starts.
     pub start: f64,
-    /// The coordinate in which it is sought.
+    /// Coordinate in which it is fitted.
     pub coordinate: Coordinate,
 }
 
-/// A coordinate that is 0 where the search starts; a unit of it is a change that would be noticed.
+/// How a parameter is mapped to a coordinate that is 0 at its start value and in which 1 is a noticeable change.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Coordinate {
-    /// The logarithm of value over start, of what must stay positive: stiffnesses, elastic constants, masses, backlash.
+    /// Logarithm of value over start, for what must stay positive: stiffnesses, elastic constants, masses, backlash.
     Logarithm,
-    /// The change over this many units.
+    /// Change of the value, divided by this number of its units.
     Linear(f64),
 }
 
 impl Unknown {
+    /// Makes an unknown of `parameter` and chooses its coordinate; `Err` if it has no value to start from.
     fn new(parameter: Parameter, check: &Check) -> Result<Self> {
         let Parameter { name, value: Some(start), unit, .. } = parameter else {
             let problem = format!("{} is \"unknown\" in the machine file: expected an initial value", parameter.name);
@@ -44,8 +45,8 @@ impl Unknown {
         Ok(Self { name, unit, start, coordinate })
     }
 
-    /// How far from the start it is sought, in its coordinate: a factor of a thousand; a metre; an angle that is still an error.
-    pub(super) fn farthest(&self) -> f64 {
+    /// Returns the largest coordinate, either way, in a fit: a factor of a thousand, a metre, or an angle that is still an error.
+    pub(super) fn search_limit(&self) -> f64 {
         match self.coordinate {
             Coordinate::Logarithm => 7.0,
             Coordinate::Linear(_) if self.unit == Unit::DEG => 29.0,
@@ -53,12 +54,12 @@ impl Unknown {
         }
     }
 
-    /// Whether it is not sought beyond `x`.
-    pub fn is_at_end(&self, x: f64) -> bool {
-        x.abs() >= self.farthest()
+    /// Whether coordinate `x` is at or beyond the limit within which the parameter is searched.
+    pub fn is_at_limit(&self, x: f64) -> bool {
+        x.abs() >= self.search_limit()
     }
 
-    /// The longest step of its coordinate that a search takes.
+    /// Returns the longest step of the coordinate in one iteration of a fit.
     pub(super) fn longest_step(&self) -> f64 {
         match self.coordinate {
             Coordinate::Logarithm => 1.0,
@@ -66,7 +67,7 @@ impl Unknown {
         }
     }
 
-    /// Its value at `x`.
+    /// Returns the value of the parameter at coordinate `x`, in its unit.
     pub fn value(&self, x: f64) -> f64 {
         match self.coordinate {
             Coordinate::Logarithm => self.start * x.exp(),
@@ -74,7 +75,7 @@ impl Unknown {
         }
     }
 
-    /// Where its value is `value`; `None` where it cannot be.
+    /// Returns the coordinate at which the parameter has `value`; `None` where it cannot have it.
     pub fn at(&self, value: f64) -> Option<f64> {
         match self.coordinate {
             Coordinate::Logarithm => (value > 0.0).then(|| (value / self.start).ln()),
@@ -82,7 +83,7 @@ impl Unknown {
         }
     }
 
-    /// What a unit of its coordinate is: `ln` of a factor, or the unit of its value where that is changed by it.
+    /// Returns the unit of the coordinate for tables: `ln` of a factor, or the unit of the value with its scale.
     pub fn coordinate_unit(&self) -> String {
         match self.coordinate {
             Coordinate::Logarithm => "ln of the factor".into(),
@@ -91,7 +92,7 @@ impl Unknown {
         }
     }
 
-    /// Change of the value per unit of the coordinate at `x`.
+    /// Returns the derivative of the value by the coordinate, at coordinate `x`.
     pub fn slope(&self, x: f64) -> f64 {
         match self.coordinate {
             Coordinate::Logarithm => self.value(x),
@@ -100,7 +101,7 @@ impl Unknown {
     }
 }
 
-/// Whether `pattern`, in which `*` stands for any letters but a dot, is `name`.
+/// Whether `name` matches `pattern`, in which `*` stands for any letters but a dot.
 pub fn is_pattern_of(pattern: &str, name: &str) -> bool {
     match pattern.split_once('*') {
         None => pattern == name,
@@ -111,7 +112,7 @@ pub fn is_pattern_of(pattern: &str, name: &str) -> bool {
     }
 }
 
-/// The parameters of `machine` that `patterns` name, each once, in the order of the patterns.
+/// Returns the parameters of `machine` that match `patterns`, each once, in that order; `Err` if there are none, too many, or unfit ones.
 pub(crate) fn unknowns(machine: &Machine, patterns: &[String], check: &Check) -> Result<Vec<Unknown>> {
     let all = machine.parameters();
     let mut found: Vec<Unknown> = Vec::new();

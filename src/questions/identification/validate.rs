@@ -1,26 +1,25 @@
-//! How well measurements are predicted that a fit has not seen, one left out at a time and in parts, and which readings lie far off all
-//! others: slips of the pen, or a marker that moved.
+//! Validation of a fit: leave-one-out residuals, k-fold cross-validation, and outliers, such as slips of the pen or a marker that moved.
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use super::{
     fit::{Fit, Search},
     measurements::{Measurement, Quantity},
-    model::values_at,
+    model::predict_values,
     scatter::PER_MEDIAN,
 };
 use crate::{input::error::Result, simulation::Failure, work::Work};
 
-/// A reading of which the others determine less than this is not predicted without its own measurement.
+/// A reading is predicted by the others only if one less its leverage is at least this.
 const OWN: f64 = 1e-6;
 
-/// Residual of each reading, mm and rad, as predicted without its measurement: by the linear equations of the fit, `(1 − H)⁻¹ r` block by block.
-pub fn left_one_out(fit: &Fit, measurements: &[Measurement]) -> Vec<f64> {
+/// Returns the leave-one-out residual of each reading, mm and rad, `(1 − H)⁻¹ r` block by block; infinite where no other measurement determines it.
+pub fn leave_one_out(fit: &Fit, measurements: &[Measurement]) -> Vec<f64> {
     let mut residuals = Vec::with_capacity(fit.residuals.len());
     let mut first = 0;
     for measurement in measurements {
         let count = measurement.readings.len();
-        let hat = fit.hat(first, count);
+        let hat = fit.hat_matrix(first, count);
         let scaled = DVector::from_fn(count, |i, _| {
             fit.residuals[first + i] * fit.weights[first + i].sqrt() / fit.stds[first + i]
         });
@@ -37,11 +36,9 @@ pub fn left_one_out(fit: &Fit, measurements: &[Measurement]) -> Vec<f64> {
     residuals
 }
 
-/// Residuals of each measurement as predicted by a fit to the other parts: every `folds`-th measurement makes a part.
-///
-/// # Errors
-/// The work was stopped.
-pub fn in_parts(
+/// Returns the residuals of all readings in k-fold cross-validation, mm and rad: each predicted by a fit to the other folds. `Err` if the
+/// work was stopped; the inner one if a fit or prediction failed.
+pub fn k_fold_residuals(
     search: &Search<'_>,
     start: &DVector<f64>,
     measurements: &[Measurement],
@@ -57,7 +54,7 @@ pub fn in_parts(
         let out: Vec<usize> = (0..measurements.len()).filter(is_out).collect();
         let asked: Vec<&Measurement> = out.iter().map(|&i| &measurements[i]).collect();
         let found = search.fit(&kept, start);
-        let there = found.and_then(|fit| values_at(search.machine, search.unknowns, &fit.x, &asked));
+        let there = found.and_then(|fit| predict_values(search.machine, search.unknowns, &fit.x, &asked));
         let predicted = match there {
             Ok(predicted) => predicted,
             Err((_, failure)) => return Ok(Err(failure)),
@@ -73,7 +70,7 @@ pub fn in_parts(
     Ok(Ok(residuals.concat()))
 }
 
-/// Root of the mean square of those `residuals` that are lengths, mm; `None` where none is.
+/// Returns the root mean square of those `residuals` that are lengths, mm; `None` where none is.
 pub fn rms_mm(residuals: &[f64], measurements: &[Measurement]) -> Option<f64> {
     let quantities = measurements.iter().flat_map(|m| m.readings.iter().map(|reading| reading.quantity));
     let of_lengths = quantities.zip(residuals).filter(|(quantity, _)| !Quantity::is_rotation(*quantity));
@@ -81,29 +78,29 @@ pub fn rms_mm(residuals: &[f64], measurements: &[Measurement]) -> Option<f64> {
     (count > 0).then(|| (sum / count as f64).sqrt())
 }
 
-/// A reading that lies far off.
+/// A reading whose residual is far larger than those of the others.
 #[derive(Debug, Clone, PartialEq)]
-pub struct FarOff {
-    /// Which measurement.
+pub struct Outlier {
+    /// Index of its measurement.
     pub measurement: usize,
-    /// Which of its readings.
+    /// Column of the reading.
     pub column: &'static str,
-    /// Measured less predicted, mm; of rotations degrees.
+    /// Residual, measured less predicted, mm; for rotations degrees.
     pub by: f64,
 }
 
-/// So many times the typical residual: normal noise leaves one in two million.
+/// Residuals over the typical one from which a reading is an outlier: normal noise has one in two million.
 const FAR: f64 = 5.0;
-/// Fewer readings that others tell do not say what is typical.
+/// Fewest readings of which a typical residual is known.
 const FEWEST: usize = 8;
-/// The residual is rounding of the solves, if it is less, mm and rad.
+/// Largest residual that is rounding of the solves, mm or rad.
 const ROUNDING: f64 = 1e-7;
 
-/// Readings far off, the farthest first. What is typical is the median, which those that are far off do not move.
-pub fn far_off(fit: &Fit, measurements: &[Measurement]) -> Vec<FarOff> {
+/// Returns the readings that are outliers, the farthest first: residuals many times their median, corrected for leverage.
+pub fn outliers(fit: &Fit, measurements: &[Measurement]) -> Vec<Outlier> {
     // A reading that tells an unknown alone leaves nothing.
     let size = |i: usize| {
-        let others = 1.0 - fit.hat(i, 1)[(0, 0)] / fit.weights[i].max(f64::MIN_POSITIVE);
+        let others = 1.0 - fit.hat_matrix(i, 1)[(0, 0)] / fit.weights[i].max(f64::MIN_POSITIVE);
         (others > OWN).then(|| (fit.residuals[i] / fit.stds[i]).abs() / others.sqrt())
     };
     let all: Vec<Option<f64>> = (0..fit.residuals.len()).map(size).collect();
@@ -114,12 +111,12 @@ pub fn far_off(fit: &Fit, measurements: &[Measurement]) -> Vec<FarOff> {
     sizes.sort_by(f64::total_cmp);
     let typical = PER_MEDIAN * sizes[sizes.len() / 2];
     let readings = measurements.iter().enumerate().flat_map(|(m, own)| own.readings.iter().map(move |r| (m, r)));
-    let mut far: Vec<(f64, FarOff)> = Vec::new();
+    let mut far: Vec<(f64, Outlier)> = Vec::new();
     for (i, (measurement, reading)) in readings.enumerate() {
         let (residual, Some(size)) = (fit.residuals[i], all[i]) else { continue };
         if size > FAR * typical && residual.abs() > ROUNDING {
             let by = if reading.quantity.is_rotation() { residual.to_degrees() } else { residual };
-            far.push((size, FarOff { measurement, column: reading.column, by }));
+            far.push((size, Outlier { measurement, column: reading.column, by }));
         }
     }
     far.sort_by(|a, b| b.0.total_cmp(&a.0));

@@ -1,61 +1,61 @@
-//! The files with the numbers that were found: the machine file, the text of the study's with values and provenance changed, and a process
-//! file with the errors of chains.
+//! Files with the identified parameters: the machine file with values and provenance changed, and a process file with chain errors.
 
 use nalgebra::Vector3;
 use serde::Serialize;
 use toml_edit::{ArrayOfTables, DocumentMut, Item, Table, Value, value};
 
-use super::{Found, IdentificationStudy, Identified, report::left_share, validate::rms_mm};
+use super::{Estimate, IdentificationStudy, Identified, report::residual_share, validate::rms_mm};
 use crate::{
-    files::words::{counted, listed, millimetres, percent},
+    files::words::{counted, join_words, millimetres, percent},
     input::{Folder, error::Result},
     machine::{Chain, ChainError, Machine},
     process::{Process, file::chain_errors::ChainErrorSpec},
 };
 
-/// The file, and the parameters it has no place for: errors of chains, which belong to a process.
+/// A machine file with the identified parameters, and those that have no key in it: chain errors, which belong to a process.
 pub(super) struct MachineFile {
-    /// Its text; `None` where none of the parameters has a place.
+    /// Text of the file; `None` if no identified parameter has a key in it.
     pub text: Option<String>,
-    /// Names of those without a place.
+    /// Names of identified parameters that are not in it.
     pub left_out: Vec<String>,
-    /// Why there is no text, although something was identified.
+    /// Why there is no text although something was identified.
     pub problem: Option<String>,
 }
 
 impl MachineFile {
-    fn none(left_out: Vec<String>, problem: Option<String>) -> Self {
+    /// Makes the result that no machine file is written, and why: no parameter has a key in it, or there was a `problem`.
+    fn unwritten(left_out: Vec<String>, problem: Option<String>) -> Self {
         Self { text: None, left_out, problem }
     }
 }
 
-/// Components of vectors and intervals, by the last part of a parameter's name.
+/// Last parts of parameter names and the index of the component of a vector or interval that they mean.
 const COMPONENTS: [(&str, usize); 5] = [("x", 0), ("y", 1), ("z", 2), ("min", 0), ("max", 1)];
-/// Rows and columns of matrices, as parameters name them.
+/// Last parts of parameter names that mean rows and columns of a 6×6 matrix, in order.
 const ROWS: [&str; 6] = ["x", "y", "z", "rx", "ry", "rz"];
 
-/// Writes what was identified, and what was not where it could be: a value that fits, though others do as well, is not written.
+/// Writes the identified values and their provenance into the text of the study's machine file, and checks it by reading it back.
 pub(super) fn write_machine(study: &IdentificationStudy, found: &Identified) -> MachineFile {
     let mut document = match study.machine_text.parse::<DocumentMut>() {
         Ok(document) => document,
         Err(fault) => {
             let names = found.found.iter().map(|own| own.unknown.name.clone()).collect();
-            return MachineFile::none(names, Some(fault.to_string()));
+            return MachineFile::unwritten(names, Some(fault.to_string()));
         }
     };
-    tables_of_provenance(&mut document);
+    provenance_as_tables(&mut document);
     let (mut written, mut left_out) = (Vec::new(), Vec::new());
     for own in found.found.iter().filter(|own| own.open.is_none()) {
         let name = &own.unknown.name;
         let key = study.machine.parameter(name).ok().and_then(|parameter| parameter.key);
         // What was written is read back below.
-        match key.is_some_and(|key| set(document.as_item_mut(), &key, name, own.value).is_some()) {
+        match key.is_some_and(|key| set_number(document.as_item_mut(), &key, name, own.value).is_some()) {
             true => written.push(own),
             false => left_out.push(name.clone()),
         }
     }
     if written.is_empty() {
-        return MachineFile::none(left_out, None);
+        return MachineFile::unwritten(left_out, None);
     }
     for own in &written {
         remove_provenance(&mut document, &own.unknown.name);
@@ -65,7 +65,7 @@ pub(super) fn write_machine(study: &IdentificationStudy, found: &Identified) -> 
     let text: String =
         document.to_string().split_inclusive('\n').filter(|line| !line.starts_with("#:schema")).collect();
     let read_back = Machine::from_toml(&text, "the machine file that was found");
-    let is_there = |own: &&&Found| {
+    let is_there = |own: &&&Estimate| {
         let back = read_back.as_ref().ok().and_then(|machine| machine.parameter(&own.unknown.name).ok()?.value);
         back == Some(own.value)
     };
@@ -78,11 +78,11 @@ pub(super) fn write_machine(study: &IdentificationStudy, found: &Identified) -> 
         Ok(_) => format!("{} would not be read back as it was found", lost.join(", ")),
     };
     let all = [left_out, written.iter().map(|own| own.unknown.name.clone()).collect()].concat();
-    MachineFile::none(all, Some(problem))
+    MachineFile::unwritten(all, Some(problem))
 }
 
-/// Sets the number of the parameter `name` at `key`, such as `chain[0].elements[2].beam.length_mm`.
-fn set(document: &mut Item, key: &str, name: &str, number: f64) -> Option<()> {
+/// Sets the number of the parameter `name` at `key`, such as `chain[0].elements[2].beam.length_mm`; `None` if there is no such number.
+fn set_number(document: &mut Item, key: &str, name: &str, number: f64) -> Option<()> {
     let mut item = document;
     for part in key.split('.') {
         let (word, indices) = part.split_once('[').map_or((part, None), |(word, rest)| (word, Some(rest)));
@@ -111,22 +111,22 @@ fn set(document: &mut Item, key: &str, name: &str, number: f64) -> Option<()> {
     Some(())
 }
 
-/// `number` with the blanks and remarks around `old`.
+/// Returns `number` as a TOML value with the blanks and comments around `old`.
 fn with_decor(old: &Value, number: f64) -> Value {
     let mut new = Value::from(number);
     *new.decor_mut() = old.decor().clone();
     new
 }
 
-/// Provenance that is written as a list in one line becomes tables, to which others can be added.
-fn tables_of_provenance(document: &mut DocumentMut) {
+/// Turns provenance that is written as an inline list into tables, to which others can be appended.
+fn provenance_as_tables(document: &mut DocumentMut) {
     if let Some(item) = document.remove("provenance") {
         let item = item.into_array_of_tables().map_or_else(|item| item, Item::ArrayOfTables);
         document.insert("provenance", item);
     }
 }
 
-/// What was said of the parameter `name` alone is no longer so.
+/// Removes the parameter `name` from the provenance tables, and tables that are then of no parameter.
 fn remove_provenance(document: &mut DocumentMut, name: &str) {
     let Some(tables) = document.get_mut("provenance").and_then(Item::as_array_of_tables_mut) else { return };
     let mut emptied = Vec::new();
@@ -144,7 +144,7 @@ fn remove_provenance(document: &mut DocumentMut, name: &str) {
     }
 }
 
-/// What the fit leaves, in words: against the noise that was given, or what was measured.
+/// Describes the residual of the fit in words: against the given noise, or against the measured lengths.
 fn misfit_words(study: &IdentificationStudy, found: &Identified) -> String {
     let fit = &found.fit;
     if !study.noise.is_estimated {
@@ -153,23 +153,23 @@ fn misfit_words(study: &IdentificationStudy, found: &Identified) -> String {
     }
     let left = rms_mm(fit.residuals.as_slice(), &study.measurements);
     let left = left.map_or_else(|| "nothing".into(), |left| format!("{} RMS", millimetres(left, 4)));
-    let share = left_share(&fit.residuals, &study.measurements, &[]);
+    let share = residual_share(&fit.residuals, &study.measurements, &[]);
     let share = share.map_or_else(String::new, |share| format!(", {} of what was measured", percent(share)));
     format!("the residual is {left}{share}, and is in the interval")
 }
 
-/// What a file with some of the numbers that were fitted together costs, in a sentence; `None` where it has all or none.
-pub(super) fn mixed_words(study: &IdentificationStudy, found: &Identified) -> Option<String> {
-    let mixed = found.mixed.as_ref()?;
-    let names: Vec<&str> = mixed.kept.iter().map(|&k| &*study.unknowns[k].name).collect();
+/// Describes in a sentence the residual of a machine file with only some of the fitted parameters; `None` where it has all or none.
+pub(super) fn partial_words(study: &IdentificationStudy, found: &Identified) -> Option<String> {
+    let partial = found.partial.as_ref()?;
+    let names: Vec<&str> = partial.unidentified.iter().map(|&k| &*study.unknowns[k].name).collect();
     let (are, they) = if names.len() == 1 { ("is", "it is") } else { ("are", "they are") };
-    let kept = format!("{} {are} not identified, and {they} in the file as before", listed(&names));
+    let kept = format!("{} {are} not identified, and {they} in the file as before", join_words(&names));
     let all = rms_mm(found.fit.residuals.as_slice(), &study.measurements);
-    Some(match (&mixed.residual_mm, all) {
-        (Ok(Some(mixed)), Some(all)) => {
+    Some(match (&partial.residual_mm, all) {
+        (Ok(Some(partial)), Some(all)) => {
             format!(
                 "{kept}: so the machine leaves {} RMS, with all parameters as fitted {}.",
-                millimetres(*mixed, 3),
+                millimetres(*partial, 3),
                 millimetres(all, 3)
             )
         }
@@ -178,17 +178,18 @@ pub(super) fn mixed_words(study: &IdentificationStudy, found: &Identified) -> Op
     })
 }
 
-fn add_provenance(document: &mut DocumentMut, study: &IdentificationStudy, found: &Identified, own: &Found) {
+/// Appends a provenance table that says from what `own` was identified, with its interval and former value.
+fn add_provenance(document: &mut DocumentMut, study: &IdentificationStudy, found: &Identified, own: &Estimate) {
     let mut table = Table::new();
     let unit = own.unknown.unit;
     table["what"] = value(own.unknown.name.as_str());
     table["grade"] = value("identified");
     let measurements = counted(study.measurements.len(), "measurement");
     let before = format!("{:e} {unit}", own.unknown.start);
-    let mixed =
-        mixed_words(study, found).map_or_else(String::new, |words| format!("; {}", words.trim_end_matches('.')));
+    let partial =
+        partial_words(study, found).map_or_else(String::new, |words| format!("; {}", words.trim_end_matches('.')));
     table["source"] = value(format!(
-        "Identified from {measurements} in {}; {}{mixed}; before: {}",
+        "Identified from {measurements} in {}; {}{partial}; before: {}",
         study.data,
         misfit_words(study, found),
         before.trim_end()
@@ -203,16 +204,14 @@ fn add_provenance(document: &mut DocumentMut, study: &IdentificationStudy, found
     }
 }
 
-/// A process file with the errors of a chain.
+/// TOML text of one chain's errors in a process file.
 #[derive(Serialize)]
-struct Tables {
+struct ChainErrorTables {
     chain_error: [ChainErrorSpec; 1],
 }
 
-/// The text of the process file with the errors of chains that were found, for which machine files have no place, and the names of what stands in it; `None` where none of what was identified is an error of a chain.
-///
-/// # Errors
-/// The process that was written is none: an error too large to be one.
+/// Writes a process file of the identified chain errors, which have no key in machine files, and returns its text and the names of the
+/// parameters in it; `None` if there are none, `Err` if the file is not valid, such as for an error that is too large.
 pub(super) fn write_errors(study: &IdentificationStudy, found: &Identified) -> Result<Option<(String, Vec<String>)>> {
     let mut text = format!(
         "# Errors of chains, identified from {}: a process file, or tables to copy into one.\nschema = 1\n",
@@ -220,11 +219,11 @@ pub(super) fn write_errors(study: &IdentificationStudy, found: &Identified) -> R
     );
     let mut written = Vec::new();
     for chain in &study.machine.chains {
-        let errors = of_chain(&study.machine, chain, found);
+        let errors = chain_estimates(&study.machine, chain, found);
         if errors.is_empty() {
             continue;
         }
-        text += &format!("\n{}", tables(chain, &errors));
+        text += &format!("\n{}", chain_error_toml(chain, &errors));
         for own in &errors {
             let [low, high] = own.interval;
             text += &format!("# {}: 95 % interval {low:.4e} to {high:.4e} {}\n", own.unknown.name, own.unknown.unit);
@@ -238,16 +237,16 @@ pub(super) fn write_errors(study: &IdentificationStudy, found: &Identified) -> R
     Ok(Some((text, written)))
 }
 
-/// What was identified of the errors of `chain`: numbers that the machine file has no key for.
-fn of_chain<'a>(machine: &Machine, chain: &Chain, found: &'a Identified) -> Vec<&'a Found> {
+/// Returns the identified errors of `chain`: parameters that have no key in the machine file.
+fn chain_estimates<'a>(machine: &Machine, chain: &Chain, found: &'a Identified) -> Vec<&'a Estimate> {
     let identified = found.found.iter().filter(|own| own.open.is_none());
     let is_of_chain = |name: &str| name.strip_prefix(&chain.name).is_some_and(|behind| behind.starts_with('.'));
     let has_no_key = |name: &str| machine.parameter(name).is_ok_and(|own| own.key.is_none());
     identified.filter(|own| is_of_chain(&own.unknown.name) && has_no_key(&own.unknown.name)).collect()
 }
 
-/// The same as a table of the file; what was not sought beside it in a vector is zero.
-fn tables(chain: &Chain, errors: &[&Found]) -> String {
+/// Returns the TOML table of these errors of a chain; components of their vectors that were not identified are 0.
+fn chain_error_toml(chain: &Chain, errors: &[&Estimate]) -> String {
     let value = |behind: &str| {
         let name = format!("{}.{behind}", chain.name);
         errors.iter().find(|own| own.unknown.name == name).map(|own| own.value)
@@ -273,5 +272,5 @@ fn tables(chain: &Chain, errors: &[&Found]) -> String {
         end_rotation_deg: vector("end.turn"),
         drive_offsets_mm_or_deg: has_offsets.then(|| offsets.into_iter().map(Option::unwrap_or_default).collect()),
     };
-    toml::to_string(&Tables { chain_error: [spec] }).expect("names and numbers can be written")
+    toml::to_string(&ChainErrorTables { chain_error: [spec] }).expect("names and numbers can be written")
 }

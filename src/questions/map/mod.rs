@@ -1,5 +1,4 @@
-//! The workspace map: on a grid over the workspace, how far the tool moves under the cutting force, with and without
-//! chain errors, what must be commanded instead, and how far superposition departs from the simultaneous model.
+//! Workspace map: tool deflection by each source of error on a grid, corrected drive commands, and the superposition error.
 
 #[cfg(feature = "report")]
 pub mod report;
@@ -19,66 +18,65 @@ use crate::{
     simulation::{BySource, Failure, Machines, Scene, Source, status_of},
     spatial::Grid,
     statics::{self, Batch, Outcome, State, tool_compliance},
-    work::{Event, Work, overlapped, this_shard},
+    work::{Event, Work, compute_overlapped, if_this_shard},
 };
 
 /// A checked workspace-map study.
 #[derive(Debug, Clone)]
 pub struct WorkspaceMapStudy {
-    /// Of what machine, under what.
+    /// Machine, cutting force, tool angles and chain errors.
     pub scene: Scene,
-    /// Where.
+    /// Commanded positions of P, O, mm.
     pub grid: Grid,
 }
 
 impl WorkspaceMapStudy {
-    /// The tool angle of the study nearest to `phi`; rad.
+    /// Returns the tool angle of the study nearest to `phi`, rad.
     pub(crate) fn nearest_phi(&self, phi: f64) -> f64 {
         let off = |own: &f64| (own - phi).abs();
         self.scene.phis.iter().copied().min_by(|a, b| off(a).total_cmp(&off(b))).unwrap_or(phi)
     }
 }
 
-/// What a source does at a grid point, worst over φ.
+/// Effect of a source of error at a grid point, worst over the tool angle φ.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SourceEffect {
     /// Largest displacement of the tool tip, mm.
     pub deflection_mm: f64,
-    /// The displacement itself, O axes, mm.
+    /// Displacement of the tool tip of that size, O axes, mm.
     pub deflection_vector_mm: [f64; 3],
     /// φ at which it occurs, degrees; `None` without cutting force.
     pub phi_deg: Option<f64>,
-    /// Largest |Δρ| of each drive over φ: compensated less nominal drive position, mm or rad; or why there is none.
+    /// Largest |Δρ| of each drive over φ, compensated less nominal position, mm or rad; or why there is none.
     pub delta_rho: Result<Vec<f64>, Failure>,
-    /// Largest distance of the compensated point from where it is wanted, with the drives corrected, mm: what they cannot
-    /// compensate.
+    /// Largest residual error of the compensated point over φ with corrected drives, mm.
     pub residual_mm: f64,
     /// Largest |τ| of each drive over φ at the nominal command, N or N·mm.
     pub drive_force: Vec<f64>,
     /// Principal stiffnesses of the tool tip at the worst φ, ascending, N/mm.
     pub principal_stiffness_n_per_mm: [f64; 3],
-    /// Superposition less simultaneous tool displacement at the worst φ, O axes, mm; only for both sources.
+    /// Sum of the displacements by the single sources less that by all, at the worst φ, O axes, mm; only for all sources.
     pub superposition_error_vector_mm: Option<[f64; 3]>,
 }
 
 impl SourceEffect {
-    /// Norm of the superposition error, mm.
+    /// Returns the norm of the superposition error, mm.
     pub fn superposition_error_mm(&self) -> Option<f64> {
         self.superposition_error_vector_mm.map(|v| Vector3::from(v).norm())
     }
 }
 
-/// One grid point.
+/// Results at one grid point.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct MapPoint {
-    /// Commanded position of P, mm.
+    /// Commanded position of P, O, mm.
     pub position_mm: [f64; 3],
-    /// Effect of each source.
+    /// Effect of each source, or why it could not be computed.
     pub effects: BySource<Result<SourceEffect, Failure>>,
 }
 
 impl MapPoint {
-    /// Whether the effect of `source` and its correction could be computed; else the status of what could not.
+    /// Returns "solved" if the effect of `source` and its correction could be computed; else the status of what could not.
     pub fn status(&self, source: Source) -> &str {
         match &self.effects[source] {
             Ok(effect) => status_of(&effect.delta_rho),
@@ -86,7 +84,7 @@ impl MapPoint {
         }
     }
 
-    /// The effect of `source`, if it could be computed.
+    /// Returns the effect of `source`, if it could be computed.
     pub fn effect(&self, source: Source) -> Option<&SourceEffect> {
         self.effects.get(source)?.as_ref().ok()
     }
@@ -102,7 +100,7 @@ pub struct WorkspaceMap {
     pub points: Vec<MapPoint>,
 }
 
-/// Computes all points, in parallel on the current rayon pool; the result does not depend on the number of threads.
+/// Computes all points in parallel on the current rayon pool; the results do not depend on the number of threads.
 ///
 /// # Errors
 /// Of `work`.
@@ -115,18 +113,18 @@ pub fn run(study: &WorkspaceMapStudy, work: &Work) -> error::Result<WorkspaceMap
     Ok(WorkspaceMap { study: study.clone(), points })
 }
 
-/// Most points of a block, and most tool angles of all its points: what a run that is killed loses.
+/// Largest number of points of a block, which limits what a killed run loses.
 const MOST_POINTS: usize = 4096;
+/// Largest number of tool angles of all points of a block.
 const MOST_ANGLES: usize = 1 << 18;
 
-/// Points of a block: a multiple of those solved side by side.
+/// Returns the number of points of a block, a multiple of the number solved side by side.
 fn block_size(study: &WorkspaceMapStudy) -> usize {
     let points = (MOST_ANGLES / study.scene.phis.len().max(1)).min(MOST_POINTS);
     (points / Batch::WIDTH).max(1) * Batch::WIDTH
 }
 
-/// As [`run`], but gives the points to `take` block by block, in grid order, so that memory does not grow with the grid. The
-/// next block is computed meanwhile.
+/// Computes all points and hands them to `take` block by block in grid order, so that memory does not grow with the grid.
 ///
 /// # Errors
 /// Of `work` and of `take`.
@@ -139,28 +137,30 @@ pub fn run_in_blocks(
     let (total, size) = (study.grid.len(), block_size(study));
     let compute = |start: usize| {
         let work = work.shard(start / size);
-        this_shard(work.piece(&start, Vec::len, || block(study, &machines, start..total.min(start + size), &work)))
+        if_this_shard(
+            work.piece(&start, Vec::len, || run_block(study, &machines, start..total.min(start + size), &work)),
+        )
     };
-    overlapped((0..total).step_by(size), compute, take)?;
+    compute_overlapped((0..total).step_by(size), compute, take)?;
     work.barrier()
 }
 
-/// Number of blocks.
-pub(super) fn blocks(study: &WorkspaceMapStudy) -> usize {
+/// Returns the number of blocks of the map.
+pub(super) fn block_count(study: &WorkspaceMapStudy) -> usize {
     study.grid.len().div_ceil(block_size(study))
 }
 
-/// Computes the grid points with these indices, in grid order, in parallel on the current rayon pool; indices beyond the grid
-/// give no points.
+/// Computes the grid points with these indices, in grid order, in parallel on the current rayon pool; indices beyond the grid give no points.
 ///
 /// # Errors
 /// Of `work`.
 pub fn run_range(study: &WorkspaceMapStudy, indices: Range<usize>, work: &Work) -> error::Result<Vec<MapPoint>> {
     let indices = indices.start.min(study.grid.len())..indices.end.min(study.grid.len());
-    block(study, &study.scene.machines()?, indices, work)
+    run_block(study, &study.scene.machines()?, indices, work)
 }
 
-fn block(
+/// Computes the grid points with these indices, in groups that are solved side by side.
+fn run_block(
     study: &WorkspaceMapStudy,
     machines: &Machines,
     indices: Range<usize>,
@@ -181,7 +181,7 @@ fn block(
     Ok(groups.into_iter().flatten().collect())
 }
 
-/// One machine at several points, commanded twice: without and with compensation.
+/// Sessions of one machine at several points, each commanded twice: without and with compensation.
 struct Group {
     plain: Vec<Session>,
     corrected: Vec<Session>,
@@ -190,6 +190,7 @@ struct Group {
 }
 
 impl Group {
+    /// Makes the sessions of the machine of `source` for [`Batch::WIDTH`] points.
     fn new(machines: &Machines, source: Source) -> Self {
         let (session, batch) = (machines.session(source), machines.batch(source));
         Self {
@@ -201,21 +202,22 @@ impl Group {
     }
 }
 
-/// Tool displacements over φ and their effect, of one source.
-struct Turn {
+/// Displacements of the tool over φ at one point, and the effect of the source.
+struct PhiSweep {
     /// Tool displacement at each φ, mm.
     displacements: Vec<Vector3<f64>>,
     effect: SourceEffect,
 }
 
-/// Solves neighbouring points of the grid side by side; what comes out for one does not depend on the others.
+/// Solver of neighbouring grid points side by side; the result of one point does not depend on the others.
 struct GroupSolver<'a> {
     study: &'a WorkspaceMapStudy,
-    /// The machines that answer for the sources.
+    /// Sessions of the machine that each source acts on.
     groups: BySource<Group>,
 }
 
 impl GroupSolver<'_> {
+    /// Computes the grid points at `positions` (P, O, mm) and reports progress to `work`.
     fn solve(&mut self, positions: &[Vector3<f64>], work: &Work) -> Vec<MapPoint> {
         let machine = &self.study.scene.machine;
         let reached: Vec<_> = positions.iter().map(|position| machine.command(*position)).collect();
@@ -224,16 +226,16 @@ impl GroupSolver<'_> {
         let mut turns = BySource::of(machine, |source| {
             let group = &mut self.groups[source];
             for (session, at) in group.plain.iter_mut().zip(&configurations) {
-                session.stand(at, &State::rigid(machine, at));
+                session.set_state(at, &State::rigid(machine, at));
             }
             let loads = if source.has_cutting_force() { &phis[..] } else { &[None] };
-            turn(self.study, source, group, &configurations, loads).into_iter()
+            sweep_phi(self.study, source, group, &configurations, loads).into_iter()
         });
         let mut effects = configurations.iter().map(|_| {
             let nothing = || Err(Failure { status: "not_converged".into(), reason: "there is no load".into() });
             let own = BySource::of(machine, |source| turns[source].next().unwrap_or_else(nothing));
             let superposition_error = superposition_error(machine, &own);
-            own.map(|source, turn: Result<Turn, Failure>| {
+            own.map(|source, turn: Result<PhiSweep, Failure>| {
                 let mut effect = turn?.effect;
                 effect.superposition_error_vector_mm = superposition_error.filter(|_| source == Source::All);
                 Ok(effect)
@@ -254,8 +256,8 @@ impl GroupSolver<'_> {
     }
 }
 
-/// Superposition less displacement by all sources at once, where that is largest; `None` where a source has no answer.
-fn superposition_error(machine: &Machine, turns: &BySource<Result<Turn, Failure>>) -> Option<[f64; 3]> {
+/// Returns the summed displacements by single sources less that by all, O axes, mm, at its worst φ; `None` where one is missing.
+fn superposition_error(machine: &Machine, turns: &BySource<Result<PhiSweep, Failure>>) -> Option<[f64; 3]> {
     let of = |source: Source| Some(&turns.get(source)?.as_ref().ok()?.displacements);
     let all = of(Source::All)?;
     let worst = index_of_largest(all);
@@ -267,15 +269,14 @@ fn superposition_error(machine: &Machine, turns: &BySource<Result<Turn, Failure>
     Some((superposed - all[worst]).into())
 }
 
-/// Equilibria without and with compensation for each load (a φ, or none), each started from the one before, at each of
-/// `configurations`.
-fn turn(
+/// Solves the equilibria over `phis` at each of `configurations`, without and with compensation, each started from the one before.
+fn sweep_phi(
     study: &WorkspaceMapStudy,
     source: Source,
     group: &mut Group,
     configurations: &[&Configuration],
     phis: &[Option<f64>],
-) -> Vec<Result<Turn, Failure>> {
+) -> Vec<Result<PhiSweep, Failure>> {
     let machine = &study.scene.machine;
     let mut tallies: Vec<Result<Tally, Failure>> =
         configurations.iter().map(|_| Ok(Tally::new(machine, phis.len()))).collect();
@@ -283,27 +284,27 @@ fn turn(
     for (index, &phi) in phis.iter().enumerate() {
         let task = |i: usize| task_at(phi, i);
         let command = |sessions: &mut [Session], batch: &mut Batch, method, places: &[usize]| {
-            let answers = command(sessions, batch, method, places, task);
-            let judged = answers.into_iter().map(|answer| judged(machine, phi, answer));
+            let answers = command_points(sessions, batch, method, places, task);
+            let judged = answers.into_iter().map(|answer| success_or_failure(machine, phi, answer));
             places.iter().copied().zip(judged).collect::<Vec<_>>()
         };
-        let plain = command(&mut group.plain, &mut group.plain_batch, Method::None, &places(&tallies, |_| true));
+        let plain = command(&mut group.plain, &mut group.plain_batch, Method::None, &select(&tallies, |_| true));
         for (i, answer) in plain {
             if index == 0 && answer.is_ok() {
-                group.corrected[i].stand(configurations[i], group.plain[i].state());
+                group.corrected[i].set_state(configurations[i], group.plain[i].state());
             }
             match (answer, &mut tallies[i]) {
                 (Ok(plain), Ok(tally)) => {
-                    tally.note(machine, phi, plain, group.plain[i].state());
+                    tally.add(machine, phi, plain, group.plain[i].state());
                 }
                 (Err(failure), tally) => *tally = Err(failure),
                 (Ok(_), Err(_)) => {}
             }
         }
-        let to_correct = places(&tallies, |tally| tally.delta_rho.is_ok());
+        let to_correct = select(&tallies, |tally| tally.delta_rho.is_ok());
         for (i, answer) in command(&mut group.corrected, &mut group.corrected_batch, Method::Direct, &to_correct) {
             if let Ok(tally) = &mut tallies[i] {
-                tally.note_correction(configurations[i], answer);
+                tally.add_correction(configurations[i], answer);
             }
         }
     }
@@ -318,13 +319,13 @@ fn turn(
     tallies.into_iter().enumerate().map(conclude).collect()
 }
 
-/// Indices of the points without failure so far whose tally `is_wanted`.
-fn places(tallies: &[Result<Tally, Failure>], is_wanted: impl Fn(&Tally) -> bool) -> Vec<usize> {
+/// Returns the indices of the points without failure so far whose tally `is_wanted`.
+fn select(tallies: &[Result<Tally, Failure>], is_wanted: impl Fn(&Tally) -> bool) -> Vec<usize> {
     (0..tallies.len()).filter(|&i| tallies[i].as_ref().is_ok_and(&is_wanted)).collect()
 }
 
-/// Commands the points with the indices `places`.
-fn command(
+/// Solves the points with the indices `places` with `method`, side by side.
+fn command_points(
     sessions: &mut [Session],
     batch: &mut Batch,
     method: Method,
@@ -337,8 +338,8 @@ fn command(
     compensate_batch(&mut sessions, &tasks, method, batch)
 }
 
-/// The answer, if it is what was asked for; else why it is not.
-fn judged(machine: &Machine, phi: Option<f64>, answer: Compensation) -> Result<Compensation, Failure> {
+/// Returns the result of a command if it succeeded; else its failure, with the tool angle `phi` in rad.
+fn success_or_failure(machine: &Machine, phi: Option<f64>, answer: Compensation) -> Result<Compensation, Failure> {
     if answer.status.is_success() {
         return Ok(answer);
     }
@@ -346,12 +347,15 @@ fn judged(machine: &Machine, phi: Option<f64>, answer: Compensation) -> Result<C
     Err(Failure { status: answer.status.label().into(), reason: answer.status.reason(machine) + &at })
 }
 
-/// What the loads of one point and source came to so far.
+/// Extremes over the loads of one point and source, so far.
 struct Tally {
+    /// Tool displacement under each load, O axes, mm.
     displacements: Vec<Vector3<f64>>,
+    /// Largest |Δρ| of each drive, mm or rad, or why a correction is missing.
     delta_rho: Result<Vec<f64>, Failure>,
-    /// mm.
-    left: f64,
+    /// Largest residual error, mm.
+    residual_mm: f64,
+    /// Largest |τ| of each drive at the nominal command, N or N·mm.
     drive_force: Vec<f64>,
     worst: Option<Worst>,
 }
@@ -361,24 +365,25 @@ struct Worst {
     displacement: Vector3<f64>,
     phi: Option<f64>,
     outcome: Option<Outcome>,
-    /// From P to the displaced tool tip, O axes, mm.
+    /// Vector from P to the displaced tool tip, O axes, mm.
     lever: Vector3<f64>,
 }
 
 impl Tally {
+    /// Makes an empty tally for `loads` loads.
     fn new(machine: &Machine, loads: usize) -> Self {
         let zeros = vec![0.0; machine.drive_count()];
         Self {
             displacements: Vec::with_capacity(loads),
             delta_rho: Ok(zeros.clone()),
-            left: 0.0,
+            residual_mm: 0.0,
             drive_force: zeros,
             worst: None,
         }
     }
 
-    /// Takes note of one load: the answer `plain` without compensation, which ended in `state`.
-    fn note(&mut self, machine: &Machine, phi: Option<f64>, plain: Compensation, state: &State) {
+    /// Adds one load: its result `plain` without compensation, which ended in `state`.
+    fn add(&mut self, machine: &Machine, phi: Option<f64>, plain: Compensation, state: &State) {
         for (most, force) in self.drive_force.iter_mut().zip(&plain.drive_forces) {
             *most = most.max(force.abs());
         }
@@ -390,22 +395,22 @@ impl Tally {
         self.displacements.push(displacement);
     }
 
-    /// Takes note of the correction of one load at `at`, or of why there is none.
-    fn note_correction(&mut self, at: &Configuration, corrected: Result<Compensation, Failure>) {
+    /// Adds the correction of one load at the configuration `at`, or the reason why there is none.
+    fn add_correction(&mut self, at: &Configuration, corrected: Result<Compensation, Failure>) {
         match (&mut self.delta_rho, corrected) {
             (Ok(largest), Ok(corrected)) => {
                 for ((most, rho), nominal) in largest.iter_mut().zip(&corrected.drives).zip(&at.drives) {
                     *most = most.max((rho - nominal).abs());
                 }
-                self.left = self.left.max(corrected.position_error.norm());
+                self.residual_mm = self.residual_mm.max(corrected.position_error.norm());
             }
             (delta_rho, Err(failure)) => *delta_rho = Err(failure),
             (Err(_), Ok(_)) => {}
         }
     }
 
-    /// `carried`: compliance of the workpiece under the load with the largest displacement, mm/N.
-    fn conclude(self, carried: &Matrix3<f64>) -> Result<Turn, Failure> {
+    /// Returns the effect of the source; `carried` is the compliance of the workpiece under the worst load, mm/N.
+    fn conclude(self, carried: &Matrix3<f64>) -> Result<PhiSweep, Failure> {
         let Some(worst) = self.worst else {
             return Err(Failure { status: "not_converged".into(), reason: "there is no load".into() });
         };
@@ -414,15 +419,16 @@ impl Tally {
             deflection_vector_mm: worst.displacement.into(),
             phi_deg: worst.phi.map(f64::to_degrees),
             delta_rho: self.delta_rho,
-            residual_mm: self.left,
+            residual_mm: self.residual_mm,
             drive_force: self.drive_force,
             principal_stiffness_n_per_mm: tool_stiffnesses(worst.outcome.as_ref(), worst.lever, carried),
             superposition_error_vector_mm: None,
         };
-        Ok(Turn { displacements: self.displacements, effect })
+        Ok(PhiSweep { displacements: self.displacements, effect })
     }
 }
 
+/// Returns the index of the longest vector, the first of equal ones.
 fn index_of_largest(displacements: &[Vector3<f64>]) -> usize {
     let mut largest = 0;
     for (index, displacement) in displacements.iter().enumerate() {
@@ -433,7 +439,7 @@ fn index_of_largest(displacements: &[Vector3<f64>]) -> usize {
     largest
 }
 
-/// Inverse eigenvalues of the compliance between tool tip and workpiece, ascending, N/mm; 0 where the tip is free.
+/// Returns the principal stiffnesses between tool tip and workpiece, ascending, N/mm; 0 where the tip is free.
 fn tool_stiffnesses(outcome: Option<&Outcome>, lever: Vector3<f64>, carried: &Matrix3<f64>) -> [f64; 3] {
     let Some(compliance) = outcome.and_then(|outcome| outcome.compliance) else { return [0.0; 3] };
     statics::principal_stiffnesses(&(tool_compliance(&compliance, lever) + carried))

@@ -1,11 +1,11 @@
-//! A workspace map among the questions, and from a study as written to a checked one.
+//! Checks of a workspace map as written, which make it a [`WorkspaceMapStudy`].
 
-use super::{WorkspaceMapStudy, blocks, run_in_blocks, spec::WorkspaceMapSpec};
+use super::{WorkspaceMapStudy, block_count, run_in_blocks, spec::WorkspaceMapSpec};
 use crate::{
     input::error::Result,
     questions::{
-        Given, Question, Resolved, Template,
-        over_workspace::{OwnKeys, Region, Shown, scene},
+        Question, Resolved, StudyContext, Template,
+        over_workspace::{Region, SceneKeys, Shown, scene},
     },
     work::Work,
 };
@@ -24,30 +24,35 @@ impl Question for WorkspaceMapStudy {
     };
     const TABLES: &[&str] = &["map"];
 
-    fn resolve(spec: &WorkspaceMapSpec, given: &Given<'_>) -> Result<Resolved<Self>> {
+    /// Checks the map's table and makes its scene and grid.
+    fn resolve(spec: &WorkspaceMapSpec, given: &StudyContext<'_>) -> Result<Resolved<Self>> {
         given.overrides.refuse_points(given.name)?;
-        let own = OwnKeys { phi_step_deg: spec.phi_step_deg, uses_target: true };
+        let own = SceneKeys { phi_step_deg: spec.phi_step_deg, uses_target: true };
         let (scene, not_used, inputs) = scene(given, own)?;
         let region =
             Region { min_mm: spec.min_mm, max_mm: spec.max_mm, grid: spec.grid, slices_z_mm: &spec.slices_z_mm };
         let (grid, slices_z, size) =
-            region.checked(given, [scene.machine.workspace.min, scene.machine.workspace.max], MAX_POINTS)?;
+            region.checked_grid(given, [scene.machine.workspace.min, scene.machine.workspace.max], MAX_POINTS)?;
         let shown = Shown { slices_z, not_used };
         Ok(Resolved { study: WorkspaceMapStudy { scene, grid }, shown, inputs: inputs.and(size) })
     }
 
+    /// Returns the number of grid points of the map.
     fn items(&self) -> (usize, &'static str) {
         (self.grid.len(), "points")
     }
 
+    /// Returns the number of grid points, as every map can be an image.
     fn image_points(&self) -> Option<usize> {
         Some(self.grid.len())
     }
 
+    /// Returns the number of blocks of the map.
     fn pieces(&self) -> usize {
-        blocks(self)
+        block_count(self)
     }
 
+    /// Computes all blocks of the map and keeps them in `work`.
     fn compute(&self, work: &Work) -> Result<()> {
         run_in_blocks(self, work, |_| Ok(()))
     }

@@ -1,5 +1,4 @@
-//! Which measurements tell most: one after another, then in exchange for others as long as that tells more (Fedorov 1972); and how far the
-//! unknowns are known with more and more of them, and of random ones.
+//! Optimal design: chooses the most informative measurements, one after another, then by exchange (Fedorov 1972), and compares random ones.
 
 use nalgebra::{Cholesky, DMatrix, Dyn};
 use rand::{RngExt as _, SeedableRng as _};
@@ -8,43 +7,44 @@ use rayon::prelude::*;
 
 use crate::{input::error::Result, questions::identification::half_width, work::Work};
 
-/// Exchanges end after so many rounds over what was chosen.
+/// Most rounds of exchange over the chosen candidates.
 const ROUNDS: usize = 20;
-/// An exchange must tell more by this much, in the criterion's own measure.
+/// Smallest gain of the criterion for which candidates are exchanged.
 const LEAST_GAIN: f64 = 1e-9;
 
-/// What is made large; both measures grow by the logarithm of what they measure.
+/// Design criterion, which is maximised.
 #[derive(Debug, Clone)]
 pub enum Criterion {
-    /// `ln det` of the information.
+    /// `ln det` of the information matrix M (D-optimality).
     AllNumbers,
-    /// Less `ln` of the mean square error of predictions, `tr(T M⁻¹)` with this matrix T.
+    /// Minus `ln` of the mean square prediction error, `tr(T M⁻¹)` with this matrix T.
     Tested(DMatrix<f64>),
 }
 
-/// Rows of candidates, in standard deviations, and what is known without them.
+/// A design problem: candidates, information known without them, and criterion.
 #[derive(Debug, Clone)]
-pub struct Choice<'a> {
-    /// A row for each reading, a column for each unknown.
+pub struct DesignProblem<'a> {
+    /// Jacobian of each candidate over standard deviations: a row for each reading, a column for each unknown.
     pub candidates: &'a [DMatrix<f64>],
-    /// Information that there is already; positive definite.
+    /// Information matrix known without candidates; positive definite.
     pub known: DMatrix<f64>,
-    /// What is made large.
+    /// Criterion to maximise.
     pub criterion: Criterion,
 }
 
+/// Returns the information matrix of readings with these Jacobian rows over standard deviations.
 fn information(rows: &DMatrix<f64>) -> DMatrix<f64> {
     rows.transpose() * rows
 }
 
-impl Choice<'_> {
-    /// The information of what is known and of these candidates.
+impl DesignProblem<'_> {
+    /// Returns the information matrix of what is known and of the chosen candidates.
     pub fn information(&self, chosen: &[usize]) -> DMatrix<f64> {
         chosen.iter().fold(self.known.clone(), |sum, &i| sum + information(&self.candidates[i]))
     }
 
-    /// The measure of this information; `None` where it is not positive definite.
-    pub fn measure(&self, information: &DMatrix<f64>) -> Option<f64> {
+    /// Returns the value of the criterion for an information matrix; `None` where it is not positive definite.
+    pub fn criterion_value(&self, information: &DMatrix<f64>) -> Option<f64> {
         let factors = Cholesky::new(information.clone())?;
         Some(match &self.criterion {
             Criterion::AllNumbers => 2.0 * factors.l().diagonal().map(f64::ln).sum(),
@@ -52,7 +52,7 @@ impl Choice<'_> {
         })
     }
 
-    /// What each candidate adds to the measure, those of `taken` nothing.
+    /// Returns by how much each candidate raises the criterion; minus infinity for those in `taken`.
     pub fn gains(&self, information: &DMatrix<f64>, taken: &[usize]) -> Vec<f64> {
         let Some(factors) = Cholesky::new(information.clone()) else { return vec![0.0; self.candidates.len()] };
         let total = match &self.criterion {
@@ -66,7 +66,7 @@ impl Choice<'_> {
         self.candidates.par_iter().enumerate().map(gain).collect()
     }
 
-    /// With `M⁻¹` by `factors`: `det(M + AᵀA) = det M det(1 + A M⁻¹ Aᵀ)`, and its inverse by Woodbury's formula.
+    /// Returns the gain by a candidate's `rows`, with `M⁻¹` by `factors`: `det(M + AᵀA) = det M det(1 + A M⁻¹ Aᵀ)`, `tr` by Woodbury's formula.
     fn gain(&self, factors: &Cholesky<f64, Dyn>, total: f64, rows: &DMatrix<f64>) -> Option<f64> {
         let spread = factors.solve(&rows.transpose());
         let inner = Cholesky::new(DMatrix::identity(rows.nrows(), rows.nrows()) + rows * &spread)?;
@@ -79,8 +79,8 @@ impl Choice<'_> {
         })
     }
 
-    /// The candidate that tells most beside those of `taken`; the first of equals.
-    fn best(&self, information: &DMatrix<f64>, taken: &[usize]) -> Option<(usize, f64)> {
+    /// Returns the candidate with the largest gain that is not in `taken`, and its gain; the first of equals.
+    fn best_candidate(&self, information: &DMatrix<f64>, taken: &[usize]) -> Option<(usize, f64)> {
         let gains = self.gains(information, taken).into_iter().enumerate();
         gains.filter(|(_, gain)| gain.is_finite()).fold(None, |best: Option<(usize, f64)>, (i, gain)| match best {
             Some((_, most)) if gain <= most => best,
@@ -88,23 +88,21 @@ impl Choice<'_> {
         })
     }
 
-    /// Up to `count` different candidates, each telling most beside those before it.
-    ///
-    /// # Errors
-    /// The work was stopped.
-    pub fn chosen(&self, count: usize, work: &Work) -> Result<Vec<usize>> {
+    /// Chooses up to `count` different candidates and orders them, the most informative first; `Err` if the work was stopped.
+    pub fn choose(&self, count: usize, work: &Work) -> Result<Vec<usize>> {
         let mut chosen = Vec::new();
         let mut information = self.known.clone();
         while chosen.len() < count {
             work.check()?;
-            let Some((next, _)) = self.best(&information, &chosen) else { break };
+            let Some((next, _)) = self.best_candidate(&information, &chosen) else { break };
             information += self::information(&self.candidates[next]);
             chosen.push(next);
         }
         self.exchange(&mut chosen, work)?;
-        self.ordered(chosen, work)
+        self.ordered_by_gain(chosen, work)
     }
 
+    /// Exchanges chosen candidates for others as long as the criterion grows; `Err` if the work was stopped.
     fn exchange(&self, chosen: &mut [usize], work: &Work) -> Result<()> {
         for _ in 0..ROUNDS {
             let mut has_changed = false;
@@ -113,7 +111,7 @@ impl Choice<'_> {
                 let others: Vec<usize> = (0..chosen.len()).filter(|&k| k != place).map(|k| chosen[k]).collect();
                 let without = self.information(&others);
                 let own = self.gains(&without, &others)[chosen[place]];
-                let Some((next, gain)) = self.best(&without, chosen) else { continue };
+                let Some((next, gain)) = self.best_candidate(&without, chosen) else { continue };
                 if gain > own + LEAST_GAIN {
                     chosen[place] = next;
                     has_changed = true;
@@ -126,10 +124,10 @@ impl Choice<'_> {
         Ok(())
     }
 
-    /// So that each tells most of those that are left.
-    fn ordered(&self, mut left: Vec<usize>, work: &Work) -> Result<Vec<usize>> {
+    /// Orders candidates so that each has the largest gain after those before it; `Err` if the work was stopped.
+    fn ordered_by_gain(&self, mut left: Vec<usize>, work: &Work) -> Result<Vec<usize>> {
         left.sort_unstable();
-        let mut ordered = Vec::with_capacity(left.len());
+        let mut ordered_by_gain = Vec::with_capacity(left.len());
         let mut information = self.known.clone();
         while !left.is_empty() {
             work.check()?;
@@ -137,45 +135,46 @@ impl Choice<'_> {
             let most = (0..left.len()).fold(0, |best, k| if gains[left[k]] > gains[left[best]] { k } else { best });
             let next = left.remove(most);
             information += self::information(&self.candidates[next]);
-            ordered.push(next);
+            ordered_by_gain.push(next);
         }
-        Ok(ordered)
+        Ok(ordered_by_gain)
     }
 }
 
-/// How far the unknowns are known.
+/// Half widths of the 95 % intervals that measurements give.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Widths {
-    /// Half the 95 % interval of each, in its coordinate.
+pub struct HalfWidths {
+    /// Half the 95 % interval of each unknown, in its coordinate.
     pub each: Vec<f64>,
-    /// RMS error of the tool where it is predicted for the tested rows, by the intervals alone, mm.
+    /// RMS error of the tool predicted for the tested rows, by the intervals alone, mm; `None` with another criterion.
     pub tested_mm: Option<f64>,
 }
 
-impl Widths {
-    /// The unknown that is known least, and half its interval.
+impl HalfWidths {
+    /// Returns the unknown with the widest interval, and its half width.
     pub fn widest(&self) -> Option<(usize, f64)> {
         self.each.iter().copied().enumerate().max_by(|a, b| a.1.total_cmp(&b.1))
     }
 }
 
-fn known(choice: &Choice<'_>, chosen: &[usize]) -> Option<Widths> {
+/// Returns the half widths with the chosen candidates; `None` where the information is not positive definite.
+fn widths_with(choice: &DesignProblem<'_>, chosen: &[usize]) -> Option<HalfWidths> {
     let covariance = Cholesky::new(choice.information(chosen))?.inverse();
     let each = covariance.diagonal().iter().map(|variance| half_width(None) * variance.sqrt()).collect();
     let tested_mm = match &choice.criterion {
         Criterion::AllNumbers => None,
         Criterion::Tested(tested) => Some((tested * &covariance).trace().max(0.0).sqrt()),
     };
-    Some(Widths { each, tested_mm })
+    Some(HalfWidths { each, tested_mm })
 }
 
-/// With the first 0, 1, 2, … of `chosen`.
-pub fn widths(choice: &Choice<'_>, chosen: &[usize]) -> Vec<Widths> {
-    (0..=chosen.len()).filter_map(|count| known(choice, &chosen[..count])).collect()
+/// Returns the half widths with the first 0, 1, 2, … of `chosen`.
+pub fn widths(choice: &DesignProblem<'_>, chosen: &[usize]) -> Vec<HalfWidths> {
+    (0..=chosen.len()).filter_map(|count| widths_with(choice, &chosen[..count])).collect()
 }
 
-/// With 0 to `count` random candidates: the median of each over `draws`, from seeds that are always the same.
-pub(super) fn random(choice: &Choice<'_>, count: usize, draws: usize) -> Vec<Widths> {
+/// Returns the half widths with 0 to `count` random candidates: the median of each over `draws`, from fixed seeds.
+pub(super) fn random_widths(choice: &DesignProblem<'_>, count: usize, draws: usize) -> Vec<HalfWidths> {
     let draw = |seed: u64| {
         let mut random = Xoshiro256PlusPlus::seed_from_u64(seed);
         let mut all: Vec<usize> = (0..choice.candidates.len()).collect();
@@ -184,16 +183,16 @@ pub(super) fn random(choice: &Choice<'_>, count: usize, draws: usize) -> Vec<Wid
         }
         widths(choice, &all[..count])
     };
-    let drawn: Vec<Vec<Widths>> = (0..draws as u64).into_par_iter().map(draw).collect();
+    let drawn: Vec<Vec<HalfWidths>> = (0..draws as u64).into_par_iter().map(draw).collect();
     let unknowns = choice.known.nrows();
     let at = |count: usize| {
-        let of = |value: &dyn Fn(&Widths) -> f64| {
+        let of = |value: &dyn Fn(&HalfWidths) -> f64| {
             let mut values: Vec<f64> = drawn.iter().filter_map(|all| all.get(count)).map(value).collect();
             values.sort_by(f64::total_cmp);
             values.get(values.len() / 2).copied().unwrap_or(f64::INFINITY)
         };
         let is_tested = matches!(choice.criterion, Criterion::Tested(_));
-        Widths {
+        HalfWidths {
             each: (0..unknowns).map(|k| of(&|own| own.each[k])).collect(),
             tested_mm: is_tested.then(|| of(&|own| own.tested_mm.unwrap_or(f64::INFINITY))),
         }

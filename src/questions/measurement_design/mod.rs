@@ -1,4 +1,4 @@
-//! The next measurements: which poses and loads tell most of some numbers of a machine, and how far those will be known.
+//! Design of measurements: which poses and loads are most informative about parameters of a machine, and how wide their intervals will be.
 
 mod candidates;
 mod choose;
@@ -10,7 +10,7 @@ pub(crate) mod spec;
 use nalgebra::{DMatrix, DVector};
 
 pub use candidates::{Region, end_of_arm};
-pub use choose::{Choice, Criterion, Widths, widths};
+pub use choose::{Criterion, DesignProblem, HalfWidths, widths};
 pub use spec::CriterionSpec;
 
 use crate::{
@@ -21,53 +21,54 @@ use crate::{
     work::{Event, Work},
 };
 
-/// A checked plan of measurements.
+/// A checked design of measurements.
 #[derive(Debug, Clone)]
 pub struct MeasurementDesignStudy {
-    /// The machine as it is known so far.
+    /// Machine with the parameters known so far.
     pub machine: Machine,
-    /// What is sought.
+    /// Parameters to identify.
     pub unknowns: Vec<Unknown>,
-    /// What is known beforehand: the unknown, its coordinate and the standard deviation of that.
+    /// Gaussian priors: index of the unknown, expected coordinate, standard deviation of that coordinate.
     pub priors: Vec<(usize, f64, f64)>,
-    /// Measurements that have been made.
+    /// Measurements made already.
     pub measured: Vec<Measurement>,
-    /// What may be measured.
+    /// Candidate measurements.
     pub candidates: Vec<Measurement>,
-    /// Poses and loads whose prediction counts.
+    /// Poses and loads at which the prediction of the tool counts.
     pub tested: Vec<Measurement>,
-    /// Of readings that have no standard deviation of their own.
+    /// Standard deviations of readings that have none of their own.
     pub noise: Noise,
-    /// What is made small.
+    /// Design criterion.
     pub criterion: CriterionSpec,
-    /// How many measurements are to be chosen.
+    /// Number of measurements to choose.
     pub count: usize,
-    /// Half a 95 % interval that is enough, in coordinates of the unknowns.
+    /// Half width of a 95 % interval that is sufficient, in coordinates of the unknowns.
     pub target: Option<f64>,
-    /// Random choices to compare with.
+    /// Number of random choices to compare with.
     pub draws: usize,
 }
 
-/// What was chosen.
+/// Results of a design: the chosen measurements and the intervals that they will give.
 #[derive(Debug, Clone)]
 pub struct Plan {
-    /// The candidates chosen, that which tells most first.
+    /// Indices of the chosen candidates, the most informative first.
     pub chosen: Vec<usize>,
-    /// Why a candidate could not be computed.
+    /// Indices of candidates that could not be computed, and why.
     pub failures: Vec<(usize, Failure)>,
-    /// How far the unknowns are known with 0, 1, 2, … of the chosen.
-    pub widths: Vec<Widths>,
-    /// The same of random choices of as many: the median of each over all draws.
-    pub random: Vec<Widths>,
-    /// Most that any candidate's readings change with each unknown, standard deviations per unit of its coordinate.
+    /// Half widths with 0, 1, 2, … of the chosen candidates.
+    pub widths: Vec<HalfWidths>,
+    /// Half widths with as many random candidates: the median of each over all draws.
+    pub random: Vec<HalfWidths>,
+    /// Largest sensitivity of any candidate to each unknown, standard deviations of readings per unit of its coordinate.
     pub most_information: Vec<f64>,
 }
 
-/// Nothing is known of an unknown beforehand but that it is within a factor of e^1000, 1000 mm, 1000 degrees.
+/// Information on each unknown without priors and measurements: a standard deviation of 1000 in its coordinate.
 const NOTHING_KNOWN: f64 = 1e-6;
 
 impl MeasurementDesignStudy {
-    fn rows(&self, model: &LoadedModel, asked: &[Measurement]) -> Vec<std::result::Result<DMatrix<f64>, Failure>> {
+    /// Returns the Jacobian of each measurement over the standard deviations of its readings, or why it is not known.
+    fn jacobians(&self, model: &LoadedModel, asked: &[Measurement]) -> Vec<std::result::Result<DMatrix<f64>, Failure>> {
         let asked: Vec<&Measurement> = asked.iter().collect();
         let predicted = model.each(&asked).into_iter().zip(&asked);
         let in_deviations = |predicted: Predicted, own: &Measurement| {
@@ -81,10 +82,11 @@ impl MeasurementDesignStudy {
     }
 }
 
-/// Chooses the measurements; on the current rayon pool, with the same result for any number of threads.
+/// Chooses the measurements; on the current rayon pool, with the same result for any number of threads. The inner `Err` says why the
+/// machine could not be solved.
 ///
 /// # Errors
-/// The work was stopped, or the machine's numbers cannot be varied.
+/// The work was stopped, or the parameters cannot be varied.
 pub fn run(study: &MeasurementDesignStudy, work: &Work) -> Result<std::result::Result<Plan, Failure>> {
     work.check()?;
     let start = DVector::zeros(study.unknowns.len());
@@ -92,7 +94,7 @@ pub fn run(study: &MeasurementDesignStudy, work: &Work) -> Result<std::result::R
     let (mut candidates, mut of, mut failures) = (Vec::new(), Vec::new(), Vec::new());
     for (first, part) in study.candidates.chunks(PROGRESS).enumerate() {
         work.check()?;
-        for (k, rows) in study.rows(&model, part).into_iter().enumerate() {
+        for (k, rows) in study.jacobians(&model, part).into_iter().enumerate() {
             match rows {
                 Ok(rows) => {
                     candidates.push(rows);
@@ -103,42 +105,42 @@ pub fn run(study: &MeasurementDesignStudy, work: &Work) -> Result<std::result::R
         }
         work.tell(Event::Computed(part.len()));
     }
-    let known = match known(study, &model) {
+    let known = match base_information(study, &model) {
         Ok(known) => known,
         Err(failure) => return Ok(Err(failure)),
     };
     let criterion = match study.criterion {
         CriterionSpec::AllNumbers => Criterion::AllNumbers,
-        CriterionSpec::Tested => match tested(study, &model) {
+        CriterionSpec::Tested => match weight_matrix(study, &model) {
             Ok(tested) => Criterion::Tested(tested),
             Err(failure) => return Ok(Err(failure)),
         },
     };
-    let choice = Choice { candidates: &candidates, known, criterion };
+    let choice = DesignProblem { candidates: &candidates, known, criterion };
     work.check()?;
-    let chosen = choice.chosen(study.count, work)?;
+    let chosen = choice.choose(study.count, work)?;
     work.check()?;
     let most = |k: usize| candidates.iter().map(|rows| rows.column(k).norm()).fold(0.0, f64::max);
     Ok(Ok(Plan {
         widths: widths(&choice, &chosen),
-        random: choose::random(&choice, chosen.len(), study.draws),
+        random: choose::random_widths(&choice, chosen.len(), study.draws),
         most_information: (0..study.unknowns.len()).map(most).collect(),
         chosen: chosen.into_iter().map(|i| of[i]).collect(),
         failures,
     }))
 }
 
-/// Candidates between two reports of progress.
+/// Number of candidates between two reports of progress.
 const PROGRESS: usize = 64;
 
-/// Information of the priors and of what was measured.
-fn known(study: &MeasurementDesignStudy, model: &LoadedModel) -> std::result::Result<DMatrix<f64>, Failure> {
+/// Returns the information matrix of the priors and of the measurements made already.
+fn base_information(study: &MeasurementDesignStudy, model: &LoadedModel) -> std::result::Result<DMatrix<f64>, Failure> {
     let count = study.unknowns.len();
     let mut known = DMatrix::identity(count, count) * NOTHING_KNOWN;
     for &(k, _, std) in &study.priors {
         known[(k, k)] += 1.0 / (std * std);
     }
-    for (rows, own) in study.rows(model, &study.measured).into_iter().zip(&study.measured) {
+    for (rows, own) in study.jacobians(model, &study.measured).into_iter().zip(&study.measured) {
         let rows = rows.map_err(|failure| Failure {
             reason: format!("measurement {} that was made: {}", own.name, failure.reason),
             ..failure
@@ -148,8 +150,8 @@ fn known(study: &MeasurementDesignStudy, model: &LoadedModel) -> std::result::Re
     Ok(known)
 }
 
-/// The mean over the tested of what the unknowns do to where the tool is, mm² per square of their coordinates.
-fn tested(study: &MeasurementDesignStudy, model: &LoadedModel) -> std::result::Result<DMatrix<f64>, Failure> {
+/// Returns the mean of `JᵀJ` over the tested rows, J the Jacobian of the tool's displacement, mm² per square of coordinates.
+fn weight_matrix(study: &MeasurementDesignStudy, model: &LoadedModel) -> std::result::Result<DMatrix<f64>, Failure> {
     let count = study.unknowns.len();
     let mut sum = DMatrix::zeros(count, count);
     let tested: Vec<&Measurement> = study.tested.iter().collect();

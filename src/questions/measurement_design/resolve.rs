@@ -1,20 +1,20 @@
-//! From a plan of measurements as written to a checked one.
+//! Checks a design of measurements as written and makes a study of it.
 
 use super::{
     MeasurementDesignStudy,
-    candidates::{Region, measurements, poses},
+    candidates::{Region, plan_measurements, poses},
     spec::{CandidateSpec, CriterionSpec, MeasurementDesignSpec},
 };
 use crate::{
     input::{Inputs, check::Check, error::Result},
     machine::{Branch, Machine},
     questions::{
-        Given, Question, Resolved, Template,
-        identification::{Measurement, Noise, Reading, WhatFor, priors, rows, unknowns},
+        Question, Resolved, StudyContext, Template,
+        identification::{Measurement, Noise, Reading, RowUse, priors, rows, unknowns},
     },
 };
 
-/// Random choices if the study does not say how many.
+/// Number of random choices if the study gives none.
 const DRAWS: usize = 200;
 const MOST_DRAWS: usize = 10_000;
 const MOST_POSES: usize = 100_000;
@@ -32,7 +32,7 @@ impl Question for MeasurementDesignStudy {
     };
     const TABLES: &[&str] = &["chosen", "widths", "candidates"];
 
-    fn resolve(spec: &MeasurementDesignSpec, given: &Given<'_>) -> Result<Resolved<Self>> {
+    fn resolve(spec: &MeasurementDesignSpec, given: &StudyContext<'_>) -> Result<Resolved<Self>> {
         given.overrides.refuse_beside_measurements(given.name)?;
         let (check, machine) = (&given.check, &given.machine);
         let unknowns = unknowns(machine, &spec.unknowns, &check.key("unknowns"))?;
@@ -42,9 +42,9 @@ impl Question for MeasurementDesignStudy {
             is_estimated: false,
         };
         let readings = readings(spec, noise, check)?;
-        let mut files = Files { given, inputs: Inputs::default() };
+        let mut files = InputFiles { given, inputs: Inputs::default() };
         let candidates = candidates(spec, machine, &readings, &mut files)?;
-        let measured = files.rows(spec.measured.as_ref(), "measured", WhatFor::Readings)?.unwrap_or_default();
+        let measured = files.read_rows(spec.measured.as_ref(), "measured", RowUse::Readings)?.unwrap_or_default();
         let has_no_std = |own: &Measurement| {
             own.readings.iter().any(|reading| reading.quantity.is_rotation() && reading.std.is_none())
         };
@@ -60,13 +60,13 @@ impl Question for MeasurementDesignStudy {
                     .key("tested")
                     .fail("missing: expected a file of poses and loads whose prediction counts".into());
             }
-            (_, file) => files.rows(file.as_ref(), "tested", WhatFor::Places)?.unwrap_or_default(),
+            (_, file) => files.read_rows(file.as_ref(), "tested", RowUse::Poses)?.unwrap_or_default(),
         };
         if spec.tested.is_some() && tested.iter().all(|own| own.load == own.reference) {
             let problem = "no row has a load other than its reference load, so that there is nothing to predict".into();
             return check.key("tested").fail(problem);
         }
-        let displacements = Reading::displacements_to_come();
+        let displacements = Reading::planned_displacements();
         let tested = tested.into_iter().map(|own| Measurement { readings: displacements.clone(), ..own }).collect();
         let check_count = check.key("count");
         if !(1..=MOST_CHOSEN.min(candidates.len())).contains(&spec.count) {
@@ -102,28 +102,29 @@ impl Question for MeasurementDesignStudy {
     }
 }
 
-/// Files of rows that a study names.
-struct Files<'a> {
-    given: &'a Given<'a>,
+/// Reads the files that a study names, and collects them as its inputs.
+struct InputFiles<'a> {
+    given: &'a StudyContext<'a>,
     inputs: Inputs,
 }
 
-impl Files<'_> {
-    fn rows(&mut self, file: Option<&String>, key: &str, what_for: WhatFor) -> Result<Option<Vec<Measurement>>> {
+impl InputFiles<'_> {
+    /// Reads the rows of a file, which `key` names; `None` if the study names none.
+    fn read_rows(&mut self, file: Option<&String>, key: &str, purpose: RowUse) -> Result<Option<Vec<Measurement>>> {
         let Some(file) = file else { return Ok(None) };
-        let (rows, inputs) = rows(self.given, file, key, what_for)?;
+        let (rows, inputs) = rows(self.given, file, key, purpose)?;
         self.inputs = std::mem::take(&mut self.inputs).and(inputs);
         Ok(Some(rows))
     }
 }
 
-/// What is read at each candidate.
+/// Returns the readings planned at each candidate.
 fn readings(spec: &MeasurementDesignSpec, noise: Noise, check: &Check) -> Result<Vec<Reading>> {
     let check = check.key("reads");
-    let all = Reading::all_to_come();
+    let all = Reading::all_planned();
     let names = || all.iter().map(|reading| reading.column).collect::<Vec<_>>().join(", ");
     let Some(columns) = &spec.reads else {
-        return Ok(Reading::displacements_to_come());
+        return Ok(Reading::planned_displacements());
     };
     let mut readings: Vec<Reading> = Vec::new();
     for (i, column) in columns.iter().enumerate() {
@@ -145,24 +146,26 @@ fn readings(spec: &MeasurementDesignSpec, noise: Noise, check: &Check) -> Result
     Ok(readings)
 }
 
+/// Returns the candidates: rows of a file, or poses spread over a region.
 fn candidates(
     spec: &MeasurementDesignSpec,
     machine: &Machine,
     readings: &[Reading],
-    files: &mut Files<'_>,
+    files: &mut InputFiles<'_>,
 ) -> Result<Vec<Measurement>> {
     let check = files.given.check.clone();
     match (&spec.candidates, &spec.candidate) {
         (Some(_), None) => {
-            let rows = files.rows(spec.candidates.as_ref(), "candidates", WhatFor::Places)?.unwrap_or_default();
+            let rows = files.read_rows(spec.candidates.as_ref(), "candidates", RowUse::Poses)?.unwrap_or_default();
             Ok(rows.into_iter().map(|own| Measurement { readings: readings.to_vec(), ..own }).collect())
         }
-        (None, Some(spec)) => spread(spec, machine, readings, &check.key("candidate")),
+        (None, Some(spec)) => generate(spec, machine, readings, &check.key("candidate")),
         _ => check.key("candidates").fail("give either a file of candidates, or [measurement_design.candidate]".into()),
     }
 }
 
-fn spread(spec: &CandidateSpec, machine: &Machine, readings: &[Reading], check: &Check) -> Result<Vec<Measurement>> {
+/// Returns candidates at poses spread over a region, each under each force.
+fn generate(spec: &CandidateSpec, machine: &Machine, readings: &[Reading], check: &Check) -> Result<Vec<Measurement>> {
     if !(1..=MOST_POSES).contains(&spec.poses) {
         return check.key("poses").fail(format!("must be from 1 to {MOST_POSES}, got {}", spec.poses));
     }
@@ -205,9 +208,10 @@ fn spread(spec: &CandidateSpec, machine: &Machine, readings: &[Reading], check: 
             if region.branches.is_empty() { "" } else { ", on these branches" }
         ));
     }
-    Ok(measurements(&found, &forces, readings))
+    Ok(plan_measurements(&found, &forces, readings))
 }
 
+/// Returns the allowed branches; `Err` if one is misspelt or the machine has none.
 fn branches(spec: &CandidateSpec, machine: &Machine, check: &Check) -> Result<Vec<Branch>> {
     let check = check.key("branches");
     let mut branches = Vec::new();

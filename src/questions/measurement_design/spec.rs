@@ -1,71 +1,71 @@
-//! A plan of measurements as written: raw, units in the keys, unknown keys refused. Checked by [`crate::questions::Study`].
+//! The table `[measurement_design]` of a study file as written, with units in its keys; checked by [`crate::questions::Study`].
 
 use serde::Deserialize;
 
 use crate::questions::{identification::spec::PriorSpec, placement::spec::ForbiddenSpec};
 
-/// Which measurements tell most of some numbers of a machine.
+/// The table `[measurement_design]` of a study file: which measurements to choose from, and for which parameters.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MeasurementDesignSpec {
-    /// Names of the parameters sought; `*` stands for any letters but a dot.
+    /// Names of the parameters to identify; `*` stands for any letters but a dot.
     pub unknowns: Vec<String>,
-    /// How many measurements are to be chosen.
+    /// Number of measurements to choose.
     pub count: usize,
-    /// Columns that are read at each, those of an identification; displacements along the axes of O if not given.
+    /// Columns of readings at each candidate, those of an identification; displacements along the axes of O if not given.
     pub reads: Option<Vec<String>>,
-    /// Standard deviation of a length that is read.
+    /// Standard deviation of length readings.
     pub std_mm: f64,
-    /// The same of a rotation.
+    /// Standard deviation of rotation readings.
     pub std_deg: Option<f64>,
-    /// What is made small.
+    /// Design criterion.
     #[serde(default)]
     pub criterion: CriterionSpec,
-    /// Poses and loads whose prediction counts, a CSV file.
+    /// CSV file of poses and loads at which the prediction of the tool counts.
     pub tested: Option<String>,
-    /// Half a 95 % interval that is enough: ln of a factor, mm, degrees.
+    /// Half width of a 95 % interval that is sufficient: ln of a factor, mm, degrees.
     pub target: Option<f64>,
-    /// Measurements that have been made, a CSV file.
+    /// CSV file of measurements made already.
     pub measured: Option<String>,
-    /// What is known beforehand.
+    /// Prior knowledge of these parameters.
     #[serde(default)]
     pub prior: Vec<PriorSpec>,
-    /// Poses and loads to choose from, a CSV file.
+    /// CSV file of candidate poses and loads.
     pub candidates: Option<String>,
-    /// What to choose from, if it is not a file.
+    /// Candidates spread over a region, instead of a file.
     pub candidate: Option<CandidateSpec>,
-    /// Random choices to compare with; 200.
+    /// Number of random choices to compare with; 200 if not given.
     pub draws: Option<usize>,
 }
 
-/// What is made small.
+/// Design criterion: what the chosen measurements minimise.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum CriterionSpec {
-    /// The volume of the region in which all unknowns may be: D-optimal.
+    /// Volume of the confidence region of all unknowns: D-optimal.
     #[default]
     AllNumbers,
-    /// The error by which the tool is predicted at the poses and loads of `tested`.
+    /// Error of the tool predicted at the poses and loads of `tested`.
     Tested,
 }
 
-/// Poses spread over what the machine reaches, each with each of some forces.
+/// Candidate poses spread over a region, each under each of some forces.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CandidateSpec {
-    /// How many poses.
+    /// Number of poses.
     pub poses: usize,
-    /// Forces on the tool tip, axes of O.
+    /// Forces on the tool tip, axes of O, N.
     #[serde(rename = "forces_N")]
     pub forces: Vec<[f64; 3]>,
-    /// Corners of the box that the tool tip stays in; that of the machine holds P if they are not given.
+    /// Lower corner of the box that the tool tip stays in; without it, P stays in the machine's workspace box.
     pub min_mm: Option<[f64; 3]>,
-    /// The upper one.
+    /// Upper corner of that box.
     pub max_mm: Option<[f64; 3]>,
     /// Boxes that the tool tip stays out of.
     #[serde(default)]
     pub forbidden: Vec<ForbiddenSpec>,
-    /// Branches on which an arm may stand; all if not given.
+    /// Branches of inverse kinematics that an arm may be on; all if not given.
     #[serde(default)]
     pub branches: Vec<String>,
 }

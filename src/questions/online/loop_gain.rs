@@ -1,4 +1,4 @@
-//! Whether a correction by measured forces feeds on itself.
+//! Stability of a correction by measured forces: whether the loop through the cutting force converges.
 //!
 //! The cutting force changes as the tool leaves its depth: `F = F₀ ∓ k e`, less where the tool gives way out of the material, more where
 //! it is drawn in. The tool moves by `e_j = C F_j − C_m F_{j−1}`: bent by the force of now, corrected by a model that is too soft by δ,
@@ -13,7 +13,7 @@
 //! second is the worse for δ > −1, and reaches 1 at `k = 1 / ((2 + δ) λ)`; at `k = 1 / λ` the cut itself does not settle, with or
 //! without correction.
 
-/// How the loop stands where the compliance is largest.
+/// Gain of the loop through the cutting force, in the direction in which the tool is most compliant.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 #[allow(non_snake_case, reason = "the unit is N, not n")]
 pub struct LoopGain {
@@ -21,26 +21,25 @@ pub struct LoopGain {
     pub compliance_mm_per_N: f64,
     /// Cutting stiffness at which the gain reaches 1, N/mm.
     pub largest_stiffness_N_per_mm: f64,
-    /// Gain at the cutting stiffness that is given, if one is; infinite where the cut itself does not settle.
+    /// Gain at the given cutting stiffness, if there is one; infinite where the cut itself is unstable.
     pub gain: Option<f64>,
 }
 
 impl LoopGain {
-    /// Of a machine with the compliance `λ` in mm/N, corrected by a model that is too soft by `δ`, above −1, for a cut of stiffness
-    /// `k` in N/mm.
-    pub fn new(compliance: f64, too_soft: f64, stiffness: Option<f64>) -> Self {
+    /// Returns the loop gain for a tool compliance λ in mm/N, a model too soft by δ, above −1, and a cutting stiffness k in N/mm, if given.
+    pub fn new(compliance: f64, softness: f64, stiffness: Option<f64>) -> Self {
         let gain = |k: f64| match 1.0 - k * compliance {
-            room if room > 0.0 => k * (1.0 + too_soft) * compliance / room,
+            room if room > 0.0 => k * (1.0 + softness) * compliance / room,
             _ => f64::INFINITY,
         };
         Self {
             compliance_mm_per_N: compliance,
-            largest_stiffness_N_per_mm: 1.0 / ((2.0 + too_soft) * compliance),
+            largest_stiffness_N_per_mm: 1.0 / ((2.0 + softness) * compliance),
             gain: stiffness.map(gain),
         }
     }
 
-    /// Whether the loop settles at the cutting stiffness that is given; `None` if none is.
+    /// Whether the loop converges at the given cutting stiffness; `None` if none is given.
     pub fn is_safe(&self) -> Option<bool> {
         self.gain.map(|gain| gain < 1.0)
     }

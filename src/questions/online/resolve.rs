@@ -1,21 +1,21 @@
-//! From an online study as written to a checked one.
+//! Checks an online study as written and makes a study of it.
 
 use super::{OnlineStudy, Sensor, spec::OnlineSpec};
 use crate::{
     input::{Inputs, check::Check, error::Result},
     questions::{
-        Given, Question, Resolved, Template,
+        Question, Resolved, StudyContext, Template,
         path::{resolve::path, spec::PathSpec},
     },
     simulation::within_limits,
     work::Work,
 };
 
-/// Most seeds and force errors together.
+/// Most trials: seeds times force errors.
 const MOST_TRIALS: usize = 100_000;
 /// Most cycles of the controller along the path.
 const MOST_CYCLES: f64 = 1e8;
-/// Force errors if a study does not say them.
+/// Force errors if the study gives none.
 const FORCE_ERRORS_PERCENT: [f64; 7] = [0.0, 2.0, 5.0, 10.0, 20.0, 30.0, 50.0];
 
 impl Question for OnlineStudy {
@@ -32,12 +32,12 @@ impl Question for OnlineStudy {
     };
     const TABLES: &[&str] = &["trials", "bands"];
 
-    fn resolve(spec: &OnlineSpec, given: &Given<'_>) -> Result<Resolved<Self>> {
+    fn resolve(spec: &OnlineSpec, given: &StudyContext<'_>) -> Result<Resolved<Self>> {
         given.overrides.refuse_grid(given.name)?;
         let check = &given.check;
         let process = given.process(None, check)?;
-        let of_limits = given.process_place(None).key("limits");
-        within_limits::check(&process.machine, &process.limits).or_else(|problem| of_limits.fail(problem))?;
+        let of_limits = given.process_location(None).key("limits");
+        within_limits::check_limits(&process.machine, &process.limits).or_else(|problem| of_limits.fail(problem))?;
         if process.limits.force_N.is_some() {
             return of_limits.key("force_limit_N").fail(format!("is not looked at by {}", given.name));
         }
@@ -65,7 +65,7 @@ impl Question for OnlineStudy {
             times_s,
             feed_mm_per_min,
             sensor,
-            too_soft: share(
+            softness: share(
                 spec.model_compliance_error_percent,
                 -90.0,
                 900.0,
@@ -95,6 +95,7 @@ impl Question for OnlineStudy {
     }
 }
 
+/// Returns the force sensor, checked.
 fn sensor(spec: &OnlineSpec, check: &Check) -> Result<Sensor> {
     Ok(Sensor {
         cycle_s: check.key("cycle_ms").positive(spec.cycle_ms.unwrap_or(1.0))? / 1000.0,
@@ -105,6 +106,7 @@ fn sensor(spec: &OnlineSpec, check: &Check) -> Result<Sensor> {
     })
 }
 
+/// Returns the force errors as shares and the number of seeds, checked.
 fn trials(spec: &OnlineSpec, check: &Check) -> Result<(Vec<f64>, usize)> {
     let of_errors = check.key("force_errors_percent");
     let given = spec.force_errors_percent.as_deref().unwrap_or(&FORCE_ERRORS_PERCENT);
@@ -120,6 +122,7 @@ fn trials(spec: &OnlineSpec, check: &Check) -> Result<(Vec<f64>, usize)> {
     Ok((errors, seeds))
 }
 
+/// Returns `percent` as a share; `Err` if it is not from `least` to `most`.
 fn share(percent: f64, least: f64, most: f64, check: &Check) -> Result<f64> {
     match (least..=most).contains(&percent) {
         true => Ok(percent / 100.0),

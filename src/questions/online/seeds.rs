@@ -1,24 +1,24 @@
-//! What seeds come to: bands of the residual over the force error, and where on-line begins to pay.
+//! Statistics over random seeds: bands of the residual for each force error, and the force error from which on-line correction pays.
 
 use serde::Serialize;
 
 use super::{Residual, Trial};
 
-/// Residuals of one force error over seeds: root mean squares, mm.
+/// Quantiles over seeds of the RMS residual for one force error, mm.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Band {
-    /// p.
+    /// p: standard deviation of the relative error of the predicted force.
     pub force_error: f64,
-    /// One seed in twenty leaves less.
+    /// 5 % quantile.
     pub low_mm: f64,
-    /// Half of them leave less.
+    /// Median.
     pub median_mm: f64,
-    /// One in twenty leaves more.
+    /// 95 % quantile.
     pub high_mm: f64,
 }
 
 impl Band {
-    /// For each force error of `trials`, in their order: of those residuals that `pick` takes; `None` where no seed has one.
+    /// Returns the band of each force error of `trials`, in their order, of the residuals that `pick` takes; `None` where no seed has one.
     pub fn of(trials: &[Trial], pick: impl Fn(&Trial) -> Residual) -> Vec<Option<Band>> {
         let by_error = trials.chunk_by(|a, b| a.force_error == b.force_error);
         by_error
@@ -33,26 +33,26 @@ impl Band {
     }
 }
 
-/// The quantile of ascending `values`, linear between them; `None` of none.
+/// Returns the quantile of ascending `values` at `share`, linear between them; `None` if there are none.
 fn quantile(values: &[f64], share: f64) -> Option<f64> {
     let place = share * values.len().checked_sub(1)? as f64;
     let (low, high) = (values[place.floor() as usize], values[place.ceil() as usize]);
     Some(low + (high - low) * place.fract())
 }
 
-/// From which force error on correction by measured forces leaves less than by predicted ones, in the median over seeds.
+/// Force error from which correction by measured forces has the smaller median residual than by predicted forces.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub enum BreakEven {
-    /// It leaves less even where the prediction is right.
+    /// Smaller even where the prediction is right.
     Always,
-    /// From this force error on, linear between those computed.
+    /// Smaller from this force error on, linear between those computed.
     From(f64),
-    /// Up to this force error, the largest computed, it never does.
+    /// Not smaller up to this force error, the largest computed.
     Never(f64),
 }
 
 impl BreakEven {
-    /// Of the bands of both, one for each force error; `None` where there are none to compare.
+    /// Compares the bands of both, one for each force error; `None` where there are none to compare.
     pub fn of(offline: &[Option<Band>], online: &[Option<Band>]) -> Option<BreakEven> {
         let gains = offline.iter().zip(online).filter_map(|(offline, online)| {
             let (offline, online) = ((*offline)?, (*online)?);

@@ -14,52 +14,51 @@ use std::f64::consts::TAU;
 use nalgebra::Vector3;
 use rand_distr::{Distribution, StandardNormal};
 
-/// What the controller knows of the force. Times in s, frequencies in Hz, forces in N.
+/// Force sensor and its way into the controller. Times in s, frequencies in Hz, forces in N.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[allow(non_snake_case, reason = "the unit is N, not n")]
 pub struct Sensor {
-    /// T.
+    /// T: time between two commands of the controller.
     pub cycle_s: f64,
-    /// From the force to its measured value.
+    /// Delay from the force to its measured value.
     pub delay_s: f64,
-    /// f; `None` is no filter.
+    /// f: corner frequency of the low-pass; `None` without one.
     pub low_pass_Hz: Option<f64>,
-    /// Standard deviation of each value of each axis.
+    /// Standard deviation of the noise of each value of each axis.
     pub noise_N: f64,
     /// Standard deviation, over sensors, of the constant error of each axis.
     pub bias_N: f64,
 }
 
-/// What three axes read, drawn at random.
-pub(super) fn three(random: &mut impl rand::Rng) -> Vector3<f64> {
+/// Draws three independent standard normal numbers, one for each axis.
+pub(super) fn gaussians(random: &mut impl rand::Rng) -> Vector3<f64> {
     Vector3::from_fn(|_, _| StandardNormal.sample(random))
 }
 
 impl Sensor {
-    /// a.
-    fn kept(&self) -> f64 {
+    /// Returns a, the share of its former value that the low-pass keeps in one cycle.
+    fn filter_factor(&self) -> f64 {
         self.low_pass_Hz.map_or(0.0, |corner| (-TAU * corner * self.cycle_s).exp())
     }
 
-    /// How many cycles it takes to pass `duration_s`.
+    /// Returns the number of cycles of the controller that pass in `duration_s`.
     pub fn cycles(&self, duration_s: f64) -> f64 {
         (duration_s / self.cycle_s).ceil() + 1.0
     }
 
-    /// The force that the command in force at each of `times_s` was computed from, where the force is `forces` at these times,
-    /// linear between them and constant before and behind. Times ascend.
+    /// Returns the measured force behind the command in effect at each of `times_s` (ascending), where `forces` are the real ones, linear between.
     pub fn measured(&self, times_s: &[f64], forces: &[Vector3<f64>], random: &mut impl rand::Rng) -> Vec<Vector3<f64>> {
         let Some(first) = forces.first() else { return Vec::new() };
-        let bias = three(random) * self.bias_N;
-        let kept = self.kept();
-        let mut force = Along { times_s, forces, next: 0 };
+        let bias = gaussians(random) * self.bias_N;
+        let filter_factor = self.filter_factor();
+        let mut force = ForceHistory { times_s, forces, next: 0 };
         let (mut value, mut cycle) = (first + bias, 0.0);
         let mut measured = Vec::with_capacity(forces.len());
         for &time in times_s {
             // The last cycle whose command is in force.
             while (cycle + 1.0) * self.cycle_s <= time {
-                let read = force.at(cycle * self.cycle_s - self.delay_s) + bias + three(random) * self.noise_N;
-                value += (read - value) * (1.0 - kept);
+                let read = force.at(cycle * self.cycle_s - self.delay_s) + bias + gaussians(random) * self.noise_N;
+                value += (read - value) * (1.0 - filter_factor);
                 cycle += 1.0;
             }
             measured.push(value);
@@ -68,15 +67,16 @@ impl Sensor {
     }
 }
 
-/// A force over time, asked for at times that ascend.
-struct Along<'a> {
+/// A force over time, to be evaluated at ascending times.
+struct ForceHistory<'a> {
     times_s: &'a [f64],
     forces: &'a [Vector3<f64>],
-    /// The first time that is not before the one asked for last.
+    /// Index of the first time not before that of the last evaluation.
     next: usize,
 }
 
-impl Along<'_> {
+impl ForceHistory<'_> {
+    /// Returns the force at `time_s`, N, linear between the given times and constant before and behind.
     fn at(&mut self, time_s: f64) -> Vector3<f64> {
         while self.next < self.times_s.len() && self.times_s[self.next] < time_s {
             self.next += 1;

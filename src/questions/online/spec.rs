@@ -1,18 +1,18 @@
-//! The table `[online]` of a study file, as written.
+//! The table `[online]` of a study file as written, with units in its keys; checked by [`crate::questions::Study`].
 
 use serde::Deserialize;
 
 use crate::questions::{path::spec::LineSpec, spec::CircleSpec};
 
-/// Correction in the controller by measured forces, against one made beforehand by predicted forces.
+/// The table `[online]`: a path, the force sensor, and the errors of model and predicted force to compare.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct OnlineSpec {
-    /// A circle, a line or a file, as in a path study.
+    /// Circular path. A study has a circle, a line or a file, as a path study.
     pub circle: Option<CircleSpec>,
-    /// See `circle`.
+    /// Straight path, instead of a circle or file.
     pub line: Option<LineSpec>,
-    /// See `circle`.
+    /// Path file, instead of a circle or line.
     pub file: Option<String>,
     /// Feed all along the path.
     #[serde(rename = "feed_mm_per_min")]
@@ -34,11 +34,11 @@ pub struct OnlineSpec {
     /// By how much the model bends too much under a force, in per cent; below 0 too little.
     #[serde(default)]
     pub model_compliance_error_percent: f64,
-    /// How much of the chain errors of the process the model knows; 100 if not given.
+    /// Share of the process's chain errors that the model knows; 100 if not given.
     pub known_chain_errors_percent: Option<f64>,
     /// Standard deviations of the error of the predicted force, over seeds; from 0 to 50 if not given.
     pub force_errors_percent: Option<Vec<f64>>,
-    /// Seeds; 20 if not given.
+    /// Number of random seeds for each force error; 20 if not given.
     pub seeds: Option<usize>,
     /// Change of the cutting force per mm of depth of cut.
     #[serde(rename = "cutting_stiffness_N_per_mm")]

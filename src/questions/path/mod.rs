@@ -1,5 +1,4 @@
-//! A path study: what each source of error does along a path, what must be commanded instead, and what each method costs
-//! and leaves.
+//! Path study: displacements along a path by each source of error, commands that compensate them, and a comparison of the methods.
 
 #[cfg(feature = "report")]
 pub mod report;
@@ -20,26 +19,26 @@ use crate::{
     machine::{ChainError, Configuration, Machine},
     simulation::{
         BySource, Machines, Source,
-        along_path::{self, Left, PathAnswer, PathCase, PathSummary, PathSums, TrackBlocks, kept},
+        along_path::{self, PathCase, PathPointResult, PathSummary, PathSums, PointResidual, TrackBlocks, run_pieces},
     },
-    work::{Work, overlapped},
+    work::{Work, compute_overlapped},
 };
 
-pub use turned::PathTurn;
+pub use turned::PathGammaSearch;
 
-/// A point of the path as tables and figures show it.
+/// Where a point of the path lies: length, tool angle and program line.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Station {
     /// Length of the path up to here, mm.
     pub arc_length_mm: f64,
-    /// Tool angle φ: heading less a quarter turn, degrees in [0, 360); `None` where the path does not move in the plane.
+    /// Tool angle φ: heading about the tool axis less 90°, degrees in [0, 360); `None` where the path does not move across that axis.
     pub phi_deg: Option<f64>,
-    /// Whether the tool cuts on the way here.
+    /// Whether the tool cuts on the way to this point.
     pub cutting: bool,
-    /// Line of the program that leads here, from 1; `None` of a path that is in no file.
+    /// Program line that leads to this point, from 1; `None` if the path is in no file.
     #[serde(skip)]
     pub line: Option<usize>,
-    /// The number of the file it is in: 0 is that of the path, then come [`PathStudy::called_files`].
+    /// Index of the file of that line: 0 is the program itself, then come [`PathStudy::called_files`].
     #[serde(skip)]
     pub file: usize,
 }
@@ -51,31 +50,30 @@ pub struct PathStudy {
     pub machine: Machine,
     /// Errors of each chain of the real machine.
     pub errors: Vec<ChainError>,
-    /// The path's points.
+    /// Lengths, tool angles and program lines of the path's points.
     pub stations: Vec<Station>,
-    /// What is wanted at each, under load.
+    /// Pose and load at each point.
     pub tasks: Vec<TaskPoint>,
-    /// How far the tool may be from its path, mm, if the process says it.
+    /// Largest deviation of the tool from its path that the process allows, mm.
     pub tolerance_mm: Option<f64>,
-    /// Methods compared.
+    /// Compensation methods compared.
     pub methods: Vec<Method>,
-    /// Whether the path is that of a file and its last point is the first once more, so that it is counted only once in what
-    /// methods leave. Circles count their closing point.
+    /// Whether the path of a file ends at its first point, which is then counted once in the residual errors. Circles count their closing point.
     pub is_closed: bool,
     /// Where the workpiece stands and what is cut: [`Process::facts`](crate::process::Process::facts).
     pub facts: Vec<(&'static str, String)>,
-    /// What of them nobody may have meant: [`Process::assumed`](crate::process::Process::assumed).
+    /// Those facts that are defaults nobody may have meant: [`Process::assumed`](crate::process::Process::assumed).
     pub assumed: Vec<(&'static str, String)>,
-    /// The turn about the tool's axis, if it is sought; see [`PathStudy::turned`].
-    pub turn: Option<PathTurn>,
-    /// The names of the files that its program calls.
+    /// The search for γ, the rotation about the tool axis, if there is one; see [`PathStudy::with_gamma`].
+    pub gamma_search: Option<PathGammaSearch>,
+    /// Names of the files that its program calls.
     pub called_files: Vec<String>,
 }
 
-/// What pages of a path say of it.
+/// Display settings of a path report.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Shown {
-    /// Whether the path is a circle, so that φ runs along it once.
+    /// Whether the path is a circle, so that φ increases along it over one revolution.
     pub is_circle: bool,
 }
 
@@ -85,102 +83,102 @@ impl PathStudy {
         self.stations.last().map_or(0.0, |station| station.arc_length_mm)
     }
 
-    /// Positions of P at each point of the path, O axes, mm.
+    /// Returns the wanted position of P at each point of the path, O, mm.
     pub fn positions(&self) -> impl Iterator<Item = Vector3<f64>> {
         self.tasks.iter().map(|task| task.pose.translation)
     }
 
-    /// Where the compensated point should be at each point of the path, O axes, mm.
-    pub fn wanted(&self) -> Vec<Vector3<f64>> {
+    /// Returns the wanted position of the compensated point at each point of the path, O, mm.
+    pub fn wanted_positions(&self) -> Vec<Vector3<f64>> {
         self.tasks.iter().map(|task| task.pose.transform(task.offset(&self.machine))).collect()
     }
 }
 
-/// What a source does at a point of the path.
+/// Effect of a source of error at a point of the path.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct AtPoint {
+pub struct PointEffect {
     /// At the nominal command.
-    pub plain: PathAnswer,
+    pub plain: PathPointResult,
     /// At the compensated command, whether it succeeds or not.
-    pub answer: PathAnswer,
+    pub answer: PathPointResult,
 }
 
-impl AtPoint {
-    /// Displacement of the compensated point at the nominal command, O axes, mm; `None` where there is no equilibrium.
+impl PointEffect {
+    /// Returns the displacement of the compensated point at the nominal command, O axes, mm; `None` where there is no equilibrium.
     pub fn displacement(&self) -> Option<Vector3<f64>> {
-        self.plain.settled_error()
+        self.plain.solved_error()
     }
 
-    /// The compensated command, if it succeeds.
-    pub fn compensated(&self) -> Option<&PathAnswer> {
+    /// Returns the result at the compensated command, if it succeeded.
+    pub fn compensated(&self) -> Option<&PathPointResult> {
         Some(&self.answer).filter(|answer| answer.status.is_success())
     }
 }
 
-/// Points of a path that follow one another, and what the sources do there. Points have the indices of the whole path.
+/// Effects of the sources at consecutive points of a path. Points keep their indices in the whole path.
 #[derive(Debug, Clone, Serialize)]
 pub struct PathPart {
-    /// The first of them.
+    /// Index of the first point.
     pub first: usize,
-    /// What each source does at each.
-    pub sources: BySource<Vec<AtPoint>>,
+    /// Effect of each source at each point.
+    pub sources: BySource<Vec<PointEffect>>,
 }
 
 impl PathPart {
-    /// No points yet, the first of a path of `machine`.
+    /// Makes a part without points, at the start of a path of `machine`.
     pub(crate) fn empty(machine: &Machine) -> Self {
         Self { first: 0, sources: BySource::of(machine, |_| Vec::new()) }
     }
 
-    /// Indices of the points.
+    /// Returns the indices of its points.
     pub fn points(&self) -> Range<usize> {
         self.first..self.first + self.sources[Source::All].len()
     }
 
-    /// What a source does at a point.
-    pub fn at(&self, source: Source, point: usize) -> &AtPoint {
+    /// Returns the effect of a source at the point with this index in the whole path.
+    pub fn at(&self, source: Source, point: usize) -> &PointEffect {
         &self.sources[source][point - self.first]
     }
 
-    /// As [`AtPoint::displacement`], of a source at a point.
+    /// Returns the displacement by a source at a point, as [`PointEffect::displacement`] does.
     pub fn displacement(&self, source: Source, point: usize) -> Option<Vector3<f64>> {
         self.at(source, point).displacement()
     }
 
-    /// How far P is commanded from where it should be to put both sources right, O axes, mm.
+    /// Returns the shift of the commanded position of P that compensates all sources at a point, O axes, mm.
     pub fn command_shift(&self, study: &PathStudy, point: usize) -> Option<Vector3<f64>> {
         let target = self.at(Source::All, point).compensated()?.target?;
         Some(target.translation - study.tasks[point].pose.translation)
     }
 }
 
-/// A method along the path, both sources.
+/// Cost and residual errors of a compensation method along the path, all sources acting.
 #[derive(Debug, Clone, Serialize)]
 pub struct MethodAlongPath {
-    /// Which.
+    /// The compensation method.
     pub method: Method,
-    /// What it leaves.
+    /// Its residual errors and costs.
     pub summary: PathSummary,
 }
 
-/// Results of a path study, all at once.
+/// Results of a path study, held in memory at once.
 #[derive(Debug, Clone, Serialize)]
 pub struct PathResults {
-    /// The study.
+    /// The study, with γ applied if it was sought.
     #[serde(skip)]
     pub study: PathStudy,
-    /// All points.
+    /// Effects of the sources at all points.
     pub whole: PathPart,
-    /// In the order of the study.
+    /// The methods, in the order of the study.
     pub methods: Vec<MethodAlongPath>,
 }
 
-/// Runs the study on the current rayon pool; the path is turned first, if that is sought.
+/// Runs the study on the current rayon pool, after the search for γ if there is one.
 ///
 /// # Errors
-/// As [`PathStudy::turned`].
+/// As [`PathStudy::with_gamma`].
 pub fn run(study: &PathStudy, work: &Work) -> Result<PathResults> {
-    let turned = study.turned(work)?;
+    let turned = study.with_gamma(work)?;
     let study = turned.as_ref();
     let mut whole = PathPart::empty(&study.machine);
     let methods = run_in_parts(study, work, |part| {
@@ -190,8 +188,7 @@ pub fn run(study: &PathStudy, work: &Work) -> Result<PathResults> {
     Ok(PathResults { whole, methods, study: study.clone() })
 }
 
-/// As [`run`] of a study that has been [turned](PathStudy::turned), but gives the points to `take` part by part, in the order of the path, so that memory does not grow with it.
-/// The next part is computed meanwhile. What the methods leave, in the order of the study.
+/// Runs a study returned by [`PathStudy::with_gamma`]; hands its points to `take` part by part, and returns the residuals of each method.
 ///
 /// # Errors
 /// Of `work` and of `take`.
@@ -206,24 +203,24 @@ pub fn run_in_parts(
     let compute = |points: Range<usize>| {
         let track = TrackBlocks::new(&machines.nominal, before.as_ref(), &study.tasks[points.clone()]);
         before = track.last().or(before.take());
-        let (next, left) = part(study, &machines, &track, points, work)?;
+        let (next, left) = compute_part(study, &machines, &track, points, work)?;
         let counted_before = usize::from(study.is_closed && next.first == 0);
         for (sums, left) in methods.iter_mut().zip(left) {
             left.iter().skip(counted_before).for_each(|left| sums.add(left));
         }
         Ok(Some(next))
     };
-    overlapped(along_path::parts(study.tasks.len()), compute, take)?;
+    compute_overlapped(along_path::parts(study.tasks.len()), compute, take)?;
     work.barrier()?;
     let along = |(&method, sums): (&Method, PathSums)| MethodAlongPath { method, summary: sums.summary() };
     Ok(study.methods.iter().zip(methods).map(along).collect())
 }
 
 /// What each method leaves at points.
-type LeftByMethods = Vec<Vec<Left>>;
+type ResidualsByMethod = Vec<Vec<PointResidual>>;
 
-/// What the sources do at the points with these indices, in parallel on the current rayon pool. Each is solved from the one
-/// before: a range that does not begin at a multiple of 256 may differ by rounding from the same points of the whole path.
+/// Computes the effects of the sources at the points with these indices, in parallel on the current rayon pool. Each point is solved from
+/// the one before: a range that does not begin at a multiple of 256 may differ by rounding from the same points of the whole path.
 ///
 /// # Errors
 /// Of `work`.
@@ -232,32 +229,36 @@ pub fn run_range(study: &PathStudy, points: Range<usize>, work: &Work) -> Result
     let machines = Machines::new(&study.machine, &study.errors)?;
     let passed = TrackBlocks::new(&machines.nominal, None, &study.tasks[..points.start]);
     let track = TrackBlocks::new(&machines.nominal, passed.last().as_ref(), &study.tasks[points.clone()]);
-    let part = sources(study, &machines, &track, points, work)?;
+    let part = compute_sources(study, &machines, &track, points, work)?;
     work.barrier()?;
     Ok(part)
 }
 
-fn part(
+/// Computes the effects of the sources and the residual errors of the methods at a range of points.
+fn compute_part(
     study: &PathStudy,
     machines: &Machines,
     track: &TrackBlocks<'_>,
     points: Range<usize>,
     work: &Work,
-) -> Result<(PathPart, LeftByMethods)> {
+) -> Result<(PathPart, ResidualsByMethod)> {
     let first = points.start;
     let case = PathCase::new(machines, Source::All, &study.tasks[points.clone()]);
     let left = |(index, &method): (usize, &Method)| {
-        let work = work.part(&format!("method {index}")).after(passes_of_sources(study) + index);
-        kept(&case, track, (first, passes(study)), method, &work, |answer| Left::of(&answer, &study.machine))
+        let work = work.part(&format!("method {index}")).numbered_after(source_passes(study) + index);
+        run_pieces(&case, track, (first, pass_count(study)), method, &work, |answer| {
+            PointResidual::of(&answer, &study.machine)
+        })
     };
     let (part, left) = rayon::join(
-        || sources(study, machines, track, points, work),
-        || study.methods.par_iter().enumerate().map(left).collect::<Result<LeftByMethods>>(),
+        || compute_sources(study, machines, track, points, work),
+        || study.methods.par_iter().enumerate().map(left).collect::<Result<ResidualsByMethod>>(),
     );
     Ok((part?, left?))
 }
 
-fn sources(
+/// Computes the effects of the sources at a range of points, each at the nominal and at the compensated command.
+fn compute_sources(
     study: &PathStudy,
     machines: &Machines,
     track: &TrackBlocks<'_>,
@@ -265,33 +266,34 @@ fn sources(
     work: &Work,
 ) -> Result<PathPart> {
     let first = points.start;
-    let along = |(number, &source): (usize, &Source)| -> Result<Vec<AtPoint>> {
+    let along = |(number, &source): (usize, &Source)| -> Result<Vec<PointEffect>> {
         let tasks: Vec<TaskPoint> = study.tasks[points.clone()].iter().map(|task| source.task(task)).collect();
         let case = PathCase::new(machines, source, &tasks);
-        let pass = |method, number: usize, command: &str| -> Result<Vec<PathAnswer>> {
-            let work = work.part(source.label()).part(command).after(number);
-            kept(&case, track, (first, passes(study)), method, &work, |answer| answer)
+        let pass = |method, number: usize, command: &str| -> Result<Vec<PathPointResult>> {
+            let work = work.part(source.label()).part(command).numbered_after(number);
+            run_pieces(&case, track, (first, pass_count(study)), method, &work, |answer| answer)
         };
         let (plain, compensated) = rayon::join(
             || pass(Method::None, 2 * number, "plain"),
             || pass(Method::Direct, 2 * number + 1, "compensated"),
         );
-        Ok(plain?.into_iter().zip(compensated?).map(|(plain, answer)| AtPoint { plain, answer }).collect())
+        Ok(plain?.into_iter().zip(compensated?).map(|(plain, answer)| PointEffect { plain, answer }).collect())
     };
-    let answers: Vec<Result<Vec<AtPoint>>> = Source::of(&study.machine).par_iter().enumerate().map(along).collect();
-    Ok(PathPart { first, sources: BySource::answered(answers)? })
+    let answers: Vec<Result<Vec<PointEffect>>> = Source::of(&study.machine).par_iter().enumerate().map(along).collect();
+    Ok(PathPart { first, sources: BySource::from_results(answers)? })
 }
 
-/// Passes over the path that [`run`] makes: each source twice, and each method.
-pub fn passes(study: &PathStudy) -> usize {
-    passes_of_sources(study) + study.methods.len()
+/// Returns how often [`run`] solves the path: twice for each source, and once for each method.
+pub fn pass_count(study: &PathStudy) -> usize {
+    source_passes(study) + study.methods.len()
 }
 
-fn passes_of_sources(study: &PathStudy) -> usize {
+/// Returns how often the path is solved for the sources alone.
+fn source_passes(study: &PathStudy) -> usize {
     2 * Source::of(&study.machine).len()
 }
 
-/// Blocks of all passes.
-pub(super) fn blocks(study: &PathStudy) -> usize {
-    study.tasks.len().div_ceil(along_path::BLOCK) * passes(study)
+/// Returns the number of blocks of all passes.
+pub(super) fn block_count(study: &PathStudy) -> usize {
+    study.tasks.len().div_ceil(along_path::BLOCK) * pass_count(study)
 }

@@ -1,27 +1,27 @@
-//! What stands for rotation about the tool axis on pages, which have no threads to seek it on: a path stays as programmed.
+//! Stand-in for the search of γ on pages, which have no threads for it: the tool keeps its programmed rotation.
 
 use std::borrow::Cow;
 
 use super::PathStudy;
 use crate::{input::error::Result, process::file::Process, toolpath::Toolpath, work::Work};
 
-/// A path whose turn is sought: none.
+/// A search for γ along a path, of which there are none on pages.
 #[derive(Debug, Clone)]
-pub enum PathTurn {}
+pub enum PathGammaSearch {}
 
-impl PathTurn {
-    /// None.
+impl PathGammaSearch {
+    /// Returns `None`: no γ is sought.
     pub(super) fn of(_process: &Process, _path: &Toolpath, _origin: &str) -> Option<Self> {
         None
     }
 }
 
 impl PathStudy {
-    /// The study as it is.
+    /// Returns the study unchanged.
     ///
     /// # Errors
     /// None.
-    pub fn turned(&self, _work: &Work) -> Result<Cow<'_, Self>> {
+    pub fn with_gamma(&self, _work: &Work) -> Result<Cow<'_, Self>> {
         Ok(Cow::Borrowed(self))
     }
 }

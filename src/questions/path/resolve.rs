@@ -1,4 +1,4 @@
-//! From a path study as written to a checked one.
+//! Checks of a path study as written, which make it a [`PathStudy`].
 
 use nalgebra::Vector3;
 
@@ -8,9 +8,9 @@ use crate::{
     machine::Machine,
     process::Process,
     questions::{
-        Given, Overrides, Question, Resolved, Template,
+        Overrides, Question, Resolved, StudyContext, Template,
         path::{
-            PathStudy, PathTurn, Shown, Station,
+            PathGammaSearch, PathStudy, Shown, Station,
             spec::{LineSpec, PathSpec},
         },
         spec::CircleSpec,
@@ -18,9 +18,9 @@ use crate::{
     simulation::{
         ProgramFile,
         external_axes::locked_along,
-        tasks::{Tracked, tasks},
+        tasks::{PoseTracker, tasks},
     },
-    toolpath::{Circle, PathPoint, Plane, Sampling, Toolpath, Turn},
+    toolpath::{Circle, PathPoint, Plane, Sampling, Toolpath, TurnDirection},
     work::Work,
 };
 
@@ -38,44 +38,49 @@ impl Question for PathStudy {
     };
     const TABLES: &[&str] = &["points", "methods"];
 
-    fn resolve(spec: &PathSpec, given: &Given<'_>) -> Result<Resolved<Self>> {
+    /// Checks the path study and reads its program.
+    fn resolve(spec: &PathSpec, given: &StudyContext<'_>) -> Result<Resolved<Self>> {
         given.overrides.refuse_grid(given.name)?;
-        let process = given.turned_process(None, &given.check)?;
+        let process = given.process_with_gamma(None, &given.check)?;
         let (study, program) = path(spec, &process, given, &given.check)?;
         let points = Inputs::of("points of the path", study.stations.len().to_string());
         let inputs = process.inputs.and(program).and(points);
         Ok(Resolved { study, shown: Shown { is_circle: spec.circle.is_some() }, inputs })
     }
 
+    /// Returns the number of points that are solved: the points of the path in each pass.
     fn items(&self) -> (usize, &'static str) {
-        (self.stations.len() * super::passes(self), "points")
+        (self.stations.len() * super::pass_count(self), "points")
     }
 
+    /// Returns the number of blocks of all passes along the path.
     fn pieces(&self) -> usize {
-        super::blocks(self)
+        super::block_count(self)
     }
 
+    /// Solves the path and keeps its blocks in `work`, after the search for γ if there is one.
     fn compute(&self, work: &Work) -> Result<()> {
-        super::run_in_parts(self.turned(work)?.as_ref(), work, |_| Ok(())).map(drop)
+        super::run_in_parts(self.with_gamma(work)?.as_ref(), work, |_| Ok(())).map(drop)
     }
 }
 
-/// A path that stands at `check`, cut by `process`, and the program it is read from as an input.
+/// Returns the checked path study at `check`, cut by `process`, and the program that it is read from as an input.
 pub(crate) fn path(
     spec: &PathSpec,
     process: &Process,
-    given: &Given<'_>,
+    given: &StudyContext<'_>,
     check: &Check,
 ) -> Result<(PathStudy, Inputs)> {
     let (toolpath, program) = match &spec.line {
         Some(line) if spec.circle.is_none() && spec.file.is_none() => {
-            (self::line(line, process, &check.key("line"))?, None)
+            (self::line_toolpath(line, process, &check.key("line"))?, None)
         }
         Some(_) => return check.key("line").fail("give exactly one of circle, line and file".into()),
         None => toolpath(spec.circle.as_ref(), spec.file.as_deref(), process, given, check)?,
     };
-    let origin = spec.file.as_ref().map_or_else(|| check.place(), |file| given.folder.path(file).display().to_string());
-    let toolpath = process.with_cuts(toolpath, &origin)?;
+    let origin =
+        spec.file.as_ref().map_or_else(|| check.location(), |file| given.folder.path(file).display().to_string());
+    let toolpath = process.mark_cutting(toolpath, &origin)?;
     let process = &Process { machine: locked_along(&process.machine, &toolpath, &origin)?, ..process.clone() };
     let tasks = tasks(process, &toolpath, &origin)?;
     let study = PathStudy {
@@ -83,36 +88,36 @@ pub(crate) fn path(
         stations: stations(process, toolpath.points(), &tasks, program.as_ref()),
         tasks,
         tolerance_mm: process.tolerance_mm,
-        methods: methods(spec, &check.key("methods"))?,
+        methods: named_methods(spec, &check.key("methods"))?,
         is_closed: spec.file.is_some() && toolpath.is_closed(),
         facts: process.facts(),
         assumed: process.assumed(),
-        turn: PathTurn::of(process, &toolpath, &origin),
+        gamma_search: PathGammaSearch::of(process, &toolpath, &origin),
         called_files: program.as_ref().map_or_else(Vec::new, ProgramFile::called_files),
         machine: process.machine.clone(),
     };
     Ok((study, program_input(spec.file.as_deref(), program.as_ref())))
 }
 
-/// The program called `file` that a path is read from; nothing for a circle, which stands in the study.
+/// Returns the program called `file` as an input; no inputs for a circle or line, which stand in the study.
 pub(crate) fn program_input(file: Option<&str>, program: Option<&ProgramFile>) -> Inputs {
     file.zip(program).map_or_else(Inputs::default, |(file, program)| program.inputs(file))
 }
 
-/// A circle, or the path of a program relative to the folder, and the program.
+/// Returns the toolpath of a circle, or of a program in the study's folder together with the program. `Err` unless exactly one is given.
 pub(crate) fn toolpath(
     circle: Option<&CircleSpec>,
     file: Option<&str>,
     process: &Process,
-    given: &Given<'_>,
+    given: &StudyContext<'_>,
     check: &Check,
 ) -> Result<(Toolpath, Option<ProgramFile>)> {
     match (circle, file) {
         (Some(circle), None) => {
-            Ok((self::circle(circle, &given.machine, given.overrides, &check.key("circle"))?, None))
+            Ok((self::circle_toolpath(circle, &given.machine, given.overrides, &check.key("circle"))?, None))
         }
         (None, Some(_)) if given.overrides.points.is_some() => {
-            Overrides::place("points").fail("the points of a path from a file are those of the file".into())
+            Overrides::location("points").fail("the points of a path from a file are those of the file".into())
         }
         (None, Some(file)) => {
             let program = ProgramFile::in_folder(given.folder, file, process)?;
@@ -127,7 +132,7 @@ pub(crate) fn toolpath(
     }
 }
 
-/// Refuses paths that have more than [`Sampling::MAX_POINTS`] points together.
+/// Refuses paths that together have more than [`Sampling::MAX_POINTS`] points.
 pub(crate) fn check_total(points: usize, check: &Check) -> Result<()> {
     match points {
         0..=Sampling::MAX_POINTS => Ok(()),
@@ -135,18 +140,20 @@ pub(crate) fn check_total(points: usize, check: &Check) -> Result<()> {
     }
 }
 
-/// Points that circles ask for, together.
-pub(crate) fn points_of<'a>(circles: impl Iterator<Item = &'a CircleSpec>, overrides: &Overrides) -> usize {
+/// Returns the total number of points of the circles.
+pub(crate) fn circle_points<'a>(circles: impl Iterator<Item = &'a CircleSpec>, overrides: &Overrides) -> usize {
     circles.map(|circle| overrides.points.unwrap_or(circle.points)).fold(0, usize::saturating_add)
 }
 
-fn line(spec: &LineSpec, process: &Process, check: &Check) -> Result<Toolpath> {
+/// Returns the toolpath along a straight line in W, with the point spacing of the process.
+fn line_toolpath(spec: &LineSpec, process: &Process, check: &Check) -> Result<Toolpath> {
     let start = check.key("start_mm").finite(spec.start_mm)?;
     let end = check.key("end_mm").finite(spec.end_mm)?;
     Toolpath::line(start, end, process.sampling).or_else(|fault| check.fail(fault.to_string()))
 }
 
-fn circle(spec: &CircleSpec, machine: &Machine, overrides: &Overrides, check: &Check) -> Result<Toolpath> {
+/// Returns the toolpath around a full circle in the xy-plane of W, counter-clockwise.
+fn circle_toolpath(spec: &CircleSpec, machine: &Machine, overrides: &Overrides, check: &Check) -> Result<Toolpath> {
     let centre_mm = match (spec.centre_mm, &spec.centre_point) {
         (Some(centre), None) => check.key("centre_mm").finite(centre)?,
         (None, Some(name)) => named_point(machine, name, &check.key("centre_point"))?,
@@ -156,17 +163,17 @@ fn circle(spec: &CircleSpec, machine: &Machine, overrides: &Overrides, check: &C
         centre_mm,
         diameter_mm: check.key("diameter_mm").positive(spec.diameter_mm)?,
         plane: Plane::Xy,
-        turn: Turn::CounterClockwise,
+        turn: TurnDirection::CounterClockwise,
         start_angle_rad: 0.0,
         points: overrides.points.unwrap_or(spec.points),
     };
     circle.toolpath().or_else(|fault| check.fail(fault.to_string()))
 }
 
-/// Position of the machine's point called `name`, mm, of a machine whose workpiece stands in its base.
+/// Returns the position of the machine's point `name`, O, mm. `Err` on a machine with a workpiece carrier.
 pub(crate) fn named_point(machine: &Machine, name: &str, check: &Check) -> Result<Vector3<f64>> {
     match machine.point(name) {
-        Some(_) if machine.carrier.is_some() => check.fail(on_carrier(machine, name)),
+        Some(_) if machine.carrier.is_some() => check.fail(on_carrier_problem(machine, name)),
         Some(point) => Ok(point.position),
         None => {
             let known = machine.points.iter().map(|p| p.name.as_str()).collect::<Vec<_>>().join(", ");
@@ -175,15 +182,16 @@ pub(crate) fn named_point(machine: &Machine, name: &str, check: &Check) -> Resul
     }
 }
 
-/// Why a named point of `machine` is no place on its workpiece carrier.
-pub(crate) fn on_carrier(machine: &Machine, name: &str) -> String {
+/// Returns the error message for a named point of `machine` used as a position on its workpiece carrier.
+pub(crate) fn on_carrier_problem(machine: &Machine, name: &str) -> String {
     let carrier = machine.carrier.as_ref().map_or("", |carrier| carrier.name.as_str());
     format!(
         "point \"{name}\" is a place in the base, and the workpiece lies on the carrier {carrier}: expected coordinates on it"
     )
 }
 
-fn methods(spec: &PathSpec, check: &Check) -> Result<Vec<Method>> {
+/// Returns the compensation methods that the study names, all of them if it names none.
+fn named_methods(spec: &PathSpec, check: &Check) -> Result<Vec<Method>> {
     let Some(names) = &spec.methods else { return Ok(Method::ALL.into()) };
     let method = |name: &String| match Method::named(name, 1.0) {
         Some(method) => Ok(method),
@@ -195,21 +203,25 @@ fn methods(spec: &PathSpec, check: &Check) -> Result<Vec<Method>> {
     names.iter().map(method).collect()
 }
 
-/// φ is the heading about the tool's axis less a quarter turn: on a circle counter-clockwise about it, the polar angle of
-/// the point.
+/// Returns the station of each point. φ is the heading about the tool axis less 90°: on a circle about it, the polar angle of the point.
 pub(crate) fn stations(
     process: &Process,
     points: &[PathPoint],
     tasks: &[TaskPoint],
     program: Option<&ProgramFile>,
 ) -> Vec<Station> {
-    let mut track = Tracked::new(&process.machine, &process.placement);
+    let mut track = PoseTracker::new(&process.machine, &process.placement);
     let station = |(point, task): (&PathPoint, &TaskPoint)| {
         let placed = track.placed(task.external);
-        let heading = placed.turned(&task.pose.rotation).tool_axes().tr_mul(&point.tangent).xy().try_normalize(1e-6);
+        let heading = placed
+            .with_platform_rotation(&task.pose.rotation)
+            .tool_axes()
+            .tr_mul(&point.tangent)
+            .xy()
+            .try_normalize(1e-6);
         Station {
             arc_length_mm: point.arc_length_mm,
-            phi_deg: heading.map(|h| tidy(h.y.atan2(h.x).to_degrees() - 90.0)),
+            phi_deg: heading.map(|h| rounded_angle(h.y.atan2(h.x).to_degrees() - 90.0)),
             cutting: point.cutting,
             line: program.and_then(|program| program.line_of(point.source.segment)),
             file: program.map_or(0, |program| program.file_of(point.source.segment)),
@@ -218,7 +230,7 @@ pub(crate) fn stations(
     points.iter().zip(tasks).map(station).collect()
 }
 
-/// An angle in [0, 360), without the rounding of its way through radians.
-fn tidy(degrees: f64) -> f64 {
+/// Returns an angle in [0, 360) degrees, rounded to 1e-9.
+fn rounded_angle(degrees: f64) -> f64 {
     ((degrees.rem_euclid(360.0) * 1e9).round() / 1e9).rem_euclid(360.0)
 }

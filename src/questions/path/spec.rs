@@ -4,7 +4,7 @@ use serde::Deserialize;
 
 use crate::questions::spec::CircleSpec;
 
-/// A path.
+/// A path as the study file gives it: a circle, a line or a program.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PathSpec {
@@ -22,8 +22,8 @@ pub struct PathSpec {
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LineSpec {
-    /// First point.
+    /// First point, W.
     pub start_mm: [f64; 3],
-    /// Last point.
+    /// Last point, W.
     pub end_mm: [f64; 3],
 }

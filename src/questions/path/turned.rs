@@ -1,4 +1,4 @@
-//! A path whose free turn about the tool's axis is sought before anything else is asked of it.
+//! The search for γ, the rotation about the tool axis, along the path of a study, before anything else is computed.
 
 use std::{borrow::Cow, sync::Arc};
 
@@ -7,24 +7,24 @@ use crate::{
     input::error::{Error, Result},
     process::{GammaChoice, file::Process},
     questions::question::Question,
-    redundancy::{FoundGamma, TurnAsked, seek},
+    redundancy::{FoundGamma, GammaProblem, search_gamma},
     simulation::tasks::tasks_under,
     toolpath::Toolpath,
     work::{Event, Stage, Work},
 };
 
-/// A path whose turn is sought.
+/// The search for γ along a path, and its result.
 #[derive(Debug, Clone)]
-pub struct PathTurn {
+pub struct PathGammaSearch {
     process: Box<Process>,
     path: Toolpath,
     origin: String,
-    /// What was found; `None` before it is sought.
+    /// Result of the search; `None` before it has run.
     pub found: Option<Arc<FoundGamma>>,
 }
 
-impl PathTurn {
-    /// Of a process that seeks the turn along `path`, called `origin` in errors; `None` of others.
+impl PathGammaSearch {
+    /// Returns the search along `path`, which errors call `origin`; `None` if the process does not ask for one.
     #[must_use]
     pub(super) fn of(process: &Process, path: &Toolpath, origin: &str) -> Option<Self> {
         let sought =
@@ -32,48 +32,49 @@ impl PathTurn {
         process.redundancy.is_sought().then(sought)
     }
 
-    /// Which turn is sought.
+    /// Returns the choice of γ that the process asks for.
     #[must_use]
-    pub fn redundancy(&self) -> GammaChoice {
+    pub fn choice(&self) -> GammaChoice {
         self.process.redundancy.gamma
     }
 
-    /// How it is sought.
+    /// Returns the settings of the search.
     #[must_use]
-    pub fn how(&self) -> &crate::process::RedundancySettings {
+    pub fn settings(&self) -> &crate::process::RedundancySettings {
         &self.process.redundancy
     }
 }
 
 impl PathStudy {
-    /// The study of the path as it is turned about the tool's axis, if that is sought: of machine and tasks. Where no turn goes all
-    /// along, they stay as programmed, and what was found says why.
+    /// Returns the study with machine and tasks at the γ found along the path, if one is sought; as programmed where none is possible.
     ///
     /// # Errors
-    /// A machine that cannot turn its tool freely, and those of `work`.
-    pub fn turned(&self, work: &Work) -> Result<Cow<'_, Self>> {
-        let Some(turn) = self.turn.as_ref().filter(|turn| turn.found.is_none()) else { return Ok(Cow::Borrowed(self)) };
-        let (process, path) = (&turn.process, &turn.path);
-        let fault = |fault| Error::Argument { argument: turn.origin.clone(), problem: format!("{fault}") };
+    /// A machine that cannot rotate its tool freely, and those of `work`.
+    pub fn with_gamma(&self, work: &Work) -> Result<Cow<'_, Self>> {
+        let Some(search) = self.gamma_search.as_ref().filter(|search| search.found.is_none()) else {
+            return Ok(Cow::Borrowed(self));
+        };
+        let (process, path) = (&search.process, &search.path);
+        let fault = |fault| Error::Argument { argument: search.origin.clone(), problem: format!("{fault}") };
         let loads = process.loads(path).map_err(fault)?;
-        let asked = TurnAsked {
+        let asked = GammaProblem {
             machine: &process.machine,
             errors: &process.errors,
             placement: &process.placement,
             target: process.target,
             path,
             loads: &loads,
-            turn: &process.redundancy,
+            settings: &process.redundancy,
         };
-        let found = seek(asked, work)?;
+        let found = search_gamma(asked, work)?;
         let (items, of) = self.items();
         work.tell(Event::Stage(Stage { of, items }));
         let mut study = self.clone();
-        if let Some(Ok(turned)) = found.chosen(turn.redundancy()) {
+        if let Some(Ok(turned)) = found.result_for(search.choice()) {
             study.machine = turned.machine.clone();
             study.tasks = tasks_under(&turned.machine, &process.placement, process.target, &turned.path, &loads);
         }
-        study.turn = Some(PathTurn { found: Some(Arc::new(found)), ..turn.clone() });
+        study.gamma_search = Some(PathGammaSearch { found: Some(Arc::new(found)), ..search.clone() });
         Ok(Cow::Owned(study))
     }
 }

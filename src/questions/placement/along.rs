@@ -1,14 +1,14 @@
-//! A place looked at point by point: what a named place is judged by, what happens at each point of its paths, and where the tool goes.
+//! Results point by point at one place: for the examination of a named place, and the paths of the tool for figures.
 
 use nalgebra::Vector3;
 use serde::Serialize;
 
 use super::{
     Best, Entry, PlacementStudy,
-    evaluate::{Evaluation, Evaluator, located},
+    evaluate::{Evaluation, Evaluator, at_path_point},
     metric::Metrics,
     site::Site,
-    walk::{Answers, Refusal},
+    walk::{Refusal, Solution},
 };
 use crate::{
     compensation::{Compensation, Method, TaskPoint},
@@ -16,35 +16,35 @@ use crate::{
     questions::placement::FeatureJob,
     simulation::{
         Failure,
-        along_path::{Commands, PathAnswer, PathCase, run},
+        along_path::{Commands, PathCase, PathPointResult, run},
     },
 };
 
-/// A workpiece at a place.
+/// Results of the points of all paths at one place.
 #[derive(Debug, Clone)]
-pub struct Along {
-    /// The points of each feature that were looked at, in path order: those at which the tool cuts.
-    pub features: Vec<Vec<AlongPoint>>,
-    /// What [`Evaluator::examine`] finds there if all points were looked at, or why the workpiece cannot be cut.
+pub struct PlaceResults {
+    /// Points of each feature that were solved, in path order: those at which the tool cuts.
+    pub features: Vec<Vec<PlacePoint>>,
+    /// Result as of [`Evaluator::examine`] if all points were solved, or why the workpiece cannot be cut.
     pub outcome: Result<Evaluation, Failure>,
-    /// The best that the metrics of the points looked at can still be: they know of no other point.
+    /// Best values that the metrics can still have after the points solved.
     pub known: Metrics,
 }
 
-/// What happens at one point of a path.
+/// Result at one point of a path.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct AlongPoint {
+pub struct PlacePoint {
     /// Its index in the path.
     pub index: usize,
-    /// Where the compensated point should be, O axes, mm.
+    /// Wanted position of the compensated point, O, mm.
     pub wanted_mm: Vector3<f64>,
     /// Its error at the nominal command, O axes, mm; `None` where there is no equilibrium.
     pub before_mm: Option<Vector3<f64>>,
-    /// Its error after the exact correction; `None` where there is none, or none was sought.
+    /// Its error after the exact correction, O axes, mm; `None` where there is none, or none was sought.
     pub after_mm: Option<Vector3<f64>>,
     /// Drive positions at the nominal command, mm or rad; empty where the machine does not reach the point.
     pub drives: Vec<f64>,
-    /// What the exact correction adds to them.
+    /// Difference of the drive positions of the exact correction from them, mm or rad.
     pub corrections: Option<Vec<f64>>,
     /// Forces of the drives after the exact correction, N or N·mm.
     pub drive_forces: Option<Vec<f64>>,
@@ -52,27 +52,26 @@ pub struct AlongPoint {
     pub failure: Option<Failure>,
 }
 
-/// Points of a feature that cannot be cut after which no more are looked at: each takes as long as many that can.
+/// Number of infeasible points of a feature after which it ends: each takes as long as many feasible ones.
 const MOST_REFUSALS: usize = 3;
 
 impl Evaluator {
-    /// Looks at every point at which the tool cuts, or at one of every so many (`stride`) and the last; where a few cannot
-    /// be cut, at none after them.
-    pub fn along(&self, site: &Site, stride: usize) -> Along {
+    /// Solves every point at which the tool cuts, or every `stride`-th and the last; ends a feature after [`MOST_REFUSALS`] infeasible points.
+    pub fn solve_points(&self, site: &Site, stride: usize) -> PlaceResults {
         let whole = stride <= 1;
         let opened = self.open_anywhere(site);
         let mut failure = opened.as_ref().err().cloned();
-        let mut partial = opened.unwrap_or_else(|_| self.unopened(site));
+        let mut partial = opened.unwrap_or_else(|_| self.without_points(site));
         let mut features = Vec::new();
         for (f, (prepared, job)) in self.features.iter().zip(&self.study.features).enumerate() {
             let tasks = self.tasks(site, f);
-            let mut walk = self.walk(f);
+            let mut walk = self.start_walk(f);
             let last = prepared.counted.len().saturating_sub(1);
             let looked_at = prepared.counted.iter().enumerate().filter(|(i, _)| whole || i % stride == 0 || *i == last);
             let (mut points, mut refusals) = (Vec::new(), 0);
             for (_, &k) in looked_at {
                 let seen = walk.visit(&tasks[k]);
-                let seen = seen.map(|seen| self.with_parts(seen, &partial.site, job, (k, &tasks[k]), &walk));
+                let seen = seen.map(|seen| self.with_across_parts(seen, &partial.site, job, (k, &tasks[k]), &walk));
                 let refused = match &seen {
                     Ok(seen) => {
                         partial.tallies[f].add(seen, prepared.shares[k], job.feature.tolerance_mm);
@@ -82,8 +81,8 @@ impl Evaluator {
                 };
                 if let (Some(refused), None) = (&refused, &failure) {
                     failure = Some(
-                        self.first_out_of_reach(&partial.site, f, k)
-                            .unwrap_or_else(|| located(job, k, refused.clone())),
+                        self.first_unreachable(&partial.site, f, k)
+                            .unwrap_or_else(|| at_path_point(job, k, refused.clone())),
                     );
                 }
                 refusals += usize::from(refused.is_some());
@@ -94,10 +93,10 @@ impl Evaluator {
             }
             features.push(points);
         }
-        let known = self.outlook(&partial);
+        let known = self.best_possible(&partial);
         let outcome = match failure {
             Some(failure) => Err(failure),
-            None if whole => self.concluded(&partial, site),
+            None if whole => self.conclude_all(&partial, site),
             None => Ok(Evaluation {
                 metrics: known,
                 features: Vec::new(),
@@ -105,21 +104,29 @@ impl Evaluator {
                 outside_workspace: self.check_workspace(site).err(),
             }),
         };
-        Along { features, outcome, known }
+        PlaceResults { features, outcome, known }
     }
 
-    fn concluded(&self, partial: &super::evaluate::Partial, site: &Site) -> Result<Evaluation, Failure> {
+    /// Returns the evaluation of a place all of whose points are added, also where the path leaves the workspace box.
+    fn conclude_all(&self, partial: &super::evaluate::Partial, site: &Site) -> Result<Evaluation, Failure> {
         self.check_reach(partial, |f, k| !self.features[f].is_counted[k])?;
         Ok(Evaluation { outside_workspace: self.check_workspace(site).err(), ..self.conclude(partial)? })
     }
 
-    /// The first point of the paths up to point `k` of feature `f` that the rigid machine does not reach.
-    fn first_out_of_reach(&self, site: &Site, f: usize, k: usize) -> Option<Failure> {
-        self.check_reach(&self.unopened(site), |other, point| other < f || other == f && point <= k).err()
+    /// Returns the failure at the first point, up to point `k` of feature `f`, that the rigid machine does not reach.
+    fn first_unreachable(&self, site: &Site, f: usize, k: usize) -> Option<Failure> {
+        self.check_reach(&self.without_points(site), |other, point| other < f || other == f && point <= k).err()
     }
 }
 
-fn point(index: usize, task: &TaskPoint, machine: &Machine, answers: &Answers, failure: Option<Failure>) -> AlongPoint {
+/// Returns the result at a point from its results without and with correction.
+fn point(
+    index: usize,
+    task: &TaskPoint,
+    machine: &Machine,
+    answers: &Solution,
+    failure: Option<Failure>,
+) -> PlacePoint {
     let settled = |answer: &Option<Compensation>| answer.clone().filter(|answer| answer.outcome.is_some());
     let plain = settled(&answers.plain);
     let exact = settled(&answers.exact).filter(|exact| exact.status.is_success());
@@ -127,7 +134,7 @@ fn point(index: usize, task: &TaskPoint, machine: &Machine, answers: &Answers, f
     let added = |exact: &Compensation, plain: &Compensation| {
         exact.drives.iter().zip(&plain.drives).map(|(exact, plain)| exact - plain).collect()
     };
-    AlongPoint {
+    PlacePoint {
         index,
         wanted_mm: task.pose.transform(task.offset(machine)),
         before_mm: error(&plain),
@@ -139,7 +146,7 @@ fn point(index: usize, task: &TaskPoint, machine: &Machine, answers: &Answers, f
     }
 }
 
-/// Greatest stride of all that look at no more than `most` points, about.
+/// Returns the smallest stride at which about `most` points of all features are solved.
 pub(crate) fn stride(features: &[FeatureJob], most: usize) -> usize {
     let points: usize = features.iter().map(|job| job.feature.path.len()).sum();
     points.div_ceil(most.max(1)).max(1)
@@ -152,11 +159,11 @@ pub struct Trace {
     pub place: String,
     /// Index of the feature.
     pub feature: usize,
-    /// Where the compensated point should be, O axes, mm.
+    /// Wanted positions of the compensated point, O, mm.
     pub wanted: Vec<Vector3<f64>>,
-    /// Its error at the nominal command, O axes, mm; `None` where there is no equilibrium.
+    /// Its errors at the nominal command, O axes, mm; `None` where there is no equilibrium.
     pub before: Vec<Option<Vector3<f64>>>,
-    /// Its error after the correction, within limits if there are any.
+    /// Its errors after the correction, O axes, mm; within limits if there are any.
     pub after: Vec<Option<Vector3<f64>>>,
     /// Whether the tool cuts on the way to each point.
     pub cutting: Vec<bool>,
@@ -164,7 +171,7 @@ pub struct Trace {
     pub arc_length_mm: Vec<f64>,
 }
 
-/// Of every feature, at the entry of the best place and at the poorest entry of which anything can be said.
+/// Returns the paths of every feature at the best place and at the poorest place that could be evaluated.
 pub(super) fn traces(
     evaluator: &Evaluator,
     study: &PlacementStudy,
@@ -176,21 +183,22 @@ pub(super) fn traces(
     let mut shown: Vec<&Entry> = best.map(|best| &entries[best.entry]).into_iter().chain(poorest).collect();
     shown.dedup_by(|a, b| a.name == b.name);
     let features = 0..study.features.len();
-    features.flat_map(|index| shown.iter().map(move |entry| trace(evaluator, study, entry, index))).collect()
+    features.flat_map(|index| shown.iter().map(move |entry| feature_trace(evaluator, study, entry, index))).collect()
 }
 
-fn trace(evaluator: &Evaluator, study: &PlacementStudy, entry: &Entry, index: usize) -> Trace {
+/// Returns the path of the feature `index` at the place of `entry`.
+fn feature_trace(evaluator: &Evaluator, study: &PlacementStudy, entry: &Entry, index: usize) -> Trace {
     let job = &study.features[index];
     let machine = job.machine();
     let feature = &job.feature;
     let tasks = evaluator.tasks(&entry.site, index);
     let case =
-        PathCase { nominal: machine, real: evaluator.real(index), unloaded: machine, before: None, tasks: &tasks };
+        PathCase { nominal: machine, real: evaluator.actual(index), unloaded: machine, before: None, tasks: &tasks };
     let errors = |method| {
         let answers = run(&case, &Commands::Method(method), &|| {});
-        answers.iter().map(PathAnswer::settled_error).collect::<Vec<_>>()
+        answers.iter().map(PathPointResult::solved_error).collect::<Vec<_>>()
     };
-    let limited = job.limits.is_limited().then(|| evaluator.features[index].errors_left(job, &tasks).ok()).flatten();
+    let limited = job.limits.is_limited().then(|| evaluator.features[index].residuals(job, &tasks).ok()).flatten();
     Trace {
         place: entry.name.clone(),
         feature: index,

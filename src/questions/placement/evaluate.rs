@@ -1,7 +1,7 @@
-//! The metrics of a placement, on the actual paths with the loaded model and both sources of error.
+//! Evaluation of the metrics of a placement on the actual paths, with the loaded model and all sources of error.
 //!
-//! A sweep evaluates paths in levels, from few points to all; `Evaluator::outlook` says after each level the best the
-//! metrics can still be.
+//! A sweep evaluates paths in levels, from few points to all; `Evaluator::best_possible` gives after each level the best values that the metrics
+//! can still have.
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
@@ -10,8 +10,8 @@ use super::{
     PlacementStudy,
     metric::{Metric, Metrics},
     site::Site,
-    tally::{Corrected, Needs, Seen, Tally},
-    walk::{Exact, Refusal, UNMEASURED, Walk, excess},
+    tally::{Needs, PointValues, ResidualTally, Tally},
+    walk::{ExactMode, PathWalk, Refusal, UNMEASURED, excess},
 };
 use crate::{
     compensation::TaskPoint,
@@ -21,51 +21,51 @@ use crate::{
     questions::placement::FeatureJob,
     simulation::{
         Failure, Machines,
-        tasks::{placed, tasks_under},
+        tasks::{place_workpiece, tasks_under},
         within_limits,
     },
     work::Work,
 };
 
-/// Evaluates placements of one study; shared by all threads.
+/// Evaluator of the placements of one study, shared by all threads.
 #[derive(Debug)]
 pub struct Evaluator {
     pub(super) study: PlacementStudy,
     pub(super) needs: Needs,
+    /// Whether an exact correction beyond the force limits makes a place infeasible.
     check_forces: bool,
-    /// Whether the objective asks for the correction within limits, so that there must be one.
+    /// Whether the objective asks for the correction within limits, so that one must exist.
     pub(super) asks_bounded: bool,
-    /// Whether the exact correction is computed, and whether a place without one is refused. It does not depend on which
-    /// metrics are asked for whether the workpiece can be cut at a place.
-    exact: Exact,
-    pub(super) features: Vec<Prepared>,
-    /// Sum of the shares of all features: 1, but for the grain.
+    /// Whether the exact correction is computed and required: by the objective, whatever metrics are asked for.
+    exact: ExactMode,
+    pub(super) features: Vec<PreparedFeature>,
+    /// Sum of the shares of all features: 1 up to multiples of [`GRAIN`].
     share: f64,
-    /// Number of levels.
+    /// Number of levels of the feature with most of them.
     pub(super) levels: usize,
     #[cfg(not(target_family = "wasm"))]
-    pub(super) turns: super::turned::TurnsFound,
+    pub(super) gammas: super::turned::GammaCache,
 }
 
-/// What of a feature does not depend on where it stands.
+/// Data of a feature that do not depend on its place.
 #[derive(Debug)]
-pub(super) struct Prepared {
+pub(super) struct PreparedFeature {
     machines: Machines,
     /// Share of each point in the length of all paths, a multiple of [`GRAIN`]; 0 where the tool does not cut.
     pub(super) shares: Vec<f64>,
     /// Sum of the shares.
     pub(super) share: f64,
-    /// Whether each point counts: the tool cuts there.
+    /// Whether the tool cuts at each point, so that it counts.
     pub(super) is_counted: Vec<bool>,
-    /// Points that count.
+    /// Indices of the points that count.
     pub(super) counted: Vec<usize>,
-    /// Those of them that each level adds, in path order.
+    /// Indices of the points that each level adds, in path order.
     pub(super) levels: Vec<Vec<usize>>,
-    /// Most force of each drive, N or N·mm.
+    /// Force limit of each drive, N or N·mm; infinite where there is none.
     force_limits: Vec<f64>,
 }
 
-/// What is known of a placement after some levels.
+/// Evaluation of a placement up to some level.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Partial {
     pub(super) site: Site,
@@ -73,35 +73,34 @@ pub(super) struct Partial {
     level: usize,
 }
 
-/// All metrics of a placement.
+/// Metrics of a placement.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Evaluation {
-    /// Of all features together.
+    /// Metrics of all features together.
     pub metrics: Metrics,
-    /// Of each feature.
+    /// Metrics of each feature.
     pub features: Vec<Metrics>,
     /// Why there is no correction within limits, if one was sought and not found.
     pub not_corrected: Option<String>,
-    /// Where the path leaves the machine's workspace box, if it does: the numbers are those of a machine that is tracked
-    /// there all the same.
+    /// Where the path leaves the machine's workspace box, if it does: the numbers are then those of a machine that is tracked beyond it.
     pub outside_workspace: Option<Failure>,
 }
 
-/// Points of the first level, about.
+/// Approximate number of points of the first level.
 const FIRST_LEVEL: usize = 8;
-/// Shares are multiples of this, so that their sums have no rounding, in whatever order and parts they are taken.
+/// Unit of which shares are multiples, so that their sums have no rounding in whatever order they are taken.
 const GRAIN: f64 = f64::EPSILON;
 /// Factor between the points of a level and of all levels before it.
 const REFINEMENT: usize = 4;
-/// Larger than any violation of a place that the rigid machine can take.
+/// Violation above that of any place which the rigid machine reaches.
 pub(super) const NOT_RIGID: f64 = 1e6;
 
 impl Evaluator {
-    /// For `metrics` of placements of `study`.
+    /// Makes an evaluator that computes `metrics` of placements of `study`.
     pub fn new(study: &PlacementStudy, metrics: &[Metric]) -> Self {
-        let lengths: Vec<Vec<f64>> = study.features.iter().map(lengths).collect();
+        let lengths: Vec<Vec<f64>> = study.features.iter().map(point_lengths).collect();
         let total: f64 = lengths.iter().flatten().sum();
-        let features: Vec<Prepared> =
+        let features: Vec<PreparedFeature> =
             study.features.iter().zip(&lengths).map(|(job, lengths)| prepare(study, job, lengths, total)).collect();
         let limited = features.iter().flat_map(|feature| &feature.force_limits).any(|limit| limit.is_finite());
         let asks_bounded = study.objective.metrics().iter().any(|metric| metric.is_bounded());
@@ -109,9 +108,9 @@ impl Evaluator {
         let mut needs = Needs::of(metrics);
         let exact_is_needed = !asks_bounded || Needs::of(&study.objective.metrics()).correction;
         let exact = match (exact_is_needed, needs.correction) {
-            (true, _) => Exact::Needed,
-            (false, true) => Exact::IfPossible,
-            (false, false) => Exact::NotAsked,
+            (true, _) => ExactMode::Needed,
+            (false, true) => ExactMode::IfPossible,
+            (false, false) => ExactMode::NotAsked,
         };
         needs.bounded &= study.has_limits();
         needs.across &= study.objective.has(Metric::WorstAcrossPath);
@@ -119,7 +118,7 @@ impl Evaluator {
         let share = features.iter().map(|feature| feature.share).sum();
         Self {
             #[cfg(not(target_family = "wasm"))]
-            turns: super::turned::TurnsFound::default(),
+            gammas: super::turned::GammaCache::default(),
             study: study.clone(),
             needs,
             check_forces,
@@ -131,41 +130,38 @@ impl Evaluator {
         }
     }
 
-    /// The start of an evaluation at `site`: no point is looked at.
-    ///
-    /// # Errors
-    /// The workpiece must not stand there.
+    /// Starts an evaluation at `site`, without any point yet. `Err` says why the workpiece must not stand there.
     pub(super) fn open(&self, site: &Site) -> Result<Partial, Failure> {
         self.check_workspace(site)?;
         self.open_anywhere(site)
     }
 
-    /// The same, whether or not the path stays within the machine's workspace box.
+    /// Starts an evaluation at `site` as [`Evaluator::open`] does, whether or not the path stays within the workspace box.
     pub(super) fn open_anywhere(&self, site: &Site) -> Result<Partial, Failure> {
         self.check_boxes(site)?;
         #[cfg(not(target_family = "wasm"))]
         for f in 0..self.features.len() {
-            self.turn_at(site, f).transpose()?;
+            self.gamma_at(site, f).transpose()?;
         }
-        let partial = self.unopened(site);
+        let partial = self.without_points(site);
         // Only inverse kinematics says where a coordinate stands that the drives do not control.
         let machine = &self.study.machine;
-        let is_tracked = machine.uncontrolled_axes().next().is_none() && !machine.turns_with_position;
+        let is_tracked = machine.uncontrolled_axes().next().is_none() && !machine.has_parasitic_rotation;
         if !is_tracked {
             self.check_reach(&partial, |_, _| true)?;
         }
         Ok(partial)
     }
 
-    /// An evaluation at `site` of which nothing is known, not even whether the workpiece fits there.
-    pub(super) fn unopened(&self, site: &Site) -> Partial {
+    /// Returns an evaluation at `site` without points, whether or not the workpiece fits there.
+    pub(super) fn without_points(&self, site: &Site) -> Partial {
         Partial { site: *site, tallies: vec![Tally::default(); self.features.len()], level: 0 }
     }
 
-    /// What is wanted at each point of a feature. Made anew whenever it is needed: a sweep has too many places to keep it.
+    /// Returns pose and load at each point of feature `f` with the workpiece at `site`; not kept, as a sweep has too many places.
     pub(super) fn tasks(&self, site: &Site, f: usize) -> Vec<TaskPoint> {
         #[cfg(not(target_family = "wasm"))]
-        if let Some(turned) = self.tasks_at_best_turn(site, f) {
+        if let Some(turned) = self.tasks_at_best_gamma(site, f) {
             return turned;
         }
         let job = &self.study.features[f];
@@ -174,16 +170,13 @@ impl Evaluator {
         tasks_under(job.machine(), &placement, job.target, &feature.path, &feature.loads)
     }
 
-    /// The rigid machine reaches every point for which `asked` (feature, point) is true.
-    ///
-    /// # Errors
-    /// The first point it does not reach, and why.
+    /// Checks that the rigid machine reaches every point for which `asked` (feature, point) is true. `Err` names the first it does not.
     pub(super) fn check_reach(&self, partial: &Partial, asked: impl Fn(usize, usize) -> bool) -> Result<(), Failure> {
-        self.reach(partial, asked, |_| ())
+        self.track_features(partial, asked, |_| ())
     }
 
-    /// The same; `note` is told where the machine stands at each of the points.
-    fn reach(
+    /// Checks as [`Evaluator::check_reach`] does, and hands the configuration at each of the points to `note`.
+    fn track_features(
         &self,
         partial: &Partial,
         asked: impl Fn(usize, usize) -> bool,
@@ -191,16 +184,15 @@ impl Evaluator {
     ) -> Result<(), Failure> {
         self.study.features.iter().enumerate().try_for_each(|(f, job)| {
             let asked = |k| asked(f, k);
-            track(job, &self.tasks(&partial.site, f), asked, |_, at| {
+            track_feature(job, &self.tasks(&partial.site, f), asked, |_, at| {
                 note(at);
                 Ok(())
             })
         })
     }
 
-    /// How far the workpiece at `site` is from what can be cut, for a search that makes it small: 0 where it can be cut;
-    /// where boxes, workspace and the limits of the rigid machine are kept it is less than where they are not, by which
-    /// they are exceeded, mm or degrees.
+    /// Returns how far the workpiece at `site` is from what can be cut, for a search that minimises it: 0 where it can be cut; else by how
+    /// much limits are exceeded, mm or degrees, plus [`NOT_RIGID`] where boxes, workspace or limits of the rigid machine are.
     pub(super) fn violation(&self, work: &Work, site: &Site) -> f64 {
         if work.check().is_err() {
             return f64::INFINITY;
@@ -209,13 +201,13 @@ impl Evaluator {
         if rigid > 0.0 {
             return NOT_RIGID + rigid;
         }
-        match self.kept(work, site) {
+        match self.evaluate_in_work(work, site) {
             Ok(_) => 0.0,
             Err(_) => self.loaded_violation(site).clamp(f64::MIN_POSITIVE, NOT_RIGID),
         }
     }
 
-    /// By how much the rigid machine does not reach the path within its limits, mm or degrees.
+    /// Returns by how much the rigid machine exceeds its limits on the path, mm or degrees.
     fn limit_violation(&self, site: &Site) -> f64 {
         let mut most: f64 = 0.0;
         for (f, job) in self.study.features.iter().enumerate() {
@@ -235,11 +227,11 @@ impl Evaluator {
         most
     }
 
-    /// By how much the corrected machine exceeds its limits on the path.
+    /// Returns by how much the corrected machine exceeds its limits on the path, mm, degrees or share of a force limit.
     fn loaded_violation(&self, site: &Site) -> f64 {
         let mut most: f64 = 0.0;
         for f in 0..self.features.len() {
-            let mut walk = self.walk(f);
+            let mut walk = self.start_walk(f);
             let tasks = self.tasks(site, f);
             for &k in &self.features[f].counted {
                 most = walk.visit(&tasks[k]).map_or_else(|refusal| most.max(refusal.excess), |_| most);
@@ -251,41 +243,39 @@ impl Evaluator {
         most
     }
 
-    pub(super) fn walk(&self, f: usize) -> Walk<'_> {
+    /// Returns a walk along the path of feature `f`.
+    pub(super) fn start_walk(&self, f: usize) -> PathWalk<'_> {
         let prepared = &self.features[f];
         let limits = &prepared.force_limits;
-        Walk::new(&prepared.machines, self.needs, limits, self.check_forces, self.exact)
+        PathWalk::new(&prepared.machines, self.needs, limits, self.check_forces, self.exact)
     }
 
-    /// Adds the points of the next level.
-    ///
-    /// # Errors
-    /// Which point is out of reach, the first of the path, or else what cannot be solved at which point.
+    /// Adds the points of the next level. `Err` names the first point of the path out of reach, or else what cannot be solved.
     pub(super) fn advance(&self, partial: &mut Partial) -> Result<(), Failure> {
         let visited = self.add_level(partial);
         visited.or_else(|failure| self.check_reach(partial, |_, _| true).and(Err(failure)))
     }
 
+    /// Adds the points of the next level, and stops at the first that cannot be solved.
     fn add_level(&self, partial: &mut Partial) -> Result<(), Failure> {
         let level = partial.level;
         partial.level += 1;
         self.visit(partial, |prepared| prepared.levels.get(level).map_or(&[], Vec::as_slice), &mut None)
     }
 
-    /// Adds the points that `points` names, each solved from the one before, and where they stand within limits to
-    /// `shares`.
+    /// Adds the points that `points` names, each solved from the one before; appends positions within limits to `shares`.
     fn visit(
         &self,
         partial: &mut Partial,
-        points: impl Fn(&Prepared) -> &[usize],
+        points: impl Fn(&PreparedFeature) -> &[usize],
         shares: &mut Option<Vec<f64>>,
     ) -> Result<(), Failure> {
         for (f, (prepared, job)) in self.features.iter().zip(&self.study.features).enumerate() {
-            let mut walk = self.walk(f);
+            let mut walk = self.start_walk(f);
             walk.shares = shares.take();
             let tasks = self.tasks(&partial.site, f);
             for &k in points(prepared) {
-                let seen = self.seen(&partial.site, job, (k, &tasks[k]), &mut walk)?;
+                let seen = self.point_metrics(&partial.site, job, (k, &tasks[k]), &mut walk)?;
                 partial.tallies[f].add(&seen, prepared.shares[k], job.feature.tolerance_mm);
             }
             *shares = walk.shares.take();
@@ -293,62 +283,57 @@ impl Evaluator {
         Ok(())
     }
 
-    /// What point `k` of a feature shows.
-    ///
-    /// # Errors
-    /// Why it cannot be cut.
-    pub(super) fn seen(
+    /// Solves point `k` of a feature and returns its numbers. `Err` says why it cannot be cut.
+    pub(super) fn point_metrics(
         &self,
         site: &Site,
         job: &FeatureJob,
         (k, task): (usize, &TaskPoint),
-        walk: &mut Walk<'_>,
-    ) -> Result<Seen, Failure> {
-        let seen = walk.visit(task).map_err(|Refusal { failure, .. }| located(job, k, failure))?;
-        Ok(self.with_parts(seen, site, job, (k, task), walk))
+        walk: &mut PathWalk<'_>,
+    ) -> Result<PointValues, Failure> {
+        let seen = walk.visit(task).map_err(|Refusal { failure, .. }| at_path_point(job, k, failure))?;
+        Ok(self.with_across_parts(seen, site, job, (k, task), walk))
     }
 
-    /// `seen` at point `k` of a feature with the parts of its deflection across the direction of motion, if they are asked for.
-    pub(super) fn with_parts(
+    /// Returns `seen` at point `k` of a feature with the parts of its deflection across the direction of motion, if they are needed.
+    pub(super) fn with_across_parts(
         &self,
-        seen: Seen,
+        seen: PointValues,
         site: &Site,
         job: &FeatureJob,
         (k, task): (usize, &TaskPoint),
-        walk: &Walk<'_>,
-    ) -> Seen {
+        walk: &PathWalk<'_>,
+    ) -> PointValues {
         let Some(plain) = walk.last.plain.as_ref().filter(|_| self.needs.across) else { return seen };
         let machine = job.machine();
         let workpiece = match task.external {
-            Some(axes) => *placed(&machine.carried(&axes), &site.placement(job.feature.reference)).workpiece(),
-            None => self.study.workpiece(site),
+            Some(axes) => {
+                *place_workpiece(&machine.with_carrier_axes(&axes), &site.placement(job.feature.reference)).workpiece()
+            }
+            None => self.study.workpiece_pose(site),
         };
         let along = workpiece.rotation * job.feature.path.points()[k].tangent;
         let axis = task.pose.rotation * machine.tool_axes.column(2);
         let part = |part: RedundancyCost| part.of(&plain.position_error, along, axis);
-        Seen { across: [part(RedundancyCost::AcrossPath), part(RedundancyCost::AcrossSurface)], ..seen }
+        PointValues { across: [part(RedundancyCost::AcrossPath), part(RedundancyCost::AcrossSurface)], ..seen }
     }
 
-    /// The best the metrics can still be: no worse than their values, and their values once all levels are done (but
-    /// for those of the correction within limits).
-    pub(super) fn outlook(&self, partial: &Partial) -> Metrics {
+    /// Returns the best values that the metrics can still have; exact once all levels are done, but for the correction within limits.
+    pub(super) fn best_possible(&self, partial: &Partial) -> Metrics {
         let all = partial.tallies.iter().fold(Tally::default(), |sum, tally| sum.merged(tally));
-        self.at_best(&all, self.share)
+        self.best_possible_of(&all, self.share)
     }
 
-    /// The best the metrics of a `tally` can still be, of paths that make up `share` of the length of all.
-    pub(super) fn at_best(&self, tally: &Tally, share: f64) -> Metrics {
+    /// Returns the best values that the metrics of a `tally` can still have, of paths that make up `share` of the length of all.
+    pub(super) fn best_possible_of(&self, tally: &Tally, share: f64) -> Metrics {
         let mut metrics = tally.metrics(&self.needs, share);
         if self.needs.bounded {
-            Corrected::perfect().enter(&mut metrics);
+            ResidualTally::perfect().write_into(&mut metrics);
         }
         metrics
     }
 
-    /// The rest of the levels and of the points, and the correction within limits where it is needed.
-    ///
-    /// # Errors
-    /// As [`Evaluator::advance`].
+    /// Evaluates the remaining levels and points, and the correction within limits where it is needed. `Err` as [`Evaluator::advance`].
     pub(super) fn complete(&self, mut partial: Partial) -> Result<Evaluation, Failure> {
         while partial.level < self.levels {
             self.advance(&mut partial)?;
@@ -357,9 +342,10 @@ impl Evaluator {
         self.conclude(&partial)
     }
 
+    /// Returns the evaluation once all points are added. `Err` where the objective asks for a correction within limits and there is none.
     pub(super) fn conclude(&self, partial: &Partial) -> Result<Evaluation, Failure> {
-        let metrics = self.outlook(partial);
-        let own = |(tally, prepared): (&Tally, &Prepared)| tally.metrics(&self.needs, prepared.share);
+        let metrics = self.best_possible(partial);
+        let own = |(tally, prepared): (&Tally, &PreparedFeature)| tally.metrics(&self.needs, prepared.share);
         let features = partial.tallies.iter().zip(&self.features).map(own).collect();
         let mut evaluation = Evaluation { metrics, features, not_corrected: None, outside_workspace: None };
         if self.needs.bounded {
@@ -371,42 +357,42 @@ impl Evaluator {
         }
     }
 
-    /// The metrics at `site`, all points in path order.
+    /// Returns the metrics at `site`, from all points in path order.
     ///
     /// # Errors
     /// Why the workpiece cannot be cut there.
     pub fn evaluate(&self, site: &Site) -> Result<Evaluation, Failure> {
-        self.evaluate_noting(site, &mut None)
+        self.evaluate_recording(site, &mut None)
     }
 
-    /// The same, and where each limited drive, joint and force stands at each point: −1 at the lower limit, 1 at the upper.
-    pub(super) fn evaluate_within(&self, site: &Site) -> Result<(Evaluation, Vec<f64>), Failure> {
+    /// Evaluates `site`; returns also where each limited drive, joint and force lies at each point, −1 and 1 at its limits.
+    pub(super) fn evaluate_with_shares(&self, site: &Site) -> Result<(Evaluation, Vec<f64>), Failure> {
         let mut shares = Some(Vec::new());
-        let evaluation = self.evaluate_noting(site, &mut shares)?;
+        let evaluation = self.evaluate_recording(site, &mut shares)?;
         Ok((evaluation, shares.unwrap_or_default()))
     }
 
-    fn evaluate_noting(&self, site: &Site, shares: &mut Option<Vec<f64>>) -> Result<Evaluation, Failure> {
+    /// Evaluates `site`, and appends to `shares` where drives, joints and forces lie within their limits.
+    fn evaluate_recording(&self, site: &Site, shares: &mut Option<Vec<f64>>) -> Result<Evaluation, Failure> {
         let mut partial = self.open(site)?;
         // Where the tool cuts, the loaded machine shows what it reaches.
         let is_not_cut = |f: usize, k: usize| !self.features[f].is_counted[k];
-        self.reach(&partial, is_not_cut, |at| {
+        self.track_features(&partial, is_not_cut, |at| {
             if let Some(shares) = shares {
-                self.study.machine.limit_shares(at, shares);
+                self.study.machine.limit_fractions(at, shares);
             }
         })?;
         self.visit(&mut partial, |prepared| &prepared.counted, shares)?;
         self.conclude(&partial)
     }
 
-    /// As [`Evaluator::evaluate`], as a piece of `work`; stopped work cannot be cut anywhere.
-    pub(super) fn kept(&self, work: &Work, site: &Site) -> Result<Evaluation, Failure> {
-        work.part("evaluate").piece(&site.0, |_| 0, || Ok(self.evaluate(site))).unwrap_or_else(stopped)
+    /// Evaluates `site` as [`Evaluator::evaluate`] does, as a piece of `work`; stopped work returns a failure.
+    pub(super) fn evaluate_in_work(&self, work: &Work, site: &Site) -> Result<Evaluation, Failure> {
+        work.part("evaluate").piece(&site.0, |_| 0, || Ok(self.evaluate(site))).unwrap_or_else(stopped_failure)
     }
 
-    /// As [`Evaluator::evaluate`], as a piece of `work`; `None` where the workpiece cannot be cut, and as soon as `value`
-    /// of the best that the metrics can still be is not less than `below`.
-    pub(super) fn kept_below(
+    /// Evaluates `site` as [`Evaluator::evaluate_below`] does, as a piece of `work`.
+    pub(super) fn evaluate_below_in_work(
         &self,
         work: &Work,
         site: &Site,
@@ -417,11 +403,12 @@ impl Evaluator {
         work.part("below").piece(&(site.0, below), |_| 0, compute).ok().flatten()
     }
 
+    /// Evaluates `site` level by level; `None` where it cannot be cut, or once `value` of the best possible metrics reaches `below`.
     fn evaluate_below(&self, site: &Site, value: &dyn Fn(&Metrics) -> f64, below: f64) -> Option<Evaluation> {
         let mut partial = self.open(site).ok()?;
         while partial.level < self.levels {
             self.add_level(&mut partial).ok()?;
-            if value(&self.outlook(&partial)) >= below {
+            if value(&self.best_possible(&partial)) >= below {
                 return None;
             }
         }
@@ -429,13 +416,12 @@ impl Evaluator {
         self.conclude(&partial).ok()
     }
 
-    /// As [`Evaluator::examine`], as a piece of `work`; stopped work cannot be cut anywhere.
-    pub(super) fn examine_kept(&self, work: &Work, site: &Site) -> Result<Evaluation, Failure> {
-        work.part("examine").piece(&site.0, |_| 0, || Ok(self.examine(site))).unwrap_or_else(stopped)
+    /// Examines `site` as [`Evaluator::examine`] does, as a piece of `work`; stopped work returns a failure.
+    pub(super) fn examine_in_work(&self, work: &Work, site: &Site) -> Result<Evaluation, Failure> {
+        work.part("examine").piece(&site.0, |_| 0, || Ok(self.examine(site))).unwrap_or_else(stopped_failure)
     }
 
-    /// As [`Evaluator::evaluate`], but looks first whether all points are in reach, so that the first one that is not is
-    /// named, and goes on where the path leaves the workspace box, to say what would happen.
+    /// Evaluates `site` also where the path leaves the workspace box; checks the reach first, so that the first unreachable point is named.
     ///
     /// # Errors
     /// Why the workpiece cannot be cut there.
@@ -446,12 +432,13 @@ impl Evaluator {
         Ok(Evaluation { outside_workspace: self.check_workspace(site).err(), ..self.conclude(&partial)? })
     }
 
+    /// Computes the correction within limits of each feature and writes its metrics, or why there is none.
     fn correct_within_limits(&self, partial: &Partial, evaluation: &mut Evaluation) {
-        let mut all = Corrected::default();
+        let mut all = ResidualTally::default();
         for (f, (prepared, job)) in self.features.iter().zip(&self.study.features).enumerate() {
-            match prepared.corrected(job, &self.tasks(&partial.site, f)) {
+            match prepared.limited_residuals(job, &self.tasks(&partial.site, f)) {
                 Ok(corrected) => {
-                    corrected.normalised(prepared.share).enter(&mut evaluation.features[f]);
+                    corrected.normalised(prepared.share).write_into(&mut evaluation.features[f]);
                     all = all.merged(&corrected);
                 }
                 Err(reason) => {
@@ -460,34 +447,31 @@ impl Evaluator {
             }
         }
         match evaluation.not_corrected {
-            None => all.normalised(self.share).enter(&mut evaluation.metrics),
-            Some(_) => Corrected::forget(&mut evaluation.metrics),
+            None => all.normalised(self.share).write_into(&mut evaluation.metrics),
+            Some(_) => ResidualTally::remove_from(&mut evaluation.metrics),
         }
     }
 
-    /// The turn of each feature about the tool's axis at `site`, rad; `None` where none is sought or possible.
-    pub(super) fn turns_of(&self, site: &Site) -> Vec<Option<f64>> {
+    /// Returns γ of each feature at `site`, rad; `None` where none is sought or possible.
+    pub(super) fn gammas_at(&self, site: &Site) -> Vec<Option<f64>> {
         #[cfg(not(target_family = "wasm"))]
-        return (0..self.features.len()).map(|f| self.turn_at(site, f)?.ok()).collect();
+        return (0..self.features.len()).map(|f| self.gamma_at(site, f)?.ok()).collect();
         #[cfg(target_family = "wasm")]
         vec![None; self.features.len()]
     }
 
-    /// The real machine of feature `f`.
-    pub fn real(&self, f: usize) -> &Machine {
+    /// Returns the actual machine of feature `f`, with its chain errors.
+    pub fn actual(&self, f: usize) -> &Machine {
         &self.features[f].machines.real
     }
 }
 
-impl Prepared {
-    /// What the correction of the feature's path within its limits leaves.
-    ///
-    /// # Errors
-    /// Why there is no such correction.
-    pub(super) fn corrected(&self, job: &FeatureJob, tasks: &[TaskPoint]) -> Result<Corrected, String> {
+impl PreparedFeature {
+    /// Returns the tally of the residual errors after the correction of the feature's path within its limits. `Err` if there is none.
+    pub(super) fn limited_residuals(&self, job: &FeatureJob, tasks: &[TaskPoint]) -> Result<ResidualTally, String> {
         let located = |reason: String| format!("feature {}: {reason}", job.feature.name);
-        let errors = self.errors_left(job, tasks).map_err(located)?;
-        let mut left = Corrected::default();
+        let errors = self.residuals(job, tasks).map_err(located)?;
+        let mut left = ResidualTally::default();
         for (k, (error, share)) in errors.iter().zip(&self.shares).enumerate().filter(|(_, (_, share))| **share > 0.0) {
             let none = || located(format!("point {k} has no correction within the limits"));
             left.add(error.ok_or_else(none)?.norm(), *share, job.feature.tolerance_mm);
@@ -495,26 +479,17 @@ impl Prepared {
         Ok(left)
     }
 
-    /// Position error that the correction within limits leaves at each point, O axes, mm; `None` at points left out.
-    ///
-    /// # Errors
-    /// Why there is no such correction.
-    pub(super) fn errors_left(
-        &self,
-        job: &FeatureJob,
-        tasks: &[TaskPoint],
-    ) -> Result<Vec<Option<Vector3<f64>>>, String> {
-        let path = within_limits::correct(job.machine(), &self.machines.real, tasks, &job.limits);
+    /// Returns the position error after the correction within limits at each point, O axes, mm; `None` at points left out.
+    pub(super) fn residuals(&self, job: &FeatureJob, tasks: &[TaskPoint]) -> Result<Vec<Option<Vector3<f64>>>, String> {
+        let path = within_limits::correct_within_limits(job.machine(), &self.machines.real, tasks, &job.limits);
         let points = path.map_err(|error| error.to_string())?.points;
         Ok(points.iter().map(|point| point.corrected().map(|point| point.position_error)).collect())
     }
 }
 
-/// Leads the rigid machine to the points of a feature for which `asked` is true, each from the one before; `note` is told where it stands.
-///
-/// # Errors
-/// The first point it does not reach, and why; those of `note`.
-pub(super) fn track(
+/// Moves the rigid machine to the points for which `asked` is true, each from the one before, and calls `note`. `Err` names the first it
+/// does not reach.
+pub(super) fn track_feature(
     job: &FeatureJob,
     tasks: &[TaskPoint],
     asked: impl Fn(usize) -> bool,
@@ -527,27 +502,28 @@ pub(super) fn track(
         near = reached
             .or_else(|_| machine.inverse_kinematics(&task.pose))
             .and_then(|at| machine.check_tracked(&task.pose, &at).map(|()| at))
-            .map_err(|unreachable| located(job, k, Failure::from(unreachable)))?;
+            .map_err(|unreachable| at_path_point(job, k, Failure::from(unreachable)))?;
         note(k, &near)?;
     }
     Ok(())
 }
 
-fn stopped(error: Error) -> Result<Evaluation, Failure> {
+/// Returns the failure of an evaluation whose work was stopped.
+fn stopped_failure(error: Error) -> Result<Evaluation, Failure> {
     Err(Failure { status: "stopped".into(), reason: error.to_string() })
 }
 
-pub(super) fn located(job: &FeatureJob, point: usize, failure: Failure) -> Failure {
+/// Returns `failure` with the feature and the point of its path added to the reason.
+pub(super) fn at_path_point(job: &FeatureJob, point: usize, failure: Failure) -> Failure {
     let [x, y, z]: [f64; 3] = job.feature.path.points()[point].position_mm.into();
     let place = format!("feature {}, point {point} at ({x:.2}, {y:.2}, {z:.2}) mm of W", job.feature.name);
     Failure { reason: format!("{place}: {}", failure.reason), ..failure }
 }
 
-/// Length of path that each point stands for, mm: half the way to its neighbours. 0 where the tool does not cut, unless
-/// it never does.
-fn lengths(job: &FeatureJob) -> Vec<f64> {
+/// Returns the length of path that each point stands for, mm: half the way to its neighbours; 0 where the tool does not cut.
+fn point_lengths(job: &FeatureJob) -> Vec<f64> {
     let points = job.feature.path.points();
-    let is_counted = is_counted(job);
+    let is_counted = counted_flags(job);
     let counts = |k: usize| is_counted[k];
     let at = |k: usize| points[k].arc_length_mm;
     let length = |k: usize| {
@@ -562,13 +538,14 @@ fn lengths(job: &FeatureJob) -> Vec<f64> {
     (0..points.len()).map(|k| if counts(k) { 1.0 } else { 0.0 }).collect()
 }
 
-fn prepare(study: &PlacementStudy, job: &FeatureJob, lengths: &[f64], total: f64) -> Prepared {
+/// Computes the data of a feature that do not depend on its place; `total` is the length of all paths, mm.
+fn prepare(study: &PlacementStudy, job: &FeatureJob, lengths: &[f64], total: f64) -> PreparedFeature {
     let shares: Vec<f64> = lengths.iter().map(|length| (length / total / GRAIN).round() * GRAIN).collect();
-    let is_counted = is_counted(job);
+    let is_counted = counted_flags(job);
     let counted: Vec<usize> = (0..shares.len()).filter(|&k| is_counted[k]).collect();
     let own_limit = job.limits.force_N.unwrap_or(f64::INFINITY);
     let limit = |drive: &crate::machine::Drive| drive.force_limit.unwrap_or(f64::INFINITY).min(own_limit);
-    Prepared {
+    PreparedFeature {
         machines: job.machines.clone(),
         share: shares.iter().sum(),
         shares,
@@ -579,14 +556,14 @@ fn prepare(study: &PlacementStudy, job: &FeatureJob, lengths: &[f64], total: f64
     }
 }
 
-/// Points at which the tool cuts; all points of a path that never does.
-fn is_counted(job: &FeatureJob) -> Vec<bool> {
+/// Returns for each point whether the tool cuts there; true everywhere on a path that never cuts.
+fn counted_flags(job: &FeatureJob) -> Vec<bool> {
     let points = job.feature.path.points();
     let never_cuts = points.iter().all(|point| !point.cutting);
     points.iter().map(|point| point.cutting || never_cuts).collect()
 }
 
-/// `points` divided into levels: every so-many-th first, then those between.
+/// Divides `points` into levels: every n-th point first, then those between.
 pub fn levels(points: &[usize]) -> Vec<Vec<usize>> {
     let mut stride = 1;
     while points.len() / (stride * REFINEMENT) >= FIRST_LEVEL {

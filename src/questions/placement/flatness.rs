@@ -1,11 +1,10 @@
-//! How far a workpiece may be moved from its best place before that matters.
+//! Margins of the best place: how far the workpiece can be moved before the objective is 5 % worse or it cannot be cut.
 //!
-//! Objective and limits are looked at in steps. Where forbidden boxes and the workspace box end a way is known without:
-//! places that keep them are apart by a known gap, and moving by less cannot close it, so a thin box is not stepped over.
-//! No limit of a drive, a joint or a force is stepped over either:
-//! between two looks a quantity leaves the straight line between its two values by at most an eighth of its curvature
-//! times the square of the step. The curvature is that of the parabolas through the looks around, times [`SAFETY`]. Where
-//! a limit might be exceeded by that, the step is halved, down to the resolution, at which it counts as exceeded.
+//! Objective and limits are probed in steps. Where forbidden boxes and the workspace box end a motion is known without: places that keep
+//! them are apart by a known gap, and moving by less cannot close it, so a thin box is not stepped over. Nor is a limit of a drive, a joint
+//! or a force: between two probes a quantity deviates from the straight line between its two values by at most an eighth of its curvature
+//! times the square of the step. The curvature is that of the parabolas through the probes around, times [`SAFETY`]. Where a limit might
+//! be exceeded by that, the step is halved, down to the resolution, at which it counts as exceeded.
 
 use std::f64::consts::PI;
 
@@ -21,47 +20,47 @@ use super::{
 use crate::{
     input::error,
     simulation::Failure,
-    work::{Event, Work, this_shard},
+    work::{Event, Work, if_this_shard},
 };
 
-/// The objective counts as worse beyond this share of its best value.
+/// Share of its best value by which the objective may become worse.
 pub const WORSE: f64 = 0.05;
-/// Steps over a coordinate's range at which the objective is looked at.
+/// Number of steps over a coordinate's range at which the objective is probed.
 const STEPS: f64 = 32.0;
 
-/// What ends the way in one direction.
+/// Reason why a margin ends.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum End {
     /// The objective is worse by [`WORSE`].
     Worse,
     /// The bound of the coordinate.
     Bound,
-    /// Nothing: an angle that may make a full turn.
+    /// None: an angle that may make a full turn.
     Nowhere,
-    /// The workpiece cannot be cut any farther; the reason.
+    /// The workpiece cannot be cut beyond, with the reason.
     Infeasible(String),
 }
 
-/// How far the workpiece may be moved along one coordinate.
+/// Margin along one coordinate in one direction.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Room {
+pub struct Margin {
     /// Index of the coordinate of the [`Site`].
     pub coordinate: usize,
     /// +1 or −1.
     pub direction: f64,
-    /// How far, mm or rad.
+    /// The margin, mm or rad.
     pub distance: f64,
-    /// What ends the way.
+    /// Why it ends.
     pub end: End,
 }
 
-/// The way from `best` along each free coordinate in both directions.
-pub(super) fn flatness(
+/// Computes the margins of `best` along each free coordinate in both directions.
+pub(super) fn margins(
     evaluator: &Evaluator,
     study: &PlacementStudy,
     work: &Work,
     best: &Best,
-) -> error::Result<Vec<Room>> {
+) -> error::Result<Vec<Margin>> {
     let Best { site: best, value, .. } = best;
     let limit = value + WORSE * value.abs();
     let ways: Vec<(usize, f64)> = study.bounds.free().into_iter().flat_map(|i| [(i, -1.0), (i, 1.0)]).collect();
@@ -75,7 +74,7 @@ pub(super) fn flatness(
         let step = study.bounds.range(coordinate) / STEPS;
         let moved = |distance: f64| study.bounds.moved(best, coordinate, direction * distance);
         let free = match is_angle(coordinate) {
-            true => free_turn(evaluator, reach, &moved),
+            true => free_rotation(evaluator, reach, &moved),
             false => {
                 let way = Vector3::from_fn(|i, _| if i == coordinate { direction } else { 0.0 });
                 evaluator.free_translation(best, &way).min(reach)
@@ -84,51 +83,52 @@ pub(super) fn flatness(
         let look = |distance: f64| {
             let refused = |failure: Failure| End::Infeasible(failure.reason);
             work.check().map_err(|error| End::Infeasible(error.to_string()))?;
-            let (evaluation, shares) = evaluator.evaluate_within(&moved(distance)).map_err(refused)?;
+            let (evaluation, shares) = evaluator.evaluate_with_shares(&moved(distance)).map_err(refused)?;
             let is_good = study.objective.value(&evaluation.metrics) <= limit;
-            if is_good { Ok(Sight { at: distance, shares }) } else { Err(End::Worse) }
+            if is_good { Ok(Probe { at: distance, shares }) } else { Err(End::Worse) }
         };
-        let (distance, mut end) = way(free, step, look);
+        let (distance, mut end) = margin_along(free, step, look);
         if end == End::Bound && free < reach {
-            let beyond = evaluator.kept(work, &moved(free + PAST));
+            let beyond = evaluator.evaluate_in_work(work, &moved(free + PAST));
             end = End::Infeasible(beyond.err().map_or_else(|| "a box is in the way".into(), |failure| failure.reason));
         } else if end == End::Bound && is_full_turn {
             end = End::Nowhere;
         }
         work.check()?;
         work.tell(Event::Computed(1));
-        Ok(Room { coordinate, direction, distance, end })
+        Ok(Margin { coordinate, direction, distance, end })
     };
     let kept = |(number, way): (usize, &(usize, f64))| {
-        this_shard(work.part("room").shard(number).piece(&(best.0, way), |_| 1, || room(way))).transpose()
+        if_this_shard(work.part("room").shard(number).piece(&(best.0, way), |_| 1, || room(way))).transpose()
     };
     let rooms = ways.par_iter().enumerate().filter_map(kept).collect::<error::Result<_>>()?;
     work.barrier()?;
     Ok(rooms)
 }
 
-/// A gap this small is closed, mm; so far past the end of a free way it is not kept, mm or rad.
+/// Smaller gaps are closed, mm.
 const CLOSED: f64 = 1e-6;
+/// Distance beyond a box at which the reason is evaluated, mm or rad.
 const PAST: f64 = 1e-5;
-/// Least steps over an angle's range, where a gap that stays closed tells nothing.
+/// Smallest number of steps over an angle's range, where a gap that stays closed gives no step.
 const LOOKS: f64 = 4096.0;
 
-/// How far the workpiece may be turned before it meets a box, at most `reach`, rad.
-fn free_turn(evaluator: &Evaluator, reach: f64, moved: &impl Fn(f64) -> Site) -> f64 {
+/// Returns the angle by which the workpiece can be rotated before it meets a box, at most `reach`, rad.
+fn free_rotation(evaluator: &Evaluator, reach: f64, moved: &impl Fn(f64) -> Site) -> f64 {
     let mut free = 0.0;
     while free < reach {
-        let gap = evaluator.gap(&moved(free));
-        let next = (free + (gap / evaluator.radius()).max(reach / LOOKS)).min(reach);
-        if gap <= CLOSED + evaluator.radius() * reach / LOOKS && !evaluator.fits(&moved(next)) {
-            return halved(free, next, |angle| evaluator.fits(&moved(angle)));
+        let gap = evaluator.clearance(&moved(free));
+        let next = (free + (gap / evaluator.workpiece_radius()).max(reach / LOOKS)).min(reach);
+        if gap <= CLOSED + evaluator.workpiece_radius() * reach / LOOKS && !evaluator.is_clear(&moved(next)) {
+            return bisect(free, next, |angle| evaluator.is_clear(&moved(angle)));
         }
         free = next;
     }
     reach
 }
 
-/// The end, between `good` and `bad`, of where something holds.
-fn halved(mut good: f64, mut bad: f64, holds: impl Fn(f64) -> bool) -> f64 {
+/// Finds by bisection the end, between `good` and `bad`, of where `holds` is true.
+fn bisect(mut good: f64, mut bad: f64, holds: impl Fn(f64) -> bool) -> f64 {
     for _ in 0..32 {
         let middle = 0.5 * (good + bad);
         if holds(middle) { good = middle } else { bad = middle }
@@ -136,47 +136,49 @@ fn halved(mut good: f64, mut bad: f64, holds: impl Fn(f64) -> bool) -> f64 {
     good
 }
 
-/// Halvings of a step down to the resolution.
+/// Number of halvings of a step down to the resolution.
 const HALVINGS: i32 = 12;
-/// How many times the curvature seen at the looks around it may have between them.
+/// Factor on the curvature of the probes around, for the curvature between them.
 const SAFETY: f64 = 4.0;
-/// Rounding of a share.
+/// Rounding of a share of a limit.
 const ROUNDING: f64 = 1e-12;
-/// What ends a way that ends at no look.
+/// Reason of a margin that ends at no probe.
 const TOO_NEAR: &str = "a drive or joint comes nearer to its limit than the steps of the search for the way can tell";
 
-/// What is seen at a distance on the way where the workpiece can be cut.
+/// Limited quantities at a distance at which the workpiece can be cut.
 #[derive(Debug)]
-pub struct Sight {
-    /// The distance, mm or rad.
+pub struct Probe {
+    /// Its distance, mm or rad.
     pub at: f64,
-    /// Where each limited quantity stands between its limits, −1 and 1.
+    /// Position of each limited quantity between its limits, −1 and 1.
     pub shares: Vec<f64>,
 }
 
-struct Way<F> {
+/// A search along one direction for the end of the margin.
+struct MarginSearch<F> {
     reach: f64,
     step: f64,
     look: F,
 }
 
-/// The first distance at which `look` finds an end or a limit is exceeded between looks, at most `reach`.
-pub fn way(reach: f64, step: f64, look: impl Fn(f64) -> Result<Sight, End>) -> (f64, End) {
+/// Returns the first distance at which `look` finds an end, or a limit may be exceeded between probes; at most `reach`, mm or rad.
+pub fn margin_along(reach: f64, step: f64, look: impl Fn(f64) -> Result<Probe, End>) -> (f64, End) {
     match look(0.0) {
-        Ok(start) => Way { reach, step, look }.onward(None, start, None),
+        Ok(start) => MarginSearch { reach, step, look }.end_beyond(None, start, None),
         Err(end) => (0.0, end),
     }
 }
 
-impl<F: Fn(f64) -> Result<Sight, End>> Way<F> {
+impl<F: Fn(f64) -> Result<Probe, End>> MarginSearch<F> {
+    /// Returns the smallest step, mm or rad.
     fn resolution(&self) -> f64 {
         self.step * 0.5f64.powi(HALVINGS)
     }
 
-    /// The end of the way from `from`, which follows on `before`; before `bad`, where there is an end.
-    fn onward(&self, mut before: Option<Sight>, mut from: Sight, mut bad: Option<(f64, End)>) -> (f64, End) {
+    /// Returns the end of the margin beyond the probe `from`; `before` is the probe before it, `bad` an end known to lie ahead.
+    fn end_beyond(&self, mut before: Option<Probe>, mut from: Probe, mut bad: Option<(f64, End)>) -> (f64, End) {
         // The look after `from`; the way to it is checked once the one after it is there.
-        let mut to: Option<Sight> = None;
+        let mut to: Option<Probe> = None;
         loop {
             let last = to.as_ref().unwrap_or(&from).at;
             let next = match &bad {
@@ -202,9 +204,9 @@ impl<F: Fn(f64) -> Result<Sight, End>> Way<F> {
         }
     }
 
-    /// No limit is exceeded between `a` and `b`, which lie between `before` and `after`; or where the way ends.
-    fn between(&self, before: Option<&Sight>, a: &Sight, b: &Sight, after: Option<&Sight>) -> Result<(), (f64, End)> {
-        if is_kept(before, a, b, after) {
+    /// Checks that no limit is exceeded between the probes `a` and `b`, which follow `before`. `Err` holds where the margin ends.
+    fn between(&self, before: Option<&Probe>, a: &Probe, b: &Probe, after: Option<&Probe>) -> Result<(), (f64, End)> {
+        if is_within_limits(before, a, b, after) {
             return Ok(());
         }
         if b.at - a.at <= self.resolution() {
@@ -218,41 +220,41 @@ impl<F: Fn(f64) -> Result<Sight, End>> Way<F> {
                 self.between(Some(a), &middle, b, after)
             }
             Err(end) => {
-                let copy = |look: &Sight| Sight { at: look.at, shares: look.shares.clone() };
-                Err(self.onward(before.map(copy), copy(a), Some((middle, end))))
+                let copy = |look: &Probe| Probe { at: look.at, shares: look.shares.clone() };
+                Err(self.end_beyond(before.map(copy), copy(a), Some((middle, end))))
             }
         }
     }
 }
 
-/// Whether no limit can be exceeded between `a` and `b` with the curvature seen around them.
-fn is_kept(before: Option<&Sight>, a: &Sight, b: &Sight, after: Option<&Sight>) -> bool {
+/// Returns whether no limit can be exceeded between `a` and `b` with the curvature of the probes around.
+fn is_within_limits(before: Option<&Probe>, a: &Probe, b: &Probe, after: Option<&Probe>) -> bool {
     if before.is_none() && after.is_none() {
         return a.shares.is_empty();
     }
     let step = b.at - a.at;
     (0..a.shares.len()).all(|i| {
-        let value = |look: &Sight| (look.at, look.shares[i]);
+        let value = |look: &Probe| (look.at, look.shares[i]);
         let bends = [
-            before.map(|before| bend(value(before), value(a), value(b))),
-            after.map(|after| bend(value(a), value(b), value(after))),
+            before.map(|before| second_derivative(value(before), value(a), value(b))),
+            after.map(|after| second_derivative(value(a), value(b), value(after))),
         ];
         // A bend downwards carries it over the upper limit, one upwards over the lower.
         let most = |sign: f64| {
             let bend = bends.iter().flatten().map(|bend| -sign * bend).fold(0.0, f64::max);
-            highest(sign * a.shares[i], sign * b.shares[i], 0.5 * SAFETY * bend * step * step)
+            bow_maximum(sign * a.shares[i], sign * b.shares[i], 0.5 * SAFETY * bend * step * step)
         };
         most(1.0).max(most(-1.0)) <= 1.0 + ROUNDING
     })
 }
 
-/// Second derivative of the parabola through three points.
-fn bend((x0, y0): (f64, f64), (x1, y1): (f64, f64), (x2, y2): (f64, f64)) -> f64 {
+/// Returns the second derivative of the parabola through three points.
+fn second_derivative((x0, y0): (f64, f64), (x1, y1): (f64, f64), (x2, y2): (f64, f64)) -> f64 {
     2.0 * ((y2 - y1) / (x2 - x1) - (y1 - y0) / (x1 - x0)) / (x2 - x0)
 }
 
-/// Largest value for t from 0 to 1 of `a + (b − a) t + bow t (1 − t)`.
-fn highest(a: f64, b: f64, bow: f64) -> f64 {
+/// Returns the largest value for t from 0 to 1 of `a + (b − a) t + bow t (1 − t)`.
+fn bow_maximum(a: f64, b: f64, bow: f64) -> f64 {
     if (b - a).abs() >= bow {
         return a.max(b);
     }

@@ -1,8 +1,8 @@
-//! The Pareto front: the best compromises known, each led on to one that cannot be bettered nearby.
+//! The Pareto front: places that no other beats in all metrics, each improved until none nearby beats it.
 //!
-//! What sweep and refinements happen to have seen lies near the front, not on it. Compromises spread along what they show
-//! are therefore polished: the largest loss, each metric in its range over the front, is made small, so that all metrics
-//! get better together. What is not polished is not shown, unless it dominates a place that is.
+//! Places seen by sweep and refinements lie near the front, not on it. A spread selection of them is therefore polished: the largest loss,
+//! each metric relative to its range over the front, is minimised, so that all metrics improve together. Places that are not polished are
+//! not shown, unless they dominate one that is.
 
 use rayon::prelude::*;
 
@@ -10,31 +10,31 @@ use super::{
     PlacementStudy,
     evaluate::Evaluator,
     metric::{Metric, Metrics, Objective},
-    polish::{Steps, polish},
+    polish::{Steps, pattern_search},
     refine::{Refinement, Start, refine},
     site::Site,
     sweep::Cell,
 };
 use crate::{
     input::error::Result,
-    work::{Event, Work, this_shard},
+    work::{Event, Work, if_this_shard},
 };
 
-/// Most compromises that are polished.
+/// Largest number of places that are polished.
 const POINTS: usize = 12;
 /// Steps of polishing.
 const POLISH: Steps = Steps { first: 0.1, last: 4e-3, bases: 10 };
-/// What all losses together count beside the largest: a loss that is not the largest is still one.
+/// Weight of the sum of all losses beside the largest loss.
 const SUM: f64 = 1e-2;
 
-/// Number of searches that a front takes.
-pub(super) fn searches(study: &PlacementStudy) -> usize {
+/// Returns the number of searches that the front takes.
+pub(super) fn search_count(study: &PlacementStudy) -> usize {
     let metrics = study.objective.pareto.len();
     if metrics == 0 { 0 } else { metrics + POINTS }
 }
 
-/// The best compromises between the metrics of the objective's front.
-pub(super) fn front(
+/// Computes the Pareto front of the objective, sorted by its first metric.
+pub(super) fn pareto_front(
     evaluator: &Evaluator,
     study: &PlacementStudy,
     cells: &[Cell],
@@ -50,23 +50,23 @@ pub(super) fn front(
         .enumerate()
         .filter_map(|(k, metric)| {
             let work = work.part(&format!("end {k}")).shard(k);
-            this_shard(end(evaluator, study, *metric, &known, &work)).map(Option::flatten).transpose()
+            if_this_shard(refine_metric(evaluator, study, *metric, &known, &work)).map(Option::flatten).transpose()
         })
         .collect::<Result<_>>()?;
     work.barrier()?;
     known.extend(ends.iter().flat_map(|end| &end.visited));
     let rough = undominated(&known, metrics);
-    let chosen = spread(&rough, metrics);
-    for _ in chosen.len()..POINTS.min(searches(study)) {
+    let chosen = spread_selection(&rough, metrics);
+    for _ in chosen.len()..POINTS.min(search_count(study)) {
         work.tell(Event::Computed(1));
     }
-    let ranges = ranges(&rough, metrics);
+    let ranges = metric_ranges(&rough, metrics);
     let polished: Vec<Vec<(Site, Metrics)>> = chosen
         .par_iter()
         .enumerate()
         .map(|(number, &index)| {
             let work = work.part(&format!("compromise {index}")).shard(number);
-            let better = better(evaluator, study, &rough[index], &ranges, &work);
+            let better = polish_compromise(evaluator, study, &rough[index], &ranges, &work);
             work.tell(Event::Computed(1));
             better
         })
@@ -79,8 +79,8 @@ pub(super) fn front(
     Ok(undominated(&shown.collect::<Vec<_>>(), metrics))
 }
 
-/// The best known place for one metric, refined for it alone.
-fn end(
+/// Refines the best known place for one metric alone; `None` if no place is known.
+fn refine_metric(
     evaluator: &Evaluator,
     study: &PlacementStudy,
     metric: Metric,
@@ -93,13 +93,14 @@ fn end(
     Ok(refine(evaluator, study, &objective, &[(Start::Sweep, start)], work)?.pop())
 }
 
-fn costs(metrics: &[Metric], values: &Metrics) -> Vec<f64> {
+/// Returns the cost of each of `metrics`, smaller is better; infinite where a value is missing.
+fn metric_costs(metrics: &[Metric], values: &Metrics) -> Vec<f64> {
     metrics.iter().map(|metric| values.get(*metric).map_or(f64::INFINITY, |value| metric.cost(value))).collect()
 }
 
-/// Range of each metric over `front`; 1 where it has none.
-fn ranges(front: &[(Site, Metrics)], metrics: &[Metric]) -> Vec<f64> {
-    let all: Vec<Vec<f64>> = front.iter().map(|(_, values)| costs(metrics, values)).collect();
+/// Returns the range of each metric over `front`; 1 where it has none.
+fn metric_ranges(front: &[(Site, Metrics)], metrics: &[Metric]) -> Vec<f64> {
+    let all: Vec<Vec<f64>> = front.iter().map(|(_, values)| metric_costs(metrics, values)).collect();
     let range = |k: usize| {
         let (low, high) = all.iter().fold((f64::MAX, f64::MIN), |(low, high), c| (low.min(c[k]), high.max(c[k])));
         if high > low { high - low } else { 1.0 }
@@ -107,15 +108,14 @@ fn ranges(front: &[(Site, Metrics)], metrics: &[Metric]) -> Vec<f64> {
     (0..metrics.len()).map(range).collect()
 }
 
-/// At most [`POINTS`] places of `front`, in its order: those best in one metric, then always the one farthest from those
-/// chosen.
-fn spread(front: &[(Site, Metrics)], metrics: &[Metric]) -> Vec<usize> {
+/// Returns the indices of at most [`POINTS`] places of `front`: those best in one metric, then always the one farthest from those chosen.
+fn spread_selection(front: &[(Site, Metrics)], metrics: &[Metric]) -> Vec<usize> {
     if front.len() <= POINTS {
         return (0..front.len()).collect();
     }
-    let ranges = ranges(front, metrics);
+    let ranges = metric_ranges(front, metrics);
     let scaled = |place: &(Site, Metrics)| -> Vec<f64> {
-        costs(metrics, &place.1).iter().zip(&ranges).map(|(cost, range)| cost / range).collect()
+        metric_costs(metrics, &place.1).iter().zip(&ranges).map(|(cost, range)| cost / range).collect()
     };
     let all: Vec<Vec<f64>> = front.iter().map(scaled).collect();
     let distance = |a: usize, b: usize| all[a].iter().zip(&all[b]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
@@ -139,8 +139,8 @@ fn spread(front: &[(Site, Metrics)], metrics: &[Metric]) -> Vec<usize> {
     chosen
 }
 
-/// `start` and ever better places nearby, the last of them better in all metrics as far as there is such a one.
-fn better(
+/// Polishes `start`; returns it and ever better places nearby, of which the last is better in all metrics where such a one exists.
+fn polish_compromise(
     evaluator: &Evaluator,
     study: &PlacementStudy,
     start: &(Site, Metrics),
@@ -148,9 +148,9 @@ fn better(
     work: &Work,
 ) -> Vec<(Site, Metrics)> {
     let metrics = &study.objective.pareto;
-    let from = costs(metrics, &start.1);
+    let from = metric_costs(metrics, &start.1);
     let loss = |values: &Metrics| {
-        let losses = costs(metrics, values)
+        let losses = metric_costs(metrics, values)
             .into_iter()
             .zip(&from)
             .zip(ranges)
@@ -159,8 +159,8 @@ fn better(
         losses.iter().copied().fold(f64::NEG_INFINITY, f64::max) + SUM * losses.iter().sum::<f64>()
     };
     let mut found = vec![*start];
-    polish(study, (start.0, 0.0), POLISH, f64::NEG_INFINITY, |site, below| {
-        let Some(evaluation) = evaluator.kept_below(work, site, &loss, below) else { return f64::INFINITY };
+    pattern_search(study, (start.0, 0.0), POLISH, f64::NEG_INFINITY, |site, below| {
+        let Some(evaluation) = evaluator.evaluate_below_in_work(work, site, &loss, below) else { return f64::INFINITY };
         let value = loss(&evaluation.metrics);
         if value < below {
             found.push((*site, evaluation.metrics));
@@ -170,7 +170,7 @@ fn better(
     found
 }
 
-/// Whether `a` is no worse than `b` in every one of `metrics` and better in one. False where a value is missing.
+/// Returns whether `a` is no worse than `b` in every one of `metrics` and better in one; false where a value is missing.
 pub fn dominates(a: &Metrics, b: &Metrics, metrics: &[Metric]) -> bool {
     let mut is_better = false;
     for metric in metrics {
@@ -184,13 +184,13 @@ pub fn dominates(a: &Metrics, b: &Metrics, metrics: &[Metric]) -> bool {
     is_better
 }
 
-/// The places that no other one dominates, by the first metric; of equal ones the first.
+/// Returns the places that no other one dominates, sorted by the first metric; of equal ones the first.
 pub fn undominated(places: &[(Site, Metrics)], metrics: &[Metric]) -> Vec<(Site, Metrics)> {
     if metrics.is_empty() {
         return Vec::new();
     }
     let mut sorted: Vec<(Vec<f64>, usize)> =
-        places.iter().enumerate().map(|(index, (_, values))| (costs(metrics, values), index)).collect();
+        places.iter().enumerate().map(|(index, (_, values))| (metric_costs(metrics, values), index)).collect();
     sorted.retain(|(costs, _)| costs.iter().all(|cost| cost.is_finite()));
     sorted.sort_by(|(a, i), (b, j)| {
         let by_cost = a.iter().zip(b).map(|(a, b)| a.total_cmp(b)).find(|order| order.is_ne());

@@ -1,12 +1,11 @@
-//! Places where the workpiece fits between those of the sweep.
+//! Search for places between the grid points of the sweep where the workpiece fits.
 //!
-//! Where forbidden boxes and the workspace box begin and end is known. Along each coordinate x, y and z the places at
-//! which a face of the workpiece meets one of theirs divide the bounds into intervals; an interval without a place of the
-//! sweep is looked at in its middle. For a workpiece that is not turned, or by right angles, no room can hide between,
-//! however narrow.
+//! The ends of forbidden boxes and of the workspace box are known. Along x, y and z the places at which a face of the workpiece meets one
+//! of theirs divide the bounds into intervals; the middle of each interval without a grid point is tried. For a workpiece that is not
+//! rotated, or by right angles, this finds every free region, however narrow.
 //!
-//! Limits of the machine have no such places. Where few places of the sweep can be cut at, searches start from those that
-//! come nearest, and make small by how much limits are exceeded.
+//! Limits of the machine have no such places. Where few grid points can be cut, searches start from those that come nearest, and minimise
+//! by how much limits are exceeded.
 
 use rayon::prelude::*;
 
@@ -15,7 +14,7 @@ use serde::Serialize;
 use super::{
     PlacementStudy,
     evaluate::{Evaluator, NOT_RIGID},
-    polish::{Steps, polish},
+    polish::{Steps, pattern_search},
     site::Site,
     sweep::{Cell, Verdict},
     walk::UNMEASURED,
@@ -26,40 +25,36 @@ use crate::{
     work::{Event, Stage, Work},
 };
 
-/// What was found between the places of the sweep.
+/// Places found between the grid points of the sweep.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Gaps {
     /// Places where the workpiece can be cut, best first.
     pub sites: Vec<Site>,
-    /// Coordinates along which the sweep's steps are wider than room that it found: places that can be cut at stand alone
-    /// between ones that cannot, or were found between them.
+    /// Coordinates along which some free region is narrower than a step of the sweep.
     pub coarse: Vec<usize>,
 }
 
-/// Most places in intervals that are tried.
+/// Largest number of middles of intervals that are evaluated.
 const TRIED: usize = 48;
-/// Most searches for a place within limits.
+/// Largest number of searches for a place within limits.
 const SEARCHES: usize = 12;
-/// Fewer than one in so many places that can be cut at are few.
+/// Searches run where fewer than one in so many grid points can be cut.
 const FEW: usize = 4;
-/// Steps of such a search.
+/// Steps of a search for a place within limits.
 const STEPS: Steps = Steps { first: 1.0, last: 1e-7, bases: 0 };
-/// An interval narrower than this is none, mm.
+/// Narrowest interval that is considered, mm.
 const NARROWEST: f64 = 1e-6;
-/// Most middles of intervals that are held against the boxes.
+/// Largest number of middles of intervals that are checked against the boxes.
 const MIDDLES: usize = 50_000;
-/// Most places that are ranked by how near they come.
+/// Largest number of grid points that are ranked by their violation.
 const RANKED: usize = 1000;
 
-/// Looks for room between the places of the sweep.
-///
-/// # Errors
-/// Of `work`.
-pub(super) fn gaps(evaluator: &Evaluator, study: &PlacementStudy, cells: &[Cell], work: &Work) -> Result<Gaps> {
-    let mut found = in_intervals(evaluator, study, cells);
+/// Searches for places between the grid points of the sweep where the workpiece fits. `Err` only from `work`.
+pub(super) fn find_gaps(evaluator: &Evaluator, study: &PlacementStudy, cells: &[Cell], work: &Work) -> Result<Gaps> {
+    let mut found = sites_in_intervals(evaluator, study, cells);
     let feasible = cells.iter().filter(|cell| cell.metrics().is_some()).count();
     if feasible * FEW < cells.len() {
-        found.extend(within_limits(evaluator, study, cells, work)?);
+        found.extend(search_within_limits(evaluator, study, cells, work)?);
     }
     let mut distinct: Vec<Site> = Vec::new();
     for site in found {
@@ -68,7 +63,7 @@ pub(super) fn gaps(evaluator: &Evaluator, study: &PlacementStudy, cells: &[Cell]
         }
     }
     let value = |(number, site): (usize, Site)| {
-        Some((study.objective.value(&evaluator.kept(&work.shard(number), &site).ok()?.metrics), site))
+        Some((study.objective.value(&evaluator.evaluate_in_work(&work.shard(number), &site).ok()?.metrics), site))
     };
     let mut ranked: Vec<(f64, Site)> = distinct.into_par_iter().enumerate().filter_map(value).collect();
     work.barrier()?;
@@ -78,8 +73,7 @@ pub(super) fn gaps(evaluator: &Evaluator, study: &PlacementStudy, cells: &[Cell]
     Ok(Gaps { sites, coarse })
 }
 
-/// Whether along coordinate `i` a place that can be cut at has neighbours on both sides that cannot, or one was found
-/// between two neighbours that cannot.
+/// Returns whether along coordinate `i` a free region is narrower than a step: between two neighbours that cannot be cut.
 fn is_coarse(study: &PlacementStudy, cells: &[Cell], found: &[Site], i: usize) -> bool {
     let grid = &study.grid;
     let axis = &grid.axes[i];
@@ -114,8 +108,8 @@ fn is_coarse(study: &PlacementStudy, cells: &[Cell], found: &[Site], i: usize) -
     (0..cells.len()).any(alone) || found.iter().any(between)
 }
 
-/// Middles of intervals, of each orientation of the sweep, that hold no place of the sweep and where boxes are kept.
-fn in_intervals(evaluator: &Evaluator, study: &PlacementStudy, cells: &[Cell]) -> Vec<Site> {
+/// Returns middles of intervals, for each orientation of the sweep, that hold no grid point and that boxes and table allow.
+fn sites_in_intervals(evaluator: &Evaluator, study: &PlacementStudy, cells: &[Cell]) -> Vec<Site> {
     // Without a place that cannot be cut at there is nothing to miss.
     if cells.iter().all(|cell| cell.metrics().is_some()) {
         return Vec::new();
@@ -126,7 +120,7 @@ fn in_intervals(evaluator: &Evaluator, study: &PlacementStudy, cells: &[Cell]) -
         yaws.iter().flat_map(|yaw| pitches.iter().flat_map(move |p| rolls.iter().map(move |r| (yaw, (p, r)))))
     {
         let turned = Site([0.0, 0.0, 0.0, yaw, pitch, roll]);
-        let middles: [Vec<(f64, bool)>; 3] = std::array::from_fn(|axis| middles(evaluator, study, &turned, axis));
+        let middles: [Vec<(f64, bool)>; 3] = std::array::from_fn(|axis| midpoints(evaluator, study, &turned, axis));
         for &(z, z_is_new) in &middles[2] {
             for &(y, y_is_new) in &middles[1] {
                 for &(x, x_is_new) in &middles[0] {
@@ -137,25 +131,24 @@ fn in_intervals(evaluator: &Evaluator, study: &PlacementStudy, cells: &[Cell]) -
             }
         }
     }
-    let sites = thinned(sites, MIDDLES);
-    let fitting: Vec<Site> = sites.into_par_iter().filter(|site| evaluator.fits(site)).collect();
-    thinned(fitting, TRIED)
+    let sites = evenly_thinned(sites, MIDDLES);
+    let fitting: Vec<Site> = sites.into_par_iter().filter(|site| evaluator.is_clear(site)).collect();
+    evenly_thinned(fitting, TRIED)
 }
 
-/// At most `most` of `sites`, evenly spread.
-fn thinned(sites: Vec<Site>, most: usize) -> Vec<Site> {
+/// Returns at most `most` of `sites`, evenly spread.
+fn evenly_thinned(sites: Vec<Site>, most: usize) -> Vec<Site> {
     let stride = sites.len().div_ceil(most).max(1);
     sites.into_iter().step_by(stride).collect()
 }
 
-/// Middles of the intervals along `axis` (x, y or z) for a workpiece turned like `turned` with its origin at 0, and
-/// whether no place of the sweep lies in the interval; a fixed coordinate is itself.
-fn middles(evaluator: &Evaluator, study: &PlacementStudy, turned: &Site, axis: usize) -> Vec<(f64, bool)> {
+/// Returns the middles of the intervals along `axis` for a workpiece oriented like `turned`, and whether each holds no grid point.
+fn midpoints(evaluator: &Evaluator, study: &PlacementStudy, turned: &Site, axis: usize) -> Vec<(f64, bool)> {
     let (low, high) = (study.bounds.low[axis], study.bounds.high[axis]);
     if high <= low {
         return vec![(low, false)];
     }
-    let pose = study.workpiece(turned);
+    let pose = study.workpiece_pose(turned);
     let own = |extent: &Extent| {
         let along = extent.corners().map(|corner| pose.transform(corner)[axis]);
         along.into_iter().fold((f64::MAX, f64::MIN), |(low, high), v| (low.min(v), high.max(v)))
@@ -163,7 +156,7 @@ fn middles(evaluator: &Evaluator, study: &PlacementStudy, turned: &Site, axis: u
     let (own_low, own_high) = own(&study.extent);
     let mut ends = vec![low, high];
     for forbidden in &study.forbidden {
-        let grown = forbidden.extent.grown(study.clearance_mm);
+        let grown = forbidden.extent.expanded(study.clearance_mm);
         ends.extend([grown.min[axis] - own_high, grown.max[axis] - own_low]);
     }
     if let Some(table) = study.table.as_ref().filter(|_| axis < 2) {
@@ -184,11 +177,16 @@ fn middles(evaluator: &Evaluator, study: &PlacementStudy, turned: &Site, axis: u
     intervals.map(|pair| (0.5 * (pair[0] + pair[1]), is_new(pair))).collect()
 }
 
-/// Ends of searches, from places that cannot be cut at, for one that can.
-fn within_limits(evaluator: &Evaluator, study: &PlacementStudy, cells: &[Cell], work: &Work) -> Result<Vec<Site>> {
+/// Searches, from grid points that cannot be cut, for places that can, and returns those found.
+fn search_within_limits(
+    evaluator: &Evaluator,
+    study: &PlacementStudy,
+    cells: &[Cell],
+    work: &Work,
+) -> Result<Vec<Site>> {
     let cannot: Vec<Site> = cells.iter().filter(|cell| cell.metrics().is_none()).map(|cell| cell.site).collect();
     let violation = |(number, site): (usize, &Site)| (evaluator.violation(&work.shard(number), site), *site);
-    let mut ranked: Vec<(f64, Site)> = thinned(cannot, RANKED).par_iter().enumerate().map(violation).collect();
+    let mut ranked: Vec<(f64, Site)> = evenly_thinned(cannot, RANKED).par_iter().enumerate().map(violation).collect();
     work.barrier()?;
     // Nothing leads away from where the loaded machine has no equilibrium.
     ranked.retain(|(violation, _)| violation.is_finite() && !(UNMEASURED..NOT_RIGID).contains(violation));
@@ -204,7 +202,8 @@ fn within_limits(evaluator: &Evaluator, study: &PlacementStudy, cells: &[Cell], 
     }
     let search = |(number, &(violation, site)): (usize, &(f64, Site))| {
         let work = work.shard(number);
-        let (end, left) = polish(study, (site, violation), STEPS, 0.0, |site, _| evaluator.violation(&work, site));
+        let (end, left) =
+            pattern_search(study, (site, violation), STEPS, 0.0, |site, _| evaluator.violation(&work, site));
         work.tell(Event::Computed(1));
         (left == 0.0).then_some(end)
     };

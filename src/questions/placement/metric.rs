@@ -1,10 +1,10 @@
-//! What a placement is judged by.
+//! Metrics by which a placement is judged, and the objective made of them.
 
 use serde::{Deserialize, Serialize};
 
 use crate::machine::{Machine, Motion};
 
-/// What a metric measures, which says its unit.
+/// Kind of quantity that a metric measures, which gives its unit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Measure {
     Length,
@@ -14,11 +14,10 @@ enum Measure {
     Share,
 }
 
-/// All metrics in table order: what each is, the word for it in study files, words for it, the same for the head of a narrow column, and what
-/// it measures.
+/// Declares the metrics, in table order, each with its word in study files, its name, a short name, and what it measures.
 macro_rules! metrics {
     ($($(#[$meaning:meta])* $metric:ident: $label:literal, $words:literal, $short:literal, $measure:ident;)*) => {
-        /// A number that a placement has. All but the margins and shares are better the smaller they are.
+        /// A metric of a placement. All but margins and shares are better the smaller they are.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
         pub enum Metric {
             $($(#[$meaning])* $metric,)*
@@ -28,7 +27,8 @@ macro_rules! metrics {
             /// All metrics, in table order.
             pub const ALL: [Metric; [$($label),*].len()] = [$(Metric::$metric),*];
 
-            fn named_words(self) -> ([&'static str; 3], Measure) {
+            /// Returns the names of the metric (in study files, in sentences, in narrow columns) and what it measures.
+            fn names(self) -> ([&'static str; 3], Measure) {
                 match self {
                     $(Metric::$metric => ([$label, $words, $short], Measure::$measure),)*
                 }
@@ -42,8 +42,7 @@ metrics! {
     WorstDeflection: "worst_deflection", "worst deflection", "worst", Length;
     /// Root mean square of that distance over the length of the path.
     RmsDeflection: "rms_deflection", "rms deflection", "rms", Length;
-    /// Largest |Δρ| of any drive that compensates the path exactly. Where a machine has slides and hinges, whose values have
-    /// no common unit: of any slide.
+    /// Largest |Δρ| of any drive that compensates the path exactly; of any slide where the machine has slides and hinges.
     WorstCorrection: "worst_correction", "largest drive correction", "correction", Correction;
     /// Largest force of any drive when the path is compensated exactly. Where a machine has slides and hinges: of any slide.
     WorstDriveForce: "worst_drive_force", "largest drive force", "drive force", Force;
@@ -77,36 +76,37 @@ metrics! {
 }
 
 impl Metric {
-    /// Word used in study files.
+    /// Returns the word for the metric in study files.
     pub fn label(self) -> &'static str {
-        self.named_words().0[0]
+        self.names().0[0]
     }
 
-    /// The metric called `name` in a study file.
+    /// Returns the metric called `name` in a study file.
     pub fn named(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|metric| metric.label() == name)
     }
 
-    /// Whether it is what drives carry, and all of them are hinges: a torque.
+    /// Returns whether it is the largest drive force of a machine whose drives are all hinges: a torque.
     fn is_torque(self, machine: &Machine) -> bool {
         self == Self::WorstDriveForce && self.drives(machine) == Motion::Revolute
     }
 
-    /// What it is, in words. What drives carry is a torque where all of them are hinges.
+    /// Returns its name for sentences; the drive force is a torque where all drives are hinges.
     pub fn words(self, machine: &Machine) -> &'static str {
-        if self.is_torque(machine) { "largest drive torque" } else { self.named_words().0[1] }
+        if self.is_torque(machine) { "largest drive torque" } else { self.names().0[1] }
     }
 
-    /// The same for the head of a narrow column.
+    /// Returns its name for the head of a narrow column.
     pub fn short_words(self, machine: &Machine) -> &'static str {
-        if self.is_torque(machine) { "drive torque" } else { self.named_words().0[2] }
+        if self.is_torque(machine) { "drive torque" } else { self.names().0[2] }
     }
 
+    /// Returns the kind of quantity that it measures.
     fn measure(self) -> Measure {
-        self.named_words().1
+        self.names().1
     }
 
-    /// The drives whose corrections or forces it is about: the only kind, or slides beside hinges.
+    /// Returns the kind of drives whose corrections or forces it measures: the only kind, or slides beside hinges.
     fn drives(self, machine: &Machine) -> Motion {
         match self {
             Metric::WorstHingeCorrection | Metric::WorstHingeTorque => Motion::Revolute,
@@ -114,7 +114,7 @@ impl Metric {
         }
     }
 
-    /// Its unit on `machine`; empty for shares.
+    /// Returns its unit on `machine` as in column names; empty for shares.
     pub fn unit(self, machine: &Machine) -> &'static str {
         match self.measure() {
             Measure::Length => "mm",
@@ -125,7 +125,7 @@ impl Metric {
         }
     }
 
-    /// Name of its table column: label and unit.
+    /// Returns the name of its table column: label and unit.
     pub fn column(self, machine: &Machine) -> String {
         match (self, self.unit(machine)) {
             (_, "") => self.label().into(),
@@ -136,7 +136,7 @@ impl Metric {
         }
     }
 
-    /// Its unit as shown on axes and pages; empty for shares.
+    /// Returns its unit for axes and pages; empty for shares.
     pub fn shown_unit(self, machine: &Machine) -> &'static str {
         match self.measure() {
             Measure::Correction => self.drives(machine).shown_position_unit(),
@@ -146,8 +146,8 @@ impl Metric {
         }
     }
 
-    /// Its value with unit, for sentences.
-    pub fn shown(self, machine: &Machine, value: f64) -> String {
+    /// Formats a value with its unit for sentences.
+    pub fn value_words(self, machine: &Machine, value: f64) -> String {
         match self.measure() {
             Measure::Correction => self.drives(machine).position_words(value),
             Measure::Share => format!("{:.1} %", 100.0 * value),
@@ -156,22 +156,22 @@ impl Metric {
         }
     }
 
-    /// Whether placements on `machine` have it.
+    /// Returns whether placements on `machine` have the metric: those of hinges exist only where slides do, too.
     pub fn exists_on(self, machine: &Machine) -> bool {
         !matches!(self, Metric::WorstHingeCorrection | Metric::WorstHingeTorque) || machine.has_mixed_drives()
     }
 
-    /// Whether a larger value is better.
+    /// Returns whether a larger value is better.
     pub fn larger_is_better(self) -> bool {
         matches!(self.measure(), Measure::Stiffness | Measure::Share)
     }
 
-    /// The value as something to be made small.
+    /// Returns the value with the sign that makes smaller better.
     pub fn cost(self, value: f64) -> f64 {
         if self.larger_is_better() { -value } else { value }
     }
 
-    /// Whether it is a part of the distance from the path, which is computed where the objective asks for such parts.
+    /// Returns whether it is a part of the deflection across the motion, which is computed only where the objective asks for one.
     pub fn is_across(self) -> bool {
         matches!(
             self,
@@ -179,7 +179,7 @@ impl Metric {
         )
     }
 
-    /// Whether it comes from the correction within limits.
+    /// Returns whether the metric comes from the correction within limits.
     pub fn is_bounded(self) -> bool {
         matches!(self, Metric::WorstResidual | Metric::RmsResidual | Metric::ShareWithinCorrected)
     }
@@ -190,22 +190,23 @@ impl Metric {
 pub struct Metrics([Option<f64>; Metric::ALL.len()]);
 
 impl Metrics {
-    /// The value of `metric`, in its [`Metric::unit`].
+    /// Returns the value of `metric`, in its [`Metric::unit`].
     pub fn get(&self, metric: Metric) -> Option<f64> {
         self.0[metric as usize]
     }
 
-    /// Makes `value` that of `metric`, in its [`Metric::unit`].
+    /// Sets the value of `metric`, in its [`Metric::unit`].
     pub fn set(&mut self, metric: Metric, value: f64) {
         self.0[metric as usize] = Some(value);
     }
 
+    /// Removes the value of `metric`.
     pub(super) fn clear(&mut self, metric: Metric) {
         self.0[metric as usize] = None;
     }
 }
 
-/// What is made small: a weighted sum of metrics, and the metrics whose best compromises are wanted.
+/// Objective to be minimised: a weighted sum of metrics; and the metrics of the Pareto front.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Objective {
     /// Weights, all above 0; margins and shares enter with the opposite sign.
@@ -215,7 +216,7 @@ pub struct Objective {
 }
 
 impl Objective {
-    /// `Σ weight · metric`; infinite where a metric has no value.
+    /// Returns `Σ weight · metric`; infinite where a metric has no value.
     pub fn value(&self, metrics: &Metrics) -> f64 {
         let term = |(metric, weight): &(Metric, f64)| {
             metrics.get(*metric).map_or(f64::INFINITY, |value| weight * metric.cost(value))
@@ -223,19 +224,19 @@ impl Objective {
         self.weights.iter().map(term).sum()
     }
 
-    /// The metrics it needs.
+    /// Returns the metrics it needs.
     pub fn metrics(&self) -> Vec<Metric> {
         let mut needed: Vec<Metric> = self.weights.iter().map(|(metric, _)| *metric).collect();
         needed.extend(&self.pareto);
         needed
     }
 
-    /// Whether a study with this objective has `metric`.
+    /// Returns whether a study with this objective computes `metric`.
     pub fn has(&self, metric: Metric) -> bool {
         !metric.is_across() || self.metrics().iter().any(|asked| asked.is_across())
     }
 
-    /// What the objective is, in words.
+    /// Returns the objective in words.
     pub fn words(&self, machine: &Machine) -> String {
         match self.weights.as_slice() {
             [(metric, _)] => metric.words(machine).into(),

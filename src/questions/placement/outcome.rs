@@ -1,4 +1,4 @@
-//! What a placement study found.
+//! Results of a placement study, and how the best place is chosen from them.
 
 use rayon::prelude::*;
 
@@ -8,7 +8,7 @@ use super::{
     PlacementStudy,
     along::Trace,
     evaluate::{Evaluation, Evaluator},
-    flatness::Room,
+    flatness::Margin,
     gaps::Gaps,
     metric::Metrics,
     refine::Refinement,
@@ -23,23 +23,23 @@ pub struct PlacementResults {
     /// The study.
     #[serde(skip)]
     pub study: PlacementStudy,
-    /// The sweep, in grid order.
+    /// Cells of the sweep, in grid order.
     pub cells: Vec<Cell>,
     /// Indices of the cells that can be cut, best first.
     pub ranking: Vec<usize>,
-    /// Where the workpiece fits between the places of the sweep.
+    /// Places between the grid points of the sweep where the workpiece fits.
     pub gaps: Gaps,
-    /// One per start that can be cut at: those of the sweep in the order of the ranking, those between, named places.
+    /// Refinements from each start that can be cut: those of the sweep in the order of the ranking, those between, named places.
     pub refinements: Vec<Refinement>,
-    /// The best place known within the bounds; `None` if the workpiece can be cut at none.
+    /// The best place found within the bounds; `None` if the workpiece can be cut at none.
     pub best: Option<Best>,
-    /// How far the workpiece may be moved from there.
-    pub flatness: Vec<Room>,
-    /// Named and found places with all metrics, best first, those that cannot be cut at last.
+    /// Margins of the best place along each free coordinate.
+    pub flatness: Vec<Margin>,
+    /// Named and found places with all metrics, best first; those that cannot be cut last.
     pub entries: Vec<Entry>,
-    /// The best compromises between the metrics asked for, by the first of them.
+    /// Pareto front of the metrics asked for, sorted by the first of them.
     pub front: Vec<(Site, Metrics)>,
-    /// Paths at the best and at a poor place.
+    /// Paths at the best place and at the poorest.
     pub traces: Vec<Trace>,
 }
 
@@ -48,20 +48,20 @@ pub struct PlacementResults {
 pub struct Best {
     /// Index of its entry.
     pub entry: usize,
-    /// Where.
+    /// The place.
     pub site: Site,
-    /// Objective there.
+    /// Its objective.
     pub value: f64,
-    /// What found it.
-    pub found: Found,
-    /// What each refinement has to say to it.
+    /// How it was found.
+    pub found: Origin,
+    /// How the end of each refinement compares with it.
     pub agreement: Vec<Agreement>,
 }
 
 /// How a refinement's end compares with the best place.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub enum Agreement {
-    /// Same value, same place.
+    /// Same value at the same place.
     Same,
     /// Same value at another place: the optimum is flat, or there are several.
     Elsewhere,
@@ -69,81 +69,82 @@ pub enum Agreement {
     Worse,
 }
 
-/// Where an entry comes from.
+/// Origin of an entry.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-pub enum Found {
-    /// It is a named place of the study.
+pub enum Origin {
+    /// A named place of the study.
     Named,
-    /// It is the best place of the sweep.
+    /// The best place of the sweep.
     Sweep,
-    /// It is where a refinement ended.
+    /// The end of the refinement of this index.
     Refinement(usize),
 }
 
-impl Found {
-    /// Word used in tables.
+impl Origin {
+    /// Returns the word for the origin in tables.
     pub fn label(self) -> &'static str {
         match self {
-            Found::Named => "named",
-            Found::Sweep => "sweep",
-            Found::Refinement(_) => "optimised",
+            Origin::Named => "named",
+            Origin::Sweep => "sweep",
+            Origin::Refinement(_) => "optimised",
         }
     }
 }
 
-/// A place with all metrics.
+/// A named or found place with all metrics.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Entry {
     /// Its name.
     pub name: String,
-    /// Where it comes from.
-    pub found: Found,
-    /// Where.
+    /// Where the place comes from.
+    pub found: Origin,
+    /// The place.
     pub site: Site,
-    /// Turn of each feature about the tool's axis there, rad; `None` where none is sought or possible.
+    /// γ of each feature there, rad; `None` where none is sought or possible.
     pub turns: Vec<Option<f64>>,
-    /// What happens there, whether or not the path leaves the workspace box, or why nothing does.
+    /// Its evaluation, also where the path leaves the workspace box, or why there is none.
     pub outcome: Result<Evaluation, Failure>,
-    /// The objective; infinite where there is none.
+    /// The objective; infinite without an evaluation.
     pub value: f64,
 }
 
-/// Names of found places: the best one of the sweep, and before the number of a refinement.
+/// Name of the best place of the sweep.
 const BEST_OF_SWEEP: &str = "best of the sweep";
+/// Name of the end of a refinement, before its number.
 const OPTIMISED: &str = "optimised ";
 
-/// Whether a found place is, or could be, called so, capitals and small letters being the same.
+/// Returns whether a found place has or could have this name, in capitals or small letters.
 pub(super) fn is_name_of_found(name: &str) -> bool {
     let name = name.trim().to_lowercase();
     name == BEST_OF_SWEEP || name.strip_prefix(OPTIMISED).is_some_and(|number| number.trim().parse::<usize>().is_ok())
 }
 
-/// Values are the same if they differ by less than this share.
+/// Largest relative difference between objectives that count as the same.
 const SAME_VALUE: f64 = 1e-3;
-/// Values below this, per unit of all weights, are zero: what solving the machine leaves open.
+/// Objectives below this, per unit of all weights, are zero within solver tolerance.
 const ZERO: f64 = 1e-8;
 
 impl PlacementStudy {
-    /// Whether a difference of the objective, or a value of it, is nothing but rounding.
+    /// Returns whether an objective, or a difference of two, is zero within solver tolerance.
     pub fn is_zero(&self, value: f64) -> bool {
         value.abs() <= ZERO * self.objective.weights.iter().map(|(_, weight)| weight).sum::<f64>()
     }
 }
 
 impl Entry {
-    /// What happens there, if the workpiece can be cut there.
+    /// Returns the evaluation, if the workpiece can be cut there.
     pub fn feasible(&self) -> Option<&Evaluation> {
         self.outcome.as_ref().ok().filter(|evaluation| evaluation.outside_workspace.is_none())
     }
 
-    /// Why it cannot.
+    /// Returns why the workpiece cannot be cut there, if it cannot.
     pub fn refusal(&self) -> Option<&Failure> {
         self.outcome.as_ref().map_or_else(Some, |evaluation| evaluation.outside_workspace.as_ref())
     }
 }
 
-/// The best of `entries` that can be cut at and lies within the bounds.
-pub(super) fn best(study: &PlacementStudy, entries: &[Entry], refinements: &[Refinement]) -> Option<Best> {
+/// Returns the best of `entries` that can be cut and lies within the bounds.
+pub(super) fn choose_best(study: &PlacementStudy, entries: &[Entry], refinements: &[Refinement]) -> Option<Best> {
     let is_wanted = |entry: &Entry| entry.feasible().is_some() && study.bounds.inside(&entry.site).is_some();
     let index = entries.iter().position(is_wanted)?;
     let Entry { site, value, found, .. } = entries[index];
@@ -160,27 +161,27 @@ pub(super) fn best(study: &PlacementStudy, entries: &[Entry], refinements: &[Ref
     Some(Best { entry: index, site, value, found, agreement: refinements.iter().map(agreement).collect() })
 }
 
-/// Named places, the best of the sweep and the ends of the refinements, each once; best first.
-pub(super) fn entries(
+/// Evaluates named places, the best of the sweep and the ends of the refinements, each once; best first.
+pub(super) fn evaluate_entries(
     evaluator: &Evaluator,
     study: &PlacementStudy,
     work: &Work,
     (cells, ranking, refinements): (&[Cell], &[usize], &[Refinement]),
 ) -> Vec<Entry> {
-    let mut places: Vec<(String, Found, Site)> =
-        study.candidates.iter().map(|c| (c.name.clone(), Found::Named, c.site)).collect();
-    places.extend(ranking.first().map(|&index| (BEST_OF_SWEEP.into(), Found::Sweep, cells[index].site)));
-    for (index, refinement) in distinct(study, refinements) {
+    let mut places: Vec<(String, Origin, Site)> =
+        study.candidates.iter().map(|c| (c.name.clone(), Origin::Named, c.site)).collect();
+    places.extend(ranking.first().map(|&index| (BEST_OF_SWEEP.into(), Origin::Sweep, cells[index].site)));
+    for (index, refinement) in distinct_refinements(study, refinements) {
         // One that gained nothing on a named place is that place.
         let is_named = |candidate: &super::Candidate| study.bounds.inside(&candidate.site) == Some(refinement.site);
         if !study.candidates.iter().any(is_named) {
-            places.push((format!("{OPTIMISED}{}", index + 1), Found::Refinement(index), refinement.site));
+            places.push((format!("{OPTIMISED}{}", index + 1), Origin::Refinement(index), refinement.site));
         }
     }
-    let entry = |(number, (name, found, site)): (usize, (String, Found, Site))| {
-        let outcome = evaluator.examine_kept(&work.shard(number), &site);
+    let entry = |(number, (name, found, site)): (usize, (String, Origin, Site))| {
+        let outcome = evaluator.examine_in_work(&work.shard(number), &site);
         let value = outcome.as_ref().map_or(f64::INFINITY, |evaluation| study.objective.value(&evaluation.metrics));
-        let turns = evaluator.turns_of(&site);
+        let turns = evaluator.gammas_at(&site);
         Entry { name, found, site, turns, outcome, value }
     };
     let mut entries: Vec<Entry> = places.into_par_iter().enumerate().map(entry).collect();
@@ -192,8 +193,8 @@ pub(super) fn entries(
     entries
 }
 
-/// Refinements whose ends are not those of better ones.
-fn distinct<'a>(study: &PlacementStudy, refinements: &'a [Refinement]) -> Vec<(usize, &'a Refinement)> {
+/// Returns the refinements that do not end at the place of a better one, best first.
+fn distinct_refinements<'a>(study: &PlacementStudy, refinements: &'a [Refinement]) -> Vec<(usize, &'a Refinement)> {
     let mut sorted: Vec<(usize, &Refinement)> = refinements.iter().enumerate().collect();
     sorted.sort_by(|a, b| a.1.value.total_cmp(&b.1.value));
     let mut distinct: Vec<(usize, &Refinement)> = Vec::new();

@@ -1,9 +1,8 @@
-//! A pattern search: the last steps to a best place, where worst values have edges on which Nelder–Mead stays lying.
+//! A pattern search for the last steps to a best place: worst values have edges on which Nelder–Mead gets stuck.
 //!
-//! Places a step away along the axes of a basis are looked at, in both senses; the first better one is taken and the step
-//! doubled, and where none is better the step is halved. Each basis is turned differently, by a fixed sequence, so that
-//! an edge which runs between the axes of one is met by another. Of a place that is no better nothing needs to be known
-//! but that.
+//! It tries places a step away along the axes of a basis, in both directions. The first better one is taken and the step doubled; where
+//! none is better the step is halved. Each basis is rotated differently, by a fixed sequence, so that an edge which runs between the axes
+//! of one is met by another. A place that is no better needs no exact value.
 
 use super::{
     PlacementStudy,
@@ -11,24 +10,23 @@ use super::{
 };
 use crate::spatial::radical_inverse;
 
-/// Steps of a pattern search, in steps of the grid.
+/// Steps of a pattern search, in steps of the sweep's grid.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Steps {
-    /// The first one, which none exceeds.
+    /// The first step, which is also the largest.
     pub first: f64,
-    /// Below it the search ends, or begins again with the first one.
+    /// Step below which the search ends, or begins again with the first one.
     pub last: f64,
-    /// Bases along which no step may be better before the search ends: where several values have an edge, few ways lead
-    /// on, and the bases of one search may all miss them.
+    /// Number of consecutive bases without a better place before the search ends, since at an edge few directions lead on.
     pub bases: usize,
 }
 
-/// Most places that are looked at.
+/// Largest number of places tried.
 const MOST: usize = 600;
 
-/// Makes `cost` small from `start` on, whose cost is given, until it is at most `goal` or steps are small. `cost` is told
-/// the value below which a place is better, and may answer with infinity instead of anything that is not.
-pub(super) fn polish(
+/// Minimises `cost` from `start` until it is at most `goal` or steps are small; returns the best place with its cost. `cost` gets the value
+/// below which a place is better, and may return infinity for any that is not.
+pub(super) fn pattern_search(
     study: &PlacementStudy,
     start: (Site, f64),
     steps: Steps,
@@ -43,7 +41,7 @@ pub(super) fn polish(
         if size < steps.last || found.1 <= goal || looked >= MOST || free.is_empty() {
             break;
         }
-        let ways = last_way.take().into_iter().chain(basis(free.len(), turn).into_iter().flat_map(both_senses));
+        let ways = last_way.take().into_iter().chain(basis(free.len(), turn).into_iter().flat_map(both_directions));
         let mut is_better = false;
         for way in ways {
             let site = moved(&study.bounds, &found.0, &free, &units, &way, size);
@@ -70,21 +68,22 @@ pub(super) fn polish(
     found
 }
 
-/// Share of a value that a better one is better by.
+/// Smallest gain, as a share of the value, that counts as one.
 const GAIN: f64 = 1e-7;
 
+/// Returns `from` moved by `size` steps along `way` in the free coordinates, within the bounds.
 fn moved(bounds: &Bounds, from: &Site, free: &[usize], units: &[f64], way: &[f64], size: f64) -> Site {
     let parts = free.iter().zip(units).zip(way);
     parts.fold(*from, |site, ((&i, unit), part)| bounds.moved(&site, i, part * unit * size))
 }
 
-fn both_senses(way: Vec<f64>) -> [Vec<f64>; 2] {
+/// Returns a direction and its opposite.
+fn both_directions(way: Vec<f64>) -> [Vec<f64>; 2] {
     let back = way.iter().map(|part| -part).collect();
     [way, back]
 }
 
-/// An orthonormal basis, the axes themselves first: of the reflection along a direction that a low-discrepancy sequence
-/// gives.
+/// Returns an orthonormal basis of `n` dimensions: the axes for `turn` 0, else their reflection along a low-discrepancy direction.
 pub fn basis(n: usize, turn: usize) -> Vec<Vec<f64>> {
     const PRIMES: [usize; 6] = [2, 3, 5, 7, 11, 13];
     let normal: Vec<f64> = PRIMES[..n].iter().map(|&prime| 2.0 * radical_inverse(turn, prime) - 1.0).collect();

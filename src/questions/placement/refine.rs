@@ -1,14 +1,13 @@
-//! Nelder–Mead from the best places of a sweep and from named ones.
+//! Refinement by Nelder–Mead from the best places of a sweep and from named ones.
 //!
-//! Nelder–Mead knows no bounds. Each free coordinate is therefore `x = middle + half range · sin u` with u free: every u
-//! is within the bounds, an optimum at a bound is an ordinary one (u = π/2), and no evaluation is spent outside. On a
-//! test function with its optimum at a bound this took a third fewer evaluations than an infinite wall. An angle that may
-//! make a full turn is its own u and goes round. An infeasible place costs infinitely much, which Nelder–Mead steps back
-//! from.
+//! Nelder–Mead knows no bounds. Each free coordinate is therefore `x = middle + half range · sin u` with u free: every u is within the
+//! bounds, an optimum at a bound is an ordinary one (u = π/2), and no evaluation is spent outside. On a test function with its optimum at a
+//! bound this took a third fewer evaluations than an infinite wall. An angle that may make a full turn is its own u and wraps around. An
+//! infeasible place has an infinite cost, from which Nelder–Mead steps back.
 //!
-//! The spread of a simplex can become small before its place is right; each search is therefore started anew, smaller,
-//! around what it found, until that gains less than the tolerance. One that has used up its iterations goes on from where
-//! it ended. The ends that may be the best place are then polished ([`super::polish`]).
+//! A simplex can become small before its place is right. Each search is therefore restarted, smaller, around its result until that gains
+//! less than the tolerance. One that has used up its iterations continues from where it ended. The ends that may be the best place are then
+//! polished ([`super::polish`]).
 
 use std::{
     f64::consts::TAU,
@@ -30,7 +29,7 @@ use super::{
     PlacementStudy,
     evaluate::Evaluator,
     metric::{Metrics, Objective},
-    polish::{Steps, polish},
+    polish::{Steps, pattern_search},
     site::{Bounds, Site},
 };
 use crate::{
@@ -38,63 +37,60 @@ use crate::{
     work::{Event, Work},
 };
 
-/// What kind of place a refinement starts from.
+/// Kind of place that a refinement starts from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub enum Start {
     /// One of the best places of the sweep.
     Sweep,
     /// The named place of this index.
     Named(usize),
-    /// A place between those of the sweep, found because the workpiece fits in few of them.
+    /// A place found between the grid points of the sweep.
     Between,
 }
 
-/// One refinement.
+/// Result of one refinement.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Refinement {
-    /// What it started from.
+    /// Kind of place that it started from.
     pub from: Start,
-    /// Where it started.
+    /// Place where it started.
     pub start: Site,
-    /// Where it ended.
+    /// Place where it ended.
     pub site: Site,
-    /// Objective there.
+    /// Objective at its end.
     pub value: f64,
-    /// Metrics there, those that the objective needs.
+    /// Metrics at its end, those that the objective needs.
     pub metrics: Metrics,
-    /// Iterations of Nelder–Mead.
+    /// Number of iterations of Nelder–Mead.
     pub iterations: usize,
-    /// Searches by Nelder–Mead that used up their iterations and went on from there.
+    /// Number of searches that used up their iterations and continued from where they ended.
     pub continued: usize,
-    /// Whether the tolerance was met in the end.
+    /// Whether the last search met the tolerance.
     pub is_converged: bool,
-    /// Best value after each iteration.
+    /// Best objective after each iteration.
     pub history: Vec<f64>,
-    /// Every place it evaluated and could be cut at.
+    /// Every place evaluated that can be cut.
     pub visited: Vec<(Site, Metrics)>,
 }
 
-/// First simplex: this share of a step of the grid along each coordinate.
+/// Size of the first simplex, as a share of a step of the grid along each coordinate.
 const FIRST_SIZE: f64 = 0.5;
-/// A search that is started anew is smaller by this factor.
+/// Factor on the size of the simplex of each restarted search.
 const SHRINK: f64 = 0.2;
-/// Objectives below this are as good as zero.
+/// Smallest objective relative to which the tolerance is taken.
 const SMALLEST: f64 = 1e-12;
-/// Most searches from one start that met the tolerance, and most that used up their iterations. What a third one of the
-/// former gains, polishing gains for less.
+/// Largest number of searches from one start that met the tolerance: polishing gains for less what a third would.
 const ROUNDS: usize = 2;
+/// Largest number of searches from one start that used up their iterations.
 const CONTINUATIONS: usize = 5;
-/// Ends within this share of the best value are polished: among them is the best place.
+/// Share of the best value within which ends are polished, as the best place is among them.
 const CONTENDS: f64 = 0.02;
-/// Most ends that are polished.
+/// Largest number of ends that are polished.
 const POLISHED: usize = 2;
-/// Steps of polishing.
+/// Steps of the pattern search that polishes an end.
 const POLISH: Steps = Steps { first: 0.1, last: 5e-4, bases: 0 };
 
-/// Refines each of `starts`, in their order, and polishes the best ends.
-///
-/// # Errors
-/// Of `work`.
+/// Refines each of `starts`, in their order, and polishes the best ends. `Err` only from `work`.
 pub(super) fn refine(
     evaluator: &Evaluator,
     study: &PlacementStudy,
@@ -103,7 +99,7 @@ pub(super) fn refine(
     work: &Work,
 ) -> error::Result<Vec<Refinement>> {
     let run = |(number, (from, start)): (usize, &(Start, Site))| {
-        let search = Search { evaluator, study, objective, work: &work.shard(number) };
+        let search = RefinementSearch { evaluator, study, objective, work: &work.shard(number) };
         let refinement = search.run(*from, *start);
         search.tell(Event::Computed(1));
         refinement
@@ -115,14 +111,14 @@ pub(super) fn refine(
     let contenders = if is_sought { contenders(study, &refinements) } else { Vec::new() };
     refinements.par_iter_mut().enumerate().for_each(|(index, found)| {
         if let Some(rank) = contenders.iter().position(|contender| *contender == index) {
-            Search { evaluator, study, objective, work: &work.shard(rank) }.polish(found);
+            RefinementSearch { evaluator, study, objective, work: &work.shard(rank) }.polish(found);
         }
     });
     work.barrier()?;
     Ok(refinements)
 }
 
-/// Ends that may be, or be next to, the best place: no two of them the same.
+/// Returns the indices of the ends that may be, or be next to, the best place: no two of them the same.
 fn contenders(study: &PlacementStudy, refinements: &[Refinement]) -> Vec<usize> {
     let mut sorted: Vec<usize> = (0..refinements.len()).collect();
     sorted.sort_by(|&a, &b| refinements[a].value.total_cmp(&refinements[b].value).then(a.cmp(&b)));
@@ -138,22 +134,23 @@ fn contenders(study: &PlacementStudy, refinements: &[Refinement]) -> Vec<usize> 
     contenders
 }
 
-struct Search<'a> {
+/// One search, for one objective.
+struct RefinementSearch<'a> {
     evaluator: &'a Evaluator,
     study: &'a PlacementStudy,
     objective: &'a Objective,
     work: &'a Work,
 }
 
-impl Search<'_> {
-    /// `None` if the start cannot be cut at.
+impl RefinementSearch<'_> {
+    /// Refines `start`; `None` if it cannot be cut.
     fn run(&self, from: Start, start: Site) -> Option<Refinement> {
         let free = self.study.bounds.free();
         let settings = &self.study.search;
         let visited = Mutex::new(Vec::new());
         let history = Arc::new(Mutex::new(Vec::new()));
         let cost = Cost { search: self, free: &free, fixed: start, visited: &visited };
-        let mut found = (start, cost.value(&start));
+        let mut found = (start, cost.record_value(&start));
         let tolerance = settings.tolerance * found.1.abs().max(SMALLEST);
         let (mut size, mut rounds, mut continued) = (FIRST_SIZE, 0, 0);
         let mut is_converged = free.is_empty();
@@ -179,12 +176,13 @@ impl Search<'_> {
         Some(Refinement { from, start, site, value, metrics, iterations, continued, is_converged, history, visited })
     }
 
+    /// Improves the end of a refinement by a pattern search.
     fn polish(&self, refinement: &mut Refinement) {
         let start = (refinement.site, refinement.value);
         let mut best = None;
-        let (site, value) = polish(self.study, start, POLISH, f64::NEG_INFINITY, |site, below| {
+        let (site, value) = pattern_search(self.study, start, POLISH, f64::NEG_INFINITY, |site, below| {
             let evaluation =
-                self.evaluator.kept_below(self.work, site, &|metrics| self.objective.value(metrics), below);
+                self.evaluator.evaluate_below_in_work(self.work, site, &|metrics| self.objective.value(metrics), below);
             let Some(metrics) = evaluation.map(|evaluation| evaluation.metrics) else { return f64::INFINITY };
             let value = self.objective.value(&metrics);
             if value < below {
@@ -198,7 +196,7 @@ impl Search<'_> {
         refinement.metrics = best.unwrap_or(refinement.metrics);
     }
 
-    /// Tells of a search for the study's own objective.
+    /// Reports an event to `work`; best values only if they are of the study's own objective.
     fn tell(&self, event: Event) {
         if *self.objective == self.study.objective || matches!(event, Event::Computed(_)) {
             self.work.tell(event);
@@ -208,18 +206,20 @@ impl Search<'_> {
 
 /// The objective as a function of the free variables u.
 struct Cost<'a> {
-    search: &'a Search<'a>,
+    search: &'a RefinementSearch<'a>,
     free: &'a [usize],
     fixed: Site,
     visited: &'a Mutex<Vec<(Site, Metrics)>>,
 }
 
 impl Cost<'_> {
+    /// Returns the bounds of the coordinates.
     fn bounds(&self) -> &Bounds {
         &self.search.study.bounds
     }
 
-    fn site(&self, u: &[f64]) -> Site {
+    /// Returns the place with the free variables `u`.
+    fn site_at(&self, u: &[f64]) -> Site {
         let mut site = self.fixed;
         for (&i, u) in self.free.iter().zip(u) {
             let (low, high) = (self.bounds().low[i], self.bounds().high[i]);
@@ -231,7 +231,8 @@ impl Cost<'_> {
         site
     }
 
-    fn variables(&self, site: &Site) -> Vec<f64> {
+    /// Returns the free variables u of a place.
+    fn variables_at(&self, site: &Site) -> Vec<f64> {
         let variable = |&i: &usize| {
             if self.bounds().is_full_turn(i) {
                 return site.0[i];
@@ -242,8 +243,9 @@ impl Cost<'_> {
         self.free.iter().map(variable).collect()
     }
 
-    fn value(&self, site: &Site) -> f64 {
-        match self.search.evaluator.kept(self.search.work, site) {
+    /// Returns the objective at a place, and records the place; infinite where it cannot be cut.
+    fn record_value(&self, site: &Site) -> f64 {
+        match self.search.evaluator.evaluate_in_work(self.search.work, site) {
             Ok(evaluation) => {
                 if let Ok(mut visited) = self.visited.lock() {
                     visited.push((*site, evaluation.metrics));
@@ -254,13 +256,13 @@ impl Cost<'_> {
         }
     }
 
-    /// The start and, along each free coordinate, a place `size` steps of the grid away, inward at a bound.
+    /// Returns the start and, along each free coordinate, a place `size` steps of the grid away, inward at a bound, as variables u.
     fn simplex(&self, start: &Site, size: f64) -> Vec<Vec<f64>> {
-        let mut simplex = vec![self.variables(start)];
+        let mut simplex = vec![self.variables_at(start)];
         for &i in self.free {
             let step = size * self.search.study.grid.step(i, self.bounds());
             let is_inside = self.bounds().is_full_turn(i) || start.0[i] + step <= self.bounds().high[i];
-            let mut variables = self.variables(&self.bounds().moved(start, i, if is_inside { step } else { -step }));
+            let mut variables = self.variables_at(&self.bounds().moved(start, i, if is_inside { step } else { -step }));
             if let Some(turned) = self.free.iter().position(|&other| other == i && self.bounds().is_full_turn(i)) {
                 // Not the way round: a simplex has no seam.
                 variables[turned] = start.0[i] + step;
@@ -270,7 +272,7 @@ impl Cost<'_> {
         simplex
     }
 
-    /// One search by Nelder–Mead; the better of its start and its end, and whether it used up its iterations.
+    /// Runs one Nelder–Mead search; returns the better of its start and its end, and whether it used up its iterations.
     fn descend(
         &self,
         start: (Site, f64),
@@ -288,7 +290,7 @@ impl Cost<'_> {
             .run()
             .ok()?;
         let state = result.state();
-        let end = state.get_best_param().map(|u| (self.site(u), state.get_best_cost()));
+        let end = state.get_best_param().map(|u| (self.site_at(u), state.get_best_cost()));
         let is_ended_by_count =
             matches!(state.get_termination_status(), TerminationStatus::Terminated(TerminationReason::MaxItersReached));
         Some((end.filter(|end| end.1 < start.1).unwrap_or(start), is_ended_by_count))
@@ -299,22 +301,24 @@ impl CostFunction for &Cost<'_> {
     type Param = Vec<f64>;
     type Output = f64;
 
+    /// Returns the objective at the variables `u`.
     fn cost(&self, u: &Self::Param) -> Result<f64, Error> {
-        Ok(self.value(&self.site(u)))
+        Ok(self.record_value(&self.site_at(u)))
     }
 }
 
-/// Takes note of each iteration's best value and tells who watches.
+/// Observer that records the best value after each iteration and reports it.
 struct Progress {
     history: Arc<Mutex<Vec<f64>>>,
-    /// Best value so far, the searches before included.
+    /// Best value so far, including the searches before.
     best: f64,
     work: Work,
-    /// Whether the best value is one of the study's objective.
+    /// Whether the value belongs to the study's objective and is reported.
     is_told: bool,
 }
 
 impl Observe<IterState<Vec<f64>, (), (), (), (), f64>> for Progress {
+    /// Records the best value of an iteration. `Err` if the work was stopped.
     fn observe_iter(&mut self, state: &IterState<Vec<f64>, (), (), (), (), f64>, _: &KV) -> Result<(), Error> {
         self.best = self.best.min(state.get_best_cost());
         if let Ok(mut history) = self.history.lock() {

@@ -1,4 +1,4 @@
-//! From a placement study as written to a checked one.
+//! Checks of a placement study as written, which make it a [`PlacementStudy`].
 
 use nalgebra::{Vector2, Vector3};
 
@@ -14,14 +14,14 @@ use crate::{
         Inputs,
         check::Check,
         error::{Error, Result},
-        toml_file::name_now,
+        toml_file::renamed_hint,
     },
     machine::Machine,
-    process::{Extent, Feature, ForbiddenBox, PathReference, Process, cutting::LoadError, tilt::Turned},
+    process::{Extent, Feature, ForbiddenBox, PathReference, Process, cutting::LoadError, tilt::TiltAngles},
     questions::{
-        Given, Overrides, Question, Resolved, Template,
+        Overrides, Question, Resolved, StudyContext, Template,
         over_workspace::grid_input,
-        path::resolve::{check_total, named_point, on_carrier, points_of, program_input, toolpath},
+        path::resolve::{check_total, circle_points, named_point, on_carrier_problem, program_input, toolpath},
         placement::spec::{
             CandidateSpec, FeatureSpec, ForbiddenSpec, ObjectiveSpec, OfCoordinates, PlacementStudySpec, SearchSpec,
             TableSpec,
@@ -33,14 +33,15 @@ use crate::{
     work::Work,
 };
 
-/// Most places of a sweep.
+/// Largest number of places of a sweep.
 const MAX_PLACES: usize = 100_000;
-/// Most refinements, and iterations of each.
+/// Largest number of refinements.
 const MAX_STARTS: usize = 100;
-/// How far the workpiece stays from forbidden boxes if a study does not say.
+/// Default distance of the workpiece from forbidden boxes, mm.
 pub const CLEARANCE_MM: f64 = 5.0;
-/// What a path may be outside the workpiece's box by rounding, mm.
+/// Largest distance of a path outside the workpiece's box that is rounding, mm.
 const OUTSIDE_MM: f64 = 1e-6;
+/// Largest number of iterations of each refinement.
 const MAX_ITERATIONS: usize = 10_000;
 
 impl Question for PlacementStudy {
@@ -57,21 +58,22 @@ impl Question for PlacementStudy {
     };
     const TABLES: &[&str] = &["candidates", "sweep", "refinements", "pareto"];
 
-    fn resolve(spec: &PlacementStudySpec, given: &Given<'_>) -> Result<Resolved<Self>> {
+    /// Checks the placement study and reads the programs of its features.
+    fn resolve(spec: &PlacementStudySpec, given: &StudyContext<'_>) -> Result<Resolved<Self>> {
         let (overrides, check) = (given.overrides, &given.check);
-        let (features, today, inputs) = features(&spec.feature, given)?;
+        let (features, today, inputs) = all_features(&spec.feature, given)?;
         // Places of the tool tip are told of the first feature's tool.
         let machine = features[0].machine();
         let reference = features[0].feature.reference;
-        let bounds = bounds(&spec.bounds, &spec.fixed, machine, check)?;
+        let bounds = resolve_bounds(&spec.bounds, &spec.fixed, machine, check)?;
         let extent = match &spec.workpiece {
             Some(spec) => {
                 let check = check.key("workpiece");
-                let extent = extent(spec.min_mm, spec.max_mm, &check)?;
-                holds_paths(&extent, &features, &check)?;
+                let extent = checked_box(spec.min_mm, spec.max_mm, &check)?;
+                check_holds_paths(&extent, &features, &check)?;
                 extent
             }
-            None => around(&features),
+            None => box_around_paths(&features),
         };
         let clearance_mm = check.key("clearance_mm").not_negative(spec.clearance_mm.unwrap_or(CLEARANCE_MM))?;
         let footprint = || match &spec.workpiece {
@@ -81,14 +83,14 @@ impl Question for PlacementStudy {
         let study = PlacementStudy {
             table: spec
                 .table
-                .map(|spec| table(&spec, footprint(), tool_points_up(&features), &check.key("table")))
+                .map(|spec| resolve_table(&spec, footprint(), tool_points_up(&features), &check.key("table")))
                 .transpose()?,
-            forbidden: forbidden(&spec.forbidden, check)?,
+            forbidden: resolve_forbidden(&spec.forbidden, check)?,
             clearance_mm,
-            grid: grid(&spec.search, &bounds, overrides, &check.key("search"))?,
-            search: search(&spec.search, &check.key("search"))?,
-            objective: objective(&spec.objective, machine, &features, &check.key("objective"))?,
-            candidates: candidates(&spec.candidate, today, machine, reference, check)?,
+            grid: resolve_grid(&spec.search, &bounds, overrides, &check.key("search"))?,
+            search: resolve_search(&spec.search, &check.key("search"))?,
+            objective: check_objective(&spec.objective, machine, &features, &check.key("objective"))?,
+            candidates: resolve_candidates(&spec.candidate, today, machine, reference, check)?,
             bounds,
             extent,
             machine: machine.clone(),
@@ -98,29 +100,37 @@ impl Question for PlacementStudy {
         Ok(Resolved { study, shown: (), inputs })
     }
 
+    /// Returns the number of places of the sweep.
     fn items(&self) -> (usize, &'static str) {
         (self.grid.len(), "places")
     }
 
+    /// Returns the number of pieces of the first level of the sweep.
     fn pieces(&self) -> usize {
-        super::sweep::pieces(self)
+        super::sweep::piece_count(self)
     }
 
+    /// Returns true: pruning after each level depends on all places.
     fn goes_in_rounds(&self) -> bool {
         true
     }
 
+    /// Runs the whole search and keeps its evaluations in `work`.
     fn compute(&self, work: &Work) -> Result<()> {
         super::run(self, work).map(drop)
     }
 }
 
-fn features(specs: &[FeatureSpec], given: &Given<'_>) -> Result<(Vec<FeatureJob>, Option<Candidate>, Inputs)> {
+/// Checks all features; returns them, the place that their process files give, and their inputs.
+fn all_features(
+    specs: &[FeatureSpec],
+    given: &StudyContext<'_>,
+) -> Result<(Vec<FeatureJob>, Option<Candidate>, Inputs)> {
     let (overrides, check) = (given.overrides, &given.check);
     if specs.is_empty() {
         return check.key("feature").fail("expected at least one feature".into());
     }
-    check_total(points_of(specs.iter().filter_map(|spec| spec.circle.as_ref()), overrides), &check.key("feature"))?;
+    check_total(circle_points(specs.iter().filter_map(|spec| spec.circle.as_ref()), overrides), &check.key("feature"))?;
     let mut points = 0;
     let mut today: Option<Candidate> = None;
     let (mut jobs, mut inputs): (Vec<FeatureJob>, Inputs) = (Vec::new(), Inputs::default());
@@ -129,7 +139,7 @@ fn features(specs: &[FeatureSpec], given: &Given<'_>) -> Result<(Vec<FeatureJob>
         check.key("name").readable(&spec.name)?;
         check.key("name").unique(&spec.name, specs[..i].iter().map(|s| s.name.as_str()))?;
         check.key("name").unique_file(&spec.name, specs[..i].iter().map(|s| s.name.as_str()))?;
-        let (job, place, process) = feature(spec, given, &check)?;
+        let (job, place, process) = resolve_feature(spec, given, &check)?;
         if let (Some(place), Some(before)) = (&place, &today)
             && place.site != before.site
         {
@@ -149,17 +159,22 @@ fn features(specs: &[FeatureSpec], given: &Given<'_>) -> Result<(Vec<FeatureJob>
     Ok((jobs, today, inputs))
 }
 
-fn feature(spec: &FeatureSpec, given: &Given<'_>, check: &Check) -> Result<(FeatureJob, Option<Candidate>, Inputs)> {
+/// Checks one feature and reads its path; returns it, the place that its process gives, and its inputs.
+fn resolve_feature(
+    spec: &FeatureSpec,
+    given: &StudyContext<'_>,
+    check: &Check,
+) -> Result<(FeatureJob, Option<Candidate>, Inputs)> {
     let folder = given.folder;
-    let process = at_one_turn(given.turned_process(spec.process.as_deref(), check)?, given, spec)?;
+    let process = with_constant_gamma(given.process_with_gamma(spec.process.as_deref(), check)?, given, spec)?;
     let (path, program) = toolpath(spec.circle.as_ref(), spec.file.as_deref(), &process, given, check)?;
-    let origin = spec.file.as_ref().map_or_else(|| check.place(), |file| folder.path(file).display().to_string());
+    let origin = spec.file.as_ref().map_or_else(|| check.location(), |file| folder.path(file).display().to_string());
     if let [first, ..] = path.external_axes() {
         let problem =
             format!("commands {first}: a place is sought for one position of such a drive, expected [locked] instead");
         return Err(Error::Argument { argument: origin, problem });
     }
-    let path = process.with_cuts(path, &origin)?;
+    let path = process.mark_cutting(path, &origin)?;
     let fault = |source: LoadError| Error::Argument { argument: origin.clone(), problem: source.to_string() };
     let loads = process.loads(&path).map_err(fault)?;
     let points = Inputs::of(format!("points of {}", spec.name), path.len().to_string());
@@ -178,9 +193,9 @@ fn feature(spec: &FeatureSpec, given: &Given<'_>, check: &Check) -> Result<(Feat
             }
         },
     };
-    within_limits::check(&process.machine, &process.limits)
-        .or_else(|problem| given.process_place(spec.process.as_deref()).key("limits").fail(problem))?;
-    let today = Candidate::of_process(&process);
+    within_limits::check_limits(&process.machine, &process.limits)
+        .or_else(|problem| given.process_location(spec.process.as_deref()).key("limits").fail(problem))?;
+    let today = Candidate::from_process(&process);
     let cuts = process.cutting_rule;
     let machines = Machines::new(&process.machine, &process.errors)?;
     let job = FeatureJob {
@@ -191,20 +206,20 @@ fn feature(spec: &FeatureSpec, given: &Given<'_>, check: &Check) -> Result<(Feat
         target: process.target,
         cuts,
         #[cfg(not(target_family = "wasm"))]
-        turn: Some(process.redundancy).filter(crate::process::RedundancySettings::is_sought),
+        gamma_search: Some(process.redundancy).filter(crate::process::RedundancySettings::is_sought),
     };
     #[cfg(not(target_family = "wasm"))]
-    job.check_turn()?;
+    job.check_gamma_search()?;
     Ok((job, today, inputs))
 }
 
-/// `process` on a machine that stands on the branch of home, if it seeks the turn about the tool's axis: one for each place.
+/// Returns `process` with the machine on the branch of home, if it asks for one constant γ. `Err` if γ may vary along the path.
 #[cfg(not(target_family = "wasm"))]
-fn at_one_turn(process: Process, given: &Given<'_>, spec: &FeatureSpec) -> Result<Process> {
+fn with_constant_gamma(process: Process, given: &StudyContext<'_>, spec: &FeatureSpec) -> Result<Process> {
     match process.redundancy.gamma {
         crate::process::GammaChoice::AsProgrammed => Ok(process),
         crate::process::GammaChoice::Best => {
-            let place = given.process_place(spec.process.as_deref()).key("redundancy.gamma");
+            let place = given.process_location(spec.process.as_deref()).key("redundancy.gamma");
             place.fail("is best: a place is judged at one γ for each feature, expected best_constant".into())
         }
         crate::process::GammaChoice::BestConstant => {
@@ -218,22 +233,25 @@ fn at_one_turn(process: Process, given: &Given<'_>, spec: &FeatureSpec) -> Resul
     }
 }
 
+/// Returns `process` unchanged: pages do not search for γ.
 #[cfg(target_family = "wasm")]
-fn at_one_turn(process: Process, _: &Given<'_>, _: &FeatureSpec) -> Result<Process> {
+fn with_constant_gamma(process: Process, _: &StudyContext<'_>, _: &FeatureSpec) -> Result<Process> {
     Ok(process)
 }
 
-fn around(features: &[FeatureJob]) -> Extent {
+/// Returns the box around the paths of all features, W, mm.
+fn box_around_paths(features: &[FeatureJob]) -> Extent {
     let points = features.iter().flat_map(|job| job.feature.path.points()).map(|point| point.position_mm);
     Extent::of(points).unwrap_or(Extent { min: Vector3::zeros(), max: Vector3::zeros() })
 }
 
-fn extent(min: [f64; 3], max: [f64; 3], check: &Check) -> Result<Extent> {
+/// Returns the box between two corners, mm.
+fn checked_box(min: [f64; 3], max: [f64; 3], check: &Check) -> Result<Extent> {
     check.corners(min, max).map(|[min, max]| Extent { min, max })
 }
 
-/// The box of the workpiece holds every point that the tool cuts on the way to, but for the side from which the tool comes.
-fn holds_paths(extent: &Extent, features: &[FeatureJob], check: &Check) -> Result<()> {
+/// Checks that the box of the workpiece holds every point to which the tool cuts, except on the side from which the tool comes.
+fn check_holds_paths(extent: &Extent, features: &[FeatureJob], check: &Check) -> Result<()> {
     for job in features {
         let tool = job.machine().home.pose.rotation * job.machine().tool_tip;
         // Without a length of the tool, either side along z may be the one it comes from.
@@ -265,7 +283,7 @@ fn holds_paths(extent: &Extent, features: &[FeatureJob], check: &Check) -> Resul
     Ok(())
 }
 
-/// Whether the tool comes from below, on average over what is cut: the workpiece is then above its tip.
+/// Returns whether the tool points up, on average over the points it cuts, so that the workpiece is above its tip.
 fn tool_points_up(features: &[FeatureJob]) -> bool {
     let axes = features.iter().flat_map(|job| {
         let machine = job.machine();
@@ -280,7 +298,8 @@ fn tool_points_up(features: &[FeatureJob]) -> bool {
     sum.z > 0.5 * sum.norm()
 }
 
-fn table(spec: &TableSpec, footprint: Vec<Vector3<f64>>, is_overhead: bool, check: &Check) -> Result<Table> {
+/// Checks the table on which the workpiece stands.
+fn resolve_table(spec: &TableSpec, footprint: Vec<Vector3<f64>>, is_overhead: bool, check: &Check) -> Result<Table> {
     let pair = |key: &str, [x, y]: [f64; 2]| -> Result<Vector2<f64>> {
         let check = check.key(key);
         Ok(Vector2::new(check.finite_scalar(x)?, check.finite_scalar(y)?))
@@ -308,21 +327,23 @@ fn table(spec: &TableSpec, footprint: Vec<Vector3<f64>>, is_overhead: bool, chec
     Ok(Table { centre_mm, size_mm, yaw, height_mm, is_overhead, margin_mm, footprint })
 }
 
-fn forbidden(specs: &[ForbiddenSpec], check: &Check) -> Result<Vec<ForbiddenBox>> {
+/// Checks the forbidden boxes.
+fn resolve_forbidden(specs: &[ForbiddenSpec], check: &Check) -> Result<Vec<ForbiddenBox>> {
     let mut boxes = Vec::new();
     for (i, spec) in specs.iter().enumerate() {
         let check = check.key("forbidden").item(i);
         check.key("name").readable(&spec.name)?;
         check.key("name").unique(&spec.name, specs[..i].iter().map(|s| s.name.as_str()))?;
-        boxes.push(ForbiddenBox { name: spec.name.clone(), extent: extent(spec.min_mm, spec.max_mm, &check)? });
+        boxes.push(ForbiddenBox { name: spec.name.clone(), extent: checked_box(spec.min_mm, spec.max_mm, &check)? });
     }
     Ok(boxes)
 }
 
-/// Names of the keys of a site's coordinates.
+/// Keys of a site's coordinates.
 const KEYS: [&str; 6] = ["x_mm", "y_mm", "z_mm", "yaw_deg", "pitch_deg", "roll_deg"];
 
-fn bounds(
+/// Checks the bounds of the coordinates; a fixed coordinate has equal ends.
+fn resolve_bounds(
     bounds: &OfCoordinates<[f64; 2]>,
     fixed: &OfCoordinates<f64>,
     machine: &Machine,
@@ -349,14 +370,15 @@ fn bounds(
         }
     }
     let [.., yaw, pitch, roll] = std::array::from_fn::<_, 6, _>(|i| low[i] != 0.0 || high[i] != 0.0);
-    Turned { roll, pitch, yaw }.check(machine, |name| {
+    TiltAngles { roll, pitch, yaw }.check(machine, |name| {
         let is_sought = KEYS.iter().position(|key| *key == name).is_some_and(|i| ranges[i].is_some());
         check.key(if is_sought { "bounds" } else { "fixed" }).key(name)
     })?;
     Ok(Bounds { low, high })
 }
 
-fn grid(spec: &SearchSpec, bounds: &Bounds, overrides: &Overrides, check: &Check) -> Result<SiteGrid> {
+/// Makes the grid of the sweep, with the counts of the command line along x, y and z if it gives any.
+fn resolve_grid(spec: &SearchSpec, bounds: &Bounds, overrides: &Overrides, check: &Check) -> Result<SiteGrid> {
     let mut counts = [spec.grid.x, spec.grid.y, spec.grid.z, spec.grid.yaw, spec.grid.pitch, spec.grid.roll];
     let is_free = |i: usize| bounds.high[i] > bounds.low[i];
     for i in 0..counts.len() {
@@ -383,7 +405,8 @@ fn grid(spec: &SearchSpec, bounds: &Bounds, overrides: &Overrides, check: &Check
     Ok(SiteGrid::new(bounds, counts))
 }
 
-fn search(spec: &SearchSpec, check: &Check) -> Result<Search> {
+/// Checks the settings of the search.
+fn resolve_search(spec: &SearchSpec, check: &Check) -> Result<Search> {
     let count = |key: &str, given: Option<usize>, default: usize, most: usize| match given.unwrap_or(default) {
         n if (1..=most).contains(&n) => Ok(n),
         n => check.key(key).fail(format!("must be from 1 to {most}, got {n}")),
@@ -402,7 +425,13 @@ fn search(spec: &SearchSpec, check: &Check) -> Result<Search> {
     })
 }
 
-fn objective(spec: &ObjectiveSpec, machine: &Machine, features: &[FeatureJob], check: &Check) -> Result<Objective> {
+/// Checks weights and Pareto metrics of the objective.
+fn check_objective(
+    spec: &ObjectiveSpec,
+    machine: &Machine,
+    features: &[FeatureJob],
+    check: &Check,
+) -> Result<Objective> {
     let check_weights = check.key("weights");
     if spec.weights.is_empty() {
         return check_weights.fail("expected at least one metric with its weight".into());
@@ -410,7 +439,7 @@ fn objective(spec: &ObjectiveSpec, machine: &Machine, features: &[FeatureJob], c
     let mut weights = Vec::new();
     for (name, &weight) in &spec.weights {
         let check = check_weights.key(name);
-        weights.push((metric(name, machine, features, &check)?, check.positive(weight)?));
+        weights.push((resolve_metric(name, machine, features, &check)?, check.positive(weight)?));
     }
     if !matches!(spec.pareto.len(), 0 | 2 | 3) {
         return check.key("pareto").fail(format!("must name two or three metrics, or none, got {}", spec.pareto.len()));
@@ -419,15 +448,17 @@ fn objective(spec: &ObjectiveSpec, machine: &Machine, features: &[FeatureJob], c
     for (i, name) in spec.pareto.iter().enumerate() {
         let check = check.key("pareto").item(i);
         check.unique(name, spec.pareto[..i].iter().map(String::as_str))?;
-        pareto.push(metric(name, machine, features, &check)?);
+        pareto.push(resolve_metric(name, machine, features, &check)?);
     }
     Ok(Objective { weights, pareto })
 }
 
-fn metric(name: &str, machine: &Machine, features: &[FeatureJob], check: &Check) -> Result<Metric> {
+/// Returns the metric called `name`. `Err` if the machine or the features do not have it.
+fn resolve_metric(name: &str, machine: &Machine, features: &[FeatureJob], check: &Check) -> Result<Metric> {
     let Some(metric) = Metric::named(name) else {
         let known = Metric::ALL.map(Metric::label).join(", ");
-        return check.fail(format!("no metric is called \"{name}\"; there are: {known}{}", name_now(name, &RENAMED)));
+        return check
+            .fail(format!("no metric is called \"{name}\"; there are: {known}{}", renamed_hint(name, &RENAMED)));
     };
     if !metric.exists_on(machine) {
         let problem = "is of machines with slides and hinges: where all drives turn, expected worst_correction or \
@@ -445,7 +476,8 @@ fn metric(name: &str, machine: &Machine, features: &[FeatureJob], check: &Check)
     Ok(metric)
 }
 
-fn candidates(
+/// Checks the named places; that of the process files, `today`, comes first.
+fn resolve_candidates(
     specs: &[CandidateSpec],
     today: Option<Candidate>,
     machine: &Machine,
@@ -465,7 +497,9 @@ fn candidates(
             return check.key("name").fail(problem);
         }
         let position = match (&spec.point, spec.origin_mm) {
-            (Some(point), None) => at_point(machine, reference, named_point(machine, point, &check.key("point"))?),
+            (Some(point), None) => {
+                reference_position(machine, reference, named_point(machine, point, &check.key("point"))?)
+            }
             (None, Some(origin)) => check.key("origin_mm").finite(origin)?,
             _ => return check.key("point").fail("give exactly one of point and origin_mm".into()),
         };
@@ -474,19 +508,20 @@ fn candidates(
         for (i, (key, degrees)) in angles.into_iter().enumerate() {
             site.0[3 + i] = check.key(key).finite_scalar(degrees)?.to_radians();
         }
-        turned(&site).check(machine, |name| check.key(name))?;
+        rotated_axes(&site).check(machine, |name| check.key(name))?;
         candidates.push(Candidate { name, site });
     }
     Ok(candidates)
 }
 
-fn turned(site: &Site) -> Turned {
+/// Returns about which axes the workpiece is rotated at `site`.
+fn rotated_axes(site: &Site) -> TiltAngles {
     let [.., yaw, pitch, roll] = site.0.map(|value| value != 0.0);
-    Turned { roll, pitch, yaw }
+    TiltAngles { roll, pitch, yaw }
 }
 
-/// Where the point that paths refer to is when P stands at `position`, mm.
-pub(crate) fn at_point(machine: &Machine, reference: PathReference, position: Vector3<f64>) -> Vector3<f64> {
+/// Returns the position of the point that paths refer to when P is at `position` and the platform oriented as at home, O, mm.
+pub(crate) fn reference_position(machine: &Machine, reference: PathReference, position: Vector3<f64>) -> Vector3<f64> {
     match reference {
         PathReference::PlatformPoint => position,
         PathReference::ToolTip => position + machine.home.pose.rotation * machine.tool_tip,
@@ -494,8 +529,8 @@ pub(crate) fn at_point(machine: &Machine, reference: PathReference, position: Ve
 }
 
 impl Candidate {
-    /// The place that a process file gives; `None` where it gives no origin.
-    pub fn of_process(process: &Process) -> Option<Self> {
+    /// Returns the place that a process file gives; `None` where it gives no origin.
+    pub fn from_process(process: &Process) -> Option<Self> {
         let placement = &process.placement;
         let mut site = Site::new(placement.origin_mm, placement.roll_pitch_yaw.z);
         [site.0[4], site.0[5]] = [placement.roll_pitch_yaw.y, placement.roll_pitch_yaw.x];
@@ -503,12 +538,11 @@ impl Candidate {
     }
 }
 
-/// A place given as text for a path of `machine`: a named point, or the coordinates of the origin of W, mm and degrees.
-/// `origin` names it in errors.
+/// Reads a place from text: a named point of `machine`, or the coordinates of the origin of W, mm and degrees. `origin` names it in errors.
 ///
 /// # Errors
-/// Neither.
-pub fn place(text: &str, origin: &str, machine: &Machine, reference: PathReference) -> Result<Candidate> {
+/// Text that is neither.
+pub fn parse_place(text: &str, origin: &str, machine: &Machine, reference: PathReference) -> Result<Candidate> {
     let numbers: std::result::Result<Vec<f64>, _> = text.split(',').map(|part| part.trim().parse::<f64>()).collect();
     let fault = |problem: String| Err(Error::Argument { argument: origin.into(), problem });
     let site = match numbers.as_deref() {
@@ -520,7 +554,7 @@ pub fn place(text: &str, origin: &str, machine: &Machine, reference: PathReferen
             for (coordinate, degrees) in site.0[3..].iter_mut().zip(angles) {
                 *coordinate = degrees.to_radians();
             }
-            turned(&site).check(machine, |key| {
+            rotated_axes(&site).check(machine, |key| {
                 Check::new(origin).key(&format!("{} of \"{text}\"", key.trim_end_matches("_deg")))
             })?;
             site
@@ -531,8 +565,8 @@ pub fn place(text: &str, origin: &str, machine: &Machine, reference: PathReferen
             ));
         }
         Err(_) => match machine.point(text) {
-            Some(_) if machine.carrier.is_some() => return fault(on_carrier(machine, text)),
-            Some(point) => Site::new(at_point(machine, reference, point.position), 0.0),
+            Some(_) if machine.carrier.is_some() => return fault(on_carrier_problem(machine, text)),
+            Some(point) => Site::new(reference_position(machine, reference, point.position), 0.0),
             None => {
                 let known = machine.points.iter().map(|p| p.name.as_str()).collect::<Vec<_>>().join(", ");
                 return fault(format!("machine {} has no point \"{text}\"; there are: {known}", machine.name));

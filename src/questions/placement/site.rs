@@ -1,4 +1,4 @@
-//! Where a workpiece may stand: the coordinates a search moves, and their bounds.
+//! Coordinates of a workpiece's place, their bounds, and the grid of a sweep.
 
 use std::f64::consts::TAU;
 
@@ -22,83 +22,82 @@ pub struct Site(
 );
 
 impl Site {
-    /// From the origin of W (mm) and its angle about z (rad).
+    /// Makes a place from the origin of W in O (mm) and its angle about z (rad).
     pub fn new(position_mm: Vector3<f64>, yaw_rad: f64) -> Self {
         Self([position_mm.x, position_mm.y, position_mm.z, yaw_rad, 0.0, 0.0])
     }
 
-    /// Origin of W in O, mm.
+    /// Returns the origin of W in O, mm.
     pub fn position_mm(&self) -> Vector3<f64> {
         Vector3::new(self.0[0], self.0[1], self.0[2])
     }
 
-    /// The coordinates as shown: mm and degrees.
+    /// Returns the coordinates in mm and degrees, rounded to 1e-9 degrees.
     pub fn shown(&self) -> [f64; N] {
         // The way through radians must not show.
         let degrees = |angle: f64| (angle.to_degrees() * 1e9).round() / 1e9;
         std::array::from_fn(|i| if is_angle(i) { degrees(self.0[i]) } else { self.0[i] })
     }
 
-    /// The placement of a path whose positions are those of `reference`.
+    /// Returns the placement here of a path whose positions are those of `reference`.
     pub fn placement(&self, reference: PathReference) -> Placement {
         let [.., yaw, pitch, roll] = self.0;
         Placement { origin_mm: self.position_mm(), roll_pitch_yaw: Vector3::new(roll, pitch, yaw), reference }
     }
 }
 
-/// Whether a coordinate is an angle.
+/// Returns whether a coordinate is an angle.
 pub fn is_angle(coordinate: usize) -> bool {
     UNITS[coordinate] == "deg"
 }
 
-/// The unit of a coordinate as readers see it, with the blank between a number and it.
+/// Returns the unit of a coordinate to be appended to a number: "°" or " mm".
 #[cfg(feature = "report")]
 pub(super) fn unit_suffix(coordinate: usize) -> &'static str {
     if is_angle(coordinate) { "°" } else { " mm" }
 }
 
-/// A distance along a coordinate, mm or rad, in its unit.
+/// Converts a distance along a coordinate from mm or rad to its unit, mm or degrees.
 #[cfg(feature = "report")]
 pub(super) fn in_unit(coordinate: usize, distance: f64) -> f64 {
     if is_angle(coordinate) { distance.to_degrees() } else { distance }
 }
 
-/// What of a coordinate's range, or of 1 mm or rad, is rounding.
+/// Differences below this share of a coordinate's range, or of 1 mm or rad, are rounding.
 const ROUNDING: f64 = 1e-9;
 
-/// Smallest and largest value of each coordinate; a coordinate whose ends agree is fixed. The ends of an angle that may
-/// make a full turn are one place.
+/// Smallest and largest value of each coordinate; equal ends fix it. The ends of an angle that may make a full turn are one place.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bounds {
-    /// Smallest, mm and rad.
+    /// Smallest values, mm and rad.
     pub low: [f64; N],
-    /// Largest, mm and rad.
+    /// Largest values, mm and rad.
     pub high: [f64; N],
 }
 
 impl Bounds {
-    /// Indices of the coordinates that are not fixed.
+    /// Returns the indices of the coordinates that are not fixed.
     pub fn free(&self) -> Vec<usize> {
         (0..N).filter(|&i| self.high[i] > self.low[i]).collect()
     }
 
-    /// Length of a coordinate's range, mm or rad.
+    /// Returns the length of a coordinate's range, mm or rad.
     pub fn range(&self, coordinate: usize) -> f64 {
         self.high[coordinate] - self.low[coordinate]
     }
 
-    /// Whether a coordinate is an angle that may take any value.
+    /// Returns whether a coordinate is an angle that may take any value.
     pub fn is_full_turn(&self, coordinate: usize) -> bool {
         is_angle(coordinate) && self.range(coordinate) >= TAU * (1.0 - ROUNDING)
     }
 
-    /// How far two values of a coordinate are apart, mm or rad; round the shorter way where it may make a full turn.
+    /// Returns the distance between two values of a coordinate, mm or rad; the shorter arc where it may make a full turn.
     pub fn distance(&self, coordinate: usize, a: f64, b: f64) -> f64 {
         let distance = (a - b).abs();
         if self.is_full_turn(coordinate) { (distance - (distance / TAU).round() * TAU).abs() } else { distance }
     }
 
-    /// `site` within the bounds, its angles taken by full turns to where they allow it; `None` if it lies outside.
+    /// Returns `site` within the bounds, its angles shifted by full turns where needed; `None` if it lies outside.
     pub fn inside(&self, site: &Site) -> Option<Site> {
         let mut inside = *site;
         for (i, value) in inside.0.iter_mut().enumerate() {
@@ -115,7 +114,7 @@ impl Bounds {
         Some(inside)
     }
 
-    /// `site` moved along one coordinate, as far as the bounds allow; round and round where it may make a full turn.
+    /// Returns `site` moved along one coordinate by `by`, mm or rad, clamped to the bounds, or wrapped where it may make a full turn.
     pub fn moved(&self, site: &Site, coordinate: usize, by: f64) -> Site {
         let (low, high) = (self.low[coordinate], self.high[coordinate]);
         let mut moved = *site;
@@ -127,8 +126,7 @@ impl Bounds {
         moved
     }
 
-    /// Values of a coordinate at `count` equal steps, both ends included, but for those of a full turn, which are one; a
-    /// single one lies in the middle.
+    /// Returns `count` equally spaced values of a coordinate, with both ends unless these are one angle; a single one lies in the middle.
     pub fn values(&self, coordinate: usize, count: usize) -> Vec<f64> {
         let (low, high) = (self.low[coordinate], self.high[coordinate]);
         match count {
@@ -141,7 +139,7 @@ impl Bounds {
     }
 }
 
-/// The places of a sweep.
+/// The grid of places of a sweep.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SiteGrid {
     /// Values of x, y, z (mm), yaw, pitch and roll (rad), ascending.
@@ -149,27 +147,27 @@ pub struct SiteGrid {
 }
 
 impl SiteGrid {
-    /// `counts` values of each coordinate within `bounds`.
+    /// Makes a grid with `counts` values of each coordinate within `bounds`.
     pub fn new(bounds: &Bounds, counts: [usize; N]) -> Self {
         Self { axes: std::array::from_fn(|i| bounds.values(i, counts[i])) }
     }
 
-    /// Values of each coordinate.
+    /// Returns the number of values of each coordinate.
     pub fn counts(&self) -> [usize; N] {
         std::array::from_fn(|i| self.axes[i].len())
     }
 
-    /// Number of places.
+    /// Returns the number of places.
     pub fn len(&self) -> usize {
         self.counts().iter().product()
     }
 
-    /// Whether there is no place.
+    /// Returns whether there is no place.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// Place `index`; x runs fastest, then y, z, yaw, pitch, roll.
+    /// Returns the place with this index; x runs fastest, then y, z, yaw, pitch, roll.
     pub fn site(&self, index: usize) -> Site {
         let mut rest = index;
         Site(std::array::from_fn(|i| {
@@ -180,12 +178,12 @@ impl SiteGrid {
         }))
     }
 
-    /// Index of the place with these positions on the axes; the inverse of [`SiteGrid::site`].
+    /// Returns the index of the place with these positions on the axes; the inverse of [`SiteGrid::site`].
     pub fn index(&self, positions: [usize; N]) -> usize {
         (0..N).rev().fold(0, |index, i| index * self.axes[i].len() + positions[i])
     }
 
-    /// Step of a coordinate between neighbouring places; its whole range if there is only one. mm or rad.
+    /// Returns the step of a coordinate between neighbouring places, mm or rad; its whole range if there is only one.
     pub fn step(&self, coordinate: usize, bounds: &Bounds) -> f64 {
         match self.axes[coordinate].as_slice() {
             [first, second, ..] => second - first,

@@ -6,37 +6,37 @@ use serde::Deserialize;
 
 use crate::{machine::spec::BoxSpec, questions::spec::CircleSpec};
 
-/// Where a workpiece should stand.
+/// A placement study as the study file gives it.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PlacementStudySpec {
-    /// What is cut.
+    /// Features to be cut.
     pub feature: Vec<FeatureSpec>,
-    /// The room the workpiece takes in its own frame W; the box around its paths if not given.
+    /// Box that the workpiece occupies in its own frame W; the box around its paths if not given.
     pub workpiece: Option<BoxSpec>,
     /// The table on which the workpiece is to stand; it may stand anywhere if not given.
     pub table: Option<TableSpec>,
     /// Boxes in O that the workpiece must stay out of.
     #[serde(default)]
     pub forbidden: Vec<ForbiddenSpec>,
-    /// How far the workpiece must stay from them on every side; 5 mm.
+    /// Smallest distance of the workpiece from these boxes on every side; 5 mm if not given.
     pub clearance_mm: Option<f64>,
-    /// Smallest and largest value of each coordinate that is sought.
+    /// Smallest and largest value of each coordinate that is searched.
     #[serde(default)]
     pub bounds: OfCoordinates<[f64; 2]>,
-    /// Value of each coordinate that is not.
+    /// Value of each coordinate that is not searched.
     #[serde(default)]
     pub fixed: OfCoordinates<f64>,
-    /// What is made small.
+    /// Objective to be minimised.
     pub objective: ObjectiveSpec,
-    /// How it is sought.
+    /// Settings of the search.
     pub search: SearchSpec,
     /// Named places to compare with.
     #[serde(default)]
     pub candidate: Vec<CandidateSpec>,
 }
 
-/// A path with its process.
+/// A feature: a path with its process.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FeatureSpec {
@@ -48,7 +48,7 @@ pub struct FeatureSpec {
     pub circle: Option<CircleSpec>,
     /// A program, relative to the study's folder. A feature has this or `circle`.
     pub file: Option<String>,
-    /// How far the tool may be from its path; as its process says if not given.
+    /// Largest deviation of the tool from its path; that of its process if not given.
     pub tolerance_mm: Option<f64>,
 }
 
@@ -58,17 +58,17 @@ pub struct FeatureSpec {
 pub struct TableSpec {
     /// Corner of least x and y.
     pub min_mm: Option<[f64; 2]>,
-    /// The opposite one.
+    /// The opposite corner.
     pub max_mm: Option<[f64; 2]>,
-    /// Its middle.
+    /// Its centre.
     pub centre_mm: Option<[f64; 2]>,
     /// Lengths of its sides.
     pub size_mm: Option<[f64; 2]>,
-    /// Angle from x of O to its first side, about its middle; 0.
+    /// Angle about its centre from x of O to its first side; 0 if not given.
     pub yaw_deg: Option<f64>,
-    /// z of its surface; not looked at if not given.
+    /// z of its surface; not checked if not given.
     pub height_mm: Option<f64>,
-    /// How far the workpiece must stay from its edge; 0.
+    /// Smallest distance of the workpiece from its edge; 0 if not given.
     pub margin_mm: Option<f64>,
 }
 
@@ -84,7 +84,7 @@ pub struct ForbiddenSpec {
     pub max_mm: [f64; 3],
 }
 
-/// What is said of each coordinate of a place, if anything.
+/// A value for each coordinate of a place, where one is given.
 #[derive(Debug, Clone, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[allow(missing_docs)]
@@ -98,40 +98,40 @@ pub struct OfCoordinates<T> {
 }
 
 impl<T: Copy> OfCoordinates<T> {
-    /// In the order of a [`crate::questions::placement::Site`].
+    /// Returns the values in the order of a [`crate::questions::placement::Site`].
     pub(super) fn in_order(&self) -> [Option<T>; 6] {
         [self.x_mm, self.y_mm, self.z_mm, self.yaw_deg, self.pitch_deg, self.roll_deg]
     }
 }
 
-/// What is made small.
+/// Objective to be minimised.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ObjectiveSpec {
-    /// Weight of each metric by name, per unit of the metric; margins and shares are made large.
+    /// Weight of each metric by name, per unit of the metric; margins and shares are maximised.
     pub weights: BTreeMap<String, f64>,
-    /// Two or three metrics whose best compromises are wanted.
+    /// Two or three metrics for which the Pareto front is computed.
     #[serde(default)]
     pub pareto: Vec<String>,
 }
 
-/// How the best place is sought.
+/// Settings of the search for the best place.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SearchSpec {
-    /// Places of the sweep along each coordinate.
+    /// Number of grid points of the sweep along each coordinate.
     pub grid: GridSpec,
-    /// Refinements, from so many best places of the sweep; 3.
+    /// Number of best places of the sweep that are refined; 3 if not given.
     pub starts: Option<usize>,
-    /// Most iterations of each refinement; 100.
+    /// Largest number of iterations of each refinement; 100 if not given.
     pub max_iterations: Option<usize>,
-    /// A refinement ends when the objective differs by less than this share; 1e-4.
+    /// Change of the objective, as a share, below which a refinement ends; 1e-4 if not given.
     pub tolerance: Option<f64>,
-    /// Whether places that cannot win are given up before all points of the paths are evaluated; true.
+    /// Whether places that cannot win are pruned before all points of the paths are evaluated; true if not given.
     pub coarse_to_fine: Option<bool>,
 }
 
-/// Places along each coordinate, both ends included.
+/// Number of grid points along each coordinate, both ends included.
 #[derive(Debug, Clone, Copy, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 #[allow(missing_docs)]
@@ -145,18 +145,19 @@ pub struct GridSpec {
 }
 
 impl Default for GridSpec {
+    /// Returns one grid point along each coordinate.
     fn default() -> Self {
         Self { x: 1, y: 1, z: 1, yaw: 1, pitch: 1, roll: 1 }
     }
 }
 
-/// A named place.
+/// A named place for comparison.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CandidateSpec {
     /// Its name; that of the point if not given.
     pub name: Option<String>,
-    /// Named point of the machine: the origin of W lies where the point that paths refer to is when P is there.
+    /// Named point of the machine: W is placed so that its origin is where the point that paths refer to is when P is there.
     pub point: Option<String>,
     /// Origin of W in O.
     pub origin_mm: Option<[f64; 3]>,

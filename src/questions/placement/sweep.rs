@@ -1,11 +1,9 @@
-//! Every place of a grid, evaluated coarse to fine.
+//! Sweep: every place of a grid, evaluated coarse to fine, with pruning of places that cannot win.
 //!
-//! All places go through the levels of the paths together. After each level the most promising ones are evaluated to the
-//! end; a place is given up as soon as the best it can still be ([`Evaluator::outlook`]) is worse than what as many
-//! places as starts are chosen from ([`starts`]) have been found to be, and worse in one and no better in any metric of
-//! the Pareto front than a place that is known. Whether the workpiece could be cut at a place given up was not asked at all of its points.
-//! What is given up can therefore neither win, nor be refined, nor lie on the front. Which
-//! places those are does not depend on the number of threads.
+//! All places go through the levels of the paths together. After each level the most promising ones are evaluated on all points. A place is
+//! pruned as soon as its best possible objective ([`Evaluator::best_possible`]) is worse than that of all places from which starts are
+//! chosen ([`choose_starts`]), and a place evaluated in full dominates it in the metrics of the Pareto front, if one is asked for. So no
+//! pruned place can win, be a start, or lie on the front, on any number of threads. Whether the workpiece can be cut there is not known.
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -20,31 +18,31 @@ use super::{
 use crate::{
     input::error,
     simulation::Failure,
-    work::{Event, Work, this_shard},
+    work::{Event, Work, if_this_shard},
 };
 
-/// What became of a place.
+/// Outcome of the evaluation of a place of the sweep.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Verdict {
     /// Evaluated on all points.
     Complete(Metrics),
-    /// Given up after some levels; the metrics are no better than these, if it can be cut there at all.
+    /// Pruned after some levels; the metrics are no better than these, if the workpiece can be cut there at all.
     Pruned(Metrics),
     /// The workpiece cannot be cut there.
     Infeasible(Failure),
 }
 
-/// A place of the sweep.
+/// A grid point of the sweep and its outcome.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Cell {
-    /// Where.
+    /// The place.
     pub site: Site,
-    /// What became of it.
+    /// Its outcome.
     pub verdict: Verdict,
 }
 
 impl Cell {
-    /// Its metrics, exact or as far as they are known.
+    /// Returns its metrics, or their bounds if it was pruned; `None` where the workpiece cannot be cut.
     pub fn metrics(&self) -> Option<&Metrics> {
         match &self.verdict {
             Verdict::Complete(metrics) | Verdict::Pruned(metrics) => Some(metrics),
@@ -52,7 +50,7 @@ impl Cell {
         }
     }
 
-    /// Its metrics, if it was evaluated on all points.
+    /// Returns its metrics, if it was evaluated on all points.
     pub fn complete(&self) -> Option<&Metrics> {
         match &self.verdict {
             Verdict::Complete(metrics) => Some(metrics),
@@ -61,6 +59,7 @@ impl Cell {
     }
 }
 
+/// Progress of a place during the sweep.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 enum State {
     Open(Partial),
@@ -68,51 +67,49 @@ enum State {
 }
 
 impl State {
+    /// Returns whether the evaluation of the place has ended with a verdict.
     fn is_closed(&self) -> bool {
         matches!(self, State::Closed(_))
     }
 }
 
-/// States of a piece.
+/// Number of places in a piece of work.
 const PIECE: usize = 16;
 
-/// Pieces of a level.
-pub(super) fn pieces(study: &PlacementStudy) -> usize {
+/// Returns the number of pieces of a level.
+pub(super) fn piece_count(study: &PlacementStudy) -> usize {
     study.grid.len().div_ceil(PIECE)
 }
 
-/// The cells of the study's grid, in its order.
-///
-/// # Errors
-/// Of `work`.
+/// Evaluates the grid of the study, and returns its cells in grid order. `Err` only from `work`.
 pub(super) fn sweep(evaluator: &Evaluator, study: &PlacementStudy, work: &Work) -> error::Result<Vec<Cell>> {
     let sites: Vec<Site> = (0..study.grid.len()).map(|index| study.grid.site(index)).collect();
     let open = |site: &Site| match evaluator.open(site) {
         Ok(partial) => State::Open(partial),
-        Err(failure) => closed(Verdict::Infeasible(failure), work),
+        Err(failure) => closed_state(Verdict::Infeasible(failure), work),
     };
     let mut states: Vec<State> = sites.par_iter().map(open).collect();
     for level in 0..evaluator.levels {
-        each(&mut states, &work.part(&format!("level {level}")), |state| advance(evaluator, state, work))?;
+        step_open_states(&mut states, &work.part(&format!("level {level}")), |state| advance(evaluator, state, work))?;
         if study.search.coarse_to_fine {
             work.barrier()?;
             complete_best(evaluator, study, &mut states, &work.part(&format!("best of level {level}")))?;
             work.barrier()?;
-            give_up(evaluator, study, &mut states, work);
+            prune(evaluator, study, &mut states, work);
         }
     }
-    each(&mut states, &work.part("rest"), |state| complete(evaluator, state, work))?;
+    step_open_states(&mut states, &work.part("rest"), |state| complete(evaluator, state, work))?;
     work.barrier()?;
     let verdict = |(site, state)| match state {
         State::Closed(verdict) => Cell { site, verdict },
         // No state is open once all are complete.
-        State::Open(partial) => Cell { site, verdict: Verdict::Pruned(evaluator.outlook(&partial)) },
+        State::Open(partial) => Cell { site, verdict: Verdict::Pruned(evaluator.best_possible(&partial)) },
     };
     Ok(sites.into_iter().zip(states).map(verdict).collect())
 }
 
-/// Does `step` to each open state, in pieces of `work`; those of other parts stay as they are.
-fn each(states: &mut [State], work: &Work, step: impl Fn(&mut State) + Sync) -> error::Result<()> {
+/// Applies `step` to each open state, in pieces of `work`; those of other shards stay as they are.
+fn step_open_states(states: &mut [State], work: &Work, step: impl Fn(&mut State) + Sync) -> error::Result<()> {
     states.par_chunks_mut(PIECE).enumerate().filter(|(_, states)| !states.iter().all(State::is_closed)).try_for_each(
         |(piece, states)| {
             let work = work.shard(piece);
@@ -126,37 +123,40 @@ fn each(states: &mut [State], work: &Work, step: impl Fn(&mut State) + Sync) -> 
                 }
                 Ok(states)
             };
-            let after = this_shard(work.piece(&piece, |after: &Vec<State>| count(after) - before, stepped))?;
+            let after = if_this_shard(work.piece(&piece, |after: &Vec<State>| count(after) - before, stepped))?;
             after.iter().for_each(|after| states.clone_from_slice(after));
             Ok(())
         },
     )
 }
 
-fn closed(verdict: Verdict, work: &Work) -> State {
+/// Returns the state of a place that has its verdict, and reports the place to `work` as computed.
+fn closed_state(verdict: Verdict, work: &Work) -> State {
     work.tell(Event::Computed(1));
     State::Closed(verdict)
 }
 
+/// Evaluates the next level of an open state; closes it if the workpiece cannot be cut there.
 fn advance(evaluator: &Evaluator, state: &mut State, work: &Work) {
     if let State::Open(partial) = state
         && let Err(failure) = evaluator.advance(partial)
     {
-        *state = closed(Verdict::Infeasible(failure), work);
+        *state = closed_state(Verdict::Infeasible(failure), work);
     }
 }
 
+/// Evaluates an open state on all points and closes it.
 fn complete(evaluator: &Evaluator, state: &mut State, work: &Work) {
     if let State::Open(partial) = state {
         let verdict = match evaluator.complete(partial.clone()) {
             Ok(evaluation) => Verdict::Complete(evaluation.metrics),
             Err(failure) => Verdict::Infeasible(failure),
         };
-        *state = closed(verdict, work);
+        *state = closed_state(verdict, work);
     }
 }
 
-/// Completes the open states that look best, as many as starts are chosen from.
+/// Evaluates on all points the most promising open states, as many as [`start_pool`] gives.
 fn complete_best(
     evaluator: &Evaluator,
     study: &PlacementStudy,
@@ -167,13 +167,13 @@ fn complete_best(
         .iter()
         .enumerate()
         .filter_map(|(index, state)| match state {
-            State::Open(partial) => Some((study.objective.value(&evaluator.outlook(partial)), index)),
+            State::Open(partial) => Some((study.objective.value(&evaluator.best_possible(partial)), index)),
             State::Closed(_) => None,
         })
         .collect();
     looks.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     let mut ranks = vec![None; states.len()];
-    looks.iter().take(pool(study)).enumerate().for_each(|(rank, (_, index))| ranks[*index] = Some(rank));
+    looks.iter().take(start_pool(study)).enumerate().for_each(|(rank, (_, index))| ranks[*index] = Some(rank));
     let best = states.par_iter_mut().enumerate().filter_map(|(index, state)| Some((ranks[index]?, index, state)));
     best.try_for_each(|(rank, index, state)| {
         let completed = || {
@@ -181,14 +181,14 @@ fn complete_best(
             complete(evaluator, &mut state, work);
             Ok(state)
         };
-        let after = this_shard(work.shard(rank).piece(&index, |_| 1, completed))?;
+        let after = if_this_shard(work.shard(rank).piece(&index, |_| 1, completed))?;
         after.into_iter().for_each(|after| *state = after);
         Ok(())
     })
 }
 
-/// Closes the open states that cannot be wanted any more.
-fn give_up(evaluator: &Evaluator, study: &PlacementStudy, states: &mut [State], work: &Work) {
+/// Prunes the open states that can neither be a start of a refinement nor lie on the Pareto front.
+fn prune(evaluator: &Evaluator, study: &PlacementStudy, states: &mut [State], work: &Work) {
     let known: Vec<Metrics> = states
         .iter()
         .filter_map(|state| match state {
@@ -198,20 +198,19 @@ fn give_up(evaluator: &Evaluator, study: &PlacementStudy, states: &mut [State], 
         .collect();
     let mut values: Vec<f64> = known.iter().map(|metrics| study.objective.value(metrics)).collect();
     values.sort_by(f64::total_cmp);
-    let Some(&threshold) = values.get(pool(study) - 1) else { return };
+    let Some(&threshold) = values.get(start_pool(study) - 1) else { return };
     let pareto = &study.objective.pareto;
     for state in states {
         let State::Open(partial) = state else { continue };
-        let outlook = evaluator.outlook(partial);
+        let outlook = evaluator.best_possible(partial);
         let is_off_front = pareto.is_empty() || known.iter().any(|metrics| dominates(metrics, &outlook, pareto));
         if study.objective.value(&outlook) > threshold && is_off_front {
-            *state = closed(Verdict::Pruned(outlook), work);
+            *state = closed_state(Verdict::Pruned(outlook), work);
         }
     }
 }
 
-/// Indices of the cells that can be cut, best first: those evaluated on all points by their value, then those given up
-/// by the best they could be; equal ones in grid order.
+/// Returns the indices of the cells that can be cut, best first: those evaluated on all points, then the pruned ones by their bounds.
 pub(super) fn ranking(study: &PlacementStudy, cells: &[Cell]) -> Vec<usize> {
     let mut ranked: Vec<(bool, f64, usize)> = cells
         .iter()
@@ -225,19 +224,18 @@ pub(super) fn ranking(study: &PlacementStudy, cells: &[Cell]) -> Vec<usize> {
     ranked.into_iter().map(|(_, _, index)| index).collect()
 }
 
-/// Starts are chosen from so many times as many of the best places.
+/// Number of best places per start from which starts are chosen.
 const CHOICE: usize = 4;
 
-/// Number of best places that starts are chosen from.
-fn pool(study: &PlacementStudy) -> usize {
+/// Returns the number of best places from which starts are chosen.
+fn start_pool(study: &PlacementStudy) -> usize {
     CHOICE * study.search.starts
 }
 
-/// Indices of the cells that refinements start from: the best ones no two of which are neighbours on the grid, or else
-/// the best ones; of those known exactly, best first.
-pub(super) fn starts(study: &PlacementStudy, cells: &[Cell], ranking: &[usize]) -> Vec<usize> {
+/// Returns the indices of the cells that refinements start from, best first; neighbours on the grid only where there are too few others.
+pub(super) fn choose_starts(study: &PlacementStudy, cells: &[Cell], ranking: &[usize]) -> Vec<usize> {
     let pool: Vec<usize> =
-        ranking.iter().copied().filter(|&index| cells[index].complete().is_some()).take(pool(study)).collect();
+        ranking.iter().copied().filter(|&index| cells[index].complete().is_some()).take(start_pool(study)).collect();
     let mut chosen: Vec<usize> = Vec::new();
     for &index in &pool {
         if !chosen.iter().any(|&other| is_neighbour(study, &cells[other].site, &cells[index].site)) {
@@ -250,12 +248,12 @@ pub(super) fn starts(study: &PlacementStudy, cells: &[Cell], ranking: &[usize]) 
     chosen
 }
 
-/// Whether two places are neighbours on the study's grid.
+/// Returns whether two places are neighbours on the study's grid.
 pub(super) fn is_neighbour(study: &PlacementStudy, a: &Site, b: &Site) -> bool {
     let bounds = &study.bounds;
     let close = |i: usize| bounds.distance(i, a.0[i], b.0[i]) <= NEXT * study.grid.step(i, bounds);
     bounds.free().into_iter().all(close)
 }
 
-/// Places at most so many steps apart along every coordinate are neighbours.
+/// Largest distance between neighbours along every coordinate, in steps of the grid.
 const NEXT: f64 = 1.5;

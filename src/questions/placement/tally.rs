@@ -1,26 +1,25 @@
-//! What is known of a path after some of its points.
+//! Extremes and sums over some points of a path, from which the metrics follow.
 //!
-//! Every number can only get worse as points are added: largest values grow, least values fall, and sums over the path
-//! are taken with each point's share of the whole path, not of the points seen. What is known of a part of the path is
-//! therefore a bound on the whole; see [`super::sweep`]. Shares add up without rounding, so a path all of whose points are
-//! out of tolerance is so by exactly its share.
+//! Every number can only get worse as points are added: largest values grow, least values fall, and sums are taken with each point's share
+//! of the whole path, not of the points so far. The values of a part of the path are therefore bounds on those of the whole; see
+//! [`super::sweep`]. Shares add up without rounding, so a path all of whose points are out of tolerance is so by exactly its share.
 
 use serde::{Deserialize, Serialize};
 
 use super::metric::{Metric, Metrics};
 
-/// What one point of a path shows, or the worst that several do.
+/// Numbers at one point of a path, or the worst of several points.
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
-pub(super) struct Seen {
+pub(super) struct PointValues {
     /// Distance from the path at the nominal command, mm.
     pub deflection: f64,
-    /// Largest |Δρ|, mm or degrees; of slides, if there are slides and hinges.
+    /// Largest |Δρ|, mm or degrees; of slides where the machine has slides and hinges.
     pub correction: f64,
-    /// Largest |τ|, N or N·mm; of slides, if there are slides and hinges.
+    /// Largest |τ|, N or N·mm; of slides where the machine has slides and hinges.
     pub force: f64,
-    /// Largest |Δρ|, degrees, and |τ|, N·mm, of hinges beside slides.
+    /// Largest |Δρ|, degrees, and |τ|, N·mm, of hinges where the machine has slides, too.
     pub hinges: Option<[f64; 2]>,
-    /// Smallest share of a force limit left.
+    /// Smallest remaining share of a drive's force limit.
     pub margin: Option<f64>,
     /// Superposition error, mm.
     pub superposition_error: f64,
@@ -28,18 +27,18 @@ pub(super) struct Seen {
     pub across: [f64; 2],
     /// Smallest eigenvalue of the loaded stiffness, N/mm.
     pub stability: Option<f64>,
-    /// Whether an exact correction was sought and not found.
+    /// Whether the exact correction was sought and not found.
     pub is_uncorrected: bool,
 }
 
-/// Which numbers are computed.
+/// Which numbers an evaluation computes, beside the deflection.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct Needs {
     /// The exact correction.
     pub correction: bool,
-    /// The sources one by one.
+    /// The superposition error, which needs each source alone.
     pub superposition_error: bool,
-    /// Eigenvalues of the stiffness.
+    /// Eigenvalues of the loaded stiffness.
     pub stability: bool,
     /// The correction within limits.
     pub bounded: bool,
@@ -48,7 +47,7 @@ pub(super) struct Needs {
 }
 
 impl Needs {
-    /// What `metrics` need.
+    /// Returns which numbers must be computed for `metrics`.
     pub fn of(metrics: &[Metric]) -> Self {
         let any = |wanted: &[Metric]| metrics.iter().any(|metric| wanted.contains(metric));
         Self {
@@ -67,44 +66,46 @@ impl Needs {
     }
 }
 
-/// Sums and extremes over the points seen.
+/// Sums and extremes over the points added so far.
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 pub(super) struct Tally {
-    worst: Seen,
+    worst: PointValues,
     /// Σ share · deflection².
     squares: f64,
     /// Share of the path out of tolerance.
     outside: f64,
-    /// Σ share · part² of the parts across.
+    /// Σ share · part² of the parts of the deflection across the motion.
     across_squares: [f64; 2],
 }
 
-fn least(a: Option<f64>, b: Option<f64>) -> Option<f64> {
+/// Returns the smaller value, or the one that exists.
+fn smaller_of(a: Option<f64>, b: Option<f64>) -> Option<f64> {
     match (a, b) {
         (Some(a), Some(b)) => Some(a.min(b)),
         (a, b) => a.or(b),
     }
 }
 
-fn most(a: Option<[f64; 2]>, b: Option<[f64; 2]>) -> Option<[f64; 2]> {
+/// Returns the larger value of each component, or the pair that exists.
+fn larger_of(a: Option<[f64; 2]>, b: Option<[f64; 2]>) -> Option<[f64; 2]> {
     match (a, b) {
         (Some(a), Some(b)) => Some([a[0].max(b[0]), a[1].max(b[1])]),
         (a, b) => a.or(b),
     }
 }
 
-impl Seen {
-    /// The worse of both, number by number.
-    fn worse(&self, other: &Self) -> Self {
+impl PointValues {
+    /// Returns the worse of both, number by number.
+    fn worse_of(&self, other: &Self) -> Self {
         Self {
             deflection: self.deflection.max(other.deflection),
             correction: self.correction.max(other.correction),
             force: self.force.max(other.force),
-            hinges: most(self.hinges, other.hinges),
-            margin: least(self.margin, other.margin),
+            hinges: larger_of(self.hinges, other.hinges),
+            margin: smaller_of(self.margin, other.margin),
             superposition_error: self.superposition_error.max(other.superposition_error),
             across: [0, 1].map(|k| self.across[k].max(other.across[k])),
-            stability: least(self.stability, other.stability),
+            stability: smaller_of(self.stability, other.stability),
             // What a correction that one of them lacks shows says nothing of both.
             is_uncorrected: self.is_uncorrected || other.is_uncorrected,
         }
@@ -113,7 +114,7 @@ impl Seen {
 
 impl Tally {
     /// Adds a point that makes up `share` of the length of all paths.
-    pub fn add(&mut self, seen: &Seen, share: f64, tolerance_mm: f64) {
+    pub fn add(&mut self, seen: &PointValues, share: f64, tolerance_mm: f64) {
         *self = self.merged(&Self {
             worst: *seen,
             squares: share * seen.deflection * seen.deflection,
@@ -122,18 +123,17 @@ impl Tally {
         });
     }
 
-    /// Both together.
+    /// Returns the tally of both sets of points.
     pub fn merged(&self, other: &Self) -> Self {
         Self {
-            worst: self.worst.worse(&other.worst),
+            worst: self.worst.worse_of(&other.worst),
             squares: self.squares + other.squares,
             outside: self.outside + other.outside,
             across_squares: [0, 1].map(|k| self.across_squares[k] + other.across_squares[k]),
         }
     }
 
-    /// The metrics of paths whose points make up `share` of the length of all: values once all points are seen,
-    /// and before that the best they can still be.
+    /// Returns the metrics of paths that make up `share` of the length of all; before all points are added, the best they can still be.
     pub fn metrics(&self, needs: &Needs, share: f64) -> Metrics {
         let mut metrics = Metrics::default();
         metrics.set(Metric::WorstDeflection, self.worst.deflection);
@@ -167,9 +167,9 @@ impl Tally {
     }
 }
 
-/// Sums and extremes of the errors that the correction within limits leaves.
+/// Sums and extremes of the residual errors after the correction within limits.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Corrected {
+pub(super) struct ResidualTally {
     worst: f64,
     /// Σ share · error².
     squares: f64,
@@ -177,19 +177,19 @@ pub(super) struct Corrected {
     within: f64,
 }
 
-impl Corrected {
-    /// Nothing is left: the best there can be.
+impl ResidualTally {
+    /// Returns the tally of a path without residual error, the best possible.
     pub fn perfect() -> Self {
         Self { within: 1.0, ..Self::default() }
     }
 
-    /// Adds a point that makes up `share` of the length of all paths.
+    /// Adds a point with the residual `error`, mm, that makes up `share` of the length of all paths.
     pub fn add(&mut self, error: f64, share: f64, tolerance_mm: f64) {
         let within = if error <= tolerance_mm { share } else { 0.0 };
         *self = self.merged(&Self { worst: error, squares: share * error * error, within });
     }
 
-    /// Both together.
+    /// Returns the tally of both sets of points.
     pub fn merged(&self, other: &Self) -> Self {
         Self {
             worst: self.worst.max(other.worst),
@@ -198,20 +198,20 @@ impl Corrected {
         }
     }
 
-    /// Of paths that make up `share` of the length of all.
+    /// Returns the tally of paths that make up `share` of the length of all, with shares of these paths alone.
     pub fn normalised(&self, share: f64) -> Self {
         Self { worst: self.worst, squares: self.squares / share, within: self.within / share }
     }
 
-    /// Writes the metrics.
-    pub fn enter(&self, metrics: &mut Metrics) {
+    /// Writes the metrics of the correction within limits.
+    pub fn write_into(&self, metrics: &mut Metrics) {
         metrics.set(Metric::WorstResidual, self.worst);
         metrics.set(Metric::RmsResidual, self.squares.sqrt());
         metrics.set(Metric::ShareWithinCorrected, self.within);
     }
 
-    /// Removes the metrics.
-    pub fn forget(metrics: &mut Metrics) {
+    /// Removes the metrics of the correction within limits.
+    pub fn remove_from(metrics: &mut Metrics) {
         for metric in Metric::ALL.into_iter().filter(|metric| metric.is_bounded()) {
             metrics.clear(metric);
         }

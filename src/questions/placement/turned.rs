@@ -1,10 +1,9 @@
-//! The turn about the tool's axis at a place: where the process of a feature seeks it, every place is judged at the constant turn that is
-//! best there.
+//! Search for the constant γ, the rotation about the tool axis, that is best for each feature at each place.
 //!
-//! The turn is that of a lattice at which the feature can be cut (workspace box, travel of the corrected drives, force limits and all else
-//! that a place is judged by) and the objective of the placement is least. Turns are tried in the order of what they leave at some points
-//! of the path; one whose best possible objective is no less than what another has is given up. It is a function of the place alone, so
-//! bounds on part of the points stay bounds.
+//! That γ is the one of a lattice at which the feature can be cut (workspace box, travel of the corrected drives, force limits and all else
+//! that a place is judged by) and the objective of the placement is least. Values of γ are tried in the order of the residual errors at
+//! some points of the path; one whose best possible objective is no less than the best so far is pruned. The result depends on the place
+//! alone, so bounds from part of the points stay bounds.
 
 use std::{
     collections::HashMap,
@@ -13,58 +12,55 @@ use std::{
 
 use super::{
     Evaluator, FeatureJob, Site,
-    evaluate::{located, track},
-    tally::{Corrected, Tally},
+    evaluate::{at_path_point, track_feature},
+    tally::{ResidualTally, Tally},
 };
 use crate::{
     compensation::TaskPoint,
     input::error::Error,
     machine::Configuration,
     process::{Placement, RedundancySettings},
-    redundancy::{TurnAsked, infeasible_turns, turned_by, turns_by_cost},
+    redundancy::{GammaProblem, gammas_by_cost, infeasible_step, rotated_by},
     simulation::{Failure, tasks::tasks_under},
     toolpath::{PathPoint, Toolpath},
     work::Work,
 };
 
-/// Points at which turns are tried.
+/// Number of points at which values of γ are compared first.
 const TRIED: usize = 24;
-/// Objectives that differ by no more are the same: the turn nearest to as programmed is taken.
+/// Largest difference between objectives that count as the same: the γ nearest to the programmed one is taken.
 const SAME: f64 = 1e-9;
 
-/// A place of a feature: its index and the coordinates.
+/// Index of a feature, and the coordinates of its place.
 type Key = (usize, [u64; 6]);
 
-/// Turns found so far, rad.
+/// Best γ of each feature and place found so far, rad.
 #[derive(Debug, Default)]
-pub(super) struct TurnsFound(Mutex<HashMap<Key, Result<f64, Failure>>>);
+pub(super) struct GammaCache(Mutex<HashMap<Key, Result<f64, Failure>>>);
 
 impl FeatureJob {
-    /// Whether the machine can turn its tool freely, if a turn is sought.
-    ///
-    /// # Errors
-    /// Why it cannot.
-    pub(super) fn check_turn(&self) -> Result<(), Error> {
-        let Some(turn) = &self.turn else { return Ok(()) };
+    /// Checks that the machine can rotate its tool freely, if γ is sought. `Err` says why it cannot.
+    pub(super) fn check_gamma_search(&self) -> Result<(), Error> {
+        let Some(settings) = &self.gamma_search else { return Ok(()) };
         let placement = Placement { reference: self.feature.reference, ..Placement::default() };
-        turned_by(self.asked(turn, &placement), 0.0).map(drop)
+        rotated_by(self.gamma_problem(settings, &placement), 0.0).map(drop)
     }
 
-    fn asked<'a>(&'a self, turn: &'a RedundancySettings, placement: &'a Placement) -> TurnAsked<'a> {
-        TurnAsked {
+    /// Returns the search problem for γ along the path of this feature.
+    fn gamma_problem<'a>(&'a self, settings: &'a RedundancySettings, placement: &'a Placement) -> GammaProblem<'a> {
+        GammaProblem {
             machine: self.machine(),
             errors: &self.errors,
             placement,
             target: self.target,
             path: &self.feature.path,
             loads: &self.feature.loads,
-            turn,
+            settings,
         }
     }
 
-    /// Turns of this feature at `site`, rad, that points of its path allow, evenly chosen among those at which the tool cuts: those
-    /// that leave the loaded tool nearest to them first.
-    fn turns(&self, turn: &RedundancySettings, site: &Site) -> Result<Vec<f64>, Failure> {
+    /// Returns the values of γ, rad, possible at `site` at evenly chosen points of the path, those with the smallest residual error first.
+    fn feasible_gammas(&self, settings: &RedundancySettings, site: &Site) -> Result<Vec<f64>, Failure> {
         let feature = &self.feature;
         let points = feature.path.points();
         let cuts = |point: &PathPoint| point.cutting;
@@ -78,139 +74,135 @@ impl FeatureJob {
         let path = Toolpath::assemble(chosen.iter().map(|k| points[*k]).collect());
         let loads: Vec<_> = chosen.iter().map(|k| feature.loads[*k]).collect();
         let placement = site.placement(feature.reference);
-        let asked = TurnAsked { path: &path, loads: &loads, ..self.asked(turn, &placement) };
-        match turns_by_cost(asked, &Work::default()) {
-            Ok(Ok(turns)) => Ok(turns),
+        let asked = GammaProblem { path: &path, loads: &loads, ..self.gamma_problem(settings, &placement) };
+        match gammas_by_cost(asked, &Work::default()) {
+            Ok(Ok(gammas)) => Ok(gammas),
             Ok(Err(dead_end)) => {
                 let infeasible = dead_end.infeasible.map_or("the γ before it lead to none there", |h| h.words());
                 let [x, y, z]: [f64; 3] = path.points()[dead_end.point].position_mm.into();
                 let place = format!("feature {}, at ({x:.2}, {y:.2}, {z:.2}) mm of W", feature.name);
-                Err(no_turn(format!("{place}: no rotation about the tool axis goes on: {infeasible}")))
+                Err(no_gamma(format!("{place}: no rotation about the tool axis goes on: {infeasible}")))
             }
-            Err(error) => Err(no_turn(error.to_string())),
+            Err(error) => Err(no_gamma(error.to_string())),
         }
     }
 
-    /// What is wanted at each point of the feature at `site`, the platform turned by `turn`, rad.
-    ///
-    /// # Errors
-    /// Why it cannot be turned.
-    pub(super) fn tasks_turned(&self, site: &Site, turn: f64) -> Result<Vec<TaskPoint>, Failure> {
+    /// Returns pose and load at each point of the feature at `site`, with the platform rotated by `gamma` about the tool axis, rad.
+    pub(super) fn tasks_at_gamma(&self, site: &Site, gamma: f64) -> Result<Vec<TaskPoint>, Failure> {
         let feature = &self.feature;
         let placement = site.placement(feature.reference);
-        let path = match &self.turn {
-            Some(asked) => {
-                &turned_by(self.asked(asked, &placement), turn).map_err(|error| no_turn(error.to_string()))?
-            }
+        let path = match &self.gamma_search {
+            Some(asked) => &rotated_by(self.gamma_problem(asked, &placement), gamma)
+                .map_err(|error| no_gamma(error.to_string()))?,
             None => &feature.path,
         };
         Ok(tasks_under(self.machine(), &placement, self.target, path, &feature.loads))
     }
 }
 
-fn no_turn(reason: String) -> Failure {
+/// Returns the failure that no γ is possible.
+fn no_gamma(reason: String) -> Failure {
     Failure { status: "no_turn".into(), reason }
 }
 
 impl Evaluator {
-    /// What is wanted at each point of feature `f` at `site`, turned as is best there; `None` if no turn is sought or possible.
-    pub(super) fn tasks_at_best_turn(&self, site: &Site, f: usize) -> Option<Vec<TaskPoint>> {
-        let turn = self.turn_at(site, f)?.ok()?;
-        self.study.features[f].tasks_turned(site, turn).ok()
+    /// Returns pose and load at each point of feature `f` at `site` at the best γ; `None` if none is sought or possible.
+    pub(super) fn tasks_at_best_gamma(&self, site: &Site, f: usize) -> Option<Vec<TaskPoint>> {
+        let gamma = self.gamma_at(site, f)?.ok()?;
+        self.study.features[f].tasks_at_gamma(site, gamma).ok()
     }
 
-    /// The turn of feature `f` at `site`, rad: the constant one at which it can be cut there and the objective, of this feature alone, is
-    /// least. Where there is none, the best of those that leave the workspace box. `None` if none is sought.
+    /// Returns the best constant γ of feature `f` at `site`, rad: within the workspace box if possible. `None` if none is sought.
     ///
     /// # Errors
-    /// Why it can be cut at no turn.
-    pub fn turn_at(&self, site: &Site, f: usize) -> Option<Result<f64, Failure>> {
+    /// Why it can be cut at no γ.
+    pub fn gamma_at(&self, site: &Site, f: usize) -> Option<Result<f64, Failure>> {
         let job = &self.study.features[f];
-        let turn = job.turn.as_ref()?;
+        let settings = job.gamma_search.as_ref()?;
         let key = (f, site.0.map(f64::to_bits));
-        let known = self.turns.0.lock().unwrap_or_else(PoisonError::into_inner).get(&key).cloned();
+        let known = self.gammas.0.lock().unwrap_or_else(PoisonError::into_inner).get(&key).cloned();
         if known.is_some() {
             return known;
         }
-        let found = job.turns(turn, site).and_then(|turns| self.best_of(&turns, site, f));
-        self.turns.0.lock().unwrap_or_else(PoisonError::into_inner).insert(key, found.clone());
+        let found = job.feasible_gammas(settings, site).and_then(|gammas| self.best_gamma(&gammas, site, f));
+        self.gammas.0.lock().unwrap_or_else(PoisonError::into_inner).insert(key, found.clone());
         Some(found)
     }
 
-    fn best_of(&self, turns: &[f64], site: &Site, f: usize) -> Result<f64, Failure> {
+    /// Returns the best of the values `gammas` of γ, first of those that keep the path within the workspace box. `Err` if there is none.
+    fn best_gamma(&self, gammas: &[f64], site: &Site, f: usize) -> Result<f64, Failure> {
         let job = &self.study.features[f];
-        let tasks = |turn: &f64| job.tasks_turned(site, *turn).map(|tasks| (*turn, tasks));
-        let all: Vec<(f64, Vec<TaskPoint>)> = turns.iter().map(tasks).collect::<Result<_, _>>()?;
+        let tasks = |gamma: &f64| job.tasks_at_gamma(site, *gamma).map(|tasks| (*gamma, tasks));
+        let all: Vec<(f64, Vec<TaskPoint>)> = gammas.iter().map(tasks).collect::<Result<_, _>>()?;
         let (within, outside): (Vec<_>, Vec<_>) =
-            all.into_iter().partition(|(_, tasks)| self.check_within(f, tasks).is_ok());
+            all.into_iter().partition(|(_, tasks)| self.check_feature_workspace(f, tasks).is_ok());
         let mut refused = None;
-        for turns in [within, outside] {
+        for gammas in [within, outside] {
             let mut best: Option<(f64, f64)> = None;
-            for (turn, tasks) in turns {
-                match self.value_turned(site, f, &tasks, best.map_or(f64::INFINITY, |(value, _)| value + SAME)) {
+            for (gamma, tasks) in gammas {
+                match self.value_at_gamma(site, f, &tasks, best.map_or(f64::INFINITY, |(value, _)| value + SAME)) {
                     Ok(Some(value)) => {
                         let is_better = best.is_none_or(|(least, of)| match (value - least).abs() <= SAME {
-                            true => turn.abs() < of.abs(),
+                            true => gamma.abs() < of.abs(),
                             false => value < least,
                         });
-                        best = if is_better { Some((value, turn)) } else { best };
+                        best = if is_better { Some((value, gamma)) } else { best };
                     }
                     Ok(None) => {}
-                    Err(failure) => refused = refused.or(Some((turn, failure))),
+                    Err(failure) => refused = refused.or(Some((gamma, failure))),
                 }
             }
-            if let Some((_, turn)) = best {
-                return Ok(turn);
+            if let Some((_, gamma)) = best {
+                return Ok(gamma);
             }
         }
-        let (turn, Failure { status, reason }) = refused.unwrap_or_else(|| (0.0, no_turn("there is no γ".into())));
-        let reason = format!("{reason} (at γ = {:.0}°; at no other γ can it be cut either)", turn.to_degrees());
+        let (gamma, Failure { status, reason }) = refused.unwrap_or_else(|| (0.0, no_gamma("there is no γ".into())));
+        let reason = format!("{reason} (at γ = {:.0}°; at no other γ can it be cut either)", gamma.to_degrees());
         Err(Failure { status, reason })
     }
 
-    /// The objective of feature `f` alone at `site`; `None` if it is not less than `below`.
-    ///
-    /// # Errors
-    /// Why it cannot be cut there.
-    fn value_turned(&self, site: &Site, f: usize, tasks: &[TaskPoint], below: f64) -> Result<Option<f64>, Failure> {
+    /// Returns the objective of feature `f` alone at `site`; `None` if it is not less than `below`. `Err` says why it cannot be cut.
+    fn value_at_gamma(&self, site: &Site, f: usize, tasks: &[TaskPoint], below: f64) -> Result<Option<f64>, Failure> {
         let (prepared, job) = (&self.features[f], &self.study.features[f]);
         let (points, objective) = (job.feature.path.points(), &self.study.objective);
         let mut tally = Tally::default();
         for level in &prepared.levels {
-            let mut walk = self.walk(f);
+            let mut walk = self.start_walk(f);
             for &k in level {
-                let seen = self.seen(site, job, (k, &tasks[k]), &mut walk)?;
+                let seen = self.point_metrics(site, job, (k, &tasks[k]), &mut walk)?;
                 tally.add(&seen, prepared.shares[k], job.feature.tolerance_mm);
-                if below.is_finite() && objective.value(&self.at_best(&tally, prepared.share)) >= below {
+                if below.is_finite() && objective.value(&self.best_possible_of(&tally, prepared.share)) >= below {
                     return Ok(None);
                 }
             }
         }
         let mut before: Option<(usize, Configuration)> = None;
-        track(
+        track_feature(
             job,
             tasks,
             |_| true,
             |k, at| {
                 let from = before.as_ref().map(|(last, from)| (&points[*last], from));
-                let infeasible =
-                    job.turn.as_ref().and_then(|turn| infeasible_turns(turn, job.machine(), from, (&points[k], at)));
+                let infeasible = job
+                    .gamma_search
+                    .as_ref()
+                    .and_then(|settings| infeasible_step(settings, job.machine(), from, (&points[k], at)));
                 before = Some((k, at.clone()));
-                infeasible.map_or(Ok(()), |why| Err(located(job, k, no_turn(why.into()))))
+                infeasible.map_or(Ok(()), |why| Err(at_path_point(job, k, no_gamma(why.into()))))
             },
         )?;
         // As a place is judged: in the order of the path.
-        let (mut walk, mut tally) = (self.walk(f), Tally::default());
+        let (mut walk, mut tally) = (self.start_walk(f), Tally::default());
         for &k in &prepared.counted {
-            let seen = self.seen(site, job, (k, &tasks[k]), &mut walk)?;
+            let seen = self.point_metrics(site, job, (k, &tasks[k]), &mut walk)?;
             tally.add(&seen, prepared.shares[k], job.feature.tolerance_mm);
         }
-        let mut metrics = self.at_best(&tally, prepared.share);
+        let mut metrics = self.best_possible_of(&tally, prepared.share);
         if self.needs.bounded {
-            match prepared.corrected(job, tasks) {
-                Ok(corrected) => corrected.normalised(prepared.share).enter(&mut metrics),
+            match prepared.limited_residuals(job, tasks) {
+                Ok(corrected) => corrected.normalised(prepared.share).write_into(&mut metrics),
                 Err(reason) if self.asks_bounded => return Err(Failure { status: "limits".into(), reason }),
-                Err(_) => Corrected::forget(&mut metrics),
+                Err(_) => ResidualTally::remove_from(&mut metrics),
             }
         }
         let value = objective.value(&metrics);

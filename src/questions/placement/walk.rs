@@ -1,16 +1,16 @@
-//! The machine being tracked over points of a path, each solved from the one before.
+//! Solution of the loaded machine along the points of a path, each started from the one before.
 
-use super::tally::{Needs, Seen};
+use super::tally::{Needs, PointValues};
 use crate::{
     compensation::{Compensation, CompensationStatus, Method, Session, TaskPoint, compensate},
     machine::{Configuration, Machine, Motion, PostureChange, Unreachable},
     simulation::{Failure, Machines, Source},
 };
 
-/// What becomes of the exact correction.
+/// Role of the exact correction in an evaluation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Exact {
-    /// It is not looked at.
+pub(super) enum ExactMode {
+    /// It is not computed.
     NotAsked,
     /// It is computed; where there is none, its numbers are missing.
     IfPossible,
@@ -18,27 +18,27 @@ pub(super) enum Exact {
     Needed,
 }
 
-/// What the machine with all sources of error did at a point.
+/// Results of the machine with all sources of error at one point.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Answers {
-    /// At the nominal command.
+pub(super) struct Solution {
+    /// Result at the nominal command.
     pub plain: Option<Compensation>,
-    /// At the exact correction, if it was sought.
+    /// Result at the exact correction, if it was sought.
     pub exact: Option<Compensation>,
 }
 
-/// Why a point cannot be cut.
+/// Why a point cannot be cut, and by how much limits are exceeded.
 #[derive(Debug, Clone)]
 pub(super) struct Refusal {
     pub failure: Failure,
-    /// By how much, as far as it can be told: mm or degrees beyond a limit, or the share of a force limit.
+    /// Excess beyond a limit, mm or degrees, or as a share of a force limit; [`UNMEASURED`] or more where it is only known to be large.
     pub excess: f64,
 }
 
-/// An excess from which on it tells no more than that it is large.
+/// Excess from which the number only says that it is large.
 pub(super) const UNMEASURED: f64 = 1e3;
 
-/// By how much a place is unreachable, mm or degrees.
+/// Returns how far out of reach a pose is, mm or degrees beyond a limit; at least [`UNMEASURED`] where it is only known to be large.
 pub(super) fn excess(unreachable: &Unreachable) -> f64 {
     match unreachable {
         Unreachable::Travel { value, low, high, .. } | Unreachable::JointLimit { value, low, high, .. } => {
@@ -51,36 +51,34 @@ pub(super) fn excess(unreachable: &Unreachable) -> f64 {
     }
 }
 
-/// Sessions for everything a point is asked, standing at home.
-///
-/// [`crate::simulation::along_path::run`] answers more (the modified target, which needs forward kinematics) and in blocks of its
-/// own; a search asks many short pieces of paths for a few numbers.
-pub(super) struct Walk<'a> {
+/// Sessions that solve a few numbers at each point of many short pieces of paths, started at home.
+pub(super) struct PathWalk<'a> {
     nominal: &'a Machine,
     needs: Needs,
-    /// Most force of each drive, N or N·mm; infinite where there is no limit.
+    /// Force limit of each drive, N or N·mm; infinite where there is none.
     force_limits: &'a [f64],
-    /// Whether an exact correction beyond a limit is refused.
+    /// Whether an exact correction beyond a force limit is refused.
     check_forces: bool,
-    exact: Exact,
-    /// Where drives, joints and forces stand within their limits, −1 to 1, point by point; `None` if nobody asks.
+    exact: ExactMode,
+    /// Positions of drives, joints and forces within their limits, −1 to 1, point by point; `None` if not recorded.
     pub shares: Option<Vec<f64>>,
-    /// What the machine did at the last point.
-    pub last: Answers,
-    both: Session,
-    /// Where the nominal machine stands at the first point, if it can change its branch.
+    /// Results at the last point.
+    pub last: Solution,
+    all_sources: Session,
+    /// Configuration of the nominal machine at the first point, if it has several branches.
     first: Option<Configuration>,
-    /// The cutting force on the nominal machine, and the unloaded real machine.
-    apart: Vec<(Source, Session)>,
+    /// Sessions of the single sources, for the superposition error.
+    single_sources: Vec<(Source, Session)>,
 }
 
-impl<'a> Walk<'a> {
+impl<'a> PathWalk<'a> {
+    /// Makes a walk that starts at home.
     pub fn new(
         machines: &'a Machines,
         needs: Needs,
         force_limits: &'a [f64],
         check_forces: bool,
-        exact: Exact,
+        exact: ExactMode,
     ) -> Self {
         let session = |source| machines.session(source);
         Self {
@@ -90,10 +88,10 @@ impl<'a> Walk<'a> {
             check_forces,
             exact,
             shares: None,
-            last: Answers::default(),
-            both: session(Source::All),
+            last: Solution::default(),
+            all_sources: session(Source::All),
             first: None,
-            apart: Source::parts(&machines.nominal)
+            single_sources: Source::parts(&machines.nominal)
                 .iter()
                 .filter(|_| needs.superposition_error)
                 .map(|&source| (source, session(source)))
@@ -101,46 +99,47 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// What happens at one point.
-    pub fn visit(&mut self, task: &TaskPoint) -> Result<Seen, Refusal> {
+    /// Solves one point and returns its numbers.
+    pub fn visit(&mut self, task: &TaskPoint) -> Result<PointValues, Refusal> {
         self.last.exact = None;
-        let plain = compensate(&mut self.both, task, Method::None);
-        let seen = self.judge(task, &plain);
+        let plain = compensate(&mut self.all_sources, task, Method::None);
+        let seen = self.point_metrics(task, &plain);
         self.last.plain = Some(plain);
         seen
     }
 
-    fn judge(&mut self, task: &TaskPoint, plain: &Compensation) -> Result<Seen, Refusal> {
+    /// Returns the numbers of a point from its result `plain` at the nominal command, and solves what else is needed.
+    fn point_metrics(&mut self, task: &TaskPoint, plain: &Compensation) -> Result<PointValues, Refusal> {
         if !plain.status.is_success() {
             return Err(refusal(&plain.status, plain.status.reason(self.nominal)));
         }
-        self.keep_branch()?;
-        self.note_limits();
-        let mut seen = Seen { deflection: plain.position_error.norm(), ..Seen::default() };
+        self.check_branch()?;
+        self.record_limit_shares();
+        let mut seen = PointValues { deflection: plain.position_error.norm(), ..PointValues::default() };
         if self.needs.stability {
             seen.stability =
-                plain.outcome.as_ref().and_then(|outcome| outcome.softest(self.nominal.characteristic_length));
+                plain.outcome.as_ref().and_then(|outcome| outcome.least_stiffness(self.nominal.characteristic_length));
         }
-        if !self.apart.is_empty() {
+        if !self.single_sources.is_empty() {
             let mut superposition_error = -plain.position_error;
-            for (source, session) in &mut self.apart {
-                let alone = solved(self.nominal, compensate(session, &source.task(task), Method::None))?;
+            for (source, session) in &mut self.single_sources {
+                let alone = success_or_refusal(self.nominal, compensate(session, &source.task(task), Method::None))?;
                 superposition_error += alone.position_error;
             }
             seen.superposition_error = superposition_error.norm();
         }
-        if self.exact != Exact::NotAsked {
+        if self.exact != ExactMode::NotAsked {
             self.correct(task, plain, &mut seen)?;
         }
         Ok(seen)
     }
 
-    /// Refuses a point at which the machine stands on another branch than at the first: no path leads there.
-    fn keep_branch(&mut self) -> Result<(), Refusal> {
+    /// Checks that the machine is on the branch of inverse kinematics of the first point: no path leads to another one.
+    fn check_branch(&mut self) -> Result<(), Refusal> {
         if self.nominal.branch_of(&self.nominal.home).is_none() {
             return Ok(());
         }
-        let here = self.both.command();
+        let here = self.all_sources.command();
         let Some(first) = &self.first else {
             self.first = Some(here.clone());
             return Ok(());
@@ -155,25 +154,32 @@ impl<'a> Walk<'a> {
         }
     }
 
-    fn correct(&mut self, task: &TaskPoint, plain: &Compensation, seen: &mut Seen) -> Result<(), Refusal> {
-        let exact = compensate(&mut self.both, task, Method::Direct);
-        let judged = self.judge_correction(plain, &exact, seen);
+    /// Solves the exact correction and adds its numbers to `seen`.
+    fn correct(&mut self, task: &TaskPoint, plain: &Compensation, seen: &mut PointValues) -> Result<(), Refusal> {
+        let exact = compensate(&mut self.all_sources, task, Method::Direct);
+        let judged = self.add_exact(plain, &exact, seen);
         self.last.exact = Some(exact);
         judged
     }
 
-    fn judge_correction(&mut self, plain: &Compensation, exact: &Compensation, seen: &mut Seen) -> Result<(), Refusal> {
+    /// Adds drive corrections and forces of the exact correction to `seen`. `Err` where it is required and missing, or exceeds a force
+    /// limit.
+    fn add_exact(&mut self, plain: &Compensation, exact: &Compensation, seen: &mut PointValues) -> Result<(), Refusal> {
         if !exact.status.is_success() {
             seen.is_uncorrected = true;
-            return if self.exact == Exact::Needed { Err(uncorrected(self.nominal, &exact.status)) } else { Ok(()) };
+            return if self.exact == ExactMode::Needed {
+                Err(uncorrected(self.nominal, &exact.status))
+            } else {
+                Ok(())
+            };
         }
-        if self.exact == Exact::Needed {
-            self.note_limits();
+        if self.exact == ExactMode::Needed {
+            self.record_limit_shares();
         }
         let is_mixed = self.nominal.has_mixed_drives();
         for (k, (_, drive)) in self.nominal.drives().enumerate() {
             let delta = (exact.drives[k] - plain.drives[k]).abs();
-            let correction = drive.motion.shown(delta);
+            let correction = drive.motion.to_shown(delta);
             let (force, limit) = (exact.drive_forces[k].abs(), self.force_limits[k]);
             if is_mixed && drive.motion == Motion::Revolute {
                 let [most, torque] = seen.hinges.unwrap_or_default();
@@ -183,7 +189,7 @@ impl<'a> Walk<'a> {
                 seen.force = seen.force.max(force);
             }
             if self.check_forces && force > limit {
-                return Err(self.overloaded(k, force));
+                return Err(self.overload_refusal(k, force));
             }
             if let Some(shares) = self.shares.as_mut().filter(|_| self.check_forces && limit.is_finite()) {
                 shares.push(exact.drive_forces[k] / limit);
@@ -196,13 +202,15 @@ impl<'a> Walk<'a> {
         Ok(())
     }
 
-    fn note_limits(&mut self) {
+    /// Records where drives and joints lie within their limits, if that is asked for.
+    fn record_limit_shares(&mut self) {
         if let Some(shares) = &mut self.shares {
-            self.nominal.limit_shares(self.both.command(), shares);
+            self.nominal.limit_fractions(self.all_sources.command(), shares);
         }
     }
 
-    fn overloaded(&self, drive: usize, force: f64) -> Refusal {
+    /// Returns the refusal of a drive force beyond its limit.
+    fn overload_refusal(&self, drive: usize, force: f64) -> Refusal {
         let label = &self.nominal.drive_labels()[drive];
         let unit = self.nominal.drives().nth(drive).map_or("", |(_, drive)| drive.motion.shown_force_unit());
         let limit = self.force_limits[drive];
@@ -211,20 +219,22 @@ impl<'a> Walk<'a> {
     }
 }
 
-fn solved(machine: &Machine, answer: Compensation) -> Result<Compensation, Refusal> {
+/// Returns the result of a solve if it succeeded; else why the point is refused.
+fn success_or_refusal(machine: &Machine, answer: Compensation) -> Result<Compensation, Refusal> {
     if answer.status.is_success() {
         return Ok(answer);
     }
     Err(refusal(&answer.status, answer.status.reason(machine)))
 }
 
+/// Returns the refusal of a point for a status and its reason, with the excess beyond limits.
 fn refusal(status: &CompensationStatus, reason: String) -> Refusal {
     let excess =
         if let CompensationStatus::Unreachable(unreachable) = status { excess(unreachable) } else { UNMEASURED };
     Refusal { failure: Failure { status: status.label().into(), reason }, excess }
 }
 
-/// The point is in reach and the loaded machine stands there, but not with its error compensated.
+/// Returns the refusal of a point that the loaded machine reaches but cannot correct.
 fn uncorrected(machine: &Machine, status: &CompensationStatus) -> Refusal {
     let reason = match status {
         CompensationStatus::Unreachable(Unreachable::Travel { chain, drive, value, low, high, unit }) => format!(

@@ -1,5 +1,4 @@
-//! A redundancy map: with the tool in given directions at points of a grid, how far the cutting force moves it at the best and
-//! at the worst rotation γ about its axis, on which branch, and where no γ is possible.
+//! Redundancy map: on a grid, the deflection at the best and the worst rotation γ about the tool axis, and where no γ is possible.
 
 #[cfg(feature = "report")]
 pub mod report;
@@ -18,39 +17,39 @@ use crate::{
         Placement, RedundancySettings,
         cutting::{PathFrame, PathLoad},
     },
-    redundancy::{Infeasible, Node, TurnAsked, at_points},
+    redundancy::{GammaProblem, Infeasible, Node, nodes_at_points},
     simulation::{Failure, Scene},
     spatial::{Grid, frame_about},
     toolpath::{Orientation, PathPoint, PointSource, Toolpath, cutting_point},
-    work::{Event, Work, this_shard},
+    work::{Event, Work, if_this_shard},
 };
 
 /// A checked redundancy map.
 #[derive(Debug, Clone)]
 pub struct RedundancyMapStudy {
-    /// Of what machine, under what.
+    /// Machine, cutting force, its directions, and chain errors.
     pub scene: Scene,
-    /// Places of the tool tip, O.
+    /// Positions of the tool tip, O, mm.
     pub grid: Grid,
-    /// Directions of the tool from its tip to the spindle, unit vectors in O.
+    /// Tool directions from the tip to the spindle, unit vectors in O.
     pub axes: Vec<Vector3<f64>>,
-    /// Which γ are looked at.
-    pub turn: RedundancySettings,
+    /// Settings of the search over γ.
+    pub settings: RedundancySettings,
 }
 
 impl RedundancyMapStudy {
-    /// Number of values of γ.
-    pub fn gammas(&self) -> usize {
-        (360.0 / self.turn.step_deg - 1e-9).ceil() as usize
+    /// Returns the number of values of γ.
+    pub fn gamma_count(&self) -> usize {
+        (360.0 / self.settings.step_deg - 1e-9).ceil() as usize
     }
 }
 
-/// One γ at a point.
+/// Deflection at one value of γ.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct AtGamma {
     /// γ from the smallest rotation of the platform from home, degrees.
     pub gamma_deg: f64,
-    /// The branch, of an arm.
+    /// The branch of inverse kinematics, of an arm.
     pub branch: Option<Branch>,
     /// Largest displacement of the tool tip over the directions of the force, mm.
     pub deflection_mm: f64,
@@ -58,86 +57,88 @@ pub struct AtGamma {
     pub phi_deg: f64,
 }
 
-/// What γ does at a point.
+/// Best and worst γ at a point.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Gammas {
-    /// The one at which the tool moves least.
+pub struct GammaExtremes {
+    /// The γ at which the tool moves least.
     pub best: AtGamma,
-    /// The one at which it moves most.
+    /// The γ at which the tool moves most.
     pub worst: AtGamma,
-    /// Values of γ that are possible on some branch.
+    /// Number of values of γ that are possible on some branch.
     pub possible: usize,
 }
 
-/// A place of the tool tip with a direction of the tool.
+/// Results at one position of the tool tip with one direction of the tool.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RedundancyMapPoint {
-    /// Place of the tool tip, O, mm.
+    /// Position of the tool tip, O, mm.
     pub position_mm: [f64; 3],
-    /// Index of the direction.
+    /// Index of the tool direction.
     pub axis: usize,
-    /// What γ does there.
-    pub gammas: std::result::Result<Gammas, Failure>,
+    /// Best and worst γ, or why none is possible.
+    pub gammas: std::result::Result<GammaExtremes, Failure>,
 }
 
-/// Results of a redundancy map: of each direction the places in grid order.
+/// Results of a redundancy map.
 #[derive(Debug, Clone, Serialize)]
 pub struct RedundancyMap {
-    /// The points.
+    /// The points, direction by direction, each in grid order.
     pub points: Vec<RedundancyMapPoint>,
 }
 
-/// Places computed together.
+/// Number of grid points computed together.
 const BLOCK: usize = 64;
 
-/// Computes all places for all directions, in parallel on the current rayon pool; the result does not depend on the number of threads.
+/// Computes all grid points for all directions in parallel on the current rayon pool; the results do not depend on the number of threads.
 ///
 /// # Errors
-/// A machine that cannot turn its tool freely, and those of `work`.
+/// A machine that cannot rotate its tool freely, and those of `work`.
 pub fn run(study: &RedundancyMapStudy, work: &Work) -> Result<RedundancyMap> {
     let mut points = Vec::with_capacity(study.grid.len() * study.axes.len());
     for (number, (axis, places)) in blocks(study).enumerate() {
         let work = work.shard(number);
-        let found = this_shard(work.piece(&(axis, places.start), Vec::len, || block(study, axis, places, &work)))?;
+        let found =
+            if_this_shard(work.piece(&(axis, places.start), Vec::len, || run_block(study, axis, places, &work)))?;
         points.extend(found.into_iter().flatten());
     }
     work.barrier()?;
     Ok(RedundancyMap { points })
 }
 
-/// Direction and places of each block.
+/// Returns the direction and the grid indices of each block.
 pub(super) fn blocks(study: &RedundancyMapStudy) -> impl Iterator<Item = (usize, Range<usize>)> {
     let (axes, places) = (study.axes.len(), study.grid.len());
     let of_axis = move |axis| (0..places).step_by(BLOCK).map(move |at| (axis, at..places.min(at + BLOCK)));
     (0..axes).flat_map(of_axis)
 }
 
-fn block(
+/// Computes the grid points with the indices `places` for one tool direction.
+fn run_block(
     study: &RedundancyMapStudy,
     axis: usize,
     places: Range<usize>,
     work: &Work,
 ) -> Result<Vec<RedundancyMapPoint>> {
     let positions: Vec<Vector3<f64>> = places.map(|index| study.grid.position(index)).collect();
-    let path = path(study, axis, &positions);
+    let path = block_path(study, axis, &positions);
     let frame = PathFrame { force: study.scene.force };
     let loads = vec![PathLoad::PathFrame(frame); path.len()];
-    let asked = TurnAsked {
+    let asked = GammaProblem {
         machine: &study.scene.machine,
         errors: &study.scene.errors,
         placement: &Placement::default(),
         target: study.scene.target,
         path: &path,
         loads: &loads,
-        turn: &study.turn,
+        settings: &study.settings,
     };
-    let found = at_points(asked, || work.check())?;
-    let of_places = found.nodes.chunks(study.scene.phis.len()).zip(&positions);
-    let points: Vec<RedundancyMapPoint> = of_places
+    let found = nodes_at_points(asked, || work.check())?;
+    let by_position = found.nodes.chunks(study.scene.phis.len()).zip(&positions);
+    let points: Vec<RedundancyMapPoint> = by_position
         .map(|(nodes, position)| RedundancyMapPoint {
             position_mm: (*position).into(),
             axis,
-            gammas: gammas(study, &found.turns, &found.branches, nodes),
+            gammas: gamma_extremes(study, &found.gammas, &found.branches, nodes),
         })
         .collect();
     work.tell(Event::Computed(points.len()));
@@ -148,8 +149,8 @@ fn block(
     Ok(points)
 }
 
-/// Each of `positions` with the force in each direction.
-fn path(study: &RedundancyMapStudy, axis: usize, positions: &[Vector3<f64>]) -> Toolpath {
+/// Returns a toolpath that visits each of `positions` (tool tip, O, mm) once for each direction of the cutting force.
+fn block_path(study: &RedundancyMapStudy, axis: usize, positions: &[Vector3<f64>]) -> Toolpath {
     let axis = study.axes[axis];
     let tool_axes = frame_about(-axis);
     let point = |(segment, (position, phi)): (usize, (&Vector3<f64>, f64))| {
@@ -165,22 +166,22 @@ fn path(study: &RedundancyMapStudy, axis: usize, positions: &[Vector3<f64>]) -> 
     Toolpath::assemble(all.enumerate().map(point).collect())
 }
 
-/// What the nodes of a place, one list for each direction of the force, come to.
-fn gammas(
+/// Returns the best and the worst γ at a point from its nodes, one list for each direction of the force. `Err` if no γ is possible.
+fn gamma_extremes(
     study: &RedundancyMapStudy,
     gammas: &[f64],
     branches: &[Option<Branch>],
     nodes: &[Vec<Node>],
-) -> std::result::Result<Gammas, Failure> {
+) -> std::result::Result<GammaExtremes, Failure> {
     let (mut best, mut worst): (Option<AtGamma>, Option<AtGamma>) = (None, None);
     let (mut possible, mut infeasible_gammas) = (0, BTreeMap::<Infeasible, usize>::new());
-    for (k, turn) in gammas.iter().enumerate() {
+    for (k, gamma) in gammas.iter().enumerate() {
         let mut is_possible = false;
         for (s, branch) in branches.iter().enumerate() {
-            match over_phis(study, nodes, k * branches.len() + s) {
+            match largest_over_phi(study, nodes, k * branches.len() + s) {
                 Ok((deflection_mm, phi)) => {
                     is_possible = true;
-                    let (gamma_deg, phi_deg) = (turn.to_degrees(), phi.to_degrees());
+                    let (gamma_deg, phi_deg) = (gamma.to_degrees(), phi.to_degrees());
                     let here = AtGamma { gamma_deg, branch: *branch, deflection_mm, phi_deg };
                     best = best.filter(|best| best.deflection_mm <= deflection_mm).or(Some(here));
                     worst = worst.filter(|worst| worst.deflection_mm >= deflection_mm).or(Some(here));
@@ -191,12 +192,12 @@ fn gammas(
         possible += usize::from(is_possible);
     }
     best.zip(worst)
-        .map(|(best, worst)| Gammas { best, worst, possible })
-        .ok_or_else(|| none_of(gammas.len(), &infeasible_gammas))
+        .map(|(best, worst)| GammaExtremes { best, worst, possible })
+        .ok_or_else(|| no_gamma_failure(gammas.len(), &infeasible_gammas))
 }
 
-/// The largest deflection of a node over the directions of the force, and its direction, rad.
-fn over_phis(
+/// Returns the largest deflection of a node over the directions of the force, mm, and that direction, rad. `Err` if one of them is infeasible.
+fn largest_over_phi(
     study: &RedundancyMapStudy,
     nodes: &[Vec<Node>],
     node: usize,
@@ -207,11 +208,11 @@ fn over_phis(
     })
 }
 
-/// Why none of `gammas` values of γ is possible: what hinders most.
-fn none_of(gammas: usize, infeasible_gammas: &BTreeMap<Infeasible, usize>) -> Failure {
+/// Returns the failure that none of `gammas` values of γ is possible, with the most frequent reason.
+fn no_gamma_failure(gammas: usize, infeasible_gammas: &BTreeMap<Infeasible, usize>) -> Failure {
     // Branches that do not lead there say least.
-    let told = infeasible_gammas.iter().filter(|(infeasible, _)| **infeasible != Infeasible::Unreachable);
-    let most = told.max_by_key(|(_, count)| **count).map_or(Infeasible::Unreachable, |(infeasible, _)| *infeasible);
+    let others = infeasible_gammas.iter().filter(|(infeasible, _)| **infeasible != Infeasible::Unreachable);
+    let most = others.max_by_key(|(_, count)| **count).map_or(Infeasible::Unreachable, |(infeasible, _)| *infeasible);
     let counts: Vec<String> =
         infeasible_gammas.iter().map(|(infeasible, count)| format!("{count} {}", infeasible.words())).collect();
     let reason = format!("none of {gammas} values of γ is possible on any branch: {}", counts.join(", "));

@@ -1,4 +1,4 @@
-//! A redundancy map among the questions, and from a study as written to a checked one.
+//! Checks of a redundancy map as written, which make it a [`RedundancyMapStudy`].
 
 use std::f64::consts::TAU;
 
@@ -16,8 +16,8 @@ use crate::{
     machine::Machine,
     process::{Placement, RedundancySettings},
     questions::{
-        Given, Question, Resolved, Template,
-        over_workspace::{OwnKeys, Region, Shown, scene},
+        Question, Resolved, StudyContext, Template,
+        over_workspace::{Region, SceneKeys, Shown, scene},
     },
     redundancy,
     spatial::{frame_about, rotation_exp},
@@ -25,10 +25,11 @@ use crate::{
     work::Work,
 };
 
-/// Most places of a map, all directions together.
+/// Largest number of positions of a map, all tool directions together.
 const MAX_POINTS: usize = 1_000_000;
-/// Steps between values of γ and directions of the force if the study does not say them, degrees.
+/// Default step between values of γ, degrees.
 const GAMMA_STEP_DEG: f64 = 10.0;
+/// Default step between directions of the cutting force, degrees.
 const PHI_STEP_DEG: f64 = 45.0;
 
 impl Question for RedundancyMapStudy {
@@ -42,19 +43,20 @@ impl Question for RedundancyMapStudy {
     };
     const TABLES: &[&str] = &["redundancy_map"];
 
-    fn resolve(spec: &RedundancyMapSpec, given: &Given<'_>) -> Result<Resolved<Self>> {
+    /// Checks the map's table and makes its scene, grid and tool directions.
+    fn resolve(spec: &RedundancyMapSpec, given: &StudyContext<'_>) -> Result<Resolved<Self>> {
         given.overrides.refuse_points(given.name)?;
         let phi_step_deg = Some(spec.phi_step_deg.unwrap_or(PHI_STEP_DEG));
-        let (scene, not_used, inputs) = scene(given, OwnKeys { phi_step_deg, uses_target: true })?;
+        let (scene, not_used, inputs) = scene(given, SceneKeys { phi_step_deg, uses_target: true })?;
         let machine = &scene.machine;
-        can_turn(machine).or_else(|problem| given.check.root().key("machine").fail(problem))?;
+        check_free_rotation(machine).or_else(|problem| given.check.root().key("machine").fail(problem))?;
         let check = &given.check;
-        let axes = axes(spec, machine, check)?;
+        let axes = tool_directions(spec, machine, check)?;
         let to_tip = machine.home.pose.rotation * machine.tool_tip;
         let around_home = [machine.workspace.min + to_tip, machine.workspace.max + to_tip];
         let region =
             Region { min_mm: spec.min_mm, max_mm: spec.max_mm, grid: spec.grid, slices_z_mm: &spec.slices_z_mm };
-        let (grid, slices_z, size) = region.checked(given, around_home, MAX_POINTS / axes.len())?;
+        let (grid, slices_z, size) = region.checked_grid(given, around_home, MAX_POINTS / axes.len())?;
         let step_deg = spec.gamma_step_deg.unwrap_or(GAMMA_STEP_DEG);
         if !(1.0..=180.0).contains(&step_deg) {
             return check.key("gamma_step_deg").fail(format!("must be from 1 to 180, got {step_deg}"));
@@ -62,26 +64,29 @@ impl Question for RedundancyMapStudy {
         let default = RedundancySettings::default();
         let distance = spec.min_singularity_distance.unwrap_or(default.min_singularity_distance);
         let min_singularity_distance = check.key("min_singularity_distance").not_negative(distance)?;
-        let turn = RedundancySettings { step_deg, min_singularity_distance, ..default };
+        let settings = RedundancySettings { step_deg, min_singularity_distance, ..default };
         let shown = Shown { slices_z, not_used };
-        Ok(Resolved { study: RedundancyMapStudy { scene, grid, axes, turn }, shown, inputs: inputs.and(size) })
+        Ok(Resolved { study: RedundancyMapStudy { scene, grid, axes, settings }, shown, inputs: inputs.and(size) })
     }
 
+    /// Returns the number of grid points of all tool directions.
     fn items(&self) -> (usize, &'static str) {
         (self.grid.len() * self.axes.len(), "places")
     }
 
+    /// Returns the number of blocks of the map.
     fn pieces(&self) -> usize {
         blocks(self).count()
     }
 
+    /// Computes all blocks of the map and keeps them in `work`.
     fn compute(&self, work: &Work) -> Result<()> {
         run(self, work).map(drop)
     }
 }
 
-/// Why `machine` cannot turn its tool freely, if it cannot.
-fn can_turn(machine: &Machine) -> std::result::Result<(), String> {
+/// Checks that `machine` can rotate freely about its tool axis. `Err` says why it cannot.
+fn check_free_rotation(machine: &Machine) -> std::result::Result<(), String> {
     let somewhere =
         Toolpath::line(Vector3::zeros(), Vector3::x(), Sampling::default()).map_err(|fault| fault.to_string())?;
     match redundancy::check(machine, &Placement::default(), &somewhere) {
@@ -90,41 +95,43 @@ fn can_turn(machine: &Machine) -> std::result::Result<(), String> {
     }
 }
 
-/// Most directions of a map.
-const MOST: usize = 64;
-/// Directions around a cone if the study does not say how many.
-const AROUND: usize = 8;
+/// Largest number of tool directions of a map.
+const MAX_DIRECTIONS: usize = 64;
+/// Default number of directions around a cone.
+const DEFAULT_AROUND: usize = 8;
 
-/// The directions from the tip to the spindle, unit vectors in O.
-pub(super) fn axes(spec: &RedundancyMapSpec, machine: &Machine, check: &Check) -> Result<Vec<Vector3<f64>>> {
+/// Returns the tool directions from the tip to the spindle, unit vectors in O.
+pub(super) fn tool_directions(spec: &RedundancyMapSpec, machine: &Machine, check: &Check) -> Result<Vec<Vector3<f64>>> {
     match (&spec.tool_axes, &spec.cone) {
         (Some(_), Some(_)) => check.key("cone").fail("give one of tool_axes and cone".into()),
         (Some(given), None) => {
             let check = check.key("tool_axes");
-            if given.is_empty() || given.len() > MOST {
-                return check.fail(format!("must have 1 to {MOST} directions, got {}", given.len()));
+            if given.is_empty() || given.len() > MAX_DIRECTIONS {
+                return check.fail(format!("must have 1 to {MAX_DIRECTIONS} directions, got {}", given.len()));
             }
-            given.iter().enumerate().map(|(index, axis)| direction(*axis, &check.item(index))).collect()
+            given.iter().enumerate().map(|(index, axis)| unit_direction(*axis, &check.item(index))).collect()
         }
-        (None, Some(cone)) => around(cone, &check.key("cone")),
+        (None, Some(cone)) => cone_directions(cone, &check.key("cone")),
         (None, None) => Ok(vec![-(machine.home.pose.rotation * machine.tool_axes.column(2)).normalize()]),
     }
 }
 
-fn direction(given: [f64; 3], check: &Check) -> Result<Vector3<f64>> {
+/// Returns `given` as a unit vector. `Err` if it has no length.
+fn unit_direction(given: [f64; 3], check: &Check) -> Result<Vector3<f64>> {
     let given = check.finite(given)?;
     given.try_normalize(1e-9).map_or_else(|| check.fail("has no length: expected a direction".into()), Ok)
 }
 
-fn around(cone: &ConeSpec, check: &Check) -> Result<Vec<Vector3<f64>>> {
-    let about = direction(cone.about, &check.key("about"))?;
+/// Returns the middle of a cone and the directions around it, unit vectors in O.
+fn cone_directions(cone: &ConeSpec, check: &Check) -> Result<Vec<Vector3<f64>>> {
+    let about = unit_direction(cone.about, &check.key("about"))?;
     let half = cone.half_angle_deg;
     if !(half > 0.0 && half <= 180.0) {
         return check.key("half_angle_deg").fail(format!("must be above 0 and at most 180, got {half}"));
     }
-    let count = cone.around.unwrap_or(AROUND);
-    if !(1..MOST).contains(&count) {
-        return check.key("around").fail(format!("must be 1 to {}, got {count}", MOST - 1));
+    let count = cone.around.unwrap_or(DEFAULT_AROUND);
+    if !(1..MAX_DIRECTIONS).contains(&count) {
+        return check.key("around").fail(format!("must be 1 to {}, got {count}", MAX_DIRECTIONS - 1));
     }
     let (frame, (sin, cos)) = (frame_about(about), half.to_radians().sin_cos());
     let on_rim = |k: usize| {

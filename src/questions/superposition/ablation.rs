@@ -1,4 +1,4 @@
-//! Where the superposition error comes from.
+//! Ablation: divides the superposition error by its causes.
 //!
 //! Subtracting what the chain errors do alone leaves the superposition error as the difference between two responses to the same
 //! load: that of the nominal machine from where it rests, and that of the real one from where its errors have put it,
@@ -28,7 +28,7 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    rig::Rig,
+    rig::LockedMachine,
     superposition_error::{Case, Displacement},
 };
 use crate::{
@@ -42,15 +42,15 @@ use crate::{
 /// A cause of the superposition error.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Cause {
-    /// The stiffness is that of another place: shift of the evaluation point.
+    /// Shift of the evaluation point: the stiffness is that of another position.
     Point,
-    /// The stiffness matrix at the place is another one, because the chains are.
+    /// Another stiffness matrix at the same position, because the chains are turned and bent.
     Chains,
-    /// Internal forces change the stiffness: geometric stiffness of the assembled, unloaded machine.
+    /// Internal forces: geometric stiffness of the assembled, unloaded machine.
     Preload,
-    /// The cutting force changes the stiffness, and differently on the two machines: geometric stiffness of the load.
+    /// Cutting force: geometric stiffness of the load, which differs between the two machines.
     Load,
-    /// Shift of the point and change of the machine together, beyond the sum of either alone.
+    /// Interaction of shift and changed machine, beyond the sum of either alone.
     Interaction,
 }
 
@@ -58,7 +58,7 @@ impl Cause {
     /// All, in table order.
     pub const ALL: [Cause; 5] = [Cause::Point, Cause::Chains, Cause::Preload, Cause::Load, Cause::Interaction];
 
-    /// Word used in tables.
+    /// Returns the word for the cause in tables.
     pub fn label(self) -> &'static str {
         match self {
             Cause::Point => "point",
@@ -70,18 +70,18 @@ impl Cause {
     }
 }
 
-/// The superposition error at one tool angle and its parts.
+/// The superposition error at one tool angle, divided by cause.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Ablation {
-    /// φ, degrees.
+    /// Tool angle φ, degrees.
     pub phi_deg: f64,
     /// The superposition error.
     pub superposition_error: Displacement,
-    /// Its parts, in the order of [`Cause::ALL`].
+    /// Part of each cause, in the order of [`Cause::ALL`].
     pub parts: [Displacement; 5],
 }
 
-/// A machine at rest without load.
+/// Equilibrium of a machine without load, with its compliance.
 struct AtRest {
     state: State,
     drives: Vec<f64>,
@@ -89,10 +89,10 @@ struct AtRest {
 }
 
 impl AtRest {
-    /// Where `machine` comes to rest with its drives at `drives`, from `start`.
-    fn settle(machine: &Machine, drives: &[f64], start: State) -> Result<Self, Failure> {
-        let mut rig = Rig::standing(machine, drives, start);
-        let outcome = rig.settle(&Wrench::zero())?;
+    /// Solves the equilibrium of `machine` without load, with its drives at `drives`, starting from `start`.
+    fn solve(machine: &Machine, drives: &[f64], start: State) -> Result<Self, Failure> {
+        let mut rig = LockedMachine::at_drives(machine, drives, start);
+        let outcome = rig.equilibrium_under(&Wrench::zero())?;
         match outcome.compliance {
             Some(compliance) => Ok(Self { state: rig.state, drives: drives.to_vec(), compliance }),
             None => {
@@ -101,8 +101,8 @@ impl AtRest {
         }
     }
 
-    /// `machine` with its drives where they put P on `pose`, as far as they control it.
-    fn commanded(case: &Case<'_>, machine: &Machine, pose: &Pose) -> Result<Self, Failure> {
+    /// Solves the equilibrium of `machine` without load, commanded so that P is at `pose`, as far as the drives control it.
+    fn at_commanded_pose(case: &Case<'_>, machine: &Machine, pose: &Pose) -> Result<Self, Failure> {
         // Without a tool, the full pose of the tool tip is that of P.
         let without_tool = |machine: &Machine| {
             let mut machine = machine.clone();
@@ -111,7 +111,7 @@ impl AtRest {
         };
         let (nominal, real) = (without_tool(&case.study.scene.machine), without_tool(machine));
         let mut session = Session::new(&nominal, &real, CompensationSettings::default());
-        session.stand(&case.at, &State::rigid(&nominal, &case.at));
+        session.set_state(&case.at, &State::rigid(&nominal, &case.at));
         let task = TaskPoint {
             pose: *pose,
             load: Wrench::zero(),
@@ -125,19 +125,18 @@ impl AtRest {
                 format!("P cannot be commanded to its place for the ablation: {}", done.status.reason(&nominal));
             return Err(Failure { status: done.status.label().into(), reason });
         }
-        Self::settle(machine, &done.drives, session.state().clone())
+        Self::solve(machine, &done.drives, session.state().clone())
     }
 
-    /// Displacement by `load` to first order.
-    fn response(&self, machine: &Machine, load: &Wrench) -> Displacement {
+    /// Returns the displacement by `load`, a wrench at P, to first order.
+    fn displacement_under(&self, machine: &Machine, load: &Wrench) -> Displacement {
         let twist = Twist::from_vector(&(self.compliance * load.to_vector()));
         Displacement::by_twist(machine, twist, &self.state.pose)
     }
 }
 
-/// `machine` freed of internal forces in the shape it has `at_rest`, and that state: every spring and every joint with a
-/// stiffness is neutral where it stands.
-fn freed(machine: &Machine, at_rest: &AtRest) -> (Machine, State) {
+/// Returns `machine` in the shape it has `at_rest` but free of internal forces, and its state: every spring is neutral there.
+fn without_internal_forces(machine: &Machine, at_rest: &AtRest) -> (Machine, State) {
     let (mut freed, mut state) = (machine.clone(), at_rest.state.clone());
     for (chain, own) in freed.chains.iter_mut().zip(&mut state.chains) {
         own.wrench = Wrench::zero();
@@ -162,7 +161,7 @@ fn freed(machine: &Machine, at_rest: &AtRest) -> (Machine, State) {
     (freed, state)
 }
 
-/// The parts of the superposition error at each φ of the study.
+/// Divides the superposition error by cause, at each φ of the study; `Err` where a machine cannot be solved, or weight is a source.
 pub(super) fn ablate(case: &Case<'_>) -> Result<Vec<Ablation>, Failure> {
     let nominal = &case.study.scene.machine;
     if Source::parts(nominal).contains(&Source::Weight) {
@@ -173,21 +172,21 @@ pub(super) fn ablate(case: &Case<'_>) -> Result<Vec<Ablation>, Failure> {
     let displacements = case.displacements(case.machines, 1.0)?;
     let real = case.machines.real.clone();
     let rigid = || State::rigid(nominal, &case.at);
-    let nominal_here = AtRest::settle(nominal, &case.at.drives, rigid())?;
-    let real_there = AtRest::settle(&real, &case.at.drives, rigid())?;
-    let nominal_there = AtRest::commanded(case, nominal, &real_there.state.pose)?;
-    let real_here = AtRest::commanded(case, &real, &case.rest)?;
-    let (freed_machine, start) = freed(&real, &real_here);
-    let freed_here = AtRest::settle(&freed_machine, &real_here.drives, start)?;
+    let nominal_here = AtRest::solve(nominal, &case.at.drives, rigid())?;
+    let real_there = AtRest::solve(&real, &case.at.drives, rigid())?;
+    let nominal_there = AtRest::at_commanded_pose(case, nominal, &real_there.state.pose)?;
+    let real_here = AtRest::at_commanded_pose(case, &real, &case.rest)?;
+    let (freed_machine, start) = without_internal_forces(&real, &real_here);
+    let freed_here = AtRest::solve(&freed_machine, &real_here.drives, start)?;
 
     let superposition_errors = displacements.superposition_errors(displacements.assembly);
-    let loads = case.loads(1.0);
+    let loads = case.cutting_wrenches(1.0);
     let solved = displacements.cutting.iter().zip(&displacements.both).zip(superposition_errors);
     let parts = solved.zip(loads.iter().zip(&case.study.scene.phis)).map(
         |(((cutting, both), superposition_error), (load, phi))| {
             let [here, there, freed_here, real_here, real_there] =
                 [&nominal_here, &nominal_there, &freed_here, &real_here, &real_there]
-                    .map(|m| m.response(nominal, load));
+                    .map(|m| m.displacement_under(nominal, load));
             let real_cutting = *both - displacements.assembly;
             let parts = [
                 here - there,

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Scaled, SuperpositionStudy,
+    Scaling, SuperpositionStudy,
     superposition_error::{Case, Followed, Sum, SuperpositionErrors},
 };
 use crate::simulation::{Failure, ROUNDING_MM};
@@ -11,7 +11,7 @@ use crate::simulation::{Failure, ROUNDING_MM};
 /// Superposition errors at each factor of the study, worst over φ.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Growth {
-    /// Factor and superposition errors, ascending.
+    /// Factors, ascending, and superposition errors at each.
     pub steps: Vec<(f64, Result<SuperpositionErrors, Failure>)>,
 }
 
@@ -24,28 +24,28 @@ pub struct Fit {
     pub coefficient_mm: f64,
     /// Number of superposition errors it was fitted to.
     pub points: usize,
-    /// Largest ratio between a superposition error and the line, either way; 1 where all lie on it.
+    /// Largest ratio between a superposition error and the line, either way, at least 1.
     pub worst_ratio: f64,
 }
 
-/// Superposition errors that lie off the fitted line by more than this ratio do not follow a power of the factor.
+/// Largest ratio to the line with which superposition errors follow a power of the factor.
 const STRAIGHT: f64 = 1.1;
 
 impl Fit {
-    /// Whether the superposition errors follow a power of the factor.
+    /// Whether the fitted superposition errors follow a power of the factor.
     pub fn is_power_law(&self) -> bool {
         self.worst_ratio <= STRAIGHT
     }
 }
 
 impl Growth {
-    /// The same failure at every factor.
+    /// Makes the growth at a location that was not solved: `failure` at every factor of the study.
     pub(super) fn unsolved(study: &SuperpositionStudy, failure: &Failure) -> Self {
         Self { steps: study.scales.iter().map(|factor| (*factor, Err(failure.clone()))).collect() }
     }
 
-    /// Factors and superposition errors of `sum` at `followed` that are larger than rounding.
-    pub fn measured(&self, sum: Sum, followed: Followed) -> Vec<(f64, f64)> {
+    /// Returns factor and superposition error, mm, of `sum` at `followed`, where the error is larger than rounding.
+    pub fn above_rounding(&self, sum: Sum, followed: Followed) -> Vec<(f64, f64)> {
         let superposition_error = |(factor, found): &(f64, Result<SuperpositionErrors, Failure>)| {
             let worst = found.as_ref().ok()?.worst(sum, followed).ok()?;
             (worst.superposition_error_mm > ROUNDING_MM).then_some((*factor, worst.superposition_error_mm))
@@ -53,21 +53,22 @@ impl Growth {
         self.steps.iter().filter_map(superposition_error).collect()
     }
 
-    /// The line through [`Growth::measured`]; `None` with fewer than two superposition errors.
+    /// Fits a line to [`Growth::above_rounding`] in logarithmic scales; `None` with fewer than two superposition errors.
     pub fn fit(&self, sum: Sum, followed: Followed) -> Option<Fit> {
-        fit(&self.measured(sum, followed))
+        fit(&self.above_rounding(sum, followed))
     }
 }
 
-pub(super) fn measure(case: &Case<'_>, scaled: Scaled) -> Growth {
+/// Computes the superposition errors at each factor of the study, with the sources of `scaled` multiplied by it.
+pub(super) fn measure_growth(case: &Case<'_>, scaled: Scaling) -> Growth {
     let step = |factor: &f64| {
         let (load, errors) = scaled.factors(*factor);
-        (*factor, case.superposition_errors(&case.real(errors), load))
+        (*factor, case.superposition_errors(&case.machines_with_errors(errors), load))
     };
     Growth { steps: case.study.scales.iter().map(step).collect() }
 }
 
-/// Least squares of `ln y = ln coefficient + slope · ln x` over positive pairs with different x; `None` for fewer than two.
+/// Fits `ln y = ln coefficient + slope · ln x` by least squares to positive pairs with different x; `None` for fewer than two.
 pub fn fit(pairs: &[(f64, f64)]) -> Option<Fit> {
     let points = pairs.len();
     if points < 2 {

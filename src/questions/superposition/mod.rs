@@ -1,4 +1,4 @@
-//! Whether the displacements by single sources may be added.
+//! Superposition study: whether displacements by single sources of error may be added, and with which error.
 //!
 //! A machine with chain errors `E`, commanded to a location and loaded by the wrench `F`, moves by `u(F, E)`: from where
 //! the nominal machine rests there, unloaded, to the loaded equilibrium of the real one. Superposition solves for each
@@ -40,13 +40,13 @@ use crate::{
     input::error,
     simulation::Scene,
     spatial::Grid,
-    work::{Event, Work, overlapped, this_shard},
+    work::{Event, Work, compute_overlapped, if_this_shard},
 };
 
 /// A named location of P.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Location {
-    /// Its name.
+    /// Name of the location.
     pub name: String,
     /// Commanded position of P, mm.
     pub position: Vector3<f64>,
@@ -55,23 +55,23 @@ pub struct Location {
 /// A checked superposition study.
 #[derive(Debug, Clone)]
 pub struct SuperpositionStudy {
-    /// Of what machine, under what.
+    /// Machine, chain errors, cutting force and tool angles.
     pub scene: Scene,
-    /// Where the map is computed.
+    /// Grid of positions of P on which the map is computed.
     pub grid: Grid,
     /// Locations studied in detail.
     pub locations: Vec<Location>,
-    /// Superposition error of the tool tip from which superposition no longer counts as safe, mm.
+    /// Superposition error of the tool tip from which superposition is out of tolerance, mm.
     pub tolerance: f64,
     /// Factors on the sources at which the growth of the superposition error is measured, ascending.
     pub scales: Vec<f64>,
-    /// The largest factor tried when the largest safe one is sought.
+    /// Largest factor tried in the search for the largest one within tolerance.
     pub largest_factor: f64,
 }
 
-/// Which sources are multiplied by a factor.
+/// The sources that are multiplied by a factor: the load, the chain errors or both.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Scaled {
+pub enum Scaling {
     /// The cutting force; the chain errors stay.
     Load,
     /// The chain errors; the cutting force stays.
@@ -80,30 +80,30 @@ pub enum Scaled {
     Both,
 }
 
-impl Scaled {
+impl Scaling {
     /// All, in table order.
-    pub const ALL: [Scaled; 3] = [Scaled::Load, Scaled::Errors, Scaled::Both];
+    pub const ALL: [Scaling; 3] = [Scaling::Load, Scaling::Errors, Scaling::Both];
 
-    /// Word used in tables.
+    /// Returns the word for the scaled sources in tables.
     pub fn label(self) -> &'static str {
         match self {
-            Scaled::Load => "load",
-            Scaled::Errors => "errors",
-            Scaled::Both => "both",
+            Scaling::Load => "load",
+            Scaling::Errors => "errors",
+            Scaling::Both => "both",
         }
     }
 
-    /// Factors on load and chain errors.
+    /// Returns the factors on load and on chain errors when this source is scaled by `factor`.
     pub fn factors(self, factor: f64) -> (f64, f64) {
         match self {
-            Scaled::Load => (factor, 1.0),
-            Scaled::Errors => (1.0, factor),
-            Scaled::Both => (factor, factor),
+            Scaling::Load => (factor, 1.0),
+            Scaling::Errors => (1.0, factor),
+            Scaling::Both => (factor, factor),
         }
     }
 }
 
-/// One grid point.
+/// Results at one grid point of the map.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct GridPoint {
     /// Commanded position of P, mm.
@@ -114,22 +114,22 @@ pub struct GridPoint {
     pub largest_load: LargestFactor,
 }
 
-/// What was found at a location.
+/// Detailed results at one location.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct LocationResult {
     /// The location.
     pub location: Location,
     /// Superposition errors, worst over φ.
     pub superposition_errors: Result<SuperpositionErrors, Failure>,
-    /// Largest factors that keep the superposition error of the tool tip within the tolerance, in the order of [`Scaled::ALL`].
+    /// Largest factors that keep the superposition error of the tool tip within the tolerance, in the order of [`Scaling::ALL`].
     pub largest: [LargestFactor; 3],
-    /// How the superposition error grows, in the order of [`Scaled::ALL`].
+    /// How the superposition error grows, in the order of [`Scaling::ALL`].
     pub growth: [Growth; 3],
-    /// Where the superposition error comes from, at each φ.
+    /// Parts of the superposition error by cause, at each φ.
     pub ablation: Result<Vec<Ablation>, Failure>,
 }
 
-/// Results of a superposition study, all at once.
+/// Results of a superposition study.
 #[derive(Debug, Clone, Serialize)]
 pub struct Superposition {
     /// The study.
@@ -141,14 +141,14 @@ pub struct Superposition {
     pub locations: Vec<LocationResult>,
 }
 
-/// Grid points that are one piece of the work, and whose results are given away together.
+/// Grid points in one piece of the work, and in one part of the results.
 const PIECE: usize = 16;
 const PART: usize = 64 * PIECE;
 
-/// Computes everything, in parallel on the current rayon pool; the result does not depend on the number of threads.
+/// Computes map and locations, in parallel on the current rayon pool; the result does not depend on the number of threads.
 ///
 /// # Errors
-/// Of `work`.
+/// Those of [`Work::check`], such as a stop.
 pub fn run(study: &SuperpositionStudy, work: &Work) -> error::Result<Superposition> {
     let mut points = Vec::with_capacity(study.grid.len());
     run_map(study, work, |part| {
@@ -158,11 +158,11 @@ pub fn run(study: &SuperpositionStudy, work: &Work) -> error::Result<Superpositi
     Ok(Superposition { points, locations: run_locations(study, work)?, study: study.clone() })
 }
 
-/// Computes the map and gives its points to `take` part by part, in grid order, so that memory does not grow with the grid.
-/// The next part is computed meanwhile.
+/// Computes the map and gives its points to `take` part by part, in grid order, so that memory does not grow with the grid. The next part
+/// is computed meanwhile.
 ///
 /// # Errors
-/// Of `work` and of `take`.
+/// Those of [`Work::check`], such as a stop, and of `take`.
 pub fn run_map(
     study: &SuperpositionStudy,
     work: &Work,
@@ -171,20 +171,19 @@ pub fn run_map(
     let machines = study.scene.machines()?;
     let (map, total) = (work.part("map"), study.grid.len());
     let compute = |start: usize| map_part(study, &machines, start..total.min(start + PART), &map).map(Some);
-    overlapped((0..total).step_by(PART), compute, take)?;
+    compute_overlapped((0..total).step_by(PART), compute, take)?;
     map.barrier()
 }
 
-/// Pieces of the map.
+/// Returns the number of pieces of work in the map.
 pub(super) fn map_pieces(study: &SuperpositionStudy) -> usize {
     study.grid.len().div_ceil(PIECE)
 }
 
-/// Computes the grid points with these indices, in grid order, in parallel on the current rayon pool; indices beyond the grid
-/// give no points.
+/// Computes the grid points with these indices, in grid order, on the current rayon pool; indices beyond the grid give none.
 ///
 /// # Errors
-/// Of `work`.
+/// Those of [`Work::check`], such as a stop.
 pub fn run_range(study: &SuperpositionStudy, indices: Range<usize>, work: &Work) -> error::Result<Vec<GridPoint>> {
     let indices = indices.start.min(study.grid.len())..indices.end.min(study.grid.len());
     let points = map_part(study, &study.scene.machines()?, indices, work)?;
@@ -192,7 +191,7 @@ pub fn run_range(study: &SuperpositionStudy, indices: Range<usize>, work: &Work)
     Ok(points)
 }
 
-/// The grid points with these indices, but for those of other parts.
+/// Computes the grid points with these indices that belong to this shard of the work.
 fn map_part(
     study: &SuperpositionStudy,
     machines: &Machines,
@@ -213,7 +212,7 @@ fn map_part(
             };
             (start..indices.end.min(start + PIECE)).into_par_iter().map(solve).collect()
         };
-        this_shard(work.piece(&start, Vec::len, compute)).transpose()
+        if_this_shard(work.piece(&start, Vec::len, compute)).transpose()
     });
     Ok(pieces.collect::<error::Result<Vec<Vec<GridPoint>>>>()?.into_iter().flatten().collect())
 }
@@ -221,23 +220,24 @@ fn map_part(
 /// Computes the locations, in parallel on the current rayon pool.
 ///
 /// # Errors
-/// Of `work`.
+/// Those of [`Work::check`], such as a stop.
 pub fn run_locations(study: &SuperpositionStudy, work: &Work) -> error::Result<Vec<LocationResult>> {
     let machines = study.scene.machines()?;
-    let named = work.part("locations").after(map_pieces(study));
+    let named = work.part("locations").numbered_after(map_pieces(study));
     let locations = study.locations.par_iter().enumerate().filter_map(|(index, location)| {
         let compute = || {
             let result = location_result(study, &machines, location);
             named.tell(Event::Computed(1));
             Ok(result)
         };
-        this_shard(named.shard(index).piece(&index, |_| 1, compute)).transpose()
+        if_this_shard(named.shard(index).piece(&index, |_| 1, compute)).transpose()
     });
     let locations = locations.collect::<error::Result<_>>()?;
     named.barrier()?;
     Ok(locations)
 }
 
+/// Computes a grid point with P at `position`, O, mm.
 fn map_point(study: &SuperpositionStudy, machines: &Machines, position: Vector3<f64>) -> GridPoint {
     let position_mm = position.into();
     let case = match Case::new(study, machines, position) {
@@ -249,30 +249,31 @@ fn map_point(study: &SuperpositionStudy, machines: &Machines, position: Vector3<
     };
     let superposition_errors = case.superposition_errors(machines, 1.0);
     let at_one = superposition_errors.as_ref().map(|found| found.superposed_tool_mm()).map_err(Clone::clone);
-    let largest_load = safe::largest(study, at_one, |factor| case.superposed_tool_mm(machines, factor));
+    let largest_load = safe::largest_factor(study, at_one, |factor| case.superposed_tool_mm(machines, factor));
     GridPoint { position_mm, superposition_errors, largest_load }
 }
 
+/// Computes a location: superposition errors, largest factors, growth and causes.
 fn location_result(study: &SuperpositionStudy, machines: &Machines, location: &Location) -> LocationResult {
     match Case::new(study, machines, location.position) {
         Ok(case) => LocationResult {
             location: location.clone(),
             superposition_errors: case.superposition_errors(machines, 1.0),
-            largest: Scaled::ALL.map(|scaled| {
+            largest: Scaling::ALL.map(|scaled| {
                 let superposition_error = |factor: f64| {
                     let (load, errors) = scaled.factors(factor);
-                    case.superposed_tool_mm(&case.real(errors), load)
+                    case.superposed_tool_mm(&case.machines_with_errors(errors), load)
                 };
-                safe::largest(study, superposition_error(1.0), superposition_error)
+                safe::largest_factor(study, superposition_error(1.0), superposition_error)
             }),
-            growth: Scaled::ALL.map(|scaled| growth::measure(&case, scaled)),
+            growth: Scaling::ALL.map(|scaled| growth::measure_growth(&case, scaled)),
             ablation: ablation::ablate(&case),
         },
         Err(failure) => LocationResult {
             location: location.clone(),
             superposition_errors: Err(failure.clone()),
-            largest: Scaled::ALL.map(|_| LargestFactor::Unsolved(failure.clone())),
-            growth: Scaled::ALL.map(|_| Growth::unsolved(study, &failure)),
+            largest: Scaling::ALL.map(|_| LargestFactor::Unsolved(failure.clone())),
+            growth: Scaling::ALL.map(|_| Growth::unsolved(study, &failure)),
             ablation: Err(failure),
         },
     }

@@ -1,4 +1,4 @@
-//! A superposition study among the questions, and from one as written to a checked one.
+//! Checks a superposition study as written and makes a study of it.
 
 use super::{
     Location, SuperpositionStudy, map_pieces, run_locations, run_map,
@@ -8,12 +8,12 @@ use crate::{
     input::{check::Check, error::Result},
     machine::Machine,
     questions::{
-        Given, Question, Resolved, Template,
-        over_workspace::{OwnKeys, Region, Shown, scene},
+        Question, Resolved, StudyContext, Template,
+        over_workspace::{Region, SceneKeys, Shown, scene},
         path::resolve::named_point,
     },
     simulation::ROUNDING_MM,
-    work::{Work, this_shard},
+    work::{Work, if_this_shard},
 };
 
 /// Most points of the map.
@@ -32,16 +32,16 @@ impl Question for SuperpositionStudy {
     };
     const TABLES: &[&str] = &["map", "safe_load", "locations", "largest_factors", "scaling", "slopes", "ablation"];
 
-    fn resolve(spec: &SuperpositionSpec, given: &Given<'_>) -> Result<Resolved<Self>> {
+    fn resolve(spec: &SuperpositionSpec, given: &StudyContext<'_>) -> Result<Resolved<Self>> {
         given.overrides.refuse_points(given.name)?;
         given.refuse_carrier("this question does not take apart")?;
-        let own = OwnKeys { phi_step_deg: spec.phi_step_deg, uses_target: false };
+        let own = SceneKeys { phi_step_deg: spec.phi_step_deg, uses_target: false };
         let (scene, not_used, inputs) = scene(given, own)?;
         let check = &given.check;
         let region =
             Region { min_mm: spec.min_mm, max_mm: spec.max_mm, grid: spec.grid, slices_z_mm: &spec.slices_z_mm };
         let box_of_p = [scene.machine.workspace.min, scene.machine.workspace.max];
-        let (grid, slices_z, size) = region.checked(given, box_of_p, MAX_POINTS)?;
+        let (grid, slices_z, size) = region.checked_grid(given, box_of_p, MAX_POINTS)?;
         let tolerance = check.key("tolerance_mm").positive(spec.tolerance_mm)?;
         if tolerance < ROUNDING_MM {
             let problem = format!(
@@ -77,12 +77,13 @@ impl Question for SuperpositionStudy {
     }
 
     fn compute(&self, work: &Work) -> Result<()> {
-        this_shard(run_map(self, work, |_| Ok(())))?;
-        this_shard(run_locations(self, work))?;
+        if_this_shard(run_map(self, work, |_| Ok(())))?;
+        if_this_shard(run_locations(self, work))?;
         work.barrier()
     }
 }
 
+/// Returns the locations, checked; the named points of the machine if none are written.
 fn locations(specs: Option<&[LocationSpec]>, machine: &Machine, check: &Check) -> Result<Vec<Location>> {
     let Some(specs) = specs else {
         let named = machine.points.iter();
@@ -107,7 +108,7 @@ fn locations(specs: Option<&[LocationSpec]>, machine: &Machine, check: &Check) -
     Ok(locations)
 }
 
-/// Factors at equal ratios.
+/// Returns the factors of the growth study, checked: from smallest to largest at equal ratios.
 fn scales(spec: &ScalesSpec, check: &Check) -> Result<Vec<f64>> {
     let ScalesSpec { smallest, largest, steps } = *spec;
     check.key("smallest").positive(smallest)?;

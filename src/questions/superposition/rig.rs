@@ -1,4 +1,4 @@
-//! A machine held at drive positions and loaded.
+//! A machine with its drives locked, solved under one load after another.
 
 use crate::{
     machine::{Configuration, Machine},
@@ -7,35 +7,35 @@ use crate::{
     statics::{Outcome, State, Status, Workspace, equilibrium},
 };
 
-/// A machine held at drive positions, solved for one load after another.
-pub(super) struct Rig<'a> {
+/// A machine with its drives locked at given positions, solved for one load after another.
+pub(super) struct LockedMachine<'a> {
     machine: &'a Machine,
     drives: Vec<f64>,
-    /// Where a solve starts that fails from its predecessor.
+    /// State from which a solve starts again where it failed from the former equilibrium.
     start: State,
-    /// Equilibrium last reached.
+    /// Equilibrium reached last.
     pub state: State,
     workspace: Workspace,
 }
 
-impl<'a> Rig<'a> {
-    /// `machine` with the drives of `at`, a rigid configuration of the nominal machine.
-    pub fn rigid(machine: &'a Machine, at: &Configuration) -> Self {
-        Self::standing(machine, &at.drives, State::rigid(machine, at))
+impl<'a> LockedMachine<'a> {
+    /// Locks the drives of `machine` as in `at`, a rigid configuration of the nominal machine, from which solves start.
+    pub fn at_command(machine: &'a Machine, at: &Configuration) -> Self {
+        Self::at_drives(machine, &at.drives, State::rigid(machine, at))
     }
 
-    /// `machine` with its drives at `drives` and `start` as the starting state.
-    pub fn standing(machine: &'a Machine, drives: &[f64], start: State) -> Self {
+    /// Locks the drives of `machine` at `drives`; solves start from `start`.
+    pub fn at_drives(machine: &'a Machine, drives: &[f64], start: State) -> Self {
         let workspace = Workspace::new(machine);
         Self { machine, drives: drives.to_vec(), state: start.clone(), start, workspace }
     }
 
-    /// Stable equilibrium under `load`.
-    pub fn settle(&mut self, load: &Wrench) -> Result<Outcome, Failure> {
-        let mut outcome = self.solve(load);
+    /// Solves the stable equilibrium under `load`, a wrench at P; `Err` where there is none.
+    pub fn equilibrium_under(&mut self, load: &Wrench) -> Result<Outcome, Failure> {
+        let mut outcome = self.try_equilibrium(load);
         if outcome.status != Status::Solved {
             self.state.clone_from(&self.start);
-            outcome = self.solve(load);
+            outcome = self.try_equilibrium(load);
         }
         match outcome.status {
             Status::Solved => Ok(outcome),
@@ -43,13 +43,14 @@ impl<'a> Rig<'a> {
         }
     }
 
-    fn solve(&mut self, load: &Wrench) -> Outcome {
+    /// Solves the equilibrium under `load` once, from the current state.
+    fn try_equilibrium(&mut self, load: &Wrench) -> Outcome {
         equilibrium(self.machine, &self.drives, load, &mut self.state, &mut self.workspace, &TO_ROUNDING)
     }
 
-    /// Pose of P under each load, each solved from the one before; a failure names the φ (rad) of its load.
-    pub fn turn(&mut self, loads: &[Wrench], phis: &[f64]) -> Result<Vec<Pose>, Failure> {
-        let pose = |(load, phi): (&Wrench, &f64)| match self.settle(load) {
+    /// Returns the pose of P under each load, each solved from the one before; a failure names the φ (rad) of its load.
+    pub fn poses_under(&mut self, loads: &[Wrench], phis: &[f64]) -> Result<Vec<Pose>, Failure> {
+        let pose = |(load, phi): (&Wrench, &f64)| match self.equilibrium_under(load) {
             Ok(_) => Ok(self.state.pose),
             Err(Failure { status, reason }) => {
                 Err(Failure { status, reason: format!("{reason} (tool angle {:.1}°)", phi.to_degrees()) })

@@ -1,4 +1,4 @@
-//! How far the sources may be scaled before superposition departs by more than a tolerance.
+//! How far the sources may be scaled until the superposition error exceeds a tolerance.
 
 use serde::{Deserialize, Serialize};
 
@@ -19,7 +19,7 @@ pub enum LargestFactor {
 }
 
 impl LargestFactor {
-    /// Word used in tables.
+    /// Returns the word in tables for what ended the search of the largest factor.
     pub fn status(&self) -> &str {
         match self {
             LargestFactor::Reached(_) => "reached",
@@ -29,7 +29,7 @@ impl LargestFactor {
         }
     }
 
-    /// What ended the search, in words; empty where the tolerance did.
+    /// Returns what ended the search of the largest factor, as a sentence; empty where the tolerance did.
     pub fn reason(&self) -> String {
         match self {
             LargestFactor::Reached(_) => String::new(),
@@ -41,7 +41,7 @@ impl LargestFactor {
         }
     }
 
-    /// The factor up to which the superposition error is known to stay within the tolerance.
+    /// Returns the factor up to which the superposition error stays within the tolerance; `None` where it cannot be solved.
     pub fn factor(&self) -> Option<f64> {
         match self {
             LargestFactor::Reached(factor)
@@ -52,34 +52,31 @@ impl LargestFactor {
     }
 }
 
-/// A factor counts as found when the superposition error differs from the tolerance by less than this share of it, or, where the
-/// equilibrium ends, when it is known to this share of itself.
+/// Accuracy of a factor: superposition error over tolerance, or, where equilibrium ends, the factor itself, to this share.
 const ACCURACY: f64 = 1e-6;
-/// Most halvings in search of a factor at which the superposition error is below the tolerance.
+/// Most halvings in search of a factor with a superposition error below the tolerance.
 const MOST_HALVINGS: usize = 60;
-/// Most evaluations within the bracket.
+/// Most evaluations between the two ends of the bracket.
 const MOST_STEPS: usize = 80;
 
-/// The upper end of the bracket.
-enum Above {
-    /// The superposition error less the tolerance, mm; not negative.
+/// Upper end of the bracket in which the largest factor lies.
+enum UpperEnd {
+    /// Superposition error less the tolerance, mm; not negative.
     Exceeded(f64),
     Unsolved(Failure),
 }
 
-impl From<Result<f64, Failure>> for Above {
+impl From<Result<f64, Failure>> for UpperEnd {
     fn from(excess: Result<f64, Failure>) -> Self {
-        excess.map_or_else(Above::Unsolved, Above::Exceeded)
+        excess.map_or_else(UpperEnd::Unsolved, UpperEnd::Exceeded)
     }
 }
 
-/// The factor at which `superposition_error` (mm, of a factor) first reaches the tolerance of the study.
+/// Finds the factor at which `superposition_error` (mm, as a function of it) first reaches the tolerance of the study.
 ///
-/// Sought from factor 1, where it is `at_one`, by doubling or halving until the factor lies between one that keeps within
-/// the tolerance and one that does not, then by false position (Illinois), or by halving where the upper end has no
-/// equilibrium. As superposition errors vanish with their sources, there is a factor below; that the superposition error does not pass the
-/// tolerance twice within one doubling is assumed.
-pub(super) fn largest(
+/// It doubles or halves from factor 1, where the error is `at_one`, until the factor is bracketed, then uses false position (Illinois), or
+/// halves where the upper end has no equilibrium. It assumes that the error does not pass the tolerance twice within one doubling.
+pub(super) fn largest_factor(
     study: &SuperpositionStudy,
     at_one: Result<f64, Failure>,
     superposition_error: impl Fn(f64) -> Result<f64, Failure>,
@@ -96,7 +93,7 @@ pub(super) fn largest(
             let next = (2.0 * low.0).min(study.largest_factor);
             match excess(next) {
                 Ok(below) if below < 0.0 => low = (next, below),
-                above => return within(low, (next, above.into()), study.tolerance, &excess),
+                above => return factor_between(low, (next, above.into()), study.tolerance, &excess),
             }
         }
         return LargestFactor::BelowToLimit(low.0);
@@ -112,7 +109,7 @@ pub(super) fn largest(
         if let Ok(below) = half
             && below < 0.0
         {
-            return within((0.5 * factor, below), (factor, found.into()), study.tolerance, &excess);
+            return factor_between((0.5 * factor, below), (factor, found.into()), study.tolerance, &excess);
         }
         (factor, found) = (0.5 * factor, half);
     }
@@ -122,18 +119,18 @@ pub(super) fn largest(
     }
 }
 
-/// The factor between `low`, with its (negative) excess, and `high`.
-fn within(
+/// Finds the factor between `low`, with its (negative) excess over the tolerance, and `high`.
+fn factor_between(
     mut low: (f64, f64),
-    mut high: (f64, Above),
+    mut high: (f64, UpperEnd),
     tolerance: f64,
     excess: &dyn Fn(f64) -> Result<f64, Failure>,
 ) -> LargestFactor {
     let mut last_was_low = None;
     for _ in 0..MOST_STEPS {
         let share = match &high.1 {
-            Above::Exceeded(above) => -low.1 / (above - low.1),
-            Above::Unsolved(_) => 0.5,
+            UpperEnd::Exceeded(above) => -low.1 / (above - low.1),
+            UpperEnd::Unsolved(_) => 0.5,
         };
         if high.0 - low.0 <= ACCURACY * high.0 {
             break;
@@ -144,7 +141,7 @@ fn within(
             Ok(excess) if excess.abs() <= ACCURACY * tolerance => return LargestFactor::Reached(factor),
             Ok(below) if below < 0.0 => {
                 low = (factor, below);
-                if let (Above::Exceeded(above), Some(true)) = (&mut high.1, last_was_low) {
+                if let (UpperEnd::Exceeded(above), Some(true)) = (&mut high.1, last_was_low) {
                     *above *= 0.5;
                 }
                 last_was_low = Some(true);
@@ -159,7 +156,7 @@ fn within(
         }
     }
     match high.1 {
-        Above::Exceeded(_) => LargestFactor::Reached(low.0),
-        Above::Unsolved(failure) => LargestFactor::NoEquilibrium(low.0, failure),
+        UpperEnd::Exceeded(_) => LargestFactor::Reached(low.0),
+        UpperEnd::Unsolved(failure) => LargestFactor::NoEquilibrium(low.0, failure),
     }
 }

@@ -1,10 +1,10 @@
-//! A superposition study as written: raw, units in the keys, unknown keys refused. Checked by [`crate::questions::Study`].
+//! The table `[superposition]` of a study file as written, with units in its keys; checked by [`crate::questions::Study`].
 
 use serde::Deserialize;
 
 use crate::questions::spec::default_grid;
 
-/// Whether the displacements by single sources may be added.
+/// The table `[superposition]` of a study file: where and up to which load displacements by single sources may be added.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SuperpositionSpec {
@@ -30,13 +30,13 @@ pub struct SuperpositionSpec {
     pub largest_factor: Option<f64>,
 }
 
-/// A location of P.
+/// A location of P, by a named point or a position.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LocationSpec {
-    /// Its name; that of the point if not given.
+    /// Name; that of the point if not given.
     pub name: Option<String>,
-    /// A named point of the machine. A location has this or `position_mm`.
+    /// Named point of the machine. A location has this or `position_mm`.
     pub point: Option<String>,
     /// Position of P. A location has this or `point`.
     pub position_mm: Option<[f64; 3]>,
@@ -50,7 +50,7 @@ pub struct ScalesSpec {
     pub smallest: f64,
     /// The largest factor.
     pub largest: f64,
-    /// How many.
+    /// Number of factors.
     pub steps: usize,
 }
 

@@ -1,9 +1,9 @@
-//! Displacements by single sources and by both, and how far their sum departs.
+//! Displacements by single sources and by all at once, and the superposition error of their sum.
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-use super::{SuperpositionStudy, rig::Rig};
+use super::{SuperpositionStudy, rig::LockedMachine};
 use crate::{
     machine::{ChainError, Configuration, Machine},
     simulation::{Failure, Machines, Source},
@@ -11,27 +11,27 @@ use crate::{
     statics::{Workspace, aggregate_errors},
 };
 
-/// Displacement of the points of the platform that are followed, O axes, mm.
+/// Displacement of tool tip and platform point, O axes, mm.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Displacement {
-    /// Of the tool tip T.
+    /// Displacement of the tool tip T.
     pub tool: Vector3<f64>,
-    /// Of the platform point P.
+    /// Displacement of the platform point P.
     pub platform: Vector3<f64>,
 }
 
 impl Displacement {
-    /// When P moves from pose `from` to pose `to`.
+    /// Returns the displacement of tool tip and P when P moves from pose `from` to pose `to`.
     pub fn between(machine: &Machine, from: &Pose, to: &Pose) -> Self {
         Self { tool: machine.tool_displacement(from, to), platform: to.translation - from.translation }
     }
 
-    /// By a small twist of P (mm, rad) at pose `at`, to first order.
+    /// Returns the displacement of tool tip and P by a small twist of P (mm, rad) at pose `at`, to first order.
     pub fn by_twist(machine: &Machine, twist: Twist, at: &Pose) -> Self {
         Self { tool: twist.shift(at.rotation * machine.tool_tip).linear, platform: twist.linear }
     }
 
-    /// Of the point `followed`.
+    /// Returns the displacement of the point `followed`.
     pub fn of(&self, followed: Followed) -> Vector3<f64> {
         match followed {
             Followed::Tool => self.tool,
@@ -54,7 +54,7 @@ impl std::ops::Sub for Displacement {
     }
 }
 
-/// A point of the platform whose displacement is followed.
+/// A point of the platform whose displacement is evaluated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Followed {
     /// The tool tip T.
@@ -67,7 +67,7 @@ impl Followed {
     /// Both, in table order.
     pub const ALL: [Followed; 2] = [Followed::Tool, Followed::Platform];
 
-    /// Word used in tables.
+    /// Returns the word for the followed point in tables.
     pub fn label(self) -> &'static str {
         match self {
             Followed::Tool => "tool",
@@ -76,12 +76,12 @@ impl Followed {
     }
 }
 
-/// How the effect of chain errors is had that is added to that of the cutting force.
+/// Model of the displacement by chain errors that is added to that by the cutting force.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Sum {
-    /// From the nonlinear model with the errors as the only source: superposition.
+    /// Nonlinear model with the errors as the only source: superposition.
     Superposition,
-    /// By linear aggregation, eqs. (14) and (15).
+    /// Linear aggregation, eqs. (14) and (15).
     Aggregation,
 }
 
@@ -89,7 +89,7 @@ impl Sum {
     /// Both, in table order.
     pub const ALL: [Sum; 2] = [Sum::Superposition, Sum::Aggregation];
 
-    /// Word used in tables.
+    /// Returns the word for the sum in tables.
     pub fn label(self) -> &'static str {
         match self {
             Sum::Superposition => "superposition",
@@ -98,12 +98,12 @@ impl Sum {
     }
 }
 
-/// Superposition error of one sum at one followed point, worst over φ.
+/// Superposition error of one sum at one point of the platform, worst over φ.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Worst {
     /// Largest superposition error, mm.
     pub superposition_error_mm: f64,
-    /// The superposition error itself, O axes, mm.
+    /// The largest superposition error as a vector, O axes, mm.
     pub superposition_error_vector_mm: [f64; 3],
     /// φ at which it occurs, degrees.
     pub phi_deg: f64,
@@ -111,15 +111,14 @@ pub struct Worst {
     pub simultaneous_mm: f64,
     /// Largest displacement by both sources at once over φ, mm.
     pub largest_simultaneous_mm: f64,
-    /// Largest ratio of superposition error to displacement by both sources at the same φ; `None` where nothing moves. Large where
-    /// the sources nearly cancel at some φ.
+    /// Largest ratio of superposition error to displacement by both at the same φ, large where sources nearly cancel; `None` where nothing moves.
     pub ratio: Option<f64>,
     /// φ at which the ratio is largest, degrees; `None` where nothing moves.
     pub ratio_phi_deg: Option<f64>,
 }
 
 impl Worst {
-    /// Largest superposition error over largest displacement; `None` where nothing moves.
+    /// Returns the largest superposition error over the largest displacement; `None` where nothing moves.
     pub fn relative(&self) -> Option<f64> {
         Some(self.superposition_error_mm / self.largest_simultaneous_mm).filter(|ratio| ratio.is_finite())
     }
@@ -128,19 +127,19 @@ impl Worst {
 /// Superposition errors at a location, worst over φ.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SuperpositionErrors {
-    /// Of superposition, in the order of [`Followed::ALL`].
+    /// Errors of superposition, in the order of [`Followed::ALL`].
     pub superposition: [Worst; 2],
-    /// Of linear aggregation, in the same order, or why it cannot be had.
+    /// Errors of linear aggregation, in the same order, or why there are none.
     pub aggregation: Result<[Worst; 2], Failure>,
 }
 
 impl SuperpositionErrors {
-    /// Superposition error at the tool tip, mm: what is held against the tolerance.
+    /// Returns the superposition error at the tool tip, mm, which is compared with the tolerance.
     pub fn superposed_tool_mm(&self) -> f64 {
         self.superposition[0].superposition_error_mm
     }
 
-    /// Superposition error of `sum` at `followed`.
+    /// Returns the superposition error of `sum` at `followed`.
     pub fn worst(&self, sum: Sum, followed: Followed) -> Result<&Worst, &Failure> {
         match sum {
             Sum::Superposition => Ok(&self.superposition[followed as usize]),
@@ -149,49 +148,49 @@ impl SuperpositionErrors {
     }
 }
 
-/// Displacements by each source and by all, from where the machine is zeroed.
+/// Displacements by each source and by all, from the pose in which the machine is calibrated.
 pub(super) struct Displacements {
-    /// `u(W)`, where weight is one of the sources.
+    /// `u(W)`, by weight where that is one of the sources, else 0.
     pub weight: Displacement,
-    /// `u(F, 0)` at each φ.
+    /// `u(F, 0)`, by the cutting force at each φ.
     pub cutting: Vec<Displacement>,
-    /// `u(0, E)`.
+    /// `u(0, E)`, by the chain errors.
     pub assembly: Displacement,
-    /// `u(F, E)` at each φ.
+    /// `u(F, E)`, by all sources at each φ.
     pub both: Vec<Displacement>,
 }
 
 impl Displacements {
-    /// `d` at each φ, with `errors` as the displacement by chain errors.
+    /// Returns the superposition error `d` at each φ, with `errors` as the displacement by chain errors.
     pub fn superposition_errors(&self, errors: Displacement) -> impl Iterator<Item = Displacement> {
         let weight = self.weight;
         self.cutting.iter().zip(&self.both).map(move |(cutting, both)| *cutting + errors + weight - *both)
     }
 }
 
-/// One command to the nominal machine, at which the sources act one by one and together.
+/// One command of P, at which the sources act one by one and together.
 pub(super) struct Case<'a> {
     pub study: &'a SuperpositionStudy,
-    /// Those of the study, with all of the errors.
+    /// Machines with the chain errors of the study.
     pub machines: &'a Machines,
-    /// Nominal inverse kinematics of the command.
+    /// Configuration of the nominal machine at the command.
     pub at: Configuration,
-    /// Where P of the nominal machine rests, unloaded: the commanded pose, unless weight or springs act.
+    /// Pose of P of the nominal machine at rest, unloaded: the commanded pose, unless weight or springs act.
     pub rest: Pose,
-    /// From where displacement by all is measured: there, or from the commanded pose where weight is one of the sources.
+    /// Pose from which displacement by all is measured: `rest`, or the commanded pose where weight is one of the sources.
     zero: Pose,
     /// Displacement by weight, where that is one of the sources.
     weight: Displacement,
 }
 
 impl<'a> Case<'a> {
-    /// P of the nominal machine commanded to `position` mm.
+    /// Commands P of the nominal machine to `position`, O, mm; `Err` if it cannot be reached or has no equilibrium.
     pub fn new(study: &'a SuperpositionStudy, machines: &'a Machines, position: Vector3<f64>) -> Result<Self, Failure> {
         let machine = &study.scene.machine;
         let at = machine.command(position)?;
         let rest_of = |machine: &Machine| -> Result<Pose, Failure> {
-            let mut rig = Rig::rigid(machine, &at);
-            rig.settle(&Wrench::zero())?;
+            let mut rig = LockedMachine::at_command(machine, &at);
+            rig.equilibrium_under(&Wrench::zero())?;
             Ok(rig.state.pose)
         };
         let rest = rest_of(machines.actual(Source::Cutting))?;
@@ -202,31 +201,32 @@ impl<'a> Case<'a> {
         Ok(Self { study, machines, at, rest, zero, weight })
     }
 
-    /// The machines with the errors multiplied by `factor`.
-    pub fn real(&self, factor: f64) -> Machines {
+    /// Returns the machines with the chain errors of the study times `factor`.
+    pub fn machines_with_errors(&self, factor: f64) -> Machines {
         let errors: Vec<ChainError> = self.study.scene.errors.iter().map(|error| error.scale(factor)).collect();
         self.machines.with_errors(&errors)
     }
 
-    /// Dead wrench at P of the cutting force times `factor`, at each φ.
-    pub fn loads(&self, factor: f64) -> Vec<Wrench> {
+    /// Returns the wrench at P, O axes, of the cutting force times `factor`, at each φ.
+    pub fn cutting_wrenches(&self, factor: f64) -> Vec<Wrench> {
         let tool = self.study.scene.machine.tool_at(&self.at.pose.rotation);
         self.study.scene.phis.iter().map(|phi| self.study.scene.force.wrench(*phi, &tool).scale(factor)).collect()
     }
 
-    /// Displacements by the cutting force times `load` and the errors of `real`.
+    /// Solves the displacements by the cutting force times `load` and the chain errors of `machines`.
     pub fn displacements(&self, machines: &Machines, load: f64) -> Result<Displacements, Failure> {
         let machine = &self.study.scene.machine;
         let moved_from = |from: Pose| move |pose: &Pose| Displacement::between(machine, &from, pose);
         let moved = moved_from(self.rest);
-        let (loads, phis) = (self.loads(load), &self.study.scene.phis);
-        let cutting = Rig::rigid(machines.actual(Source::Cutting), &self.at).turn(&loads, phis)?;
-        let mut alone = Rig::rigid(machines.actual(Source::Errors), &self.at);
-        alone.settle(&Wrench::zero())?;
+        let (loads, phis) = (self.cutting_wrenches(load), &self.study.scene.phis);
+        let cutting =
+            LockedMachine::at_command(machines.actual(Source::Cutting), &self.at).poses_under(&loads, phis)?;
+        let mut alone = LockedMachine::at_command(machines.actual(Source::Errors), &self.at);
+        alone.equilibrium_under(&Wrench::zero())?;
         let assembly = moved(&alone.state.pose);
         let both = match Source::parts(machine).contains(&Source::Weight) {
-            true => Rig::rigid(&machines.real, &self.at).turn(&loads, phis)?,
-            false => alone.turn(&loads, phis)?,
+            true => LockedMachine::at_command(&machines.real, &self.at).poses_under(&loads, phis)?,
+            false => alone.poses_under(&loads, phis)?,
         };
         Ok(Displacements {
             weight: self.weight,
@@ -236,8 +236,8 @@ impl<'a> Case<'a> {
         })
     }
 
-    /// Displacement by linear aggregation of the errors of `real`, eq. (15).
-    fn aggregated(&self, machines: &Machines) -> Result<Displacement, Failure> {
+    /// Returns the displacement by linear aggregation of the chain errors of `machines`, eq. (15).
+    fn aggregated_displacement(&self, machines: &Machines) -> Result<Displacement, Failure> {
         let machine = &self.study.scene.machine;
         let twist = aggregate_errors(machine, machines.actual(Source::Errors), &self.at, &mut Workspace::new(machine));
         match twist {
@@ -249,23 +249,24 @@ impl<'a> Case<'a> {
         }
     }
 
-    /// Superposition errors under the cutting force times `load` and the errors of `real`.
+    /// Computes the superposition errors under the cutting force times `load` and the chain errors of `machines`.
     pub fn superposition_errors(&self, machines: &Machines, load: f64) -> Result<SuperpositionErrors, Failure> {
         let displacements = self.displacements(machines, load)?;
-        let worst = |errors| Followed::ALL.map(|followed| self.worst(&displacements, errors, followed));
+        let worst = |errors| Followed::ALL.map(|followed| self.worst_over_phi(&displacements, errors, followed));
         Ok(SuperpositionErrors {
             superposition: worst(displacements.assembly),
-            aggregation: self.aggregated(machines).map(worst),
+            aggregation: self.aggregated_displacement(machines).map(worst),
         })
     }
 
-    /// Superposition error at the tool tip, worst over φ, mm.
+    /// Computes the superposition error at the tool tip, worst over φ, mm.
     pub fn superposed_tool_mm(&self, machines: &Machines, load: f64) -> Result<f64, Failure> {
         let displacements = self.displacements(machines, load)?;
         Ok(displacements.superposition_errors(displacements.assembly).map(|d| d.tool.norm()).fold(0.0, f64::max))
     }
 
-    fn worst(&self, displacements: &Displacements, errors: Displacement, followed: Followed) -> Worst {
+    /// Returns the superposition error at `followed`, worst over φ, with `errors` as the displacement by chain errors.
+    fn worst_over_phi(&self, displacements: &Displacements, errors: Displacement, followed: Followed) -> Worst {
         let mut worst = Worst::default();
         let superposition_errors = displacements.superposition_errors(errors);
         for (index, ((superposition_error, both), phi)) in

@@ -1,25 +1,25 @@
-//! The shape of a closed path in the xy-plane, against the circle it should be.
+//! Shape of a closed path in the xy-plane, to compare with a circle.
 
 use nalgebra::{Matrix2, SymmetricEigen, Vector2};
 
-/// Middle and principal axes of a closed path.
+/// Centre and principal axes of a closed path.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Shape {
     /// Mean of the points, mm.
     pub middle: Vector2<f64>,
-    /// Direction in which the points are spread most.
+    /// Unit vector along which the points are spread most.
     pub longest: Vector2<f64>,
-    /// Direction in which they are spread least.
+    /// Unit vector along which the points are spread least.
     pub shortest: Vector2<f64>,
-    /// Whether the spread is the same in all directions, but for rounding: the axes mean nothing.
+    /// Whether the spread is the same in all directions but for rounding, so that the axes mean nothing.
     pub is_round: bool,
 }
 
-/// Spreads are the same if they differ by less than this share.
+/// Largest relative difference between the spreads of a round path.
 const ROUND: f64 = 1e-9;
 
 impl Shape {
-    /// Of points at equal steps; the last one repeats the first. `None` without points.
+    /// Computes the shape of points at equal steps, mm, of which the last repeats the first; `None` without points.
     pub fn of(points: &[Vector2<f64>]) -> Option<Self> {
         let turn = points.get(..points.len().checked_sub(1)?).filter(|turn| !turn.is_empty())?;
         let middle = turn.iter().sum::<Vector2<f64>>() / turn.len() as f64;
@@ -32,12 +32,12 @@ impl Shape {
     }
 }
 
-/// Angle between two axes, degrees from 0 to 90.
+/// Returns the angle between two axes, degrees from 0 to 90.
 pub fn angle_deg(a: &Vector2<f64>, b: &Vector2<f64>) -> f64 {
     a.perp(b).abs().atan2(a.dot(b).abs()).to_degrees()
 }
 
-/// How often a closed path crosses the circle around `centre`; the last point repeats the first.
+/// Counts how often a closed path crosses the circle around `centre`, mm; the last point repeats the first.
 pub fn crossings(points: &[Vector2<f64>], centre: &Vector2<f64>, radius: f64) -> usize {
     let is_outside = |p: &Vector2<f64>| (p - centre).norm() > radius;
     points.windows(2).filter(|pair| is_outside(&pair[0]) != is_outside(&pair[1])).count()

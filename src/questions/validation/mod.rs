@@ -1,4 +1,4 @@
-//! Numbers that somebody quotes, from a paper or a measurement, beside those of the model.
+//! Validation: compares numbers quoted by a paper or a measurement with those of the model.
 
 pub mod circle_shape;
 mod quantity;
@@ -15,66 +15,65 @@ use crate::{
     input::error,
     machine::{Machine, Motion},
     questions::path::{self, PathResults, PathStudy},
-    work::{Work, this_shard},
+    work::{Work, if_this_shard},
 };
 
-/// A process under a name, with every case cut by it.
+/// A named process with which every case is cut.
 #[derive(Debug, Clone)]
 pub struct Variant {
-    /// Its name.
+    /// Name of the process.
     pub name: String,
-    /// One path per case, in their order.
+    /// Path of each case, in their order.
     pub paths: Vec<PathStudy>,
 }
 
-/// How a quoted number is meant.
+/// How a quoted number is to be compared.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Relation {
-    /// The number itself: "about", "of", "up to".
+    /// Equal within the tolerance: "about", "of", "up to".
     #[default]
     About,
-    /// At least the number: "can exceed".
+    /// A lower limit: "can exceed".
     AtLeast,
-    /// At most the number: "not more than".
+    /// An upper limit: "not more than".
     AtMost,
 }
 
-/// A number that somebody quotes.
+/// A number quoted by a paper or a measurement.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Quoted {
-    /// Where it stands.
+    /// Paper or measurement that quotes it.
     pub source: String,
     /// Index of the case it is about.
     pub case: usize,
-    /// What it is.
+    /// Quantity that it is the value of.
     pub quantity: Quantity,
-    /// The number, in the unit of the quantity.
+    /// Quoted value, in the unit of the quantity.
     pub value: f64,
-    /// How it is meant.
+    /// How it is to be compared.
     pub relation: Relation,
-    /// Difference that counts as none: a share of the number, or itself where the number is 0.
+    /// Largest difference that agrees: a share of the value, or absolute where the value is 0.
     pub agreement: f64,
-    /// Why the model's number is another.
+    /// Explanation of a difference, if known.
     pub reason: String,
 }
 
-/// A checked validation study.
+/// A checked validation study: cases cut under one or more processes, and quoted numbers.
 #[derive(Debug, Clone)]
 pub struct ValidationStudy {
     /// The machine.
     pub machine: Machine,
     /// Names of the cases.
     pub cases: Vec<String>,
-    /// The first one is that of tables and figures.
+    /// Processes; tables and figures are of the first.
     pub variants: Vec<Variant>,
-    /// Numbers to compare with.
+    /// Quoted numbers to compare with.
     pub quoted: Vec<Quoted>,
 }
 
 impl ValidationStudy {
-    /// Where the workpiece stands and what is cut under the first process, as labels and words, and what differs under the
-    /// others.
+    /// Returns labels and words for the placement and cut of the first process, and for what differs under the others.
     pub fn facts(&self) -> Vec<(String, String)> {
         let facts = |variant: &Variant| variant.paths.first().map_or_else(Vec::new, |path| path.facts.clone());
         let first = self.variants.first().map(facts).unwrap_or_default();
@@ -88,42 +87,42 @@ impl ValidationStudy {
     }
 }
 
-/// What pictures of a validation study show.
+/// Figures that a validation study asks for.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Shown {
-    /// In the order in which they are asked for.
+    /// The figures, in the order asked for.
     pub pictures: Vec<Picture>,
 }
 
-/// What a picture shows.
+/// Kind of a figure of a validation study.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum FigureKind {
-    /// Paths in the xy-plane: wanted, moved by each source and by both, and commanded instead.
+    /// Paths in the xy-plane: target, displaced by each source and by both, and commanded.
     Paths,
-    /// Paths in the xy-plane: moved by both sources, by their sum, and by chain errors alone.
+    /// Paths in the xy-plane: displaced by both sources, by their sum, and by chain errors alone.
     Superposition,
-    /// Δρ, Δt and τ over the tool angle, one frame per case.
+    /// Drive corrections Δρ, displacement Δt and drive forces τ over the tool angle, a panel for each case.
     Curves,
-    /// Δρ and Δt by source, one frame per drive and per coordinate.
+    /// Drive corrections Δρ and displacement Δt by source, a panel for each drive and coordinate.
     Sources,
 }
 
-/// A picture.
+/// A figure that a study asks for.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Picture {
-    /// Begin of its file names.
+    /// Beginning of its file names.
     pub name: String,
-    /// Its heading.
+    /// Title of the figure.
     pub title: String,
-    /// What it shows.
+    /// Kind of the figure.
     pub kind: FigureKind,
     /// Indices of the cases shown.
     pub cases: Vec<usize>,
 }
 
 impl Picture {
-    /// Stems of the files it is drawn to. Slides and hinges of one machine are drawn apart.
+    /// Returns the stems of the files of this figure. Prismatic and revolute drives of one machine are drawn apart.
     pub fn file_stems(&self, machine: &Machine) -> Vec<String> {
         let corrections = machine.drive_kinds().map(|kind| match (machine.has_mixed_drives(), kind) {
             (false, _) => "delta_rho",
@@ -143,12 +142,12 @@ impl Picture {
     }
 }
 
-/// A quoted number and ours.
+/// Comparison of a quoted number with the model's.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Compared {
-    /// The model's number for each variant, or why there is none.
+    /// The model's value for each variant, or why there is none.
     pub ours: Vec<Result<f64, String>>,
-    /// Whether the first variant's number is what is quoted.
+    /// Whether the first variant's value agrees with the quoted one.
     pub agrees: bool,
 }
 
@@ -158,19 +157,19 @@ pub struct ValidationResults {
     /// The study.
     #[serde(skip)]
     pub study: ValidationStudy,
-    /// Every case of the first variant.
+    /// Results of every case of the first variant.
     pub paths: Vec<PathResults>,
-    /// In the order of the quoted numbers.
+    /// Comparisons, in the order of the quoted numbers.
     pub compared: Vec<Compared>,
 }
 
 impl Quoted {
-    /// Difference that counts as none, in the unit of the quantity.
+    /// Returns the largest difference from the quoted value that agrees, in the unit of its quantity.
     pub fn allowed(&self) -> f64 {
         self.agreement * if self.value == 0.0 { 1.0 } else { self.value.abs() }
     }
 
-    /// Whether `ours` is the number as it is meant.
+    /// Whether `ours` agrees with the quoted value, compared as its relation says.
     pub fn agrees(&self, ours: f64) -> bool {
         match self.relation {
             Relation::About => (ours - self.value).abs() <= self.allowed(),
@@ -180,31 +179,32 @@ impl Quoted {
     }
 }
 
-/// Points of all passes that [`run`] makes.
-pub fn work(study: &ValidationStudy) -> usize {
+/// Returns the number of points that [`run`] solves, over all passes.
+pub fn point_count(study: &ValidationStudy) -> usize {
     let paths = study.variants.iter().flat_map(|variant| &variant.paths);
-    paths.map(|path| path.stations.len() * path::passes(path)).sum()
+    paths.map(|path| path.stations.len() * path::pass_count(path)).sum()
 }
 
-/// Blocks of all passes.
-pub(super) fn blocks(study: &ValidationStudy) -> usize {
-    study.variants.iter().flat_map(|variant| &variant.paths).map(path::blocks).sum()
+/// Returns the number of blocks of work, over all passes.
+pub(super) fn block_count(study: &ValidationStudy) -> usize {
+    study.variants.iter().flat_map(|variant| &variant.paths).map(path::block_count).sum()
 }
 
-/// Runs the study on the current rayon pool.
+/// Computes all paths under all processes on the current rayon pool, and compares the quoted numbers.
 ///
 /// # Errors
-/// Of `work`.
+/// Those of [`Work::check`], such as a stop.
 pub fn run(study: &ValidationStudy, work: &Work) -> error::Result<ValidationResults> {
     let mut ours: Vec<Vec<Result<f64, String>>> = vec![Vec::new(); study.quoted.len()];
     let (mut shown, mut pieces) = (Vec::new(), 0);
     for (index, variant) in study.variants.iter().enumerate() {
         let mut paths: Vec<PathResults> = Vec::with_capacity(variant.paths.len());
         for (case, path) in variant.paths.iter().enumerate() {
-            paths.extend(this_shard(path::run(path, &work.part(&format!("{index}/{case}")).after(pieces)))?);
-            pieces += path::blocks(path);
+            paths
+                .extend(if_this_shard(path::run(path, &work.part(&format!("{index}/{case}")).numbered_after(pieces)))?);
+            pieces += path::block_count(path);
         }
-        if this_shard(work.barrier())?.is_none() {
+        if if_this_shard(work.barrier())?.is_none() {
             continue;
         }
         for (quoted, ours) in study.quoted.iter().zip(&mut ours) {

@@ -1,4 +1,4 @@
-//! From a validation study as written to a checked one.
+//! Checks a validation study as written and makes a study of it.
 
 use super::{
     FigureKind, Picture, Quoted, Shown, ValidationStudy, Variant,
@@ -8,17 +8,17 @@ use crate::{
     input::{Inputs, check::Check, error::Result},
     machine::Machine,
     questions::{
-        Given, Question, Resolved, Template,
+        Question, Resolved, StudyContext, Template,
         path::{resolve as paths, spec::PathSpec},
     },
     work::Work,
 };
 
-/// Difference that counts as none, as a share.
+/// Largest relative difference that agrees, if the study gives none.
 const AGREEMENT: f64 = 0.1;
-/// Stem of the files of the machine's own figure.
+/// Stem of the file names of the figure of the machine, which no other figure may have.
 const MACHINE_AT_HOME: &str = "machine_at_home";
-/// Most frames of a picture.
+/// Most panels of a figure.
 pub(super) const MOST_FRAMES: usize = 6;
 
 impl Question for ValidationStudy {
@@ -35,7 +35,7 @@ impl Question for ValidationStudy {
     };
     const TABLES: &[&str] = &["summary", "variants"];
 
-    fn resolve(spec: &ValidationSpec, given: &Given<'_>) -> Result<Resolved<Self>> {
+    fn resolve(spec: &ValidationSpec, given: &StudyContext<'_>) -> Result<Resolved<Self>> {
         given.overrides.refuse_grid(given.name)?;
         let (machine, check) = (&given.machine, &given.check);
         for (key, count) in [("variant", spec.variant.len()), ("case", spec.case.len())] {
@@ -43,13 +43,13 @@ impl Question for ValidationStudy {
                 return check.key(key).fail("expected at least one".into());
             }
         }
-        names(spec.case.iter().map(|case| case.name.as_str()), &check.key("case"))?;
+        check_names(spec.case.iter().map(|case| case.name.as_str()), &check.key("case"))?;
         for (i, case) in spec.case.iter().enumerate() {
             let before = spec.case[..i].iter().map(|case| case.name.as_str());
             check.key("case").item(i).key("name").unique_file(&case.name, before)?;
         }
-        names(spec.variant.iter().map(|variant| variant.name.as_str()), &check.key("variant"))?;
-        let points = paths::points_of(spec.case.iter().map(|case| &case.circle), given.overrides);
+        check_names(spec.variant.iter().map(|variant| variant.name.as_str()), &check.key("variant"))?;
+        let points = paths::circle_points(spec.case.iter().map(|case| &case.circle), given.overrides);
         paths::check_total(points.saturating_mul(spec.variant.len()), &check.key("case"))?;
         let (mut variants, mut inputs) = (Vec::new(), Inputs::default());
         for (v, written) in spec.variant.iter().enumerate() {
@@ -74,11 +74,11 @@ impl Question for ValidationStudy {
     }
 
     fn items(&self) -> (usize, &'static str) {
-        (super::work(self), "points")
+        (super::point_count(self), "points")
     }
 
     fn pieces(&self) -> usize {
-        super::blocks(self)
+        super::block_count(self)
     }
 
     fn compute(&self, work: &Work) -> Result<()> {
@@ -86,7 +86,8 @@ impl Question for ValidationStudy {
     }
 }
 
-fn names<'a>(names: impl Iterator<Item = &'a str>, check: &Check) -> Result<()> {
+/// Checks that names are readable and differ from one another.
+fn check_names<'a>(names: impl Iterator<Item = &'a str>, check: &Check) -> Result<()> {
     let mut before: Vec<&str> = Vec::new();
     for (i, name) in names.enumerate() {
         let check = check.item(i).key("name");
@@ -97,22 +98,24 @@ fn names<'a>(names: impl Iterator<Item = &'a str>, check: &Check) -> Result<()> 
     Ok(())
 }
 
-fn case(name: &str, cases: &[String], check: &Check) -> Result<usize> {
+/// Returns the index of the case called `name`.
+fn case_index(name: &str, cases: &[String], check: &Check) -> Result<usize> {
     match cases.iter().position(|case| case == name) {
         Some(index) => Ok(index),
         None => check.fail(format!("no case is called \"{name}\"; there are: {}", cases.join(", "))),
     }
 }
 
+/// Returns the quoted numbers, checked.
 fn quoted(specs: &[QuotedSpec], cases: &[String], machine: &Machine, check: &Check) -> Result<Vec<Quoted>> {
     let quoted = |(i, spec): (usize, &QuotedSpec)| {
         let check = check.key("quoted").item(i);
-        if let Err(problem) = spec.quantity.fits(machine) {
+        if let Err(problem) = spec.quantity.check_machine(machine) {
             return check.key("quantity").fail(problem);
         }
         Ok(Quoted {
             source: spec.source.trim().to_string(),
-            case: case(&spec.case, cases, &check.key("case"))?,
+            case: case_index(&spec.case, cases, &check.key("case"))?,
             quantity: spec.quantity,
             value: check.key("value").finite_scalar(spec.value)?,
             relation: spec.relation,
@@ -123,9 +126,10 @@ fn quoted(specs: &[QuotedSpec], cases: &[String], machine: &Machine, check: &Che
     specs.iter().enumerate().map(quoted).collect()
 }
 
+/// Returns the figures, checked: kinds, cases and file names.
 fn pictures(specs: &[FigureSpec], cases: &[String], machine: &Machine, check: &Check) -> Result<Vec<Picture>> {
     let check = check.key("figure");
-    names(specs.iter().map(|figure| figure.name.as_str()), &check)?;
+    check_names(specs.iter().map(|figure| figure.name.as_str()), &check)?;
     let (mut pictures, mut stems): (Vec<Picture>, Vec<String>) = (Vec::new(), vec![MACHINE_AT_HOME.into()]);
     for (i, spec) in specs.iter().enumerate() {
         let check = check.item(i);
@@ -140,7 +144,7 @@ fn pictures(specs: &[FigureSpec], cases: &[String], machine: &Machine, check: &C
             let expected = if most == 1 { "one case".into() } else { format!("1 to {most} cases") };
             return check_cases.fail(format!("must name {expected} for this kind, got {}", spec.cases.len()));
         }
-        let shown = spec.cases.iter().map(|name| case(name, cases, &check_cases)).collect::<Result<_>>()?;
+        let shown = spec.cases.iter().map(|name| case_index(name, cases, &check_cases)).collect::<Result<_>>()?;
         let picture = Picture { name: spec.name.clone(), title: spec.title.clone(), kind: spec.kind, cases: shown };
         for stem in picture.file_stems(machine) {
             if stems.iter().any(|other| other.eq_ignore_ascii_case(&stem)) {

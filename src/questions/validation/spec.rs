@@ -1,4 +1,4 @@
-//! A validation study as written.
+//! The table `[validation]` of a study file as written, with units in its keys; checked by [`crate::questions::Study`].
 
 use serde::Deserialize;
 
@@ -7,73 +7,73 @@ use crate::questions::{
     validation::{FigureKind, Quantity, Relation},
 };
 
-/// Circles cut under one or more processes, and numbers somebody quotes for them.
+/// The table `[validation]` of a study file: circles cut under one or more processes, and numbers quoted for them.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ValidationSpec {
-    /// Processes; the first one is that of tables and figures, the others show what a choice changes.
+    /// Processes; tables and figures are of the first, the others show what a choice changes.
     pub variant: Vec<VariantSpec>,
-    /// What is cut.
+    /// Paths that are cut.
     pub case: Vec<CaseSpec>,
-    /// Numbers to compare with.
+    /// Quoted numbers to compare with.
     #[serde(default)]
     pub quoted: Vec<QuotedSpec>,
-    /// Pictures.
+    /// Figures to draw.
     #[serde(default)]
     pub figure: Vec<FigureSpec>,
 }
 
-/// A process under a name.
+/// A named process with which every case is cut.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct VariantSpec {
-    /// Its name.
+    /// Name of the process.
     pub name: String,
     /// Process file, relative to the study's folder; the process of the study if not given.
     pub process: Option<String>,
 }
 
-/// A circle under a name.
+/// A named circle that is cut.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CaseSpec {
-    /// Its name.
+    /// Name of the case.
     pub name: String,
-    /// The path.
+    /// The circle.
     pub circle: CircleSpec,
 }
 
-/// A number somebody quotes.
+/// A number quoted by a paper or a measurement.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct QuotedSpec {
-    /// Where it stands.
+    /// Paper or measurement that quotes it.
     pub source: String,
-    /// The case it is about.
+    /// Name of the case that it is about.
     pub case: String,
-    /// What it is.
+    /// Quantity that it is the value of.
     pub quantity: Quantity,
-    /// The number, in the unit of the quantity.
+    /// Quoted value, in the unit of the quantity.
     pub value: f64,
-    /// How it is meant.
+    /// How it is to be compared.
     #[serde(default)]
     pub relation: Relation,
-    /// Share by which "about" may differ; 0.1.
+    /// Largest relative difference that agrees; 0.1 if not given.
     pub agreement: Option<f64>,
-    /// Why ours is another, in one line.
+    /// Explanation of a difference, in one line.
     pub reason: Option<String>,
 }
 
-/// A picture.
+/// A figure to draw.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FigureSpec {
-    /// Begin of its file names.
+    /// Beginning of its file names.
     pub name: String,
-    /// Its heading.
+    /// Title of the figure.
     pub title: String,
-    /// What it shows.
+    /// Kind of the figure.
     pub kind: FigureKind,
-    /// The cases shown, in order; one for paths and sources.
+    /// Names of the cases shown, in order; one for paths and sources.
     pub cases: Vec<String>,
 }

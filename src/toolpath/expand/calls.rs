@@ -1,36 +1,39 @@
-//! Subprograms: how they are called, and where the flow goes back to.
+//! Calls of subprograms, and the return from them.
 
 use crate::toolpath::{
     expand::{
-        jumps::Source,
+        jumps::SourceFile,
         line::{CalledWord, SourceLine},
-        modes::Frame,
+        modes::CallFrame,
         run::{Next, Run, Step},
-        variables::argument,
+        variables::argument_variable,
     },
     model::gcode::{Fault, MacroFault},
     read::gcode::{CalledFile, Origin},
 };
 
-/// The deepest calls.
+/// Most nested calls.
 const DEEPEST: usize = 50;
 
-/// Where a call comes from, and how often it is still to be done.
+/// A call that is under way.
 #[derive(Debug)]
 pub(crate) struct Call {
-    back: Origin,
+    /// Line behind the call.
+    return_to: Origin,
+    /// First line of the subprogram.
     begin: Origin,
-    left: u32,
-    /// What it gave, if it has variables of its own.
+    /// Runs that are still to be done.
+    runs_left: u32,
+    /// Its arguments, if it has local variables of its own.
     arguments: Option<Arguments>,
 }
 
-/// Values of a call by the numbers of their variables.
+/// Values of arguments by the numbers of their variables.
 pub(crate) type Arguments = Vec<(u32, f64)>;
 
 /// What a call names.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Named {
+pub(crate) enum CallTarget {
     /// LinuxCNC's `o<name> sub`.
     Word,
     /// A program O, in the file or beside it.
@@ -39,11 +42,11 @@ pub(crate) enum Named {
     File,
 }
 
-/// The most digits of a program number; those before them say how often (`P30100`: O100 three times).
-const NUMBERS: u32 = 10_000;
+/// Program numbers are below it; digits before them are the number of runs (`P30100`: O100 three times).
+const NUMBER_END: u32 = 10_000;
 
 impl Run<'_> {
-    /// A line with M97, M98 or M198: what else is on it comes first.
+    /// Follows a line with M97, M98 or M198, after what else is on it.
     pub(crate) fn call_by_number(&mut self, line: &SourceLine) -> Step {
         let at = |fault| (line.begin, fault);
         let words = line.words(&self.variables)?;
@@ -54,19 +57,19 @@ impl Run<'_> {
         if let Some(word) = other {
             return Err((word.span.start, Fault::Macro(MacroFault::CallWord { letter: word.letter })));
         }
-        let (p, l) = (whole(&words, 'P')?, whole(&words, 'L')?);
+        let (p, l) = (whole_number(&words, 'P')?, whole_number(&words, 'L')?);
         let p = p.ok_or_else(|| at(Fault::Macro(MacroFault::Expression { expected: "P on the line" })))?;
         let (begin, times) = match call.value {
             Some(97.0) => {
                 let label =
-                    self.source().label(self.here.line, p).ok_or_else(|| at(Fault::Macro(MacroFault::NoLabel)))?;
+                    self.source().label_at(self.here.line, p).ok_or_else(|| at(Fault::Macro(MacroFault::NoLabel)))?;
                 (Origin { line: label, ..self.here }, l)
             }
             m => {
-                let named = if m == Some(98.0) { Named::Number } else { Named::File };
-                match self.find(&p.to_string(), named) {
-                    Err(Fault::Macro(MacroFault::NoSubprogram { .. })) if p >= NUMBERS && l.is_none() => {
-                        (self.find(&(p % NUMBERS).to_string(), named).map_err(at)?, Some(p / NUMBERS))
+                let target = if m == Some(98.0) { CallTarget::Number } else { CallTarget::File };
+                match self.find_subprogram(&p.to_string(), target) {
+                    Err(Fault::Macro(MacroFault::NoSubprogram { .. })) if p >= NUMBER_END && l.is_none() => {
+                        (self.find_subprogram(&(p % NUMBER_END).to_string(), target).map_err(at)?, Some(p / NUMBER_END))
                     }
                     found => (found.map_err(at)?, l),
                 }
@@ -74,8 +77,8 @@ impl Run<'_> {
         };
         let own: Vec<CalledWord> =
             words.iter().filter(|word| *word == call || matches!(word.letter, 'P' | 'L')).cloned().collect();
-        if let Some(rest) = line.without(&own) {
-            self.plain(&rest)?;
+        if let Some(rest) = line.without_words(&own) {
+            self.write_evaluated(&rest)?;
         }
         match times.unwrap_or(1) {
             0 => Ok(Next::Line),
@@ -83,67 +86,67 @@ impl Run<'_> {
         }
     }
 
-    /// A line with G65: a call with arguments, letter by letter.
+    /// Follows a line with G65: a call with arguments, letter by letter.
     pub(crate) fn call_macro(&mut self, line: &SourceLine) -> Step {
         let at = |fault| (line.begin, fault);
         let words = line.words(&self.variables)?;
-        let (p, l) = (whole(&words, 'P')?, whole(&words, 'L')?);
+        let (p, l) = (whole_number(&words, 'P')?, whole_number(&words, 'L')?);
         let p = p.ok_or_else(|| at(Fault::Macro(MacroFault::Expression { expected: "P on the line" })))?;
         let mut arguments = Vec::new();
         for word in words.iter().filter(|word| !matches!(word.letter, 'P' | 'L')) {
             if word.letter == 'G' && word.value == Some(65.0) {
                 continue;
             }
-            let number = argument(word.letter);
+            let number = argument_variable(word.letter);
             let number = number.ok_or((word.span.start, Fault::Macro(MacroFault::CallWord { letter: word.letter })))?;
             if words.iter().filter(|other| other.letter == word.letter).count() > 1 {
                 return Err((word.span.start, Fault::Repeated { letter: word.letter }));
             }
             arguments.extend(word.value.map(|value| (number, value)));
         }
-        let begin = self.find(&p.to_string(), Named::Number).map_err(at)?;
+        let begin = self.find_subprogram(&p.to_string(), CallTarget::Number).map_err(at)?;
         match l.unwrap_or(1) {
             0 => Ok(Next::Line),
             times => self.call(begin, times, Some(arguments)).map_err(at),
         }
     }
 
-    /// A line with M99: back to where the call was, or to line P of the program that called. What else is on it comes first.
-    pub(crate) fn go_back(&mut self, line: &SourceLine) -> Step {
+    /// Follows a line with M99, after what else is on it: returns behind the call, or to line P of the calling program.
+    pub(crate) fn return_by_m99(&mut self, line: &SourceLine) -> Step {
         let at = |fault| (line.begin, fault);
         let words = line.words(&self.variables)?;
         if let Some(word) = words.iter().find(|word| matches!(word.letter, 'L' | 'Q')) {
             return Err((word.span.start, Fault::Macro(MacroFault::CallWord { letter: word.letter })));
         }
-        let p = whole(&words, 'P')?;
+        let p = whole_number(&words, 'P')?;
         let is_own = |word: &CalledWord| word.letter == 'P' || (word.letter == 'M' && word.value == Some(99.0));
         let own: Vec<CalledWord> = words.iter().filter(|word| is_own(word)).cloned().collect();
-        if let Some(rest) = line.without(&own) {
-            self.plain(&rest)?;
+        if let Some(rest) = line.without_words(&own) {
+            self.write_evaluated(&rest)?;
         }
         match p {
             None => self.end_call().map_err(at),
             Some(label) => {
                 if let Some(call) = self.calls.last_mut() {
-                    call.left = 1;
+                    call.runs_left = 1;
                     self.end_call().map_err(at)?;
                 }
                 self.source()
-                    .label(self.here.line.saturating_sub(1), label)
+                    .label_at(self.here.line.saturating_sub(1), label)
                     .map(Next::At)
                     .ok_or_else(|| at(Fault::Macro(MacroFault::NoLabel)))
             }
         }
     }
 
-    /// The first line of a subprogram.
-    pub(crate) fn find(&mut self, name: &str, named: Named) -> Result<Origin, Fault> {
+    /// First line of the subprogram `name`, in the program or in a file beside it.
+    pub(crate) fn find_subprogram(&mut self, name: &str, target: CallTarget) -> Result<Origin, Fault> {
         const ENDS: [&str; 9] = ["", ".ngc", ".nc", ".NC", ".cnc", ".CNC", ".tap", ".TAP", ".txt"];
-        let begin = |source: &Source| match named {
-            Named::Word => source.o_after(0, name, &["SUB"]),
-            Named::Number | Named::File => source.program(name),
+        let begin = |source: &SourceFile| match target {
+            CallTarget::Word => source.next_o_line(0, name, &["SUB"]),
+            CallTarget::Number | CallTarget::File => source.program_line(name),
         };
-        let is_sought = |file: &usize| named != Named::File || *file > 0;
+        let is_sought = |file: &usize| target != CallTarget::File || *file > 0;
         for file in [self.here.file].into_iter().chain(0..self.sources.len()).filter(is_sought) {
             if let Some(line) = begin(&self.sources[file]) {
                 return Ok(Origin { file, line: line + 1 });
@@ -165,7 +168,7 @@ impl Run<'_> {
                 Some(read) => read + 1,
                 None => {
                     let Some(bytes) = (self.beside)(&name) else { continue };
-                    self.sources.push(Source::new(&bytes));
+                    self.sources.push(SourceFile::new(&bytes));
                     self.files.push(CalledFile { name, bytes });
                     self.sources.len() - 1
                 }
@@ -175,7 +178,7 @@ impl Run<'_> {
         Err(Fault::Macro(MacroFault::NoSubprogram { name: bare.to_owned() }))
     }
 
-    /// Goes to `begin` and does what is there `times` times, with variables of its own if there are `arguments`.
+    /// Calls `begin` for `times` runs, with local variables of its own if there are `arguments`.
     pub(crate) fn call(&mut self, begin: Origin, times: u32, arguments: Option<Arguments>) -> Result<Next, Fault> {
         if self.calls.len() == DEEPEST {
             return Err(Fault::Macro(MacroFault::TooDeep { most: DEEPEST }));
@@ -183,31 +186,31 @@ impl Run<'_> {
         if let Some(arguments) = &arguments {
             self.variables.call(arguments);
         }
-        let back = Origin { line: self.here.line + 1, ..self.here };
-        self.frames.push(Frame::default());
-        self.calls.push(Call { back, begin, left: times, arguments });
+        let return_to = Origin { line: self.here.line + 1, ..self.here };
+        self.call_frames.push(CallFrame::default());
+        self.calls.push(Call { return_to, begin, runs_left: times, arguments });
         self.here = begin;
         Ok(Next::At(begin.line))
     }
 
-    /// The end of a subprogram: it begins again, or the flow goes back.
+    /// Ends a run of a subprogram: starts the next one, or returns.
     pub(crate) fn end_call(&mut self) -> Result<Next, Fault> {
         if !self.calls.is_empty() {
             self.restore_at_return();
         }
         let Some(call) = self.calls.last_mut() else { return Err(Fault::Macro(MacroFault::NoCall)) };
-        call.left -= 1;
-        if call.left > 0 {
-            if call.arguments.as_ref().is_some_and(|arguments| !self.variables.are(arguments)) {
+        call.runs_left -= 1;
+        if call.runs_left > 0 {
+            if call.arguments.as_ref().is_some_and(|arguments| !self.variables.has_arguments(arguments)) {
                 return Err(Fault::Macro(MacroFault::ChangedArguments));
             }
             self.here = call.begin;
             return Ok(Next::At(call.begin.line));
         }
-        self.here = call.back;
-        let (line, has_scope) = (call.back.line, call.arguments.is_some());
+        self.here = call.return_to;
+        let (line, has_scope) = (call.return_to.line, call.arguments.is_some());
         self.calls.pop();
-        self.frames.pop();
+        self.call_frames.pop();
         if has_scope {
             self.variables.end_call();
         }
@@ -215,8 +218,8 @@ impl Run<'_> {
     }
 }
 
-/// The whole number after `letter`, if the line has the letter once.
-fn whole(words: &[CalledWord], letter: char) -> Result<Option<u32>, (usize, Fault)> {
+/// Whole number after `letter`, `None` without it. `Err` if the letter is repeated or its number is not whole.
+fn whole_number(words: &[CalledWord], letter: char) -> Result<Option<u32>, (usize, Fault)> {
     let mut found = words.iter().filter(|word| word.letter == letter);
     let Some(word) = found.next() else { return Ok(None) };
     if let Some(second) = found.next() {

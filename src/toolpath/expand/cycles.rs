@@ -1,55 +1,51 @@
-//! Cycles written out as the moves they make: up, to the hole, in with pecks and dwell, and back.
+//! Canned cycles of ISO programs as moves: up, to the hole, down with pecks and dwell, and back.
 //!
-//! A series of holes that stops or turns the spindle (G74, G84, G86) stays as it is, as no move does that; so does one whose
-//! first hole begins where it is not known where the tool is, with feed by time (G93), or with pecks by I, J and K.
+//! A series of holes stays as it is if it stops or reverses the spindle (G74, G84, G86), which no move does, if its first hole starts at an
+//! unknown position, or with inverse time feed (G93) or pecks by I, J and K.
 
 use crate::toolpath::{
     expand::edit::{LineEdit, acts_at_end},
     model::{
-        Hole, NumberFormat, Way,
+        Hole, MotionGeometry, NumberFormat, format_shortest,
         gcode::{Distance, Fault, FeedMode, GcodeError, Motion, MotionCode, Refusal, Word},
-        shortest,
     },
     read::gcode::{Block, Program},
 };
 
-/// The most pecks of a hole.
+/// Most pecks of a hole.
 const MOST_PECKS: f64 = 10_000.0;
 
-/// A program without cycles: its bytes, and the line, from 0, that each of its lines comes from.
+/// Bytes of a program without cycles, and the line, from 0, that each of its lines comes from.
 pub(crate) type WithoutCycles = (Vec<u8>, Vec<usize>);
 
-/// P and Q stay for the holes that follow.
+/// P and Q, which stay in force for the holes that follow.
 #[derive(Default)]
-struct Kept {
-    /// What stands after P, and the cycle it was said of.
+struct HoleParameters {
+    /// Number after P as written, and the cycle it was given with.
     dwell: Option<(String, u32)>,
-    /// The peck, mm, and whether it is written with a point.
+    /// The peck, mm, and whether it is written with a decimal point.
     peck_mm: Option<(f64, bool)>,
 }
 
-/// What a line with G0, G1 or G4 does.
+/// A move of a cycle; heights are in W, mm.
 enum Move {
     Rapid(f64),
-    /// Over the hole, by X and Y as they are on the line of the cycle.
+    /// To X and Y of the hole, as written on the line of the cycle.
     Over,
     Feed(f64),
     Dwell(String),
 }
 
 impl Program {
-    /// The program with its cycles written out; `None` if none of them can be.
-    ///
-    /// # Errors
-    /// A peck that is none.
+    /// The program with its cycles as moves; `None` if none of them can be expanded, `Err` for a peck that leads nowhere.
     pub(crate) fn without_cycles(&self) -> Result<Option<WithoutCycles>, GcodeError> {
         let blocks = self.all_blocks()?;
-        let written_out = series_to_write_out(&blocks);
-        if written_out.is_empty() {
+        let expandable = expandable_series(&blocks);
+        if expandable.is_empty() {
             return Ok(None);
         }
         let (mut bytes, mut origins) = (Vec::new(), Vec::new());
-        let mut kept = Kept::default();
+        let mut parameters = HoleParameters::default();
         let mut blocks = blocks.iter().enumerate().peekable();
         for index in 0..self.lines.len() {
             let ending = match &self.source[self.lines.ending(index)] {
@@ -57,9 +53,9 @@ impl Program {
                 own => own,
             };
             let block = blocks.next_if(|(_, block)| block.line == index);
-            let lines = match block.filter(|(number, _)| written_out.contains(number)) {
+            let lines = match block.filter(|(number, _)| expandable.contains(number)) {
                 Some((_, block)) => self
-                    .moves_of(block, &mut kept)
+                    .cycle_lines(block, &mut parameters)
                     .map_err(|refusal| refusal.locate(&self.name, index + 1, self.content(index)))?,
                 None => vec![self.content(index).to_vec()],
             };
@@ -72,11 +68,11 @@ impl Program {
         Ok(Some((bytes, origins)))
     }
 
-    /// The lines that do what the cycle of `block` does.
-    fn moves_of(&self, block: &Block, kept: &mut Kept) -> Result<Vec<Vec<u8>>, Refusal> {
+    /// Lines that do what the cycle of `block` does.
+    fn cycle_lines(&self, block: &Block, parameters: &mut HoleParameters) -> Result<Vec<Vec<u8>>, Refusal> {
         let content = self.content(block.line);
         let Some(first) = block.motions.first() else { return Ok(vec![content.to_vec()]) };
-        kept.take(content, first);
+        parameters.update(content, first);
         let mut edit = LineEdit::new(content, &first.words, self.style);
         let style = edit.style();
         let over: Vec<String> = first
@@ -87,9 +83,9 @@ impl Program {
             .collect();
         let mut lines = Vec::new();
         for motion in &block.motions {
-            let Way::Hole(hole) = &motion.geometry else { continue };
+            let MotionGeometry::Hole(hole) = &motion.geometry else { continue };
             let mut height = hole.start.z;
-            for step in kept.moves(motion, hole, !over.is_empty())? {
+            for step in parameters.moves(motion, hole, !over.is_empty())? {
                 let mut words = match &step {
                     Move::Dwell(seconds) => vec![style.word('G', "4"), style.word('P', seconds)],
                     Move::Feed(_) => vec![style.motion(MotionCode::Line)],
@@ -98,7 +94,7 @@ impl Program {
                 match step {
                     Move::Over => words.extend(over.iter().cloned()),
                     Move::Rapid(to) | Move::Feed(to) => {
-                        words.push(style.word('Z', &number(motion, height, to)));
+                        words.push(style.word('Z', &z_number(motion, height, to)));
                         height = to;
                     }
                     Move::Dwell(_) => {}
@@ -106,10 +102,10 @@ impl Program {
                 lines.push(words.join(style.separator()));
             }
         }
-        let anchor = edit.find(of_cycle);
+        let anchor = edit.find(is_cycle_word);
         let mut at_end = Vec::new();
         for (index, word) in first.words.iter().enumerate() {
-            if of_cycle(word) {
+            if is_cycle_word(word) {
                 edit.remove(index);
             } else if lines.len() > 1 && acts_at_end(word) {
                 at_end.extend(edit.remove(index));
@@ -117,7 +113,7 @@ impl Program {
         }
         let mut lines = lines.into_iter();
         if let (Some(index), Some(line)) = (anchor, lines.next()) {
-            edit.put(index, line);
+            edit.replace(index, line);
         }
         let mut written = vec![edit.render()];
         written.extend(lines.map(|line| [&content[..block.prefix], line.as_bytes()].concat()));
@@ -129,8 +125,8 @@ impl Program {
     }
 }
 
-/// Indices of those of `blocks` of all series of holes that can be written out.
-fn series_to_write_out(blocks: &[Block]) -> Vec<usize> {
+/// Indices of the blocks of those series of holes that can be expanded.
+fn expandable_series(blocks: &[Block]) -> Vec<usize> {
     let mut series: Vec<Vec<usize>> = Vec::new();
     let mut goes_on = false;
     for (number, block) in blocks.iter().enumerate() {
@@ -139,7 +135,8 @@ fn series_to_write_out(blocks: &[Block]) -> Vec<usize> {
             goes_on &= motions.is_empty() && block.motion_word.is_none();
             continue;
         };
-        let begins = motions.iter().any(|motion| matches!(motion.geometry, Way::Hole(hole) if hole.is_first));
+        let begins =
+            motions.iter().any(|motion| matches!(motion.geometry, MotionGeometry::Hole(hole) if hole.is_first));
         let has_holes = |block: &usize| blocks[*block].motions.iter().any(is_hole);
         match series.last_mut() {
             Some(last) if goes_on && !(begins && last.iter().any(has_holes)) => last.push(number),
@@ -149,7 +146,7 @@ fn series_to_write_out(blocks: &[Block]) -> Vec<usize> {
     }
     let can_be = |block: &usize| {
         blocks[*block].motions.iter().all(|motion| {
-            !motion.is_lost()
+            !motion.is_unlocated()
                 && matches!(motion.code, MotionCode::Cycle(73 | 81 | 82 | 83 | 85 | 89))
                 && motion.modal.feed_mode != FeedMode::InverseTime
                 && !motion.words.iter().any(|word| matches!(word.letter, 'I' | 'J'))
@@ -158,11 +155,11 @@ fn series_to_write_out(blocks: &[Block]) -> Vec<usize> {
     series.into_iter().filter(|blocks| blocks.iter().all(can_be)).flatten().collect()
 }
 
-impl Kept {
-    /// Takes P and Q of the line of `motion`.
-    fn take(&mut self, content: &[u8], motion: &Motion) {
-        if matches!(motion.geometry, Way::Hole(Hole { is_first: true, .. })) {
-            *self = Kept::default();
+impl HoleParameters {
+    /// Updates P and Q by the line of `motion`.
+    fn update(&mut self, content: &[u8], motion: &Motion) {
+        if matches!(motion.geometry, MotionGeometry::Hole(Hole { is_first: true, .. })) {
+            *self = HoleParameters::default();
         }
         let word = |letter| motion.words.iter().find(|word| word.letter == letter);
         let text =
@@ -172,7 +169,7 @@ impl Kept {
         self.peck_mm = word('Q').map(peck).or(self.peck_mm);
     }
 
-    /// The moves of one hole.
+    /// Moves of one hole; `has_place`: the line gives its X or Y.
     fn moves(&self, motion: &Motion, hole: &Hole, has_place: bool) -> Result<Vec<Move>, Refusal> {
         let (clear, bottom) = (hole.clear.z, hole.bottom.z);
         let mut moves = Vec::new();
@@ -221,7 +218,7 @@ impl Kept {
     }
 }
 
-/// Refuses a peck that does not lead down, or that some controls read in thousandths.
+/// Refuses a peck that does not lead down, makes too many, or that some controls read in thousandths.
 fn check_peck(motion: &Motion, peck: f64, has_point: bool, depth: f64) -> Result<(), Refusal> {
     let word = motion.words.iter().find(|word| word.letter == 'Q');
     let span = word.map_or(motion.span.clone(), |word| word.span.clone());
@@ -231,24 +228,25 @@ fn check_peck(motion: &Motion, peck: f64, has_point: bool, depth: f64) -> Result
     Ok(())
 }
 
-/// How far above the last depth the feed begins again, mm: 0.01 inch, as LinuxCNC has it.
+/// Height above the last depth at which the feed begins again, mm: 0.01 inch, as in LinuxCNC.
 const CLEARANCE_MM: f64 = 0.254;
 
-/// The number after Z that leads from the height `from` to `to`.
-fn number(motion: &Motion, from: f64, to: f64) -> String {
+/// Number of the Z word that leads from height `from` to `to`, mm in W.
+fn z_number(motion: &Motion, from: f64, to: f64) -> String {
     let zero = match motion.modal.distance {
         Distance::Absolute => motion.origin.z,
         Distance::Incremental => from,
     };
-    shortest((to - zero) / motion.modal.unit.mm(), 1)
+    format_shortest((to - zero) / motion.modal.unit.mm(), 1)
 }
 
+/// Whether `motion` is a hole with a known way.
 fn is_hole(motion: &Motion) -> bool {
-    matches!(motion.geometry, Way::Hole(_))
+    matches!(motion.geometry, MotionGeometry::Hole(_))
 }
 
-/// Words that only a cycle has a use for, and its coordinates.
-fn of_cycle(word: &Word) -> bool {
+/// Whether it is a cycle's G word, a coordinate, or a word that only a cycle uses.
+fn is_cycle_word(word: &Word) -> bool {
     let code = || word.tenths().is_some_and(|tenths| matches!(tenths, 730 | 810 | 820 | 830 | 850 | 890));
     matches!(word.letter, 'X' | 'Y' | 'Z' | 'R' | 'P' | 'Q' | 'L' | 'K') || (word.letter == 'G' && code())
 }

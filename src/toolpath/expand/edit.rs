@@ -1,11 +1,11 @@
-//! Changing words of a line and nothing else of it.
+//! Edits words of a line and leaves all else of it as it is.
 
 use crate::toolpath::{
     model::gcode::{MotionCode, Word},
     read::gcode::{Style, is_axis_word},
 };
 
-/// What becomes of one word.
+/// New text at one word: before it, in its place, and after it.
 #[derive(Clone, Debug, Default)]
 struct Slot {
     before: Vec<String>,
@@ -13,7 +13,7 @@ struct Slot {
     after: Vec<String>,
 }
 
-/// A line being edited. Blanks and comments between the words stay where they are.
+/// A line that is being edited; blanks and comments between words stay.
 #[derive(Clone, Debug)]
 pub(crate) struct LineEdit<'a> {
     content: &'a [u8],
@@ -23,24 +23,24 @@ pub(crate) struct LineEdit<'a> {
 }
 
 impl<'a> LineEdit<'a> {
-    /// The line `content` with its `words`, unchanged so far.
+    /// Starts with the line `content` of these `words` unchanged.
     pub fn new(content: &'a [u8], words: &'a [Word], style: Style) -> LineEdit<'a> {
         let text = |word: &Word| String::from_utf8_lossy(&content[word.span.clone()]).into_owned();
         let slots = words.iter().map(|word| Slot { text: Some(text(word)), ..Slot::default() }).collect();
-        LineEdit { content, words, style: style.on_line(content, words), slots }
+        LineEdit { content, words, style: style.adapted_to(content, words), slots }
     }
 
-    /// The style new words on this line are written in.
+    /// Style of new words on this line.
     pub fn style(&self) -> Style {
         self.style
     }
 
-    /// Index of the first word for which `test` holds.
+    /// Index of the first word that passes `test`.
     pub fn find(&self, test: impl Fn(&Word) -> bool) -> Option<usize> {
         self.words.iter().position(test)
     }
 
-    /// Puts `number` in the place of the number of word `index`.
+    /// Replaces the number of word `index`.
     pub fn set_number(&mut self, index: usize, number: &str) {
         let word = &self.words[index];
         if let Some(text) = &mut self.slots[index].text {
@@ -54,18 +54,17 @@ impl<'a> LineEdit<'a> {
         }
     }
 
-    /// Takes word `index` out, with the blanks before it, and returns its text.
+    /// Removes word `index` with the blanks before it, and returns its text.
     pub fn remove(&mut self, index: usize) -> Option<String> {
         self.slots[index].text.take()
     }
 
-    /// Puts `text` in the place of word `index`.
-    pub fn put(&mut self, index: usize, text: String) {
+    /// Replaces word `index` by `text`.
+    pub fn replace(&mut self, index: usize, text: String) {
         self.slots[index].text = Some(text);
     }
 
-    /// Adds an axis word (0 = X, 1 = Y, 2 = Z) that the line does not have: next to the other axis words in the
-    /// order X Y Z; or else behind the motion word; or else where the arc words are.
+    /// Adds a missing coordinate (0 = X, 1 = Y, 2 = Z) beside the others, else behind the motion word, else before the arc words.
     pub fn add_axis(&mut self, axis: usize, number: &str) {
         const LETTERS: [char; 3] = ['X', 'Y', 'Z'];
         let text = self.style.axis(axis, number);
@@ -84,8 +83,8 @@ impl<'a> LineEdit<'a> {
         }
     }
 
-    /// Puts the angle of a rotary axis in its word, or adds the word behind the last of an axis.
-    pub fn put_turn(&mut self, letter: char, number: &str) {
+    /// Sets the angle of a rotary axis, or adds its word behind the last axis word.
+    pub fn set_rotary(&mut self, letter: char, number: &str) {
         match self.find(|word| word.letter == letter) {
             Some(index) => self.set_number(index, number),
             None => {
@@ -107,8 +106,8 @@ impl<'a> LineEdit<'a> {
         }
     }
 
-    /// Puts the number of an arc word in its word, or adds the word: in the order I J K, or else behind the axis words.
-    pub fn put_arc(&mut self, letter: char, number: &str) {
+    /// Sets the number of an arc word, or adds the word: in the order I J K, else behind the axis words.
+    pub fn set_arc_word(&mut self, letter: char, number: &str) {
         let text = self.style.word(letter, number);
         let of = |letters: &[char]| self.find(|word| letters.contains(&word.letter));
         let place = (of(&[letter]), of(if letter == 'K' { &['I', 'J'] } else { &['I'] }), of(&['J', 'K']));
@@ -120,10 +119,10 @@ impl<'a> LineEdit<'a> {
         }
     }
 
-    /// Makes the line's motion word `code`, adding one before the coordinates if the line has none.
+    /// Makes `code` the motion of the line; if it has no motion word, adds one before the coordinates.
     pub fn set_motion(&mut self, code: MotionCode) {
         let text = self.style.motion(code);
-        if let Some(index) = self.find(|word| is_motion_word(word) && word.asks.is_some()) {
+        if let Some(index) = self.find(|word| is_motion_word(word) && word.meaning.is_some()) {
             self.slots[index].text = Some(text);
         } else if let Some(index) = self.find(is_motion_word) {
             self.set_number(index, &text[1..]);
@@ -132,7 +131,7 @@ impl<'a> LineEdit<'a> {
         }
     }
 
-    /// The edited line.
+    /// Returns the edited line.
     pub fn render(self) -> Vec<u8> {
         let mut out = Vec::with_capacity(self.content.len() + 16);
         let mut from = 0;
@@ -149,27 +148,27 @@ impl<'a> LineEdit<'a> {
     }
 }
 
-/// G0, G1, G2 or G3.
+/// Whether it is G0, G1, G2 or G3.
 fn is_motion_word(word: &Word) -> bool {
     word.letter == 'G' && matches!(word.tenths(), Some(0 | 10 | 20 | 30))
 }
 
-/// A, B or C.
+/// Whether it is A, B or C.
 fn is_rotary_word(word: &Word) -> bool {
     matches!(word.letter, 'A' | 'B' | 'C')
 }
 
-/// I, J, K or R, or Heidenhain's DR.
+/// Whether it is I, J, K or R, or Heidenhain's DR.
 pub(crate) fn is_arc_word(word: &Word) -> bool {
     matches!(word.letter, 'I' | 'J' | 'K' | 'R' | Word::SENSE)
 }
 
-/// Words that P and Q may belong to.
+/// Whether P and Q may belong to this word.
 pub(crate) fn takes_parameters(word: &Word) -> bool {
     word.letter == 'M' || (word.letter == 'G' && matches!(word.tenths(), Some(40 | 610 | 611 | 640)))
 }
 
-/// M words that a controller runs after the motion of their block.
+/// Whether it is an M word that controllers run after the motion of its block.
 pub(crate) fn acts_at_end(word: &Word) -> bool {
-    word.letter == 'M' && matches!(word.whole(), Ok(0 | 1 | 2 | 5 | 9 | 30 | 60))
+    word.letter == 'M' && matches!(word.whole_number(), Ok(0 | 1 | 2 | 5 | 9 | 30 | 60))
 }

@@ -1,46 +1,51 @@
-//! Expressions of macros and what they are worth: LinuxCNC's and Fanuc's, angles in degrees.
+//! Macro expressions of LinuxCNC and Fanuc, with angles in degrees.
 
 use crate::toolpath::{
     expand::variables::Variables,
     model::gcode::{Dialect, Fault, MacroFault},
 };
 
-/// What two values may differ by and be equal, as for LinuxCNC.
+/// Values that differ by less are equal, as in LinuxCNC.
 const EQUAL: f64 = 1e-6;
 /// Half of the last decimal of coordinates, in inches.
 const LAST_PLACE: f64 = 5e-5;
-/// The deepest brackets.
+/// Most nested brackets and signs.
 const DEEPEST: usize = 64;
 
-type Found = Result<Option<f64>, Fault>;
+/// A value; `None` is Fanuc's null.
+type MacroValue = Result<Option<f64>, Fault>;
 
-/// A text of code, in capitals and without comments, read from the left.
+/// A cursor over code in upper case without comments, which evaluates what it reads.
 pub(crate) struct Reader<'t> {
     text: &'t [u8],
+    /// Index of the next byte.
     pub at: usize,
     variables: &'t Variables,
     depth: usize,
-    /// Whether ROUND has changed a number beyond the decimals of coordinates.
+    /// Whether ROUND has changed a number by more than half the last decimal of coordinates.
     pub has_rounded: bool,
 }
 
 impl<'t> Reader<'t> {
+    /// Starts at byte `at` of `text`.
     pub fn new(text: &'t str, at: usize, variables: &'t Variables) -> Reader<'t> {
         Reader { text: text.as_bytes(), at, variables, depth: 0, has_rounded: false }
     }
 
+    /// Skips blanks.
     pub fn skip_blanks(&mut self) {
         while self.text.get(self.at) == Some(&b' ') {
             self.at += 1;
         }
     }
 
+    /// Skips blanks and returns the next byte without taking it.
     pub fn peek(&mut self) -> Option<u8> {
         self.skip_blanks();
         self.text.get(self.at).copied()
     }
 
-    /// Takes `token` if it comes next.
+    /// Skips blanks and takes `token` if it comes next. Whether it did.
     pub fn takes(&mut self, token: &str) -> bool {
         self.skip_blanks();
         let found = self.text[self.at..].starts_with(token.as_bytes());
@@ -48,25 +53,26 @@ impl<'t> Reader<'t> {
         found
     }
 
+    /// Skips blanks and takes `token`.
     fn expect(&mut self, token: &'static str) -> Result<(), Fault> {
         if self.takes(token) { Ok(()) } else { Err(Fault::Macro(MacroFault::Expression { expected: token })) }
     }
 
-    /// A number that must be there.
+    /// Reads a value that must not be null.
     pub fn number(&mut self) -> Result<f64, Fault> {
         self.value()?.ok_or(Fault::Macro(MacroFault::NoValue))
     }
 
-    /// A value: a number, a variable, an expression in brackets, a function, any with signs; `None` is Fanuc's null.
-    pub fn value(&mut self) -> Found {
+    /// Reads a value: a number, a variable, an expression in brackets or a function, any of them with signs.
+    pub fn value(&mut self) -> MacroValue {
         match self.peek() {
             Some(b'-') => {
                 self.at += 1;
-                self.deeper(|reader| reader.number().map(|value| Some(-value)))
+                self.nested(|reader| reader.number().map(|value| Some(-value)))
             }
             Some(b'+') => {
                 self.at += 1;
-                self.deeper(Reader::value)
+                self.nested(Reader::value)
             }
             Some(b'[') => self.bracket(),
             Some(b'#') => {
@@ -79,7 +85,8 @@ impl<'t> Reader<'t> {
         }
     }
 
-    fn deeper(&mut self, read: impl FnOnce(&mut Self) -> Found) -> Found {
+    /// Applies `read` one level deeper.
+    fn nested(&mut self, read: impl FnOnce(&mut Self) -> MacroValue) -> MacroValue {
         self.depth += 1;
         if self.depth > DEEPEST {
             return Err(Fault::Macro(MacroFault::Expression { expected: "fewer brackets and signs" }));
@@ -89,20 +96,21 @@ impl<'t> Reader<'t> {
         found
     }
 
-    /// What is assigned: Fanuc's needs no brackets.
-    pub fn expression(&mut self) -> Found {
+    /// Reads an expression, which needs no brackets on the right of Fanuc's `=`.
+    pub fn expression(&mut self) -> MacroValue {
         self.binary(0)
     }
 
-    /// `[ … ]`.
-    pub fn bracket(&mut self) -> Found {
+    /// Reads `[ … ]`.
+    pub fn bracket(&mut self) -> MacroValue {
         self.expect("[")?;
-        let found = self.deeper(|reader| reader.binary(0))?;
+        let found = self.nested(|reader| reader.binary(0))?;
         self.expect("]")?;
         Ok(found)
     }
 
-    fn literal(&mut self) -> Found {
+    /// Reads a plain number without sign.
+    fn literal(&mut self) -> MacroValue {
         let rest = &self.text[self.at..];
         let length = rest.iter().take_while(|b| b.is_ascii_digit() || **b == b'.').count();
         self.at += length;
@@ -110,7 +118,7 @@ impl<'t> Reader<'t> {
         text.and_then(|text| text.parse().ok()).map(Some).ok_or(Fault::NotAWord)
     }
 
-    /// What follows `#`: the name of a variable.
+    /// Reads the name of a variable behind `#`.
     pub fn name(&mut self) -> Result<String, Fault> {
         if self.peek() == Some(b'<') {
             let rest = &self.text[self.at + 1..];
@@ -119,15 +127,15 @@ impl<'t> Reader<'t> {
             self.at += length + 2;
             return Ok(String::from_utf8_lossy(&rest[..length]).replace(' ', ""));
         }
-        let number = self.deeper(|reader| reader.number().map(Some))?.unwrap_or_default();
+        let number = self.nested(|reader| reader.number().map(Some))?.unwrap_or_default();
         match number.round() {
             whole if (whole - number).abs() < EQUAL && (0.0..=1e6).contains(&whole) => Ok(format!("{whole}")),
             _ => Err(Fault::Macro(MacroFault::Expression { expected: "a whole number after #" })),
         }
     }
 
-    /// Operators that bind at `level` or closer, the loosest first.
-    fn binary(&mut self, level: usize) -> Found {
+    /// Reads operands and the operators that bind at `level` (0 the loosest) or closer.
+    fn binary(&mut self, level: usize) -> MacroValue {
         const LEVELS: [&[&str]; 5] =
             [&["AND", "OR", "XOR"], &["EQ", "NE", "GE", "GT", "LE", "LT"], &["+", "-"], &["*", "/", "MOD"], &["**"]];
         let Some(operators) = LEVELS.get(level) else { return self.value() };
@@ -146,11 +154,12 @@ impl<'t> Reader<'t> {
             {
                 return Err(Fault::Macro(MacroFault::Expression { expected: "MOD of no negative number" }));
             }
-            left = Some(apply(operator, left, right)?);
+            left = Some(apply_operator(operator, left, right)?);
         }
     }
 
-    fn function(&mut self) -> Found {
+    /// Reads a function with its argument.
+    fn function(&mut self) -> MacroValue {
         const NAMES: [&str; 14] =
             ["ABS", "ACOS", "ASIN", "ATAN", "COS", "EXISTS", "EXP", "FIX", "FUP", "LN", "ROUND", "SIN", "SQRT", "TAN"];
         let Some(name) = NAMES.iter().find(|name| self.takes(name)) else {
@@ -189,15 +198,17 @@ impl<'t> Reader<'t> {
             "SQRT" => x.sqrt(),
             _ => x.to_radians().tan(),
         };
-        finite(value).map(Some)
+        check_finite(value).map(Some)
     }
 }
 
-fn finite(value: f64) -> Result<f64, Fault> {
+/// `value`, or an error if it is not finite.
+fn check_finite(value: f64) -> Result<f64, Fault> {
     if value.is_finite() { Ok(value) } else { Err(Fault::Macro(MacroFault::NotFinite)) }
 }
 
-fn apply(operator: &str, left: Option<f64>, right: Option<f64>) -> Result<f64, Fault> {
+/// Value of a binary operator; comparisons and logic give 1 or 0.
+fn apply_operator(operator: &str, left: Option<f64>, right: Option<f64>) -> Result<f64, Fault> {
     let truth = |is: bool| Ok(f64::from(u8::from(is)));
     // Only whether it is null can be asked of null.
     let (a, b) = match (operator, left, right) {
@@ -221,11 +232,11 @@ fn apply(operator: &str, left: Option<f64>, right: Option<f64>) -> Result<f64, F
         "GT" => truth(a > b),
         "LE" => truth(a <= b),
         "LT" => truth(a < b),
-        "+" => finite(a + b),
-        "-" => finite(a - b),
-        "*" => finite(a * b),
-        "/" => finite(a / b),
-        "MOD" => finite(a.rem_euclid(b)),
-        _ => finite(a.powf(b)),
+        "+" => check_finite(a + b),
+        "-" => check_finite(a - b),
+        "*" => check_finite(a * b),
+        "/" => check_finite(a / b),
+        "MOD" => check_finite(a.rem_euclid(b)),
+        _ => check_finite(a.powf(b)),
     }
 }

@@ -1,11 +1,11 @@
-//! Branches, loops and jumps: Fanuc's IF, WHILE, GOTO and LinuxCNC's O words.
+//! Branches, loops and jumps: Fanuc's IF, WHILE and GOTO, LinuxCNC's O words.
 
 use crate::toolpath::{
     expand::{
-        calls::Named,
+        calls::CallTarget,
         expression::Reader,
         jumps::{do_number, end_number},
-        line::{SourceLine, evaluated},
+        line::{SourceLine, evaluate_line},
         run::{Next, Run},
     },
     model::gcode::{Fault, MacroFault},
@@ -13,12 +13,12 @@ use crate::toolpath::{
 };
 
 impl Run<'_> {
-    /// Fanuc's words of flow.
-    pub(crate) fn flow(&mut self, line: &SourceLine) -> Result<Next, Fault> {
+    /// Follows a line with Fanuc's IF, GOTO, WHILE, DO or END.
+    pub(crate) fn follow_fanuc_flow(&mut self, line: &SourceLine) -> Result<Next, Fault> {
         let from = line.code.len() - line.code[line.begin..].trim_start().len();
         let mut reader = Reader::new(&line.code, from, &self.variables);
         let labelled = |number: f64| {
-            self.source().label(self.here.line, number as u32).map(Next::At).ok_or(Fault::Macro(MacroFault::NoLabel))
+            self.source().label_at(self.here.line, number as u32).map(Next::At).ok_or(Fault::Macro(MacroFault::NoLabel))
         };
         if reader.takes("GOTO") {
             return labelled(reader.number()?);
@@ -26,7 +26,7 @@ impl Run<'_> {
         if let Some(number) = end_number(line) {
             return self
                 .source()
-                .do_before(self.here.line, number)
+                .find_do_before(self.here.line, number)
                 .map(Next::At)
                 .ok_or(Fault::Macro(MacroFault::NoLabel));
         }
@@ -40,7 +40,7 @@ impl Run<'_> {
             }
             if is_true {
                 let rest = SourceLine::new(&line.code.as_bytes()[reader.at..]);
-                evaluated(&rest, &mut self.variables).map_err(|(_, fault)| fault)?;
+                evaluate_line(&rest, &mut self.variables).map_err(|(_, fault)| fault)?;
             }
             return Ok(Next::Line);
         }
@@ -48,17 +48,17 @@ impl Run<'_> {
             return Err(Fault::Macro(MacroFault::Expression { expected: "DO and a number" }));
         };
         let is_true = !reader.takes("WHILE") || reader.bracket()?.is_some_and(|value| value != 0.0);
-        let after = self.source().end_after(self.here.line, number).ok_or(Fault::Macro(MacroFault::NoLabel))?;
+        let after = self.source().find_end_after(self.here.line, number).ok_or(Fault::Macro(MacroFault::NoLabel))?;
         Ok(if is_true { Next::Line } else { Next::At(after + 1) })
     }
 
-    /// LinuxCNC's O words.
-    pub(crate) fn o_word(&mut self, line: &SourceLine, name: &str) -> Result<Next, Fault> {
+    /// Follows a line with LinuxCNC's O word `name`.
+    pub(crate) fn follow_o_word(&mut self, line: &SourceLine, name: &str) -> Result<Next, Fault> {
         let here = self.here.line;
         let from = line.code.len() - line.code[line.begin..].trim_start().len() + line.keyword().len();
         let mut reader = Reader::new(&line.code, from, &self.variables);
         let missing = || Fault::Macro(MacroFault::NoLabel);
-        let after = |keywords: &[&str]| self.source().o_after(here + 1, name, keywords).ok_or_else(missing);
+        let after = |keywords: &[&str]| self.source().next_o_line(here + 1, name, keywords).ok_or_else(missing);
         match line.keyword() {
             "SUB" => Ok(Next::At(after(&["ENDSUB"])? + 1)),
             "ENDSUB" | "RETURN" => {
@@ -72,9 +72,9 @@ impl Run<'_> {
                 while reader.peek() == Some(b'[') {
                     arguments.push(reader.bracket()?.ok_or(Fault::Macro(MacroFault::NoValue))?);
                 }
-                let begin = self.find(name, Named::Word)?;
+                let begin = self.find_subprogram(name, CallTarget::Word)?;
                 let next = self.call(begin, 1, Some((1..).zip(arguments).collect()))?;
-                self.frames.last_mut().into_iter().for_each(|frame| frame.by_o_word = true);
+                self.call_frames.last_mut().into_iter().for_each(|frame| frame.by_o_word = true);
                 Ok(next)
             }
             "IF" => {
@@ -84,7 +84,8 @@ impl Run<'_> {
                 }
                 let mut next = here;
                 loop {
-                    next = self.source().o_after(next + 1, name, &["ELSEIF", "ELSE", "ENDIF"]).ok_or_else(missing)?;
+                    next =
+                        self.source().next_o_line(next + 1, name, &["ELSEIF", "ELSE", "ENDIF"]).ok_or_else(missing)?;
                     let branch = &self.source().lines[next];
                     if branch.keyword() != "ELSEIF" {
                         return Ok(Next::At(next + 1));
@@ -100,15 +101,15 @@ impl Run<'_> {
             "ENDIF" | "DO" => Ok(Next::Line),
             "WHILE" => {
                 let is_true = reader.bracket()?.is_some_and(|value| value != 0.0);
-                match self.source().o_after(here + 1, name, &["ENDWHILE"]) {
+                match self.source().next_o_line(here + 1, name, &["ENDWHILE"]) {
                     Some(end) => Ok(if is_true { Next::Line } else { Next::At(end + 1) }),
                     None if is_true => {
-                        self.source().o_before(here, name, &["DO"]).map(|line| Next::At(line + 1)).ok_or_else(missing)
+                        self.source().last_o_line(here, name, &["DO"]).map(|at| Next::At(at + 1)).ok_or_else(missing)
                     }
                     None => Ok(Next::Line),
                 }
             }
-            "ENDWHILE" => self.source().o_before(here, name, &["WHILE"]).map(Next::At).ok_or_else(missing),
+            "ENDWHILE" => self.source().last_o_line(here, name, &["WHILE"]).map(Next::At).ok_or_else(missing),
             "REPEAT" => {
                 let times = reader.number()?;
                 let end = after(&["ENDREPEAT"])?;
@@ -119,7 +120,7 @@ impl Run<'_> {
                 Ok(Next::Line)
             }
             "ENDREPEAT" => {
-                let begin = self.source().o_before(here, name, &["REPEAT"]).ok_or_else(missing)?;
+                let begin = self.source().last_o_line(here, name, &["REPEAT"]).ok_or_else(missing)?;
                 let file = self.here.file;
                 let active = self.repeats.last_mut().filter(|(at, _)| *at == Origin { file, line: begin });
                 let (_, left) = active.ok_or_else(missing)?;
@@ -131,7 +132,7 @@ impl Run<'_> {
                 Ok(Next::Line)
             }
             "BREAK" | "CONTINUE" => {
-                let is_repeat = self.source().o_before(here, name, &["REPEAT"]).is_some();
+                let is_repeat = self.source().last_o_line(here, name, &["REPEAT"]).is_some();
                 let end = after(&["ENDWHILE", "ENDREPEAT", "WHILE"])?;
                 if line.keyword() == "CONTINUE" {
                     return Ok(Next::At(end));

@@ -1,9 +1,9 @@
-//! Heidenhain's drilling (CYCL DEF 200) and reaming (201) written out as the moves they make where CYCL CALL or M99 calls them.
+//! Heidenhain's drilling (CYCL DEF 200) and reaming (201) as moves where CYCL CALL or M99 calls them.
 
 use std::collections::BTreeMap;
 
 use crate::toolpath::{
-    model::{NumberFormat, plain},
+    model::{NumberFormat, format_plain},
     read::{
         gcode::{
             dialect::block_numbers,
@@ -13,19 +13,18 @@ use crate::toolpath::{
     },
 };
 
-/// The most pecks of a hole.
+/// Most pecks of a hole.
 const MOST_PECKS: f64 = 10_000.0;
 
-/// The cycle of the last CYCL DEF.
+/// Parameters of the last CYCL DEF.
 struct Cycle {
-    /// What stands after each Q.
+    /// Values of its Q parameters.
     q: BTreeMap<u32, f64>,
     is_reaming: bool,
 }
 
-/// `source` with its cycles written out, and the line, from 0, that each line comes from; `None` where one of them cannot be, or there is
-/// none.
-pub(crate) fn written_out(source: &[u8]) -> Option<(Vec<u8>, Vec<usize>)> {
+/// `source` with its cycles as moves, and the line (from 0) that each line comes from; `None` if it has none or one cannot be.
+pub(crate) fn expand_cycles(source: &[u8]) -> Option<(Vec<u8>, Vec<usize>)> {
     let lines = Lines::of(source);
     let (mut out, mut origins) = (Vec::with_capacity(source.len()), Vec::new());
     let (mut cycle, mut feed, mut is_changed) = (None, None, false);
@@ -36,10 +35,10 @@ pub(crate) fn written_out(source: &[u8]) -> Option<(Vec<u8>, Vec<usize>)> {
             [] => b"\n",
             own => own,
         };
-        let start = block_numbers::number(content).map_or_else(|| lines::prefix(content), |(range, _)| range.end);
+        let start = block_numbers::number(content).map_or_else(|| lines::prefix_len(content), |(range, _)| range.end);
         let prefix = &content[..start];
         let code = Scan::of_line(content, start);
-        let text = code.upper(start..code.line.len()).trim().to_owned();
+        let text = code.upper_text(start..code.line.len()).trim().to_owned();
         let mut put = |text: &[u8]| {
             out.extend_from_slice(text);
             out.extend_from_slice(ending);
@@ -50,7 +49,7 @@ pub(crate) fn written_out(source: &[u8]) -> Option<(Vec<u8>, Vec<usize>)> {
         let (mut last, mut calls) = (line, false);
         match words[..] {
             ["CYCL", "DEF", number, ..] if matches!(number, "200" | "201") => {
-                last = last_of_definition(source, &lines, line);
+                last = definition_end(source, &lines, line);
                 cycle = Some(Cycle::read(source, &lines, line..last + 1, number == "201")?);
                 put(&block(&format!("; CYCL DEF {number}, written out where it is called")));
                 is_changed = true;
@@ -72,7 +71,7 @@ pub(crate) fn written_out(source: &[u8]) -> Option<(Vec<u8>, Vec<usize>)> {
                 calls = words.contains(&"M99");
                 let moved = if calls { without_m99(content, start, code.line.len())? } else { content.to_vec() };
                 put(&moved);
-                feed = feed_of(&words).or(feed);
+                feed = feed_word(&words).or(feed);
             }
         }
         if calls {
@@ -84,17 +83,17 @@ pub(crate) fn written_out(source: &[u8]) -> Option<(Vec<u8>, Vec<usize>)> {
         line = last + 1;
     }
     // The number of lines may be as it was, and that of a block then stand twice.
-    is_changed.then(|| (block_numbers::rising(b"", out), origins))
+    is_changed.then(|| (block_numbers::renumber_blocks(b"", out), origins))
 }
 
-/// The last line of the CYCL DEF that begins in `line`: `~` goes on in the next, and so does a line with Q and no number.
-fn last_of_definition(source: &[u8], lines: &Lines, line: usize) -> usize {
+/// Last line of the CYCL DEF that begins in `line`. `~` continues it, and so does a line that begins with Q.
+fn definition_end(source: &[u8], lines: &Lines, line: usize) -> usize {
     let goes_on = |line: usize| source[lines.content(line)].trim_ascii_end().ends_with(b"~");
     let is_value = |line: usize| source[lines.content(line)].trim_ascii_start().first() == Some(&b'Q');
     (line..lines.len()).take_while(|next| *next == line || goes_on(next - 1) || is_value(*next)).last().unwrap_or(line)
 }
 
-/// The text of a line without M99, which is a word of its own.
+/// The line without its word M99, which is between `start` and `end`.
 fn without_m99(content: &[u8], start: usize, end: usize) -> Option<Vec<u8>> {
     let at = (start..end.checked_sub(2)?).find(|at| {
         content[*at..*at + 3].eq_ignore_ascii_case(b"M99")
@@ -105,13 +104,13 @@ fn without_m99(content: &[u8], start: usize, end: usize) -> Option<Vec<u8>> {
     Some([before, &content[at + 3..]].concat())
 }
 
-/// Whether the axis of the tool is none of Z.
+/// Whether the tool axis is not Z.
 fn is_across(words: &[&str]) -> bool {
     words.iter().any(|word| matches!(*word, "X" | "Y" | "U" | "V" | "W"))
 }
 
-/// The feed in force behind a block, as a word.
-fn feed_of(words: &[&str]) -> Option<String> {
+/// The feed that a block leaves in force, as a word; `None` if it sets none.
+fn feed_word(words: &[&str]) -> Option<String> {
     let is_feed =
         |word: &&&str| word.strip_prefix('F').is_some_and(|rest| rest.starts_with(|c: char| c.is_ascii_digit()));
     let word = words.iter().find(is_feed);
@@ -122,16 +121,17 @@ fn feed_of(words: &[&str]) -> Option<String> {
 }
 
 impl Cycle {
+    /// Reads the Q parameters in the lines `range`; `None` if some are missing, unknown or no numbers.
     fn read(source: &[u8], lines: &Lines, range: std::ops::Range<usize>, is_reaming: bool) -> Option<Cycle> {
         let mut q = BTreeMap::new();
         for line in range {
             let scan = Scan::of_line(&source[lines.content(line)], 0);
-            let code = scan.upper(0..scan.line.len());
+            let code = scan.upper_text(0..scan.line.len());
             for (at, _) in code.match_indices('Q') {
                 let Some((number, value)) = code[at + 1..].split_once('=') else { continue };
                 let Ok(number) = number.trim().parse::<u32>() else { continue };
                 let mut value = Scan::of_line(value.trim_start().as_bytes(), 0);
-                q.insert(number, value.decimal().ok()??.0);
+                q.insert(number, value.take_decimal().ok()??.0);
                 if value.next().is_some_and(|byte| !matches!(byte, b'Q' | b'~')) {
                     return None;
                 }
@@ -147,7 +147,7 @@ impl Cycle {
         (is_known && q.get(&395).is_none_or(|depth| *depth == 0.0)).then_some(Cycle { q, is_reaming })
     }
 
-    /// The blocks that drill one hole where the tool is; `feed` is in force before and behind it.
+    /// Blocks that drill one hole at the tool position; they put `feed` back in force.
     fn moves(&self, feed: Option<&str>) -> Option<Vec<String>> {
         let q = |number: u32| self.q.get(&number).copied().unwrap_or(0.0);
         let (set_up, depth, surface, plunge) = (q(200), -q(201), q(203), q(206));
@@ -160,9 +160,10 @@ impl Cycle {
             return None;
         }
         let rapid = |z: f64| format!("L Z{} R0 FMAX", signed(z));
-        let fed = |z: f64, feed: f64| format!("L Z{} R0 F{}", signed(z), plain(feed));
+        let fed = |z: f64, feed: f64| format!("L Z{} R0 F{}", signed(z), format_plain(feed));
         let dwell = |seconds: f64| {
-            let blocks = ["CYCL DEF 9.0 DWELL TIME".to_owned(), format!("CYCL DEF 9.1 DWELL {}", plain(seconds))];
+            let blocks =
+                ["CYCL DEF 9.0 DWELL TIME".to_owned(), format!("CYCL DEF 9.1 DWELL {}", format_plain(seconds))];
             blocks.into_iter().filter(move |_| seconds > 0.0)
         };
         let mut moves = vec![rapid(clear)];
@@ -186,7 +187,8 @@ impl Cycle {
     }
 }
 
+/// A number with its sign, plus included.
 fn signed(value: f64) -> String {
-    let text = plain(value);
+    let text = format_plain(value);
     if text.starts_with('-') { text } else { format!("+{text}") }
 }

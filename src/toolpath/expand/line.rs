@@ -1,4 +1,4 @@
-//! One line of a program with macros: what steers the flow, what is assigned, and words with their values.
+//! Lines of a program with macros: labels, keywords, assignments, and words with their values.
 
 use std::ops::Range;
 
@@ -8,23 +8,24 @@ use crate::toolpath::{
     read::gcode::lines,
 };
 
-/// A line as it is steered by.
+/// A line with its label and code.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct SourceLine {
     pub bytes: Vec<u8>,
-    /// Its code in capitals, without comments, the same bytes long; nothing if it is no code.
+    /// Code in upper case with blanks for comments, as many bytes as the line; empty if the line is no code.
     pub code: String,
     /// The name after a leading O: `100` or `<NAME>`.
     pub o_name: Option<String>,
     /// The number after a leading N.
     pub n_number: Option<u32>,
-    /// Where its code begins behind the block-delete mark, N and the O name.
+    /// Index of the code behind the block-delete mark, N and the O name.
     pub begin: usize,
 }
 
 impl SourceLine {
+    /// Finds the labels and the code of a line.
     pub fn new(bytes: &[u8]) -> SourceLine {
-        let code = code(bytes);
+        let code = code_text(bytes);
         let mut line = SourceLine { bytes: bytes.to_vec(), code, o_name: None, n_number: None, begin: 0 };
         let text = line.code.as_bytes();
         let mut at = text.iter().take_while(|b| **b == b' ').count();
@@ -59,19 +60,18 @@ impl SourceLine {
         self.code[self.begin..].trim()
     }
 
-    /// The word of letters that the rest begins with: `SUB`, `WHILE`.
+    /// The letters that the rest begins with: `SUB`, `WHILE`.
     pub fn keyword(&self) -> &str {
         let rest = self.rest();
         &rest[..rest.bytes().take_while(u8::is_ascii_alphabetic).count()]
     }
 
-    /// Whether it only says which program begins.
+    /// Whether it is only the number or name of a program.
     pub fn begins_program(&self) -> bool {
         self.o_name.is_some() && self.rest().is_empty()
     }
 
-    /// The words of a line that assigns nothing: each letter with its number, evaluated, and the bytes they stand in; `None` is
-    /// Fanuc's null.
+    /// Words of a line that assigns nothing, with their evaluated numbers; `Err` gives the byte of the fault.
     pub fn words(&self, variables: &Variables) -> Result<Vec<CalledWord>, (usize, Fault)> {
         let text = self.code.as_bytes();
         let (mut words, mut at) = (Vec::new(), self.begin);
@@ -91,7 +91,7 @@ impl SourceLine {
     }
 
     /// Whether it has a word of `letter` with one of these numbers, written plainly: `M98`, `M 098`, `G65`.
-    pub fn has(&self, letter: u8, numbers: &[f64]) -> bool {
+    pub fn has_word(&self, letter: u8, numbers: &[f64]) -> bool {
         (self.begin..self.code.len()).filter(|at| self.code.as_bytes()[*at] == letter).any(|at| {
             let digits = self.code[at + 1..].trim_start();
             let length = digits.bytes().take_while(|b| b.is_ascii_digit() || *b == b'.').count();
@@ -100,17 +100,17 @@ impl SourceLine {
     }
 
     /// Whether it is a % that opens or closes the program.
-    pub fn is_mark(&self) -> bool {
-        lines::first(&self.bytes) == Some(b'%')
+    pub fn is_percent(&self) -> bool {
+        lines::first_byte(&self.bytes) == Some(b'%')
     }
 
     /// Whether it has no code, not even a % or an O.
-    pub fn is_bare(&self) -> bool {
-        self.code.trim().is_empty() && !self.is_mark()
+    pub fn is_without_code(&self) -> bool {
+        self.code.trim().is_empty() && !self.is_percent()
     }
 
-    /// The line without `words`, which are in order, if any other word but N is left.
-    pub fn without(&self, words: &[CalledWord]) -> Option<SourceLine> {
+    /// The line without `words`, which are in order; `None` if only N is left.
+    pub fn without_words(&self, words: &[CalledWord]) -> Option<SourceLine> {
         let mut bytes = self.bytes.clone();
         for word in words.iter().rev() {
             let blanks = bytes[..word.span.start].iter().rev().take_while(|b| **b == b' ').count();
@@ -121,7 +121,7 @@ impl SourceLine {
     }
 }
 
-/// A word of a line that calls something.
+/// A word with its evaluated number (`None` is Fanuc's null) and its bytes.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct CalledWord {
     pub letter: char,
@@ -129,10 +129,10 @@ pub(crate) struct CalledWord {
     pub span: Range<usize>,
 }
 
-/// The code of a line, as long as it is in bytes: comments and what is no ASCII are blanks.
-fn code(bytes: &[u8]) -> String {
+/// Code of a line, as many bytes long, with blanks for comments and all that is not ASCII.
+fn code_text(bytes: &[u8]) -> String {
     let mut text = String::with_capacity(bytes.len());
-    if lines::first(bytes).is_some_and(|b| matches!(b, b'%' | b'$' | b'?' | b'!' | b'~')) {
+    if lines::first_byte(bytes).is_some_and(|b| matches!(b, b'%' | b'$' | b'?' | b'!' | b'~')) {
         return text;
     }
     while let Some(&byte) = bytes.get(text.len()) {
@@ -150,8 +150,8 @@ fn code(bytes: &[u8]) -> String {
     text
 }
 
-/// The bytes of the line with its values in place of expressions, without what it assigns, which is done.
-pub(crate) fn evaluated(line: &SourceLine, variables: &mut Variables) -> Result<Vec<u8>, (usize, Fault)> {
+/// Bytes of the line with values in place of its expressions; its assignments are done and left out.
+pub(crate) fn evaluate_line(line: &SourceLine, variables: &mut Variables) -> Result<Vec<u8>, (usize, Fault)> {
     if !line.code.contains(['#', '[']) {
         return Ok(line.bytes.clone());
     }
@@ -181,7 +181,7 @@ pub(crate) fn evaluated(line: &SourceLine, variables: &mut Variables) -> Result<
                 }
                 if text[value_at..reader.at].iter().any(|b| !matches!(b, b'0'..=b'9' | b'.' | b'+' | b'-' | b' ')) {
                     out.extend_from_slice(&line.bytes[from..=at]);
-                    out.extend_from_slice(number(text[at], value).as_bytes());
+                    out.extend_from_slice(word_number(text[at], value).as_bytes());
                     from = reader.at;
                 }
                 at = reader.at;
@@ -197,9 +197,9 @@ pub(crate) fn evaluated(line: &SourceLine, variables: &mut Variables) -> Result<
     Ok(out)
 }
 
-/// A value as a word has it: whole for words that must be, with a point for the others.
-fn number(letter: u8, value: f64) -> String {
+/// A value as the word of `letter` takes it: whole, or with a decimal point.
+fn word_number(letter: u8, value: f64) -> String {
     let least = u8::from(!matches!(letter, b'G' | b'M' | b'N' | b'T' | b'H' | b'D' | b'O' | b'P' | b'L'));
-    let text = crate::toolpath::model::number::shortest(value, least);
+    let text = crate::toolpath::model::number::format_shortest(value, least);
     if least == 0 { text.trim_end_matches('.').to_owned() } else { text }
 }

@@ -1,9 +1,8 @@
-//! A program written out as the motion it makes: calls, loops and jumps followed, expressions evaluated, before anything is
-//! interpreted; then cycles as the moves that they are. What depends on the state of the machine is refused.
+//! Expansion of programs into plain motion: calls, loops and jumps are followed, expressions evaluated, cycles written as moves.
 
 use crate::toolpath::{
     model::gcode::{Dialect, GcodeError, GcodeOptions},
-    read::gcode::{Program, WrittenOut, dialect},
+    read::gcode::{Expansion, Program, dialect},
 };
 
 mod calls;
@@ -19,91 +18,84 @@ pub(crate) mod run;
 mod sinumerik_cycles;
 pub(crate) mod variables;
 
-/// Gives the bytes of a file beside the program, if there is one of this name.
-pub type Beside<'a> = dyn Fn(&str) -> Option<Vec<u8>> + 'a;
+/// Bytes of a file beside the program by its name, if there is one.
+pub type SiblingFiles<'a> = dyn Fn(&str) -> Option<Vec<u8>> + 'a;
 
 impl Program {
-    /// Writes the program out as the motion it makes (calls, loops, jumps and expressions followed, cycles as moves), then
-    /// reads that as [`Program::parse`] does. A comment at its top says so. Lines in messages are those of the files they come from;
-    /// `beside` gives the files beside the program that it may call.
-    ///
-    /// # Errors
-    /// What cannot be evaluated, and as [`Program::parse`].
+    /// Expands a program (calls, loops, jumps, expressions, cycles) and reads the result as [`Program::parse`] does; a comment at its top
+    /// says so. `beside` gives files that it may call. `Err`, with the line in its original file, for what cannot be followed.
     pub fn parse_expanded(
         source: impl Into<Vec<u8>>,
         name: &str,
         options: &GcodeOptions,
-        beside: &Beside<'_>,
+        beside: &SiblingFiles<'_>,
     ) -> Result<Program, GcodeError> {
-        Program::parse_written_out(source.into(), name, options, beside, false)
+        Program::parse_expansion(source.into(), name, options, beside, false)
     }
 
-    /// Follows calls, loops, jumps and expressions as [`Program::parse_expanded`] does, but leaves cycles as they are, and gives what
-    /// is rewritten its calls back where it can ([`Program::calls_of`]).
-    ///
-    /// # Errors
-    /// As [`Program::parse_expanded`].
+    /// Expands a program as [`Program::parse_expanded`] does, but leaves cycles, and calls stay where they can when it is rewritten
+    /// ([`Program::folded_calls`]). `Err` for what cannot be followed.
     pub fn parse_with_calls(
         source: impl Into<Vec<u8>>,
         name: &str,
         options: &GcodeOptions,
-        beside: &Beside<'_>,
+        beside: &SiblingFiles<'_>,
     ) -> Result<Program, GcodeError> {
-        Program::parse_written_out(source.into(), name, options, beside, true)
+        Program::parse_expansion(source.into(), name, options, beside, true)
     }
 
-    fn parse_written_out(
+    /// Expands and reads a program; with `keeps_calls` cycles stay.
+    fn parse_expansion(
         source: Vec<u8>,
         name: &str,
         options: &GcodeOptions,
-        beside: &Beside<'_>,
+        beside: &SiblingFiles<'_>,
         keeps_calls: bool,
     ) -> Result<Program, GcodeError> {
         let dialect = options.dialect.unwrap_or_else(|| Dialect::of(&source));
         let options = &GcodeOptions { dialect: Some(dialect), ..options.clone() };
-        let (mut bytes, mut written_out) = match dialect {
-            _ if dialect.is_iso() => run::Run::new(source, name, options, beside).all()?,
+        let (mut bytes, mut expansion) = match dialect {
+            _ if dialect.is_iso() => run::Run::new(source, name, options, beside).run_to_end()?,
             _ => {
                 let Some((bytes, lines)) = dialect.without_cycles(&source) else {
-                    return Err(dialect::not_written_out(&source, name, dialect));
+                    return Err(dialect::expansion_error(&source, name, dialect));
                 };
-                (bytes, WrittenOut::of_lines(name, source, &lines))
+                (bytes, Expansion::from_lines(name, source, &lines))
             }
         };
         if !dialect.is_iso() {
             // Moves have taken the place of its cycles.
         } else if keeps_calls {
-            written_out.keeps_calls = true;
+            expansion.keeps_calls = true;
         } else {
-            let program = Program::parse(bytes, name, options).map_err(|fault| written_out.located(fault))?;
-            let without_cycles = program.without_cycles().map_err(|fault| written_out.located(fault))?;
+            let program = Program::parse(bytes, name, options).map_err(|fault| expansion.relocate(fault))?;
+            let without_cycles = program.without_cycles().map_err(|fault| expansion.relocate(fault))?;
             bytes = without_cycles.map_or(program.source, |(moves, lines)| {
-                written_out.compose_origins(&lines);
+                expansion.compose(&lines);
                 moves
             });
         }
-        written_out.sign(&mut bytes, dialect);
-        let mut program = Program::parse(bytes, name, options).map_err(|fault| written_out.located(fault))?;
-        for line in &mut program.notes.not_located {
-            *line = written_out.line_of(*line);
+        expansion.add_header(&mut bytes, dialect);
+        let mut program = Program::parse(bytes, name, options).map_err(|fault| expansion.relocate(fault))?;
+        for line in &mut program.notes.unlocated_lines {
+            *line = expansion.line_of(*line);
         }
-        if let Some((_, line)) = &mut program.notes.unit_taken {
-            *line = written_out.line_of(*line);
+        if let Some((_, line)) = &mut program.notes.assumed_unit {
+            *line = expansion.line_of(*line);
         }
-        program.notes.written_out = Some([written_out.lines, written_out.origins.len()]);
-        program.written_out = Some(written_out);
+        program.notes.written_out = Some([expansion.lines, expansion.origins.len()]);
+        program.expansion = Some(expansion);
         Ok(program)
     }
 }
 
 impl Dialect {
-    /// A program that is not ISO code with its drilling cycles written out as moves, and the line, from 0, that each of its lines comes from;
-    /// `None` where there are none, or some that cannot be.
+    /// A program not in ISO code with its cycles as moves, and the lines (from 0) they come from; `None` if that is impossible.
     pub(crate) fn without_cycles(self, source: &[u8]) -> Option<(Vec<u8>, Vec<usize>)> {
         match self {
             Dialect::Iso | Dialect::Fanuc | Dialect::Haas | Dialect::LinuxCnc => None,
-            Dialect::Sinumerik => sinumerik_cycles::written_out(source),
-            Dialect::Heidenhain => heidenhain_cycles::written_out(source),
+            Dialect::Sinumerik => sinumerik_cycles::expand_cycles(source),
+            Dialect::Heidenhain => heidenhain_cycles::expand_cycles(source),
         }
     }
 }

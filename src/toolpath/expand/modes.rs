@@ -1,5 +1,4 @@
-//! Modes that M70 and M73 keep and M72 or the end of a subprogram restores: in what is written out, as words, since the one place a
-//! control keeps them in for the main program would have to hold those of every call.
+//! Modes that M70 and M73 save and M72 or the end of a subprogram restores; an expanded program has words in their place.
 
 use std::collections::BTreeMap;
 
@@ -9,17 +8,17 @@ use crate::toolpath::{
         run::Run,
     },
     model::{
+        format_plain,
         gcode::{ArcCentres, Contradiction, Dialect, Fault, GWord, GcodeOptions, LengthUnit, Setting, Word},
-        plain,
     },
     read::gcode::{
-        check_keeps, lex,
+        check_mode_save, lex,
         lines::{self, Code},
     },
 };
 
-/// What is kept, by modal group, and the words that it begins with.
-const KEPT: [(&str, &str); 13] = [
+/// Modal groups that are saved, with their words at the start.
+const SAVED: [(&str, &str); 13] = [
     ("unit", "G21"),
     ("plane", "G17"),
     ("distance", "G90"),
@@ -37,37 +36,38 @@ const KEPT: [(&str, &str); 13] = [
 ];
 const PATH_CONTROL: &str = "path control";
 const TOOL_LENGTH: &str = "tool length";
-/// The letters of lengths, as G43.1 has them.
+/// Letters of the lengths of G43.1.
 const LENGTHS: &str = "XYZUVW";
-/// The others with a P of their own.
+/// Groups whose words have a P of their own.
 const OVERRIDES: [(&str, &str); 3] =
     [("speed override", "M51 P1"), ("adaptive feed", "M52 P0"), ("feed hold", "M53 P1")];
 
-/// The words in force.
+/// Words in force, by modal group.
 #[derive(Clone, Debug)]
 pub(crate) struct Modes {
     words: BTreeMap<&'static str, String>,
-    /// What G43.1 has set since, and the unit that it was written in.
+    /// Lengths that G43.1 has set since, and their units.
     lengths: BTreeMap<char, (f64, LengthUnit)>,
-    /// As it is written, and the unit that it was written in.
+    /// Value of F, its word, and its unit.
     feed: Option<(f64, String, LengthUnit)>,
     speed: Option<String>,
 }
 
-/// What is kept at one level of calls.
+/// Saved modes at one level of calls.
 #[derive(Debug, Default)]
-pub(crate) struct Frame {
-    kept: Option<Modes>,
-    /// Whether it is restored at the end of the subprogram.
+pub(crate) struct CallFrame {
+    saved: Option<Modes>,
+    /// Whether the end of the subprogram restores them.
     restores: bool,
-    /// Whether it was called by LinuxCNC's `o… call`.
+    /// Whether LinuxCNC's `o… call` made the call.
     pub by_o_word: bool,
 }
 
 impl Modes {
+    /// Modes at the start of a program.
     pub fn new(options: &GcodeOptions) -> Modes {
         let mut words: BTreeMap<_, _> =
-            KEPT.into_iter().chain(OVERRIDES).map(|(group, word)| (group, word.to_owned())).collect();
+            SAVED.into_iter().chain(OVERRIDES).map(|(group, word)| (group, word.to_owned())).collect();
         if options.unit == Some(LengthUnit::Inch) {
             words.insert("unit", "G20".to_owned());
         }
@@ -77,20 +77,21 @@ impl Modes {
         Modes { words, lengths: BTreeMap::new(), feed: None, speed: None }
     }
 
+    /// Unit in force.
     fn unit(&self) -> LengthUnit {
         if self.words["unit"] == "G20" { LengthUnit::Inch } else { LengthUnit::Millimetre }
     }
 
-    /// Takes the words of a line that is written.
-    fn see(&mut self, words: &[Word], dialect: Dialect) {
-        let written = |word: &Word| format!("{}{}", word.letter, plain(word.value));
+    /// Updates the modes by the words of a written line.
+    fn update(&mut self, words: &[Word], dialect: Dialect) {
+        let written = |word: &Word| format!("{}{}", word.letter, format_plain(word.value));
         let of_letters: BTreeMap<char, &Word> = words.iter().map(|word| (word.letter, word)).collect();
         let with = |word: &Word, letters: &[char]| {
             let own = letters.iter().filter_map(|letter| of_letters.get(letter)).map(|word| written(word));
             std::iter::once(written(word)).chain(own).collect::<Vec<_>>().join(" ")
         };
         for word in words {
-            match (word.letter, word.whole().ok()) {
+            match (word.letter, word.whole_number().ok()) {
                 ('G', _) => {
                     let own = GWord::of(word, dialect);
                     if let Ok(GWord::Setting(Setting::Length)) = own {
@@ -98,7 +99,7 @@ impl Modes {
                         let given = words.iter().filter(|word| LENGTHS.contains(word.letter));
                         self.lengths.extend(given.map(|word| (word.letter, (word.value, unit))));
                     }
-                    let group = own.map_or("", GWord::group);
+                    let group = own.map_or("", GWord::modal_group);
                     if group == TOOL_LENGTH {
                         self.lengths.clear();
                     }
@@ -142,101 +143,103 @@ impl Modes {
         }
     }
 
-    /// The lines that lead from these to those that were `kept`. A feed is read in the unit in force before its line.
-    fn lines_to(&self, kept: &Modes) -> Vec<String> {
+    /// Lines that lead from these modes to those that were `saved`. F is read in the unit in force before its line.
+    fn restoring_lines(&self, saved: &Modes) -> Vec<String> {
         let differs = |group: &str| {
-            self.words[group] != kept.words[group] || (group == TOOL_LENGTH && self.lengths != kept.lengths)
+            self.words[group] != saved.words[group] || (group == TOOL_LENGTH && self.lengths != saved.lengths)
         };
-        let mut lines: Vec<String> = differs("unit").then(|| kept.words["unit"].clone()).into_iter().collect();
+        let mut lines: Vec<String> = differs("unit").then(|| saved.words["unit"].clone()).into_iter().collect();
         let mut words = Vec::new();
-        for (group, _) in &KEPT[1..10] {
-            words.extend(differs(group).then(|| kept.words[group].clone()));
+        for (group, _) in &SAVED[1..10] {
+            words.extend(differs(group).then(|| saved.words[group].clone()));
         }
         let in_kept_unit = |value: f64, unit: LengthUnit| {
-            let value = if unit == kept.unit() { value } else { value * unit.mm() / kept.unit().mm() };
-            plain(value)
+            let value = if unit == saved.unit() { value } else { value * unit.mm() / saved.unit().mm() };
+            format_plain(value)
         };
-        let is_other_feed = self.feed != kept.feed || differs("unit") || differs("feed mode");
-        if is_other_feed && kept.words["feed mode"] != "G93" {
-            words.push(match &kept.feed {
-                Some((_, text, unit)) if *unit == kept.unit() => text.clone(),
+        let is_other_feed = self.feed != saved.feed || differs("unit") || differs("feed mode");
+        if is_other_feed && saved.words["feed mode"] != "G93" {
+            words.push(match &saved.feed {
+                Some((_, text, unit)) if *unit == saved.unit() => text.clone(),
                 Some((value, _, unit)) => format!("F{}", in_kept_unit(*value, *unit)),
                 None => "F0".to_owned(),
             });
         }
-        if self.speed != kept.speed || differs("spindle mode") {
-            words.push(kept.speed.clone().unwrap_or_else(|| "S0".to_owned()));
+        if self.speed != saved.speed || differs("spindle mode") {
+            words.push(saved.speed.clone().unwrap_or_else(|| "S0".to_owned()));
         }
         lines.extend((!words.is_empty()).then(|| words.join(" ")));
-        if differs(TOOL_LENGTH) && !kept.lengths.is_empty() {
+        if differs(TOOL_LENGTH) && !saved.lengths.is_empty() {
             let lengths =
-                kept.lengths.iter().map(|(letter, (value, unit))| format!(" {letter}{}", in_kept_unit(*value, *unit)));
+                saved.lengths.iter().map(|(letter, (value, unit))| format!(" {letter}{}", in_kept_unit(*value, *unit)));
             lines.push(format!("G43.1{}", lengths.collect::<String>()));
         }
         if differs("coolant") {
             lines.push("M9".to_owned());
-            lines.extend(kept.words["coolant"].lines().filter(|line| *line != "M9").map(String::from));
+            lines.extend(saved.words["coolant"].lines().filter(|line| *line != "M9").map(String::from));
         }
-        let with_p = KEPT[11..].iter().chain(&OVERRIDES);
-        lines.extend(with_p.filter(|(group, _)| differs(group)).map(|(group, _)| kept.words[group].clone()));
+        let with_p = SAVED[11..].iter().chain(&OVERRIDES);
+        lines.extend(with_p.filter(|(group, _)| differs(group)).map(|(group, _)| saved.words[group].clone()));
         lines
     }
 }
 
 impl Run<'_> {
-    /// What is written of a line: without the word, if it keeps or restores modes, and behind the words that restore them.
-    pub(crate) fn kept_and_restored(&mut self, line: &SourceLine, bytes: Vec<u8>) -> Result<Vec<u8>, (usize, Fault)> {
+    /// Saves or restores modes by the word of the line that asks for it, and returns the line without that word.
+    pub(crate) fn save_or_restore(&mut self, line: &SourceLine, bytes: Vec<u8>) -> Result<Vec<u8>, (usize, Fault)> {
         // What cannot be read is refused once all is written out.
-        let Some(words) = words_of(&bytes) else { return Ok(bytes) };
-        let keeps = words.iter().find_map(|word| Some((word, word.keeps_modes(self.dialect)?)));
+        let Some(words) = parse_words(&bytes) else { return Ok(bytes) };
+        let keeps = words.iter().find_map(|word| Some((word, word.modal_state_code(self.dialect)?)));
         let Some((word, code)) = keeps else {
-            self.modes.see(&words, self.dialect);
+            self.modes.update(&words, self.dialect);
             return Ok(bytes);
         };
         let at = |fault| (line.begin, fault);
-        check_keeps(&words, word, code).map_err(|refusal| at(refusal.fault))?;
-        let is_main = self.frames.len() == 1;
-        let Some(frame) = self.frames.last_mut() else { return Ok(bytes) };
+        check_mode_save(&words, word, code).map_err(|refusal| at(refusal.fault))?;
+        let is_main = self.call_frames.len() == 1;
+        let Some(frame) = self.call_frames.last_mut() else { return Ok(bytes) };
         match code {
             72 => {
-                let kept = frame.kept.clone().ok_or_else(|| at(Fault::NothingKept))?;
-                self.restore(kept);
+                let saved = frame.saved.clone().ok_or_else(|| at(Fault::NothingKept))?;
+                self.restore(saved);
             }
-            71 => frame.kept = None,
+            71 => frame.saved = None,
             73 if !is_main && !frame.by_o_word && self.dialect != Dialect::LinuxCnc => {
                 return Err(at(Fault::Contradicts(Contradiction::KeptModes)));
             }
             _ => {
-                frame.kept = Some(self.modes.clone());
+                frame.saved = Some(self.modes.clone());
                 // A later M70 says to what, not whether.
                 frame.restores |= code == 73 && !is_main;
             }
         }
-        self.modes.see(&words, self.dialect);
+        self.modes.update(&words, self.dialect);
         let source = SourceLine::new(&bytes);
         let own = CalledWord { letter: 'M', value: Some(word.value), span: word.span.clone() };
-        Ok(source.without(&[own]).map_or_else(Vec::new, |rest| rest.bytes))
+        Ok(source.without_words(&[own]).map_or_else(Vec::new, |rest| rest.bytes))
     }
 
-    /// A run through a subprogram ends.
+    /// Restores modes at the end of a run of a subprogram, if they were saved by M73.
     pub(crate) fn restore_at_return(&mut self) {
-        let Some(frame) = self.frames.last_mut() else { return };
-        let kept = frame.kept.take().filter(|_| frame.restores);
+        let Some(frame) = self.call_frames.last_mut() else { return };
+        let saved = frame.saved.take().filter(|_| frame.restores);
         frame.restores = false;
-        if let Some(kept) = kept {
-            self.restore(kept);
+        if let Some(saved) = saved {
+            self.restore(saved);
         }
     }
 
-    fn restore(&mut self, kept: Modes) {
-        for line in self.modes.lines_to(&kept) {
-            self.write(line.into_bytes());
+    /// Writes the lines that restore `saved`.
+    fn restore(&mut self, saved: Modes) {
+        for line in self.modes.restoring_lines(&saved) {
+            self.write_line(line.into_bytes());
         }
-        self.modes = kept;
+        self.modes = saved;
     }
 }
 
-fn words_of(bytes: &[u8]) -> Option<Vec<Word>> {
+/// Words of a line; `None` if it has none or cannot be read.
+fn parse_words(bytes: &[u8]) -> Option<Vec<Word>> {
     match lines::code(bytes).ok()? {
         Code::Words { text, .. } => lex::words(&text).ok(),
         _ => None,

@@ -1,60 +1,63 @@
-//! A program as it runs, line by line, writing out what it does.
+//! Runs a program line by line and writes each line that is run, with its expressions evaluated.
 
 use crate::toolpath::{
     expand::{
-        Beside,
+        SiblingFiles,
         calls::Call,
-        jumps::Source,
-        line::{SourceLine, evaluated},
-        modes::{Frame, Modes},
+        jumps::SourceFile,
+        line::{SourceLine, evaluate_line},
+        modes::{CallFrame, Modes},
         variables::Variables,
     },
     model::gcode::{BlockDelete, Dialect, Fault, GcodeError, GcodeOptions, MacroFault, Refusal},
     read::gcode::{
-        CalledFile, Origin, WrittenOut,
+        CalledFile, Expansion, Origin,
         lines::{self, Lines},
     },
 };
 
-/// The most lines that are run.
+/// Most lines that are run.
 const MOST_STEPS: usize = 1_000_000;
 
+/// State of a program that is being expanded.
 pub(crate) struct Run<'a> {
     block_delete: BlockDelete,
-    pub(crate) beside: &'a Beside<'a>,
-    pub(crate) sources: Vec<Source>,
+    pub(crate) beside: &'a SiblingFiles<'a>,
+    pub(crate) sources: Vec<SourceFile>,
     pub(crate) files: Vec<CalledFile>,
     pub(crate) here: Origin,
     pub(crate) calls: Vec<Call>,
-    /// LinuxCNC's `repeat` loops under way: their lines and how often they are still to be done.
+    /// LinuxCNC's open `repeat` loops: their lines, and runs that are still to be done.
     pub(crate) repeats: Vec<(Origin, u32)>,
     pub(crate) variables: Variables,
     pub(crate) dialect: Dialect,
     pub(crate) modes: Modes,
-    /// What is kept of modes: of the main program, and of each call.
-    pub(crate) frames: Vec<Frame>,
+    /// Saved modes of the main program and of each call.
+    pub(crate) call_frames: Vec<CallFrame>,
     bytes: Vec<u8>,
     origins: Vec<Origin>,
-    /// Whether a % has opened the program.
+    /// Whether a % opened the program.
     has_tape_marks: bool,
 }
 
-/// What comes after a line.
+/// Which line comes next.
 pub(crate) enum Next {
     Line,
     At(usize),
     End,
 }
 
+/// The next line, or a fault at a byte of this one.
 pub(crate) type Step = Result<Next, (usize, Fault)>;
 
 impl<'a> Run<'a> {
-    pub fn new(source: Vec<u8>, name: &str, options: &GcodeOptions, beside: &'a Beside<'a>) -> Run<'a> {
+    /// Starts at the first line of `source`.
+    pub fn new(source: Vec<u8>, name: &str, options: &GcodeOptions, beside: &'a SiblingFiles<'a>) -> Run<'a> {
         let dialect = options.dialect.unwrap_or_default();
         Run {
             block_delete: options.block_delete,
             beside,
-            sources: vec![Source::new(&source)],
+            sources: vec![SourceFile::new(&source)],
             files: vec![CalledFile { name: name.to_owned(), bytes: source }],
             here: Origin { file: 0, line: 0 },
             calls: Vec::new(),
@@ -62,21 +65,21 @@ impl<'a> Run<'a> {
             variables: Variables::of(dialect),
             dialect,
             modes: Modes::new(options),
-            frames: vec![Frame::default()],
+            call_frames: vec![CallFrame::default()],
             bytes: Vec::new(),
             origins: Vec::new(),
             has_tape_marks: false,
         }
     }
 
-    /// Runs the program to its end.
-    pub fn all(mut self) -> Result<(Vec<u8>, WrittenOut), GcodeError> {
+    /// Runs the program to its end: bytes of the expanded program, and where its lines come from.
+    pub fn run_to_end(mut self) -> Result<(Vec<u8>, Expansion), GcodeError> {
         let mut steps = 0;
         loop {
             let Some(line) = self.sources[self.here.file].lines.get(self.here.line).cloned() else {
                 match self.calls.is_empty() {
                     true => break,
-                    false => return Err(self.not_back()),
+                    false => return Err(self.missing_return()),
                 }
             };
             steps += 1;
@@ -89,7 +92,7 @@ impl<'a> Run<'a> {
             let next = if steps > MOST_STEPS {
                 Err((line.begin, Fault::Macro(MacroFault::TooManySteps { most: MOST_STEPS })))
             } else {
-                self.step(&line)
+                self.follow_line(&line)
             };
             let next =
                 next.map_err(|fault| refused(fault).locate(&self.files[at.file].name, at.line + 1, &line.bytes))?;
@@ -104,11 +107,11 @@ impl<'a> Run<'a> {
             self.bytes.extend_from_slice(b"%\n");
             self.origins.push(Origin { file: 0, line: lines - 1 });
         }
-        Ok((self.bytes, WrittenOut { origins: self.origins, files: self.files, lines, header: 0, keeps_calls: false }))
+        Ok((self.bytes, Expansion { origins: self.origins, files: self.files, lines, header: 0, keeps_calls: false }))
     }
 
-    /// A subprogram that has run to the end of its file.
-    fn not_back(&self) -> GcodeError {
+    /// The error that a subprogram has run to the end of its file without return.
+    fn missing_return(&self) -> GcodeError {
         let last = self.source().lines.last();
         let bytes = last.map_or(&[][..], |line| &line.bytes);
         Refusal::new(0..bytes.len(), Fault::Macro(MacroFault::NoReturn)).locate(
@@ -118,20 +121,22 @@ impl<'a> Run<'a> {
         )
     }
 
-    pub(crate) fn source(&self) -> &Source {
+    /// The file that runs.
+    pub(crate) fn source(&self) -> &SourceFile {
         &self.sources[self.here.file]
     }
 
-    fn step(&mut self, line: &SourceLine) -> Step {
+    /// Follows a line and returns which one comes next.
+    fn follow_line(&mut self, line: &SourceLine) -> Step {
         if self.block_delete == BlockDelete::Skip && lines::is_deletable(&line.bytes) {
-            self.write(line.bytes.clone());
+            self.write_line(line.bytes.clone());
             return Ok(Next::Line);
         }
         // Behind code, a % ends the program or is that of a file called.
-        if line.is_mark() {
-            let opens = self.is_first();
+        if line.is_percent() {
+            let opens = self.is_first_code();
             if opens && self.calls.is_empty() {
-                self.write(line.bytes.clone());
+                self.write_line(line.bytes.clone());
                 self.has_tape_marks = true;
             }
             return Ok(if opens || !self.calls.is_empty() { Next::Line } else { Next::End });
@@ -139,20 +144,20 @@ impl<'a> Run<'a> {
         let at = |fault| (line.begin, fault);
         let keyword = line.keyword();
         match (&line.o_name, keyword) {
-            (Some(_), "") => self.program(line).map_err(|fault| (0, fault)),
-            (Some(name), _) => self.o_word(line, name).map_err(at),
-            (None, "IF" | "GOTO" | "WHILE" | "DO" | "END") => self.flow(line).map_err(at),
-            _ => self.words(line),
+            (Some(_), "") => self.follow_program_number(line).map_err(|fault| (0, fault)),
+            (Some(name), _) => self.follow_o_word(line, name).map_err(at),
+            (None, "IF" | "GOTO" | "WHILE" | "DO" | "END") => self.follow_fanuc_flow(line).map_err(at),
+            _ => self.follow_words(line),
         }
     }
 
-    /// Whether nothing but comments stands before this line of its file.
-    fn is_first(&self) -> bool {
-        self.source().lines[..self.here.line].iter().all(SourceLine::is_bare)
+    /// Whether only comments stand before this line of its file.
+    fn is_first_code(&self) -> bool {
+        self.source().lines[..self.here.line].iter().all(SourceLine::is_without_code)
     }
 
-    /// A program number: the first is the program's own, the next one begins what it calls.
-    fn program(&mut self, line: &SourceLine) -> Result<Next, Fault> {
+    /// Follows a program number. The first is the program's own; another one begins a subprogram, so that the program ends before it.
+    fn follow_program_number(&mut self, line: &SourceLine) -> Result<Next, Fault> {
         let before = &self.source().lines[..self.here.line];
         let is_own = self.here.file == 0 && !before.iter().any(SourceLine::begins_program);
         if !self.calls.is_empty() {
@@ -164,39 +169,40 @@ impl<'a> Run<'a> {
         if before.iter().any(|line| !line.code.trim().is_empty()) {
             return Err(Fault::Macro(MacroFault::RunsOn));
         }
-        self.write(line.bytes.clone());
+        self.write_line(line.bytes.clone());
         Ok(Next::Line)
     }
 
-    /// A line of words: a call, the end by M2, M30 and M99, or motion.
-    fn words(&mut self, line: &SourceLine) -> Step {
-        if line.has(b'M', &[97.0, 98.0, 198.0]) {
+    /// Follows a line of words: a call, the end by M2, M30 or M99, or motion.
+    fn follow_words(&mut self, line: &SourceLine) -> Step {
+        if line.has_word(b'M', &[97.0, 98.0, 198.0]) {
             return self.call_by_number(line);
         }
-        if line.has(b'G', &[65.0]) {
+        if line.has_word(b'G', &[65.0]) {
             return self.call_macro(line);
         }
-        if line.has(b'G', &[66.0, 66.1]) {
+        if line.has_word(b'G', &[66.0, 66.1]) {
             return Err((line.begin, Fault::Macro(MacroFault::ModalCall)));
         }
-        if line.has(b'M', &[99.0]) {
-            return self.go_back(line);
+        if line.has_word(b'M', &[99.0]) {
+            return self.return_by_m99(line);
         }
-        self.plain(line)?;
-        Ok(if line.has(b'M', &[2.0, 30.0]) { Next::End } else { Next::Line })
+        self.write_evaluated(line)?;
+        Ok(if line.has_word(b'M', &[2.0, 30.0]) { Next::End } else { Next::Line })
     }
 
     /// Writes a line that steers nothing, with values in place of its expressions.
-    pub(crate) fn plain(&mut self, line: &SourceLine) -> Result<(), (usize, Fault)> {
-        let bytes = evaluated(line, &mut self.variables)?;
-        let bytes = self.kept_and_restored(line, bytes)?;
+    pub(crate) fn write_evaluated(&mut self, line: &SourceLine) -> Result<(), (usize, Fault)> {
+        let bytes = evaluate_line(line, &mut self.variables)?;
+        let bytes = self.save_or_restore(line, bytes)?;
         if !bytes.trim_ascii().is_empty() || line.bytes.trim_ascii().is_empty() {
-            self.write(bytes);
+            self.write_line(bytes);
         }
         Ok(())
     }
 
-    pub(crate) fn write(&mut self, bytes: Vec<u8>) {
+    /// Writes a line with the ending of the line that runs.
+    pub(crate) fn write_line(&mut self, bytes: Vec<u8>) {
         let ending = &self.sources[self.here.file].endings[self.here.line];
         self.bytes.extend(bytes);
         self.bytes.extend_from_slice(if ending.is_empty() { b"\n" } else { ending });
@@ -204,10 +210,11 @@ impl<'a> Run<'a> {
     }
 }
 
-impl Source {
-    pub fn new(bytes: &[u8]) -> Source {
+impl SourceFile {
+    /// Splits a file into lines.
+    pub fn new(bytes: &[u8]) -> SourceFile {
         let lines = Lines::of(bytes);
-        Source {
+        SourceFile {
             endings: (0..lines.len()).map(|line| bytes[lines.ending(line)].to_vec()).collect(),
             lines: (0..lines.len()).map(|line| SourceLine::new(&bytes[lines.content(line)])).collect(),
         }

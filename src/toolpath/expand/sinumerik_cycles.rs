@@ -1,7 +1,7 @@
-//! Sinumerik's drilling cycles CYCLE81 and CYCLE82 written out as the moves they make, once or behind each block (MCALL).
+//! Sinumerik's drilling cycles CYCLE81 and CYCLE82 as moves, once or after each block (MCALL).
 
 use crate::toolpath::{
-    model::{gcode::Word, plain},
+    model::{format_plain, gcode::Word},
     read::{
         gcode::{
             Statement,
@@ -12,7 +12,7 @@ use crate::toolpath::{
     },
 };
 
-/// A hole where the tool is: heights as absolute coordinates.
+/// A hole at the tool position; heights are absolute coordinates in the unit of the program.
 #[derive(Clone)]
 struct Hole {
     retract: f64,
@@ -21,18 +21,17 @@ struct Hole {
     dwell_s: f64,
 }
 
-/// What a line has to do with cycles.
+/// What a line means for cycles.
 enum Line {
     /// A hole here.
     Hole(Hole),
-    /// A hole behind each block that moves from now on; `None` is no more.
-    Modal(Option<Hole>),
+    /// A hole after each block that moves from now on, or none any more.
+    ModalState(Option<Hole>),
     Other,
 }
 
-/// `source` with its cycles written out, and the line, from 0, that each line comes from; `None` where one of them cannot be, or there is
-/// none.
-pub(crate) fn written_out(source: &[u8]) -> Option<(Vec<u8>, Vec<usize>)> {
+/// `source` with its cycles as moves, and the line (from 0) that each line comes from; `None` if it has none or one cannot be.
+pub(crate) fn expand_cycles(source: &[u8]) -> Option<(Vec<u8>, Vec<usize>)> {
     let lines = Lines::of(source);
     let (mut out, mut origins) = (Vec::with_capacity(source.len()), Vec::new());
     let (mut modal, mut motion, mut is_changed, mut is_across) = (None, None, false, false);
@@ -47,12 +46,12 @@ pub(crate) fn written_out(source: &[u8]) -> Option<(Vec<u8>, Vec<usize>)> {
             out.extend_from_slice(ending);
             origins.push(line);
         };
-        let found = self::line(content)?;
+        let found = parse_line(content)?;
         let mut hole = None;
         match &found {
             Line::Other => {
                 put(content);
-                let words = words(content);
+                let words = line_words(content);
                 is_across |= words.iter().any(|word| is_g(word, &[18.0, 19.0]));
                 motion =
                     words.iter().rev().find(|word| is_g(word, &[0.0, 1.0, 2.0, 3.0])).map(|word| word.value).or(motion);
@@ -60,7 +59,7 @@ pub(crate) fn written_out(source: &[u8]) -> Option<(Vec<u8>, Vec<usize>)> {
                 let leaves = words.iter().any(|word| is_g(word, &[74.0, 75.0]));
                 // Coordinates that may be no motion of the tool to where it drills.
                 let is_other =
-                    |word: &Word| (word.asks.is_some() && word.letter == 'G') || is_g(word, &[4.0, 53.0, 153.0]);
+                    |word: &Word| (word.meaning.is_some() && word.letter == 'G') || is_g(word, &[4.0, 53.0, 153.0]);
                 if modal.is_some() && (leaves || (moves && words.iter().any(is_other))) {
                     return None;
                 }
@@ -69,7 +68,7 @@ pub(crate) fn written_out(source: &[u8]) -> Option<(Vec<u8>, Vec<usize>)> {
                 }
             }
             Line::Hole(own) => hole = Some(own.clone()),
-            Line::Modal(own) => {
+            Line::ModalState(own) => {
                 modal.clone_from(own);
                 is_changed = true;
             }
@@ -85,38 +84,39 @@ pub(crate) fn written_out(source: &[u8]) -> Option<(Vec<u8>, Vec<usize>)> {
             return None;
         }
         is_changed = true;
-        let prefix = &content[..lines::prefix(content)];
+        let prefix = &content[..lines::prefix_len(content)];
         hole.moves(motion).iter().for_each(|text| put(&[prefix, text.as_bytes()].concat()));
     }
     is_changed.then_some((out, origins))
 }
 
-/// The words of a line; none where it cannot be read, which reading it later says.
-fn words(content: &[u8]) -> Vec<Word> {
+/// Words of a line; none if it cannot be read, which reading it later reports.
+fn line_words(content: &[u8]) -> Vec<Word> {
     match sinumerik::statement(content) {
         Ok(Statement::Words { words, .. }) => words,
         _ => Vec::new(),
     }
 }
 
+/// Whether it is a G word with one of these numbers.
 fn is_g(word: &Word, values: &[f64]) -> bool {
-    word.letter == 'G' && word.asks.is_none() && values.contains(&word.value)
+    word.letter == 'G' && word.meaning.is_none() && values.contains(&word.value)
 }
 
-/// What a line is; `None` for a cycle that cannot be written out.
-fn line(content: &[u8]) -> Option<Line> {
-    let mut scan = Scan::of_line(content, lines::prefix(content));
+/// Meaning of a line; `None` for a cycle that cannot be expanded.
+fn parse_line(content: &[u8]) -> Option<Line> {
+    let mut scan = Scan::of_line(content, lines::prefix_len(content));
     if matches!(scan.next(), Some(b'N' | b'n')) {
         let mut number = scan;
         number.at += 1;
-        if !number.run(|byte| byte.is_ascii_digit()).is_empty() {
+        if !number.take_while(|byte| byte.is_ascii_digit()).is_empty() {
             scan = number;
         }
     }
     scan.next();
     let name = |scan: &mut Scan| {
-        let range = scan.run(|byte| byte.is_ascii_alphanumeric() || byte == b'_');
-        scan.upper(range)
+        let range = scan.take_while(|byte| byte.is_ascii_alphanumeric() || byte == b'_');
+        scan.upper_text(range)
     };
     let mut first = name(&mut scan);
     let is_modal = first == "MCALL";
@@ -125,10 +125,10 @@ fn line(content: &[u8]) -> Option<Line> {
         first = name(&mut scan);
     }
     match first.as_str() {
-        "" if is_modal && scan.peek().is_none() => Some(Line::Modal(None)),
+        "" if is_modal && scan.peek().is_none() => Some(Line::ModalState(None)),
         "CYCLE81" | "CYCLE82" => {
-            let hole = Hole::of(&first, &scan.upper(scan.at..scan.line.len()))?;
-            Some(if is_modal { Line::Modal(Some(hole)) } else { Line::Hole(hole) })
+            let hole = Hole::of(&first, &scan.upper_text(scan.at..scan.line.len()))?;
+            Some(if is_modal { Line::ModalState(Some(hole)) } else { Line::Hole(hole) })
         }
         _ if is_modal => None,
         _ => Some(Line::Other),
@@ -136,7 +136,7 @@ fn line(content: &[u8]) -> Option<Line> {
 }
 
 impl Hole {
-    /// From `(RTP, RFP, SDIS, DP, DPR)`, of CYCLE82 with DTB behind them.
+    /// Parses `(RTP, RFP, SDIS, DP, DPR)`, for CYCLE82 with DTB behind them; `None` if they are no hole.
     fn of(name: &str, arguments: &str) -> Option<Hole> {
         let inner = arguments.trim().strip_prefix('(')?.strip_suffix(')')?;
         let mut values = Vec::new();
@@ -158,11 +158,11 @@ impl Hole {
         (retract >= clear && bottom < reference && dwell_s >= 0.0).then_some(Hole { retract, clear, bottom, dwell_s })
     }
 
-    /// The lines that drill it; `motion` is the G word in force before and behind it.
+    /// Lines that drill the hole; `motion` is the G word in force, which they put back.
     fn moves(&self, motion: Option<f64>) -> Vec<String> {
-        let goes = |g: u32, z: f64| format!("G{g} Z=AC({})", plain(z));
+        let goes = |g: u32, z: f64| format!("G{g} Z=AC({})", format_plain(z));
         let mut moves = vec![goes(0, self.clear), goes(1, self.bottom)];
-        moves.extend((self.dwell_s > 0.0).then(|| format!("G4 F{}", plain(self.dwell_s))));
+        moves.extend((self.dwell_s > 0.0).then(|| format!("G4 F{}", format_plain(self.dwell_s))));
         moves.push(goes(0, self.retract));
         moves.extend(motion.filter(|motion| *motion != 0.0).map(|motion| format!("G{motion}")));
         moves

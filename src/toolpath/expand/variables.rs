@@ -1,16 +1,16 @@
-//! Variables of macros: numbered and named ones, local to a call or not.
+//! Macro variables, numbered and named, common or local to a call.
 
 use std::collections::BTreeMap;
 
 use crate::toolpath::model::gcode::{Dialect, Fault, MacroFault};
 
-/// All variables, and those of each call.
+/// Values of all variables that are set.
 #[derive(Debug)]
 pub(crate) struct Variables {
     common: BTreeMap<String, f64>,
-    /// The innermost call last.
+    /// Local variables of each call, the innermost last.
     local: Vec<BTreeMap<String, f64>>,
-    /// Whose expressions they stand in.
+    /// Dialect whose rules the expressions follow.
     pub dialect: Dialect,
 }
 
@@ -20,32 +20,35 @@ impl Default for Variables {
     }
 }
 
-/// The largest number of a variable that is the program's own; those above are the machine's.
-const OWN: u32 = 999;
-/// The largest number of a variable that is local to a call.
-const LOCAL: u32 = 33;
+/// Largest number of a variable of programs; those above are system variables.
+const LAST_OWN: u32 = 999;
+/// Largest number of a local variable.
+const LAST_LOCAL: u32 = 33;
 
 impl Variables {
+    /// Starts without any variables.
     pub fn of(dialect: Dialect) -> Variables {
         Variables { common: BTreeMap::new(), local: vec![BTreeMap::new()], dialect }
     }
 
-    /// The value of `#name`, `None` if it has none.
+    /// Value of `#name`, `None` if it is not set. `Err` for system variables.
     pub fn get(&self, name: &str) -> Result<Option<f64>, Fault> {
-        let own = self.map(name).get(name).copied();
+        let own = self.scope(name).get(name).copied();
         match name.parse::<u32>() {
-            Ok(number) if number > OWN => Err(Fault::Macro(MacroFault::MachineState)),
+            Ok(number) if number > LAST_OWN => Err(Fault::Macro(MacroFault::MachineState)),
             Err(_) if name.starts_with('_') && own.is_none() => Err(Fault::Macro(MacroFault::MachineState)),
             _ => Ok(own),
         }
     }
 
+    /// Whether `#name` has a value.
     pub fn is_set(&self, name: &str) -> bool {
-        self.map(name).contains_key(name)
+        self.scope(name).contains_key(name)
     }
 
+    /// Sets `#name`, or removes it by `None`. `Err` for system variables.
     pub fn set(&mut self, name: &str, value: Option<f64>) -> Result<(), Fault> {
-        if name.parse::<u32>().is_ok_and(|number| number > OWN || number == 0) {
+        if name.parse::<u32>().is_ok_and(|number| number > LAST_OWN || number == 0) {
             return Err(Fault::Macro(MacroFault::MachineState));
         }
         let is_local = is_local(name);
@@ -60,24 +63,25 @@ impl Variables {
         Ok(())
     }
 
-    /// A call begins, with `arguments` by the numbers of their variables.
+    /// Begins a call with `arguments` by the numbers of their variables.
     pub fn call(&mut self, arguments: &[(u32, f64)]) {
-        self.local.push(named(arguments));
+        self.local.push(by_variable(arguments));
     }
 
-    /// Whether the variables of the innermost call are still its `arguments`.
-    pub fn are(&self, arguments: &[(u32, f64)]) -> bool {
-        self.local.last() == Some(&named(arguments))
+    /// Whether the local variables of the innermost call are still its `arguments`.
+    pub fn has_arguments(&self, arguments: &[(u32, f64)]) -> bool {
+        self.local.last() == Some(&by_variable(arguments))
     }
 
-    /// The innermost call ends.
+    /// Ends the innermost call.
     pub fn end_call(&mut self) {
         if self.local.len() > 1 {
             self.local.pop();
         }
     }
 
-    fn map(&self, name: &str) -> &BTreeMap<String, f64> {
+    /// The variables among which `name` is.
+    fn scope(&self, name: &str) -> &BTreeMap<String, f64> {
         match self.local.last() {
             Some(local) if is_local(name) => local,
             _ => &self.common,
@@ -85,17 +89,18 @@ impl Variables {
     }
 }
 
-/// #1 to #33 and names without a leading `_`.
+/// Whether `name` is local: #1 to #33, and names without a leading `_`.
 fn is_local(name: &str) -> bool {
-    name.parse::<u32>().map_or(!name.starts_with('_'), |number| number <= LOCAL)
+    name.parse::<u32>().map_or(!name.starts_with('_'), |number| number <= LAST_LOCAL)
 }
 
-fn named(arguments: &[(u32, f64)]) -> BTreeMap<String, f64> {
+/// Values of arguments by the names of their variables.
+fn by_variable(arguments: &[(u32, f64)]) -> BTreeMap<String, f64> {
     arguments.iter().map(|(number, value)| (number.to_string(), *value)).collect()
 }
 
-/// The variable that Fanuc's G65 gives the value after `letter` (its first kind of arguments).
-pub(crate) fn argument(letter: char) -> Option<u32> {
+/// Number of the variable that takes the value after `letter` in Fanuc's G65 (first kind of arguments).
+pub(crate) fn argument_variable(letter: char) -> Option<u32> {
     // #10, #12 and #14 to #16 have none.
     let at = "ABCIJKDEF-H-M---QRSTUVWXYZ".find(letter).filter(|_| letter != '-')?;
     u32::try_from(at + 1).ok()

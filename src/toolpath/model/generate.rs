@@ -5,9 +5,9 @@ use std::f64::consts::TAU;
 use nalgebra::Vector3;
 use thiserror::Error;
 
-use crate::toolpath::model::{PathPoint, Plane, PointSource, Sampling, Toolpath, Turn, direction};
+use crate::toolpath::model::{PathPoint, Plane, PointSource, Sampling, Toolpath, TurnDirection, direction};
 
-/// A full circle to be cut, closed: its last point is its first.
+/// The parameters of a closed circular path: its last point is its first.
 ///
 /// Point k of n, k = 0 … n − 1, lies at the angle φ_k = φ_0 ± 2π k / (n − 1) from the plane's first axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -18,15 +18,15 @@ pub struct Circle {
     pub diameter_mm: f64,
     /// The plane it lies in.
     pub plane: Plane,
-    /// Which way round it goes.
-    pub turn: Turn,
+    /// The direction of rotation, seen from the tip of the plane's normal.
+    pub turn: TurnDirection,
     /// φ_0, the angle of the first point, rad.
     pub start_angle_rad: f64,
     /// n, the number of points, the closing one included; at least 4.
     pub points: usize,
 }
 
-/// A generator asked for a path it cannot make.
+/// Why a line or circle cannot be generated.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 pub enum GenerateError {
     /// The diameter is not a length.
@@ -35,15 +35,15 @@ pub enum GenerateError {
     /// A centre or end is not a position, or the start angle not an angle.
     #[error("{what}: expected finite numbers")]
     NotFinite {
-        /// Which value.
+        /// Name of the value.
         what: &'static str,
     },
     /// Too few or too many points.
     #[error("{what}: {points} points: expected {least} to {most}", most = Sampling::MAX_POINTS)]
     Points {
-        /// Which generator.
+        /// Name of the generator.
         what: &'static str,
-        /// How many were asked for.
+        /// Number of points requested.
         points: usize,
         /// The fewest that make sense.
         least: usize,
@@ -60,18 +60,15 @@ pub enum GenerateError {
 }
 
 impl Circle {
-    /// The circle as a path whose every point is cutting, without feed or spindle speed.
+    /// Generates the circle as a path whose every point is cutting, without feed or spindle speed.
     ///
-    /// The points lie on the circle; [`PointSource::parameter`] is k / (n − 1).
-    ///
-    /// # Errors
-    /// When the diameter is not above 0, a number is not finite, or there are fewer than 4 points or more than
-    /// [`Sampling::MAX_POINTS`].
+    /// The points lie on the circle; [`PointSource::parameter`] is k / (n − 1). Fails when the diameter is not above 0, a number is not
+    /// finite, or there are fewer than 4 points or more than [`Sampling::MAX_POINTS`].
     pub fn toolpath(&self) -> Result<Toolpath, GenerateError> {
         self.check()?;
         let sign = match self.turn {
-            Turn::CounterClockwise => 1.0,
-            Turn::Clockwise => -1.0,
+            TurnDirection::CounterClockwise => 1.0,
+            TurnDirection::Clockwise => -1.0,
         };
         let [first, second, _] = self.plane.axes();
         let radius_mm = self.diameter_mm / 2.0;
@@ -92,6 +89,7 @@ impl Circle {
         Ok(Toolpath::assemble(points.collect()))
     }
 
+    /// Checks diameter, centre, start angle and number of points.
     fn check(&self) -> Result<(), GenerateError> {
         if !(self.diameter_mm.is_finite() && self.diameter_mm > 0.0) {
             return Err(GenerateError::Diameter(self.diameter_mm));
@@ -110,11 +108,9 @@ impl Circle {
 }
 
 impl Toolpath {
-    /// The straight cutting path from `start_mm` to `end_mm`, both in the workpiece frame and both points of the
-    /// path, split into equal pieces no longer than `sampling` allows, without feed or spindle speed.
-    ///
-    /// # Errors
-    /// When a position is not finite, or the path would have more than [`Sampling::MAX_POINTS`] points.
+    /// Generates the straight cutting path from `start_mm` to `end_mm` in the workpiece frame, both included, split into equal pieces no
+    /// longer than `sampling` allows, without feed or spindle speed. Fails when a position is not finite, or the path would have more than
+    /// [`Sampling::MAX_POINTS`] points.
     pub fn line(start_mm: Vector3<f64>, end_mm: Vector3<f64>, sampling: Sampling) -> Result<Toolpath, GenerateError> {
         for (what, position) in [("line: start_mm", start_mm), ("line: end_mm", end_mm)] {
             if !position.iter().all(|c| c.is_finite()) {
@@ -136,7 +132,7 @@ impl Toolpath {
     }
 }
 
-/// A point at which the tool cuts, of which nothing else is known.
+/// Creates a cutting point at `position_mm` (W) without orientation, feed, speed, tool or load; `parameter` from 0 to 1.
 pub(crate) fn cutting_point(
     position_mm: Vector3<f64>,
     tangent: Vector3<f64>,

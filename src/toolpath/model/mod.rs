@@ -1,4 +1,4 @@
-//! What paths and programs are made of: points, moves, words, faults and options.
+//! The data of paths and programs: points, moves, words, faults and options.
 
 pub(crate) mod gcode;
 pub(crate) mod generate;

@@ -1,4 +1,4 @@
-//! How coordinates are written: how many decimals, and nothing a controller could misread.
+//! How coordinates are written: number of decimals, and no form that a controller could misread.
 
 use thiserror::Error;
 
@@ -12,13 +12,13 @@ pub struct NumberFormat {
     inch: u8,
 }
 
-/// A [`NumberFormat`] asked for with decimals no controller has.
+/// The error of [`NumberFormat::new`]: a number of decimals outside 1 to [`NumberFormat::MAX_DECIMALS`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 #[error("{decimals} decimals for coordinates in {unit}: expected 1 to {max}", max = NumberFormat::MAX_DECIMALS)]
 pub struct FormatError {
-    /// The unit it was asked for.
+    /// The unit of the coordinates: mm or inch.
     pub unit: &'static str,
-    /// The number asked for.
+    /// The number of decimals requested.
     pub decimals: u8,
 }
 
@@ -26,13 +26,11 @@ impl NumberFormat {
     /// The most decimals a format may have.
     pub const MAX_DECIMALS: u8 = 9;
 
-    /// Half of the last place that any format has.
+    /// Half a unit of the last decimal of the finest format, in the unit of the coordinate.
     pub(crate) const FINEST: f64 = 0.5e-9;
 
-    /// `mm` decimals in metric programs and CSV files, `inch` decimals in inch programs.
-    ///
-    /// # Errors
-    /// When either is 0 or above [`NumberFormat::MAX_DECIMALS`].
+    /// Creates a format with `mm` decimals in metric programs and CSV files and `inch` decimals in inch programs. Fails when either is 0 or
+    /// above [`NumberFormat::MAX_DECIMALS`].
     pub fn new(mm: u8, inch: u8) -> Result<NumberFormat, FormatError> {
         for (unit, decimals) in [("mm", mm), ("inch", inch)] {
             if !(1..=NumberFormat::MAX_DECIMALS).contains(&decimals) {
@@ -42,22 +40,22 @@ impl NumberFormat {
         Ok(NumberFormat { mm, inch })
     }
 
-    /// The most decimals seen in a file, but never fewer than 3 for mm and 4 for inch: a program in whole
-    /// millimetres could otherwise not hold a correction.
+    /// Creates a format with as many decimals as a source file uses, but at least 3 for mm and 4 for inch, so that a
+    /// program in whole millimetres can hold a correction; at most [`NumberFormat::MAX_DECIMALS`].
     #[must_use]
-    pub fn seen(mm: usize, inch: usize) -> NumberFormat {
+    pub fn of_source(mm: usize, inch: usize) -> NumberFormat {
         let clamp =
             |seen: usize, least: u8| u8::try_from(seen).unwrap_or(u8::MAX).clamp(least, NumberFormat::MAX_DECIMALS);
         NumberFormat { mm: clamp(mm, 3), inch: clamp(inch, 4) }
     }
 
-    /// Decimals of a coordinate in mm.
+    /// Returns the number of decimals of a coordinate in mm.
     #[must_use]
     pub fn mm_decimals(self) -> u8 {
         self.mm
     }
 
-    /// Decimals of a coordinate in inches.
+    /// Returns the number of decimals of a coordinate in inches.
     #[must_use]
     pub fn inch_decimals(self) -> u8 {
         self.inch
@@ -71,9 +69,9 @@ impl Default for NumberFormat {
     }
 }
 
-/// `value` with exactly `decimals` decimals, without exponent and without a negative zero.
+/// Formats `value` with exactly `decimals` decimals, without exponent and without a negative zero.
 #[must_use]
-pub fn fixed(value: f64, decimals: u8) -> String {
+pub fn format_fixed(value: f64, decimals: u8) -> String {
     let text = format!("{value:.*}", usize::from(decimals));
     match text.strip_prefix('-') {
         Some(digits) if digits.bytes().all(|b| matches!(b, b'0' | b'.')) => digits.to_owned(),
@@ -81,26 +79,26 @@ pub fn fixed(value: f64, decimals: u8) -> String {
     }
 }
 
-/// `value` with as many decimals as it takes, `decimals` at least.
-pub(crate) fn shortest(value: f64, decimals: u8) -> String {
-    let mut text = fixed(value, NumberFormat::MAX_DECIMALS);
+/// Formats `value` without trailing zeros, with at least `decimals` and at most [`NumberFormat::MAX_DECIMALS`] decimals.
+pub(crate) fn format_shortest(value: f64, decimals: u8) -> String {
+    let mut text = format_fixed(value, NumberFormat::MAX_DECIMALS);
     while text.ends_with('0') && decimals_in(&text) > usize::from(decimals) {
         text.pop();
     }
     text
 }
 
-/// `value` with as many decimals as it takes, and no point without any.
-pub(crate) fn plain(value: f64) -> String {
-    shortest(value, 0).trim_end_matches('.').to_owned()
+/// Formats `value` without trailing zeros, and without a decimal point if it is whole.
+pub(crate) fn format_plain(value: f64) -> String {
+    format_shortest(value, 0).trim_end_matches('.').to_owned()
 }
 
-/// The size of one unit of the last of `decimals` decimals.
+/// Returns the size of one unit of the last of `decimals` decimals: 10^-`decimals`.
 pub(crate) fn last_place(decimals: u8) -> f64 {
     10f64.powi(-i32::from(decimals))
 }
 
-/// How many decimals the number written as `text` has, with a point or a comma.
+/// Counts the decimals of the number written as `text`, with a decimal point or a decimal comma.
 #[must_use]
 pub fn decimals_in(text: &str) -> usize {
     text.find(['.', ',']).map_or(0, |dot| text.len() - dot - 1)

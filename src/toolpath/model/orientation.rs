@@ -1,26 +1,26 @@
-//! How the tool stands at a point of a path.
+//! The orientation of the tool at a point of a path: its axis alone, or that of the platform.
 
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::spatial::rotation_exp;
 
-/// How the tool stands, in the axes of the workpiece frame W.
+/// The orientation of the tool in the workpiece frame W: its axis alone, or that of the platform or flange.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Orientation {
-    /// Direction of its axis, a unit vector from its tip to the spindle. The turn about it is free.
+    /// Direction of the tool axis, a unit vector from its tip to the spindle. The rotation about it is free.
     ToolAxis(Vector3<f64>),
     /// Orientation of the platform, or of the flange of an arm: `R_WP`.
     Platform(UnitQuaternion<f64>),
 }
 
-/// How far from its orientation the tool may stand within a written motion where orientations are corrected, rad.
+/// Tolerance of the tool orientation within a written motion where orientations are corrected, rad.
 pub(crate) const WRITTEN_RAD: f64 = 1e-4;
 
 /// Sine of the angle below which two axes are parallel.
 const PARALLEL: f64 = 1e-12;
 
 impl Orientation {
-    /// The angle by which the tool is turned from here to `other`, rad; 0 where one is an axis and the other is not.
+    /// Returns the angle between this orientation and `other`, rad; 0 if one is a tool axis and the other is not.
     #[must_use]
     pub fn angle_to(&self, other: &Self) -> f64 {
         match (self, other) {
@@ -30,7 +30,8 @@ impl Orientation {
         }
     }
 
-    /// The orientation at the share `t` of the least turn from here to `other`; `other` where one is an axis and the other is not.
+    /// Interpolates along the least rotation from this orientation to `other`, at the share `t` from 0 to 1; `other` if one is a tool axis
+    /// and the other is not.
     #[must_use]
     pub fn towards(&self, other: &Self, t: f64) -> Self {
         match (self, other) {
@@ -44,8 +45,7 @@ impl Orientation {
     }
 }
 
-/// The rotation vector (rad) of the least turn that takes the unit vector `a` to `b`; where they are opposite, about any axis
-/// across them.
+/// Returns the rotation vector (rad) of the least rotation from the unit vector `a` to `b`; if they are opposite, about any perpendicular axis.
 pub fn least_turn(a: Vector3<f64>, b: Vector3<f64>) -> Vector3<f64> {
     let across = a.cross(&b);
     let angle = across.norm().atan2(a.dot(&b));

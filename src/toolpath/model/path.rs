@@ -1,4 +1,4 @@
-//! A toolpath: points in order, and where each came from; the planes that its arcs lie in.
+//! A toolpath: its points in order, with orientation, feed, load and source; and the planes in which arcs lie.
 
 use nalgebra::{UnitQuaternion, Vector3};
 use thiserror::Error;
@@ -18,7 +18,7 @@ pub struct Load {
     pub moment_Nmm: Vector3<f64>,
 }
 
-/// Where a point came from: the k-th move of its file or generator, and how far along it.
+/// The source of a path point: the move of its file or generator, and how far along it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PointSource {
     /// Index of the move: of the motion blocks of a program, of the rows of a CSV file, or 0 for a generator.
@@ -27,12 +27,12 @@ pub struct PointSource {
     pub parameter: f64,
 }
 
-/// One point of a toolpath.
+/// One point of a toolpath: where the tool tip is, how the tool is oriented, how it moves and what acts on it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PathPoint {
     /// Position of the tool tip in the workpiece frame, mm.
     pub position_mm: Vector3<f64>,
-    /// How the tool stands; `None`: as with the machine at home, the workpiece tilted or not.
+    /// Orientation of the tool; `None`: as with the machine at home, whether or not the workpiece is tilted.
     pub orientation: Option<Orientation>,
     /// Direction of motion, a unit vector in the workpiece frame; where two moves meet, the direction of arrival.
     /// Zero only if the whole path has no length.
@@ -47,15 +47,13 @@ pub struct PathPoint {
     pub spindle_rev_per_min: Option<f64>,
     /// Number of the tool in the spindle, if the path says it.
     pub tool: Option<u32>,
-    /// Feature of the program on the way here, as an index into
-    /// [`GcodeOptions::features`](crate::toolpath::gcode::GcodeOptions::features).
+    /// Feature of the program on the way here, as an index into [`GcodeOptions::features`](crate::toolpath::gcode::GcodeOptions::features).
     pub feature: Option<u16>,
     /// Cutting load here, if the path brings it along.
     pub load: Option<Load>,
-    /// Where the external axes stand that the path commands, in the order of [`Toolpath::external_axes`], mm or degrees as their
-    /// names say.
+    /// Positions of the external axes that the path commands, in the order of [`Toolpath::external_axes`], mm or degrees as their names say.
     pub external: [f64; ExternalAxes::MOST],
-    /// Where the point came from.
+    /// The move that the point comes from.
     pub source: PointSource,
 }
 
@@ -67,7 +65,7 @@ pub struct Toolpath {
 }
 
 impl Toolpath {
-    /// The path through `points`. A zero tangent means "not known here" and is filled in from the next point that
+    /// Creates the path through `points`. A zero tangent means "unknown" and is filled in from the next point that
     /// has one, or else from the last before it.
     #[must_use]
     pub fn assemble(mut points: Vec<PathPoint>) -> Toolpath {
@@ -76,37 +74,37 @@ impl Toolpath {
         Toolpath { points, external_axes: Vec::new() }
     }
 
-    /// The same path, which commands these external axes.
+    /// Returns the same path with these names for the external axes it commands.
     pub(crate) fn with_external_axes(mut self, names: &[String]) -> Toolpath {
         self.external_axes = names.into();
         self
     }
 
-    /// Names of the external axes that the path commands, with their units: `external_table_deg`.
+    /// Returns the names of the external axes that the path commands, with their units: `external_table_deg`.
     #[must_use]
     pub fn external_axes(&self) -> &[String] {
         &self.external_axes
     }
 
-    /// The points, in order.
+    /// Returns the points, in order.
     #[must_use]
     pub fn points(&self) -> &[PathPoint] {
         &self.points
     }
 
-    /// The positions of the points in the workpiece frame, mm, in order.
+    /// Returns the positions of the points in the workpiece frame, mm, in order.
     #[must_use]
     pub fn positions_mm(&self) -> Vec<Vector3<f64>> {
         self.points.iter().map(|point| point.position_mm).collect()
     }
 
-    /// How many points the path has.
+    /// Returns the number of points.
     #[must_use]
     pub fn len(&self) -> usize {
         self.points.len()
     }
 
-    /// Whether the path says at some point how the tool stands.
+    /// Whether the path gives the tool orientation at any point.
     #[must_use]
     pub fn is_oriented(&self) -> bool {
         self.points.iter().any(|point| point.orientation.is_some())
@@ -118,8 +116,8 @@ impl Toolpath {
         self.points.is_empty()
     }
 
-    /// Whether the path ends with its first point once more, on its way in the same direction: a closed loop, whose means
-    /// must not depend on the corner it begins at.
+    /// Whether the last point repeats the first (position, tangent, load, orientation): a closed loop, whose means
+    /// must not depend on the corner at which it begins.
     #[must_use]
     pub fn is_closed(&self) -> bool {
         let is_same = |a: &PathPoint, b: &PathPoint| {
@@ -129,13 +127,13 @@ impl Toolpath {
         matches!(self.points.as_slice(), [first, .., last] if is_same(first, last))
     }
 
-    /// Length of the whole path, mm.
+    /// Returns the length of the path, mm.
     #[must_use]
     pub fn length_mm(&self) -> f64 {
         self.points.last().map_or(0.0, |point| point.arc_length_mm)
     }
 
-    /// The same path with this feed, mm/min, at every cutting point.
+    /// Returns the same path with this feed, mm/min, at every cutting point.
     #[must_use]
     pub fn with_feed(mut self, feed_mm_per_min: f64) -> Toolpath {
         for point in self.points.iter_mut().filter(|point| point.cutting) {
@@ -144,7 +142,7 @@ impl Toolpath {
         self
     }
 
-    /// The same path, the platform oriented as these say (`R_WP`), one for each point.
+    /// Returns the same path with these platform orientations `R_WP`, one for each point.
     #[must_use]
     pub fn with_platforms(mut self, platforms: &[UnitQuaternion<f64>]) -> Toolpath {
         for (point, platform) in self.points.iter_mut().zip(platforms) {
@@ -153,7 +151,7 @@ impl Toolpath {
         self
     }
 
-    /// The same path, cutting only where `cuts` is true as well.
+    /// Returns the same path, in which a point stays cutting only where `cuts` is true.
     #[must_use]
     pub fn cutting_where(mut self, cuts: impl Fn(&PathPoint) -> bool) -> Toolpath {
         for point in &mut self.points {
@@ -162,7 +160,7 @@ impl Toolpath {
         self
     }
 
-    /// The same path with this spindle speed, rev/min, at every point.
+    /// Returns the same path with this spindle speed, rev/min, at every point.
     #[must_use]
     pub fn with_spindle(mut self, spindle_rev_per_min: f64) -> Toolpath {
         for point in &mut self.points {
@@ -185,7 +183,7 @@ pub enum Plane {
 }
 
 impl Plane {
-    /// Indices (0 = x, 1 = y, 2 = z) of the first axis, the second axis and the normal, a right-handed triple.
+    /// Returns the indices (0 = x, 1 = y, 2 = z) of the first axis, the second axis and the normal, a right-handed triple.
     #[must_use]
     pub fn axes(self) -> [usize; 3] {
         match self {
@@ -196,16 +194,16 @@ impl Plane {
     }
 }
 
-/// Which way round a circle or an arc goes, seen from the tip of its plane's normal.
+/// The direction of rotation of a circle or arc, seen from the tip of its plane's normal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Turn {
+pub enum TurnDirection {
     /// From the plane's second axis toward its first (G2).
     Clockwise,
     /// From the plane's first axis toward its second (G3).
     CounterClockwise,
 }
 
-/// Gives every point without a tangent that of the point visited before it.
+/// Gives every point without a tangent that of the point before it in the given order.
 fn fill_tangents<'a>(points: impl Iterator<Item = &'a mut PathPoint>) {
     let mut known = Vector3::zeros();
     for point in points {
@@ -216,12 +214,12 @@ fn fill_tangents<'a>(points: impl Iterator<Item = &'a mut PathPoint>) {
     }
 }
 
-/// The unit vector along `v`; zero if `v` is too short to have a direction.
+/// Returns the unit vector along `v`; zero if `v` is shorter than 1e-12.
 pub(crate) fn direction(v: Vector3<f64>) -> Vector3<f64> {
     v.try_normalize(1e-12).unwrap_or_else(Vector3::zeros)
 }
 
-/// Corrected positions that do not fit the path they are meant for.
+/// Why corrected positions or orientations do not fit the path.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 pub enum PositionsError {
     /// One position is needed for every point.
@@ -237,11 +235,11 @@ pub enum PositionsError {
     NotAPosition {
         /// Index of the point, from 0.
         point: usize,
-        /// Its first coordinate, mm.
+        /// Its x coordinate, mm.
         x: f64,
-        /// Its second coordinate, mm.
+        /// Its y coordinate, mm.
         y: f64,
-        /// Its third coordinate, mm.
+        /// Its z coordinate, mm.
         z: f64,
     },
     /// If there are orientations, one is needed for every point.
@@ -254,7 +252,7 @@ pub enum PositionsError {
     },
 }
 
-/// Checks that there is one position on the machine for every point of `path`, and one orientation if there are any.
+/// Checks that there is one finite position of at most [`MAX_COORDINATE_MM`] for every point of `path`, and one orientation if any are given.
 pub(crate) fn check_corrected(
     path: &Toolpath,
     corrected_mm: &[Vector3<f64>],

@@ -1,4 +1,4 @@
-//! What programs of all formats have in common: their points one after another, and how what is written is read point by point.
+//! What programs of all formats have in common: sampling their path points, and reading a written program back point by point.
 
 use std::fmt;
 
@@ -9,125 +9,104 @@ use crate::toolpath::model::{
     MAX_COORDINATE_MM, Orientation, PathPoint, PositionsError, Toolpath, gcode::GcodeError, robot::RobotError,
 };
 
-/// A program as its format has it, which is read, followed and written back.
+/// A program of any format that can be read, sampled and written back.
 pub trait Program: Sized {
-    /// What is wrong with one that cannot be followed.
+    /// The error of a program that cannot be followed.
     type Error;
-    /// What reading takes besides the bytes.
+    /// What is needed to read a program besides its bytes: name, language, options.
     type Reading: Clone + fmt::Debug;
 
-    /// Reads what was written.
-    ///
-    /// # Errors
-    /// When it cannot be followed.
+    /// Reads the bytes of a written program. Fails when it cannot be followed.
     fn read_written(bytes: Vec<u8>, reading: &Self::Reading) -> Result<Self, Self::Error>;
 
-    /// Gives the points of its path to `take`, those of each motion where `places` has them of its index, from 0 to 1; a tangent that is
-    /// not known is zero.
-    ///
-    /// # Errors
-    /// When `places` has none, or more than a path may have in all.
+    /// Passes the points of the program's path to `take`: those of each motion at the parameters (0 to 1) that `parameters` returns for
+    /// the motion's index. An unknown tangent is zero. Fails when `parameters` returns `None`, or more points than a path may have in all.
     fn points_at(
         &self,
-        places: impl FnMut(usize) -> Option<Vec<f64>>,
+        parameters: impl FnMut(usize) -> Option<Vec<f64>>,
         take: impl FnMut(&PathPoint),
     ) -> Result<(), Self::Error>;
 
-    /// Names of the external axes that its path commands.
+    /// Returns the names of the external axes that the program's path commands.
     fn external_axes(&self) -> Vec<String>;
 }
 
-/// A program written back, with what is needed to read it point by point.
+/// A program written back, with what is needed to find each path point in it.
 #[derive(Clone, Debug)]
 pub struct Rewritten<P: Program> {
     pub(crate) bytes: Vec<u8>,
-    /// How many path points each motion of the written program stands for.
+    /// How many path points lie on each motion of the written program.
     pub(crate) pieces: Vec<usize>,
-    /// Where on its motion each of them lies, from 0 to 1.
-    pub(crate) places: Vec<f64>,
-    /// Where the bytes end that each line of a program written out has become.
+    /// Where on its motion each path point lies, from 0 to 1.
+    pub(crate) parameters: Vec<f64>,
+    /// Where the bytes of each line of an expanded program end.
     pub(crate) line_ends: Vec<usize>,
     pub(crate) reading: P::Reading,
 }
 
 impl<P: Program> Rewritten<P> {
-    /// The program's bytes.
+    /// Returns the program's bytes.
     #[must_use]
     pub fn bytes(&self) -> &[u8] {
         &self.bytes
     }
 
-    /// The program's bytes, to keep.
+    /// Converts the written program into its bytes.
     #[must_use]
     pub fn into_bytes(self) -> Vec<u8> {
         self.bytes
     }
 
-    /// The written program, read as a controller would; it takes the bytes along, so that there is one copy of them.
-    ///
-    /// # Errors
-    /// When it cannot be followed.
+    /// Reads the written program as a controller would, moving the bytes out so that there is one copy of them. Fails when it cannot be followed.
     pub(crate) fn take_and_read(&mut self) -> Result<P, P::Error> {
         P::read_written(std::mem::take(&mut self.bytes), &self.reading)
     }
 
-    /// The written program, read as a controller would.
-    ///
-    /// # Errors
-    /// When it cannot be followed.
+    /// Reads the written program as a controller would. Fails when it cannot be followed.
     pub fn read(&self) -> Result<P, P::Error> {
         P::read_written(self.bytes.clone(), &self.reading)
     }
 
-    /// The path of the written program, point k where point k of the original path is passed: the same number of points, in
-    /// the same order.
-    ///
-    /// # Errors
-    /// When the written program cannot be followed.
+    /// Reads the path of the written program, its point k where point k of the original path is passed: the same number of
+    /// points, in the same order. Fails when the written program cannot be followed.
     pub fn read_back(&self) -> Result<Toolpath, P::Error> {
         let written = self.read()?;
-        let points = self.each(&written, |point| *point)?;
+        let points = self.collect_points(&written, |point| *point)?;
         Ok(Toolpath::assemble(points).with_external_axes(&written.external_axes()))
     }
 
-    /// As [`Rewritten::read_back`], of the written program once it has been read, the positions alone (workpiece frame, mm).
-    ///
-    /// # Errors
-    /// When it is another program.
-    pub fn positions_of(&self, written: &P) -> Result<Vec<Vector3<f64>>, P::Error> {
-        self.each(written, |point| point.position_mm)
+    /// Returns the positions of the original path's points in `written`, the program read back (workpiece frame, mm). Fails when it is
+    /// another program.
+    pub fn read_positions(&self, written: &P) -> Result<Vec<Vector3<f64>>, P::Error> {
+        self.collect_points(written, |point| point.position_mm)
     }
 
-    /// As [`Rewritten::positions_of`], how the tool stands; `None` where the program does not say it.
-    ///
-    /// # Errors
-    /// When it is another program.
-    pub fn orientations_of(&self, written: &P) -> Result<Vec<Option<Orientation>>, P::Error> {
-        self.each(written, |point| point.orientation)
+    /// Returns the tool orientations at the original path's points in `written`, the program read back; `None` where it does not say. Fails
+    /// when it is another program.
+    pub fn read_orientations(&self, written: &P) -> Result<Vec<Option<Orientation>>, P::Error> {
+        self.collect_points(written, |point| point.orientation)
     }
 
-    fn each<T>(&self, written: &P, of: impl Fn(&PathPoint) -> T) -> Result<Vec<T>, P::Error> {
-        let mut found = Vec::with_capacity(self.places.len());
-        self.each_of(written, |point| found.push(of(point)))?;
+    /// Collects `of` each point of `written`, the program read back.
+    fn collect_points<T>(&self, written: &P, of: impl Fn(&PathPoint) -> T) -> Result<Vec<T>, P::Error> {
+        let mut found = Vec::with_capacity(self.parameters.len());
+        self.for_each_point(written, |point| found.push(of(point)))?;
         Ok(found)
     }
 
-    /// The same, point after point, given to `take`.
-    ///
-    /// # Errors
-    /// When it is another program.
-    pub(crate) fn each_of(&self, written: &P, take: impl FnMut(&PathPoint)) -> Result<(), P::Error> {
-        let mut places = self.places.as_slice();
+    /// Passes the points of `written` at which the original path's points lie to `take`, one after another. Fails when it is another program.
+    pub(crate) fn for_each_point(&self, written: &P, take: impl FnMut(&PathPoint)) -> Result<(), P::Error> {
+        let mut parameters = self.parameters.as_slice();
         let own = |motion: usize| {
-            let (own, rest) = places.split_at_checked(*self.pieces.get(motion)?)?;
-            places = rest;
+            let (own, rest) = parameters.split_at_checked(*self.pieces.get(motion)?)?;
+            parameters = rest;
             Some(own.to_vec())
         };
         written.points_at(own, take)
     }
 }
 
-/// Takes motions one after another and gives their points to `take`.
+/// Samples motions one after another and passes their path points to `take`.
 pub(crate) struct Sampler<T> {
     most: usize,
     segment: usize,
@@ -137,31 +116,32 @@ pub(crate) struct Sampler<T> {
     take: T,
 }
 
-/// Why a motion has no points.
-pub(crate) enum NoPoints {
+/// Why a motion cannot be sampled.
+pub(crate) enum SampleFault {
     TooMany,
     /// The ends of an arc are within the range; what lies between need not be.
     TooFar,
 }
 
 impl<T: FnMut(&PathPoint)> Sampler<T> {
-    /// For `most` points.
+    /// Creates a sampler of at most `most` points in all.
     pub fn new(most: usize, take: T) -> Self {
         Self { most, segment: 0, count: 0, length_mm: 0.0, points: Vec::new(), take }
     }
 
-    /// Takes the next motion: `places` has where on it its points lie of its index, and `sample` adds them to a list, given index,
-    /// places, and length of the path before it.
-    pub fn motion(
+    /// Samples the next motion: `parameters` returns the parameters of its points (0 to 1) for its index, and `sample` appends the points
+    /// to a list, given index, parameters and the path length before it.
+    pub fn sample_motion(
         &mut self,
-        places: impl FnOnce(usize) -> Option<Vec<f64>>,
+        parameters: impl FnOnce(usize) -> Option<Vec<f64>>,
         sample: impl FnOnce(usize, &[f64], f64, &mut Vec<PathPoint>),
-    ) -> Result<(), NoPoints> {
-        let own = places(self.segment).filter(|own| self.count + own.len() <= self.most).ok_or(NoPoints::TooMany)?;
+    ) -> Result<(), SampleFault> {
+        let own =
+            parameters(self.segment).filter(|own| self.count + own.len() <= self.most).ok_or(SampleFault::TooMany)?;
         self.points.clear();
         sample(self.segment, &own, self.length_mm, &mut self.points);
         if self.points.iter().any(|point| point.position_mm.amax() > MAX_COORDINATE_MM) {
-            return Err(NoPoints::TooFar);
+            return Err(SampleFault::TooFar);
         }
         self.points.iter().for_each(&mut self.take);
         self.length_mm = self.points.last().map_or(self.length_mm, |point| point.arc_length_mm);
@@ -171,14 +151,14 @@ impl<T: FnMut(&PathPoint)> Sampler<T> {
     }
 }
 
-/// The places of the ends of equal pieces of a motion, from 0 to 1.
-pub(crate) fn even_places(pieces: usize) -> Vec<f64> {
+/// Returns the parameters of the ends of `pieces` equal pieces of a motion, from 0 to 1.
+pub(crate) fn even_parameters(pieces: usize) -> Vec<f64> {
     (1..=pieces).map(|k| k as f64 / pieces as f64).collect()
 }
 
-/// Where the points end that motion `segment` has in `path` from `first` on; `None` if they are not its. `at`: where it is at a share of
-/// its way; `has_points`: whether it is anywhere.
-pub(crate) fn end_of(
+/// Returns the index after the last point of motion `segment` in `path`, whose points begin at `first`; `None` if they are not the
+/// motion's. `at` gives the motion's position at a share from 0 to 1; `has_points`: whether it is part of the path.
+pub(crate) fn end_of_segment(
     path: &Toolpath,
     segment: usize,
     first: usize,
@@ -196,8 +176,13 @@ pub(crate) fn end_of(
     is_complete.then_some(next)
 }
 
-/// The most of `most` points that one piece passes, sought in steps that double, then between the last two; `best` passes the first.
-pub(crate) fn longest<P, E>(mut best: P, most: usize, attempt: impl Fn(usize) -> Result<Option<P>, E>) -> Result<P, E> {
+/// Searches for the piece that passes the most of `most` points: doubles their number, then bisects. `best` passes the first point;
+/// `attempt` returns a piece through that many points, if there is one.
+pub(crate) fn longest_piece<P, E>(
+    mut best: P,
+    most: usize,
+    attempt: impl Fn(usize) -> Result<Option<P>, E>,
+) -> Result<P, E> {
     let (mut passed, mut failed) = (1, most + 1);
     while failed - passed > 1 {
         let is_doubling = failed == most + 1 && passed * 2 < most;
@@ -210,7 +195,7 @@ pub(crate) fn longest<P, E>(mut best: P, most: usize, attempt: impl Fn(usize) ->
     Ok(best)
 }
 
-/// Corrected positions that cannot be written into a program.
+/// Why corrected positions cannot be written into a program.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum RewriteError {
     /// The positions do not fit the path.
@@ -219,7 +204,7 @@ pub enum RewriteError {
     /// The tolerance is none.
     #[error("write tolerance {tolerance_mm} mm: expected a finite number, 0 or more")]
     Tolerance {
-        /// What was given, mm.
+        /// The tolerance given, mm.
         tolerance_mm: f64,
     },
     /// The G-code program cannot be followed.

@@ -1,11 +1,11 @@
-//! How finely arcs and long lines are split into path points: number and places of the points.
+//! How finely lines and arcs are split into path points.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use thiserror::Error;
 
-/// How finely a path is split: a checked chordal tolerance and longest piece, both in mm, and the most the tool turns
-/// along a piece.
+/// How finely a path is split into points: chordal tolerance and longest piece, mm, and largest rotation of the tool
+/// along a piece, rad; all checked.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sampling {
     chordal_tolerance_mm: f64,
@@ -13,13 +13,13 @@ pub struct Sampling {
     max_turn_rad: f64,
 }
 
-/// A [`Sampling`] asked for with a value that splits nothing.
+/// The error of a [`Sampling`] with a value that is not a finite number above 0.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 #[error("{key} = {value}: expected a finite number above 0")]
 pub struct SamplingError {
-    /// Which value, with its unit.
+    /// The key of the value, with its unit.
     pub key: &'static str,
-    /// What was given.
+    /// The value given.
     pub value: f64,
 }
 
@@ -32,18 +32,15 @@ impl Sampling {
     /// The most the tool turns along a piece unless said otherwise, rad: 2 degrees.
     pub const MAX_TURN_RAD: f64 = PI / 90.0;
 
-    /// The same with pieces that may be longer by `share`, and the tool turned as far as it will along them: for a path whose rows are
-    /// points of one that was sampled before.
+    /// Returns the same sampling for a path whose rows were sampled before: pieces may be longer by `share`, and the tool may turn
+    /// any angle along them.
     #[cfg(not(target_family = "wasm"))]
-    pub(crate) fn of_points(self, share: f64) -> Self {
+    pub(crate) fn for_sampled_points(self, share: f64) -> Self {
         Self { max_segment_mm: self.max_segment_mm * (1.0 + share), max_turn_rad: PI, ..self }
     }
 
-    /// `chordal_tolerance_mm`: the most an arc may stand off the chord between two neighbouring points;
-    /// `max_segment_mm`: the longest piece, of lines and arcs alike, measured along the path.
-    ///
-    /// # Errors
-    /// When a value is not a finite number above 0.
+    /// Creates a sampling from the largest distance of an arc from the chord between two neighbouring points, and the
+    /// longest piece, of lines and arcs alike, measured along the path, both mm. Fails when a value is not a finite number above 0.
     pub fn new(chordal_tolerance_mm: f64, max_segment_mm: f64) -> Result<Sampling, SamplingError> {
         for (key, value) in [("chordal_tolerance_mm", chordal_tolerance_mm), ("max_segment_mm", max_segment_mm)] {
             if !(value.is_finite() && value > 0.0) {
@@ -53,10 +50,8 @@ impl Sampling {
         Ok(Sampling { chordal_tolerance_mm, max_segment_mm, max_turn_rad: Self::MAX_TURN_RAD })
     }
 
-    /// The same, and the tool turns by `max_turn_rad` along a piece at most; [`Sampling::MAX_TURN_RAD`] unless said.
-    ///
-    /// # Errors
-    /// When it is not a finite number above 0.
+    /// Returns the same sampling in which the tool turns by at most `max_turn_rad` along a piece ([`Sampling::MAX_TURN_RAD`] by default).
+    /// Fails when it is not a finite number above 0.
     pub fn with_max_turn(self, max_turn_rad: f64) -> Result<Sampling, SamplingError> {
         match max_turn_rad.is_finite() && max_turn_rad > 0.0 {
             true => Ok(Sampling { max_turn_rad, ..self }),
@@ -64,37 +59,37 @@ impl Sampling {
         }
     }
 
-    /// The most an arc may stand off its chord, mm.
+    /// Returns the largest distance of an arc from its chord, mm.
     #[must_use]
     pub fn chordal_tolerance_mm(self) -> f64 {
         self.chordal_tolerance_mm
     }
 
-    /// The longest piece, mm.
+    /// Returns the longest piece, mm.
     #[must_use]
     pub fn max_segment_mm(self) -> f64 {
         self.max_segment_mm
     }
 
-    /// The most the tool turns along a piece, rad.
+    /// Returns the largest rotation of the tool along a piece, rad.
     #[must_use]
     pub fn max_turn_rad(self) -> f64 {
         self.max_turn_rad
     }
 
-    /// Into how many pieces a line of `length_mm` is split; `None` when into more than 20 million.
+    /// Returns into how many pieces a line of `length_mm` is split; `None` for more than 20 million.
     pub fn line_pieces(self, length_mm: f64) -> Option<usize> {
         // The slack keeps a length that is a multiple of the piece from gaining one by rounding.
         pieces((length_mm / self.max_segment_mm) * (1.0 - 1e-12))
     }
 
-    /// Into how many pieces a line of `length_mm` is split along which the tool turns by `turn_rad`.
+    /// Returns into how many pieces a line of `length_mm` is split along which the tool turns by `turn_rad`; `None` for more than 20 million.
     pub(crate) fn turning_pieces(self, length_mm: f64, turn_rad: f64) -> Option<usize> {
         let by_turn = pieces((turn_rad / self.max_turn_rad) * (1.0 - 1e-12))?;
         Some(by_turn.max(self.line_pieces(length_mm)?))
     }
 
-    /// Into how many pieces an arc of `length_mm` is split that turns by `sweep_rad` at radius `radius_mm`.
+    /// Returns into how many pieces an arc of `length_mm`, radius `radius_mm` and angle `sweep_rad` is split; `None` for more than 20 million.
     ///
     /// The chord over the angle Δ stands r (1 − cos(Δ/2)) = 2 r sin²(Δ/4) off the arc, so Δ = 4 asin √(tol / 2r).
     /// A piece never turns by more than a right angle, whatever the tolerance.
@@ -107,7 +102,7 @@ impl Sampling {
     }
 }
 
-/// `ratio` rounded up, at least 1; `None` above [`Sampling::MAX_PIECES`] or when it is no number.
+/// Returns `ratio` rounded up, at least 1; `None` above [`Sampling::MAX_PIECES`] or if it is not finite.
 fn pieces(ratio: f64) -> Option<usize> {
     let count = ratio.ceil().max(1.0);
     (ratio.is_finite() && count <= Sampling::MAX_PIECES as f64).then_some(count as usize)

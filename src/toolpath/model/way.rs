@@ -1,81 +1,81 @@
-//! The way of a motion in the workpiece frame.
+//! The geometry of a motion in the workpiece frame: line, arc, circle or drilled hole.
 
 use nalgebra::Vector3;
 
 use crate::toolpath::model::{Sampling, direction, gcode, robot};
 
-/// The way a motion takes, mm.
+/// The geometry of a motion: the curve along which the tool moves, mm, workpiece frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Way {
-    /// Its end is not known: the path has no point for it.
+pub(crate) enum MotionGeometry {
+    /// The end is unknown: the path has no point for the motion.
     Unlocated,
-    /// Its start is not known, or how it gets there: the path has only its end.
+    /// Only the end is known: the path has one point for the motion.
     Arrival(Vector3<f64>),
     /// Straight from the first to the second.
     Line(Vector3<f64>, Vector3<f64>),
-    /// Round, in a plane of G-code, and along its normal.
+    /// Circular or helical arc in a plane of G-code.
     Arc(gcode::Arc),
-    /// Round, through three points.
+    /// Circular arc through three points.
     Circle(robot::Arc),
     /// Into a hole and out again.
     Hole(Hole),
 }
 
-impl Way {
-    /// Position and unit tangent at `t` from 0 to 1; the tangent is zero where there is none.
+impl MotionGeometry {
+    /// Returns the position, mm, and the unit tangent at the share `t` from 0 to 1; the tangent is zero where unknown.
     pub fn at(&self, t: f64) -> Option<(Vector3<f64>, Vector3<f64>)> {
         match self {
-            Way::Unlocated => None,
-            Way::Arrival(end) => Some((*end, Vector3::zeros())),
-            Way::Line(start, end) => {
+            MotionGeometry::Unlocated => None,
+            MotionGeometry::Arrival(end) => Some((*end, Vector3::zeros())),
+            MotionGeometry::Line(start, end) => {
                 let position = if t < 1.0 { start.lerp(end, t) } else { *end };
                 Some((position, direction(end - start)))
             }
-            Way::Arc(arc) => Some(arc.at(t)),
-            Way::Circle(arc) => Some(arc.at(t)),
-            Way::Hole(hole) => Some(hole.at(t)),
+            MotionGeometry::Arc(arc) => Some(arc.at(t)),
+            MotionGeometry::Circle(arc) => Some(arc.at(t)),
+            MotionGeometry::Hole(hole) => Some(hole.at(t)),
         }
     }
 
-    /// Length, mm, of what is known of it.
+    /// Returns the length, mm; 0 if the start or the end is unknown.
     pub fn length(&self) -> f64 {
         match self {
-            Way::Unlocated | Way::Arrival(_) => 0.0,
-            Way::Line(start, end) => (end - start).norm(),
-            Way::Arc(arc) => arc.length(),
-            Way::Circle(arc) => arc.length(),
-            Way::Hole(hole) => hole.length_to(1.0),
+            MotionGeometry::Unlocated | MotionGeometry::Arrival(_) => 0.0,
+            MotionGeometry::Line(start, end) => (end - start).norm(),
+            MotionGeometry::Arc(arc) => arc.length(),
+            MotionGeometry::Circle(arc) => arc.length(),
+            MotionGeometry::Hole(hole) => hole.length_to(1.0),
         }
     }
 
-    /// Into how many pieces it is split along which the tool turns by `turn_rad`; `None` when into more than a path may have points.
+    /// Returns into how many path pieces the motion is split, along which the tool turns by `turn_rad`; `None` for more than 20 million.
     pub fn pieces(&self, sampling: Sampling, turn_rad: f64) -> Option<usize> {
         let of_arc = |radius: f64, sweep: f64| {
             let of_arc = sampling.arc_pieces(radius, sweep, self.length())?;
             Some(of_arc.max(sampling.turning_pieces(0.0, turn_rad)?))
         };
         match self {
-            Way::Unlocated => Some(0),
-            Way::Arrival(_) => Some(1),
-            Way::Line(..) => sampling.turning_pieces(self.length(), turn_rad),
-            Way::Arc(arc) => of_arc(arc.radius(), arc.sweep_rad()),
-            Way::Circle(arc) => of_arc(arc.radius(), arc.sweep_rad()),
-            Way::Hole(hole) => Some(3 + sampling.line_pieces((hole.bottom - hole.clear).norm())?),
+            MotionGeometry::Unlocated => Some(0),
+            MotionGeometry::Arrival(_) => Some(1),
+            MotionGeometry::Line(..) => sampling.turning_pieces(self.length(), turn_rad),
+            MotionGeometry::Arc(arc) => of_arc(arc.radius(), arc.sweep_rad()),
+            MotionGeometry::Circle(arc) => of_arc(arc.radius(), arc.sweep_rad()),
+            MotionGeometry::Hole(hole) => Some(3 + sampling.line_pieces((hole.bottom - hole.clear).norm())?),
         }
     }
 }
 
-/// The way through one hole, mm in the workpiece frame.
+/// The path of the tool through one drilled hole: over it, to plane R, to the bottom and back; mm, workpiece frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Hole {
     pub start: Vector3<f64>,
-    /// Over the hole, as high as the tool comes.
+    /// Over the hole, at the greatest height of the tool.
     pub over: Vector3<f64>,
     /// At the plane R.
     pub clear: Vector3<f64>,
     pub bottom: Vector3<f64>,
     pub back: Vector3<f64>,
-    /// Whether a series of holes begins here.
+    /// Whether this is the first hole of a series.
     pub is_first: bool,
 }
 
@@ -85,7 +85,7 @@ impl Hole {
     const CLEAR: f64 = 0.25;
     const BOTTOM: f64 = 0.75;
 
-    /// Parameters of its points; the feed into the hole is split into all but three of `pieces`.
+    /// Iterates over the parameters (0 to 1) of the hole's path points; the feed motion is split into all but three of `pieces`.
     pub fn parameters(pieces: usize) -> impl Iterator<Item = f64> {
         let feeds = pieces.saturating_sub(3).max(1);
         let feed = move |k: usize| Hole::CLEAR + (Hole::BOTTOM - Hole::CLEAR) * (k as f64 / feeds as f64);
@@ -93,11 +93,11 @@ impl Hole {
     }
 
     /// Whether the tool feeds at parameter `t`.
-    pub fn feeds_at(t: f64) -> bool {
+    pub fn is_feeding_at(t: f64) -> bool {
         t > Hole::CLEAR && t <= Hole::BOTTOM
     }
 
-    /// Position and unit tangent at `t` from 0 to 1.
+    /// Returns the position, mm, and the unit tangent at the parameter `t` from 0 to 1.
     pub fn at(&self, t: f64) -> (Vector3<f64>, Vector3<f64>) {
         let (from, to, s) = match t {
             _ if t <= Hole::OVER => (self.start, self.over, t / Hole::OVER),
@@ -108,7 +108,7 @@ impl Hole {
         (if s < 1.0 { from.lerp(&to, s) } else { to }, direction(to - from))
     }
 
-    /// Length of the way as far as `t`, mm.
+    /// Returns the length of the tool's path up to the parameter `t`, mm.
     pub fn length_to(&self, t: f64) -> f64 {
         let corners =
             [(0.0, self.start), (Hole::OVER, self.over), (Hole::CLEAR, self.clear), (Hole::BOTTOM, self.bottom)];

@@ -1,4 +1,4 @@
-//! Programs read and followed, format by format.
+//! Readers of G-code, robot programs and polyline files.
 
 pub(crate) mod gcode;
 pub(crate) mod polyline;

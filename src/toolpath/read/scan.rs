@@ -1,45 +1,45 @@
-//! A text read from left to right.
+//! A cursor over the bytes of a line or statement.
 
 use std::ops::Range;
 
-/// A text, and how far it has been read.
+/// A cursor over the bytes of a line or statement.
 #[derive(Clone, Copy, Debug)]
 pub struct Scan<'a> {
-    /// The text, of a line without its comment.
+    /// The text, without its comment.
     pub line: &'a [u8],
-    /// Where the next byte is.
+    /// Index of the next byte.
     pub at: usize,
     /// Which bytes are blank.
     pub is_blank: fn(u8) -> bool,
 }
 
 impl<'a> Scan<'a> {
-    /// The next byte.
+    /// The next byte, blank or not.
     #[must_use]
     pub fn peek(&self) -> Option<u8> {
         self.line.get(self.at).copied()
     }
 
     /// Skips blanks.
-    pub fn blanks(&mut self) -> &mut Self {
-        self.run(self.is_blank);
+    pub fn skip_blanks(&mut self) -> &mut Self {
+        self.take_while(self.is_blank);
         self
     }
 
-    /// The next byte that is no blank.
+    /// Skips blanks and returns the next byte without taking it.
     pub(crate) fn next(&mut self) -> Option<u8> {
-        self.blanks().peek()
+        self.skip_blanks().peek()
     }
 
-    /// Steps over `byte`, blanks before it as well, if it comes next.
+    /// Skips blanks and takes `byte` if it comes next. Whether it did.
     pub fn takes(&mut self, byte: u8) -> bool {
         let found = self.next() == Some(byte);
         self.at += usize::from(found);
         found
     }
 
-    /// Steps over the bytes that pass `test`.
-    pub fn run(&mut self, test: impl Fn(u8) -> bool) -> Range<usize> {
+    /// Takes the bytes that pass `test`, and returns their range.
+    pub fn take_while(&mut self, test: impl Fn(u8) -> bool) -> Range<usize> {
         let start = self.at;
         while self.peek().is_some_and(&test) {
             self.at += 1;
@@ -47,7 +47,7 @@ impl<'a> Scan<'a> {
         start..self.at
     }
 
-    /// What is left.
+    /// The bytes that are not taken yet.
     #[must_use]
     pub fn rest(&self) -> &'a [u8] {
         &self.line[self.at..]

@@ -1,4 +1,4 @@
-//! Programs written back with moved points: it uses all that is read, and nothing that is read uses it.
+//! Writes programs back with moved points; it uses the readers, which do not use it.
 
 pub(crate) mod gcode;
 pub(crate) mod polyline;

@@ -1,4 +1,4 @@
-//! Writing polyline files: the same file with moved points, or a new one.
+//! Writes polyline CSV files: the same file with moved points, or a new one.
 
 use csv::{ReaderBuilder, WriterBuilder};
 use nalgebra::Vector3;
@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 use crate::toolpath::{
     model::{
         NumberFormat, Orientation, PathPoint, PositionsError, Rewritten, Toolpath, WRITTEN_RAD, check_corrected,
-        even_places, fixed, last_place,
+        even_parameters, format_fixed, last_place,
     },
     read::polyline::{Column, Polyline},
 };
@@ -15,26 +15,18 @@ use crate::toolpath::{
 pub type RewrittenPolyline = Rewritten<Polyline>;
 
 impl Polyline {
-    /// The file with its points moved to `corrected_mm`, positions in the workpiece frame: [`Polyline::rewrite_sampled`] of
-    /// the points of the file alone.
-    ///
-    /// # Errors
-    /// When there is not one finite position for every row.
+    /// Rewrites the file with its own points moved to `corrected_mm`, positions in the workpiece frame; see [`Polyline::rewrite_sampled`].
+    /// Fails when there is not one finite position for every row.
     pub fn rewrite(&self, corrected_mm: &[Vector3<f64>], format: NumberFormat) -> Result<Vec<u8>, PositionsError> {
         Ok(self.rewrite_sampled(&self.path, corrected_mm, format)?.bytes)
     }
 
-    /// The file with the points of `path`, which [`Polyline::sampled`] gave, moved to `corrected_mm`, positions in the
-    /// workpiece frame.
+    /// Rewrites the file with the points of `path`, from [`Polyline::sampled`], moved to `corrected_mm`, positions in the workpiece frame.
     ///
-    /// Of the rows of the file, only coordinates that move by more than half a unit of the last decimal of `format` are
-    /// written anew; all other values, columns, blanks and line endings are copied. Where the straight line between two
-    /// written rows passes a corrected point between them by more than one unit of the last decimal, the points between them
-    /// become rows: with the values of the row they lead to, and interpolated forces and moments. Without correction the
-    /// bytes are the same.
-    ///
-    /// # Errors
-    /// When there is not one finite position for every point.
+    /// Of the rows of the file, only coordinates that move by more than half a unit of the last decimal of `format` are written anew; all
+    /// other values, columns, blanks and line endings are copied. Where the straight line between two written rows passes a corrected point
+    /// between them by more than one unit of the last decimal, the points between them become rows: with the values of the row they lead to,
+    /// and interpolated forces and moments. Without correction the bytes are the same. Fails when there is not one finite position for every point.
     pub fn rewrite_sampled(
         &self,
         path: &Toolpath,
@@ -44,12 +36,9 @@ impl Polyline {
         self.rewrite_turned(path, corrected_mm, None, format)
     }
 
-    /// As [`Polyline::rewrite_sampled`], the tool turned to `orientations` as well, if they are given: those that differ by more than
-    /// 1e-8 rad are written anew, with nine decimals, and points become rows where the tool would stand off its
-    /// orientation by more than 1e-4 rad between two rows.
-    ///
-    /// # Errors
-    /// When there is not one finite position, and one orientation, for every point.
+    /// Rewrites the file like [`Polyline::rewrite_sampled`], with the tool turned to `orientations` as well, if they are given: those
+    /// that differ by more than 1e-8 rad are written anew, with nine decimals, and points become rows where the interpolated
+    /// orientation would be off by more than 1e-4 rad. Fails when there is not one finite position, and one orientation, for every point.
     pub fn rewrite_turned(
         &self,
         path: &Toolpath,
@@ -62,7 +51,7 @@ impl Polyline {
         let turned = |k: usize| orientations.map_or(points[k].orientation, |orientations| Some(orientations[k]));
         let mut out = Vec::with_capacity(self.source.len());
         let (mut copied, mut next, mut pieces) = (0, 0, Vec::with_capacity(self.rows.len()));
-        let mut places = Vec::with_capacity(points.len());
+        let mut parameters = Vec::with_capacity(points.len());
         let mut before: Option<(Vector3<f64>, Option<Orientation>)> = None;
         for (index, row) in self.rows.iter().enumerate() {
             let first = next;
@@ -71,8 +60,8 @@ impl Polyline {
             }
             let Some(last) = next.checked_sub(1).filter(|last| *last >= first) else { continue };
             let written: Vec<[Option<String>; 3]> =
-                (first..next).map(|k| moved(&points[k], &corrected_mm[k], format)).collect();
-            let end = reached(&points[last].position_mm, &written[last - first]);
+                (first..next).map(|k| changed_coordinates(&points[k], &corrected_mm[k], format)).collect();
+            let end = position_as_written(&points[last].position_mm, &written[last - first]);
             let stands = |t: f64, start: Option<Orientation>| Some(start?.towards(&turned(last)?, t));
             let is_straight = |(start, stood): (Vector3<f64>, Option<Orientation>)| {
                 (first..last).all(|k| {
@@ -87,57 +76,57 @@ impl Polyline {
                 out.extend_from_slice(&self.source[copied..row.start]);
                 copied = row.start;
                 for k in first..last {
-                    let position = corrected_mm[k].map(|c| fixed(c, format.mm_decimals()));
+                    let position = corrected_mm[k].map(|c| format_fixed(c, format.mm_decimals()));
                     let cells = [0, 1, 2].map(|axis| Some(position[axis].clone()));
                     let inserted = PathPoint { orientation: turned(k), ..points[k] };
-                    out.extend(self.row(&self.source[row.clone()], &cells, Inserted::Point(&inserted)));
+                    out.extend(self.write_row(&self.source[row.clone()], &cells, Inserted::Point(&inserted)));
                     out.extend_from_slice(self.line_ending());
                     pieces.push(1);
-                    places.push(1.0);
+                    parameters.push(1.0);
                 }
             }
             pieces.push(if is_split { 1 } else { next - first });
-            places.extend(even_places(pieces[pieces.len() - 1]));
+            parameters.extend(even_parameters(pieces[pieces.len() - 1]));
             let turns = |(own, turned): (Orientation, Orientation)| own.angle_to(&turned) > SAME_RAD;
             let new = points[last].orientation.zip(turned(last)).filter(|pair| turns(*pair)).map(|(_, turned)| turned);
             if new.is_some() || written[last - first].iter().any(Option::is_some) {
                 out.extend_from_slice(&self.source[copied..row.start]);
                 let inserted = new.map_or(Inserted::Nothing, Inserted::Orientation);
-                out.extend(self.row(&self.source[row.clone()], &written[last - first], inserted));
+                out.extend(self.write_row(&self.source[row.clone()], &written[last - first], inserted));
                 copied = row.end;
             }
             before = Some((end, new.or(points[last].orientation)));
         }
         out.extend_from_slice(&self.source[copied..]);
-        Ok(RewrittenPolyline { bytes: out, pieces, places, line_ends: Vec::new(), reading: () })
+        Ok(RewrittenPolyline { bytes: out, pieces, parameters, line_ends: Vec::new(), reading: () })
     }
 
-    /// The row `text` with the coordinates in `moved` in place of its own, and with what `inserted` has.
-    fn row(&self, text: &[u8], moved: &[Option<String>; 3], inserted: Inserted<'_>) -> Vec<u8> {
+    /// Returns the row `text` with its coordinates replaced by those given, and with the values that `inserted` has.
+    fn write_row(&self, text: &[u8], changed: &[Option<String>; 3], inserted: Inserted<'_>) -> Vec<u8> {
         let mut reader = ReaderBuilder::new().has_headers(false).from_reader(text);
         let record = reader.byte_records().flatten().next().unwrap_or_default();
-        let fields = self.columns.iter().zip(record.iter().map(on_one_line)).map(|(column, field)| {
+        let fields = self.columns.iter().zip(record.iter().map(trim_line_endings)).map(|(column, field)| {
             let own = match column {
-                Column::Position(axis) => moved[*axis].clone(),
+                Column::Position(axis) => changed[*axis].clone(),
                 Column::ToolAxis(_) | Column::Platform(_) => inserted
                     .orientation()
-                    .and_then(|orientation| entry(&orientation, *column))
+                    .and_then(|orientation| orientation_entry(&orientation, *column))
                     .map(|value| match inserted {
-                        Inserted::Orientation(_) => fixed(value, ORIENTATION_DECIMALS),
+                        Inserted::Orientation(_) => format_fixed(value, ORIENTATION_DECIMALS),
                         _ => value.to_string(),
                     }),
                 Column::Force(_) | Column::Moment(_) | Column::External(_) => match inserted {
-                    Inserted::Point(point) => value(point, *column).map(|value| value.to_string()),
+                    Inserted::Point(point) => column_value(point, *column).map(|value| value.to_string()),
                     _ => None,
                 },
                 Column::Feed | Column::Spindle | Column::Cutting => None,
             };
-            own.map_or_else(|| field.to_vec(), |number| in_place_of(field, &number))
+            own.map_or_else(|| field.to_vec(), |number| replace_field(field, &number))
         });
         fields.collect::<Vec<_>>().join(&b","[..])
     }
 
-    /// How this file ends its lines.
+    /// Returns the line ending of this file.
     fn line_ending(&self) -> &'static [u8] {
         match self.source.iter().position(|byte| *byte == b'\n') {
             Some(at) if at > 0 && self.source[at - 1] == b'\r' => b"\r\n",
@@ -153,7 +142,7 @@ const SAME_RAD: f64 = 1e-8;
 /// Decimals of written directions and quaternions.
 const ORIENTATION_DECIMALS: u8 = 9;
 
-/// What a row gets beside its coordinates.
+/// Which values a row gets besides its coordinates.
 #[derive(Clone, Copy)]
 enum Inserted<'a> {
     Nothing,
@@ -164,6 +153,7 @@ enum Inserted<'a> {
 }
 
 impl Inserted<'_> {
+    /// Returns the orientation to write; `None` if the row keeps its own.
     fn orientation(&self) -> Option<Orientation> {
         match self {
             Inserted::Nothing => None,
@@ -173,43 +163,40 @@ impl Inserted<'_> {
     }
 }
 
-/// The coordinates to write of a point that goes to `corrected`: those that move by more than half a unit of the last
-/// decimal.
-fn moved(point: &PathPoint, corrected: &Vector3<f64>, format: NumberFormat) -> [Option<String>; 3] {
+/// Formats the coordinates (mm) of a point moved to `corrected` that change by more than half a unit of the last decimal; `None` for the others.
+fn changed_coordinates(point: &PathPoint, corrected: &Vector3<f64>, format: NumberFormat) -> [Option<String>; 3] {
     let half = last_place(format.mm_decimals()) * (0.5 + 1e-6);
     [0, 1, 2].map(|axis| {
-        ((corrected - point.position_mm)[axis].abs() > half).then(|| fixed(corrected[axis], format.mm_decimals()))
+        ((corrected - point.position_mm)[axis].abs() > half)
+            .then(|| format_fixed(corrected[axis], format.mm_decimals()))
     })
 }
 
-/// Where a row leads of which the coordinates in `moved` are written anew.
-fn reached(own: &Vector3<f64>, moved: &[Option<String>; 3]) -> Vector3<f64> {
-    Vector3::from_fn(|axis, _| moved[axis].as_ref().and_then(|number| number.parse().ok()).unwrap_or(own[axis]))
+/// Returns the position, mm, of a row of which the given coordinates are written anew.
+fn position_as_written(own: &Vector3<f64>, changed: &[Option<String>; 3]) -> Vector3<f64> {
+    Vector3::from_fn(|axis, _| changed[axis].as_ref().and_then(|number| number.parse().ok()).unwrap_or(own[axis]))
 }
 
-/// The field without the line endings that it may have around it only in quotes, which are not written.
-fn on_one_line(field: &[u8]) -> &[u8] {
+/// Trims blanks and line endings around a field that contains a line ending: it would need quotes, which are not written.
+fn trim_line_endings(field: &[u8]) -> &[u8] {
     if field.iter().any(|byte| matches!(byte, b'\r' | b'\n')) { field.trim_ascii() } else { field }
 }
 
-/// `number` with the blanks that stood around `field`.
-fn in_place_of(field: &[u8], number: &str) -> Vec<u8> {
+/// Returns `number` with the blanks that are around `field`.
+fn replace_field(field: &[u8], number: &str) -> Vec<u8> {
     let before = field.len() - field.trim_ascii_start().len();
     let after = field.trim_ascii_end().len().max(before);
     [&field[..before], number.as_bytes(), &field[after..]].concat()
 }
 
-/// A new polyline file with the points of `path` at `positions_mm`, in the workpiece frame; rows end in `\n`.
+/// Writes a new polyline file with the points of `path` at `positions_mm`, in the workpiece frame; rows end in `\n`.
 ///
 /// Besides the positions, with the decimals of `format`, it has the columns that every point has a value for;
-/// `cutting` only if some point is not.
-///
-/// # Errors
-/// When there is not one finite position for every point.
+/// `cutting` only if some point is not. Fails when there is not one finite position for every point.
 pub fn write(path: &Toolpath, positions_mm: &[Vector3<f64>], format: NumberFormat) -> Result<Vec<u8>, PositionsError> {
     check_corrected(path, positions_mm, None)?;
     let points = path.points();
-    let everywhere = |column: &Column| points.iter().all(|point| value(point, *column).is_some());
+    let everywhere = |column: &Column| points.iter().all(|point| column_value(point, *column).is_some());
     let some_idle = points.iter().any(|point| !point.cutting);
     let wanted = |column: &Column| match column {
         Column::Position(_) => true,
@@ -222,8 +209,8 @@ pub fn write(path: &Toolpath, positions_mm: &[Vector3<f64>], format: NumberForma
     let mut rows = vec![columns.iter().map(|column| column.name(external).into_owned()).collect::<Vec<_>>()];
     for (point, position) in points.iter().zip(positions_mm) {
         let text = |column: &Column| match column {
-            Column::Position(axis) => fixed(position[*axis], format.mm_decimals()),
-            column => value(point, *column).map_or_else(String::new, |value| value.to_string()),
+            Column::Position(axis) => format_fixed(position[*axis], format.mm_decimals()),
+            column => column_value(point, *column).map_or_else(String::new, |value| value.to_string()),
         };
         rows.push(columns.iter().map(text).collect());
     }
@@ -235,8 +222,8 @@ pub fn write(path: &Toolpath, positions_mm: &[Vector3<f64>], format: NumberForma
     Ok(writer.into_inner().unwrap_or_default())
 }
 
-/// What an orientation has for a column.
-fn entry(orientation: &Orientation, column: Column) -> Option<f64> {
+/// Returns an orientation's value for a column; `None` if it has none.
+fn orientation_entry(orientation: &Orientation, column: Column) -> Option<f64> {
     match (column, orientation) {
         (Column::ToolAxis(axis), Orientation::ToolAxis(direction)) => Some(direction[axis]),
         (Column::Platform(entry), Orientation::Platform(q)) => Some([q.w, q.i, q.j, q.k][entry]),
@@ -244,8 +231,8 @@ fn entry(orientation: &Orientation, column: Column) -> Option<f64> {
     }
 }
 
-/// What a point has for a column.
-fn value(point: &PathPoint, column: Column) -> Option<f64> {
+/// Returns a point's value for a column; `None` if it has none.
+fn column_value(point: &PathPoint, column: Column) -> Option<f64> {
     match column {
         Column::Position(axis) => Some(point.position_mm[axis]),
         Column::Feed => point.feed_mm_per_min,
@@ -253,7 +240,7 @@ fn value(point: &PathPoint, column: Column) -> Option<f64> {
         Column::Force(axis) => point.load.map(|load| load.force_N[axis]),
         Column::Moment(axis) => point.load.map(|load| load.moment_Nmm[axis]),
         Column::ToolAxis(_) | Column::Platform(_) => {
-            point.orientation.and_then(|orientation| entry(&orientation, column))
+            point.orientation.and_then(|orientation| orientation_entry(&orientation, column))
         }
         Column::External(axis) => Some(point.external[axis]),
         Column::Cutting => Some(f64::from(u8::from(point.cutting))),

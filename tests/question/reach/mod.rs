@@ -9,7 +9,7 @@ use serde::Deserialize;
 use crate::{
     input::{Inputs, error::Result},
     machine::{Machine, Unreachable},
-    questions::{Given, Question, Resolved, Template},
+    questions::{StudyContext, Question, Resolved, Template},
     work::{Event, Work},
 };
 
@@ -50,7 +50,7 @@ impl Question for ReachStudy {
     };
     const TABLES: &[&str] = &["ways"];
 
-    fn resolve(spec: &ReachSpec, given: &Given<'_>) -> Result<Resolved<Self>> {
+    fn resolve(spec: &ReachSpec, given: &StudyContext<'_>) -> Result<Resolved<Self>> {
         let at_most_mm = given.check.key("at_most_mm").positive(spec.at_most_mm)?;
         let study = Self { machine: given.machine.clone(), at_most_mm };
         Ok(Resolved { study, shown: (), inputs: Inputs::default() })

@@ -1,4 +1,4 @@
-//! One task or target for each of several sessions, solved several at a time.
+//! Compensation or simulation of one task point for each of several sessions, several at a time.
 
 use std::cell::RefCell;
 
@@ -11,16 +11,16 @@ use super::{
     task_point::TaskPoint,
 };
 use crate::{
-    machine::{Configuration, Machine, SideBySide},
+    machine::{BatchKinematics, Configuration, Machine},
     spatial::Pose,
     statics::{Batch, Case, Outcome, TaskError},
 };
 
-/// [`compensate`] of each task by its session, with the same results to the last bit.
+/// Compensates each task by its session as [`compensate`] does, with the same results to the last bit.
 ///
 /// The sessions share their settings and their machines, and `batch` is one of their real machine. Without compensation
 /// and with the direct method, as many equilibria are solved at a time as the processor can; sessions that come with the
-/// same `batch` in the same places again save work.
+/// same `batch` in the same order again save work.
 pub fn compensate_batch(
     sessions: &mut [&mut Session],
     asked: &[TaskPoint],
@@ -28,46 +28,45 @@ pub fn compensate_batch(
     batch: &mut Batch,
 ) -> Vec<Compensation> {
     debug_assert_eq!(sessions.len(), asked.len());
-    let zeroed: Vec<_> = sessions.iter_mut().zip(asked).map(|(session, task)| session.zeroed(task)).collect();
-    let all = zeroed.iter().zip(asked).map(|(zeroed, task)| *zeroed.as_ref().unwrap_or(task));
+    let wanted: Vec<_> = sessions.iter_mut().zip(asked).map(|(session, task)| session.with_wanted_pose(task)).collect();
+    let all = wanted.iter().zip(asked).map(|(wanted, task)| *wanted.as_ref().unwrap_or(task));
     let tasks: &[TaskPoint] = &all.collect::<Vec<_>>();
     let histories: Vec<History> = tasks.iter().map(|_| History::default()).collect();
     let outcomes = match method {
-        Method::None | Method::Direct => solve(sessions, tasks, method, &histories, batch),
+        Method::None | Method::Direct => batch_equilibria(sessions, tasks, method, &histories, batch),
         _ => vec![None; sessions.len()],
     };
     if method == Method::Direct && sessions.first().is_some_and(|session| session.nominal.has_limits()) {
         let solved = sessions.iter_mut().zip(&outcomes).filter(|(_, outcome)| outcome.is_some());
         find_targets(&mut solved.map(|(session, _)| &mut **session).collect::<Vec<_>>());
     }
-    let mut answers = Vec::with_capacity(sessions.len());
-    let answered = sessions.iter_mut().zip(asked.iter().zip(tasks)).zip(outcomes).zip(histories).zip(zeroed);
-    for ((((session, (asked, task)), outcome), history), zeroed) in answered {
-        if let Err(status) = zeroed {
-            answers.push(session.conclude(task, Err(status), Vec::new()));
+    let mut results = Vec::with_capacity(sessions.len());
+    let finished = sessions.iter_mut().zip(asked.iter().zip(tasks)).zip(outcomes).zip(histories).zip(wanted);
+    for ((((session, (asked, task)), outcome), history), wanted) in finished {
+        if let Err(status) = wanted {
+            results.push(session.conclude(task, Err(status), Vec::new()));
             continue;
         }
         let Some(outcome) = outcome else {
-            answers.push(compensate(session, asked, method));
+            results.push(compensate(session, asked, method));
             continue;
         };
         let mut progress = Progress::new();
         let ending = if method == Method::Direct {
             progress.history = history.into_inner();
-            direct::conclude(session, task, Some(outcome), &mut progress)
+            direct::accept_or_correct(session, task, Some(outcome), &mut progress)
         } else {
-            session.accept_or_settle_anew(task, outcome).map(|outcome| {
+            session.accept_or_solve_anew(task, outcome).map(|outcome| {
                 progress.history.push(session.task_error(task).size());
                 (CompensationStatus::Applied, outcome)
             })
         };
-        answers.push(session.conclude(task, ending, progress.history));
+        results.push(session.conclude(task, ending, progress.history));
     }
-    answers
+    results
 }
 
-/// [`super::simulate`] of the target of each task by its session, with the same results to the last bit.
-///
+/// Simulates the target of each task by its session as [`super::simulate`] does, with the same results to the last bit.
 /// Sessions and `batch` as for [`compensate_batch`].
 pub fn simulate_batch(
     sessions: &mut [&mut Session],
@@ -77,11 +76,11 @@ pub fn simulate_batch(
 ) -> Vec<Compensation> {
     debug_assert!(sessions.len() == asked.len() && sessions.len() == targets.len());
     let Some(settings) = sessions.first().map(|session| session.settings.equilibrium) else { return Vec::new() };
-    let zeroed: Vec<_> = sessions.iter_mut().zip(asked).map(|(session, task)| session.zeroed(task)).collect();
-    know_poses(sessions, targets);
+    let wanted: Vec<_> = sessions.iter_mut().zip(asked).map(|(session, task)| session.with_wanted_pose(task)).collect();
+    seed_sessions(sessions, targets);
     let mut begun = Vec::with_capacity(sessions.len());
-    for ((session, zeroed), target) in sessions.iter_mut().zip(zeroed).zip(targets) {
-        begun.push(zeroed.map(|task| (task, session.go_to(target))));
+    for ((session, wanted), target) in sessions.iter_mut().zip(wanted).zip(targets) {
+        begun.push(wanted.map(|task| (task, session.command_pose(target))));
     }
     let mut cases: Vec<Case<'_>> = Vec::with_capacity(sessions.len());
     for (session, begun) in sessions.iter_mut().zip(&begun) {
@@ -91,31 +90,31 @@ pub fn simulate_batch(
         }
     }
     let mut outcomes = batch.equilibria(&mut cases, &settings).into_iter();
-    let mut answers = Vec::with_capacity(sessions.len());
+    let mut results = Vec::with_capacity(sessions.len());
     for ((session, asked), begun) in sessions.iter_mut().zip(asked).zip(begun) {
-        let answer = match begun {
+        let result = match begun {
             Err(status) => session.conclude(asked, Err(status), Vec::new()),
             Ok((task, gone)) => {
-                let settled = gone.and_then(|()| match outcomes.next() {
-                    Some(outcome) => session.accept_or_settle_anew(&task, outcome),
-                    None => session.settle(&task),
+                let stable = gone.and_then(|()| match outcomes.next() {
+                    Some(outcome) => session.accept_or_solve_anew(&task, outcome),
+                    None => session.solve_stable(&task),
                 });
                 let history = vec![session.task_error(&task).size()];
-                let ending = settled.map(|outcome| (CompensationStatus::Applied, outcome));
+                let ending = stable.map(|outcome| (CompensationStatus::Applied, outcome));
                 session.conclude(&task, ending, history)
             }
         };
-        answers.push(answer);
+        results.push(result);
     }
-    answers
+    results
 }
 
-/// Sizes of the task errors of an iteration, mm.
+/// Lengths of the task errors of an iteration, mm.
 type History = RefCell<Vec<f64>>;
 
-/// Equilibria at the nominal commands, or at drives that meet the tasks in one iteration, which `histories` then follow.
+/// Equilibria at the nominal commands, or (direct method) at drives that meet the tasks in one iteration, whose errors go into `histories`.
 /// `None` where there is no command, where the iteration fails, or where it does not suit the task.
-fn solve(
+fn batch_equilibria(
     sessions: &mut [&mut Session],
     tasks: &[TaskPoint],
     method: Method,
@@ -126,11 +125,11 @@ fn solve(
     let (nominal, settings) = ((*first.nominal).clone(), first.settings.equilibrium);
     let is_direct = method == Method::Direct;
     let begin = |(session, task): (&mut &mut Session, &TaskPoint)| match is_direct {
-        true => direct::is_near(session, task) && direct::is_complete(session, task),
-        false => session.go_to(&task.shifted(&session.nominal, &Vector6::zeros())).is_ok(),
+        true => direct::is_near_last_point(session, task) && direct::determines_drives(session, task),
+        false => session.command_pose(&task.shifted_pose(&session.nominal, &Vector6::zeros())).is_ok(),
     };
     let begun: Vec<bool> = sessions.iter_mut().zip(tasks).map(begin).collect();
-    let errors: Vec<_> = tasks.iter().zip(histories).map(|(task, history)| error_of(&nominal, task, history)).collect();
+    let errors: Vec<_> = tasks.iter().zip(histories).map(|(task, history)| error_fn(&nominal, task, history)).collect();
     let mut cases: Vec<Case<'_>> = Vec::with_capacity(sessions.len());
     for (((session, TaskPoint { load, .. }), error), _) in
         sessions.iter_mut().zip(tasks).zip(&errors).zip(&begun).filter(|(_, begun)| **begun)
@@ -145,8 +144,8 @@ fn solve(
     begun.into_iter().map(|begun| if begun { outcomes.next().flatten() } else { None }).collect()
 }
 
-/// The task error of `task` at a pose, followed by `history`.
-fn error_of<'a>(
+/// Function that returns the task error of `task` at a pose and adds its length to `history`.
+fn error_fn<'a>(
     nominal: &'a Machine,
     task: &'a TaskPoint,
     history: &'a History,
@@ -158,25 +157,25 @@ fn error_of<'a>(
     }
 }
 
-/// Lets the sessions know what their nominal inverse kinematics gives for the pose that each is to go to.
-fn know_poses(sessions: &mut [&mut Session], poses: &[Pose]) {
-    let seeking: Vec<usize> = (0..sessions.len()).filter(|&k| sessions[k].seeks(&poses[k])).collect();
-    let found = with_storage(sessions, |storage, sessions| {
+/// Seeds each session with the nominal inverse kinematics of the pose that it is to go to.
+fn seed_sessions(sessions: &mut [&mut Session], poses: &[Pose]) {
+    let seeking: Vec<usize> = (0..sessions.len()).filter(|&k| sessions[k].needs_search(&poses[k])).collect();
+    let found = with_shared_storage(sessions, |storage, sessions| {
         let asked: Vec<_> = seeking.iter().map(|&k| (&sessions[k].command, poses[k])).collect();
         storage.inverse_kinematics(&asked)
     });
     for (&k, at) in seeking.iter().zip(found) {
         if let Some(at) = at {
-            sessions[k].know_from_command(&poses[k], at);
+            sessions[k].seed_from_command(&poses[k], at);
         }
     }
 }
 
-/// Finds the poses that command the drives of the sessions: [`Session::target`] then costs nothing, where it is found.
+/// Finds the poses that command the drives of the sessions, where it can: [`Session::target`] then costs nothing.
 pub fn find_targets(sessions: &mut [&mut Session]) {
-    let seeking: Vec<usize> = (0..sessions.len()).filter(|&k| sessions[k].target_sought().is_some()).collect();
-    let found = with_storage(sessions, |storage, sessions| {
-        let asked: Vec<_> = seeking.iter().filter_map(|&k| sessions[k].target_sought()).collect();
+    let seeking: Vec<usize> = (0..sessions.len()).filter(|&k| sessions[k].pending_target().is_some()).collect();
+    let found = with_shared_storage(sessions, |storage, sessions| {
+        let asked: Vec<_> = seeking.iter().filter_map(|&k| sessions[k].pending_target()).collect();
         storage.forward_kinematics(&asked)
     });
     for (&k, at) in seeking.iter().zip(found) {
@@ -186,16 +185,16 @@ pub fn find_targets(sessions: &mut [&mut Session]) {
     }
 }
 
-/// What `find` finds with the storage of the sessions; nothing for one alone. Several stand on the same nominal machine.
-fn with_storage(
+/// Runs `find` with kinematics storage shared by the sessions, which have the same nominal machine; returns nothing for a single session.
+fn with_shared_storage(
     sessions: &mut [&mut Session],
-    find: impl FnOnce(&mut SideBySide, &[&mut Session]) -> Vec<Option<Configuration>>,
+    find: impl FnOnce(&mut BatchKinematics, &[&mut Session]) -> Vec<Option<Configuration>>,
 ) -> Vec<Option<Configuration>> {
     if sessions.len() < 2 {
         return Vec::new();
     }
     let own = sessions[0].side_by_side.take();
-    let mut storage = own.unwrap_or_else(|| Box::new(SideBySide::new(&sessions[0].nominal)));
+    let mut storage = own.unwrap_or_else(|| Box::new(BatchKinematics::new(&sessions[0].nominal)));
     let found = find(&mut storage, sessions);
     sessions[0].side_by_side = Some(storage);
     found

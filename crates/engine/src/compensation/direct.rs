@@ -1,4 +1,4 @@
-//! Newton on the drives ρ themselves, with the exact sensitivities of the loaded machine.
+//! The direct method: Newton's iteration on the drives ρ, with the exact sensitivities of the loaded machine.
 //!
 //! Where the drives control more than is compensated (a six-drive machine whose tool tip is compensated), the rest of the
 //! command stays as it was, and the target is shifted instead.
@@ -21,31 +21,30 @@ use crate::{
 /// Farther than this share of the machine's characteristic length from the last point, the nominal command is the better start.
 const NEAR: f64 = 0.05;
 
-/// Drives and equilibrium in one Newton iteration; where that fails, the target corrected between equilibria.
+/// Finds drives and equilibrium in one Newton iteration; where that fails, corrects the target between equilibria.
 pub(super) fn compensate(session: &mut Session, task: &TaskPoint, progress: &mut Progress) -> Ending {
-    if !is_near(session, task) {
-        session.go_to(&task.pose)?;
-        session.settle(task)?;
+    if !is_near_last_point(session, task) {
+        session.command_pose(&task.pose)?;
+        session.solve_stable(task)?;
     }
-    let outcome = if is_complete(session, task) { in_one_iteration(session, task, progress) } else { None };
-    conclude(session, task, outcome, progress)
+    let outcome = if determines_drives(session, task) { solve_together(session, task, progress) } else { None };
+    accept_or_correct(session, task, outcome, progress)
 }
 
-/// Whether the last point is the better start.
-pub(super) fn is_near(session: &Session, task: &TaskPoint) -> bool {
+/// Whether the last point, rather than the nominal command, is the better start.
+pub(super) fn is_near_last_point(session: &Session, task: &TaskPoint) -> bool {
     let way = task.pose.translation - session.state.pose.translation;
     way.norm() <= NEAR * session.nominal.characteristic_length
 }
 
-/// Whether all controlled coordinates are compensated, and these determine the drives. Where only some are, the others stay
-/// commanded as they were; where there are more drives, they are commanded as the inverse kinematics would.
-pub(super) fn is_complete(session: &Session, task: &TaskPoint) -> bool {
+/// Whether all controlled coordinates are compensated and determine the drives; else some stay as commanded, or drives are redundant.
+pub(super) fn determines_drives(session: &Session, task: &TaskPoint) -> bool {
     let nominal = (*session.nominal).clone();
     nominal.redundancy == 0 && task.coordinates(&nominal).count() == nominal.controls.len()
 }
 
-/// Takes the equilibrium that one iteration found if it is stable and meets the task; else goes between equilibria.
-pub(super) fn conclude(
+/// Accepts the equilibrium `outcome` of one iteration if it is stable, within limits and meets the task; else corrects between equilibria.
+pub(super) fn accept_or_correct(
     session: &mut Session,
     task: &TaskPoint,
     outcome: Option<Outcome>,
@@ -58,16 +57,16 @@ pub(super) fn conclude(
         // The iteration moves the drives freely: past their travel, and even to where the nominal chains do not close.
         match session.check_limits() {
             Ok(()) => return Ok((CompensationStatus::Converged, outcome)),
-            Err(Unreachable::Closure { .. } | Unreachable::OtherMode) => session.begin_again(task)?,
+            Err(Unreachable::Closure { .. } | Unreachable::OtherMode) => session.reset_to_nominal(task)?,
             Err(limit) => return Err(CompensationStatus::Unreachable(limit)),
         }
     }
     progress.history.clear();
-    between_equilibria(session, task, progress)
+    correct_target(session, task, progress)
 }
 
-/// `None` if the iteration fails.
-fn in_one_iteration(session: &mut Session, task: &TaskPoint, progress: &mut Progress) -> Option<Outcome> {
+/// Solves for drives and equilibrium together; `None` if the iteration fails.
+fn solve_together(session: &mut Session, task: &TaskPoint, progress: &mut Progress) -> Option<Outcome> {
     let nominal = (*session.nominal).clone();
     let history = RefCell::new(&mut progress.history);
     let residual = |pose: &Pose| {
@@ -86,13 +85,13 @@ fn in_one_iteration(session: &mut Session, task: &TaskPoint, progress: &mut Prog
     )
 }
 
-/// From the nominal command: equilibrium, then the target shifted by the sensitivity, and so on.
-fn between_equilibria(session: &mut Session, task: &TaskPoint, progress: &mut Progress) -> Ending {
+/// Corrects the target by the sensitivities between equilibria, from the nominal command, until the iteration is over.
+fn correct_target(session: &mut Session, task: &TaskPoint, progress: &mut Progress) -> Ending {
     let changes = task.control_changes(&session.nominal);
     let mut shift = Vector6::zeros();
     loop {
-        let (residual, outcome) = session.answer(task, &shift)?;
-        if let Some(status) = session.is_over(progress, residual.size()) {
+        let (residual, outcome) = session.simulate_shifted(task, &shift)?;
+        if let Some(status) = session.status_if_over(progress, residual.size()) {
             return Ok((status, outcome));
         }
         let by_shift = session.nominal.drive_motions(&session.command, &changes).ok_or(CompensationStatus::Singular)?;

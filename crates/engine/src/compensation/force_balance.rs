@@ -1,8 +1,7 @@
-//! Eqs. (8), (9) and (12): the modified target at which the wrench that holds the platform where it is wanted is the load.
+//! Force balance, eqs. (8), (9), (12): the modified target at which the wrench that holds the platform at the wanted pose is the load.
 //!
-//! The machine's drives control n ≤ 6 coordinates, so the platform pose t at which `F = f(t | t₀^(F))` is asked for keeps
-//! 6 − n free coordinates: motions of the platform that do not move the compensated point. Unknowns are the shift s of the
-//! target and those free coordinates u:
+//! The machine's drives control n ≤ 6 coordinates, so the platform pose t at which `F = f(t | t₀^(F))` is asked for keeps 6 − n free coordinates:
+//! motions of the platform that do not move the compensated point. Unknowns are the shift s of the target and those free coordinates u:
 //!
 //! ```text
 //! [K_t.p. | K_C U] (ds, du) = F − f(t(u) | t₀^(F)(s))
@@ -22,11 +21,10 @@ use crate::{
     statics::{PlatformForce, State, unloaded_stiffness, wrench_at_pose},
 };
 
-/// Where the matrix of the iteration comes from.
+/// Origin of the iteration's matrix.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Matrix {
-    /// Exact at every iteration, eqs. (9), (10): `K_t.p. = ∂f/∂ρ · ∂ρ/∂t₀`, by the chains' response to their drives and
-    /// the nominal inverse kinematics.
+pub(super) enum MatrixKind {
+    /// Exact at every iteration, eqs. (9), (10): `K_t.p. = ∂f/∂ρ · ∂ρ/∂t₀`, by the chains' response and nominal inverse kinematics.
     Exact,
     /// `K_t.p. ≈ −K_C` at the start and then kept, steps multiplied by α, eq. (12).
     Fixed {
@@ -35,12 +33,12 @@ pub(super) enum Matrix {
     },
 }
 
-/// Runs the iteration and then lets the machine settle at the command found.
-pub(super) fn iterate(session: &mut Session, task: &TaskPoint, matrix: Matrix, progress: &mut Progress) -> Ending {
-    let status = solve(session, task, matrix, progress)?;
-    let (outcome, left) = match session.settle_from_present_state(task) {
+/// Runs the iteration, then finds the equilibrium at the command found.
+pub(super) fn iterate(session: &mut Session, task: &TaskPoint, matrix: MatrixKind, progress: &mut Progress) -> Ending {
+    let status = balance_load(session, task, matrix, progress)?;
+    let (outcome, left) = match session.stable_near_state(task) {
         Ok(outcome) => (outcome, None),
-        Err(reason) => (session.settle(task)?, Some(reason)),
+        Err(reason) => (session.solve_stable(task)?, Some(reason)),
     };
     let error = session.task_error(task).size();
     if let Some(last) = progress.history.last_mut() {
@@ -53,19 +51,20 @@ pub(super) fn iterate(session: &mut Session, task: &TaskPoint, matrix: Matrix, p
     }
 }
 
-fn solve(
+/// Shifts the target until the wrench that holds the platform is the load; returns how that ended.
+fn balance_load(
     session: &mut Session,
     task: &TaskPoint,
-    matrix: Matrix,
+    matrix: MatrixKind,
     progress: &mut Progress,
 ) -> Result<CompensationStatus, CompensationStatus> {
     let nominal = (*session.nominal).clone();
     let mut shift = Vector6::zeros();
-    let mut pose = start(session, task)?;
+    let mut pose = start_pose(session, task)?;
     let mut state: Option<State> = None;
     let mut kept: Option<Linearised> = None;
     loop {
-        session.go_to(&task.shifted(&nominal, &shift))?;
+        session.command_pose(&task.shifted_pose(&nominal, &shift))?;
         let mut at = state.take().unwrap_or_else(|| State::rigid(&nominal, &session.command));
         let force = wrench_at_pose(
             &session.real,
@@ -75,18 +74,18 @@ fn solve(
             &mut session.workspace,
             &session.settings.equilibrium,
         );
-        let Some(force) = force else { return Err(why_no_force(session)) };
+        let Some(force) = force else { return Err(no_force_status(session)) };
         let unbalanced = task.load.to_vector() - force.wrench.to_vector();
         session.state.clone_from(&at);
         state = Some(at);
-        let error = as_displacement(session, task, &force, &unbalanced)?;
-        if let Some(status) = session.is_over(progress, error) {
+        let error = point_displacement(session, task, &force, &unbalanced)?;
+        if let Some(status) = session.status_if_over(progress, error) {
             return Ok(status);
         }
         let (linear, alpha) = match (matrix, kept) {
-            (Matrix::Exact, _) => (Linearised::exact(session, task, &force, &pose)?, 1.0),
-            (Matrix::Fixed { alpha }, Some(linear)) => (linear, alpha),
-            (Matrix::Fixed { alpha }, None) => (Linearised::unloaded(session, task, &pose)?, alpha),
+            (MatrixKind::Exact, _) => (Linearised::exact(session, task, &force, &pose)?, 1.0),
+            (MatrixKind::Fixed { alpha }, Some(linear)) => (linear, alpha),
+            (MatrixKind::Fixed { alpha }, None) => (Linearised::unloaded(session, task, &pose)?, alpha),
         };
         kept = Some(linear);
         let step = linear.matrix.lu().solve(&unbalanced).ok_or(CompensationStatus::Singular)? * alpha;
@@ -98,29 +97,29 @@ fn solve(
         for i in count..6 {
             coordinates[i] = step[i];
         }
-        pose = moved_freely(task, session, &pose, &(linear.free * coordinates));
+        pose = moved_within_task(task, session, &pose, &(linear.free * coordinates));
     }
 }
 
-/// The pose from which the balance is sought: the wanted one, turned as the nominal machine stands where that is free.
-fn start(session: &mut Session, task: &TaskPoint) -> Result<Pose, CompensationStatus> {
+/// Pose at which the iteration starts: the wanted one, or where its rotation is free, as the nominal machine takes it.
+fn start_pose(session: &mut Session, task: &TaskPoint) -> Result<Pose, CompensationStatus> {
     if session.nominal.redundancy == 0 {
         return Ok(task.pose);
     }
-    session.go_to(&task.pose)?;
-    Ok(moved_freely(task, session, &session.command.pose, &Vector6::zeros()))
+    session.command_pose(&task.pose)?;
+    Ok(moved_within_task(task, session, &session.command.pose, &Vector6::zeros()))
 }
 
-/// Why no wrench holds the platform where it is wanted.
-fn why_no_force(session: &mut Session) -> CompensationStatus {
+/// Status for a pose at which no wrench holds the platform: rigid, or no equilibrium.
+fn no_force_status(session: &mut Session) -> CompensationStatus {
     match unloaded_stiffness(&session.nominal, &session.command, &mut session.workspace) {
         None => CompensationStatus::Rigid,
         Some(_) => CompensationStatus::NoEquilibrium(crate::statics::Status::NotConverged { load_fraction: 0.0 }),
     }
 }
 
-/// The point's displacement by the wrench that is out of balance, mm: what the iteration still has to put right.
-fn as_displacement(
+/// Displacement of the compensated point by the `unbalanced` wrench, mm: the error that is left.
+fn point_displacement(
     session: &Session,
     task: &TaskPoint,
     force: &PlatformForce,
@@ -132,7 +131,7 @@ fn as_displacement(
     Ok(residual.size())
 }
 
-/// Twists of P that leave the controlled coordinates where they are: columns n..6; the first n are zero.
+/// Twists of P that do not change the controlled coordinates, in columns n..6; the first n are zero.
 fn free_motions(task: &TaskPoint, session: &Session, pose: &Pose) -> Matrix6<f64> {
     let residual = task.task_error(&session.nominal, pose);
     let mut slope = residual.slope;
@@ -150,8 +149,8 @@ fn free_motions(task: &TaskPoint, session: &Session, pose: &Pose) -> Matrix6<f64
     free
 }
 
-/// `pose` moved by `twist`, then put back onto the wanted controlled coordinates, which a finite twist leaves.
-fn moved_freely(task: &TaskPoint, session: &Session, pose: &Pose, twist: &Vector6<f64>) -> Pose {
+/// The `pose` moved by `twist`, then brought back to the wanted controlled coordinates, which a finite twist leaves.
+fn moved_within_task(task: &TaskPoint, session: &Session, pose: &Pose, twist: &Vector6<f64>) -> Pose {
     let apply = |pose: &Pose, twist: &Vector6<f64>| {
         let Twist { linear, angular } = Twist::from_vector(twist);
         Pose { rotation: rotation_exp(angular) * pose.rotation, translation: pose.translation + linear }
@@ -169,8 +168,7 @@ fn moved_freely(task: &TaskPoint, session: &Session, pose: &Pose, twist: &Vector
     moved
 }
 
-/// The matrix of a step, and the free motions U its last columns stand for. The two belong together: any basis of the
-/// free motions serves, and which one is found is arbitrary.
+/// Matrix of a step, and the free motions U that its last columns stand for. They belong together, as the basis of U is arbitrary.
 #[derive(Clone, Copy)]
 struct Linearised {
     matrix: Matrix6<f64>,
@@ -178,7 +176,7 @@ struct Linearised {
 }
 
 impl Linearised {
-    /// `[K_t.p. | K_C U]`, exact.
+    /// The exact matrix `[K_t.p. | K_C U]` at the present iterate.
     fn exact(
         session: &Session,
         task: &TaskPoint,
@@ -196,7 +194,7 @@ impl Linearised {
         Ok(Self { matrix, free })
     }
 
-    /// `[−K_C T | K_C U]` with T the twists of the commanded frame and the unloaded stiffness of the nominal machine.
+    /// The matrix `[−K_C T | K_C U]`, T the twists of the commanded frame and K_C the unloaded stiffness of the nominal machine.
     fn unloaded(session: &mut Session, task: &TaskPoint, pose: &Pose) -> Result<Self, CompensationStatus> {
         let free = free_motions(task, session, pose);
         let stiffness = unloaded_stiffness(&session.nominal, &session.command, &mut session.workspace)

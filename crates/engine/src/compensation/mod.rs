@@ -1,10 +1,8 @@
 //! Compensation: the drive commands that bring the loaded tool to its target.
 //!
-//! A [`Session`] holds the nominal machine, by which commands are computed, and the real one, which answers. A
-//! [`TaskPoint`] says what is wanted at a point, a [`Method`] how the command is found; every method returns the same
-//! [`Compensation`]; [`compensate_batch`] and
-//! [`simulate_batch`] serve several sessions at a time. Where the drives are limited, [`compensate_bounded`] corrects a whole
-//! path at once.
+//! A [`Session`] holds the nominal machine, by which commands are computed, and the actual one, which is simulated. A [`TaskPoint`] says what
+//! is wanted at a point, a [`Method`] how the command is found; every method returns the same [`Compensation`]; [`compensate_batch`] and
+//! [`simulate_batch`] serve several sessions at a time. Where the drives are limited, [`compensate_bounded`] corrects a whole path at once.
 
 mod batch;
 mod bounded;
@@ -31,7 +29,7 @@ pub use session::{CompensationSettings, Session};
 use session::{Ending, Progress};
 pub use task_point::{Target, TaskPoint};
 
-/// How a command is found.
+/// Method by which a command is found.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub enum Method {
     /// The nominal command: no compensation.
@@ -64,7 +62,7 @@ pub enum Method {
     },
 }
 
-/// Most passes that can be mirrored.
+/// Largest number of passes that can be mirrored.
 const MAX_PASSES: usize = 100;
 
 impl Method {
@@ -81,8 +79,7 @@ impl Method {
         Method::Direct,
     ];
 
-    /// The method called `name` in a command or file, with step length `alpha` where it has one; `mirror_N` mirrors N
-    /// passes.
+    /// The method called `name` in a command or file, with step length `alpha` where it has one; `mirror_N` mirrors N passes.
     pub fn named(name: &str, alpha: f64) -> Option<Self> {
         if let Some(passes) = name.strip_prefix("mirror_").and_then(|count| count.parse().ok()) {
             return (1..=MAX_PASSES).contains(&passes).then_some(Method::Mirror { passes });
@@ -125,23 +122,22 @@ impl Method {
     }
 }
 
-/// Finds the command for `task` by `method`, starting from where `session` stands; leaves it at the compensated
-/// equilibrium.
+/// Finds the command for `task` by `method`, from the present state of `session`, which is left at the compensated equilibrium.
 pub fn compensate(session: &mut Session, task: &TaskPoint, method: Method) -> Compensation {
-    zeroed(session, task, |session, task| {
+    run_with_wanted(session, task, |session, task| {
         let mut progress = Progress::new();
-        let ending = run(session, task, method, &mut progress);
+        let ending = run_method(session, task, method, &mut progress);
         (ending, progress.history)
     })
 }
 
-/// The result that `end` leads to, once it is known what of `task` is wanted.
-fn zeroed(
+/// Result of `end` for `task` with its wanted pose, or the reason why that is not known.
+fn run_with_wanted(
     session: &mut Session,
     task: &TaskPoint,
     end: impl FnOnce(&mut Session, &TaskPoint) -> (Ending, Vec<f64>),
 ) -> Compensation {
-    match session.zeroed(task) {
+    match session.with_wanted_pose(task) {
         Ok(task) => {
             let (ending, history) = end(session, &task);
             session.conclude(&task, ending, history)
@@ -150,26 +146,28 @@ fn zeroed(
     }
 }
 
-/// Commands `target` instead of what `task` wants, and lets the machine settle under its load: what a given program does.
+/// Commands `target` instead of the pose of `task` and finds the equilibrium under its load: what a given program does.
 pub fn simulate(session: &mut Session, task: &TaskPoint, target: &Pose) -> Compensation {
-    zeroed(session, task, |session, task| {
-        let ending = session.go_to(target).and_then(|()| Ok((CompensationStatus::Applied, session.settle(task)?)));
+    run_with_wanted(session, task, |session, task| {
+        let ending =
+            session.command_pose(target).and_then(|()| Ok((CompensationStatus::Applied, session.solve_stable(task)?)));
         (ending, vec![session.task_error(task).size()])
     })
 }
 
-/// Commands `drives` (mm or rad) whatever they lead to, and lets the machine settle under the load of `task`.
+/// Commands `drives` (mm or rad) without any check and finds the equilibrium under the load of `task`.
 pub fn simulate_drives(session: &mut Session, task: &TaskPoint, drives: &[f64]) -> Compensation {
-    zeroed(session, task, |session, task| {
-        let ending = session.go_to(&task.pose).and_then(|()| {
+    run_with_wanted(session, task, |session, task| {
+        let ending = session.command_pose(&task.pose).and_then(|()| {
             session.drives.copy_from_slice(drives);
-            Ok((CompensationStatus::Applied, session.settle(task)?))
+            Ok((CompensationStatus::Applied, session.solve_stable(task)?))
         });
         (ending, vec![session.task_error(task).size()])
     })
 }
 
-fn run(session: &mut Session, task: &TaskPoint, method: Method, progress: &mut Progress) -> Ending {
+/// Runs `method` on `task`, whose wanted pose is known; refuses a step length outside (0, 1].
+fn run_method(session: &mut Session, task: &TaskPoint, method: Method, progress: &mut Progress) -> Ending {
     if let Some(alpha) = method.step_length().filter(|alpha| !(*alpha > 0.0 && *alpha <= 1.0)) {
         return Err(CompensationStatus::BadStepLength { alpha });
     }
@@ -179,9 +177,9 @@ fn run(session: &mut Session, task: &TaskPoint, method: Method, progress: &mut P
         Method::Mirror { passes } => shifted::mirror(session, task, passes, progress),
         Method::MatrixFree { alpha } => shifted::iterate(session, task, alpha, Vector6::zeros(), progress),
         Method::FixedMatrix { alpha } => {
-            force_balance::iterate(session, task, force_balance::Matrix::Fixed { alpha }, progress)
+            force_balance::iterate(session, task, force_balance::MatrixKind::Fixed { alpha }, progress)
         }
-        Method::Newton => force_balance::iterate(session, task, force_balance::Matrix::Exact, progress),
+        Method::Newton => force_balance::iterate(session, task, force_balance::MatrixKind::Exact, progress),
         Method::Direct => direct::compensate(session, task, progress),
         Method::Procedure { alpha } => {
             let start = shifted::linear_shift(session, task, true)?;

@@ -1,4 +1,4 @@
-//! What a compensation method returns.
+//! Result of a compensation, which all methods share.
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
@@ -13,7 +13,7 @@ use crate::{
 pub enum CompensationStatus {
     /// The task error came below the tolerance.
     Converged,
-    /// The method makes a fixed number of passes, and made them; the error left is what it is.
+    /// The method made its fixed number of passes, whatever error is left.
     Applied,
     /// The error was still shrinking when the iterations were used up.
     Slow,
@@ -37,7 +37,7 @@ pub enum CompensationStatus {
     },
     /// The loaded machine has no stable equilibrium at a command.
     NoEquilibrium(statics::Status),
-    /// What carries the workpiece has no stable equilibrium under the load.
+    /// The workpiece's carrier has no stable equilibrium under the load.
     Workpiece {
         /// How its equilibrium ended.
         status: statics::Status,
@@ -67,7 +67,7 @@ impl CompensationStatus {
         }
     }
 
-    /// Whether the command found does what was asked of the method.
+    /// Whether the command does what the method promises.
     pub fn is_success(&self) -> bool {
         matches!(self, CompensationStatus::Converged | CompensationStatus::Applied)
     }
@@ -121,7 +121,7 @@ impl Compensation {
         self.history.len().saturating_sub(1)
     }
 
-    /// Length of the task error left, mm; infinite where none was computed.
+    /// Length of the task error at the end, mm; infinite where none was computed.
     pub fn task_error(&self) -> f64 {
         self.history.last().copied().unwrap_or(f64::INFINITY)
     }

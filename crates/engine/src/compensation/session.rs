@@ -1,4 +1,4 @@
-//! A machine being commanded point after point: nominal inverse kinematics, loaded equilibrium, task error.
+//! A machine commanded point after point: nominal inverse kinematics, loaded equilibrium, task error.
 
 use nalgebra::{Matrix3, Vector3, Vector6};
 
@@ -8,31 +8,31 @@ use super::{
     workpiece::Workpiece,
 };
 use crate::{
-    machine::{Configuration, Machine, SideBySide, Standing, Unreachable, Zeroed},
-    spatial::{Pose, Wrench, product, rotation_log},
+    machine::{BatchKinematics, Configuration, Machine, PositionedMachine, Unreachable, ZeroState},
+    spatial::{Pose, Wrench, matrix_product, rotation_log},
     statics::{self, Outcome, State, TaskError, Workspace, equilibrium},
 };
 
-/// How a method ended: with a status and the equilibrium at its command, or with the reason why there is none.
+/// End of a method: a status and the equilibrium at its command, or the reason why there is none.
 pub(super) type Ending = Result<(CompensationStatus, Outcome), CompensationStatus>;
 
-/// When a compensation stops.
+/// Tolerance and number of iterations at which a compensation stops.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CompensationSettings {
     /// Task error accepted, as a fraction of the machine's characteristic length, at which rotations count. At least three
     /// times the tolerance of the equilibria, see [`CompensationSettings::with_equilibria_to`].
     pub tolerance: f64,
-    /// Most corrections.
+    /// Largest number of corrections.
     pub max_iterations: usize,
-    /// CompensationSettings of each equilibrium.
+    /// Settings of each equilibrium.
     pub equilibrium: statics::Settings,
 }
 
-/// A correction of less than the tolerance of an equilibrium does not move it: the iteration would go round in circles.
+/// Ratio of a compensation's tolerance to that of an equilibrium, which smaller corrections would not move: the iteration would not end.
 const EQUILIBRIA: f64 = 3.0;
 
 impl CompensationSettings {
-    /// Equilibria to `tolerance` of the characteristic length, and task errors as small as these allow.
+    /// Settings with equilibria to `tolerance` of the characteristic length, and task errors as small as these allow.
     pub fn with_equilibria_to(tolerance: f64) -> Self {
         let equilibrium = statics::Settings { tolerance, ..statics::Settings::default() };
         Self { tolerance: EQUILIBRIA * tolerance, max_iterations: 200, equilibrium }
@@ -50,57 +50,57 @@ impl Default for CompensationSettings {
     }
 }
 
-/// The nominal machine, by which commands are computed, the real one, which answers, and where both stand.
-///
+/// The nominal machine, by which commands are computed, the actual one, which is simulated, and the present state of both.
 /// Consecutive points start from one another; the results do not depend on it beyond rounding.
 #[derive(Debug, Clone)]
 pub struct Session {
     /// The nominal machine.
-    pub(crate) nominal: Standing,
+    pub(crate) nominal: PositionedMachine,
     /// The machine with its errors.
     pub real: Machine,
-    /// When to stop.
+    /// Tolerances and numbers of iterations.
     pub settings: CompensationSettings,
     pub(super) workspace: Workspace,
-    /// From whose rest deflections are measured, if the nominal machine is zeroed there.
+    /// Machine whose equilibrium under weight alone deflections are measured from, if the nominal machine is calibrated so.
     unloaded: Machine,
     unloaded_workspace: Option<Workspace>,
-    /// A nominal configuration near the present command; its own unless a method has moved `drives`.
+    /// A nominal configuration near the present command; that of the command unless a method has moved `drives`.
     pub(super) command: Configuration,
     /// Drives at the present command.
     pub(super) drives: Vec<f64>,
     /// Equilibrium last reached.
     pub(super) state: State,
-    /// The pose last asked to be zeroed at, and where the nominal machine stands then under its weight alone.
+    /// The pose last asked for in [`Session::with_wanted_pose`], and the nominal machine's pose of P there under weight alone.
     rest: Option<(Pose, Pose)>,
-    /// Whether what is wanted is where the nominal machine rests under its weight and springs.
-    sags_at_rest: bool,
-    /// What carries the workpiece, if it can move or bend.
+    /// Whether the wanted pose is the nominal machine's equilibrium under its weight and springs.
+    is_calibrated_under_weight: bool,
+    /// Carrier of the workpiece, if it can move or bend.
     workpiece: Option<Workpiece>,
-    known: Option<Known>,
+    seeded: Option<SeededInverse>,
     /// Storage for several sessions at a time.
-    pub(super) side_by_side: Option<Box<SideBySide>>,
+    pub(super) side_by_side: Option<Box<BatchKinematics>>,
 }
 
-/// What the nominal inverse kinematics gives for `pose`, sought from `from`.
+/// Nominal inverse kinematics `at` for `pose`, searched from `from`.
 #[derive(Debug, Clone)]
-struct Known {
+struct SeededInverse {
     from: Configuration,
     pose: Pose,
     at: Configuration,
 }
 
-impl Known {
-    fn serves(&self, from: &Configuration, pose: &Pose) -> bool {
+impl SeededInverse {
+    /// Whether the seed is for a search of `pose` from `from`.
+    fn is_for(&self, from: &Configuration, pose: &Pose) -> bool {
         self.pose == *pose && self.from == *from
     }
 }
 
 impl Session {
-    /// A session standing at home, unloaded.
+    /// A session at home, unloaded.
     pub fn new(nominal: &Machine, real: &Machine, settings: CompensationSettings) -> Self {
         Self {
-            nominal: Standing::new(nominal),
+            nominal: PositionedMachine::new(nominal),
             real: real.clone(),
             settings,
             workspace: Workspace::new(real),
@@ -110,51 +110,50 @@ impl Session {
             drives: nominal.home.drives.clone(),
             state: State::rigid(nominal, &nominal.home),
             rest: None,
-            sags_at_rest: nominal.zeroed == Zeroed::AtRest && nominal.own_forces().is_some(),
+            is_calibrated_under_weight: nominal.zeroed == ZeroState::AtRest && nominal.own_load_words().is_some(),
             workpiece: Workpiece::new(nominal, real),
-            known: None,
+            seeded: None,
             side_by_side: None,
         }
     }
 
-    /// The same session, in which deflections from rest are those from where `machine` rests at the nominal command: one with the same
-    /// drives as the nominal machine and other offsets of them.
+    /// The session with deflections measured from the equilibrium under weight alone of `machine`: the nominal one with other offsets of
+    /// its drives.
     #[must_use]
-    pub fn from_rest_of(self, machine: &Machine) -> Self {
+    pub fn with_unloaded_machine(self, machine: &Machine) -> Self {
         Self { unloaded: machine.clone(), ..self }
     }
 
-    /// Tells the session what the inverse kinematics of its nominal machine gives for `pose` if it is sought from `from`: that need
-    /// not be computed again.
-    pub fn know(&mut self, from: &Configuration, pose: &Pose, at: &Configuration) {
-        match &mut self.known {
-            Some(known) => {
-                known.from.clone_from(from);
-                known.pose = *pose;
-                known.at.clone_from(at);
+    /// Seeds the session with `at`, what its nominal inverse kinematics gives for `pose` if searched from `from`: it need not be computed again.
+    pub fn seed(&mut self, from: &Configuration, pose: &Pose, at: &Configuration) {
+        match &mut self.seeded {
+            Some(seeded) => {
+                seeded.from.clone_from(from);
+                seeded.pose = *pose;
+                seeded.at.clone_from(at);
             }
-            None => self.known = Some(Known { from: from.clone(), pose: *pose, at: at.clone() }),
+            None => self.seeded = Some(SeededInverse { from: from.clone(), pose: *pose, at: at.clone() }),
         }
     }
 
-    /// As [`Session::know`], sought from the present command.
-    pub(super) fn know_from_command(&mut self, pose: &Pose, at: Configuration) {
-        self.known = Some(Known { from: self.command.clone(), pose: *pose, at });
+    /// Seeds the session as [`Session::seed`], for a search from the present command.
+    pub(super) fn seed_from_command(&mut self, pose: &Pose, at: Configuration) {
+        self.seeded = Some(SeededInverse { from: self.command.clone(), pose: *pose, at });
     }
 
-    /// Whether [`Session::go_to`] seeks `pose`.
-    pub(super) fn seeks(&self, pose: &Pose) -> bool {
-        self.command.pose != *pose && !self.known.as_ref().is_some_and(|known| known.serves(&self.command, pose))
+    /// Whether [`Session::command_pose`] would have to search for `pose`.
+    pub(super) fn needs_search(&self, pose: &Pose) -> bool {
+        self.command.pose != *pose && !self.seeded.as_ref().is_some_and(|seeded| seeded.is_for(&self.command, pose))
     }
 
     /// Moves the external axes to where `task` has them.
-    fn move_external(&mut self, task: &TaskPoint) -> Result<(), CompensationStatus> {
+    fn move_external_axes(&mut self, task: &TaskPoint) -> Result<(), CompensationStatus> {
         if self.nominal.move_to(task.external).map_err(CompensationStatus::Unreachable)? {
             if let Some(workpiece) = &mut self.workpiece {
-                workpiece.stand(&self.nominal);
+                workpiece.set_home(&self.nominal);
             }
             self.rest = None;
-            self.known = None;
+            self.seeded = None;
         }
         Ok(())
     }
@@ -164,9 +163,9 @@ impl Session {
         self.settings.tolerance_mm(&self.nominal)
     }
 
-    /// Whether the iteration followed by `progress` is over after a correction that left `error` mm, and how.
-    pub(super) fn is_over(&self, progress: &mut Progress, error: f64) -> Option<CompensationStatus> {
-        progress.note(error, self.tolerance_mm(), self.settings.max_iterations)
+    /// Records the `error` (mm) after a correction in `progress`; returns the status if the iteration is over.
+    pub(super) fn status_if_over(&self, progress: &mut Progress, error: f64) -> Option<CompensationStatus> {
+        progress.record_error(error, self.tolerance_mm(), self.settings.max_iterations)
     }
 
     /// Equilibrium last reached.
@@ -174,30 +173,27 @@ impl Session {
         &self.state
     }
 
-    /// The nominal configuration of the present command, where its limits have been looked at.
+    /// Nominal configuration of the present command, if its limits were checked; else one near it.
     pub fn command(&self) -> &Configuration {
         &self.command
     }
 
-    /// `task` with what is wanted: where the nominal machine stands under its weight alone at the command, if it is zeroed
-    /// at rest; else the pose that is commanded. Where the workpiece is carried, that pose goes with it as the load moves it.
-    ///
-    /// Of a task as it was asked; what is wanted is not moved twice.
+    /// Task point with its wanted pose: where the nominal machine is under its weight alone at the command, if it is calibrated so, else
+    /// the commanded pose. A carried workpiece moves that pose with it, as the load moves it.
+    /// The task must be as it was asked: what is wanted is not moved twice.
     ///
     /// # Errors
-    /// The pose cannot be commanded, or the machine does not stand there under its weight, or the workpiece's carrier under the
-    /// load.
-    pub fn zeroed(&mut self, task: &TaskPoint) -> Result<TaskPoint, CompensationStatus> {
-        self.move_external(task)?;
-        let unmoved = self.zeroed_machine(task)?;
+    /// The pose cannot be commanded, or the machine does not stand there under its weight, or the workpiece's carrier under the load.
+    pub fn with_wanted_pose(&mut self, task: &TaskPoint) -> Result<TaskPoint, CompensationStatus> {
+        self.move_external_axes(task)?;
+        let unmoved = self.wanted_by_machine(task)?;
         let Some(workpiece) = &mut self.workpiece else { return Ok(unmoved) };
-        let at_rest = task.wanted.is_none() && self.nominal.zeroed == Zeroed::AtRest;
-        let moved = workpiece.moved(task, self.nominal.tool_tip, at_rest, &self.settings.equilibrium)?;
+        let at_rest = task.wanted.is_none() && self.nominal.zeroed == ZeroState::AtRest;
+        let moved = workpiece.displacement(task, self.nominal.tool_tip, at_rest, &self.settings.equilibrium)?;
         Ok(TaskPoint { wanted: Some(moved.compose(unmoved.wanted())), ..unmoved })
     }
 
-    /// Compliance of the workpiece where the tool touches it under the load of `task`: displacement in O per force, mm/N; zero where
-    /// it stands fast.
+    /// Compliance of the workpiece where the tool touches it under the load of `task`: displacement in O per force, mm/N; zero if it is fixed.
     ///
     /// # Errors
     /// The workpiece's carrier has no stable equilibrium.
@@ -206,32 +202,32 @@ impl Session {
         workpiece.compliance(task, self.nominal.tool_tip, &self.settings.equilibrium)
     }
 
-    /// As [`Session::zeroed`], as if the workpiece stood fast.
-    fn zeroed_machine(&mut self, task: &TaskPoint) -> Result<TaskPoint, CompensationStatus> {
-        if task.wanted.is_some() || !self.sags_at_rest {
+    /// Task point as [`Session::with_wanted_pose`] gives it for a workpiece that does not move.
+    fn wanted_by_machine(&mut self, task: &TaskPoint) -> Result<TaskPoint, CompensationStatus> {
+        if task.wanted.is_some() || !self.is_calibrated_under_weight {
             return Ok(*task);
         }
         let rest = match self.rest {
             Some((pose, rest)) if pose == task.pose => rest,
-            _ => self.rest_at(&task.pose)?,
+            _ => self.pose_under_weight(&task.pose)?,
         };
         self.rest = Some((task.pose, rest));
         Ok(TaskPoint { wanted: Some(rest), ..*task })
     }
 
-    /// Where the nominal machine stands under its weight alone when it is commanded to `pose`.
-    fn rest_at(&mut self, pose: &Pose) -> Result<Pose, CompensationStatus> {
+    /// Pose of P of the nominal machine under its weight alone, commanded to `pose`.
+    fn pose_under_weight(&mut self, pose: &Pose) -> Result<Pose, CompensationStatus> {
         let near = self.nominal.inverse_kinematics_from(&self.command, pose);
         let at = near.or_else(|_| self.nominal.inverse_kinematics(pose)).map_err(CompensationStatus::Unreachable)?;
         let workspace = self.unloaded_workspace.get_or_insert_with(|| Workspace::new(&self.unloaded));
         let (mut state, settings) = (State::rigid(&self.nominal, &at), &self.settings.equilibrium);
         let outcome = equilibrium(&self.unloaded, &at.drives, &Wrench::zero(), &mut state, workspace, settings);
-        Self::stable(outcome)?;
+        Self::require_stable(outcome)?;
         Ok(state.pose)
     }
 
-    /// Puts the session at a nominal configuration and a state of the real machine.
-    pub fn stand(&mut self, command: &Configuration, state: &State) {
+    /// Sets the nominal configuration and the state of the actual machine.
+    pub fn set_state(&mut self, command: &Configuration, state: &State) {
         self.command.clone_from(command);
         self.drives.clone_from(&command.drives);
         self.state.clone_from(state);
@@ -248,8 +244,8 @@ impl Session {
         Ok(self.command.pose)
     }
 
-    /// From where [`Session::target`] seeks, and for which drives, if it does.
-    pub(super) fn target_sought(&self) -> Option<(&Configuration, &[f64])> {
+    /// Configuration from which [`Session::target`] would search, and the drives for which; `None` if it need not.
+    pub(super) fn pending_target(&self) -> Option<(&Configuration, &[f64])> {
         (self.command.drives != self.drives).then_some((&self.command, self.drives.as_slice()))
     }
 
@@ -263,12 +259,12 @@ impl Session {
     }
 
     /// Commands the nominal machine to `pose`.
-    pub(super) fn go_to(&mut self, pose: &Pose) -> Result<(), CompensationStatus> {
-        let known = self.known.as_ref().filter(|known| known.serves(&self.command, pose));
+    pub(super) fn command_pose(&mut self, pose: &Pose) -> Result<(), CompensationStatus> {
+        let seeded = self.seeded.as_ref().filter(|seeded| seeded.is_for(&self.command, pose));
         if self.command.pose != *pose
-            && let Some(known) = known
+            && let Some(seeded) = seeded
         {
-            self.command.clone_from(&known.at);
+            self.command.clone_from(&seeded.at);
         } else if self.command.pose != *pose {
             let near = self.nominal.inverse_kinematics_from(&self.command, pose);
             self.command = match near {
@@ -281,25 +277,25 @@ impl Session {
         Ok(())
     }
 
-    /// Loaded equilibrium at the present drives, sought from the present state and then from the nominal one.
-    pub(super) fn settle(&mut self, task: &TaskPoint) -> Result<Outcome, CompensationStatus> {
-        let outcome = self.equilibrium(task);
-        self.accept_or_settle_anew(task, outcome)
+    /// Stable loaded equilibrium at the present drives, searched from the present state and then from the nominal one.
+    pub(super) fn solve_stable(&mut self, task: &TaskPoint) -> Result<Outcome, CompensationStatus> {
+        let outcome = self.solve_near_state(task);
+        self.accept_or_solve_anew(task, outcome)
     }
 
-    /// Takes an equilibrium from where the session stood; if it is not stable, one from the rigid configuration.
-    pub(super) fn accept_or_settle_anew(
+    /// Accepts an equilibrium found from the present state if it is stable; otherwise solves from the rigid configuration.
+    pub(super) fn accept_or_solve_anew(
         &mut self,
         task: &TaskPoint,
         outcome: Outcome,
     ) -> Result<Outcome, CompensationStatus> {
-        let outcome = Self::stable(outcome).or_else(|status| {
+        let outcome = Self::require_stable(outcome).or_else(|status| {
             let rigid = State::rigid(&self.nominal, &self.command);
             if self.state == rigid {
                 return Err(status);
             }
             self.state = rigid;
-            self.settle_from_present_state(task)
+            self.stable_near_state(task)
         });
         match self.is_at_singular_place(&outcome) {
             true => Err(CompensationStatus::NoEquilibrium(statics::Status::SingularPlace)),
@@ -307,8 +303,8 @@ impl Session {
         }
     }
 
-    /// Whether the nominal machine is singular at the present command. Where loads or errors alone hold the real one there, on
-    /// which side of the singularity it stands is chance.
+    /// Whether the nominal machine is singular at the present command, so that loads and errors alone hold the actual one, on a side left
+    /// to chance.
     fn is_at_singular_place(&mut self, outcome: &Result<Outcome, CompensationStatus>) -> bool {
         let is_plain = outcome.as_ref().is_ok_and(|outcome| !outcome.is_soft(&self.nominal));
         if is_plain || self.command.drives != self.drives {
@@ -318,19 +314,21 @@ impl Session {
         statics::is_singular_place(&self.nominal, &self.command, workspace)
     }
 
-    /// Loaded equilibrium at the present drives, near the present state.
-    pub(super) fn settle_from_present_state(&mut self, task: &TaskPoint) -> Result<Outcome, CompensationStatus> {
-        Self::stable(self.equilibrium(task))
+    /// Stable loaded equilibrium at the present drives, searched from the present state alone.
+    pub(super) fn stable_near_state(&mut self, task: &TaskPoint) -> Result<Outcome, CompensationStatus> {
+        Self::require_stable(self.solve_near_state(task))
     }
 
-    fn stable(outcome: Outcome) -> Result<Outcome, CompensationStatus> {
+    /// The outcome if it is a stable equilibrium, else its status.
+    fn require_stable(outcome: Outcome) -> Result<Outcome, CompensationStatus> {
         match outcome.status {
             statics::Status::Solved => Ok(outcome),
             status => Err(CompensationStatus::NoEquilibrium(status)),
         }
     }
 
-    fn equilibrium(&mut self, task: &TaskPoint) -> Outcome {
+    /// Loaded equilibrium at the present drives, whatever its status; the state becomes it.
+    fn solve_near_state(&mut self, task: &TaskPoint) -> Outcome {
         let settings = &self.settings.equilibrium;
         equilibrium(&self.real, &self.drives, &task.load, &mut self.state, &mut self.workspace, settings)
     }
@@ -340,36 +338,36 @@ impl Session {
         task.task_error(&self.nominal, &self.state.pose)
     }
 
-    /// Commands the target shifted by `shift`, lets the machine settle, and says how far it is from what is wanted.
-    pub(super) fn answer(
+    /// Commands the target shifted by `shift` and finds the equilibrium; returns its task error and outcome.
+    pub(super) fn simulate_shifted(
         &mut self,
         task: &TaskPoint,
         shift: &Vector6<f64>,
     ) -> Result<(TaskError, Outcome), CompensationStatus> {
-        let gone = self.go_to(&task.shifted(&self.nominal, shift));
-        self.answered(task, shift, gone)
+        let gone = self.command_pose(&task.shifted_pose(&self.nominal, shift));
+        self.equilibrium_after_move(task, shift, gone)
     }
 
-    /// As [`Session::answer`], where a platform that turns with its position is tracked so that it is the compensated point which is
-    /// shifted, and not P.
-    pub(super) fn answer_led(
+    /// Does as [`Session::simulate_shifted`], but tracks a platform with parasitic rotation so that the compensated point is shifted, not P.
+    pub(super) fn simulate_tracked(
         &mut self,
         task: &TaskPoint,
         shift: &Vector6<f64>,
     ) -> Result<(TaskError, Outcome), CompensationStatus> {
-        if !self.nominal.turns_with_position {
-            return self.answer(task, shift);
+        if !self.nominal.has_parasitic_rotation {
+            return self.simulate_shifted(task, shift);
         }
-        let target = task.shifted(&self.nominal, shift);
-        let led = self.nominal.lead(task.offset(&self.nominal), &target, &self.command);
+        let target = task.shifted_pose(&self.nominal, shift);
+        let led = self.nominal.track(task.offset(&self.nominal), &target, &self.command);
         let gone = led.map_err(CompensationStatus::Unreachable).map(|at| {
             self.drives.clone_from(&at.drives);
             self.command = at;
         });
-        self.answered(task, shift, gone)
+        self.equilibrium_after_move(task, shift, gone)
     }
 
-    fn answered(
+    /// Task error and outcome of the equilibrium after the move `gone`, whose failure after a far `shift` is divergence.
+    fn equilibrium_after_move(
         &mut self,
         task: &TaskPoint,
         shift: &Vector6<f64>,
@@ -377,23 +375,23 @@ impl Session {
     ) -> Result<(TaskError, Outcome), CompensationStatus> {
         let is_far = shift.norm() > self.nominal.characteristic_length;
         gone.map_err(|status| if is_far { CompensationStatus::Diverged } else { status })?;
-        let outcome = self.settle(task)?;
+        let outcome = self.solve_stable(task)?;
         Ok((self.task_error(task), outcome))
     }
 
-    /// Goes to the nominal command, the machine undeflected.
-    pub(super) fn begin_again(&mut self, task: &TaskPoint) -> Result<(), CompensationStatus> {
-        self.go_to(&task.pose)?;
+    /// Returns to the nominal command of `task`, the machine undeflected.
+    pub(super) fn reset_to_nominal(&mut self, task: &TaskPoint) -> Result<(), CompensationStatus> {
+        self.command_pose(&task.pose)?;
         self.state = State::rigid(&self.nominal, &self.command);
         Ok(())
     }
 
-    /// The result where `task` is not even asked of the machine: it cannot be met.
+    /// Result for a task that cannot be met and is not tried, with its `reason`.
     pub fn refuse(&self, task: &TaskPoint, reason: CompensationStatus) -> Compensation {
         self.conclude(task, Err(reason), Vec::new())
     }
 
-    /// The result at the present command and equilibrium.
+    /// Result at the present command and equilibrium.
     pub(super) fn conclude(&self, task: &TaskPoint, ending: Ending, history: Vec<f64>) -> Compensation {
         let offset = task.offset(&self.nominal);
         let (status, outcome) = match ending {
@@ -406,7 +404,7 @@ impl Session {
             history,
             tool_displacement: shown(self.nominal.tool_displacement(task.wanted(), &self.state.pose)),
             position_error: shown(self.state.pose.transform(offset) - task.wanted().transform(offset)),
-            residual_rotation: shown(rotation_log(&product(
+            residual_rotation: shown(rotation_log(&matrix_product(
                 &self.state.pose.rotation,
                 &task.wanted().rotation.transpose(),
             ))),
@@ -417,26 +415,28 @@ impl Session {
     }
 }
 
-/// Follows the errors of an iteration and says when it is over.
+/// Errors of an iteration, by which it is over.
 #[derive(Debug, Clone)]
 pub(super) struct Progress {
     /// Errors so far, mm.
     pub history: Vec<f64>,
+    /// Number of growths in a row.
     growths: usize,
 }
 
-/// An error this many times the first one is divergence.
+/// An error of more than this many times the first one is divergence.
 const BLOW_UP: f64 = 100.0;
-/// So many growths in a row are divergence.
+/// Number of growths in a row that are divergence.
 const GROWTHS: usize = 4;
 
 impl Progress {
+    /// An iteration before its first error.
     pub fn new() -> Self {
         Self { history: Vec::new(), growths: 0 }
     }
 
-    /// Takes note of the error after a correction; the status if the iteration is over.
-    fn note(&mut self, error: f64, tolerance_mm: f64, max_iterations: usize) -> Option<CompensationStatus> {
+    /// Records the error (mm) after a correction; returns the status if the iteration is over.
+    fn record_error(&mut self, error: f64, tolerance_mm: f64, max_iterations: usize) -> Option<CompensationStatus> {
         let grown = self.history.last().is_some_and(|last| error > *last);
         self.growths = if grown { self.growths + 1 } else { 0 };
         self.history.push(error);

@@ -1,15 +1,15 @@
-//! What is wanted at one point, and how far a pose is from it.
+//! Task point: what is wanted at one point of a path, and the error of a pose against it.
 
 use nalgebra::{DMatrix, Matrix6, Vector3, Vector6};
 use serde::{Deserialize, Serialize};
 
 use crate::{
     machine::{Coordinate, ExternalAxes, Machine},
-    spatial::{Pose, Twist, Wrench, image, product, rotation_exp, rotation_log, skew},
+    spatial::{Pose, Twist, Wrench, matrix_product, matrix_vector, rotation_exp, rotation_log, skew},
     statics::TaskError,
 };
 
-/// What is compensated. What is not, or what the drives do not control, is left over and reported.
+/// Coordinates that are compensated. Others, and those that the drives do not control, are left over and reported.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Target {
@@ -23,7 +23,7 @@ pub enum Target {
 }
 
 impl Target {
-    /// What is compensated, in words.
+    /// Description of what is compensated.
     pub fn words(self) -> &'static str {
         match self {
             Target::ToolTip => "position of the tool tip T",
@@ -42,19 +42,19 @@ pub struct TaskPoint {
     pub load: Wrench,
     /// What is compensated.
     pub target: Target,
-    /// Where P should stand; `None`: at `pose`, or where the machine is zeroed for it, see [`Zeroed`](crate::machine::Zeroed).
+    /// Pose that P should have; `None`: `pose`, or where the machine is calibrated for it, see [`ZeroState`](crate::machine::ZeroState).
     pub wanted: Option<Pose>,
-    /// Where the external axes stand; `None`: where those of the machine do.
+    /// Positions of the external axes; `None`: those of the machine.
     pub external: Option<ExternalAxes>,
 }
 
 impl TaskPoint {
-    /// Where P should stand, as far as is known.
+    /// Pose that P should have, as far as it is known.
     pub fn wanted(&self) -> &Pose {
         self.wanted.as_ref().unwrap_or(&self.pose)
     }
 
-    /// The compensated point, in platform axes from P, mm.
+    /// Position of the compensated point from P in platform axes, mm.
     pub fn offset(&self, machine: &Machine) -> Vector3<f64> {
         match self.target {
             Target::ToolTip | Target::FullPose => machine.tool_tip,
@@ -62,23 +62,23 @@ impl TaskPoint {
         }
     }
 
-    /// The controlled coordinates that are compensated, with their places among the controlled ones.
+    /// Compensated coordinates, with their indices among the controlled ones.
     pub fn coordinates(&self, machine: &Machine) -> impl Iterator<Item = (usize, Coordinate)> {
-        machine.controls.iter().copied().enumerate().filter(|&(_, coordinate)| self.puts_right(coordinate))
+        machine.controls.iter().copied().enumerate().filter(|&(_, coordinate)| self.is_compensated(coordinate))
     }
 
     /// Whether a controlled coordinate is compensated.
-    fn puts_right(&self, coordinate: Coordinate) -> bool {
+    fn is_compensated(&self, coordinate: Coordinate) -> bool {
         self.target == Target::FullPose || matches!(coordinate, Coordinate::Translation(_))
     }
 
-    /// Error of the compensated coordinates when P stands at `pose`.
+    /// Error of the compensated coordinates (mm, rad) when P is at `pose`.
     pub fn task_error(&self, machine: &Machine, pose: &Pose) -> TaskError {
         let offset = self.offset(machine);
         let wanted = self.wanted();
         let shift = pose.transform(offset) - wanted.transform(offset);
-        let turn = rotation_log(&product(&wanted.rotation.transpose(), &pose.rotation));
-        let lever = skew(image(&pose.rotation, offset));
+        let turn = rotation_log(&matrix_product(&wanted.rotation.transpose(), &pose.rotation));
+        let lever = skew(matrix_vector(&pose.rotation, offset));
         let (mut error, mut slope) = (Vector6::zeros(), Matrix6::zeros());
         let (mut lever_arms, mut count) = (Vector6::zeros(), 0);
         for (row, (_, coordinate)) in self.coordinates(machine).enumerate() {
@@ -104,9 +104,8 @@ impl TaskPoint {
         TaskError { count, error, slope, lever: lever_arms }
     }
 
-    /// The commanded pose t₀ shifted by `shift` in the compensated coordinates (mm, rad; one entry each): the modified
-    /// target `t₀^(F)`. The compensated point is shifted, and the platform turned about it.
-    pub fn shifted(&self, machine: &Machine, shift: &Vector6<f64>) -> Pose {
+    /// Modified target `t₀^(F)`: the commanded pose t₀, its compensated point shifted and the platform turned about it by `shift` (mm, rad).
+    pub fn shifted_pose(&self, machine: &Machine, shift: &Vector6<f64>) -> Pose {
         let Twist { linear, angular } = self.shift_twist(machine, shift);
         let rotation = self.pose.rotation * rotation_exp(angular);
         let offset = self.offset(machine);
@@ -125,8 +124,7 @@ impl TaskPoint {
         DMatrix::from_fn(machine.controls.len(), self.coordinates(machine).count(), change)
     }
 
-    /// Twist of the commanded frame at P in O axes per unit of each compensated coordinate, one column each; zero columns
-    /// beyond them.
+    /// Twist of the commanded frame at P in O axes per unit of each compensated coordinate, one column each; zero columns beyond them.
     pub fn shift_twists(&self, machine: &Machine) -> Matrix6<f64> {
         let offset = self.offset(machine);
         let mut twists = Matrix6::zeros();
@@ -143,7 +141,7 @@ impl TaskPoint {
         twists
     }
 
-    /// Translation of the compensated point in O axes and rotation in the commanded frame's axes of a shift of the compensated coordinates.
+    /// Translation of the compensated point (O axes, mm) and rotation (commanded frame's axes, rad) by a shift of the compensated coordinates.
     fn shift_twist(&self, machine: &Machine, shift: &Vector6<f64>) -> Twist {
         let mut twist = Twist::default();
         for ((_, coordinate), &value) in self.coordinates(machine).zip(shift.iter()) {

@@ -1,7 +1,7 @@
-//! Where the workpiece stands under what the tool does to it.
+//! Motion of the workpiece under what the tool does to it.
 //!
 //! The tool bears a load that is given; the workpiece bears the opposite one at the same point. Nothing of the tool's motion enters,
-//! so its carrier settles first, with the engine of the machine, and tells where the tool is wanted.
+//! so the equilibrium of its carrier is found first, with the engine of the machine, and gives the pose wanted of the tool.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -12,7 +12,7 @@ use crate::{
     statics::{self, Outcome, State, Workspace, equilibrium, tool_compliance},
 };
 
-/// A workpiece carrier, nominal and as it answers.
+/// A workpiece carrier, nominal and actual.
 #[derive(Debug, Clone)]
 pub(super) struct Workpiece {
     nominal: Machine,
@@ -21,38 +21,37 @@ pub(super) struct Workpiece {
 }
 
 impl Workpiece {
-    /// The carrier of the workpiece of `nominal`, and the one that answers with `real`; `None` where it stands fast.
+    /// Carrier of the workpiece of `nominal`, and of `real`; `None` where the workpiece does not move.
     pub fn new(nominal: &Machine, real: &Machine) -> Option<Self> {
         let (nominal, real) = (nominal.carrier.clone()?, real.carrier.clone()?);
         Some(Self { workspace: Workspace::new(&real), nominal, real })
     }
 
-    /// Has the carrier stand as that of `machine` does.
-    pub fn stand(&mut self, machine: &Machine) {
+    /// Sets the home of both carriers to that of the carrier of `machine`.
+    pub fn set_home(&mut self, machine: &Machine) {
         let Some(carrier) = &machine.carrier else { return };
         self.nominal.home.clone_from(&carrier.home);
         self.real.home.clone_from(&carrier.home);
     }
 
-    /// How the load of `task` has moved the workpiece in O: a pose `X` that takes what it carried from where it was to `X` times
-    /// that. It was where the nominal carrier rests under its weight, if it is zeroed `at_rest`, or else where the rigid one stands.
-    /// `tool_tip`: `p_PT` in platform axes, mm.
+    /// Displacement of the workpiece in O by the load of `task`: a pose `X` that takes what it carried from where it was to `X` times that. It
+    /// was where the nominal carrier rests under its weight, if calibrated `at_rest`, or where the rigid one is. `tool_tip`: in platform axes, mm.
     ///
     /// # Errors
     /// The carrier has no stable equilibrium.
-    pub fn moved(
+    pub fn displacement(
         &mut self,
         task: &TaskPoint,
         tool_tip: Vector3<f64>,
         at_rest: bool,
         settings: &statics::Settings,
     ) -> Result<Pose, CompensationStatus> {
-        let (touched, load) = on_workpiece(task, tool_tip);
+        let (touched, load) = contact_load(task, tool_tip);
         let before = match at_rest {
-            true => settled(&mut self.nominal, touched, &Wrench::zero(), &mut self.workspace, settings)?.0,
+            true => equilibrium_under(&mut self.nominal, touched, &Wrench::zero(), &mut self.workspace, settings)?.0,
             false => Pose { translation: touched, ..self.real.home.pose },
         };
-        let (after, _) = settled(&mut self.real, touched, &load, &mut self.workspace, settings)?;
+        let (after, _) = equilibrium_under(&mut self.real, touched, &load, &mut self.workspace, settings)?;
         Ok(after.compose(&before.inverse()))
     }
 
@@ -66,29 +65,29 @@ impl Workpiece {
         tool_tip: Vector3<f64>,
         settings: &statics::Settings,
     ) -> Result<Matrix3<f64>, CompensationStatus> {
-        let (touched, load) = on_workpiece(task, tool_tip);
-        let (_, outcome) = settled(&mut self.real, touched, &load, &mut self.workspace, settings)?;
+        let (touched, load) = contact_load(task, tool_tip);
+        let (_, outcome) = equilibrium_under(&mut self.real, touched, &load, &mut self.workspace, settings)?;
         let compliance = outcome.compliance.map(|compliance| tool_compliance(&compliance, Vector3::zeros()));
         Ok(compliance.unwrap_or_else(Matrix3::zeros))
     }
 }
 
-/// Where the tool of `task` touches (O, mm), and the load on the workpiece there.
-fn on_workpiece(task: &TaskPoint, tool_tip: Vector3<f64>) -> (Vector3<f64>, Wrench) {
+/// Point where the tool of `task` touches the workpiece (O, mm), and the load on the workpiece there.
+fn contact_load(task: &TaskPoint, tool_tip: Vector3<f64>) -> (Vector3<f64>, Wrench) {
     let lever = task.pose.rotation * tool_tip;
     let on_tool = task.load.shift(lever);
     (task.pose.translation + lever, Wrench { force: -on_tool.force, moment: -on_tool.moment })
 }
 
-/// Where the point of a `carrier` that is `touched` (O, mm) without load settles under a dead wrench there.
-fn settled(
+/// Pose in O, and outcome, of the carrier's equilibrium under a dead wrench at the point that is `touched` (O, mm) without load.
+fn equilibrium_under(
     carrier: &mut Machine,
     touched: Vector3<f64>,
     load: &Wrench,
     workspace: &mut Workspace,
     settings: &statics::Settings,
 ) -> Result<(Pose, Outcome), CompensationStatus> {
-    let at = carrier.touched_at(touched);
+    let at = carrier.set_touch_point(touched);
     let mut state = State::rigid(carrier, &at);
     let outcome = equilibrium(carrier, &at.drives, load, &mut state, workspace, settings);
     match outcome.status {

@@ -1,11 +1,9 @@
-//! Small systems of linear equations, rows of numbers, and walking through two sequences side by side.
+//! Small systems of linear equations, rows of numbers, and iteration over two sequences side by side.
 
 use super::Real;
 
-/// Solves `matrix · x = right` for several columns `right` by elimination with row pivoting; unknowns take the columns'
-/// place. Both have as many rows as `matrix`, of which the leading square counts.
-///
-/// Returns the lanes in which the matrix is regular; the others hold no numbers.
+/// Solves `matrix · x = right` for several columns `right` by elimination with row pivoting; the solutions replace the columns. Only the leading
+/// `size` rows and columns count. Returns the lanes in which the matrix is regular; the others hold no numbers.
 #[inline(always)]
 pub fn solve<R: Real, const N: usize>(mut matrix: [[R; N]; N], size: usize, right: &mut [[R; N]]) -> u8 {
     let mut regular = R::ALL;
@@ -18,11 +16,11 @@ pub fn solve<R: Real, const N: usize>(mut matrix: [[R; N]; N], size: usize, righ
                 continue;
             }
             for (a, b) in pairs(pivot_row.iter_mut(), row) {
-                exchange(swap, a, b);
+                swap_where(swap, a, b);
             }
             for column in right.iter_mut() {
                 let (above, below) = column.split_at_mut(i);
-                exchange(swap, &mut above[k], &mut below[0]);
+                swap_where(swap, &mut above[k], &mut below[0]);
             }
         }
         let (above, below) = matrix.split_at_mut(k + 1);
@@ -51,7 +49,7 @@ pub fn solve<R: Real, const N: usize>(mut matrix: [[R; N]; N], size: usize, righ
     regular
 }
 
-/// Sum of the products of two equally long rows.
+/// Scalar product of two equally long rows.
 #[inline(always)]
 pub(crate) fn dot<R: Real>(a: &[R], b: &[R]) -> R {
     // Four sums, which need not wait for one another.
@@ -96,9 +94,9 @@ pub(crate) fn copy<R: Real>(to: &mut [R], from: &[R]) {
     }
 }
 
-/// Where `swap` holds, gives each the other's number.
+/// Exchanges two numbers in the lanes where `swap` holds.
 #[inline(always)]
-fn exchange<R: Real>(swap: R::Mask, a: &mut R, b: &mut R) {
+fn swap_where<R: Real>(swap: R::Mask, a: &mut R, b: &mut R) {
     (*a, *b) = (R::select(swap, *b, *a), R::select(swap, *a, *b));
 }
 
@@ -109,7 +107,7 @@ pub(crate) fn pairs<A: IntoIterator, B: IntoIterator>(a: A, b: B) -> Pairs<A::In
     Pairs(a.into_iter(), b.into_iter())
 }
 
-/// See [`pairs`].
+/// Iterator over two sequences side by side, see [`pairs`].
 pub(crate) struct Pairs<A, B>(A, B);
 
 impl<A: Iterator, B: Iterator> Iterator for Pairs<A, B> {

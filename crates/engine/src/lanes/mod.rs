@@ -1,6 +1,6 @@
 //! Arithmetic written once for `f64` and for vector registers.
 //!
-//! Solving a machine takes the same operations at every point, so a vector register can hold the same number of 4 or 8
+//! Solving a machine takes the same operations at every point, so a vector register can hold one number for each of 4 or 8
 //! points: its *lanes*. What is written once over [`Real`] is compiled for `f64` and for each kind of register; which of
 //! them runs is decided when the program runs, by what the processor has ([`Level`]).
 //!
@@ -23,7 +23,7 @@ use std::{
 
 pub use linear::solve;
 pub(crate) use linear::{clear, copy, dot, pairs, subtract};
-pub use tape::{Operation, Place, Program};
+pub use tape::{Operation, OperationIndex, Program};
 pub use traced::{Traced, TracedMask, record};
 pub use trigonometry::sin_cos;
 pub(crate) use vector::{Frame, Screw};
@@ -31,7 +31,7 @@ pub use vector::{Vec3, rotation_exp, rotation_log};
 #[cfg(target_arch = "x86_64")]
 pub(crate) use x86::{F64x4, F64x8};
 
-/// Most lanes of any type; masks have one bit per lane.
+/// Largest number of lanes of any type; masks have one bit per lane.
 pub const MAX_LANES: usize = 8;
 
 /// A number, or one number per lane.
@@ -54,28 +54,28 @@ pub trait Real:
     const LANES: usize;
     /// Bits of all lanes.
     const ALL: u8 = u8::MAX >> (MAX_LANES - Self::LANES);
-    /// Truth, lane by lane.
+    /// Result of a comparison, lane by lane.
     type Mask: Copy;
 
     /// The same number in all lanes.
     fn splat(value: f64) -> Self;
-    /// Number in `lane`.
+    /// Returns the number in `lane`.
     fn lane(self, lane: usize) -> f64;
     /// Replaces the number in `lane`.
     fn set_lane(&mut self, lane: usize, value: f64);
     /// Square root.
     fn sqrt(self) -> Self;
-    /// Size without sign.
+    /// Absolute value.
     fn abs(self) -> Self;
-    /// Whether `self > other`; false where either is NaN.
+    /// Mask of the lanes where `self > other`; not those where either is NaN.
     fn greater(self, other: Self) -> Self::Mask;
-    /// Whether it is NaN.
+    /// Mask of the lanes that are NaN.
     fn is_nan(self) -> Self::Mask;
-    /// Where `mask` holds `yes`, elsewhere `no`.
+    /// Takes `yes` where `mask` holds, `no` elsewhere.
     fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
-    /// A bit per lane, lane 0 lowest.
+    /// The mask as bits, lane 0 lowest.
     fn bits(mask: Self::Mask) -> u8;
-    /// From a bit per lane.
+    /// The mask of the lanes whose bits are set, lane 0 lowest.
     fn mask(bits: u8) -> Self::Mask;
     /// Whether all lanes hold zero.
     fn is_zero(self) -> bool;
@@ -92,13 +92,13 @@ pub trait Real:
         Self::splat(0.0)
     }
 
-    /// Lanes in which `self > other`.
+    /// Bits of the lanes where `self > other`.
     #[inline(always)]
     fn lanes_greater(self, other: f64) -> u8 {
         Self::bits(self.greater(Self::splat(other)))
     }
 
-    /// The larger of two sizes; NaN where either is, see [`crate::spatial::larger`].
+    /// The larger of two sizes (numbers without sign); NaN where either is, see [`crate::spatial::larger`].
     #[inline(always)]
     fn larger(self, other: Self) -> Self {
         Self::select(self.is_nan(), self, Self::select(self.greater(other), self, other))
@@ -165,16 +165,16 @@ impl Real for f64 {
     }
 }
 
-/// What is written over [`Real`], to be run with the numbers of a [`Level`].
+/// A computation written over [`Real`], to be run with the numbers of a [`Level`].
 pub trait Lanewise {
-    /// What comes of it.
+    /// Result of the computation.
     type Output;
 
-    /// Runs it with numbers of this type.
-    fn with<R: Real>(self) -> Self::Output;
+    /// Runs the computation with numbers of type `R`.
+    fn run_with<R: Real>(self) -> Self::Output;
 }
 
-/// How many points are computed at a time.
+/// Number of points computed at a time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Level {
     /// One, on any processor.
@@ -186,12 +186,12 @@ pub enum Level {
 }
 
 impl Level {
-    /// Levels of this processor, ascending.
+    /// Levels that this processor has, ascending.
     pub fn available() -> Vec<Level> {
         [Level::One, Level::Four, Level::Eight].into_iter().filter(|level| level.is_available()).collect()
     }
 
-    /// The highest level of this processor.
+    /// The highest level that this processor has.
     pub fn best() -> Level {
         [Level::Eight, Level::Four].into_iter().find(|level| level.is_available()).unwrap_or(Level::One)
     }
@@ -200,14 +200,14 @@ impl Level {
     pub fn run<W: Lanewise>(self, work: W) -> W::Output {
         match self {
             #[cfg(target_arch = "x86_64")]
-            Level::Eight if self.is_available() => work.with::<F64x8>(),
+            Level::Eight if self.is_available() => work.run_with::<F64x8>(),
             #[cfg(target_arch = "x86_64")]
-            Level::Four if self.is_available() => work.with::<F64x4>(),
-            _ => work.with::<f64>(),
+            Level::Four if self.is_available() => work.run_with::<F64x4>(),
+            _ => work.run_with::<f64>(),
         }
     }
 
-    /// Whether this processor has it.
+    /// Whether this processor has the level.
     pub fn is_available(self) -> bool {
         match self {
             Level::One => true,

@@ -1,4 +1,4 @@
-//! The operators of a type of number.
+//! Macro for the arithmetic operators of a type of number.
 
 /// Implements the operators that [`Real`](super::Real) asks for: `- |a| …` is the negative of `a`, `Add add |a, b| …` the sum.
 macro_rules! operators {

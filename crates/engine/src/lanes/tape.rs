@@ -1,40 +1,40 @@
-//! A computation as a list of operations without branches: simplified as it is written down, evaluated, and what nobody uses left out.
+//! A computation as a list of operations without branches: simplified as it is recorded, stripped of what is unused, and evaluated.
 
 use std::collections::HashMap;
 
-/// Number of an operation in its list.
-pub type Place = u32;
+/// Index of an operation in its list.
+pub type OperationIndex = u32;
 
-/// What makes one number of others.
+/// An operation that makes one number of others.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Operation {
-    /// The input of this number.
+    /// The input of this index.
     Input(u32),
-    /// The number of these bits.
+    /// The `f64` of these bits.
     Constant(u64),
     /// `a + b`.
-    Sum(Place, Place),
+    Sum(OperationIndex, OperationIndex),
     /// `a - b`.
-    Difference(Place, Place),
+    Difference(OperationIndex, OperationIndex),
     /// `a * b`.
-    Product(Place, Place),
+    Product(OperationIndex, OperationIndex),
     /// `a / b`.
-    Quotient(Place, Place),
+    Quotient(OperationIndex, OperationIndex),
     /// `-a`.
-    Negative(Place),
+    Negative(OperationIndex),
     /// Square root.
-    Root(Place),
-    /// Size without sign.
-    Size(Place),
+    Root(OperationIndex),
+    /// Absolute value.
+    Size(OperationIndex),
     /// `if a > b { yes } else { no }` of `[a, b, yes, no]`.
-    IfGreater([Place; 4]),
+    IfGreater([OperationIndex; 4]),
     /// `if a is NaN { yes } else { no }` of `[a, yes, no]`.
-    IfNan([Place; 3]),
+    IfNan([OperationIndex; 3]),
 }
 
 impl Operation {
-    /// The numbers it is made of.
-    pub fn operands(&self) -> impl Iterator<Item = Place> {
+    /// Indices of its operands.
+    pub fn operands(&self) -> impl Iterator<Item = OperationIndex> {
         use Operation::*;
         let all = match *self {
             Input(_) | Constant(_) => [None; 4],
@@ -46,10 +46,10 @@ impl Operation {
         all.into_iter().flatten()
     }
 
-    /// The same of operands that have moved to `places`.
-    fn moved(&self, places: &[Place]) -> Self {
+    /// The operation with each operand replaced by its entry in `indices`.
+    fn renumbered(&self, indices: &[OperationIndex]) -> Self {
         use Operation::*;
-        let at = |place: Place| places[place as usize];
+        let at = |index: OperationIndex| indices[index as usize];
         match *self {
             Input(_) | Constant(_) => *self,
             Sum(a, b) => Sum(at(a), at(b)),
@@ -64,8 +64,8 @@ impl Operation {
         }
     }
 
-    /// Its value, where `at` has those of its operands.
-    pub fn value(&self, inputs: &[f64], at: impl Fn(Place) -> f64) -> f64 {
+    /// Value of the operation; `at` gives those of its operands.
+    pub fn value(&self, inputs: &[f64], at: impl Fn(OperationIndex) -> f64) -> f64 {
         use Operation::*;
         match *self {
             Input(number) => inputs[number as usize],
@@ -83,13 +83,12 @@ impl Operation {
     }
 }
 
-/// Operations in the order in which they were made, none of them twice.
-///
-/// What is left out of them changes no bit of a finite number but the sign of a zero.
+/// Operations in the order in which they were recorded, none of them twice.
+/// Simplifying them changes no bit of a finite number but the sign of a zero.
 #[derive(Debug, Default)]
 pub(crate) struct Tape {
     operations: Vec<Operation>,
-    places: HashMap<Operation, Place>,
+    indices: HashMap<Operation, OperationIndex>,
 }
 
 impl Tape {
@@ -98,145 +97,152 @@ impl Tape {
         self.operations.len()
     }
 
-    /// The operation at `place`.
-    pub fn operation(&self, place: Place) -> &Operation {
-        &self.operations[place as usize]
+    /// The operation at `index`.
+    pub fn operation(&self, index: OperationIndex) -> &Operation {
+        &self.operations[index as usize]
     }
 
-    /// The constant at `place`, if it is one.
-    pub fn constant(&self, place: Place) -> Option<f64> {
-        match self.operations[place as usize] {
+    /// Value of the operation at `index`, if it is a constant.
+    pub fn constant(&self, index: OperationIndex) -> Option<f64> {
+        match self.operations[index as usize] {
             Operation::Constant(bits) => Some(f64::from_bits(bits)),
             _ => None,
         }
     }
 
-    /// Where the number that `operation` makes stands; written down if it is new.
-    pub fn put(&mut self, operation: Operation) -> Place {
+    /// Inserts an operation, simplified, if it is new; returns its index.
+    pub fn insert(&mut self, operation: Operation) -> OperationIndex {
         use Operation::*;
         if !matches!(operation, Input(_) | Constant(_)) && operation.operands().all(|a| self.constant(a).is_some()) {
-            let value = operation.value(&[], |place| self.constant(place).unwrap_or(f64::NAN));
-            return self.put(Constant(value.to_bits()));
+            let value = operation.value(&[], |index| self.constant(index).unwrap_or(f64::NAN));
+            return self.insert(Constant(value.to_bits()));
         }
         match operation {
             Sum(a, b) => self.sum(a, b),
             Difference(a, b) => self.difference(a, b),
             Product(a, b) => self.product(a, b),
-            Quotient(a, _) if self.is(a, 0.0) => a,
-            Quotient(a, b) if self.is(b, 1.0) => a,
+            Quotient(a, _) if self.is_constant(a, 0.0) => a,
+            Quotient(a, b) if self.is_constant(b, 1.0) => a,
             Negative(a) => match self.operations[a as usize] {
                 Negative(b) => b,
-                Difference(b, c) => self.write(Difference(c, b)),
-                _ => self.write(Negative(a)),
+                Difference(b, c) => self.insert_as_is(Difference(c, b)),
+                _ => self.insert_as_is(Negative(a)),
             },
             IfGreater([_, _, yes, no]) if yes == no => yes,
-            other => self.write(other),
+            other => self.insert_as_is(other),
         }
     }
 
-    fn is(&self, place: Place, value: f64) -> bool {
-        self.constant(place) == Some(value)
+    /// Whether the operation at `index` is the constant `value`.
+    fn is_constant(&self, index: OperationIndex, value: f64) -> bool {
+        self.constant(index) == Some(value)
     }
 
-    fn negated(&self, place: Place) -> Option<Place> {
-        match self.operations[place as usize] {
+    /// Operand of the operation at `index`, if that is a negation.
+    fn negation_operand(&self, index: OperationIndex) -> Option<OperationIndex> {
+        match self.operations[index as usize] {
             Operation::Negative(of) => Some(of),
             _ => None,
         }
     }
 
-    fn sum(&mut self, a: Place, b: Place) -> Place {
-        match (self.negated(a), self.negated(b)) {
-            _ if self.is(a, 0.0) => b,
-            _ if self.is(b, 0.0) => a,
-            (_, Some(b)) => self.put(Operation::Difference(a, b)),
-            (Some(a), _) => self.put(Operation::Difference(b, a)),
-            _ => self.write(Operation::Sum(a.min(b), a.max(b))),
+    /// Index of `a + b`, simplified.
+    fn sum(&mut self, a: OperationIndex, b: OperationIndex) -> OperationIndex {
+        match (self.negation_operand(a), self.negation_operand(b)) {
+            _ if self.is_constant(a, 0.0) => b,
+            _ if self.is_constant(b, 0.0) => a,
+            (_, Some(b)) => self.insert(Operation::Difference(a, b)),
+            (Some(a), _) => self.insert(Operation::Difference(b, a)),
+            _ => self.insert_as_is(Operation::Sum(a.min(b), a.max(b))),
         }
     }
 
-    fn difference(&mut self, a: Place, b: Place) -> Place {
-        match (self.negated(a), self.negated(b)) {
-            _ if self.is(b, 0.0) => a,
-            _ if self.is(a, 0.0) => self.put(Operation::Negative(b)),
-            _ if a == b => self.put(Operation::Constant(0)),
-            (_, Some(b)) => self.put(Operation::Sum(a, b)),
-            _ => self.write(Operation::Difference(a, b)),
+    /// Index of `a - b`, simplified.
+    fn difference(&mut self, a: OperationIndex, b: OperationIndex) -> OperationIndex {
+        match (self.negation_operand(a), self.negation_operand(b)) {
+            _ if self.is_constant(b, 0.0) => a,
+            _ if self.is_constant(a, 0.0) => self.insert(Operation::Negative(b)),
+            _ if a == b => self.insert(Operation::Constant(0)),
+            (_, Some(b)) => self.insert(Operation::Sum(a, b)),
+            _ => self.insert_as_is(Operation::Difference(a, b)),
         }
     }
 
-    fn product(&mut self, a: Place, b: Place) -> Place {
-        match (self.negated(a), self.negated(b)) {
-            _ if self.is(a, 0.0) || self.is(b, 0.0) => self.put(Operation::Constant(0)),
-            _ if self.is(a, 1.0) => b,
-            _ if self.is(b, 1.0) => a,
-            _ if self.is(a, -1.0) => self.put(Operation::Negative(b)),
-            _ if self.is(b, -1.0) => self.put(Operation::Negative(a)),
+    /// Index of `a * b`, simplified.
+    fn product(&mut self, a: OperationIndex, b: OperationIndex) -> OperationIndex {
+        match (self.negation_operand(a), self.negation_operand(b)) {
+            _ if self.is_constant(a, 0.0) || self.is_constant(b, 0.0) => self.insert(Operation::Constant(0)),
+            _ if self.is_constant(a, 1.0) => b,
+            _ if self.is_constant(b, 1.0) => a,
+            _ if self.is_constant(a, -1.0) => self.insert(Operation::Negative(b)),
+            _ if self.is_constant(b, -1.0) => self.insert(Operation::Negative(a)),
             (Some(a), _) => self.negative_product(a, b),
             (_, Some(b)) => self.negative_product(a, b),
-            _ => self.write(Operation::Product(a.min(b), a.max(b))),
+            _ => self.insert_as_is(Operation::Product(a.min(b), a.max(b))),
         }
     }
 
-    fn negative_product(&mut self, a: Place, b: Place) -> Place {
-        let product = self.put(Operation::Product(a, b));
-        self.put(Operation::Negative(product))
+    /// Index of `-(a * b)`, simplified.
+    fn negative_product(&mut self, a: OperationIndex, b: OperationIndex) -> OperationIndex {
+        let product = self.insert(Operation::Product(a, b));
+        self.insert(Operation::Negative(product))
     }
 
-    fn write(&mut self, operation: Operation) -> Place {
-        let next = self.operations.len() as Place;
-        let place = *self.places.entry(operation).or_insert(next);
-        if place == next {
+    /// Inserts an operation as it is, if it is new; returns its index.
+    fn insert_as_is(&mut self, operation: Operation) -> OperationIndex {
+        let next = self.operations.len() as OperationIndex;
+        let index = *self.indices.entry(operation).or_insert(next);
+        if index == next {
             self.operations.push(operation);
         }
-        place
+        index
     }
 
-    /// What makes `outputs` of `inputs` numbers.
-    pub fn program(&self, inputs: usize, outputs: &[Place]) -> Program {
+    /// Program from so many `inputs` to the numbers at `outputs`, without unused operations.
+    pub fn program(&self, inputs: usize, outputs: &[OperationIndex]) -> Program {
         let mut is_used = vec![false; self.len()];
         for &output in outputs {
             is_used[output as usize] = true;
         }
-        for place in (0..self.len()).rev() {
-            if is_used[place] {
-                for operand in self.operations[place].operands() {
+        for index in (0..self.len()).rev() {
+            if is_used[index] {
+                for operand in self.operations[index].operands() {
                     is_used[operand as usize] = true;
                 }
             }
         }
-        let (mut places, mut operations) = (vec![Place::MAX; self.len()], Vec::new());
-        for place in (0..self.len()).filter(|&place| is_used[place]) {
-            places[place] = operations.len() as Place;
-            operations.push(self.operations[place].moved(&places));
+        let (mut indices, mut operations) = (vec![OperationIndex::MAX; self.len()], Vec::new());
+        for index in (0..self.len()).filter(|&index| is_used[index]) {
+            indices[index] = operations.len() as OperationIndex;
+            operations.push(self.operations[index].renumbered(&indices));
         }
-        Program { inputs, operations, outputs: outputs.iter().map(|&output| places[output as usize]).collect() }
+        Program { inputs, operations, outputs: outputs.iter().map(|&output| indices[output as usize]).collect() }
     }
 }
 
-/// Numbers made of others by operations in a fixed order.
+/// A computation without branches: operations in a fixed order.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Program {
-    /// How many numbers it is given.
+    /// Number of inputs.
     pub inputs: usize,
-    /// Each after those that it uses.
+    /// Operations, each after its operands.
     pub operations: Vec<Operation>,
-    /// Where the numbers stand that it gives.
-    pub outputs: Vec<Place>,
+    /// Indices of the operations that give the outputs.
+    pub outputs: Vec<OperationIndex>,
 }
 
 impl Program {
-    /// What it gives for `inputs`; `values` is storage.
+    /// Outputs for `inputs`; `values` is storage.
     pub fn evaluate(&self, inputs: &[f64], values: &mut Vec<f64>) -> Vec<f64> {
         values.clear();
         for operation in &self.operations {
-            let value = operation.value(inputs, |place| values[place as usize]);
+            let value = operation.value(inputs, |index| values[index as usize]);
             values.push(value);
         }
         self.outputs.iter().map(|&output| values[output as usize]).collect()
     }
 
-    /// Number of operations that compute.
+    /// Number of operations that compute, without inputs and constants.
     pub fn operation_count(&self) -> usize {
         let is_given = |operation: &&Operation| matches!(operation, Operation::Input(_) | Operation::Constant(_));
         self.operations.len() - self.operations.iter().filter(is_given).count()

@@ -24,14 +24,16 @@ const COSINE: [f64; 6] = [
     -1.13596475577881948265e-11,
 ];
 
-/// π/2 in parts: the first 33 bits, and what follows them.
+/// First 33 bits of π/2.
 const HALF_PI_HIGH: f64 = f64::from_bits(0x3FF9_21FB_5440_0000);
+/// Rest of π/2 behind those bits.
 const HALF_PI_LOW: f64 = f64::from_bits(0x3DD0_B461_1A62_6331);
 /// Adding and subtracting this rounds to an integer.
 const ROUNDER: f64 = 1.5 * (1u64 << 52) as f64;
-/// Up to this angle a multiple of π/2 in two parts is exact, rad.
+/// Largest angle of which a multiple of π/2 in two parts is exact, rad.
 const LARGEST: f64 = 1e5;
 
+/// Polynomial in `x` by Horner's rule, the constant coefficient first.
 #[inline(always)]
 fn polynomial<R: Real>(coefficients: &[f64], x: R) -> R {
     let mut sum = R::zero();
@@ -49,7 +51,7 @@ pub fn sin_cos<R: Real>(x: R) -> (R, R) {
         return (sine(x), cosine(x));
     }
     if size.lanes_greater(LARGEST) != 0 {
-        return each_by_library(x);
+        return sin_cos_by_library(x);
     }
     // x = quarter · π/2 + rest, quarter taken to −2 … 2.
     let count = (x * R::splat(std::f64::consts::FRAC_2_PI) + R::splat(ROUNDER)) - R::splat(ROUNDER);
@@ -68,9 +70,9 @@ pub fn sin_cos<R: Real>(x: R) -> (R, R) {
     (along * sin_sign, across * cos_sign)
 }
 
-/// Angles too large for a joint: what the platform's mathematical library says.
+/// Sine and cosine, lane by lane, of angles too large for a joint: by the standard library.
 #[cold]
-fn each_by_library<R: Real>(x: R) -> (R, R) {
+fn sin_cos_by_library<R: Real>(x: R) -> (R, R) {
     let (mut sin, mut cos) = (x, x);
     for lane in 0..R::LANES {
         // A lane within range gets what it gets among neighbours within range.
@@ -82,14 +84,14 @@ fn each_by_library<R: Real>(x: R) -> (R, R) {
     (sin, cos)
 }
 
-/// Of |x| ≤ π/4.
+/// Sine of |x| ≤ π/4 rad.
 #[inline(always)]
 fn sine<R: Real>(x: R) -> R {
     let square = x * x;
     x + x * square * polynomial(&SINE, square)
 }
 
-/// Of |x| ≤ π/4.
+/// Cosine of |x| ≤ π/4 rad.
 #[inline(always)]
 fn cosine<R: Real>(x: R) -> R {
     let square = x * x;
@@ -99,7 +101,7 @@ fn cosine<R: Real>(x: R) -> R {
     leading + (((one - leading) - half) + square * square * polynomial(&COSINE, square))
 }
 
-/// `sin x / x` and `(1 − cos x) / x²` from x² on |x| ≤ π/4.
+/// Quotients `sin x / x` and `(1 − cos x) / x²` from `square` = x², |x| ≤ π/4.
 #[inline(always)]
 pub(super) fn rotation_weights<R: Real>(square: R) -> (R, R) {
     (R::splat(1.0) + square * polynomial(&SINE, square), R::splat(0.5) - square * polynomial(&COSINE, square))
@@ -117,10 +119,10 @@ const ARC_SINE: [f64; 9] = [
     143.0 / 10240.0,
     6435.0 / 557_056.0,
 ];
-/// Up to here [`arc_sine_weight`] is exact to rounding.
+/// Largest s² up to which [`arc_sine_weight`] is exact to rounding.
 pub(super) const SMALL_SINE_SQUARED: f64 = 0.01;
 
-/// `asin s / s` from s² ≤ [`SMALL_SINE_SQUARED`].
+/// Quotient `asin s / s` from `square` = s² ≤ [`SMALL_SINE_SQUARED`].
 #[inline(always)]
 pub(super) fn arc_sine_weight<R: Real>(square: R) -> R {
     polynomial(&ARC_SINE, square)

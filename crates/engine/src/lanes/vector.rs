@@ -13,7 +13,7 @@ use crate::spatial::{self, Axis, Pose, Twist, Wrench};
 pub struct Vec3<R>(pub [R; 3]);
 
 impl<R: Real> Vec3<R> {
-    /// Nothing along any axis.
+    /// The zero vector.
     #[inline(always)]
     pub fn zero() -> Self {
         Self([R::zero(); 3])
@@ -38,7 +38,7 @@ impl<R: Real> Vec3<R> {
         Self([b * z - c * y, c * x - a * z, a * y - b * x])
     }
 
-    /// So many times the vector.
+    /// The vector times `factor`.
     #[inline(always)]
     pub fn scale(self, factor: R) -> Self {
         let [x, y, z] = self.0;
@@ -51,7 +51,7 @@ impl<R: Real> Vec3<R> {
         self.dot(self).sqrt()
     }
 
-    /// Where `mask` holds `yes`, elsewhere `no`.
+    /// Takes `yes` where `mask` holds, `no` elsewhere.
     #[inline(always)]
     pub fn select(mask: R::Mask, yes: Self, no: Self) -> Self {
         let ([a, b, c], [x, y, z]) = (yes.0, no.0);
@@ -94,30 +94,32 @@ pub(crate) struct Screw<R> {
 }
 
 impl<R: Real> Screw<R> {
+    /// The zero twist or wrench.
     #[inline(always)]
     pub fn zero() -> Self {
         Self { linear: Vec3::zero(), angular: Vec3::zero() }
     }
 
-    /// Linear part, then angular part.
+    /// Entries of the linear part, then of the angular part.
     #[inline(always)]
     pub fn to_array(self) -> [R; 6] {
         let ([a, b, c], [d, e, f]) = (self.linear.0, self.angular.0);
         [a, b, c, d, e, f]
     }
 
+    /// A screw from the entries of its linear part, then of its angular part.
     #[inline(always)]
     pub fn from_array([a, b, c, d, e, f]: [R; 6]) -> Self {
         Self { linear: Vec3([a, b, c]), angular: Vec3([d, e, f]) }
     }
 
-    /// Of a twist and a wrench: the power.
+    /// Power of a twist and a wrench.
     #[inline(always)]
     pub fn dot(self, other: Self) -> R {
         self.linear.dot(other.linear) + self.angular.dot(other.angular)
     }
 
-    /// Of a wrench: its size with moments divided by the length `length`, see [`Wrench::norm`].
+    /// Size of a wrench: the larger of force and moment over `length`, see [`Wrench::norm`].
     #[inline(always)]
     pub fn wrench_norm(self, length: f64) -> R {
         self.linear.norm().larger(self.angular.norm() / R::splat(length))
@@ -148,7 +150,7 @@ impl From<Screw<f64>> for Wrench {
     }
 }
 
-/// A [`Pose`].
+/// A [`Pose`], one per lane.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Frame<R> {
     /// Axes of the frame: the columns of the rotation matrix.
@@ -178,7 +180,7 @@ impl<R: Real> Frame<R> {
         }
     }
 
-    /// `self · transform` for a transform known beforehand; its zeros cost nothing.
+    /// The frame `self · transform`, `transform` being known beforehand; its zeros cost nothing.
     #[inline(always)]
     pub fn compose(&self, transform: &Pose) -> Self {
         let mut origin = self.origin;
@@ -216,37 +218,36 @@ impl<R: Real> Frame<R> {
         self.axes[c] = old_c.scale(cos) - old_b.scale(sin);
     }
 
-    /// Turns all axes by the rotation `turn` and removes the rounding drift of the result (one step of
-    /// `R ← R(3I − RᵀR)/2`).
+    /// The axes turned by the rotation `turn`, without the rounding drift of the result (one step of `R ← R(3I − RᵀR)/2`).
     #[inline(always)]
-    pub fn turned(&self, turn: &[Vec3<R>; 3]) -> [Vec3<R>; 3] {
+    pub fn turned_axes(&self, turn: &[Vec3<R>; 3]) -> [Vec3<R>; 3] {
         let [x, y, z] = self.axes;
-        let axes = [combine(turn, x), combine(turn, y), combine(turn, z)];
+        let axes = [weighted_sum(turn, x), weighted_sum(turn, y), weighted_sum(turn, z)];
         let (three, half) = (R::splat(3.0), R::splat(0.5));
         let mut turned = axes;
         for (j, axis) in turned.iter_mut().enumerate() {
             let mut weights = Vec3([-axes[0].dot(axes[j]), -axes[1].dot(axes[j]), -axes[2].dot(axes[j])]);
             weights.0[j] += three;
-            *axis = combine(&axes, weights).scale(half);
+            *axis = weighted_sum(&axes, weights).scale(half);
         }
         turned
     }
 
-    /// In the axes of O, what is `vector` in those of the frame.
+    /// Turns a vector from the axes of the frame into those of O.
     #[inline(always)]
     pub fn outward(&self, vector: Vec3<R>) -> Vec3<R> {
-        combine(&self.axes, vector)
+        weighted_sum(&self.axes, vector)
     }
 
-    /// In the axes of the frame, what is `vector` in those of O.
+    /// Turns a vector from the axes of O into those of the frame.
     #[inline(always)]
     pub fn inward(&self, vector: Vec3<R>) -> Vec3<R> {
         Vec3([self.axes[0].dot(vector), self.axes[1].dot(vector), self.axes[2].dot(vector)])
     }
 
-    /// Position in O of a point of the frame.
+    /// Position in O of a `point` given in the frame, mm.
     #[inline(always)]
-    pub fn place(&self, point: &nalgebra::Vector3<f64>) -> Vec3<R> {
+    pub fn transform(&self, point: &nalgebra::Vector3<f64>) -> Vec3<R> {
         self.origin + self.outward(Vec3::splat(point))
     }
 
@@ -255,16 +256,16 @@ impl<R: Real> Frame<R> {
     pub fn rotation_from(&self, other: &Self) -> [Vec3<R>; 3] {
         let [[a, b, c], [d, e, f], [g, h, i]] = [other.axes[0].0, other.axes[1].0, other.axes[2].0];
         [
-            combine(&self.axes, Vec3([a, d, g])),
-            combine(&self.axes, Vec3([b, e, h])),
-            combine(&self.axes, Vec3([c, f, i])),
+            weighted_sum(&self.axes, Vec3([a, d, g])),
+            weighted_sum(&self.axes, Vec3([b, e, h])),
+            weighted_sum(&self.axes, Vec3([c, f, i])),
         ]
     }
 }
 
-/// `columns · weights`.
+/// Sum of `columns` times `weights`.
 #[inline(always)]
-fn combine<R: Real>(columns: &[Vec3<R>; 3], weights: Vec3<R>) -> Vec3<R> {
+fn weighted_sum<R: Real>(columns: &[Vec3<R>; 3], weights: Vec3<R>) -> Vec3<R> {
     columns[0].scale(weights.0[0]) + columns[1].scale(weights.0[1]) + columns[2].scale(weights.0[2])
 }
 
@@ -274,13 +275,13 @@ impl From<Frame<f64>> for Pose {
     }
 }
 
-/// Columns of the rotation of a rotation vector in rad; [`spatial::rotation_exp`].
+/// Rotation, as columns, of a rotation vector in rad; see [`spatial::rotation_exp`].
 #[inline(always)]
 pub fn rotation_exp<R: Real>(vector: Vec3<R>) -> [Vec3<R>; 3] {
     const LARGEST: f64 = std::f64::consts::FRAC_PI_4 * std::f64::consts::FRAC_PI_4;
     let square = vector.dot(vector);
     if square.lanes_greater(LARGEST) != 0 {
-        return each_rotation_exp(vector);
+        return rotation_exp_by_lane(vector);
     }
     // I + a [w]× + b (w wᵀ − w² I)
     let (a, b) = rotation_weights(square);
@@ -293,8 +294,9 @@ pub fn rotation_exp<R: Real>(vector: Vec3<R>) -> [Vec3<R>; 3] {
     columns
 }
 
+/// [`rotation_exp`] lane by lane, where an angle is too large for the polynomials.
 #[cold]
-fn each_rotation_exp<R: Real>(vector: Vec3<R>) -> [Vec3<R>; 3] {
+fn rotation_exp_by_lane<R: Real>(vector: Vec3<R>) -> [Vec3<R>; 3] {
     let mut columns = [Vec3::<R>::zero(); 3];
     for lane in 0..R::LANES {
         let own = Vec3(vector.0.map(|component| component.lane(lane)));
@@ -306,12 +308,13 @@ fn each_rotation_exp<R: Real>(vector: Vec3<R>) -> [Vec3<R>; 3] {
     columns
 }
 
+/// [`spatial::rotation_exp`] as columns.
 fn library_rotation_exp(vector: Vec3<f64>) -> [Vec3<f64>; 3] {
     let rotation = spatial::rotation_exp(vector.0.into());
     std::array::from_fn(|j| Vec3(rotation.column(j).into_owned().into()))
 }
 
-/// Rotation vector in rad of a rotation given by its columns; [`spatial::rotation_log`].
+/// Rotation vector in rad of a rotation given by its columns; see [`spatial::rotation_log`].
 #[inline(always)]
 pub fn rotation_log<R: Real>(columns: [Vec3<R>; 3]) -> Vec3<R> {
     let [x, y, z] = [columns[0].0, columns[1].0, columns[2].0];
@@ -320,11 +323,12 @@ pub fn rotation_log<R: Real>(columns: [Vec3<R>; 3]) -> Vec3<R> {
     let square = axial.dot(axial);
     let trace = x[0] + y[1] + z[2];
     let is_large = square.lanes_greater(SMALL_SINE_SQUARED) | R::bits(R::splat(1.0).greater(trace));
-    if is_large != 0 { each_rotation_log(columns) } else { axial.scale(arc_sine_weight(square)) }
+    if is_large != 0 { rotation_log_by_lane(columns) } else { axial.scale(arc_sine_weight(square)) }
 }
 
+/// [`rotation_log`] lane by lane, where an angle is too large for the polynomial.
 #[cold]
-fn each_rotation_log<R: Real>(columns: [Vec3<R>; 3]) -> Vec3<R> {
+fn rotation_log_by_lane<R: Real>(columns: [Vec3<R>; 3]) -> Vec3<R> {
     let mut vector = Vec3::<R>::zero();
     for lane in 0..R::LANES {
         let own = columns.map(|column| Vec3(column.0.map(|component| component.lane(lane))));
@@ -336,6 +340,7 @@ fn each_rotation_log<R: Real>(columns: [Vec3<R>; 3]) -> Vec3<R> {
     vector
 }
 
+/// [`spatial::rotation_log`] of a rotation given by its columns.
 fn library_rotation_log(columns: [Vec3<f64>; 3]) -> Vec3<f64> {
     let rotation = nalgebra::Matrix3::from_fn(|i, j| columns[j].0[i]);
     Vec3(spatial::rotation_log(&rotation).into())

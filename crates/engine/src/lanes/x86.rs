@@ -1,7 +1,7 @@
 //! Vector registers of x86-64: AVX2 (four lanes) and AVX-512 (eight).
 //!
 //! # Safety
-//! The types of this file may only be used on a processor that has their instructions. `statics::Batch`, `machine::SideBySide` and
+//! The types of this file may only be used on a processor that has their instructions. `statics::Batch`, `machine::BatchKinematics` and
 //! `Level::run`, all that name them, ask [`Level::is_available`](super::Level::is_available) first; the `unsafe` blocks rely on it.
 
 use std::arch::x86_64::*;
@@ -31,18 +31,21 @@ macro_rules! real {
         }
 
         impl $type {
+            /// The numbers of the lanes.
             #[inline(always)]
             fn as_array(&self) -> &[f64; $lanes] {
                 // SAFETY: the register is that many numbers side by side, and more strictly aligned than they are.
                 unsafe { &*std::ptr::from_ref(self).cast() }
             }
 
+            /// The numbers of the lanes, to be changed.
             #[inline(always)]
             fn as_array_mut(&mut self) -> &mut [f64; $lanes] {
                 // SAFETY: as in `as_array`.
                 unsafe { &mut *std::ptr::from_mut(self).cast() }
             }
 
+            /// Runs `work` compiled with these instructions.
             #[inline]
             #[target_feature(enable = $features)]
             fn run<T>(work: impl FnOnce() -> T) -> T {

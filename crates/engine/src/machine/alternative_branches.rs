@@ -1,9 +1,8 @@
-//! Ways to a target to which the straight line from home does not lead.
+//! Alternative solution branches for a target to which the straight line from home does not lead.
 //!
-//! The drives of a serial machine can be moved one by one from any posture to any other, so every posture that meets the
-//! target within travel will do: it is sought from home with the first hinge turned towards the target, then with each
-//! other hinge turned. A machine with closed loops must not pass a singularity: it is tracked around, through points beside
-//! the straight line.
+//! The drives of a serial machine can be moved one by one from any posture to any other, so every posture that meets the target within travel will
+//! do: it is sought from home with the first hinge turned towards the target, then with each other hinge turned. A machine with closed loops must
+//! not pass a singularity: it is tracked around, through points beside the straight line.
 
 use std::f64::consts::{PI, TAU};
 
@@ -26,28 +25,27 @@ const DETOURS_TRIED: &str = "detours through points beside the straight line, by
 const SHORTEST_LINE: f64 = 1e-3;
 
 impl Machine {
-    /// Another way to `target`, to which the straight line from home does not lead because of `straight`.
-    pub(super) fn way_around(&self, target: &Pose, straight: Unreachable) -> Result<Configuration, Unreachable> {
+    /// Searches another branch for `target`, to which the straight line from home does not lead because of `straight`.
+    pub(super) fn try_other_branch(&self, target: &Pose, straight: Unreachable) -> Result<Configuration, Unreachable> {
         let is_finite = target.translation.iter().chain(target.rotation.iter()).all(|entry| entry.is_finite());
         // All postures of an arm are known; those of one that its rail carries are sought.
         if let (Some(chosen), 0, true) = (self.branch, self.redundancy, is_finite) {
-            return self.posture_on(chosen, target, straight);
+            return self.solve_on_branch(chosen, target, straight);
         }
         let (found, tried) = match (self.chains.len(), &straight) {
             _ if !is_finite || matches!(straight, Unreachable::BeyondSpan { .. }) => return Err(straight),
             // Slides alone have one posture.
             (1, _) if !self.drives().any(|(_, drive)| drive.motion == Motion::Revolute) => return Err(straight),
-            (1, _) if self.chains[0].passive.is_empty() => self.other_posture(target),
+            (1, _) if self.chains[0].passive.is_empty() => self.search_postures(target),
             // A way around is of use where the chains close, but not on this side of a singularity.
-            (_, Unreachable::OtherMode) => (self.detour(target), DETOURS_TRIED),
+            (_, Unreachable::OtherMode) => (self.solve_by_detour(target), DETOURS_TRIED),
             _ => return Err(straight),
         };
         found.ok_or_else(|| Unreachable::NoWay { straight: Box::new(straight), tried: tried.into() })
     }
 
-    /// The posture of a serial machine that meets `target` within travel and is nearest to home of those found, and what
-    /// was tried.
-    fn other_posture(&self, target: &Pose) -> (Option<Configuration>, &'static str) {
+    /// Finds the posture of a serial machine that meets `target` within travel, nearest to home of those found; also what was tried.
+    fn search_postures(&self, target: &Pose) -> (Option<Configuration>, &'static str) {
         let home = &self.home.drives;
         let hinges: Vec<usize> = self
             .drives()
@@ -76,11 +74,11 @@ impl Machine {
         (self.nearest_posture(&starts, target), SERIAL_ALL)
     }
 
-    /// Motion of drive `hinge` of a serial machine that turns P about its axis from home to the target.
+    /// Change of hinge drive `hinge` of a serial machine, rad, that turns P about its axis from home towards the target.
     fn azimuth(&self, hinge: usize, target: &Pose) -> f64 {
         let chain = &self.chains[0];
         let mut values = vec![0.0; chain.virtual_count];
-        chain.add_joints(&self.home.drives, &mut values);
+        chain.add_joint_positions(&self.home.drives, &mut values);
         let mut screws: Vec<MoveScrew> = Vec::new();
         chain.forward(&values, &mut screws);
         let Some(screw) = screws.iter().find(|screw| screw.coordinate == chain.drives[hinge].coordinate) else {
@@ -99,16 +97,16 @@ impl Machine {
         if share == 0.0 { 0.0 } else { angle / share }
     }
 
-    /// The nearest to home of the postures found from `starts` that meet `target` within the limits.
+    /// Posture nearest to home, of those found from the drive positions `starts` that meet `target` within the limits.
     fn nearest_posture(&self, starts: &[Vec<f64>], target: &Pose) -> Option<Configuration> {
         let mut closure = Closure::new(self);
         let found = starts.iter().filter_map(|drives| {
-            let start = self.serial_posture(drives);
-            let mut met = closure.met(start, &Command::Task(target))?;
+            let start = self.serial_configuration(drives);
+            let mut met = closure.solve_from(start, &Command::Task(target))?;
             self.turn_nearest_to_home(&mut met);
-            self.within_limits(met, target).ok()
+            self.adjust_to_limits(met, target).ok()
         });
-        let measured: Vec<(f64, Configuration)> = found.map(|at| (self.way_from_home(&at), at)).collect();
+        let measured: Vec<(f64, Configuration)> = found.map(|at| (self.distance_from_home(&at), at)).collect();
         let nearest = measured.into_iter().reduce(|best, next| {
             // Postures found twice differ by rounding: the first one stays.
             if next.0 < best.0 * (1.0 - 1e-9) { next } else { best }
@@ -116,23 +114,23 @@ impl Machine {
         nearest.map(|(_, at)| at)
     }
 
-    /// A serial machine with its drives at `drives`.
-    pub(super) fn serial_posture(&self, drives: &[f64]) -> Configuration {
+    /// Configuration of a serial machine with its drives at `drives` (mm, rad).
+    pub(super) fn serial_configuration(&self, drives: &[f64]) -> Configuration {
         let chain = &self.chains[0];
         let mut values = vec![0.0; chain.virtual_count];
-        chain.add_joints(drives, &mut values);
+        chain.add_joint_positions(drives, &mut values);
         let pose = chain.forward(&values, &mut Vec::new());
         Configuration { pose, drives: drives.to_vec(), passive: vec![Vec::new()] }
     }
 
-    /// A way around a singularity: from home to a point beside the straight line, and on to the target.
-    fn detour(&self, target: &Pose) -> Option<Configuration> {
+    /// Configuration at `target` reached around a singularity: from home to a point beside the straight line, and on to the target.
+    fn solve_by_detour(&self, target: &Pose) -> Option<Configuration> {
         let home = self.home.pose;
-        let line = self.as_controlled(target.translation) - home.translation;
+        let line = self.controllable_position(target.translation) - home.translation;
         if line.norm() < SHORTEST_LINE * self.characteristic_length {
             return None;
         }
-        let sides: Vec<Vector3<f64>> = sides(&line, |axis| self.controls_translation(axis));
+        let sides: Vec<Vector3<f64>> = side_directions(&line, |axis| self.controls_translation(axis));
         let middle = home.translation + line * 0.5;
         DETOURS.iter().flat_map(|share| sides.iter().map(move |side| side * *share)).find_map(|offset| {
             let via = self.pose_at(middle + offset * line.norm());
@@ -143,7 +141,7 @@ impl Machine {
 }
 
 /// Unit vectors to both sides of `line`, in up to two directions across it, along the axes that are `controlled`.
-fn sides(line: &Vector3<f64>, controlled: impl Fn(usize) -> bool) -> Vec<Vector3<f64>> {
+fn side_directions(line: &Vector3<f64>, controlled: impl Fn(usize) -> bool) -> Vec<Vector3<f64>> {
     let direction = line.normalize();
     let mut across: Vec<Vector3<f64>> = Vec::new();
     let mut axes: Vec<usize> = (0..3).filter(|&axis| controlled(axis)).collect();

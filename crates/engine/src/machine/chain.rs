@@ -1,5 +1,4 @@
-//! A chain from the machine base to the platform: its route, drives and joints, with the
-//! units and words of their positions and forces (`Motion`).
+//! A chain from the machine base to the platform: its route, drives and joints, with the units and words of their positions and forces (`Motion`).
 
 use std::f64::consts::TAU;
 
@@ -25,7 +24,7 @@ pub enum Motion {
 }
 
 impl Motion {
-    /// What belongs to slides, or to hinges.
+    /// Chooses `slide` for a prismatic motion and `hinge` for a revolute one.
     pub(crate) fn of<T>(self, slide: T, hinge: T) -> T {
         match self {
             Motion::Prismatic => slide,
@@ -33,17 +32,17 @@ impl Motion {
         }
     }
 
-    /// Word in files.
+    /// Name of the motion in machine files.
     pub fn label(self) -> &'static str {
         self.of("prismatic", "revolute")
     }
 
-    /// Unit of positions in files, as names of keys and columns end with it.
+    /// Unit of positions in files, the ending of keys and columns.
     pub fn position_unit(self) -> &'static str {
         self.of("mm", "deg")
     }
 
-    /// Unit of forces in files, as names of keys and columns end with it.
+    /// Unit of forces in files, the ending of keys and columns.
     pub fn force_unit(self) -> &'static str {
         self.of("N", "Nmm")
     }
@@ -53,7 +52,7 @@ impl Motion {
         self.of("mm", "rad")
     }
 
-    /// Unit of positions as readers see it, with the blank between a number and it.
+    /// Unit of positions as readers see it, with the blank that precedes it.
     pub fn position_suffix(self) -> &'static str {
         self.of(" mm", "°")
     }
@@ -68,22 +67,22 @@ impl Motion {
         self.of("N", "N·mm")
     }
 
-    /// What a drive of this kind carries, in one word.
+    /// The word for what a drive of this kind carries.
     pub fn force_word(self) -> &'static str {
         self.of("force", "torque")
     }
 
-    /// A position in the unit of files and readers, mm or degrees, from mm or rad.
-    pub fn shown(self, value: f64) -> f64 {
+    /// Converts a position from mm or rad to mm or degrees, the unit of files and readers.
+    pub fn to_shown(self, value: f64) -> f64 {
         self.of(value, value.to_degrees())
     }
 
-    /// A position in mm or rad, from mm or degrees. What there is per mm or rad becomes what there is per mm or degree.
+    /// Converts a position from mm or degrees to mm or rad, and a quantity per mm or rad to one per mm or degree.
     pub fn from_shown(self, value: f64) -> f64 {
         self.of(value, value.to_radians())
     }
 
-    /// A position, given in mm or degrees, with its unit: to 0.001 mm or 0.0001°.
+    /// Formats a position, given in mm or degrees, to 0.001 mm or 0.0001° and with its unit.
     pub fn position_words(self, value: f64) -> String {
         let decimals = self.of(3, 4);
         // What is nothing has no sign.
@@ -107,7 +106,7 @@ pub struct Drive {
     pub travel: Option<(f64, f64)>,
     /// Largest force in N, or torque in N·mm, either way.
     pub force_limit: Option<f64>,
-    /// How far the joint may stand to either side of where its spring has it, mm or rad.
+    /// Largest distance of the joint to either side of where its spring has it, mm or rad.
     pub backlash: f64,
     /// Largest force or torque that static friction holds, N or N·mm.
     pub friction: f64,
@@ -172,7 +171,7 @@ impl SpringLaw {
     }
 }
 
-/// How the joints of a chain's drives follow from the coordinates that a pendant shows: `joint = per_shown · shown + offset`.
+/// Linear map from the coordinates that a pendant shows to the joints of a chain's drives: `joint = per_shown · shown + offset`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Coupling {
     /// Motion of each joint (rows) per unit of each shown coordinate.
@@ -183,9 +182,8 @@ pub struct Coupling {
 
 /// A chain from base to platform.
 ///
-/// Its coordinates are the virtual ones θ (drive deflections and link deflections, in the order of the machine file)
-/// followed by the passive ones q, those of loops among them. The pose of its end is `g(ρ; θ, q) = X_O,end`; the end
-/// coincides with P.
+/// Its coordinates are the virtual ones θ (drive deflections and link deflections, in the order of the machine file) followed by the passive ones
+/// q, those of loops among them. The pose of its end is `g(ρ; θ, q) = X_O,end`; the end coincides with P.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Chain {
     /// Name, unique within the machine.
@@ -234,8 +232,8 @@ impl Chain {
         }
     }
 
-    /// Least change of what hinge drive `drive` is commanded that leaves all joints where they stand, by whole turns: 2π where it
-    /// moves its own alone. `None` for a slide, and where there is none of a few turns.
+    /// Full turn of hinge drive `drive`: the least change of its command, rad, that turns every joint by whole turns, 2π where it moves one joint
+    /// alone. `None` for a slide, and where up to [`MOST_TURNS`] turns of a joint do not suffice.
     pub(crate) fn full_turn(&self, drive: usize) -> Option<f64> {
         if self.drives[drive].motion == Motion::Prismatic {
             return None;
@@ -250,13 +248,13 @@ impl Chain {
         whole.find(|turns| shares.iter().all(|share| is_whole(share * turns))).map(|turns| turns * TAU)
     }
 
-    /// What is commanded where the chain coordinates, drive coordinates with the drives' positions added, are `values`.
-    pub(crate) fn commanded(&self, values: &[f64]) -> Vec<f64> {
-        (self.commanding())(values)
+    /// Commands of the drives (mm, rad) at the chain coordinates `values`, drive coordinates with the drives' positions added.
+    pub(crate) fn commanded_drives(&self, values: &[f64]) -> Vec<f64> {
+        (self.command_solver())(values)
     }
 
-    /// [`Chain::commanded`] of many.
-    pub(crate) fn commanding(&self) -> impl Fn(&[f64]) -> Vec<f64> {
+    /// Function that computes [`Chain::commanded_drives`], the coupling factored once.
+    pub(crate) fn command_solver(&self) -> impl Fn(&[f64]) -> Vec<f64> {
         let coupling = self.coupling.as_ref().map(|coupling| (coupling.per_shown.clone().lu(), &coupling.offset));
         move |values| {
             let joints: Vec<f64> = self.drives.iter().map(|drive| values[drive.coordinate]).collect();
@@ -266,9 +264,9 @@ impl Chain {
         }
     }
 
-    /// Adds where the drives' joints stand, for drives at `drives` (mm, rad), to the chain coordinates `values`.
+    /// Adds the joint positions that follow from the drive commands `drives` (mm, rad) to the chain coordinates `values`.
     #[inline(always)]
-    pub fn add_joints<R: Real>(&self, drives: &[R], values: &mut [R]) {
+    pub fn add_joint_positions<R: Real>(&self, drives: &[R], values: &mut [R]) {
         match &self.coupling {
             None => {
                 for (drive, &rho) in pairs(&self.drives, drives) {
@@ -287,18 +285,17 @@ impl Chain {
         }
     }
 
-    /// Chain coordinates of a rigid configuration: drives at `drives` (mm, rad; the chain's come first), joints at `passive`.
+    /// Fills `values` with rigid chain coordinates: drives at `drives` (mm, rad; the chain's come first), joints at `passive`.
     pub fn rigid_values(&self, drives: &[f64], passive: &[f64], values: &mut Vec<f64>) {
         values.clear();
         values.resize(self.virtual_count, 0.0);
-        self.add_joints(drives, values);
+        self.add_joint_positions(drives, values);
         values.extend_from_slice(passive);
     }
 
     /// Pose of the chain's end and the screw of each elementary motion of its route.
     ///
-    /// `values`: one per chain coordinate, drive coordinates with the drives' positions added (mm, rad). `screws`: cleared
-    /// and refilled in order.
+    /// `values`: one per chain coordinate, drive coordinates with the drives' positions added (mm, rad). `screws`: cleared and refilled in order.
     pub fn forward(&self, values: &[f64], screws: &mut Vec<MoveScrew>) -> Pose {
         self.route.forward(&Pose::identity(), values, screws, &mut Vec::new())
     }

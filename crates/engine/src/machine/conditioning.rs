@@ -29,8 +29,7 @@ impl Machine {
         if most > 0.0 { least / most } else { 0.0 }
     }
 
-    /// Whether [`Machine::conditioning`] is at least `least`: of an arm with a spherical wrist that controls all six coordinates by its
-    /// six hinges from their axes, for many postures.
+    /// Whether [`Machine::conditioning`] is at least `least`; quick for an arm with a spherical wrist whose six hinges control all six coordinates.
     pub fn is_conditioned(&self, at: &Configuration, least: f64) -> bool {
         if least <= 0.0 {
             return true;
@@ -41,10 +40,10 @@ impl Machine {
         bound >= least || inverse_condition(&jacobian) >= least
     }
 
-    /// Motion of P per motion of each drive, of an arm as [`Machine::is_conditioned`] takes it; rotations at the characteristic length, both as shares of
-    /// it. `None` for other machines.
+    /// Motion of P per motion of each drive, displacements as shares of the characteristic length; `None` but for arms that control six
+    /// coordinates.
     fn arm_jacobian(&self, at: &Configuration) -> Option<Matrix6<f64>> {
-        let first = self.first_of_arm().filter(|_| self.controls.len() == 6)?;
+        let first = self.first_arm_drive().filter(|_| self.controls.len() == 6)?;
         let chain = &self.chains[0];
         let mut values = Vec::with_capacity(chain.virtual_count);
         chain.rigid_values(&at.drives, &[], &mut values);
@@ -61,7 +60,7 @@ impl Machine {
     }
 }
 
-/// Smallest singular value as a share of the largest.
+/// Smallest singular value of `matrix` as a share of the largest.
 fn inverse_condition(matrix: &Matrix6<f64>) -> f64 {
     let values = matrix.singular_values();
     let (least, most) = (values.min(), values.max());

@@ -23,8 +23,8 @@ pub struct ChainError {
 }
 
 impl ChainError {
-    /// Why a chain is not turned by `angle` rad by mistakes in manufacturing or assembly; `None` where it may be.
-    pub fn too_large(angle: f64) -> Option<String> {
+    /// Message that refuses an assembly error of `angle` rad as too large; `None` up to 30 degrees.
+    pub fn rotation_problem(angle: f64) -> Option<String> {
         let degrees = angle.to_degrees();
         let problem = format!(
             "must be at most {LARGEST_ROTATION_DEG:.0} deg either way, which no error of assembly exceeds, got {degrees:.3} deg"
@@ -43,12 +43,12 @@ impl ChainError {
         error
     }
 
-    /// Whether there is none.
+    /// Whether all errors are zero.
     pub fn is_none(&self) -> bool {
         self.base == Twist::default() && self.end == Twist::default() && self.drive_offsets.iter().all(|o| *o == 0.0)
     }
 
-    /// The same error multiplied by `factor`.
+    /// The error multiplied by `factor`.
     pub fn scale(&self, factor: f64) -> Self {
         let scale = |t: Twist| Twist { linear: t.linear * factor, angular: t.angular * factor };
         Self {
@@ -68,8 +68,7 @@ impl ChainError {
     }
 }
 
-/// Axis of `drive`, if a route has it or one of its loops, the joints before it at zero; the route's first frame has the axes
-/// `rotation`.
+/// Axis of `drive`, the joints before it at zero, if the route or one of its loops has it; `rotation`: axes of the route's first frame.
 fn drive_axis(route: &Route, drive: &Drive, mut rotation: Matrix3<f64>) -> Option<Vector3<f64>> {
     let mut frames = Vec::new();
     for step in &route.steps {
@@ -86,7 +85,7 @@ fn drive_axis(route: &Route, drive: &Drive, mut rotation: Matrix3<f64>) -> Optio
     loops.find_map(|inner| drive_axis(&inner.route, drive, frames[inner.from] * inner.route.base.rotation))
 }
 
-/// Puts the joint of `drive`, if the route has it, `offset` mm or rad further.
+/// Shifts the zero of the joint of `drive` by `offset` mm or rad, if the route has it.
 fn shift_joint(route: &mut Route, drive: &Drive, offset: f64) {
     let joint = route.steps.iter().enumerate().find_map(|(index, step)| match *step {
         Step::Move { coordinate, axis, .. } if coordinate == drive.coordinate => Some((index, axis)),
@@ -102,6 +101,7 @@ fn shift_joint(route: &mut Route, drive: &Drive, offset: f64) {
     }
 }
 
+/// Pose of an error frame with this displacement (mm) and rotation vector (rad).
 fn frame_error(error: Twist) -> Pose {
     let mut pose = Pose::from_rotation_vector(error.angular);
     pose.translation = error.linear;
@@ -119,13 +119,13 @@ impl Machine {
     ///
     /// Its `home`, limits and names stay those of the nominal machine, by which it is commanded.
     pub fn with_errors(&self, errors: &[ChainError]) -> Machine {
-        let mut real = self.with_errors_unnoted(errors);
-        real.written.build_in(errors);
+        let mut real = self.with_errors_unrecorded(errors);
+        real.definition.record_errors(errors);
         real
     }
 
-    /// As [`Machine::with_errors`]; other parameters ([`Machine::with_parameters`]) would lose them.
-    pub(super) fn with_errors_unnoted(&self, errors: &[ChainError]) -> Machine {
+    /// Builds `errors` in as [`Machine::with_errors`] does, but not so that [`Machine::with_parameters`] keeps them.
+    pub(super) fn with_errors_unrecorded(&self, errors: &[ChainError]) -> Machine {
         let mut real = self.clone();
         for (chain, error) in real.chains.iter_mut().zip(errors) {
             error.apply(chain);

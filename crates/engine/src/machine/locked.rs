@@ -1,6 +1,6 @@
-//! Locked drives stand where they are set, whatever the task: a rail before an arm, the drives under a workpiece.
+//! Locked drives, which stay where they are set whatever the task: a rail before an arm, the drives under a workpiece.
 
-use super::{Coordinate, Drive, Machine, refused};
+use super::{Coordinate, Drive, Machine, refusal};
 use crate::{
     input::error::Result,
     spatial::{Pose, rotation_exp},
@@ -10,18 +10,17 @@ use crate::{
 const TRIAL: f64 = 1e-4;
 
 /// A drive that can be locked.
-struct Lockable {
+struct LockableDrive {
     label: String,
     drive: Drive,
-    /// Its place among the drives of the machine, or of the workpiece carrier.
+    /// Its index among the drives of the machine, or of the workpiece carrier.
     index: usize,
     carries: bool,
 }
 
 impl Machine {
-    /// This machine with drives that stay at these positions (mm or degrees) instead of serving the task; a drive is named by its
-    /// label in tables ([`Machine::drive_labels`]), or by its own name if no other has it. Drives of the workpiece carrier
-    /// that are not named stay where they are.
+    /// This machine with drives that stay at `positions` (mm or degrees) instead of serving the task; a drive is named by its label in tables
+    /// ([`Machine::drive_labels`]), or by its own name if no other has it. Drives of the workpiece carrier that are not named stay where they are.
     ///
     /// Home is with these drives where they are locked and the others as near to their home as they can with the platform
     /// turned as before; it moves with a rail.
@@ -31,17 +30,17 @@ impl Machine {
     /// met; messages begin with the name.
     pub fn with_locked_drives<N: AsRef<str>>(&self, positions: &[(N, f64)]) -> Result<Machine> {
         let mut machine = self.clone();
-        let all = self.lockable();
+        let all = self.lockable_drives();
         let mut carried = self.carrier.as_ref().map_or_else(Vec::new, |carrier| carrier.home.drives.clone());
         let mut named: Vec<&str> = Vec::new();
         for (name, value) in positions {
             let name = name.as_ref();
-            let found = find(&all, name)?;
+            let found = find_lockable(&all, name)?;
             if named.contains(&found.label.as_str()) {
-                return Err(refused(name, "is locked twice".into()));
+                return Err(refusal(name, "is locked twice".into()));
             }
             named.push(&found.label);
-            let position = within_travel(&found.drive, name, *value)?;
+            let position = checked_position(&found.drive, name, *value)?;
             match found.carries {
                 true => carried[found.index] = position,
                 false => {
@@ -49,33 +48,32 @@ impl Machine {
                     machine.locked.push((found.index, position));
                 }
             }
-            machine.written.locked.retain(|(other, _)| *other != found.label);
-            machine.written.locked.push((found.label.clone(), *value));
+            machine.definition.locked.retain(|(other, _)| *other != found.label);
+            machine.definition.locked.push((found.label.clone(), *value));
         }
         if let Some(carrier) = &mut machine.carrier {
-            carrier.home = carrier.serial_posture(&carried);
+            carrier.home = carrier.serial_configuration(&carried);
         }
         if machine.locked != self.locked {
-            machine.lock_at_home(&named.join(", "))?;
+            machine.rehome_at_locked(&named.join(", "))?;
         }
         Ok(machine)
     }
 
-    /// The label of the drive that is called `name`, by its label or, if no other has it, by its own name; of the workpiece carrier as well.
+    /// Label of the drive called `name`, by its label or, if no other has it, by its own name; of the workpiece carrier as well.
     ///
     /// # Errors
     /// No drive, or several.
     pub fn drive_label(&self, name: &str) -> Result<String> {
-        find(&self.lockable(), name).map(|found| found.label.clone())
+        find_lockable(&self.lockable_drives(), name).map(|found| found.label.clone())
     }
 
     /// Labels of the drives that [`Machine::with_locked_drives`] locked.
-    pub fn told_drives(&self) -> impl Iterator<Item = &str> {
-        self.written.locked.iter().map(|(label, _)| label.as_str())
+    pub fn locked_drive_labels(&self) -> impl Iterator<Item = &str> {
+        self.definition.locked.iter().map(|(label, _)| label.as_str())
     }
 
-    /// Labels and positions (mm or degrees, as shown) of the locked drives, and of all of the
-    /// workpiece carrier.
+    /// Label, position (mm or degrees, as shown) and drive of the locked drives, and of all of the workpiece carrier.
     pub fn locked_drives(&self) -> Vec<(String, f64, &Drive)> {
         let labels = self.drive_labels();
         let drives: Vec<&Drive> = self.drives().map(|(_, drive)| drive).collect();
@@ -85,16 +83,16 @@ impl Machine {
             positions.zip(carrier.drives()).map(|((label, value), (_, drive))| (label, value, drive))
         });
         // The way through radians must not show.
-        let shown = |drive: &Drive, value: f64| (drive.motion.shown(value) * 1e9).round() / 1e9;
+        let shown = |drive: &Drive, value: f64| (drive.motion.to_shown(value) * 1e9).round() / 1e9;
         own.chain(carried).map(|(label, value, drive)| (label, shown(drive, value), drive)).collect()
     }
 
-    /// [`Machine::locked_drives`] in words; `None` if there are none.
+    /// Describes [`Machine::locked_drives`]; `None` if there are none.
     pub fn locked_words(&self) -> Option<String> {
         let locked = self.locked_drives().into_iter();
         let locked = locked.map(|(label, value, drive)| {
             let unit = drive.motion.position_suffix();
-            match self.written.along_path.iter().find(|(own, _)| *own == label) {
+            match self.definition.path_axes.iter().find(|(own, _)| *own == label) {
                 Some((_, [low, high])) => format!("{label} moved within {low} to {high}{unit} by the path"),
                 None => format!("{label} at {value}{unit}"),
             }
@@ -103,10 +101,11 @@ impl Machine {
         (!words.is_empty()).then_some(words)
     }
 
-    fn lockable(&self) -> Vec<Lockable> {
-        let of = |machine: &Machine, carries: bool| -> Vec<Lockable> {
+    /// All drives that can be locked: those of the machine, then those of its workpiece carrier.
+    fn lockable_drives(&self) -> Vec<LockableDrive> {
+        let of = |machine: &Machine, carries: bool| -> Vec<LockableDrive> {
             let drives = machine.drives().zip(machine.drive_labels()).enumerate();
-            let lockable = |(index, ((_, drive), label)): (usize, ((usize, &Drive), String))| Lockable {
+            let lockable = |(index, ((_, drive), label)): (usize, ((usize, &Drive), String))| LockableDrive {
                 label,
                 drive: drive.clone(),
                 index,
@@ -119,25 +118,25 @@ impl Machine {
         all
     }
 
-    /// Moves home to where the locked drives stand, and sees whether the others meet the task there.
-    pub(super) fn lock_at_home(&mut self, named: &str) -> Result<()> {
+    /// Moves home to where the locked drives stand, and checks that the others meet the task there; errors name `named`.
+    pub(super) fn rehome_at_locked(&mut self, named: &str) -> Result<()> {
         if self.locked.len() > self.redundancy {
             let spare = match self.redundancy {
                 0 => "no drive more than its task needs".into(),
                 count => format!("{count} more than its task needs"),
             };
             let problem = format!("machine {} has {spare}, and {} would be locked", self.name, self.locked.len());
-            return Err(refused(named, problem));
+            return Err(refusal(named, problem));
         }
         let mut drives = self.home.drives.clone();
         for &(drive, value) in &self.locked {
             drives[drive] = value;
         }
-        let at = self.forward_kinematics(&drives).map_err(|why| refused(named, format!("locked there: {why}")))?;
+        let at = self.forward_kinematics(&drives).map_err(|why| refusal(named, format!("locked there: {why}")))?;
         let pose = Pose { rotation: self.home.pose.rotation, ..at.pose };
         self.home = at;
         let home = self.inverse_kinematics_from(&self.home, &pose);
-        self.home = home.map_err(|why| refused(named, format!("locked there, home cannot be met: {why}")))?;
+        self.home = home.map_err(|why| refusal(named, format!("locked there, home cannot be met: {why}")))?;
         for coordinate in self.controls.clone() {
             let mut beside = self.home.pose;
             match coordinate {
@@ -150,43 +149,43 @@ impl Machine {
             }
             if self.unlimited_inverse_kinematics_from(&self.home, &beside).is_err() {
                 let problem = format!("locked there, the other drives cannot control {}", coordinate.name());
-                return Err(refused(named, problem));
+                return Err(refusal(named, problem));
             }
         }
         Ok(())
     }
 }
 
-/// The drive with this label, or the only one of this name.
-fn find<'a>(all: &'a [Lockable], name: &str) -> Result<&'a Lockable> {
+/// Finds the drive whose label is `name`, or the only one of this name; `Err` for none or several.
+fn find_lockable<'a>(all: &'a [LockableDrive], name: &str) -> Result<&'a LockableDrive> {
     if let Some(found) = all.iter().find(|drive| drive.label == name) {
         return Ok(found);
     }
     let mut alike = all.iter().filter(|drive| drive.drive.name == name);
     match (alike.next(), alike.next()) {
         (Some(found), None) => Ok(found),
-        (Some(first), Some(second)) => Err(refused(
+        (Some(first), Some(second)) => Err(refusal(
             name,
             format!("several drives are called so: expected {}, {} or another label", first.label, second.label),
         )),
         (None, _) => {
             let known = all.iter().map(|drive| drive.label.as_str()).collect::<Vec<_>>().join(", ");
-            Err(refused(name, format!("no drive is called so; there are: {known}")))
+            Err(refusal(name, format!("no drive is called so; there are: {known}")))
         }
     }
 }
 
-/// The position in mm or rad that shows `value`.
-fn within_travel(drive: &Drive, name: &str, value: f64) -> Result<f64> {
+/// Converts the shown position `value` to mm or rad; `Err` if it is not finite or beyond travel.
+fn checked_position(drive: &Drive, name: &str, value: f64) -> Result<f64> {
     let unit = drive.motion.position_unit();
     if !value.is_finite() {
-        return Err(refused(name, format!("must be a number in {unit}, got {value}")));
+        return Err(refusal(name, format!("must be a number in {unit}, got {value}")));
     }
     let position = drive.motion.from_shown(value);
     match drive.travel {
         Some((low, high)) if !(low..=high).contains(&position) => {
-            let (low, high) = (drive.motion.shown(low), drive.motion.shown(high));
-            Err(refused(name, format!("must be within its travel of {low} to {high} {unit}, got {value}")))
+            let (low, high) = (drive.motion.to_shown(low), drive.motion.to_shown(high));
+            Err(refusal(name, format!("must be within its travel of {low} to {high} {unit}, got {value}")))
         }
         _ => Ok(position),
     }

@@ -41,7 +41,7 @@ impl Machine {
 
 impl Machine {
     /// Coordinates of the platform that the drives can control independently of each other at `at`: translations first.
-    pub fn controllable(&self, at: &Configuration) -> Vec<Coordinate> {
+    pub fn controllable_axes(&self, at: &Configuration) -> Vec<Coordinate> {
         let all = (0..3).map(Coordinate::Translation).chain((0..3).map(Coordinate::Rotation));
         let motions = self.platform_motions(at);
         let mut chosen: Vec<Coordinate> = Vec::new();
@@ -54,12 +54,12 @@ impl Machine {
         chosen
     }
 
-    /// How many of the controlled coordinates the drives can control independently of each other at `at`.
+    /// Number of controlled coordinates that the drives can control independently of each other at `at`.
     pub fn controlled_count(&self, at: &Configuration) -> usize {
         self.rank_of(&self.controls, &self.platform_motions(at), at)
     }
 
-    /// The largest share of a turn that the drives do not control in a motion of the whole mechanism at `at`.
+    /// Largest rotation of the platform that the drives do not control, as a share of a motion of the whole mechanism at `at`.
     pub(super) fn uncontrolled_turn(&self, at: &Configuration) -> f64 {
         let motions = self.platform_motions(at);
         let uncontrolled = (0..3).filter(|&axis| !self.controls.contains(&Coordinate::Rotation(axis)));
@@ -67,11 +67,12 @@ impl Machine {
         if motions.ncols() == 0 { 0.0 } else { uncontrolled.map(turn).fold(0.0, f64::max) }
     }
 
-    /// Twists of P that the chains allow, drives free: 6 × motions of the mechanism, O axes, mm and rad × characteristic length. Dependent where a joint is idle.
+    /// Twists of P that the chains allow, drives free: 6 × motions, O axes, mm and rad × characteristic length; dependent where a joint is idle.
     fn platform_motions(&self, at: &Configuration) -> DMatrix<f64> {
         RankRevealing::new(self.closure_jacobian(at), RANK_TOLERANCE).null_space().rows(0, 6).into_owned()
     }
 
+    /// Number of `coordinates` that the platform `motions` change independently of each other.
     fn rank_of(&self, coordinates: &[Coordinate], motions: &DMatrix<f64>, at: &Configuration) -> usize {
         let row = |coordinate: &Coordinate| match *coordinate {
             Coordinate::Translation(axis) => motions.row(axis).into_owned(),

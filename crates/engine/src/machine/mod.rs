@@ -1,9 +1,8 @@
 //! The machine: chains of joints, elastic links and parallelograms, chain errors, rigid kinematics. Chains lead from base to
 //! platform and have limits. Immutable once built; solves nothing elastic.
 //!
-//! A machine is read from a TOML file ([`Machine::from_file`]) or taken from the [`catalogue`]. Manufacturing and assembly
-//! errors make another machine of it ([`Machine::with_errors`]): commands are computed with the nominal one, what happens
-//! is computed with the real one.
+//! A machine is read from a TOML file ([`Machine::from_file`]) or taken from the [`catalogue`]. Manufacturing and assembly errors make another
+//! machine of it ([`Machine::with_errors`]): commands are computed with the nominal one, what happens is computed with the real one.
 
 mod alternative_branches;
 mod branch;
@@ -42,8 +41,8 @@ use nalgebra::{Matrix3, Matrix6, Vector3};
 pub use branch::{Branch, Clearance, Elbow, Posture, PostureChange, Shoulder, Wrist};
 pub use chain::{Chain, Coupling, Drive, Motion, MoveScrew, PassiveJoint, Spring, SpringLaw};
 pub use errors::ChainError;
-pub use external_axes::{ExternalAxes, Standing};
-pub use kinematics::{Configuration, SideBySide, Unreachable};
+pub use external_axes::{ExternalAxes, PositionedMachine};
+pub use kinematics::{BatchKinematics, Configuration, Unreachable};
 pub use mobility::Mobility;
 pub use parameters::{Parameter, Unit, Variation};
 pub use provenance::{Grade, Provenance};
@@ -71,7 +70,7 @@ pub enum Coordinate {
     Rotation(usize),
 }
 
-/// Where the direction of the tool comes from.
+/// What defines the direction of the tool axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ToolAxisSource {
     /// The machine file.
@@ -91,33 +90,33 @@ pub struct NamedPoint {
     pub position: Vector3<f64>,
 }
 
-/// What moves with the platform: spindle, holder, tool.
+/// Mass that moves with the platform: spindle, holder and tool.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PlatformMass {
-    /// kg.
+    /// Mass, kg.
     pub kilograms: f64,
     /// Its centre in platform axes, from P, mm.
     pub at: Vector3<f64>,
 }
 
-/// From where deflections of a machine with weight or springs are measured.
+/// Reference from which deflections of a machine with weight or springs are measured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Zeroed {
-    /// From where it stands without a load, under its weight and springs: it was zeroed there.
+pub enum ZeroState {
+    /// The unloaded equilibrium under weight and springs: the machine was calibrated there.
     AtRest,
-    /// From where the rigid model stands, without weight and springs.
+    /// The rigid model, without weight and springs.
     Weightless,
-    /// From where the rigid model stands, with drives offset so that it stands there at home under its weight and springs.
+    /// The rigid model, with drives offset so that the machine stands on it at home under its weight and springs.
     AtHome,
 }
 
-impl Zeroed {
-    /// Word in files.
+impl ZeroState {
+    /// The word for it in machine files.
     pub fn label(self) -> &'static str {
         match self {
-            Zeroed::AtRest => "at_rest",
-            Zeroed::Weightless => "weightless",
-            Zeroed::AtHome => "at_home",
+            ZeroState::AtRest => "at_rest",
+            ZeroState::Weightless => "weightless",
+            ZeroState::AtHome => "at_home",
         }
     }
 }
@@ -131,8 +130,7 @@ pub struct WorkspaceBox {
     pub max: Vector3<f64>,
 }
 
-/// A machine, checked and assembled at home: a handle to its [`Model`], whose fields it gives. Clones share the model; one
-/// that is changed becomes another machine.
+/// A machine, checked and assembled at home: a cheap handle that dereferences to its [`Model`]. Clones share the model; changing one copies it.
 #[derive(Debug, Clone)]
 pub struct Machine(Arc<Model>);
 
@@ -150,7 +148,7 @@ impl DerefMut for Machine {
     }
 }
 
-/// What a [`Machine`] is made of.
+/// All data of a [`Machine`].
 #[derive(Debug, Clone)]
 pub struct Model {
     /// Short name.
@@ -159,7 +157,7 @@ pub struct Model {
     pub title: String,
     /// Where its numbers come from.
     pub source: String,
-    /// The same for groups of them, with how far each may be trusted.
+    /// Sources of groups of its numbers, with how far each may be trusted.
     pub provenance: Vec<Provenance>,
     /// Chains between base and platform.
     pub chains: Vec<Chain>,
@@ -179,7 +177,7 @@ pub struct Model {
     /// Mass that moves with P.
     pub platform_mass: Option<PlatformMass>,
     /// From where deflections are measured.
-    pub zeroed: Zeroed,
+    pub zeroed: ZeroState,
     /// Compliance of what lies between P and T (spindle, holder, cutter): deflection of T per wrench there, in the axes of T
     /// (mm, rad; N, N·mm); `None` where it is rigid.
     pub tool_compliance: Option<Box<Matrix6<f64>>>,
@@ -187,46 +185,46 @@ pub struct Model {
     pub points: Vec<NamedPoint>,
     /// The configuration from which all others are reached.
     pub home: Configuration,
-    /// Pose of P from which home was sought. Coordinates that are not controlled follow from the chains and may differ.
-    pub home_sought: Pose,
+    /// Pose of P that the machine file asks for at home. Coordinates that are not controlled follow from the chains and may differ.
+    pub home_target: Pose,
     /// Largest distance in mm from P to a chain's base or joint axis at home: the length by which rotations and moments are made comparable
     /// with displacements and forces in residuals and eigenvalues.
     pub characteristic_length: f64,
     /// Number of independent motions of the drives beyond those that the controlled coordinates take: 0 for most machines.
     ///
-    /// The drives of a redundant machine stand as near to home as the task allows: the sum of squares of their ways from
-    /// home is least, slides in mm and hinges in mm at the [characteristic length](crate::machine::Model::characteristic_length).
-    /// That is a function of the target alone, so a path has the same commands from wherever it is begun. A drive that would leave its travel stays at its end, and the others
-    /// make up for it. Motions of the platform that are not controlled follow.
+    /// The drives of a redundant machine stand as near to home as the task allows: the sum of squares of their distances from home is least, slides
+    /// in mm and hinges in mm at the [characteristic length](crate::machine::Model::characteristic_length). So a path has the same commands from
+    /// wherever it is begun. A drive that would leave its travel stays at its end, and the others make up for it. Other platform motions follow.
     pub redundancy: usize,
     /// Whether rotations of the platform that the drives do not control change as it moves. A path then asks for the pose in
-    /// which the machine stands with the path's point on it, see [`Machine::lead`].
-    pub turns_with_position: bool,
-    /// Locked drives, which take no part in the task, with their positions, mm or rad: see
-    /// [`Machine::with_locked_drives`].
+    /// which the machine stands with the path's point on it, see [`Machine::track`].
+    pub has_parasitic_rotation: bool,
+    /// Locked drives, which take no part in the task, with their positions, mm or rad: see [`Machine::with_locked_drives`].
     pub locked: Vec<(usize, f64)>,
     /// What carries the workpiece, if it can move or bend: a machine of one chain from O to the workpiece frame W, whose P is the
     /// origin of W and whose home is where its drives stand.
     pub carrier: Option<Machine>,
-    /// What it is if it is a six-axis arm with a spherical wrist.
+    /// Geometry of the arm, if it is a six-axis arm with a spherical wrist.
     arm: Option<Box<branch::Arm>>,
-    /// The branch that was chosen for it ([`Machine::on_branch`]); `None` where any will do.
+    /// The branch chosen for an arm ([`Machine::on_branch`]); `None` where any will do.
     pub branch: Option<Branch>,
-    /// What it was made of: see [`Machine::parameters`].
-    written: parameters::Written,
+    /// The machine file it was made of, and what was changed since: see [`Machine::parameters`].
+    definition: parameters::Definition,
 }
 
-fn refused(argument: &str, problem: String) -> Error {
+/// Error that refuses `argument` because of `problem`.
+fn refusal(argument: &str, problem: String) -> Error {
     Error::Argument { argument: argument.into(), problem }
 }
 
-fn no_machine(problem: &str) -> Error {
+/// Error with `problem` and the names of the built-in machines.
+fn unknown_machine(problem: &str) -> Error {
     let names = catalogue::names().collect::<Vec<_>>().join(", ");
-    refused("machine", format!("{problem}; built in: {names}"))
+    refusal("machine", format!("{problem}; built in: {names}"))
 }
 
 impl Machine {
-    /// What machine it is, in a few words: its title up to the first comma or bracket.
+    /// Title of the machine up to the first comma or bracket; its name if that is empty.
     pub fn short_title(&self) -> &str {
         let words = self.title.split([',', '(']).next().unwrap_or_default().trim();
         if words.is_empty() { &self.name } else { words }
@@ -236,13 +234,13 @@ impl Machine {
         Self(Arc::new(model))
     }
 
-    /// Reads and checks a machine file.
+    /// Reads and checks the machine file `file`.
     pub fn from_file(file: &std::path::Path) -> Result<Self> {
         let text = crate::input::toml_file::read(file)?;
         Self::from_toml(&text, &file.display().to_string())
     }
 
-    /// Checks a machine given as TOML text; `origin` names it in error messages.
+    /// Reads and checks a machine given as TOML text; `origin` names it in error messages.
     pub fn from_toml(text: &str, origin: &str) -> Result<Self> {
         Geometry::from_toml(text, origin)?.machine()
     }
@@ -254,39 +252,39 @@ impl Machine {
     pub fn named(name: &str) -> Result<Self> {
         match catalogue::find(name) {
             Some(entry) => Self::from_toml(entry.toml, entry.name),
-            None => Err(no_machine(&format!("no built-in machine \"{name}\""))),
+            None => Err(unknown_machine(&format!("no built-in machine \"{name}\""))),
         }
     }
 
-    /// A built-in machine by name, or the machine of a file by path.
+    /// The built-in machine called `name`, or else the machine of the file at this path.
     pub fn named_or_file(name: &str) -> Result<Self> {
         Geometry::named_or_file(name)?.machine()
     }
 
-    /// This machine without weight.
+    /// This machine and its workpiece carrier without gravity.
     pub fn weightless(&self) -> Self {
         let mut machine = self.clone();
         if machine.has_weight() {
             machine.gravity = Vector3::zeros();
-            machine.written.without_gravity();
+            machine.definition.clear_gravity();
             machine.carrier = machine.carrier.as_ref().map(Machine::weightless);
         }
         machine
     }
 
-    /// Stiffness of what lies between P and T, the inverse of its compliance.
+    /// Stiffness at T of what lies between P and T (N, mm, rad), the inverse of its compliance; `None` where that is rigid.
     pub fn tool_stiffness(&self) -> Option<Matrix6<f64>> {
         self.tool_compliance.as_ref()?.try_inverse()
     }
 
-    /// Whether it, or what carries the workpiece, has a mass, and gravity acts on it.
+    /// Whether the machine or its workpiece carrier has a mass, and gravity acts on it.
     pub fn has_weight(&self) -> bool {
         let own = self.chains.iter().chain(self.carrier.iter().flat_map(|carrier| &carrier.chains));
         let has_mass = self.platform_mass.is_some() || own.into_iter().any(|chain| chain.route.has_mass());
         has_mass && self.gravity != Vector3::zeros()
     }
 
-    /// Whether it, or what carries the workpiece, has springs between points or in passive joints.
+    /// Whether the machine or its workpiece carrier has springs between points or in passive joints.
     pub fn has_springs(&self) -> bool {
         let mut own = self.chains.iter().chain(self.carrier.iter().flat_map(|carrier| &carrier.chains));
         let is_sprung = |route: &Route| !route.point_springs.is_empty();
@@ -296,9 +294,8 @@ impl Machine {
         })
     }
 
-    /// What moves it without a load, in words: its weight, its springs or both; `None` if nothing does, so that it rests where the rigid
-    /// model stands.
-    pub fn own_forces(&self) -> Option<&'static str> {
+    /// Names what deflects the machine without a load: its weight, its springs or both; `None` if nothing does.
+    pub fn own_load_words(&self) -> Option<&'static str> {
         match (self.has_weight(), self.has_springs()) {
             (true, true) => Some("weight and springs"),
             (true, false) => Some("weight"),
@@ -307,13 +304,12 @@ impl Machine {
         }
     }
 
-    /// Drives of all chains in order, with the index of their chain.
+    /// All drives in machine order, each with the index of its chain.
     pub fn drives(&self) -> impl Iterator<Item = (usize, &Drive)> {
         self.chains.iter().enumerate().flat_map(|(c, chain)| chain.drives.iter().map(move |drive| (c, drive)))
     }
 
-    /// Of each drive, the least change that leaves all joints where they stand, see `Chain::full_turn`; none of one that is locked, which
-    /// stands where it is set.
+    /// Full turn of each drive, rad, see `Chain::full_turn`; `None` for slides and locked drives.
     pub fn full_turns(&self) -> impl Iterator<Item = Option<f64>> {
         let turns = self.chains.iter().flat_map(|chain| (0..chain.drives.len()).map(|drive| chain.full_turn(drive)));
         turns.enumerate().map(|(index, turn)| turn.filter(|_| self.locked.iter().all(|&(locked, _)| locked != index)))
@@ -333,13 +329,13 @@ impl Machine {
         self.drives().map(|(c, drive)| label(&self.chains[c], drive)).collect()
     }
 
-    /// The kinds of drives there are, slides first. Values of slides and hinges have no common unit.
+    /// The kinds of drives that the machine has, slides first. Values of slides and hinges have no common unit.
     pub fn drive_kinds(&self) -> impl Iterator<Item = Motion> {
         let has = |kind: &Motion| self.drives().any(|(_, drive)| drive.motion == *kind);
         [Motion::Prismatic, Motion::Revolute].into_iter().filter(has)
     }
 
-    /// Whether there are slides and hinges.
+    /// Whether the machine has both slides and hinges as drives.
     pub fn has_mixed_drives(&self) -> bool {
         self.drive_kinds().count() > 1
     }
@@ -349,12 +345,12 @@ impl Machine {
         self.chains.iter().position(|chain| chain.name == name)
     }
 
-    /// Named location, if the machine has one of this name.
+    /// The named location called `name`, if the machine has one.
     pub fn point(&self, name: &str) -> Option<&NamedPoint> {
         self.points.iter().find(|point| point.name == name)
     }
 
-    /// This machine with drives that stand farther than commanded by `offsets`, mm or rad, one for each drive.
+    /// This machine with each drive standing its entry of `offsets` (mm or rad, one per drive) beyond its command.
     pub fn with_drive_offsets(&self, offsets: &[f64]) -> Self {
         let mut first = 0;
         let errors: Vec<ChainError> = self

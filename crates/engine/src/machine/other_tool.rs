@@ -18,12 +18,12 @@ const KEYS: [(&str, &str); 4] = [
 ];
 
 impl Machine {
-    /// This machine with the tool that stands at `check` of a process.
+    /// This machine with the tool that a process has at `check`.
     ///
     /// # Errors
     /// Values that make no tool; a tip elsewhere or another axis without what bends there, where the machine's own tool bends.
     pub fn with_tool(&self, tool: &OtherToolSpec, check: &Check) -> Result<Machine> {
-        let mut spec = MachineSpec::clone(self.written.spec());
+        let mut spec = MachineSpec::clone(self.definition.spec());
         for (name, material) in &tool.material {
             if spec.material.insert(name.clone(), material.clone()).is_some() {
                 return check
@@ -44,8 +44,8 @@ impl Machine {
         if bends {
             spec.platform.tool = Some(ToolSpec { compliance: tool.compliance.clone(), cutter: tool.cutter.clone() });
         }
-        self.remade(spec).or_else(|error| match &error {
-            Error::Value { key, problem, .. } => match in_process(key) {
+        self.rebuild_from(spec).or_else(|error| match &error {
+            Error::Value { key, problem, .. } => match process_key(key) {
                 Some(key) => check.key(&key).fail(problem.clone()),
                 None => Err(error),
             },
@@ -55,7 +55,7 @@ impl Machine {
 }
 
 impl Model {
-    /// Where its tool ends, and how it bends there.
+    /// Describes the tool: its tip in platform axes and its stiffness across its axis.
     pub fn tool_words(&self) -> String {
         let [x, y, z]: [f64; 3] = self.tool_tip.into();
         let tip = format!("tip at ({x}, {y}, {z}) mm of the platform");
@@ -69,7 +69,7 @@ impl Model {
     }
 }
 
-/// What a key of the machine file is called in the table of a process.
-fn in_process(key: &str) -> Option<String> {
+/// Key in the tool table of a process for a key of the machine file; `None` if it has none.
+fn process_key(key: &str) -> Option<String> {
     KEYS.iter().find_map(|(machine, own)| key.strip_prefix(machine).map(|rest| format!("{own}{rest}")))
 }

@@ -29,14 +29,14 @@ impl Grade {
     }
 }
 
-/// Some of a machine's numbers and where they come from.
+/// Source of some of a machine's numbers.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Provenance {
     /// Which numbers.
     pub what: String,
     /// How far they may be trusted.
     pub grade: Grade,
-    /// Who says so.
+    /// The source: a paper, data sheet or person.
     pub source: String,
     /// Names of these numbers, or what the names begin with; empty where only `what` says it.
     pub parameters: Vec<String>,
@@ -45,14 +45,14 @@ pub struct Provenance {
 }
 
 impl Provenance {
-    /// How many letters of `parameter` it names: all or its beginning, up to a dot; `None` if it is about others.
-    pub(super) fn names(&self, parameter: &str) -> Option<usize> {
+    /// Length of the longest of its patterns that name `parameter`; `None` if none does.
+    pub(super) fn match_length(&self, parameter: &str) -> Option<usize> {
         let fitting = self.parameters.iter().filter(|pattern| is_named(parameter, pattern));
         fitting.map(String::len).max()
     }
 }
 
-/// Whether `pattern` is the name of a parameter, or its beginning up to a dot.
+/// Whether `pattern` is the name of `parameter`, or its beginning up to a dot.
 pub(super) fn is_named(parameter: &str, pattern: &str) -> bool {
     parameter.strip_prefix(pattern).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
 }

@@ -1,19 +1,19 @@
-//! Drives that a program for machine tools tells where to stand by its words A, B and C: those of a head, and those under the workpiece.
+//! Rotary drives that a program of a machine tool commands by its words A, B and C: those of a head, and those under the workpiece.
 
 use nalgebra::Vector3;
 
-use super::{Configuration, Coordinate, Machine, Motion, refused};
+use super::{Configuration, Coordinate, Machine, Motion, refusal};
 use crate::{
     input::error::Result,
     spatial::{Pose, rotation_log},
 };
 
-/// A hinge called A, B or C.
+/// A rotary drive called A, B or C, with its axis.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RotaryDrive {
     /// Its name, in capitals.
     pub letter: char,
-    /// As in [`Machine::drive_labels`].
+    /// Its label, as in [`Machine::drive_labels`].
     pub label: String,
     /// Whether it turns the workpiece, and not the tool.
     pub carries: bool,
@@ -23,10 +23,10 @@ pub struct RotaryDrive {
     pub through: Vector3<f64>,
 }
 
-/// The rotary drives of a machine, those of each kind from its base outwards.
+/// The rotary drives of a machine, of the head and of the workpiece carrier each from the base outwards.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RotaryDrives {
-    /// Those of the workpiece carrier after those of the head.
+    /// The drives of the workpiece carrier after those of the head.
     pub drives: Vec<RotaryDrive>,
     /// `X_OP` with all of them at 0.
     pub platform: Pose,
@@ -41,31 +41,29 @@ const BESIDE: f64 = 0.01;
 const STILL_RAD: f64 = 1e-9;
 
 impl Machine {
-    /// Its rotary drives: those of its workpiece carrier, and those of a head (of a machine of one chain) without which its other drives
-    /// lead the tool, the platform as they turn it.
+    /// Rotary drives of the workpiece carrier and, on a machine of one chain, of a head commanded while the other drives control the translations.
     pub fn rotary_drives(&self) -> RotaryDrives {
-        let head = if self.has_told_head() { named(self) } else { Vec::new() };
+        let head = if self.has_commandable_head() { hinges(self) } else { Vec::new() };
         let placed = |drives: &[f64]| self.forward_kinematics(drives).ok().map(|at| at.pose);
         let (mut drives, platform) = axes(self, &head, false, placed).unwrap_or_else(|| (Vec::new(), self.home.pose));
         let Some(carrier) = &self.carrier else { return RotaryDrives { drives, platform, carrier: Pose::identity() } };
-        let carried = axes(carrier, &named(carrier), true, |drives| Some(carrier.serial_posture(drives).pose));
+        let carried = axes(carrier, &hinges(carrier), true, |drives| Some(carrier.serial_configuration(drives).pose));
         let (carried, at) = carried.unwrap_or_else(|| (Vec::new(), carrier.home.pose));
         drives.extend(carried);
         RotaryDrives { drives, platform, carrier: at }
     }
 
-    /// Whether its hinges called A, B and C may be commanded.
-    fn has_told_head(&self) -> bool {
+    /// Whether the machine has one chain whose hinges called A, B and C can be commanded, see [`Machine::with_commanded_drives`].
+    fn has_commandable_head(&self) -> bool {
         let home = |(index, _): (usize, char)| {
             let (_, drive) = self.drives().nth(index)?;
-            Some((self.drive_labels().swap_remove(index), drive.motion.shown(self.home.drives[index])))
+            Some((self.drive_labels().swap_remove(index), drive.motion.to_shown(self.home.drives[index])))
         };
-        let told: Option<Vec<(String, f64)>> = named(self).into_iter().map(home).collect();
-        self.chains.len() == 1 && told.is_some_and(|told| !told.is_empty() && self.with_commanded_drives(&told).is_ok())
+        let named: Option<Vec<(String, f64)>> = hinges(self).into_iter().map(home).collect();
+        self.chains.len() == 1 && named.is_some_and(|all| !all.is_empty() && self.with_commanded_drives(&all).is_ok())
     }
 
-    /// As [`Machine::with_locked_drives`], of drives that turn the platform: rotations are then theirs, and its other drives control its
-    /// translations.
+    /// Locks drives that turn the platform, see [`Machine::with_locked_drives`]: they decide its rotations, the other drives its translations.
     ///
     /// # Errors
     /// As there, and where the platform would turn as the others move it.
@@ -76,17 +74,17 @@ impl Machine {
             machine.redundancy = machine.redundancy_at_home();
         }
         let mut machine = machine.with_locked_drives(positions)?;
-        if machine.turns_beside_held() {
+        if machine.rotates_beside_locked() {
             let names = positions.iter().map(|(name, _)| name.as_ref()).collect::<Vec<_>>().join(", ");
             let problem = format!("locked, the platform of machine {} turns as the others move it", machine.name);
-            return Err(refused(&names, problem));
+            return Err(refusal(&names, problem));
         }
-        machine.turns_with_position = false;
+        machine.has_parasitic_rotation = false;
         Ok(machine)
     }
 
-    /// Whether the platform turns as the drives move it that are not locked.
-    fn turns_beside_held(&self) -> bool {
+    /// Whether the platform rotates as the drives that are not locked translate it.
+    fn rotates_beside_locked(&self) -> bool {
         (0..3).any(|axis| {
             let mut beside = self.home.pose;
             beside.translation[axis] += BESIDE * self.characteristic_length;
@@ -96,8 +94,8 @@ impl Machine {
         })
     }
 
-    /// Whether the commanded drives decide how the platform is turned.
-    pub fn is_turned_by_locked(&self) -> bool {
+    /// Whether the locked drives decide the orientation of the platform.
+    pub fn is_oriented_by_locked(&self) -> bool {
         let turns = |&(index, _): &(usize, f64)| {
             self.drives().nth(index).is_some_and(|(_, drive)| drive.motion == Motion::Revolute)
         };
@@ -105,14 +103,14 @@ impl Machine {
     }
 }
 
-/// Its hinges called A, B or C, by their place among its drives.
-fn named(machine: &Machine) -> Vec<(usize, char)> {
+/// Drive index and letter of each hinge of `machine` called A, B or C.
+fn hinges(machine: &Machine) -> Vec<(usize, char)> {
     let letter = |name: &str| ['A', 'B', 'C'].into_iter().find(|letter| name == letter.to_string());
     let hinges = machine.drives().enumerate().filter(|(_, (_, drive))| drive.motion == Motion::Revolute);
     hinges.filter_map(|(index, (_, drive))| Some((index, letter(&drive.name)?))).collect()
 }
 
-/// The axes of `hinges` and the pose with all of them at 0, of a machine whose drives bring it to what `placed` says.
+/// Axes of `hinges`, and the pose with all of them at 0; `placed` gives the pose in O at drive positions (mm, rad). `None` without a pose.
 fn axes(
     machine: &Machine,
     hinges: &[(usize, char)],

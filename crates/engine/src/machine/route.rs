@@ -1,5 +1,4 @@
-//! A way through a chain, from its first frame to its last: elementary motions in order, and what hangs on the frames
-//! between them (masses, springs between points, other ways between two of them).
+//! Routes through chains: elementary motions in order, and what hangs on frames between them (masses, springs between points, loops).
 
 use nalgebra::Vector3;
 
@@ -9,7 +8,7 @@ use crate::{
     spatial::{Axis, Pose},
 };
 
-/// One factor of the product that a route is.
+/// One factor of the product of transforms and motions that is a route.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Step {
     /// A rigid transform.
@@ -36,7 +35,7 @@ pub struct Mass {
     pub frame: usize,
     /// Its centre in that frame, mm.
     pub at: Vector3<f64>,
-    /// kg.
+    /// Mass, kg.
     pub kilograms: f64,
 }
 
@@ -67,13 +66,13 @@ pub struct PointSpring {
 }
 
 impl PointSpring {
-    /// Tension that would be left at length zero, N; without any, the spring is as regular where its ends meet as elsewhere.
+    /// Tension at length zero, N; without any, the spring is as regular where its ends meet as elsewhere.
     pub fn tension_at_zero_length(&self) -> f64 {
         self.preload - self.stiffness * self.free_length
     }
 }
 
-/// Another way between two frames of a route. It and the part of the route between them are a parallel module.
+/// Another route between two frames of a route. It and the part of the route between them are a parallel module.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Loop {
     /// Its name, unique within the chain.
@@ -86,7 +85,7 @@ pub struct Loop {
     pub route: Route,
 }
 
-/// A way from one frame to another.
+/// A product of transforms and motions from one frame to another, with masses, springs and loops on its frames.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Route {
     /// Pose of its first frame in O, or in the frame where a loop starts.
@@ -136,7 +135,7 @@ impl Route {
         before
     }
 
-    /// Chain coordinates that its own motions have, ascending, each once.
+    /// Chain coordinates of its own motions, ascending, each once.
     pub fn coordinates(&self) -> Vec<usize> {
         let moved = self.steps.iter().filter_map(|step| match *step {
             Step::Move { coordinate, .. } => Some(coordinate),
@@ -148,18 +147,18 @@ impl Route {
         coordinates
     }
 
-    /// Whether a mass hangs on it or on one of its loops.
+    /// Whether a mass hangs on this route or on one of its loops.
     pub fn has_mass(&self) -> bool {
         !self.masses.is_empty() || self.loops.iter().any(|other| other.route.has_mass())
     }
 
-    /// It and all loops within it, each before its own loops.
+    /// This route and all loops within it, each before its own loops.
     pub fn with_loops(&self) -> Vec<&Route> {
         let inner = self.loops.iter().flat_map(|other| other.route.with_loops());
         std::iter::once(self).chain(inner).collect()
     }
 
-    /// Applies `change` to it and to all loops within it.
+    /// Applies `change` to this route and to all loops within it.
     pub fn for_each(&mut self, change: &mut impl FnMut(&mut Route)) {
         change(self);
         for other in &mut self.loops {
@@ -167,7 +166,7 @@ impl Route {
         }
     }
 
-    /// Number of loops within it, those within loops included.
+    /// Number of loops within this route, those within loops included.
     pub fn loop_count(&self) -> usize {
         self.loops.iter().map(|other| 1 + other.route.loop_count()).sum()
     }
@@ -198,8 +197,8 @@ impl Route {
         end
     }
 
-    /// Pose of the target from a first frame at `frame`. `each` is told the coordinate and the twist of each elementary
-    /// motion in order, at the point that coincides with O (seen at the target it gains `ω × p_end`); `reached` is told each frame.
+    /// Pose of the target from a first frame at `frame`. `each` gets the coordinate and the twist of each elementary motion in order, at the point
+    /// that coincides with O (seen at the target it gains `ω × p_end`); `reached` gets each frame.
     #[inline(always)]
     pub(crate) fn propagate<R: Real>(
         &self,

@@ -5,7 +5,7 @@ use serde_json::Value;
 
 use super::spec::MachineSpec;
 
-/// The schema of machine files (JSON Schema draft 7, which editors of TOML know), made from what reads them.
+/// JSON Schema (draft 7, which editors of TOML know) of machine files, made from the types that read them.
 pub fn file_schema() -> Schema {
     let settings = SchemaSettings::draft07().with_transform(RecursiveTransform(without_null));
     let mut schema = settings.into_generator().into_root_schema_for::<MachineSpec>();
@@ -13,7 +13,7 @@ pub fn file_schema() -> Schema {
     schema
 }
 
-/// TOML has no null: what may be left out is not required, and that says it all. Nor are there other numbers than double ones.
+/// Removes null types and number formats from a schema: TOML has no null, and an optional key is one that is not required.
 fn without_null(schema: &mut Schema) {
     schema.remove("format");
     if let Some(Value::Array(kinds)) = schema.get_mut("type") {

@@ -56,7 +56,7 @@ pub enum Section {
 }
 
 impl Section {
-    /// Area, mm².
+    /// Cross-sectional area, mm²; of a tapered tube, at half its length.
     pub fn area(&self) -> f64 {
         match *self {
             Section::Rectangle { width, height } => width * height,
@@ -91,9 +91,8 @@ impl Section {
         }
     }
 
-    /// Torsion constant J, mm⁴. For a rectangle a × c, a ≥ c: `a c³ (1/3 − 0.21 (c/a)(1 − c⁴/(12 a⁴)))`
-    /// (Roark's formula, exact within 0.5 %). For an I, thin walls that can warp: `Σ b t³/3`; for a box, Bredt's `4 A² t / perimeter` of
-    /// the wall's middle line.
+    /// Torsion constant J, mm⁴. For a rectangle a × c, a ≥ c: `a c³ (1/3 − 0.21 (c/a)(1 − c⁴/(12 a⁴)))` (Roark's formula, exact within 0.5 %). For
+    /// an I, thin walls that can warp: `Σ b t³/3`; for a box, Bredt's `4 A² t / perimeter` of the wall's middle line.
     pub fn torsion_constant(&self) -> f64 {
         match *self {
             Section::Rectangle { width, height } => {
@@ -123,10 +122,12 @@ impl Section {
     }
 }
 
+/// Area of a circle, mm².
 fn circle_area(diameter: f64) -> f64 {
     std::f64::consts::PI * diameter.powi(2) / 4.0
 }
 
+/// Second moment of area of a circle about its diameter, mm⁴.
 fn circle_moment(diameter: f64) -> f64 {
     std::f64::consts::PI * diameter.powi(4) / 64.0
 }
@@ -141,9 +142,8 @@ pub struct Material {
 }
 
 /// Stiffness of the free end of a uniform Euler–Bernoulli beam of length `length` mm clamped at its start, in beam axes:
-/// `K11 = EA/L, K22 = 12EI_z/L³, K26 = −6EI_z/L², K66 = 4EI_z/L, K33 = 12EI_y/L³, K35 = 6EI_y/L², K55 = 4EI_y/L,
-/// K44 = GJ/L` (N, mm, rad; translations before rotations). Of a tapered beam, the inverse of its compliance, which sums up
-/// that of its parts.
+/// `K11 = EA/L, K22 = 12EI_z/L³, K26 = −6EI_z/L², K66 = 4EI_z/L, K33 = 12EI_y/L³, K35 = 6EI_y/L², K55 = 4EI_y/L, K44 = GJ/L` (N, mm, rad;
+/// translations before rotations). Of a tapered beam, the inverse of its compliance, which sums up that of its parts.
 pub fn beam_stiffness(section: &Section, material: &Material, length: f64) -> Matrix6<f64> {
     if let Section::TaperedTube { .. } = section {
         return tapered_compliance(section, material, length).try_inverse().unwrap_or_default();

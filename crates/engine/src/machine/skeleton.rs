@@ -21,18 +21,18 @@ pub struct Skeleton {
     pub platform_axes: [[f64; 3]; 3],
     /// T, mm.
     pub tool_tip_mm: [f64; 3],
-    /// What moves with P.
+    /// Mass that moves with P.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub platform_mass: Option<MassMark>,
 }
 
 impl Skeleton {
-    /// Its springs between points, chain after chain.
+    /// Springs between points of all chains, chain after chain.
     pub fn springs(&self) -> impl Iterator<Item = &Polyline> {
         self.chains.iter().flat_map(|chain| &chain.springs)
     }
 
-    /// Its masses, that of the platform last.
+    /// Masses of all chains, that of the platform last.
     pub fn masses(&self) -> impl Iterator<Item = &MassMark> {
         self.chains.iter().flat_map(|chain| &chain.masses).chain(&self.platform_mass)
     }
@@ -62,7 +62,7 @@ pub struct ChainSkeleton {
 pub struct MassMark {
     /// Where its centre is, mm.
     pub position_mm: [f64; 3],
-    /// kg.
+    /// Mass, kg.
     pub kilograms: f64,
 }
 
@@ -74,7 +74,7 @@ pub struct JointMark {
     pub name: String,
     /// Whether it is driven.
     pub is_drive: bool,
-    /// Whether it slides; otherwise it turns.
+    /// Whether it slides; otherwise it rotates.
     pub slides: bool,
     /// Where it stands, mm.
     pub position_mm: [f64; 3],
@@ -87,11 +87,10 @@ pub struct JointMark {
 }
 
 impl Machine {
-    /// The machine's lines for the chain coordinates `chains` (one per chain, drive coordinates with ρ added, mm and rad)
-    /// and the platform at `platform`.
+    /// Skeleton for the chain coordinates `chains` (one set per chain, drive coordinates with ρ added, mm and rad) and the platform at `platform`.
     pub fn skeleton(&self, chains: &[Vec<f64>], platform: &Pose) -> Skeleton {
         Skeleton {
-            chains: self.chains.iter().zip(chains).map(|(chain, values)| Walker::walk(chain, values)).collect(),
+            chains: self.chains.iter().zip(chains).map(|(chain, values)| SkeletonWalker::walk(chain, values)).collect(),
             platform_mm: platform.translation.into(),
             platform_axes: std::array::from_fn(|i| platform.rotation.column(i).into_owned().into()),
             tool_tip_mm: platform.transform(self.tool_tip).into(),
@@ -101,7 +100,7 @@ impl Machine {
         }
     }
 
-    /// The machine's lines in a rigid configuration.
+    /// Skeleton of the machine in the rigid configuration `at`.
     pub fn rigid_skeleton(&self, at: &Configuration) -> Skeleton {
         let mut first = 0;
         let values = |(chain, passive): (&Chain, &Vec<f64>)| {
@@ -138,8 +137,8 @@ impl Machine {
     }
 }
 
-/// Follows a chain from base to platform.
-struct Walker<'a> {
+/// Draws a route step by step, from base to platform.
+struct SkeletonWalker<'a> {
     chain: &'a Chain,
     values: &'a [f64],
     pose: Pose,
@@ -150,7 +149,8 @@ struct Walker<'a> {
     near: Option<[[f64; 3]; 2]>,
 }
 
-impl<'a> Walker<'a> {
+impl<'a> SkeletonWalker<'a> {
+    /// Skeleton of `chain` at the chain coordinates `values` (mm, rad).
     fn walk(chain: &'a Chain, values: &'a [f64]) -> ChainSkeleton {
         let mut drawn = ChainSkeleton {
             name: chain.name.clone(),
@@ -163,7 +163,7 @@ impl<'a> Walker<'a> {
         drawn
     }
 
-    /// Draws a route that starts at `start`, and its loops.
+    /// Draws a route that starts at the pose `start`, and its loops.
     fn walk_route(chain: &'a Chain, route: &'a Route, values: &'a [f64], start: &Pose, drawn: &mut ChainSkeleton) {
         let pose = start.compose(&route.base);
         let mut walker = Self {
@@ -183,10 +183,10 @@ impl<'a> Walker<'a> {
                 Step::Move { motion, axis, coordinate, sign } => {
                     let direction = walker.pose.rotation.column(axis.index()).into_owned();
                     let width = walker.parallelogram_width(coordinate);
-                    walker.joint(motion, coordinate, sign, direction);
+                    walker.add_joint(motion, coordinate, sign, direction);
                     if width > 0.0 && sign > 0.0 {
                         walker.near = Some(walker.short_link(width));
-                        walker.cut();
+                        walker.start_line();
                     }
                     match motion {
                         Motion::Prismatic => walker.slide(coordinate, direction * sign),
@@ -199,7 +199,7 @@ impl<'a> Walker<'a> {
             }
         }
         walker.advance(&route.attachment);
-        walker.cut();
+        walker.start_line();
         drawn.links.append(&mut walker.links);
         drawn.joints.append(&mut walker.joints);
         let place = |anchor: &Anchor| match anchor.frame {
@@ -217,7 +217,7 @@ impl<'a> Walker<'a> {
         }
     }
 
-    /// A rigid length.
+    /// Moves on by a rigid transform, whose length is drawn.
     fn advance(&mut self, transform: &Pose) {
         self.pose = self.pose.compose(transform);
         if transform.translation != Vector3::zeros() {
@@ -225,19 +225,19 @@ impl<'a> Walker<'a> {
         }
     }
 
-    /// Ends the present line and begins another.
-    fn cut(&mut self) {
+    /// Ends the present line and begins another at the present pose.
+    fn start_line(&mut self) {
         let line = std::mem::replace(&mut self.line, vec![self.pose.translation.into()]);
         if line.len() > 1 {
             self.links.push(line);
         }
     }
 
-    /// A slide leaves a gap; an elastic deflection takes the end of the line along.
+    /// Moves along a slide, which leaves a gap in the lines, or by an elastic deflection, which the line follows.
     fn slide(&mut self, coordinate: usize, direction: Vector3<f64>) {
         let is_elastic = coordinate < self.chain.virtual_count && !self.is_drive(coordinate);
         if !is_elastic {
-            self.cut();
+            self.start_line();
         }
         self.pose.translation += direction * self.values[coordinate];
         if let Some(last) = self.line.last_mut() {
@@ -252,10 +252,11 @@ impl<'a> Walker<'a> {
         self.chain.drives.iter().any(|drive| drive.coordinate == coordinate)
     }
 
-    fn joint(&mut self, motion: Motion, coordinate: usize, sign: f64, direction: Vector3<f64>) {
+    /// Marks the drive or passive joint with this coordinate at the present pose.
+    fn add_joint(&mut self, motion: Motion, coordinate: usize, sign: f64, direction: Vector3<f64>) {
         let index = self.chain.drives.iter().position(|drive| drive.coordinate == coordinate);
         let drive = index.map(|index| &self.chain.drives[index]);
-        let value = index.map_or(self.values[coordinate], |index| self.chain.commanded(self.values)[index]);
+        let value = index.map_or(self.values[coordinate], |index| self.chain.commanded_drives(self.values)[index]);
         let passive = coordinate.checked_sub(self.chain.virtual_count).and_then(|j| self.chain.passive.get(j));
         let (name, limits) = match (drive, passive) {
             (Some(drive), _) => (&drive.name, drive.travel),
@@ -268,8 +269,8 @@ impl<'a> Walker<'a> {
             slides: motion == Motion::Prismatic,
             position_mm: self.pose.translation.into(),
             axis: direction.into(),
-            value: motion.shown(value),
-            limits: limits.map(|(low, high)| [motion.shown(low), motion.shown(high)]),
+            value: motion.to_shown(value),
+            limits: limits.map(|(low, high)| [motion.to_shown(low), motion.to_shown(high)]),
         });
     }
 
@@ -279,11 +280,13 @@ impl<'a> Walker<'a> {
         joint.and_then(|joint| joint.parallelogram_width).unwrap_or(0.0)
     }
 
+    /// Ends of the parallelogram's short link at the present pose, in O, mm.
     fn short_link(&self, width: f64) -> [[f64; 3]; 2] {
         let half = self.pose.rotation.column(1) * (width / 2.0);
         [(self.pose.translation - half).into(), (self.pose.translation + half).into()]
     }
 
+    /// Draws the parallelogram from its near short link to the far one, which is here.
     fn close_parallelogram(&mut self, width: f64) {
         let [far_low, far_high] = self.short_link(width);
         if let Some([low, high]) = self.near.take() {

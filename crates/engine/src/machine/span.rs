@@ -1,4 +1,4 @@
-//! Targets that are farther away than a chain is long: known before anything is solved.
+//! Lengths of chains, by which targets out of reach are refused before anything is solved.
 
 use super::{Chain, Machine, Motion, Step, Unreachable};
 use crate::spatial::Pose;
@@ -7,12 +7,9 @@ use crate::spatial::Pose;
 const ROUNDING: f64 = 1e-9;
 
 impl Machine {
-    /// Refuses a target that is farther from where a chain begins to move than that chain is long, slides at the ends of their travel.
-    /// What is not refused may still be out of reach. Chains without hinges are not looked at: their travel says more.
-    ///
-    /// # Errors
-    /// [`Unreachable::BeyondSpan`], of the first such chain.
-    pub(super) fn within_span(&self, target: &Pose) -> Result<(), Unreachable> {
+    /// Refuses, with [`Unreachable::BeyondSpan`], a target that is farther from where a chain begins to move than that chain is long, slides at the
+    /// ends of their travel. What is not refused may still be out of reach. Chains without hinges are not looked at: their travel says more.
+    pub(super) fn check_span(&self, target: &Pose) -> Result<(), Unreachable> {
         let beyond = self.chains.iter().find_map(|chain| {
             let (start, span_mm) = chain.span()?;
             let way = target.translation - start.translation;
@@ -26,7 +23,7 @@ impl Machine {
 }
 
 impl Chain {
-    /// Where it begins to move, in O, and how far from there its end can be, mm; `None` if it has no hinge, or a slide without an end.
+    /// Pose in O where the chain begins to move, and how far from there its end can be, mm; `None` if it has no hinge, or a slide without an end.
     fn span(&self) -> Option<(Pose, f64)> {
         let (mut start, mut span, mut has_moved, mut has_hinge) =
             (self.route.base, self.route.attachment.translation.norm(), false, false);
@@ -38,7 +35,7 @@ impl Chain {
                     has_moved = true;
                     match motion {
                         Motion::Revolute => has_hinge = true,
-                        Motion::Prismatic => span += self.farthest(coordinate)?,
+                        Motion::Prismatic => span += self.slide_extent(coordinate)?,
                     }
                 }
                 Step::Move { .. } | Step::Frame => {}
@@ -47,13 +44,13 @@ impl Chain {
         has_hinge.then_some((start, span))
     }
 
-    /// Whether a chain coordinate moves where nothing bends: that of a drive or of a passive joint.
+    /// Whether a chain coordinate is that of a drive or of a passive joint, and so moves without elastic deflection.
     fn is_joint(&self, coordinate: usize) -> bool {
         coordinate >= self.virtual_count || self.drives.iter().any(|drive| drive.coordinate == coordinate)
     }
 
-    /// How far the slide of `coordinate` can stand from zero, mm.
-    fn farthest(&self, coordinate: usize) -> Option<f64> {
+    /// Largest distance of the slide of `coordinate` from zero, mm; `None` where that is unlimited.
+    fn slide_extent(&self, coordinate: usize) -> Option<f64> {
         let (low, high) = match coordinate.checked_sub(self.virtual_count) {
             Some(joint) => self.passive[joint].limits?,
             None if self.coupling.is_some() => return None,

@@ -265,7 +265,7 @@ pub enum ElementSpec {
 }
 
 impl ElementSpec {
-    /// The word for its kind, and the name that the file gives it.
+    /// The word for the kind of the element, and the name that the file gives it.
     pub(super) fn kind_and_name(&self) -> (&'static str, Option<&str>) {
         match self {
             ElementSpec::Fixed(fixed) => ("fixed", fixed.name.as_deref()),
@@ -285,7 +285,7 @@ impl ElementSpec {
         }
     }
 
-    /// The name of each element: its own, or its kind and which of this kind it is, from 1.
+    /// Name of each element: its own, or its kind and which of this kind it is, from 1.
     pub(super) fn names(elements: &[Self]) -> Vec<String> {
         let of = |(i, element): (usize, &Self)| {
             let (kind, own) = element.kind_and_name();
@@ -294,7 +294,7 @@ impl ElementSpec {
         elements.iter().enumerate().map(of).collect()
     }
 
-    /// The name of an element of this kind without one of its own, behind the elements `before`.
+    /// Default name of an element: its kind, and its number among those of this kind behind the elements `before`.
     fn numbered(kind: &str, before: &[Self]) -> String {
         format!("{kind}_{}", 1 + before.iter().filter(|element| element.kind_and_name().0 == kind).count())
     }

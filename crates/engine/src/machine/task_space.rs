@@ -1,4 +1,4 @@
-//! What of a place the machine can be asked for: the translations its drives control, and its workspace box.
+//! Task coordinates of a machine: the translations that its drives control, and its workspace box.
 
 use std::fmt;
 
@@ -20,7 +20,7 @@ const SAME_ORIENTATION: f64 = 1e-5;
 const ROUNDING: f64 = 1e-9;
 
 impl Coordinate {
-    /// Its name in machine files.
+    /// Name of the coordinate in machine files.
     pub fn name(self) -> &'static str {
         match self {
             Coordinate::Translation(axis) => AXES[axis],
@@ -29,14 +29,14 @@ impl Coordinate {
     }
 }
 
-/// A position that is asked for in a coordinate the drives do not control.
+/// Difference between asked and actual position of P along an axis that the drives do not control.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct UncontrolledDifference {
     /// Index of the axis of O.
     pub axis: usize,
-    /// What is asked for, mm.
+    /// Position asked for, mm.
     pub asked: f64,
-    /// Where the machine stands, mm.
+    /// Position of P, mm.
     pub stands: f64,
 }
 
@@ -51,15 +51,15 @@ pub struct OutsideWorkspace {
     pub ends: [f64; 2],
 }
 
-/// A length without the rounding of how it was computed.
-pub(super) fn shown(length: f64) -> f64 {
+/// Rounds a number to six decimals, for messages.
+pub(super) fn round_off(length: f64) -> f64 {
     (length * 1e6).round() / 1e6
 }
 
 impl fmt::Display for OutsideWorkspace {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (axis, [low, high]) = (AXES[self.axis], self.ends);
-        write!(f, "{axis} = {} mm is outside the machine's workspace box, {low} to {high} mm", shown(self.value))
+        write!(f, "{axis} = {} mm is outside the machine's workspace box, {low} to {high} mm", round_off(self.value))
     }
 }
 
@@ -74,25 +74,25 @@ impl Machine {
         (0..3).filter(|&axis| !self.controls_translation(axis))
     }
 
-    /// What becomes of coordinates of a path that the drives do not control; `None` if they control all translations.
+    /// Says what becomes of coordinates of a path that the drives do not control; `None` if they control all translations.
     pub fn uncontrolled_words(&self) -> Option<String> {
         let names = self.uncontrolled_names()?;
         Some(format!("{names} of the base, taken where the machine stands; words of a program for it stay"))
     }
 
-    /// Names of [`Machine::uncontrolled_axes`], if there are any.
+    /// Names of [`Machine::uncontrolled_axes`], separated by commas; `None` if there are none.
     pub fn uncontrolled_names(&self) -> Option<String> {
         let names: Vec<&str> = self.uncontrolled_axes().map(|axis| AXES[axis]).collect();
         (!names.is_empty()).then(|| names.join(", "))
     }
 
-    /// `asked` (P in O, mm) with the coordinates that the drives do not control put where they stand at home.
-    pub fn as_controlled(&self, asked: Vector3<f64>) -> Vector3<f64> {
+    /// Position `asked` of P (O, mm) with the coordinates that the drives do not control replaced by those of home.
+    pub fn controllable_position(&self, asked: Vector3<f64>) -> Vector3<f64> {
         let home = self.home.pose.translation;
         Vector3::from_fn(|axis, _| if self.controls_translation(axis) { asked[axis] } else { home[axis] })
     }
 
-    /// The uncontrolled coordinate in which `asked` differs most from where P stands (both in O, mm), if it differs.
+    /// Largest difference between `asked` and where P `stands` (both in O, mm) along an axis that the drives do not control; `None` if they agree.
     pub fn uncontrolled_difference(&self, asked: Vector3<f64>, stands: Vector3<f64>) -> Option<UncontrolledDifference> {
         let differences = self.uncontrolled_axes().map(|axis| UncontrolledDifference {
             axis,
@@ -105,22 +105,21 @@ impl Machine {
             .max_by(|a, b| size(a).total_cmp(&size(b)))
     }
 
-    /// Refuses `asked` (P in O, mm) where the machine at `at`, which stands there as far as its drives control, is
-    /// elsewhere in a coordinate that they do not control.
+    /// Checks that P at the configuration `at` is at `asked` (O, mm) along the axes that the drives do not control.
     ///
     /// # Errors
     /// [`Unreachable::Uncontrolled`], which names the coordinate and the difference.
-    pub fn check_asked(&self, asked: Vector3<f64>, at: &Configuration) -> Result<(), Unreachable> {
+    pub fn check_uncontrolled(&self, asked: Vector3<f64>, at: &Configuration) -> Result<(), Unreachable> {
         let Some(difference) = self.uncontrolled_difference(asked, at.pose.translation) else { return Ok(()) };
         Err(Unreachable::Uncontrolled {
             axis: AXES[difference.axis].into(),
-            asked: shown(difference.asked),
-            stands: shown(difference.stands),
+            asked: round_off(difference.asked),
+            stands: round_off(difference.stands),
             controls: self.controls.iter().map(|c| c.name()).collect::<Vec<_>>().join(", "),
         })
     }
 
-    /// Whether the platform stands at `at` as it was `asked` to be turned (`R_OP`).
+    /// Checks that the platform at the configuration `at` has the orientation `asked` (`R_OP`).
     ///
     /// # Errors
     /// [`Unreachable::OtherOrientation`].
@@ -130,7 +129,7 @@ impl Machine {
             return Ok(());
         }
         let angles = Rotation3::from_matrix_unchecked(at.pose.rotation).euler_angles();
-        let [roll, pitch, yaw] = <[f64; 3]>::from(angles).map(|angle| shown(angle.to_degrees()) + 0.0);
+        let [roll, pitch, yaw] = <[f64; 3]>::from(angles).map(|angle| round_off(angle.to_degrees()) + 0.0);
         Err(Unreachable::OtherOrientation {
             apart_deg: apart.to_degrees(),
             stands: format!("({roll}, {pitch}, {yaw})"),
@@ -141,15 +140,15 @@ impl Machine {
     /// Inverse kinematics of P at `position` mm, the platform oriented as at home as far as the drives control that.
     ///
     /// # Errors
-    /// As [`Machine::inverse_kinematics`], and [`Machine::check_asked`]: a coordinate that is not controlled may be asked
+    /// As [`Machine::inverse_kinematics`], and [`Machine::check_uncontrolled`]: a coordinate that is not controlled may be asked
     /// for only where it stands.
     pub fn command(&self, position: Vector3<f64>) -> Result<Configuration, Unreachable> {
         let at = self.inverse_kinematics(&self.pose_at(position))?;
-        self.check_asked(position, &at)?;
+        self.check_uncontrolled(position, &at)?;
         Ok(at)
     }
 
-    /// How `position` of P (O, mm) is outside the machine's workspace box; `None` inside.
+    /// The axis along which `position` of P (O, mm) is farthest outside the machine's workspace box; `None` inside.
     pub fn outside_workspace(&self, position: Vector3<f64>) -> Option<OutsideWorkspace> {
         let (min, max) = (self.workspace.min, self.workspace.max);
         let excess = |axis: usize| (min[axis] - position[axis]).max(position[axis] - max[axis]);

@@ -1,4 +1,4 @@
-//! A point of the platform tracked to a position, on machines whose platform turns with its position.
+//! A point of the platform tracked to a position, on machines with a parasitic rotation of the platform.
 //!
 //! Where the drives do not control all rotations, the platform may turn as it moves: a Tricept tilts, an arm with a free turn
 //! has the orientation that leaves its drives nearest to home. A point beside P then moves by more than P does, and where P has
@@ -21,14 +21,14 @@ const TRIAL_WAY: [f64; 3] = [0.61, -0.52, 0.43];
 
 impl Machine {
     /// Whether rotations of the platform that the drives do not control change as it moves, seen at home and beside it.
-    pub(super) fn turns_beside_home(&self) -> bool {
+    pub(super) fn rotates_parasitically(&self) -> bool {
         let is_still = |at: &Configuration| self.uncontrolled_turn(at) <= super::mobility::MOVES;
         if !is_still(&self.home) {
             return true;
         }
         let beside = TRIALS.iter().find_map(|share| {
             let way = Vector3::from(TRIAL_WAY) * (share * self.characteristic_length);
-            let asked = self.as_controlled(self.home.pose.translation + way);
+            let asked = self.controllable_position(self.home.pose.translation + way);
             self.unlimited_inverse_kinematics_from(&self.home, &self.pose_at(asked)).ok()
         });
         beside.is_some_and(|at| !is_still(&at))
@@ -40,10 +40,10 @@ impl Machine {
     ///
     /// # Errors
     /// A place of P on the way that cannot be reached, or [`Unreachable::Turned`].
-    pub fn lead(&self, point: Vector3<f64>, asked: &Pose, near: &Configuration) -> Result<Configuration, Unreachable> {
+    pub fn track(&self, point: Vector3<f64>, asked: &Pose, near: &Configuration) -> Result<Configuration, Unreachable> {
         let wanted = asked.transform(point);
         let mut at = near.clone();
-        let mut place = self.as_controlled(wanted - at.pose.rotation * point);
+        let mut place = self.controllable_position(wanted - at.pose.rotation * point);
         // What the place has to change by per change of the point: without turning, the same (Broyden's method).
         let mut inverse = Matrix3::identity();
         let mut last: Option<(Vector3<f64>, Vector3<f64>)> = None;
@@ -80,13 +80,12 @@ impl Machine {
         }
     }
 
-    /// Refuses a pose that was commanded for a path where the platform at `at`, which meets it as far as the drives control,
-    /// is turned so that its tool tip is elsewhere.
+    /// Checks that the platform at `at`, which meets the pose `asked` as far as the drives control, has its tool tip where that pose has it.
     ///
     /// # Errors
-    /// [`Unreachable::Uncontrolled`] as [`Machine::check_asked`], and [`Unreachable::Turned`].
+    /// [`Unreachable::Uncontrolled`] as [`Machine::check_uncontrolled`], and [`Unreachable::Turned`].
     pub fn check_tracked(&self, asked: &Pose, at: &Configuration) -> Result<(), Unreachable> {
-        self.check_asked(asked.translation, at)?;
+        self.check_uncontrolled(asked.translation, at)?;
         let beside_mm = ((at.pose.rotation - asked.rotation) * self.tool_tip).norm();
         if beside_mm > super::task_space::SAME_PLACE * self.characteristic_length {
             return Err(Unreachable::Turned { beside_mm });

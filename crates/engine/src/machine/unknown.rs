@@ -1,4 +1,4 @@
-//! Machine files whose drives have a stiffness that is not known: their geometry can be asked for, their deflection not.
+//! Machine files with drives of unknown stiffness: their kinematics can be computed, their deflection not.
 
 use std::fmt;
 
@@ -11,7 +11,7 @@ use super::{
     Branch, Machine, Parameter, resolve,
     spec::{ChainSpec, ElementSpec, MachineSpec},
 };
-use super::{catalogue, no_machine};
+use super::{catalogue, unknown_machine};
 use crate::input::error::{Error, Result};
 
 /// The word for a stiffness that is not known.
@@ -29,7 +29,7 @@ pub enum StiffnessSpec {
 }
 
 impl StiffnessSpec {
-    /// The number, or what stands for it.
+    /// The number, or a stand-in of 1 where it is unknown.
     pub(super) fn number(self) -> f64 {
         match self {
             StiffnessSpec::Known(number) => number,
@@ -55,6 +55,7 @@ impl schemars::JsonSchema for StiffnessSpec {
     }
 }
 
+/// Reads a number or the word "unknown".
 struct NumberOrUnknown;
 
 impl Visitor<'_> for NumberOrUnknown {
@@ -95,7 +96,7 @@ pub struct UnknownStiffness {
     pub key: String,
 }
 
-/// What a machine file says of a machine's geometry, whether or not it says how stiff the drives are.
+/// A machine whose drives may have unknown stiffness: fit for kinematics, not for deflections.
 #[derive(Debug, Clone)]
 pub struct Geometry {
     origin: String,
@@ -107,33 +108,27 @@ impl Geometry {
     /// Checks a machine given as TOML text; `origin` names it in error messages.
     pub fn from_toml(text: &str, origin: &str) -> Result<Self> {
         let spec: MachineSpec = crate::input::toml_file::parse(text, origin)?;
-        let unknown = unknown(&spec);
+        let unknown = unknown_stiffnesses(&spec);
         Ok(Self { origin: origin.into(), machine: resolve::machine(spec, origin)?, unknown })
     }
 
-    /// Its numbers, see [`Machine::parameters`]; what is unknown has no value.
+    /// Parameters of the machine, see [`Machine::parameters`]; unknown ones have no value.
     pub fn parameters(&self) -> Vec<Parameter> {
         self.machine.parameters()
     }
 
-    /// As [`Machine::with_parameters`]; what was unknown may become known.
-    ///
-    /// # Errors
-    /// As there.
+    /// This geometry with other parameter values, see [`Machine::with_parameters`]; unknown stiffnesses may become known.
     pub fn with_parameters<N: AsRef<str>>(&self, values: &[(N, f64)]) -> Result<Self> {
         let machine = self.machine.with_parameters(values)?;
-        Ok(Self { origin: self.origin.clone(), unknown: unknown(machine.written.spec()), machine })
+        Ok(Self { origin: self.origin.clone(), unknown: unknown_stiffnesses(machine.definition.spec()), machine })
     }
 
-    /// As [`Machine::on_branch`].
-    ///
-    /// # Errors
-    /// As there.
+    /// This geometry on `branch`, see [`Machine::on_branch`].
     pub fn on_branch(self, branch: Branch) -> Result<Self> {
         Ok(Self { machine: self.machine.on_branch(branch)?, ..self })
     }
 
-    /// A built-in machine by name, or the machine of a file by path.
+    /// The geometry of the built-in machine called `name`, or else of the file at this path.
     pub fn named_or_file(name: &str) -> Result<Self> {
         let file = std::path::Path::new(name);
         match catalogue::find(name) {
@@ -141,24 +136,21 @@ impl Geometry {
             None if file.extension().is_some() || file.exists() => {
                 Self::from_toml(&crate::input::toml_file::read(file)?, name)
             }
-            None => Err(no_machine(&format!("no built-in machine \"{name}\" and no such file"))),
+            None => Err(unknown_machine(&format!("no built-in machine \"{name}\" and no such file"))),
         }
     }
 
-    /// The machine, for questions of kinematics alone: drives of unknown stiffness have one that means nothing.
+    /// The machine for kinematics alone: drives of unknown stiffness have one that means nothing.
     pub fn kinematics(&self) -> &Machine {
         &self.machine
     }
 
-    /// Drives whose stiffness is not known.
+    /// Drives whose stiffness is unknown.
     pub fn unknown(&self) -> &[UnknownStiffness] {
         &self.unknown
     }
 
-    /// The machine, for every question.
-    ///
-    /// # Errors
-    /// The stiffness of a drive is unknown.
+    /// The machine for all computations; `Err` if the stiffness of a drive is unknown.
     pub fn machine(self) -> Result<Machine> {
         if self.unknown.is_empty() {
             return Ok(self.machine);
@@ -169,12 +161,13 @@ impl Geometry {
     }
 }
 
-/// Drives whose stiffness is unknown, in the order of the file.
-fn unknown(spec: &MachineSpec) -> Vec<UnknownStiffness> {
-    spec.chain.iter().enumerate().flat_map(|(index, design)| unknown_of(index, design)).collect()
+/// Drives of `spec` whose stiffness is unknown, in the order of the file.
+fn unknown_stiffnesses(spec: &MachineSpec) -> Vec<UnknownStiffness> {
+    spec.chain.iter().enumerate().flat_map(|(index, design)| unknown_in_chain(index, design)).collect()
 }
 
-fn unknown_of(index: usize, design: &ChainSpec) -> impl Iterator<Item = UnknownStiffness> {
+/// Drives of chain design number `index` whose stiffness is unknown.
+fn unknown_in_chain(index: usize, design: &ChainSpec) -> impl Iterator<Item = UnknownStiffness> {
     design.elements.iter().enumerate().filter_map(move |(e, element)| {
         let (stiffness, drive, key) = match element {
             ElementSpec::PrismaticDrive(drive) => (drive.stiffness, &drive.name, "prismatic_drive.stiffness_N_per_mm"),

@@ -11,7 +11,7 @@ pub struct Grid {
 }
 
 impl Grid {
-    /// `counts` points per axis; a single point lies in the middle.
+    /// Builds the grid over the box from `min` to `max` (mm) with `counts` points per axis, both ends included; a single point lies in the middle.
     pub fn new(min: Vector3<f64>, max: Vector3<f64>, counts: [usize; 3]) -> Self {
         let axis = |i: usize| match counts[i] {
             1 => vec![0.5 * (min[i] + max[i])],
@@ -22,34 +22,34 @@ impl Grid {
         Self { axes: [axis(0), axis(1), axis(2)] }
     }
 
-    /// Points along x, y and z.
+    /// Number of points along x, y and z.
     pub fn counts(&self) -> [usize; 3] {
         [self.axes[0].len(), self.axes[1].len(), self.axes[2].len()]
     }
 
-    /// Number of points.
+    /// Number of points of the grid.
     pub fn len(&self) -> usize {
         self.counts().iter().product()
     }
 
-    /// Whether there is no point.
+    /// Whether the grid has no points.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// Point `index`; x runs fastest, then y, then z.
+    /// Position of point `index`, mm; x runs fastest, then y, then z.
     pub fn position(&self, index: usize) -> Vector3<f64> {
         let [nx, ny, _] = self.counts();
         Vector3::new(self.axes[0][index % nx], self.axes[1][index / nx % ny], self.axes[2][index / (nx * ny)])
     }
 
-    /// Index of the point with these positions along the axes; the inverse of [`Grid::position`].
+    /// Index of the point with these indices along x, y and z; the inverse of [`Grid::position`].
     pub fn index(&self, [x, y, z]: [usize; 3]) -> usize {
         let [nx, ny, _] = self.counts();
         x + nx * (y + ny * z)
     }
 
-    /// Share of the box that is nearer to point `index` than to its neighbours: half a cell along each axis at the ends.
+    /// Volume share of the box that is nearest to point `index`: half a cell along each axis at its ends.
     pub fn cell_share(&self, index: usize) -> f64 {
         let [nx, ny, _] = self.counts();
         let share = |axis: usize, i: usize| {

@@ -35,23 +35,22 @@ pub struct Pose {
 }
 
 impl Pose {
-    /// The pose of a frame in itself.
+    /// The pose of a frame in itself: no translation, no rotation.
     pub fn identity() -> Self {
         Self { rotation: Matrix3::identity(), translation: Vector3::zeros() }
     }
 
-    /// A pure translation, mm.
+    /// The pose of a pure translation, mm.
     pub fn from_translation(translation: Vector3<f64>) -> Self {
         Self { rotation: Matrix3::identity(), translation }
     }
 
-    /// A pure rotation given by its rotation vector (axis × angle), rad.
+    /// The pose of a pure rotation given by its rotation vector (axis × angle), rad.
     pub fn from_rotation_vector(rotation_vector: Vector3<f64>) -> Self {
         Self { rotation: rotation_exp(rotation_vector), translation: Vector3::zeros() }
     }
 
-    /// Rotation given by roll, pitch and yaw in rad about the fixed x, y and z axes, in this order:
-    /// `R = Rz(yaw) · Ry(pitch) · Rx(roll)`.
+    /// The pose of a rotation by roll, pitch and yaw (rad) about the fixed x, y and z axes, in this order: `R = Rz(yaw) · Ry(pitch) · Rx(roll)`.
     pub fn from_roll_pitch_yaw(angles: Vector3<f64>) -> Self {
         let about = |axis: Axis| {
             let mut v = Vector3::zeros();
@@ -61,15 +60,15 @@ impl Pose {
         Self { rotation: about(Axis::Z) * about(Axis::Y) * about(Axis::X), translation: Vector3::zeros() }
     }
 
-    /// `X_AC = X_AB · X_BC`.
+    /// Pose of frame C in A: `X_AC = X_AB · X_BC`.
     pub fn compose(&self, b_to_c: &Pose) -> Pose {
         Pose {
-            rotation: product(&self.rotation, &b_to_c.rotation),
-            translation: self.translation + image(&self.rotation, b_to_c.translation),
+            rotation: matrix_product(&self.rotation, &b_to_c.rotation),
+            translation: self.translation + matrix_vector(&self.rotation, b_to_c.translation),
         }
     }
 
-    /// `X_BA` from `X_AB`.
+    /// Pose of A in B, `X_BA`, from `X_AB`.
     pub fn inverse(&self) -> Pose {
         let rotation = self.rotation.transpose();
         Pose { rotation, translation: -(rotation * self.translation) }
@@ -78,7 +77,7 @@ impl Pose {
     /// Position in A of a point given in B, mm.
     #[inline]
     pub fn transform(&self, p_b: Vector3<f64>) -> Vector3<f64> {
-        image(&self.rotation, p_b) + self.translation
+        matrix_vector(&self.rotation, p_b) + self.translation
     }
 
     /// Moves the frame along its local `axis` by `distance` mm: `X · T(axis, distance)`.
@@ -87,7 +86,7 @@ impl Pose {
         self.translation += self.rotation.column(axis.index()) * distance;
     }
 
-    /// Turns the frame about its local `axis` by `angle` rad: `X · R(axis, angle)`.
+    /// Rotates the frame about its local `axis` by `angle` rad: `X · R(axis, angle)`.
     #[inline]
     pub fn rotate_about(&mut self, axis: Axis, angle: f64) {
         let (sin, cos) = angle.sin_cos();
@@ -113,16 +112,16 @@ impl From<Pose> for Isometry3<f64> {
     }
 }
 
-/// `matrix · v`, as nalgebra has it, whose products are not inlined.
+/// Product `matrix · v`, computed as nalgebra does, but inlined.
 #[inline]
-pub(crate) fn image(matrix: &Matrix3<f64>, v: Vector3<f64>) -> Vector3<f64> {
+pub(crate) fn matrix_vector(matrix: &Matrix3<f64>, v: Vector3<f64>) -> Vector3<f64> {
     let row = |i: usize| matrix[(i, 0)] * v.x + matrix[(i, 1)] * v.y + matrix[(i, 2)] * v.z;
     Vector3::new(row(0), row(1), row(2))
 }
 
-/// `a · b`, as nalgebra has it, whose products are not inlined.
+/// Product `a · b`, computed as nalgebra does, but inlined.
 #[inline]
-pub(crate) fn product(a: &Matrix3<f64>, b: &Matrix3<f64>) -> Matrix3<f64> {
+pub(crate) fn matrix_product(a: &Matrix3<f64>, b: &Matrix3<f64>) -> Matrix3<f64> {
     let entry = |i: usize, j: usize| a[(i, 0)] * b[(0, j)] + a[(i, 1)] * b[(1, j)] + a[(i, 2)] * b[(2, j)];
     let row = |i: usize| (entry(i, 0), entry(i, 1), entry(i, 2));
     let ((a, b, c), (d, e, f), (g, h, i)) = (row(0), row(1), row(2));
@@ -135,7 +134,7 @@ pub fn rotation_exp(rotation_vector: Vector3<f64>) -> Matrix3<f64> {
     let angle = rotation_vector.norm();
     let half_sinc = if angle < 1e-8 { 0.5 } else { (0.5 * angle).sin() / angle };
     let sinc = if angle < 1e-8 { 1.0 } else { angle.sin() / angle };
-    Matrix3::identity() + w * sinc + product(&w, &w) * (2.0 * half_sinc * half_sinc)
+    Matrix3::identity() + w * sinc + matrix_product(&w, &w) * (2.0 * half_sinc * half_sinc)
 }
 
 /// Rotation vector in rad, of length at most π, of a rotation matrix. Inverse of [`rotation_exp`].
@@ -158,8 +157,8 @@ pub fn rotation_log(rotation: &Matrix3<f64>) -> Vector3<f64> {
 /// Sine of the angle below which an axis counts as parallel to x.
 const PARALLEL: f64 = 1e-6;
 
-/// A right-handed frame whose z axis is the unit vector `axis`. Its x axis is the projection of x onto the plane normal to
-/// `axis`; of y where `axis` is parallel to x. Columns are the axes; along z it is the identity, to the bit.
+/// Axes, as columns, of a right-handed frame whose z axis is the unit vector `axis`. Its x axis is the projection of x onto the plane normal to
+/// `axis`; of y where `axis` is parallel to x. For z it is the identity, to the bit.
 #[must_use]
 pub fn frame_about(axis: Vector3<f64>) -> Matrix3<f64> {
     let across = |v: Vector3<f64>| v - axis * axis.dot(&v);

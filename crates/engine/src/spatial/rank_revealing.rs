@@ -5,7 +5,7 @@
 
 use nalgebra::{ColPivQR, DMatrix, Dyn};
 
-/// A matrix of any shape that is not empty, ready to be solved with.
+/// Complete orthogonal decomposition of a matrix of any shape that is not empty.
 pub struct RankRevealing {
     factors: ColPivQR<f64, Dyn, Dyn>,
     /// Z, as many columns as the rank.
@@ -15,7 +15,7 @@ pub struct RankRevealing {
 }
 
 impl RankRevealing {
-    /// Rows of R with a diagonal of less than `tolerance` times the largest are zero.
+    /// Factors `matrix`; rows of R whose diagonal entry is at most `tolerance` times the largest count as zero.
     pub fn new(matrix: DMatrix<f64>, tolerance: f64) -> Self {
         let columns = matrix.ncols();
         let factors = matrix.col_piv_qr();
@@ -30,30 +30,30 @@ impl RankRevealing {
         Self { factors, from_right, lower }
     }
 
-    /// How many rows and columns tell something that the others do not.
+    /// Numerical rank of the matrix.
     pub fn rank(&self) -> usize {
         self.lower.nrows()
     }
 
-    /// An orthonormal basis of what the columns span.
-    pub fn columns(&self) -> DMatrix<f64> {
+    /// An orthonormal basis of the column space, as columns.
+    pub fn column_space(&self) -> DMatrix<f64> {
         self.factors.q().columns(0, self.rank()).into_owned()
     }
 
-    /// An orthonormal basis of what the rows span, in columns.
-    pub fn rows(&self) -> DMatrix<f64> {
+    /// An orthonormal basis of the row space, as columns.
+    pub fn row_space(&self) -> DMatrix<f64> {
         let mut rows = self.from_right.clone();
         self.factors.p().inv_permute_rows(&mut rows);
         rows
     }
 
-    /// An orthonormal basis of the null space, in columns.
+    /// An orthonormal basis of the null space, as columns.
     pub fn null_space(&self) -> DMatrix<f64> {
         let (size, rank) = (self.from_right.nrows(), self.rank());
-        self.rows().insert_columns(rank, size - rank, 0.0).qr().q().columns(rank, size - rank).into_owned()
+        self.row_space().insert_columns(rank, size - rank, 0.0).qr().q().columns(rank, size - rank).into_owned()
     }
 
-    /// Solution of least squares and, among those, of minimal length, for each column of `right`.
+    /// Least-squares solution of minimal length for each column of `right`; `None` if the triangular factor is singular.
     pub fn solve(&self, right: &DMatrix<f64>) -> Option<DMatrix<f64>> {
         let mut turned = right.clone();
         self.factors.q_tr_mul(&mut turned);
@@ -64,11 +64,12 @@ impl RankRevealing {
     }
 }
 
-/// Rank of any matrix, see [`RankRevealing::new`].
+/// Numerical rank of `matrix`, with the `tolerance` of [`RankRevealing::new`].
 pub fn rank(matrix: &DMatrix<f64>, tolerance: f64) -> usize {
     rank_of(&matrix.clone().col_piv_qr().r(), tolerance)
 }
 
+/// Number of leading diagonal entries of `upper` that exceed `tolerance` times the largest.
 fn rank_of(upper: &DMatrix<f64>, tolerance: f64) -> usize {
     let diagonal: Vec<f64> = (0..upper.nrows()).map(|i| upper[(i, i)]).collect();
     let largest = diagonal.iter().fold(0.0_f64, |most, value| most.max(value.abs()));

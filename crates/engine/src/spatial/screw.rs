@@ -3,12 +3,12 @@
 use nalgebra::{Matrix3, Vector3, Vector6};
 use serde::Serialize;
 
-/// Cross-product matrix: `skew(a) · b = a × b`.
+/// Cross-product matrix of `v`: `skew(a) · b = a × b`.
 pub fn skew(v: Vector3<f64>) -> Matrix3<f64> {
     Matrix3::new(0.0, -v.z, v.y, v.z, 0.0, -v.x, -v.y, v.x, 0.0)
 }
 
-/// The larger of two sizes; NaN if either is, unlike [`f64::max`], so that a residual cannot hide one.
+/// The larger of two numbers; NaN if either is, unlike [`f64::max`], so that a residual cannot hide one.
 pub fn larger(a: f64, b: f64) -> f64 {
     if a > b || a.is_nan() { a } else { b }
 }
@@ -23,17 +23,17 @@ pub struct Twist {
 }
 
 impl Twist {
-    /// (linear, angular) as one 6-vector.
+    /// The twist as one 6-vector (linear, angular).
     pub fn to_vector(self) -> Vector6<f64> {
         Vector6::new(self.linear.x, self.linear.y, self.linear.z, self.angular.x, self.angular.y, self.angular.z)
     }
 
-    /// From the 6-vector (linear, angular).
+    /// The twist of a 6-vector (linear, angular).
     pub fn from_vector(v: &Vector6<f64>) -> Self {
         Self { linear: v.fixed_rows::<3>(0).into(), angular: v.fixed_rows::<3>(3).into() }
     }
 
-    /// The same motion seen at the point displaced by `offset` mm: `v_Q = v_P + ω × p_PQ`.
+    /// The twist at the point displaced by `offset` mm: `v_Q = v_P + ω × p_PQ`.
     pub fn shift(self, offset: Vector3<f64>) -> Self {
         Self { linear: self.linear + self.angular.cross(&offset), angular: self.angular }
     }
@@ -49,45 +49,45 @@ pub struct Wrench {
 }
 
 impl Wrench {
-    /// From components (N, N, N, N·mm, N·mm, N·mm).
+    /// The wrench with these components (N, N, N, N·mm, N·mm, N·mm).
     #[inline]
     pub fn new(components: [f64; 6]) -> Self {
         let [fx, fy, fz, mx, my, mz] = components;
         Self { force: Vector3::new(fx, fy, fz), moment: Vector3::new(mx, my, mz) }
     }
 
-    /// No load.
+    /// The zero wrench: no load.
     pub fn zero() -> Self {
         Self::default()
     }
 
-    /// (force, moment) as one 6-vector.
+    /// The wrench as one 6-vector (force, moment).
     pub fn to_vector(self) -> Vector6<f64> {
         Vector6::new(self.force.x, self.force.y, self.force.z, self.moment.x, self.moment.y, self.moment.z)
     }
 
-    /// From the 6-vector (force, moment).
+    /// The wrench of a 6-vector (force, moment).
     pub fn from_vector(v: &Vector6<f64>) -> Self {
         Self { force: v.fixed_rows::<3>(0).into(), moment: v.fixed_rows::<3>(3).into() }
     }
 
-    /// Components in the order force, moment.
+    /// The components in the order force (N), moment (N·mm).
     #[inline]
     pub fn to_array(self) -> [f64; 6] {
         [self.force.x, self.force.y, self.force.z, self.moment.x, self.moment.y, self.moment.z]
     }
 
-    /// The same load reduced to the point displaced by `offset` mm: `m_Q = m_P − p_PQ × f`.
+    /// The wrench reduced to the point displaced by `offset` mm: `m_Q = m_P − p_PQ × f`.
     pub fn shift(self, offset: Vector3<f64>) -> Self {
         Self { force: self.force, moment: self.moment - offset.cross(&self.force) }
     }
 
-    /// Both parts multiplied by `factor`.
+    /// The wrench with force and moment multiplied by `factor`.
     pub fn scale(self, factor: f64) -> Self {
         Self { force: self.force * factor, moment: self.moment * factor }
     }
 
-    /// Size in N, moments divided by the length `length` in mm.
+    /// Size of the wrench in N: the larger of the force and of the moment divided by `length` (mm).
     pub fn norm(self, length: f64) -> f64 {
         larger(self.force.norm(), self.moment.norm() / length)
     }

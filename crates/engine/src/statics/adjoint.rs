@@ -7,8 +7,8 @@
 //! −Eᵀ z + P dt = w         P: weight, bent tool, −½ [m]×
 //! ```
 //!
-//! With the answer (ζ, τ) of the transposed system to a unit wrench `w = e_j`, residuals r and an imbalance w move the platform by
-//! `dt_j = τ·w − ζ·r`: six answers serve every parameter.
+//! With the solution (ζ, τ) of the transposed system for a unit wrench `w = e_j`, residuals r and an imbalance w move the platform by
+//! `dt_j = τ·w − ζ·r`: six solutions serve every parameter.
 
 use nalgebra::Vector6;
 
@@ -22,23 +22,23 @@ use super::{
 };
 use crate::{lanes::solve, machine::Machine, spatial::Wrench};
 
-/// Answer of the transposed system to a unit wrench on the platform.
+/// Solution of the transposed system for a unit wrench along or about one axis of O on the platform.
 #[derive(Debug, Clone)]
 pub(super) struct Adjoint {
-    /// ζ of each chain, in the order of its unknowns.
+    /// ζ of each chain, in the order of the chain's unknowns.
     pub chains: Vec<Vec<f64>>,
-    /// τ.
+    /// τ, the part of the platform.
     pub twist: Vector6<f64>,
 }
 
 impl Adjoint {
-    /// Motion of the platform along its direction by `imbalance`, N and N·mm.
-    pub fn by_imbalance(&self, imbalance: &Vector6<f64>) -> f64 {
+    /// Motion of the platform (mm or rad) in the direction of the unit wrench, caused by `imbalance` (N, N·mm).
+    pub fn motion_by_wrench(&self, imbalance: &Vector6<f64>) -> f64 {
         self.twist.dot(imbalance)
     }
 
-    /// The same by the residual of the chain of this number, as `system` has been filled with it.
-    pub fn by_residual(&self, number: usize, system: &ChainSystem, residual: &[f64]) -> f64 {
+    /// Motion of the platform (mm or rad) in the direction of the unit wrench, caused by the `residual` that chain `number` has in `system`.
+    pub fn motion_by_residual(&self, number: usize, system: &ChainSystem, residual: &[f64]) -> f64 {
         let moment = system.closure_moment().0;
         let by_moment: f64 = (0..3).map(|i| moment[i] * self.twist[3 + i]).sum();
         let by_rest: f64 = self.chains[number].iter().zip(residual).map(|(part, rest)| part * rest).sum();
@@ -46,8 +46,8 @@ impl Adjoint {
     }
 }
 
-/// Answers for the six directions of the platform's body (along, then about the axes of O) at the equilibrium `state` of `machine`
-/// under `load`; `None` where the platform is free.
+/// Solves the transposed system for unit wrenches along, then about the axes of O at the equilibrium `state` of `machine` under `load` with
+/// the drives at `drives` (mm, rad). `None` where the platform is free.
 pub(super) fn adjoints(
     machine: &Machine,
     drives: &[f64],
@@ -56,22 +56,22 @@ pub(super) fn adjoints(
     workspace: &mut Workspace,
 ) -> Option<Vec<Adjoint>> {
     if workspace.linearise(machine, drives, state, load)
-        && let Some(adjoints) = condensed(machine, &mut workspace.solver)
+        && let Some(adjoints) = condensed_adjoints(machine, &mut workspace.solver)
     {
         return Some(adjoints);
     }
     workspace.fill(machine, &machine.gravity, 0.0, false);
-    let mut own = platform::rows(&weight::stiffness(machine, &state.platform().rotation, &machine.gravity));
+    let mut own = platform::to_rows(&weight::stiffness(machine, &state.platform().rotation, &machine.gravity));
     tool::add_stiffness(machine, state.platform(), load, &mut own);
-    let adjoints = full_system::transposed(&workspace.solver.systems, &platform::matrix(&own))?;
+    let adjoints = full_system::adjoints(&workspace.solver.systems, &platform::to_matrix(&own))?;
     let is_finite = |adjoint: &Adjoint| adjoint.twist.iter().all(|entry| entry.is_finite());
     adjoints.iter().all(is_finite).then_some(adjoints)
 }
 
-/// The same of condensed chains; `None` where the transposed system is not regular.
-fn condensed(machine: &Machine, solver: &mut LaneSolver) -> Option<Vec<Adjoint>> {
+/// Adjoints from condensed chains; `None` where the transposed system is singular.
+fn condensed_adjoints(machine: &Machine, solver: &mut LaneSolver) -> Option<Vec<Adjoint>> {
     let LaneSolver { systems: chains, rigid, tangent, .. } = solver;
-    let transposed = platform::rows(&platform::matrix(tangent).transpose());
+    let transposed = platform::to_rows(&platform::to_matrix(tangent).transpose());
     if rigid.factorise(chains, &transposed, machine.characteristic_length) == 0 {
         return None;
     }

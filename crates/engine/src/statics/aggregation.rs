@@ -29,7 +29,7 @@ fn end_shifts(nominal: &Machine, real: &Machine, at: &Configuration) -> Vec<Twis
     shifts
 }
 
-/// Wrench of each chain that has loops, linearised at `at` with its end held there; `None` for the others.
+/// Wrench (N, N·mm, at P in O axes) that holds the end of each chain with loops at `at`, to first order; `None` without loops or stiffness.
 fn held_wrenches(machine: &Machine, at: &Configuration, workspace: &mut Workspace) -> Vec<Option<Vector6<f64>>> {
     let state = State::rigid(machine, at);
     let inputs = chain_inputs(machine, &state, &at.drives);
@@ -47,10 +47,8 @@ fn held_wrenches(machine: &Machine, at: &Configuration, workspace: &mut Workspac
 
 /// Platform displacement by assembling non-perfect chains, to first order: `Δt_ε = (Σ K_i)⁻¹ Σ K_i ε_i`, eq. (15), with
 /// unloaded chain stiffnesses at `at`. A twist of P in O axes (mm, rad).
-///
-/// Chain `i` then works about the target shifted by `Δt_ε − ε_i`, eq. (14). Errors within the loops of a chain shift its end
-/// with its joints free: `K_i ε_i` is then what they change of the wrench that holds it. `None` where a chain has no 6×6
-/// stiffness or the machine is singular.
+/// Chain `i` then works about the target shifted by `Δt_ε − ε_i`, eq. (14). Errors within the loops of a chain shift its end with its joints
+/// free: `K_i ε_i` is then what they change of the wrench that holds it. `None` where a chain has no 6×6 stiffness or the machine is singular.
 pub fn aggregate_errors(
     nominal: &Machine,
     real: &Machine,

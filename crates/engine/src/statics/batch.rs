@@ -16,20 +16,18 @@ use crate::{
 
 /// One equilibrium of a batch.
 pub struct Case<'a> {
-    /// Where the drives are, mm or rad; where a task is given, they move to meet it.
+    /// Drive positions, mm or rad; with a task, the positions that meet it replace them.
     pub drives: &'a mut [f64],
-    /// Dead wrench at P in O axes.
+    /// Dead wrench at P in O axes, N and N·mm.
     pub load: Wrench,
-    /// Where the search starts, and where it ends.
+    /// Where the search starts; receives the equilibrium.
     pub state: &'a mut State,
-    /// What the drives are to achieve, see [`super::equilibrium_at_task`].
+    /// Task error that the drives are to bring to zero, see [`super::equilibrium_at_task`]; `None`: the drives stay.
     pub task: Option<&'a dyn Fn(&Pose) -> TaskError>,
 }
 
 /// Solves equilibria of one machine, [`Batch::WIDTH`] independent cases side by side.
-///
-/// Outcomes do not depend on what was solved before. It remembers where each case of the last batch ended: a case that
-/// starts there, in the same place, saves the first linearisation of the machine.
+/// Outcomes do not depend on earlier solves. A case that starts where that of the same index last ended saves a linearisation.
 #[derive(Debug, Clone)]
 pub struct Batch {
     machine: Machine,
@@ -37,6 +35,7 @@ pub struct Batch {
     scalar: Workspace,
 }
 
+/// Lane solvers with the registers in use: one, four or eight cases each.
 #[derive(Debug, Clone)]
 enum Solvers {
     One(Vec<LaneSolver<f64>>),
@@ -47,27 +46,27 @@ enum Solvers {
 }
 
 impl Batch {
-    /// Cases that are worth giving at once.
+    /// Number of cases solved side by side, and worth giving at once.
     pub const WIDTH: usize = MAX_LANES;
 
-    /// For `machine`, with the widest registers of this processor.
+    /// A solver of batches for `machine`, with the widest registers of this processor.
     pub fn new(machine: &Machine) -> Self {
         Self::at_level(machine, Level::best())
     }
 
-    /// For `machine` at `level`, or at [`Level::One`] where this processor does not have it.
+    /// A solver of batches for `machine` at `level`, or at [`Level::One`] where this processor does not have it.
     pub fn at_level(machine: &Machine, level: Level) -> Self {
         let solvers = match level {
             #[cfg(target_arch = "x86_64")]
-            Level::Eight if level.is_available() => Solvers::Eight(side_by_side(machine)),
+            Level::Eight if level.is_available() => Solvers::Eight(lane_solvers(machine)),
             #[cfg(target_arch = "x86_64")]
-            Level::Four if level.is_available() => Solvers::Four(side_by_side(machine)),
-            _ => Solvers::One(side_by_side(machine)),
+            Level::Four if level.is_available() => Solvers::Four(lane_solvers(machine)),
+            _ => Solvers::One(lane_solvers(machine)),
         };
         Self { machine: machine.clone(), solvers, scalar: Workspace::new(machine) }
     }
 
-    /// [`super::equilibrium()`] of each case, with the same outcomes to the last bit. Tasks are not looked at.
+    /// Solves [`super::equilibrium()`] for each case, with the same outcomes to the last bit; clears the cases' tasks.
     pub fn equilibria(&mut self, cases: &mut [Case<'_>], settings: &Settings) -> Vec<Outcome> {
         for case in cases.iter_mut() {
             case.task = None;
@@ -81,31 +80,31 @@ impl Batch {
         complete.collect()
     }
 
-    /// [`super::equilibrium_at_task`] of each case, with the same outcomes to the last bit as far as lanes get.
-    ///
-    /// `None`: the case is as it was, and is left to [`super::equilibrium_at_task`]. All cases must have a task.
+    /// Solves [`super::equilibrium_at_task`] for each case, with the same outcomes to the last bit. `None` for cases that full steps in
+    /// lanes cannot solve, which are left as they were, and for all cases if one has no task.
     pub fn equilibria_at_task(&mut self, cases: &mut [Case<'_>], settings: &Settings) -> Vec<Option<Outcome>> {
         if cases.iter().all(|case| case.task.is_some()) { self.solve(cases, settings) } else { vec![None; cases.len()] }
     }
 
-    /// Solves what lanes can solve.
+    /// Solves the cases that full steps in lanes can solve; `None` for the others, which are left as they were.
     fn solve(&mut self, cases: &mut [Case<'_>], settings: &Settings) -> Vec<Option<Outcome>> {
         match &mut self.solvers {
-            Solvers::One(solvers) => in_rows(solvers, &self.machine, cases, settings),
+            Solvers::One(solvers) => solve_in_rows(solvers, &self.machine, cases, settings),
             #[cfg(target_arch = "x86_64")]
-            Solvers::Four(solvers) => in_rows(solvers, &self.machine, cases, settings),
+            Solvers::Four(solvers) => solve_in_rows(solvers, &self.machine, cases, settings),
             #[cfg(target_arch = "x86_64")]
-            Solvers::Eight(solvers) => in_rows(solvers, &self.machine, cases, settings),
+            Solvers::Eight(solvers) => solve_in_rows(solvers, &self.machine, cases, settings),
         }
     }
 }
 
-fn side_by_side<R: Real>(machine: &Machine) -> Vec<LaneSolver<R>> {
+/// Lane solvers for one row of [`MAX_LANES`] cases.
+fn lane_solvers<R: Real>(machine: &Machine) -> Vec<LaneSolver<R>> {
     vec![LaneSolver::new(machine); MAX_LANES / R::LANES]
 }
 
-/// Rows of [`Batch::WIDTH`] cases, each shared out among `solvers`.
-fn in_rows<R: Real>(
+/// Solves rows of [`Batch::WIDTH`] cases, each row shared out among `solvers`; `None` for cases that lanes cannot solve.
+fn solve_in_rows<R: Real>(
     solvers: &mut [LaneSolver<R>],
     machine: &Machine,
     cases: &mut [Case<'_>],

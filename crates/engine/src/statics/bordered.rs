@@ -2,23 +2,25 @@
 
 use crate::lanes::{Real, clear, dot, subtract};
 
-/// A symmetric matrix of which the upper triangle is kept, row by row.
+/// A symmetric matrix, stored as its upper triangle, row by row.
 #[derive(Debug, Clone)]
 pub(super) struct Bordered<R> {
     size: usize,
     upper: Vec<R>,
-    /// What the pivots of the stage under way must exceed, by their diagonal before it.
-    least: Vec<R>,
+    /// Smallest pivots that the elimination under way accepts, by the diagonal before it.
+    least_pivots: Vec<R>,
 }
 
 /// A pivot below this fraction of its diagonal entry before its stage is zero.
 const PIVOT_TOLERANCE: f64 = 1e-11;
 
 impl<R: Real> Bordered<R> {
+    /// A zero matrix of `size` rows.
     pub fn new(size: usize) -> Self {
-        Self { size, upper: vec![R::zero(); size * (size + 1) / 2], least: Vec::with_capacity(size) }
+        Self { size, upper: vec![R::zero(); size * (size + 1) / 2], least_pivots: Vec::with_capacity(size) }
     }
 
+    /// Makes all entries zero.
     #[inline(always)]
     pub fn clear(&mut self) {
         clear(&mut self.upper);
@@ -30,9 +32,9 @@ impl<R: Real> Bordered<R> {
         self.size
     }
 
-    /// Place of entry (row, 0); entries left of the diagonal belong to other rows.
+    /// Index of entry (row, 0) in the storage, which only serves to find those right of the diagonal.
     #[inline(always)]
-    fn start(&self, row: usize) -> usize {
+    fn row_start(&self, row: usize) -> usize {
         row * self.size - row * (row + 1) / 2
     }
 
@@ -40,37 +42,34 @@ impl<R: Real> Bordered<R> {
     #[inline(always)]
     pub fn get(&self, row: usize, column: usize) -> R {
         debug_assert!(row <= column);
-        self.upper[self.start(row) + column]
+        self.upper[self.row_start(row) + column]
     }
 
-    /// Entry (row, column), row ≤ column.
+    /// Mutable entry (row, column), row ≤ column.
     #[inline(always)]
     pub fn at(&mut self, row: usize, column: usize) -> &mut R {
         debug_assert!(row <= column);
-        let start = self.start(row);
+        let start = self.row_start(row);
         &mut self.upper[start + column]
     }
 
-    /// Eliminates rows `rows`, whose pivots must all have the sign `sign` and be larger than `least`; columns from `end` on
-    /// are known to be zero in these rows and are not touched. Returns the lanes in which they are; the others hold no
-    /// numbers.
-    ///
-    /// Row `k` is left as `d_k · (1, l_k+1, …)` with `−1/d_k` in place of the first `d_k`, so that
-    /// [`Bordered::back_substitute`] can use it; what remains below is the Schur complement.
+    /// Eliminates `rows`, whose pivots must have the sign `sign` and exceed `least` in size. Returns the lanes in which they do; the others hold
+    /// no numbers. From column `end` on these rows must be zero; they are not touched there. Row `k` is left as `d_k · (1, l_k+1, …)` with
+    /// `−1/d_k` in place of the first `d_k`, so that [`Bordered::back_substitute`] can use it; what remains below is the Schur complement.
     #[inline(always)]
     pub fn eliminate(&mut self, rows: std::ops::Range<usize>, end: usize, sign: f64, least: f64) -> u8 {
-        self.least.clear();
+        self.least_pivots.clear();
         for row in rows.clone() {
             let diagonal = self.get(row, row).abs();
-            self.least.push(R::splat(PIVOT_TOLERANCE) * diagonal + R::splat(least));
+            self.least_pivots.push(R::splat(PIVOT_TOLERANCE) * diagonal + R::splat(least));
         }
         let mut good = R::ALL;
         // Two pivot rows at a time, so that what is below is read and written half as often.
         for (pair, row) in rows.clone().step_by(2).enumerate() {
             let size = self.size - row;
-            let first = self.start(row) + row;
+            let first = self.row_start(row) + row;
             let (upper, below) = self.upper[first..].split_at_mut(size);
-            let a = pivot(upper, sign, self.least[2 * pair], &mut good);
+            let a = invert_pivot(upper, sign, self.least_pivots[2 * pair], &mut good);
             let a_row = &upper[1..end - row];
             if row + 1 == rows.end {
                 subtract_pivot_rows(below, size - 1, [(a, a_row), (a, &[])]);
@@ -78,7 +77,7 @@ impl<R: Real> Bordered<R> {
             }
             let (lower, below) = below.split_at_mut(size - 1);
             subtract(lower, a_row[0] * a, a_row);
-            let b = pivot(lower, sign, self.least[2 * pair + 1], &mut good);
+            let b = invert_pivot(lower, sign, self.least_pivots[2 * pair + 1], &mut good);
             if good == 0 {
                 break;
             }
@@ -87,12 +86,11 @@ impl<R: Real> Bordered<R> {
         good
     }
 
-    /// Eliminates one row, whose pivot must be positive; where it is not larger than `idle`, the unknown has neither force nor
-    /// stiffness, and stays. Returns the lanes in which it is one or the other.
+    /// Eliminates one row by its positive pivot; the unknown stays where the pivot is within ±`idle`. Returns the lanes where either is so.
     #[inline(always)]
     pub fn eliminate_or_leave(&mut self, row: usize, idle: R) -> u8 {
         let size = self.size - row;
-        let first = self.start(row) + row;
+        let first = self.row_start(row) + row;
         let (upper, below) = self.upper[first..].split_at_mut(size);
         let is_stiff = upper[0].greater(idle);
         let is_negative = (-upper[0]).greater(idle);
@@ -107,16 +105,16 @@ impl<R: Real> Bordered<R> {
     #[inline(always)]
     pub fn back_substitute(&self, rows: usize, z: &mut [R]) {
         for row in (0..rows).rev() {
-            let start = self.start(row);
+            let start = self.row_start(row);
             let (coefficients, known) = (&self.upper[start + row + 1..start + self.size], &z[row + 1..]);
             z[row] = dot(coefficients, known) * self.upper[start + row];
         }
     }
 }
 
-/// Judges the pivot in front of `row`, leaves `−1/pivot` in its place and returns `1/pivot`.
+/// Replaces the leading entry of `row` by `−1/pivot` and returns `1/pivot`; clears lanes of `good` where `sign` · pivot is not above `least`.
 #[inline(always)]
-fn pivot<R: Real>(row: &mut [R], sign: f64, least: R, good: &mut u8) -> R {
+fn invert_pivot<R: Real>(row: &mut [R], sign: f64, least: R, good: &mut u8) -> R {
     *good &= R::bits((row[0] * R::splat(sign)).greater(least));
     let inverse = R::splat(1.0) / row[0];
     row[0] = -inverse;
@@ -150,7 +148,7 @@ fn subtract_pivot_rows<R: Real>(below: &mut [R], mut length: usize, [(a, mut a_r
     }
 }
 
-/// Subtracts multiples of two rows, one after the other, from `target`.
+/// Subtracts `a` times `a_row` and `b` times `b_row` from `target`.
 #[inline(always)]
 fn subtract_both<R: Real>(target: &mut [R], (a, a_row): (R, &[R]), (b, b_row): (R, &[R])) {
     let (target, b_row) = (&mut target[..a_row.len()], &b_row[..a_row.len()]);

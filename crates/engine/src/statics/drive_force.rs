@@ -1,4 +1,4 @@
-//! What the drives carry, and how that changes when they move.
+//! Forces of the drives, and how they change when drives move.
 
 use nalgebra::{DMatrix, Matrix6xX, Vector6};
 
@@ -16,11 +16,9 @@ pub fn drive_forces(machine: &Machine, state: &State) -> Vec<f64> {
     machine.drives().map(|(c, drive)| drive.stiffness * state.chains[c].coordinates[drive.coordinate]).collect()
 }
 
-/// `∂τ/∂ρ` under constant load: change of the drives' forces (rows, machine order) per unit motion of each drive
-/// (columns), N or N·mm per mm or rad.
-///
-/// `τ = k_act θ_a`. Back-substitution into the condensed chains, from the platform twists `∂t/∂ρ`, gives the motion of
-/// the joints `∂(ρ + θ_a)/∂ρ`, and so `∂θ_a/∂ρ`. `state` must be an equilibrium of `machine` with the drives at `drives` (mm, rad), and `twists` its
+/// `∂τ/∂ρ` under constant load: change of the drives' forces (rows, machine order) per unit motion of each drive (columns), N or N·mm per mm or
+/// rad. `τ = k_act θ_a`. Back-substitution into the condensed chains, from the platform twists `∂t/∂ρ`, gives the motion of the joints `∂(ρ +
+/// θ_a)/∂ρ`, and so `∂θ_a/∂ρ`. `state` must be an equilibrium of `machine` with the drives at `drives` (mm, rad), and `twists` its
 /// [`Outcome::drive_sensitivity`](super::Outcome::drive_sensitivity). `None` where the platform is not held.
 pub fn drive_force_sensitivity(
     machine: &Machine,
@@ -42,7 +40,7 @@ pub fn drive_force_sensitivity(
     Some(deflections)
 }
 
-/// `∂θ_a/∂ρ`; `None` if a chain cannot be condensed, whose systems are then as filled.
+/// Deflection of each actuated joint (rows) per unit motion of each drive (columns), `∂θ_a/∂ρ`; `None` if a chain cannot be condensed.
 fn condensed_deflections(
     machine: &Machine,
     drives: &[f64],

@@ -1,4 +1,4 @@
-//! Energy of a state: of its springs, and of its masses.
+//! Energy of a machine's springs and masses in a state.
 
 use nalgebra::Vector6;
 
@@ -19,14 +19,14 @@ pub fn spring_energies(machine: &Machine, drives: &[f64], state: &State) -> Vec<
     let mut energies = Vec::new();
     for (c, (chain, chain_state)) in machine.chains.iter().zip(&state.chains).enumerate() {
         for spring in &chain.springs {
-            let energy = link_energy(spring, &chain_state.coordinates);
+            let energy = joint_group_energy(spring, &chain_state.coordinates);
             energies.push((format!("{} {}", chain.name, spring.name), energy));
         }
         for (j, joint) in chain.passive.iter().enumerate().filter(|(_, joint)| joint.stiffness > 0.0) {
             let stretch = chain_state.coordinates[chain.passive_coordinate(j)] - joint.neutral;
             energies.push((format!("{} {}", chain.name, joint.name), 0.5 * joint.stiffness * stretch * stretch));
         }
-        for_each_route(chain, drives_of(machine, drives, c), chain_state, &mut |route, frames| {
+        for_each_route(chain, drives_from_chain(machine, drives, c), chain_state, &mut |route, frames| {
             for spring in &route.point_springs {
                 let stretch = length(spring, frames) - spring.free_length;
                 let energy = 0.5 * spring.stiffness * stretch * stretch + spring.preload * stretch;
@@ -35,8 +35,8 @@ pub fn spring_energies(machine: &Machine, drives: &[f64], state: &State) -> Vec<
         });
     }
     if let Some(stiffness) = machine.tool_stiffness() {
-        let bent = bent(machine, state);
-        energies.push((TOOL.into(), 0.5 * bent.dot(&(stiffness * bent))));
+        let tool_deflections = tool_deflections(machine, state);
+        energies.push((TOOL.into(), 0.5 * tool_deflections.dot(&(stiffness * tool_deflections))));
     }
     energies
 }
@@ -44,8 +44,8 @@ pub fn spring_energies(machine: &Machine, drives: &[f64], state: &State) -> Vec<
 /// Name of the tool among the springs.
 const TOOL: &str = "tool";
 
-/// Deflections of the tool at T, mm and rad, in its axes.
-fn bent(machine: &Machine, state: &State) -> Vector6<f64> {
+/// Deflections of the tool at T (mm, rad) in the axes of the straight tool.
+fn tool_deflections(machine: &Machine, state: &State) -> Vector6<f64> {
     let tool = machine.tool();
     let way = state.platform().compose(&tool).inverse().compose(&state.pose.compose(&tool));
     // Tx Ty Tz Rx Ry Rz: the angles of V(θ).
@@ -54,8 +54,7 @@ fn bent(machine: &Machine, state: &State) -> Vector6<f64> {
     Vector6::new(t.x, t.y, t.z, angles[0], angles[1], angles[2])
 }
 
-/// Energy that each spring takes up when the machine goes from `from` to `to` with drives at `drives` (mm, rad), as if it had
-/// been free of force before, N·mm, with the spring's name: what it has a part in a compliance by.
+/// Energy of each spring by its change of deflection from state `from` to state `to` alone, N·mm, with its name; drives at `drives` (mm, rad).
 pub fn deformation_energies(machine: &Machine, drives: &[f64], from: &State, to: &State) -> Vec<(String, f64)> {
     let mut energies = Vec::new();
     for (c, (chain, (from, to))) in machine.chains.iter().zip(from.chains.iter().zip(&to.chains)).enumerate() {
@@ -67,9 +66,9 @@ pub fn deformation_energies(machine: &Machine, drives: &[f64], from: &State, to:
         // The law of a parallelogram is that of where it stands.
         change[chain.virtual_count..].copy_from_slice(&from.coordinates[chain.virtual_count..]);
         for spring in &chain.springs {
-            energies.push((format!("{} {}", chain.name, spring.name), link_energy(spring, &change)));
+            energies.push((format!("{} {}", chain.name, spring.name), joint_group_energy(spring, &change)));
         }
-        let drives = drives_of(machine, drives, c);
+        let drives = drives_from_chain(machine, drives, c);
         let lengths = |state: &ChainState| {
             let mut lengths = Vec::new();
             for_each_route(chain, drives, state, &mut |route, frames| {
@@ -83,13 +82,13 @@ pub fn deformation_energies(machine: &Machine, drives: &[f64], from: &State, to:
         }
     }
     if let Some(stiffness) = machine.tool_stiffness() {
-        let change = bent(machine, to) - bent(machine, from);
+        let change = tool_deflections(machine, to) - tool_deflections(machine, from);
         energies.push((TOOL.into(), 0.5 * change.dot(&(stiffness * change))));
     }
     energies
 }
 
-/// Length of a spring between points, the frames of its route standing at `frames`, mm.
+/// Length of a spring between points, mm; `frames` are the poses of its route's frames.
 fn length(spring: &PointSpring, frames: &[Pose]) -> f64 {
     let place = |anchor: &Anchor| anchor.frame.map_or(anchor.at, |frame| frames[frame].transform(anchor.at));
     (place(&spring.to) - place(&spring.from)).norm()
@@ -99,7 +98,7 @@ fn length(spring: &PointSpring, frames: &[Pose]) -> f64 {
 pub fn weight_energy(machine: &Machine, drives: &[f64], state: &State) -> f64 {
     let mut moment = nalgebra::Vector3::zeros();
     for (c, (chain, chain_state)) in machine.chains.iter().zip(&state.chains).enumerate() {
-        for_each_route(chain, drives_of(machine, drives, c), chain_state, &mut |route, frames| {
+        for_each_route(chain, drives_from_chain(machine, drives, c), chain_state, &mut |route, frames| {
             for mass in &route.masses {
                 moment += frames[mass.frame].transform(mass.at) * mass.kilograms;
             }
@@ -111,14 +110,15 @@ pub fn weight_energy(machine: &Machine, drives: &[f64], state: &State) -> f64 {
     -machine.gravity.dot(&moment)
 }
 
-/// The drives from those of chain `chain` on.
-fn drives_of<'a>(machine: &Machine, drives: &'a [f64], chain: usize) -> &'a [f64] {
+/// Drive positions from those of chain number `chain` on.
+fn drives_from_chain<'a>(machine: &Machine, drives: &'a [f64], chain: usize) -> &'a [f64] {
     let before: usize = machine.chains[..chain].iter().map(|chain| chain.drives.len()).sum();
     &drives[before..]
 }
 
-/// Tells `each` every route of a chain with the poses of its frames.
+/// Calls `each` with every route of a chain, loops included, and the poses of its frames in O.
 fn for_each_route(chain: &Chain, drives: &[f64], state: &ChainState, each: &mut impl FnMut(&Route, &[Pose])) {
+    /// Calls `each` with `route`, which starts at `start`, and with the routes of its loops.
     fn walk(route: &Route, start: &Pose, values: &[f64], each: &mut impl FnMut(&Route, &[Pose])) {
         let mut frames = Vec::new();
         route.forward(start, values, &mut Vec::new(), &mut frames);
@@ -128,12 +128,12 @@ fn for_each_route(chain: &Chain, drives: &[f64], state: &ChainState, each: &mut 
         }
     }
     let mut values = state.coordinates.clone();
-    chain.add_joints(drives, &mut values);
+    chain.add_joint_positions(drives, &mut values);
     walk(&chain.route, &Pose::identity(), &values, each);
 }
 
-/// `½ θᵀ K θ` of one group of virtual joints.
-fn link_energy(spring: &Spring, coordinates: &[f64]) -> f64 {
+/// Energy `½ θᵀ K θ` of one group of virtual joints, N·mm.
+fn joint_group_energy(spring: &Spring, coordinates: &[f64]) -> f64 {
     let theta = &coordinates[spring.start..spring.start + spring.law.size()];
     let entry = |i: usize, j: usize| match &spring.law {
         SpringLaw::Drive(stiffness) => *stiffness,

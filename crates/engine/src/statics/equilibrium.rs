@@ -19,14 +19,11 @@ use crate::{
     spatial::{Pose, Wrench, larger},
 };
 
-/// Equilibrium of `machine` with drives at `drives` (mm, rad) under the dead wrench `load` at P in O axes:
-/// `t = f⁻¹(F | t₀)`, eq. (7).
+/// Equilibrium of `machine` with drives at `drives` (mm, rad) under the dead wrench `load` at P in O axes: `t = f⁻¹(F | t₀)`, eq. (7).
 ///
-/// `state` is where the search starts (for instance [`State::rigid`] or a neighbouring solution) and, if the outcome is
-/// any equilibrium, where it ends; otherwise it is left as it was. The full load is tried at once; if that fails, or might
-/// have left the branch of the start, load and chain errors are brought on in steps.
-///
-/// `drives` has one entry per drive of the machine; `state` and `workspace` belong to `machine`.
+/// `state` is where the search starts (for instance [`State::rigid`] or a neighbouring solution) and, if the outcome is any equilibrium, where it
+/// ends; otherwise it is left as it was. The full load is tried at once; if that fails, or might have left the branch of the start, load and
+/// chain errors are brought on in steps. `drives` has one entry per drive of the machine; `state` and `workspace` belong to `machine`.
 pub fn equilibrium(
     machine: &Machine,
     drives: &[f64],
@@ -36,29 +33,27 @@ pub fn equilibrium(
     settings: &Settings,
 ) -> Outcome {
     let mut newton = Newton::new(machine, drives, load, None, state, workspace, settings);
-    let (mut outcome, lost) = match newton.solve() {
-        Some(residual) => (newton.finish(residual, 1), None),
-        None => match newton.load_stepping(state) {
-            Ok(Reached { residual, steps, lost }) => (newton.finish(residual, steps), lost),
-            Err((status, residual)) => (newton.failed(status, residual), None),
+    let (mut outcome, unstable_at) = match newton.solve() {
+        Some(residual) => (newton.outcome(residual, 1), None),
+        None => match newton.solve_in_load_steps(state) {
+            Ok(SteppedEquilibrium { residual, steps, unstable_at }) => (newton.outcome(residual, steps), unstable_at),
+            Err((status, residual)) => (newton.failed_outcome(status, residual), None),
         },
     };
-    if let (Some(load_fraction), Status::Solved) = (lost, &outcome.status) {
-        outcome = newton.failed(Status::SnapThrough { load_fraction }, outcome.residual);
+    if let (Some(load_fraction), Status::Solved) = (unstable_at, &outcome.status) {
+        outcome = newton.failed_outcome(Status::SnapThrough { load_fraction }, outcome.residual);
     }
     if newton.is_at_singular_place(&outcome.status, state) {
-        outcome = newton.failed(Status::SingularPlace, outcome.residual);
+        outcome = newton.failed_outcome(Status::SingularPlace, outcome.residual);
     }
     if outcome.is_equilibrium() {
-        workspace.solver.store(0, state);
-        tool::leave(machine, load, state, &mut outcome);
+        workspace.solver.read_state(0, state);
+        tool::convert_to_tool_end(machine, load, state, &mut outcome);
     }
     outcome
 }
 
-/// Equilibrium of `machine` in which the drives stand where the task error vanishes: the drives and the state are found
-/// by one Newton iteration, at the cost of an equilibrium.
-///
+/// Equilibrium of `machine` with the drives where the task error vanishes: one Newton iteration, at the cost of an equilibrium, finds both.
 /// `task`, asked once per iteration, gives the task error at a pose of P, in as many coordinates as there are drives. `drives` and `state` are
 /// where the search starts, and where it ends; the residual of the outcome includes the task error over the machine's
 /// characteristic length. `None` if the iteration fails; `drives` and `state` are then as they were.
@@ -73,54 +68,55 @@ pub fn equilibrium_at_task(
 ) -> Option<Outcome> {
     let mut newton = Newton::new(machine, drives, load, Some(task), state, workspace, settings);
     let residual = newton.solve()?;
-    let mut outcome = newton.finish(residual, 1);
+    let mut outcome = newton.outcome(residual, 1);
     drives.copy_from_slice(&workspace.solver.drives);
-    workspace.solver.store(0, state);
-    tool::leave(machine, load, state, &mut outcome);
+    workspace.solver.read_state(0, state);
+    tool::convert_to_tool_end(machine, load, state, &mut outcome);
     Some(outcome)
 }
 
-/// Whether the unloaded platform, or a chain, could move without resistance at `at`, and not so at home.
+/// Whether the unloaded platform or a chain can move without resistance at `at`, though not at home.
 pub(crate) fn is_singular_place(machine: &Machine, at: &Configuration, workspace: &mut Workspace) -> bool {
     let (state, load, settings) = (State::rigid(machine, at), Wrench::zero(), Settings::default());
     let mut newton = Newton::new(machine, &at.drives, &load, None, &state, workspace, &settings);
     newton.is_freer_than_at_home(&state)
 }
 
+/// Smallest load step, as a fraction of the load.
 const MIN_LOAD_STEP: f64 = 1.0 / 4096.0;
 
-/// Where a direction of the platform has lost more of its stiffness than this leaves, the load steps end because the machine
-/// snaps through.
+/// Load steps end by snap-through where a direction of the platform keeps less than this fraction of its unloaded stiffness.
 const SOFTENED: f64 = 0.3;
-/// Where the softest direction is softer than this fraction of the stiffest, no load can be brought on.
+/// A softest direction below this fraction of the stiffest cannot bear a load.
 const NEARLY_FREE: f64 = 1e-9;
 
+/// The Newton iteration of one equilibrium, load steps included.
 struct Newton<'a> {
     machine: &'a Machine,
-    /// Where the drives are at first.
+    /// Drive positions at the start, mm or rad.
     drives: &'a [f64],
     load: &'a Wrench,
-    /// What the drives are to achieve; without it they stay.
+    /// Task error that the drives are to bring to zero; `None`: the drives stay.
     task: Option<&'a dyn Fn(&Pose) -> TaskError>,
     workspace: &'a mut Workspace,
     settings: &'a Settings,
-    /// Weight of a kilogram, N.
+    /// Weight of a kilogram in O axes, N.
     gravity: Vector3<f64>,
-    /// Share of the starting residual that the present load step leaves in place; 0 for the full load.
-    held: f64,
+    /// Share of the starting residual that the present load step holds back; 0 for the full load.
+    held_share: f64,
     iterations: usize,
-    /// Whether the start is condensed and it and the equilibrium found, if that is condensed, are far from singular.
+    /// Whether the start is condensed and far from singular, and so is the equilibrium found if it is condensed.
     is_plainly_stable: bool,
-    /// Whether something moves without resistance in the equilibrium found, if only within a chain.
+    /// Whether something, if only within a chain, moves without resistance in the equilibrium found.
     has_idle_motion: bool,
 }
 
-/// How load steps reached the full load.
-struct Reached {
+/// The equilibrium under full load that load steps reached.
+struct SteppedEquilibrium {
     residual: f64,
     steps: usize,
-    /// The fraction at which the machine was first found not to be stable on the way.
-    lost: Option<f64>,
+    /// Load fraction at which the machine was first found not stable; `None` if it was stable all the way.
+    unstable_at: Option<f64>,
 }
 
 /// Platform balance of the present linearisation.
@@ -135,7 +131,7 @@ struct Balance {
 }
 
 impl<'a> Newton<'a> {
-    /// Takes up where the solve starts.
+    /// Prepares the iteration from `start`.
     fn new(
         machine: &'a Machine,
         drives: &'a [f64],
@@ -146,7 +142,7 @@ impl<'a> Newton<'a> {
         settings: &'a Settings,
     ) -> Self {
         debug_assert_eq!(drives.len(), machine.drive_count());
-        workspace.solver.put(0, drives, start);
+        workspace.solver.set_state(0, drives, start);
         workspace.solver.loads[0] = *load;
         Self {
             machine,
@@ -156,14 +152,14 @@ impl<'a> Newton<'a> {
             workspace,
             settings,
             gravity: machine.gravity,
-            held: 0.0,
+            held_share: 0.0,
             iterations: 0,
             is_plainly_stable: true,
             has_idle_motion: false,
         }
     }
 
-    /// Iterates to convergence from where the solver stands; the residual reached, or `None` if the iteration fails.
+    /// Iterates to convergence from the present state of the solver; returns the residual reached, or `None` if the iteration fails.
     fn solve(&mut self) -> Option<f64> {
         let mut iteration = Iteration::new();
         for _ in 0..=self.settings.max_iterations {
@@ -174,7 +170,7 @@ impl<'a> Newton<'a> {
                 Verdict::Continue => {}
             }
             let twist = self.step(&balance)?;
-            if !iteration.accepts(self.workspace.solver.largest_turn(&twist)) {
+            if !iteration.accept_step(self.workspace.solver.largest_rotation(&twist)) {
                 return None;
             }
             self.workspace.solver.apply(self.machine, twist, 1);
@@ -183,54 +179,53 @@ impl<'a> Newton<'a> {
         None
     }
 
-    /// Brings on the load and the chain errors in adaptive steps from `start`, by holding back a shrinking share of the starting
-    /// residual. Err: how it ends, and the last residual.
-    fn load_stepping(&mut self, start: &State) -> Result<Reached, (Status, f64)> {
-        self.held = 0.0;
-        self.workspace.solver.put(0, self.drives, start);
-        let held_imbalance = self.linearise().imbalance;
-        self.fill();
-        let Workspace { solver, held, .. } = &mut *self.workspace;
-        for (held, system) in held.iter_mut().zip(&solver.systems) {
-            held.remember(system, &solver.platform.into());
+    /// Brings on load and chain errors in adaptive steps from `start`, holding back part of its residual. `Err`: final status and last residual.
+    fn solve_in_load_steps(&mut self, start: &State) -> Result<SteppedEquilibrium, (Status, f64)> {
+        self.held_share = 0.0;
+        self.workspace.solver.set_state(0, self.drives, start);
+        let start_imbalance = self.linearise().imbalance;
+        self.fill_uncondensed();
+        let Workspace { solver, start_residuals, .. } = &mut *self.workspace;
+        for (start, system) in start_residuals.iter_mut().zip(&solver.systems) {
+            start.record(system, &solver.platform.into());
         }
-        self.workspace.held_imbalance = held_imbalance;
-        let unloaded = self.softest(start);
+        self.workspace.start_imbalance = start_imbalance;
+        let unloaded = self.softest_direction(start);
         if unloaded.is_nearly_free() {
             return Err((Status::SingularPlace, f64::INFINITY));
         }
-        let mut lost = None;
+        let mut unstable_at = None;
         let (mut fraction, mut step, mut steps) = (0.0, 0.5f64, 0);
         let mut last = start.clone();
         let mut residual = f64::INFINITY;
         while fraction < 1.0 {
             let next = f64::min(1.0, fraction + step);
-            self.held = 1.0 - next;
+            self.held_share = 1.0 - next;
             match self.solve() {
                 Some(reached) => {
                     (fraction, residual) = (next, reached);
                     steps += 1;
                     step *= 2.0;
-                    self.workspace.solver.store(0, &mut last);
-                    if lost.is_none() && !self.softest(&last).is_stable {
-                        lost = Some(fraction);
+                    self.workspace.solver.read_state(0, &mut last);
+                    if unstable_at.is_none() && !self.softest_direction(&last).is_stable {
+                        unstable_at = Some(fraction);
                     }
                 }
                 None if step > MIN_LOAD_STEP => {
-                    self.workspace.solver.put(0, self.drives, &last);
+                    self.workspace.solver.set_state(0, self.drives, &last);
                     step *= 0.5;
                 }
-                None => return Err((self.why_stuck(&last, fraction, &unloaded), residual)),
+                None => return Err((self.failure_status(&last, fraction, &unloaded), residual)),
             }
         }
         // The last step is judged as any equilibrium is.
-        Ok(Reached { residual, steps, lost: lost.filter(|&fraction| fraction < 1.0) })
+        Ok(SteppedEquilibrium { residual, steps, unstable_at: unstable_at.filter(|&fraction| fraction < 1.0) })
     }
 
-    /// Why no load step leads on from the equilibrium `last`.
-    fn why_stuck(&mut self, last: &State, fraction: f64, unloaded: &Softest) -> Status {
-        self.held = 1.0 - fraction;
-        let softest = self.softest(last);
+    /// Status of a solve that no load step leads beyond the equilibrium `last`, at `fraction` of the load.
+    fn failure_status(&mut self, last: &State, fraction: f64, unloaded: &Softest) -> Status {
+        self.held_share = 1.0 - fraction;
+        let softest = self.softest_direction(last);
         // A joint that is idle wherever the machine stands is not what ends the way.
         if unloaded.has_idle_motion && (fraction == 0.0 || !softest.has_idle_motion) {
             return Status::SingularPlace;
@@ -241,25 +236,24 @@ impl<'a> Newton<'a> {
         }
     }
 
-    /// Whether the machine is singular at `start`, where the solve began, and at home not so. Loads and errors that stiffen it do not
-    /// lead away from there.
+    /// Whether the machine is singular at `start`, where the solve began, though not at home; that loads or errors stiffen it does not count.
     fn is_at_singular_place(&mut self, status: &Status, start: &State) -> bool {
         if matches!(status, Status::Singular | Status::SingularPlace)
             || (self.is_plainly_stable && !self.has_idle_motion && *status == Status::Solved)
         {
             return false;
         }
-        self.held = 0.0;
+        self.held_share = 0.0;
         let mut end = start.clone();
-        self.workspace.solver.store(0, &mut end);
+        self.workspace.solver.read_state(0, &mut end);
         let is_singular = (self.has_idle_motion && !self.free_at_home().idle)
             || !(self.is_plainly_stable && *status == Status::Solved) && self.is_freer_than_at_home(start);
-        self.workspace.solver.put(0, self.drives, &end);
+        self.workspace.solver.set_state(0, self.drives, &end);
         is_singular
     }
 
-    /// Whether something moves without resistance in a state of the machine without weight, and at home not so. A machine that
-    /// weight alone holds is free at home too.
+    /// Whether something moves without resistance in `state`, weight left out, that does not at home; without weight, a free platform
+    /// always counts.
     fn is_freer_than_at_home(&mut self, state: &State) -> bool {
         let softest = self.softest_without_weight(state);
         if softest.is_nearly_free() {
@@ -268,13 +262,15 @@ impl<'a> Newton<'a> {
         softest.has_idle_motion && !self.free_at_home().idle
     }
 
+    /// Softest direction of the platform in `state`, weight left out.
     fn softest_without_weight(&mut self, state: &State) -> Softest {
         let gravity = std::mem::replace(&mut self.gravity, Vector3::zeros());
-        let softest = self.softest(state);
+        let softest = self.softest_direction(state);
         self.gravity = gravity;
         softest
     }
 
+    /// Motions without resistance at home, weight left out; computed once per workspace.
     fn free_at_home(&mut self) -> FreeAtHome {
         if let Some(free) = self.workspace.free_at_home {
             return free;
@@ -288,28 +284,29 @@ impl<'a> Newton<'a> {
         free
     }
 
-    /// The platform's softest direction at an equilibrium, part of the load held back.
-    fn softest(&mut self, state: &State) -> Softest {
-        self.workspace.solver.put(0, self.drives, state);
+    /// Softest direction of the platform in `state`, the present share of the load held back.
+    fn softest_direction(&mut self, state: &State) -> Softest {
+        self.workspace.solver.set_state(0, self.drives, state);
         let scale = self.machine.characteristic_length;
         if self.linearise().is_condensed {
             let LaneSolver { rigid, tangent, .. } = &mut self.workspace.solver;
-            let matrix = platform::matrix(tangent);
+            let matrix = platform::to_matrix(tangent);
             let is_stable = platform_status(&matrix, scale) == Status::Solved;
             if rigid.is_empty() {
-                return Softest::of_stiffness(&matrix, scale, is_stable);
+                return Softest::by_stiffness(&matrix, scale, is_stable);
             }
             let (compliance, regular) = platform::compliance(rigid, *tangent);
-            let compliance = (regular == 1).then(|| platform::matrix(&compliance));
-            return Softest::of_compliance(compliance.as_ref(), scale, is_stable, rigid);
+            let compliance = (regular == 1).then(|| platform::to_matrix(&compliance));
+            return Softest::by_compliance(compliance.as_ref(), scale, is_stable, rigid);
         }
         let full = self.full_tangent();
         let is_stable = full.status == Status::Solved;
-        let softest = Softest::of_compliance(full.compliance.as_ref(), scale, is_stable, &self.workspace.solver.rigid);
+        let softest = Softest::by_compliance(full.compliance.as_ref(), scale, is_stable, &self.workspace.solver.rigid);
         Softest { has_idle_motion: full.has_idle_motion, ..softest }
     }
 
-    fn failed(&self, status: Status, residual: f64) -> Outcome {
+    /// Outcome of a solve that ended with `status`, without stiffness and sensitivities.
+    fn failed_outcome(&self, status: Status, residual: f64) -> Outcome {
         Outcome {
             status,
             iterations: self.iterations,
@@ -321,37 +318,37 @@ impl<'a> Newton<'a> {
         }
     }
 
-    /// Fills the systems of all chains where the solver stands, and condenses them if that is possible.
+    /// Linearises at the present state of the solver, condenses the chains if that is possible, and returns the balance of the platform.
     fn linearise(&mut self) -> Balance {
-        let is_condensed = self.workspace.fill(self.machine, &self.gravity, self.held, true);
-        let Workspace { solver, held_imbalance, .. } = &*self.workspace;
+        let is_condensed = self.workspace.fill(self.machine, &self.gravity, self.held_share, true);
+        let Workspace { solver, start_imbalance, .. } = &*self.workspace;
         let (body, scale) = (solver.platform.into(), self.machine.characteristic_length);
         let load = tool::load_on_body(self.machine, &body, self.load).to_array();
         let mut imbalance = solver.imbalance(self.machine, Vec3::splat(&self.gravity), load);
-        if self.held > 0.0 {
-            for (entry, held) in imbalance.iter_mut().zip(held_imbalance) {
-                *entry -= held * self.held;
+        if self.held_share > 0.0 {
+            for (entry, held) in imbalance.iter_mut().zip(start_imbalance) {
+                *entry -= held * self.held_share;
             }
         }
-        let task = self.task.map(|task| task(&tool::bend(self.machine, &body, self.load)));
+        let task = self.task.map(|task| task(&tool::bent_pose(self.machine, &body, self.load)));
         let task_error = task.as_ref().map_or(0.0, |task| task.size() / scale);
         let residual = larger(task_error, solver.residual(scale, load, imbalance));
         Balance { imbalance, task, is_condensed, residual }
     }
 
-    /// Fills the systems anew and leaves them uncondensed, for the system of all unknowns.
-    fn fill(&mut self) {
-        self.workspace.fill(self.machine, &self.gravity, self.held, false);
+    /// Fills the systems of all chains anew and leaves them uncondensed, for the system of all unknowns.
+    fn fill_uncondensed(&mut self) {
+        self.workspace.fill(self.machine, &self.gravity, self.held_share, false);
     }
 
-    /// One Newton step from the present linearisation; the twist of P. Chain steps are left in the chain systems.
+    /// Computes one Newton step from the present linearisation: the twist of P (mm, rad). The steps of the chains are left in their systems.
     fn step(&mut self, balance: &Balance) -> Option<[f64; 6]> {
         if !balance.is_condensed {
             if balance.task.is_some() {
                 return None;
             }
             self.is_plainly_stable &= self.iterations > 0;
-            self.fill();
+            self.fill_uncondensed();
             let stiffness = self.platform_stiffness();
             let systems = &mut self.workspace.solver.systems;
             return full_system::step(systems, &stiffness, &balance.imbalance.into()).map(Into::into);
@@ -370,34 +367,34 @@ impl<'a> Newton<'a> {
         (regular == 1).then_some(twist)
     }
 
-    /// The platform's own stiffness, by its weight and the load that a bent tool carries aside.
+    /// Stiffness of the platform itself at P, by its weight and by the load that a bent tool carries aside (N, N·mm; mm, rad).
     fn platform_stiffness(&self) -> Matrix6<f64> {
         let body: Pose = self.workspace.solver.platform.into();
-        let mut own = platform::rows(&weight::stiffness(self.machine, &body.rotation, &self.gravity));
+        let mut own = platform::to_rows(&weight::stiffness(self.machine, &body.rotation, &self.gravity));
         tool::add_stiffness(self.machine, &body, self.load, &mut own);
-        platform::matrix(&own)
+        platform::to_matrix(&own)
     }
 
-    /// Tangent of the system of all unknowns, filled anew.
+    /// Tangent of the system of all unknowns, filled anew at the present state of the solver.
     fn full_tangent(&mut self) -> FullTangent {
-        self.fill();
+        self.fill_uncondensed();
         let stiffness = self.platform_stiffness();
         full_system::tangent(&self.machine.chains, &self.workspace.solver.systems, &stiffness)
     }
 
-    /// Tangent and stability at the equilibrium just linearised.
-    fn finish(&mut self, residual: f64, load_steps: usize) -> Outcome {
+    /// Outcome of the equilibrium just linearised, with its tangent and stability.
+    fn outcome(&mut self, residual: f64, load_steps: usize) -> Outcome {
         let scale = self.machine.characteristic_length;
         if self.workspace.solver.condensed == 1 {
             let solver = &mut self.workspace.solver;
             // Most by far need no eigenvalues.
             let is_definite = platform::plainly_definite(&solver.tangent, scale) == 1;
             self.is_plainly_stable &= is_definite;
-            let stiffness = platform::matrix(&solver.tangent);
+            let stiffness = platform::to_matrix(&solver.tangent);
             let status = if is_definite { Status::Solved } else { platform_status(&stiffness, scale) };
             let (compliance, regular) = solver.compliance();
             if status == Status::Singular || regular == 0 {
-                return Outcome { load_steps, stiffness: Some(stiffness), ..self.failed(status, residual) };
+                return Outcome { load_steps, stiffness: Some(stiffness), ..self.failed_outcome(status, residual) };
             }
             let outcome = solver.outcome(self.machine, 0, &compliance, status, self.iterations, residual);
             return Outcome { load_steps, ..outcome };
@@ -406,7 +403,7 @@ impl<'a> Newton<'a> {
         self.has_idle_motion = full.has_idle_motion;
         let rigid = &self.workspace.solver.rigid;
         if full.compliance.is_some_and(|compliance| is_free(&compliance, scale, rigid)) {
-            return Outcome { load_steps, ..self.failed(Status::Singular, residual) };
+            return Outcome { load_steps, ..self.failed_outcome(Status::Singular, residual) };
         }
         let stiffness =
             full.compliance.as_ref().and_then(|compliance| full_system::invert_if_regular(compliance, scale));
@@ -424,31 +421,33 @@ const RIGID: f64 = 1e-12;
 /// The softest direction of the platform, rotations taken at the machine's characteristic length.
 #[derive(Debug, Clone, Copy)]
 struct Softest {
-    /// Its stiffness, and that of the stiffest direction that is not rigid, N/mm; NaN where there is none.
+    /// Stiffness of the softest direction, and of the stiffest that is not rigid, N/mm; NaN where there is none.
     value: f64,
     largest: f64,
-    /// All of it, symmetric, N/mm; `None` where the platform is free or rigid in some direction.
+    /// Symmetric stiffness in all directions, N/mm; `None` where the platform is free or rigid in some direction.
     stiffness: Option<Matrix6<f64>>,
     is_stable: bool,
-    /// Whether a chain can move without resistance while the platform stands.
+    /// Whether a chain can move without resistance while the platform stays.
     has_idle_motion: bool,
 }
 
 impl Softest {
-    fn of_stiffness(stiffness: &Matrix6<f64>, scale: f64, is_stable: bool) -> Self {
-        let stiffness = at_length(stiffness, scale);
+    /// Softest direction by the stiffness at P, rotations taken at `scale` mm.
+    fn by_stiffness(stiffness: &Matrix6<f64>, scale: f64, is_stable: bool) -> Self {
+        let stiffness = scaled_symmetric(stiffness, scale);
         let values = stiffness.map(|stiffness| stiffness.symmetric_eigenvalues());
         let (value, largest) = values.map_or((f64::NAN, f64::NAN), |values| (values.min(), values.amax()));
         Self { value, largest, stiffness, is_stable, has_idle_motion: false }
     }
 
-    /// From the compliance at P; `None` for a free platform. Rotations are taken at `scale`, mm; a slack yields as drives do.
-    fn of_compliance(compliance: Option<&Matrix6<f64>>, scale: f64, is_stable: bool, rigid: &RigidDirections) -> Self {
+    /// Softest direction by the compliance at P, rotations taken at `scale` mm; `None`: a free platform. A rigid direction counts as
+    /// compliant as the slack springs of `rigid`.
+    fn by_compliance(compliance: Option<&Matrix6<f64>>, scale: f64, is_stable: bool, rigid: &RigidDirections) -> Self {
         let (mut value, mut largest, mut stiffness) = (0.0, 1.0, None);
-        if let Some(compliance) = compliance.and_then(|compliance| at_length(compliance, 1.0 / scale)) {
+        if let Some(compliance) = compliance.and_then(|compliance| scaled_symmetric(compliance, 1.0 / scale)) {
             let values = compliance.symmetric_eigenvalues();
             let (least, most) = (values.min(), values.max());
-            let is_rigid = least <= rigid.nearly_rigid().max(RIGID * most);
+            let is_rigid = least <= rigid.nearly_rigid_compliance().max(RIGID * most);
             value = if most > 0.0 { 1.0 / most } else { f64::MAX };
             largest = 1.0 / if is_rigid { rigid.slack_compliance() } else { least };
             stiffness = if is_rigid { None } else { compliance.try_inverse() };
@@ -456,12 +455,12 @@ impl Softest {
         Self { value, largest, stiffness, is_stable, has_idle_motion: false }
     }
 
-    /// Whether it resists next to nothing.
+    /// Whether its stiffness is next to nothing compared with that of the stiffest direction.
     fn is_nearly_free(&self) -> bool {
         self.value.abs() <= NEARLY_FREE * self.largest
     }
 
-    /// Whether a direction has lost nearly all the stiffness it had: of all directions, the one that has lost most.
+    /// Whether a direction keeps less than [`SOFTENED`] of the stiffness it had in `before`.
     fn has_softened(&self, before: &Self) -> bool {
         let factor = before.stiffness.and_then(|stiffness| stiffness.cholesky());
         let (Some(factor), Some(stiffness)) = (factor, self.stiffness) else {
@@ -473,9 +472,8 @@ impl Softest {
     }
 }
 
-/// The symmetric part of a stiffness in N/mm, rotations taken at `scale` mm (of a compliance: 1/`scale`); `None` where an
-/// entry is not finite, with which eigenvalue iterations do not end.
-fn at_length(stiffness: &Matrix6<f64>, scale: f64) -> Option<Matrix6<f64>> {
+/// Symmetric part of a stiffness in N/mm, rotations taken at `scale` mm (of a compliance: 1/`scale`); `None` where an entry is not finite.
+fn scaled_symmetric(stiffness: &Matrix6<f64>, scale: f64) -> Option<Matrix6<f64>> {
     let mut scaled = (stiffness + stiffness.transpose()) * 0.5;
     for i in 3..6 {
         scaled.row_mut(i).unscale_mut(scale);
@@ -484,19 +482,19 @@ fn at_length(stiffness: &Matrix6<f64>, scale: f64) -> Option<Matrix6<f64>> {
     scaled.iter().all(|entry| entry.is_finite()).then_some(scaled)
 }
 
-/// Whether a compliance is that of a platform which only rounding holds in some direction; a slack yields as drives do.
+/// Whether only rounding holds a platform of this compliance in some direction. A rigid direction counts as the slack springs of `rigid`.
 fn is_free(compliance: &Matrix6<f64>, scale: f64, rigid: &RigidDirections) -> bool {
-    at_length(compliance, 1.0 / scale).is_some_and(|compliance| {
+    scaled_symmetric(compliance, 1.0 / scale).is_some_and(|compliance| {
         let values = compliance.symmetric_eigenvalues().abs();
-        let is_rigid = values.min() <= rigid.nearly_rigid().max(RIGID * values.max());
+        let is_rigid = values.min() <= rigid.nearly_rigid_compliance().max(RIGID * values.max());
         let stiffest = if is_rigid { rigid.slack_compliance() } else { values.min() };
         stiffest <= FREE * values.max()
     })
 }
 
-/// Stability of the platform from its tangent stiffness; `scale` in mm makes rotations comparable.
+/// Stability of the platform by its tangent stiffness: solved, unstable or singular; `scale` in mm makes rotations comparable.
 fn platform_status(tangent: &Matrix6<f64>, scale: f64) -> Status {
-    let Some(values) = at_length(tangent, scale).map(|scaled| scaled.symmetric_eigenvalues()) else {
+    let Some(values) = scaled_symmetric(tangent, scale).map(|scaled| scaled.symmetric_eigenvalues()) else {
         return Status::Singular;
     };
     match values.min() {

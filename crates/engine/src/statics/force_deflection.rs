@@ -14,7 +14,7 @@ use crate::{
     spatial::{Pose, Wrench, larger},
 };
 
-/// The wrench that holds the platform at a pose.
+/// Wrench that holds the platform at a pose, and its derivatives.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlatformForce {
     /// `F = Σ f_i(t | t₀)` at P in O axes, eq. (3).
@@ -27,7 +27,7 @@ pub struct PlatformForce {
     pub iterations: usize,
 }
 
-/// `F = f(t | t₀)`: the wrench that holds P at `pose` while the drives stand at `drives`.
+/// Wrench `F = f(t | t₀)` that holds P at `pose` while the drives are at `drives` (mm, rad).
 ///
 /// Each chain's equilibrium, eq. (1), is solved with its end on `pose`. `state` holds the starting values (for instance the
 /// rigid configuration of t₀) and receives the solution. `None` if a chain has no stable equilibrium near the start.
@@ -46,7 +46,7 @@ pub fn wrench_at_pose(
     let mut wrench = Wrench::zero();
     let mut last = f64::INFINITY;
     for _ in 0..settings.max_iterations {
-        let (body, own) = tool::held(machine, pose, &wrench);
+        let (body, own) = tool::body_and_compliance(machine, pose, &wrench);
         let mut force = wrench_on_body(machine, drives, &body, state, workspace, settings)?;
         let received = tool::load_on_body(machine, &body, &wrench);
         let left = force.wrench.to_vector() - received.to_vector();
@@ -60,7 +60,7 @@ pub fn wrench_at_pose(
         let is_found = changed <= settings.tolerance * wrench.norm(machine.characteristic_length).max(1.0);
         // The wrench of a stiff machine is known to rounding of its pose: it is found where it no longer comes nearer.
         let is_rounding = changed >= 0.5 * last
-            && is_short(&force.stiffness, &left, machine.characteristic_length, settings.tolerance);
+            && is_negligible(&force.stiffness, &left, machine.characteristic_length, settings.tolerance);
         last = changed;
         if is_found || is_rounding {
             (state.pose, state.body) = (*pose, Some(body));
@@ -72,13 +72,13 @@ pub fn wrench_at_pose(
     None
 }
 
-/// Whether a body that is out of balance by `left` is so by a displacement below `tolerance` times the machine's characteristic length.
-fn is_short(stiffness: &Matrix6<f64>, left: &Vector6<f64>, scale: f64, tolerance: f64) -> bool {
+/// Whether a displacement below `tolerance` times the machine's characteristic length `scale` (mm) makes up for the imbalance `left` (N, N·mm).
+fn is_negligible(stiffness: &Matrix6<f64>, left: &Vector6<f64>, scale: f64, tolerance: f64) -> bool {
     let Some(twist) = stiffness.lu().solve(left) else { return false };
     twist.fixed_rows::<3>(0).amax().max(twist.fixed_rows::<3>(3).amax() * scale) <= tolerance * scale
 }
 
-/// The same with P held by the platform's body.
+/// Wrench that holds the platform's body at `pose`, without the bending of the tool; else as [`wrench_at_pose`].
 fn wrench_on_body(
     machine: &Machine,
     drives: &[f64],

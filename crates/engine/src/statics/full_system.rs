@@ -1,4 +1,4 @@
-//! The same linear system without condensation: for chains that are not elastic in six directions (a serial arm with few
+//! The linear system of all unknowns without condensation: for chains that are not elastic in six directions (a serial arm with few
 //! springs, rigid legs), have idle joints, or have buckled. Slower; pivots by a factorisation that shows the rank.
 
 use nalgebra::{DMatrix, DVector, Dyn, Matrix6, Matrix6xX, SymmetricEigen, Vector6};
@@ -11,12 +11,12 @@ use crate::{
 
 /// A pivot or eigenvalue below this fraction of the largest, after equilibration, is zero.
 const RANK_TOLERANCE: f64 = 1e-12;
-/// The same of a pivot of a solve: beside a singular place, stiff drives outweigh by 1e12 what rigid chains carry.
+/// A pivot of a solve below this fraction of the largest is zero: beside a singular place, stiff drives outweigh by 1e12 what rigid chains carry.
 const PIVOT_TOLERANCE: f64 = 1e-14;
 /// An unknown with a smaller part in a motion of unit length does not move.
 const LEAST_PART: f64 = 1e-6;
 
-/// Unknowns of all chains, then dt; scaled symmetrically so that rows have comparable size.
+/// Linear system of the unknowns of all chains, then dt; scaled symmetrically so that rows have comparable size.
 struct FullSystem {
     matrix: DMatrix<f64>,
     scale: DVector<f64>,
@@ -25,7 +25,7 @@ struct FullSystem {
 }
 
 impl FullSystem {
-    /// From linearised, not yet condensed, chain systems; `weight`: the platform's own stiffness, by its weight.
+    /// Assembles linearised, not yet condensed, chain systems; `weight`: the platform's own stiffness, by its weight.
     fn new(chains: &[ChainSystem], weight: &Matrix6<f64>) -> Self {
         let mut first = vec![0];
         for chain in chains {
@@ -49,7 +49,8 @@ impl FullSystem {
         Self { matrix, scale, first }
     }
 
-    fn platform(&self) -> usize {
+    /// First row of the platform.
+    fn platform_row(&self) -> usize {
         self.first[self.first.len() - 1]
     }
 
@@ -77,10 +78,9 @@ impl FullSystem {
         Some(solution)
     }
 
-    /// Stability from the inertia of the symmetric part: stable if it has as many positive eigenvalues as there are motions that meet
-    /// resistance. A chain that has fewer of them when held at its end buckles. Also whether something moves without resistance, if only
-    /// within a chain.
-    fn status(&self, chains: &[ChainSystem]) -> (Status, bool) {
+    /// Stability by the inertia of the symmetric part: stable if it has as many positive eigenvalues as there are motions that meet resistance. A
+    /// chain that has fewer of them when held at its end buckles. Also whether something moves without resistance, if only within a chain.
+    fn stability(&self, chains: &[ChainSystem]) -> (Status, bool) {
         if !self.is_finite() {
             return (Status::Singular, false);
         }
@@ -98,7 +98,7 @@ impl FullSystem {
         let status = if is_unstable(&eigen, &closures) {
             let buckled = (0..chains.len()).find(|&chain| self.buckles(chains, chain));
             buckled.map_or(Status::Unstable, |chain| Status::Buckled { chain })
-        } else if moves_freely(&|row| row >= self.platform()) {
+        } else if moves_freely(&|row| row >= self.platform_row()) {
             Status::Singular
         } else {
             Status::Solved
@@ -120,8 +120,8 @@ impl FullSystem {
     }
 }
 
-/// Whether fewer eigenvalues are positive than there are motions with resistance. Negative ones would not tell: of those that belong to
-/// closure equations, some are all but zero where links that hardly yield hold one another.
+/// Whether fewer eigenvalues are positive than there are motions with resistance. Counting negative ones would not do: of those that belong
+/// to closure equations, some are all but zero where links that hardly yield hold one another.
 fn is_unstable(eigen: &SymmetricEigen<f64, Dyn>, closures: &[usize]) -> bool {
     let zero = RANK_TOLERANCE * eigen.eigenvalues.amax();
     let motions: Vec<usize> = (0..eigen.eigenvalues.len()).filter(|row| !closures.contains(row)).collect();
@@ -153,16 +153,15 @@ fn equilibration(matrix: &DMatrix<f64>) -> DVector<f64> {
     scale
 }
 
-/// One Newton step of the whole machine; leaves each chain's step in its system and returns the twist of P.
-///
-/// `imbalance`: applied wrench less the sum of the chain wrenches.
+/// Computes one Newton step of the whole machine: returns the twist of P (mm, rad) and leaves each chain's step in its system; `None` where
+/// there is no finite solution. `imbalance`: applied wrench less the sum of the chain wrenches (N, N·mm).
 pub(super) fn step(
     chains: &mut [ChainSystem],
     weight: &Matrix6<f64>,
     imbalance: &Vector6<f64>,
 ) -> Option<Vector6<f64>> {
     let system = FullSystem::new(chains, weight);
-    let platform = system.platform();
+    let platform = system.platform_row();
     let mut right = DMatrix::zeros(platform + 6, 1);
     for (chain, &start) in chains.iter().zip(&system.first) {
         for (i, rest) in chain.right_hand_sides().into_iter().enumerate() {
@@ -185,11 +184,11 @@ pub(super) fn step(
     Some(column.fixed_rows::<6>(platform).into())
 }
 
-/// Answers of the transposed system to a unit wrench along each direction.
-pub(super) fn transposed(chains: &[ChainSystem], weight: &Matrix6<f64>) -> Option<Vec<Adjoint>> {
+/// Solutions of the transposed system for a unit wrench along, then about each axis of O; `None` for a system that is not finite.
+pub(super) fn adjoints(chains: &[ChainSystem], weight: &Matrix6<f64>) -> Option<Vec<Adjoint>> {
     let mut system = FullSystem::new(chains, weight);
     system.matrix.transpose_mut();
-    let platform = system.platform();
+    let platform = system.platform_row();
     let mut right = DMatrix::zeros(platform + 6, 6);
     right.rows_mut(platform, 6).fill_with_identity();
     let solution = system.solve(right)?;
@@ -208,17 +207,18 @@ pub(super) struct FullTangent {
     pub status: Status,
     /// Whether something moves without resistance, if only within a chain.
     pub has_idle_motion: bool,
+    /// Twist of P per wrench at P (mm, rad; N, N·mm); `None` where the platform is free.
     pub compliance: Option<Matrix6<f64>>,
+    /// Twist of P per unit motion of each drive under constant load, one column per drive.
     pub drive_sensitivity: Matrix6xX<f64>,
-    /// `∂θ_a/∂ρ`: deflection of each actuated joint (rows) per unit motion of each drive; `None` where there is no
-    /// solution.
+    /// `∂θ_a/∂ρ`: deflection of each actuated joint (rows) per unit motion of each drive; `None` where there is no solution.
     pub joint_deflection: Option<DMatrix<f64>>,
 }
 
 /// Compliance, drive sensitivities and stability from chain systems linearised at an equilibrium.
 pub(super) fn tangent(machine_chains: &[Chain], chains: &[ChainSystem], weight: &Matrix6<f64>) -> FullTangent {
     let system = FullSystem::new(chains, weight);
-    let platform = system.platform();
+    let platform = system.platform_row();
     let drive_count: usize = machine_chains.iter().map(|chain| chain.drives.len()).sum();
     let mut right = DMatrix::zeros(platform + 6, 6 + drive_count);
     for i in 0..6 {
@@ -239,7 +239,7 @@ pub(super) fn tangent(machine_chains: &[Chain], chains: &[ChainSystem], weight: 
             }
         }
     }
-    let (mut status, has_idle_motion) = system.status(chains);
+    let (mut status, has_idle_motion) = system.stability(chains);
     let mut compliance = None;
     let mut drive_sensitivity = Matrix6xX::zeros(drive_count);
     let mut joint_deflection = None;
@@ -260,7 +260,7 @@ pub(super) fn tangent(machine_chains: &[Chain], chains: &[ChainSystem], weight: 
     FullTangent { status, has_idle_motion, compliance, drive_sensitivity, joint_deflection }
 }
 
-/// Stiffness from a compliance, unless the machine is rigid in some direction; `scale` in mm makes rotations comparable.
+/// Stiffness from a compliance; `None` where the machine is rigid in some direction. `scale` in mm makes rotations comparable.
 pub(super) fn invert_if_regular(compliance: &Matrix6<f64>, scale: f64) -> Option<Matrix6<f64>> {
     let mut scaled = *compliance;
     for i in 3..6 {

@@ -1,4 +1,4 @@
-//! What a load step leaves in place of a chain's residual.
+//! Residual of a chain at the start of load stepping, of which each load step holds back a share.
 
 use super::chain_system::ChainSystem;
 use crate::{
@@ -8,29 +8,29 @@ use crate::{
 
 /// Residual of a chain or loop at the start of load stepping.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Held {
-    /// Rows θ, F, q; the rows F are held as a shift of the target instead.
+pub(super) struct StartResidual {
+    /// Right-hand sides of the rows θ, F, q; those of F are held back by shifting the target instead.
     residual: Vec<f64>,
-    /// Closure error: shift in O axes (of a loop, in those of its first frame), and turn in the target's axes.
+    /// Closure error: shift in O axes (of a loop, in those of its first frame), and rotation in the target's axes.
     closure: Twist,
-    loops: Vec<Held>,
+    loops: Vec<StartResidual>,
 }
 
-impl Held {
-    /// Remembers the present residual of `system`, at the platform pose `platform`.
-    pub fn remember(&mut self, system: &ChainSystem, platform: &Pose) {
+impl StartResidual {
+    /// Records the present residual of `system`, the platform at `platform`.
+    pub fn record(&mut self, system: &ChainSystem, platform: &Pose) {
         let Twist { linear, angular } = system.closure.into();
         *self = Self::of(system, Twist { linear, angular: platform.rotation.transpose() * angular });
     }
 
+    /// Residual of `system` and its loops, `closure` being its closure error.
     fn of(system: &ChainSystem, closure: Twist) -> Self {
         let loops = system.loops().iter();
         let loops = loops.map(|inner| Self::of(&inner.system, inner.closure(system).into())).collect();
-        Self { residual: system.own_right_hand_sides(), closure, loops }
+        Self { residual: system.route_right_hand_sides(), closure, loops }
     }
 
-    /// Where the chain's end belongs when `share` of the closure error is left in place.
-    ///
+    /// Pose where the chain's end belongs, the platform at `platform`, if `share` of the closure error is left.
     /// The shift is fixed to O and the turn to the platform, so that the target moves with the twist of the platform and
     /// the iteration stays a Newton iteration however large the turn is.
     pub fn target(&self, platform: &Pose, share: f64) -> Pose {
@@ -40,21 +40,21 @@ impl Held {
         }
     }
 
-    /// Has the loops of `system` end where `share` of their closure errors is left in place.
-    pub fn shift_loops(&self, system: &mut ChainSystem, share: f64) {
+    /// Shifts the ends of the loops of `system` so that `share` of their closure errors is left.
+    pub fn shift_loop_ends(&self, system: &mut ChainSystem, share: f64) {
         for (inner, held) in system.loops_mut().iter_mut().zip(&self.loops) {
             let Twist { linear, angular } = held.closure;
             inner.shift =
                 (share > 0.0).then(|| Screw::from(Twist { linear: linear * share, angular: angular * share }));
-            held.shift_loops(&mut inner.system, share);
+            held.shift_loop_ends(&mut inner.system, share);
         }
     }
 
-    /// Takes `share` of the held generalised forces off the present ones.
-    pub fn release(&self, system: &mut ChainSystem, share: f64) {
-        system.release(&self.residual, share);
+    /// Subtracts `share` of the recorded generalised forces from the right-hand sides of `system` and its loops.
+    pub fn subtract_share(&self, system: &mut ChainSystem, share: f64) {
+        system.subtract_share(&self.residual, share);
         for (inner, held) in system.loops_mut().iter_mut().zip(&self.loops) {
-            held.release(&mut inner.system, share);
+            held.subtract_share(&mut inner.system, share);
         }
     }
 }

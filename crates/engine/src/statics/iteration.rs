@@ -1,4 +1,4 @@
-//! When a Newton iteration is over, and when it is given up as not converging.
+//! Convergence of a Newton iteration: when it is solved, and when it has failed.
 
 use super::outcome::Settings;
 
@@ -12,7 +12,7 @@ const SURE_ROTATION: f64 = 1e-5;
 /// Residual down to which the iteration may stall on rounding and still count as solved.
 const ROUNDING: f64 = 1e-8;
 
-/// Follows the residuals and steps of one iteration.
+/// Residual and step of a Newton iteration, by which its convergence is judged.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Iteration {
     previous: f64,
@@ -22,7 +22,7 @@ pub(super) struct Iteration {
     pub steps: usize,
 }
 
-/// What a residual says.
+/// Verdict on an iteration by its residual.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Verdict {
     Solved,
@@ -31,11 +31,12 @@ pub(super) enum Verdict {
 }
 
 impl Iteration {
+    /// An iteration before its first residual.
     pub fn new() -> Self {
         Self { previous: f64::INFINITY, turn: f64::INFINITY, steps: 0 }
     }
 
-    /// Takes note of the residual before the next step.
+    /// Judges the residual before the next step (dimensionless) and records it.
     pub fn judge(&mut self, residual: f64, settings: &Settings) -> Verdict {
         let stalled = residual < ROUNDING && residual > 0.5 * self.previous && self.previous < ROUNDING;
         if residual <= settings.tolerance || stalled {
@@ -48,8 +49,8 @@ impl Iteration {
         Verdict::Continue
     }
 
-    /// Takes note of a step whose largest rotation is `turn` rad; whether it may be taken.
-    pub fn accepts(&mut self, turn: f64) -> bool {
+    /// Records a step whose largest rotation is `turn` rad; returns whether it is small enough to be taken.
+    pub fn accept_step(&mut self, turn: f64) -> bool {
         let contracts = turn <= CONTRACTION * self.turn.max(SURE_ROTATION);
         self.turn = turn;
         self.steps += 1;

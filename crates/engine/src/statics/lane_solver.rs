@@ -1,4 +1,4 @@
-//! The linearised machine and its Newton step, for one case or for one per lane; and the iteration of many in lanes.
+//! The linearised machine and its Newton step, for one case or for one per lane; and the iteration of many cases in lanes.
 //!
 //! [`super::equilibrium()`] takes the same steps with one number at a time, so that a lane has its bits. In lanes, a case that
 //! converges early is left as it is; one that needs anything but full steps over condensed chains (load steps, a chain that cannot
@@ -12,7 +12,7 @@ use nalgebra::Matrix6xX;
 
 use super::{
     batch::Case,
-    chain_system::{Carried, ChainResidual, ChainSystem},
+    chain_system::{ChainInput, ChainResidual, ChainSystem},
     iteration::{Iteration, Verdict},
     outcome::{Outcome, Settings, Status},
     platform::{self, Square, SquareTask},
@@ -26,10 +26,8 @@ use crate::{
     spatial::Wrench,
 };
 
-/// One case per lane, and the linearised machine at their states.
-///
-/// States and linearisation are kept from solve to solve, so that a case which starts where the last one in its lane
-/// ended does not linearise the machine again.
+/// One case per lane, and the linearised machine at their states. States and linearisation are kept from solve to solve, so that a case which
+/// starts where the last one in its lane ended does not linearise the machine again.
 #[derive(Debug, Clone)]
 pub struct LaneSolver<R = f64> {
     pub(super) drives: Vec<R>,
@@ -38,15 +36,15 @@ pub struct LaneSolver<R = f64> {
     pub(super) systems: Vec<ChainSystem<R>>,
     pub(super) rigid: RigidDirections<R>,
     residuals: Vec<ChainResidual<R>>,
-    /// Loads at P, for a tool that bends.
+    /// Load of each lane at P in O axes, N and N·mm, for a tool that bends.
     pub(super) loads: [Wrench; MAX_LANES],
-    /// Whether the systems are those at the present states.
+    /// Whether the systems are linearised at the present states.
     is_linearised: bool,
     /// Lanes in which all chains could be condensed.
     pub(super) condensed: u8,
     pub(super) tangent: Square<R>,
     drive_step: Vec<R>,
-    /// Of each drive: wrench with the platform held, and at the end the twist under constant load.
+    /// Wrench per unit motion of each drive with the platform held; at the end, twist of P under constant load instead.
     pub(super) drive_wrenches: Vec<[R; 6]>,
 }
 
@@ -56,29 +54,30 @@ struct LaneChain<R> {
     coordinates: Vec<R>,
     wrench: Screw<R>,
     loops: Vec<Screw<R>>,
-    /// Its drives among all.
+    /// Indices of its drives in the machine.
     drives: Range<usize>,
 }
 
-/// What tasks make of the poses, one per lane.
+/// Task errors of the lanes at their poses.
 struct Tasks<R> {
     square: SquareTask<R>,
+    /// Length of each lane's task error, mm.
     sizes: [f64; MAX_LANES],
     /// Lanes with as many coordinates as drives.
     fitting: u8,
 }
 
-/// How the lanes stand.
+/// Progress of the iteration in each lane.
 struct Progress {
     iterations: [Iteration; MAX_LANES],
     residuals: [f64; MAX_LANES],
-    /// Lanes under way, and lanes solved.
+    /// Lanes still iterating, and lanes solved, as bits.
     active: u8,
     solved: u8,
 }
 
 impl<R: Real> LaneSolver<R> {
-    /// For `machine`, with nothing solved yet.
+    /// A solver for `machine`, all unknowns zero.
     pub fn new(machine: &Machine) -> Self {
         let mut drive_count = 0;
         let chains = machine.chains.iter().map(|chain| {
@@ -110,8 +109,7 @@ impl<R: Real> LaneSolver<R> {
         }
     }
 
-    /// Solves up to [`Real::LANES`] cases and appends what came out; `None` for those left to the scalar iteration, which
-    /// are as they were.
+    /// Solves up to [`Real::LANES`] cases and appends their outcomes; `None` for those left to the scalar iteration, which are as they were.
     pub fn solve(
         &mut self,
         machine: &Machine,
@@ -123,7 +121,7 @@ impl<R: Real> LaneSolver<R> {
         for (lane, case) in cases.iter().enumerate() {
             let bends_otherwise = machine.tool_compliance.is_some() && self.loads[lane] != case.load;
             self.loads[lane] = case.load;
-            self.put(lane, case.drives, case.state);
+            self.set_state(lane, case.drives, case.state);
             self.is_linearised &= !bends_otherwise;
         }
         let gravity = Vec3::splat(&machine.gravity);
@@ -138,7 +136,7 @@ impl<R: Real> LaneSolver<R> {
                 self.linearise(machine, gravity);
             }
             let tasks = self.tasks(machine, cases, progress.active);
-            let imbalance = self.balance(machine, cases, tasks.as_ref(), &mut progress, settings);
+            let imbalance = self.judge_lanes(machine, cases, tasks.as_ref(), &mut progress, settings);
             if iteration == 0 {
                 progress.active &= self.plainly_stable(machine);
             }
@@ -148,11 +146,11 @@ impl<R: Real> LaneSolver<R> {
             let task = tasks.as_ref().map(|tasks| &tasks.square);
             self.step_lanes(machine, imbalance, task, &mut progress);
         }
-        self.finish(machine, cases, &progress, outcomes);
+        self.append_outcomes(machine, cases, &progress, outcomes);
     }
 
-    /// Takes up drives and a state.
-    pub(super) fn put(&mut self, lane: usize, drives: &[f64], state: &State) {
+    /// Copies drive positions (mm, rad) and a state into `lane`; the linearisation is kept if they are there already.
+    pub(super) fn set_state(&mut self, lane: usize, drives: &[f64], state: &State) {
         // Without a task the drives stay.
         clear(&mut self.drive_step);
         let mut is_new = false;
@@ -187,26 +185,26 @@ impl<R: Real> LaneSolver<R> {
         self.is_linearised &= !is_new;
     }
 
-    /// Linearises and condenses the machine at the present states, a kilogram having the weight `gravity`.
+    /// Linearises and condenses the machine at the present states, a kilogram having the weight `gravity` (N, O axes).
     pub(super) fn linearise(&mut self, machine: &Machine, gravity: Vec3<R>) {
-        self.linearise_by(
+        self.linearise_with(
             machine,
             gravity,
             true,
             #[inline(always)]
-            |_, system, chain, platform, carried| system.fill(chain, platform, carried),
+            |_, system, chain, platform, input| system.fill(chain, platform, input),
         );
     }
 
-    /// The same with systems that `fill` makes of the number of a chain, the platform and what the chain carries; without `condenses` they
-    /// are left as they were filled.
+    /// Linearises the machine with chain systems that `fill` makes of each chain's number, the platform and inputs; condenses them if
+    /// `condenses`.
     #[inline(always)]
-    pub(super) fn linearise_by(
+    pub(super) fn linearise_with(
         &mut self,
         machine: &Machine,
         gravity: Vec3<R>,
         condenses: bool,
-        fill: impl Fn(usize, &mut ChainSystem<R>, &Chain, &Frame<R>, &Carried<'_, R>),
+        fill: impl Fn(usize, &mut ChainSystem<R>, &Chain, &Frame<R>, &ChainInput<'_, R>),
     ) {
         R::vectorized(
             #[inline(always)]
@@ -216,7 +214,7 @@ impl<R: Real> LaneSolver<R> {
                     pairs(pairs(pairs(&mut self.systems, &machine.chains), &self.chains), &mut self.residuals)
                         .enumerate()
                 {
-                    fill(number, system, chain, &self.platform, &own.carried(&self.drives, gravity));
+                    fill(number, system, chain, &self.platform, &own.input(&self.drives, gravity));
                     *residual = system.residual(machine.characteristic_length);
                     if condenses {
                         self.condensed &= system.eliminate();
@@ -236,7 +234,7 @@ impl<R: Real> LaneSolver<R> {
         self.is_linearised = condenses;
     }
 
-    /// Adds what a bent tool takes of the tangent, lane by lane.
+    /// Adds the stiffness by the load that a bent tool carries aside to the tangent, lane by lane.
     fn add_tool_stiffness(&mut self, machine: &Machine) {
         for lane in 0..R::LANES {
             let mut own = [[0.0; 6]; 6];
@@ -249,7 +247,7 @@ impl<R: Real> LaneSolver<R> {
         }
     }
 
-    /// Lanes in which the platform is plainly stable as it stands. From a start that is not, the scalar path says where it leads.
+    /// Lanes in which the platform is clearly stable at its present state. Other starts are left to the scalar iteration.
     fn plainly_stable(&self, machine: &Machine) -> u8 {
         R::vectorized(
             #[inline(always)]
@@ -257,13 +255,13 @@ impl<R: Real> LaneSolver<R> {
         )
     }
 
-    /// What each active lane with a task makes of its pose; `None` without tasks.
+    /// Task errors of the active lanes at their poses; `None` without tasks.
     fn tasks(&self, machine: &Machine, cases: &[Case<'_>], active: u8) -> Option<Tasks<R>> {
         let nothing = SquareTask { count: self.drives.len(), error: [R::zero(); 6], slope: [[R::zero(); 6]; 6] };
         let mut tasks = Tasks { square: nothing, sizes: [0.0; MAX_LANES], fitting: 0 };
         for lane in lanes(active) {
             let body = self.platform.lane(lane);
-            let task = cases[lane].task?(&tool::bend(machine, &body, &cases[lane].load));
+            let task = cases[lane].task?(&tool::bent_pose(machine, &body, &cases[lane].load));
             tasks.sizes[lane] = task.size();
             let Some(square) = SquareTask::new(&task, self.drives.len()) else { continue };
             tasks.fitting |= 1 << lane;
@@ -279,8 +277,8 @@ impl<R: Real> LaneSolver<R> {
         Some(tasks)
     }
 
-    /// Judges the active lanes by their residuals; applied wrench less chain wrenches.
-    fn balance(
+    /// Judges the active lanes by their residuals, for `progress`, and returns the imbalance: applied wrench less chain wrenches (N, N·mm).
+    fn judge_lanes(
         &self,
         machine: &Machine,
         cases: &[Case<'_>],
@@ -322,8 +320,8 @@ impl<R: Real> LaneSolver<R> {
         imbalance
     }
 
-    /// Largest closure gap over `scale`, or force out of balance over the largest wrench (the `load` on the platform's body, that of a
-    /// chain, 1 N); `imbalance` is the platform's.
+    /// Dimensionless residual: the largest closure gap over `scale` mm, or force out of balance over the largest wrench (the `load` on the
+    /// platform's body, that of a chain, 1 N); `imbalance` is the platform's.
     #[inline(always)]
     pub(super) fn residual(&self, scale: f64, load: [R; 6], imbalance: [R; 6]) -> R {
         let one = R::splat(1.0);
@@ -340,7 +338,7 @@ impl<R: Real> LaneSolver<R> {
         (gap / R::splat(scale)).larger(force / largest_wrench)
     }
 
-    /// `load` on the platform's body and its weight, less the chain wrenches.
+    /// Imbalance of the platform at P in O axes (N, N·mm): `load` on its body and its weight, less the chain wrenches.
     #[inline(always)]
     pub(super) fn imbalance(&self, machine: &Machine, gravity: Vec3<R>, load: [R; 6]) -> [R; 6] {
         let mut imbalance = load;
@@ -358,7 +356,7 @@ impl<R: Real> LaneSolver<R> {
         imbalance
     }
 
-    /// Takes a full Newton step in the active lanes.
+    /// Takes a full Newton step in the active lanes; lanes without one, or with too large a one, are active no more.
     fn step_lanes(
         &mut self,
         machine: &Machine,
@@ -371,19 +369,19 @@ impl<R: Real> LaneSolver<R> {
             || {
                 let (twist, regular) = self.step(imbalance, task);
                 progress.active &= regular;
-                (twist, self.largest_turn(&twist))
+                (twist, self.largest_rotation(&twist))
             },
         );
         for lane in lanes(progress.active) {
-            if !progress.iterations[lane].accepts(turn.lane(lane)) {
+            if !progress.iterations[lane].accept_step(turn.lane(lane)) {
                 progress.active &= !(1 << lane);
             }
         }
         self.apply(machine, twist, progress.active);
     }
 
-    /// Full Newton step of condensed chains, in which the drives move if there is a `task`: the twist of P, and the lanes in which there
-    /// is one. The steps of the chains are left in their systems.
+    /// Computes the full Newton step of condensed chains, in which the drives move if there is a `task`: the twist of P (mm, rad), and the
+    /// lanes in which there is one. The steps of the chains are left in their systems.
     #[inline(always)]
     pub(super) fn step(&mut self, imbalance: [R; 6], task: Option<&SquareTask<R>>) -> ([R; 6], u8) {
         let (systems, rigid, wrenches) = (&mut self.systems, &mut self.rigid, &mut self.drive_wrenches);
@@ -404,9 +402,9 @@ impl<R: Real> LaneSolver<R> {
         (twist, regular)
     }
 
-    /// Largest rotation of a joint or spring, or component of the platform's, in the step, rad.
+    /// Largest rotation in the step, rad: of a joint, of a spring, or a component of the platform's `twist`.
     #[inline(always)]
-    pub(super) fn largest_turn(&self, twist: &[R; 6]) -> R {
+    pub(super) fn largest_rotation(&self, twist: &[R; 6]) -> R {
         let mut turn = R::zero();
         for component in &twist[3..] {
             turn = turn.larger(component.abs());
@@ -417,7 +415,7 @@ impl<R: Real> LaneSolver<R> {
         turn
     }
 
-    /// Adds the step to the states of `active` lanes.
+    /// Adds the step, with the `twist` of P, to the states of the `active` lanes.
     pub(super) fn apply(&mut self, machine: &Machine, twist: [R; 6], active: u8) {
         R::vectorized(
             #[inline(always)]
@@ -462,7 +460,7 @@ impl<R: Real> LaneSolver<R> {
                 }
                 let Frame { axes, origin } = self.platform;
                 let step = Screw::from_array(twist);
-                let turned = self.platform.turned(&rotation_exp(step.angular));
+                let turned = self.platform.turned_axes(&rotation_exp(step.angular));
                 for (axis, (turned, old)) in pairs(&mut self.platform.axes, pairs(turned, axes)) {
                     *axis = Vec3::select(mask, turned, old);
                 }
@@ -472,8 +470,8 @@ impl<R: Real> LaneSolver<R> {
         self.is_linearised = active == 0;
     }
 
-    /// Hands back the solved lanes whose stability is plain.
-    fn finish(
+    /// Appends the outcome of each case, with its drives and state, if its lane is solved and clearly stable; `None` otherwise.
+    fn append_outcomes(
         &mut self,
         machine: &Machine,
         cases: &mut [Case<'_>],
@@ -494,17 +492,16 @@ impl<R: Real> LaneSolver<R> {
                 for (value, number) in pairs(&mut *case.drives, &self.drives) {
                     *value = number.lane(lane);
                 }
-                self.store(lane, case.state);
+                self.read_state(lane, case.state);
                 let (steps, residual) = (progress.iterations[lane].steps, progress.residuals[lane]);
                 let mut outcome = self.outcome(machine, lane, &compliance, Status::Solved, steps, residual);
-                tool::leave(machine, &case.load, case.state, &mut outcome);
+                tool::convert_to_tool_end(machine, &case.load, case.state, &mut outcome);
                 outcome
             }));
         }
     }
 
-    /// Compliance of condensed chains, and the lanes in which there is one; leaves the twists of P per motion of each drive in place of
-    /// the wrenches.
+    /// Compliance of P with condensed chains, and the lanes in which there is one; turns the drive wrenches into twists of P per unit motion.
     #[inline(always)]
     pub(super) fn compliance(&mut self) -> (Square<R>, u8) {
         let (compliance, regular) = platform::compliance(&mut self.rigid, self.tangent);
@@ -513,7 +510,7 @@ impl<R: Real> LaneSolver<R> {
         (compliance, regular)
     }
 
-    /// What a lane comes to behind [`LaneSolver::compliance`], the full load taken at once.
+    /// Outcome of a lane after [`LaneSolver::compliance`], the full load taken at once.
     pub(super) fn outcome(
         &self,
         machine: &Machine,
@@ -523,9 +520,9 @@ impl<R: Real> LaneSolver<R> {
         iterations: usize,
         residual: f64,
     ) -> Outcome {
-        let (twists, compliance) = (&self.drive_wrenches, platform::of_lane(compliance, lane));
+        let (twists, compliance) = (&self.drive_wrenches, platform::lane_matrix(compliance, lane));
         let stiffness = match self.rigid.is_empty() {
-            true => Some(platform::of_lane(&self.tangent, lane)),
+            true => Some(platform::lane_matrix(&self.tangent, lane)),
             false => platform::stiffness(&compliance, machine.characteristic_length, self.rigid.slack_compliance()),
         };
         Outcome {
@@ -533,35 +530,35 @@ impl<R: Real> LaneSolver<R> {
             iterations,
             residual,
             load_steps: 1,
-            stiffness: stiffness.as_ref().map(platform::matrix),
-            compliance: Some(platform::matrix(&compliance)),
+            stiffness: stiffness.as_ref().map(platform::to_matrix),
+            compliance: Some(platform::to_matrix(&compliance)),
             drive_sensitivity: Matrix6xX::from_fn(twists.len(), |i, j| twists[j][i].lane(lane)),
         }
     }
 
-    /// Writes the state of a lane: of the platform's body.
-    pub(super) fn store(&self, lane: usize, state: &mut State) {
+    /// Copies the state of `lane` to `state`, the pose being that of the platform's body.
+    pub(super) fn read_state(&self, lane: usize, state: &mut State) {
         state.pose = self.platform.lane(lane);
         state.body = None;
         for (to, chain) in pairs(&mut state.chains, &self.chains) {
             for (value, number) in pairs(&mut to.coordinates, &chain.coordinates) {
                 *value = number.lane(lane);
             }
-            let of_lane = |wrench: &Screw<R>| Wrench::new(wrench.to_array().map(|number| number.lane(lane)));
-            to.wrench = of_lane(&chain.wrench);
+            let lane_wrench = |wrench: &Screw<R>| Wrench::new(wrench.to_array().map(|number| number.lane(lane)));
+            to.wrench = lane_wrench(&chain.wrench);
             for (to, own) in pairs(&mut to.loops, &chain.loops) {
-                *to = of_lane(own);
+                *to = lane_wrench(own);
             }
         }
     }
 }
 
 impl<R: Real> LaneChain<R> {
-    /// What its system is filled with, the machine's drives at `drives`.
+    /// Inputs of the chain's system, the machine's drives at `drives` (mm, rad) and a kilogram having the weight `gravity` (N).
     #[inline(always)]
-    fn carried<'a>(&'a self, drives: &'a [R], gravity: Vec3<R>) -> Carried<'a, R> {
+    fn input<'a>(&'a self, drives: &'a [R], gravity: Vec3<R>) -> ChainInput<'a, R> {
         let (wrench, loops) = (self.wrench, &self.loops[..]);
-        Carried { drives: &drives[self.drives.clone()], coordinates: &self.coordinates, wrench, loops, gravity }
+        ChainInput { drives: &drives[self.drives.clone()], coordinates: &self.coordinates, wrench, loops, gravity }
     }
 }
 

@@ -1,9 +1,8 @@
 //! Static equilibrium of the loaded machine, its stiffness and sensitivities.
 //!
-//! Each chain obeys `∂U/∂θ − J_θᵀF = 0`, `∂U/∂q − J_qᵀF = 0`, `g(ρ; θ, q) = t` (eq. 1, written as a residual with the
-//! current stiffness); the platform obeys `Σ F_i = F_ext` (eq. 3). One Newton iteration solves them all: the chains are
-//! condensed to 6×6 blocks (eqs. 4–6 with the wrench-weighted Hessians), the platform twist follows, and the chain
-//! unknowns are back-substituted.
+//! Each chain obeys `∂U/∂θ − J_θᵀF = 0`, `∂U/∂q − J_qᵀF = 0`, `g(ρ; θ, q) = t` (eq. 1, written as a residual with the current stiffness); the
+//! platform obeys `Σ F_i = F_ext` (eq. 3). One Newton iteration solves them all: the chains are condensed to 6×6 blocks (eqs. 4–6 with the
+//! wrench-weighted Hessians), the platform twist follows, and the chain unknowns are back-substituted.
 //!
 //! - [`Solver`]: loaded states of one machine, a call each
 //! - [`equilibrium()`]: `t = f⁻¹(F | t₀)`, eq. (7), the whole machine under a prescribed wrench

@@ -1,4 +1,4 @@
-//! What a solve is asked for and how it ended.
+//! Settings of a solve, its status and outcome, and the error of a task.
 
 use nalgebra::{Matrix6, Matrix6xX, Vector6};
 use serde::{Deserialize, Serialize};
@@ -10,16 +10,15 @@ use super::{
 };
 use crate::machine::Machine;
 
-/// A platform with a softer direction than this share of the stiffest may stand where it is held by its errors alone.
+/// A platform whose softest direction is below this share of its stiffest may be held there by the machine's errors alone.
 const SOFT: f64 = 1e-4;
 
-/// When an equilibrium counts as solved.
+/// Tolerance and number of iterations of an equilibrium.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
-    /// Largest accepted residual: closure gaps over the machine's characteristic length, and forces out of balance over the largest chain
-    /// wrench (dimensionless).
+    /// Largest accepted residual: closure gaps over the machine's characteristic length, and forces out of balance over the largest wrench.
     pub tolerance: f64,
-    /// Newton iterations of one load step.
+    /// Largest number of Newton iterations of one load step.
     pub max_iterations: usize,
 }
 
@@ -73,7 +72,7 @@ impl Status {
         }
     }
 
-    /// Whether it is one of an equilibrium, stable or not.
+    /// Whether the solve ended in an equilibrium, stable or not.
     pub fn is_equilibrium(&self) -> bool {
         !matches!(self, Status::NotConverged { .. } | Status::SnapThrough { .. } | Status::SingularPlace)
     }
@@ -101,7 +100,7 @@ impl Status {
     }
 }
 
-/// What a solve found besides the state.
+/// Result of a solve besides the state.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Outcome {
     /// How it ended.
@@ -126,7 +125,7 @@ impl Outcome {
     pub(crate) fn is_soft(&self, machine: &Machine) -> bool {
         match (&self.stiffness, &self.compliance) {
             (Some(stiffness), _) => {
-                platform::definite_beyond(&platform::rows(stiffness), machine.characteristic_length, SOFT) == 0
+                platform::definite_beyond(&platform::to_rows(stiffness), machine.characteristic_length, SOFT) == 0
             }
             // Rigid in some directions: against what a drive yields.
             (None, Some(compliance)) => {
@@ -140,7 +139,7 @@ impl Outcome {
 
     /// Smallest eigenvalue in N/mm of the loaded stiffness, rotations at `scale` mm; of a machine that is rigid in some
     /// directions, that of the others. Negative where it is unstable; `None` where the platform is free or not solved.
-    pub fn softest(&self, scale: f64) -> Option<f64> {
+    pub fn least_stiffness(&self, scale: f64) -> Option<f64> {
         match (&self.stiffness, &self.compliance) {
             (Some(stiffness), _) => Some(smallest_eigenvalue(stiffness, scale)),
             (None, Some(compliance)) if self.status == Status::Solved => {
@@ -157,7 +156,7 @@ impl Outcome {
     }
 }
 
-/// Error of the task coordinates that are compensated, at a pose. Rows beyond `count` are zero.
+/// Error of the compensated task coordinates at a pose. Rows beyond `count` are zero.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct TaskError {
     /// Number of compensated coordinates.
@@ -166,7 +165,7 @@ pub struct TaskError {
     pub error: Vector6<f64>,
     /// Derivative of the error by the twist of P in O axes.
     pub slope: Matrix6<f64>,
-    /// What makes each error a length: 1, or the machine's characteristic length in mm for rotations.
+    /// Factor that makes each error a length: 1, or the machine's characteristic length in mm for rotations.
     pub lever: Vector6<f64>,
 }
 

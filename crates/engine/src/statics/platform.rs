@@ -1,4 +1,4 @@
-//! Balance of the platform, chains condensed.
+//! Balance of the platform with condensed chains: tangent, Newton step, compliance and stability.
 
 use nalgebra::Matrix6;
 
@@ -8,16 +8,16 @@ use crate::{
     spatial::{Wrench, skew},
 };
 
-/// A matrix by rows.
+/// A 6×6 matrix by rows.
 pub(super) type Square<R> = [[R; 6]; 6];
 
-/// `rows` as a matrix.
-pub(super) fn matrix(rows: &Square<f64>) -> Matrix6<f64> {
+/// The nalgebra matrix of `rows`.
+pub(super) fn to_matrix(rows: &Square<f64>) -> Matrix6<f64> {
     Matrix6::from_fn(|i, j| rows[i][j])
 }
 
-/// `matrix` by rows.
-pub(super) fn rows(matrix: &Matrix6<f64>) -> Square<f64> {
+/// The rows of `matrix`.
+pub(super) fn to_rows(matrix: &Matrix6<f64>) -> Square<f64> {
     let mut rows = [[0.0; 6]; 6];
     for (i, row) in rows.iter_mut().enumerate() {
         for (j, entry) in row.iter_mut().enumerate() {
@@ -27,8 +27,8 @@ pub(super) fn rows(matrix: &Matrix6<f64>) -> Square<f64> {
     rows
 }
 
-/// The numbers of `rows` in `lane`.
-pub(super) fn of_lane<R: Real>(rows: &Square<R>, lane: usize) -> Square<f64> {
+/// The matrix that `rows` hold in `lane`.
+pub(super) fn lane_matrix<R: Real>(rows: &Square<R>, lane: usize) -> Square<f64> {
     let mut own = [[0.0; 6]; 6];
     for (own, row) in pairs(&mut own, rows) {
         for (entry, number) in pairs(own, row) {
@@ -57,13 +57,13 @@ pub(super) fn tangent<R: Real>(chains: &[ChainSystem<R>]) -> Square<R> {
     tangent
 }
 
-/// Subtracts `½ [m]×` from the rotation block: the part of the tangent by which a dead moment is not conservative.
+/// Subtracts `½ [m]×`, m the moment of `wrench`, from the rotation block: the part of the tangent by which a dead moment is not conservative.
 pub(super) fn subtract_half_moment(tangent: &mut Matrix6<f64>, wrench: Wrench) {
     let mut block = tangent.fixed_view_mut::<3, 3>(3, 3);
     block -= skew(wrench.moment) * 0.5;
 }
 
-/// What is left for the platform's step to balance: `imbalance` less what the chains give with the platform held.
+/// Wrench that the platform's step has to balance: `imbalance` less what the chains give with the platform held (N, N·mm).
 #[inline(always)]
 pub(super) fn right_hand_side<R: Real>(chains: &[ChainSystem<R>], imbalance: &[R; 6]) -> [R; 6] {
     let mut right = *imbalance;
@@ -79,7 +79,7 @@ pub(super) fn right_hand_side<R: Real>(chains: &[ChainSystem<R>], imbalance: &[R
     right
 }
 
-/// Twist of P that balances the platform: `tangent · dt = right`; the lanes in which there is one.
+/// Solves `tangent · dt = right` for the twist dt of P, without the slack springs of `rigid`; also the lanes in which there is one.
 #[inline(always)]
 pub(super) fn step<R: Real>(
     chains: &[ChainSystem<R>],
@@ -93,7 +93,7 @@ pub(super) fn step<R: Real>(
     (twist[0], regular)
 }
 
-/// Wrench on the platform per unit motion of each drive, the platform held, from condensed chains: into `wrenches`.
+/// Writes the wrench on the held platform per unit motion of each drive, from condensed chains, into `wrenches`.
 #[inline(always)]
 pub(super) fn drive_wrenches<R: Real>(chains: &[ChainSystem<R>], wrenches: &mut Vec<[R; 6]>) {
     wrenches.clear();
@@ -104,7 +104,7 @@ pub(super) fn drive_wrenches<R: Real>(chains: &[ChainSystem<R>], wrenches: &mut 
     }
 }
 
-/// Twists of P per unit motion of each drive under constant load, from condensed chains: into `twists`.
+/// Writes the twist of P per unit motion of each drive under constant load, from condensed chains, into `twists`.
 #[inline(always)]
 pub(super) fn drive_twists<R: Real>(
     chains: &[ChainSystem<R>],
@@ -125,6 +125,7 @@ pub(super) fn drive_twists<R: Real>(
     }
 }
 
+/// Scalar product.
 #[inline(always)]
 pub(super) fn dot<R: Real>(a: &[R; 6], b: &[R; 6]) -> R {
     let mut sum = R::zero();
@@ -134,7 +135,7 @@ pub(super) fn dot<R: Real>(a: &[R; 6], b: &[R; 6]) -> R {
     sum
 }
 
-/// Error of as many task coordinates as there are drives, and its derivative by the twist of P.
+/// Error of as many task coordinates as there are drives, and its derivative (`slope`) by the twist of P.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct SquareTask<R> {
     pub count: usize,
@@ -143,15 +144,15 @@ pub(super) struct SquareTask<R> {
 }
 
 impl SquareTask<f64> {
-    /// `None` unless `task` has as many coordinates as there are drives.
+    /// The error of `task`; `None` unless it has as many coordinates as there are drives.
     pub fn new(task: &TaskError, drive_count: usize) -> Option<Self> {
-        let own = || Self { count: task.count, error: task.error.into(), slope: rows(&task.slope) };
+        let own = || Self { count: task.count, error: task.error.into(), slope: to_rows(&task.slope) };
         (task.count == drive_count).then(own)
     }
 }
 
-/// The step in which the drives move as well, by `drive_step`, so that the task error vanishes to first order:
-/// `P dt + D dρ = right`, `S dt = −e`. The lanes in which there is one.
+/// Computes the step in which drives move too, so that the task error vanishes to first order: `P dt + D dρ = right`, `S dt = −e`. Returns
+/// the twist dt of P and the lanes in which there is one; writes dρ into `drive_step`.
 #[inline(always)]
 pub(super) fn step_to_task<R: Real>(
     chains: &[ChainSystem<R>],
@@ -186,14 +187,14 @@ pub(super) fn step_to_task<R: Real>(
     (step, regular & controllable)
 }
 
-/// Lanes in which the symmetric part of `tangent` is plainly positive definite: no pivot near zero, rotations taken at
-/// `scale` mm. A free motion leaves a pivot that is all rounding, and may leave a diagonal entry that is.
+/// Lanes in which the symmetric part of `tangent` is clearly positive definite: no pivot near zero, rotations taken at `scale` mm. A free
+/// motion leaves a pivot that is all rounding, and may leave a diagonal entry that is.
 #[inline(always)]
 pub(super) fn plainly_definite<R: Real>(tangent: &Square<R>, scale: f64) -> u8 {
     definite_beyond(tangent, scale, 1e-6)
 }
 
-/// Lanes in which no pivot of the symmetric part of `tangent` is less than this share of its largest diagonal entry.
+/// Lanes in which each pivot of the symmetric part of `tangent`, rotations taken at `scale` mm, exceeds `share` of its largest diagonal entry.
 #[inline(always)]
 pub(super) fn definite_beyond<R: Real>(tangent: &Square<R>, scale: f64, share: f64) -> u8 {
     let half = R::splat(0.5);
@@ -223,7 +224,7 @@ pub(super) fn definite_beyond<R: Real>(tangent: &Square<R>, scale: f64, share: f
     definite
 }
 
-/// Compliance of the platform, and the lanes in which it has one.
+/// Compliance of the platform without the slack springs of `rigid`, and the lanes in which it has one.
 #[inline(always)]
 pub(super) fn compliance<R: Real>(rigid: &mut RigidDirections<R>, tangent: Square<R>) -> (Square<R>, u8) {
     let (mut compliance, regular) = inverse(tangent);

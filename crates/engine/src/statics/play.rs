@@ -1,4 +1,4 @@
-//! Where the tool may stand that equilibrium does not tell: backlash and static friction of the drives.
+//! Play of the tool tip that equilibrium does not show: backlash and static friction of the drives.
 //!
 //! A joint stands anywhere within its backlash `b`, and static friction up to `τ` holds it `τ/k` beside where its spring would have
 //! it. Both are motions of the joint, and the drives' sensitivities carry them to the tool: the interval is
@@ -13,30 +13,30 @@ use crate::{
 };
 
 impl Drive {
-    /// How far the joint may stand to either side, mm or rad.
-    fn play(&self) -> f64 {
+    /// Largest deviation of the joint to either side by backlash and static friction, mm or rad.
+    fn half_play(&self) -> f64 {
         self.backlash + self.friction / self.stiffness
     }
 }
 
-/// Half the interval in which the tool tip may stand by backlash and friction, along the axes of O, mm; `None` where no drive
-/// has any. `twists`: those of P at `pose` per unit motion of each drive,
+/// Half the interval in which backlash and friction let the tool tip stand, along the axes of O, mm; `None` where no drive has any or
+/// joints do not follow from drives one by one. `twists`: those of P at `pose` per unit motion of each drive,
 /// [`Outcome::drive_sensitivity`](super::Outcome::drive_sensitivity).
 pub fn tool_play(machine: &Machine, pose: &Pose, twists: &Matrix6xX<f64>) -> Option<Vector3<f64>> {
-    if machine.drives().all(|(_, drive)| drive.play() == 0.0) {
+    if machine.drives().all(|(_, drive)| drive.half_play() == 0.0) {
         return None;
     }
     let lever = pose.rotation * machine.tool_tip;
     let mut interval = Vector3::zeros();
     for (twist, (_, drive)) in joint_twists(machine, twists)?.iter().zip(machine.drives()) {
         let (linear, angular) = (twist.fixed_rows::<3>(0), twist.fixed_rows::<3>(3));
-        interval += (linear + angular.cross(&lever)).abs() * drive.play();
+        interval += (linear + angular.cross(&lever)).abs() * drive.half_play();
     }
     Some(interval)
 }
 
-/// Where P is moved to by backlash where each drive presses its joint to one side, mm and rad in the axes of O, for each drive: per
-/// mm or rad of its backlash, zero where it carries nothing. `None` where joints do not follow from drives one by one.
+/// Twist of P (mm, rad in O axes) per mm or rad of backlash of each drive, which presses its joint to one side; zero where the drive
+/// carries nothing. `None` where joints do not follow from drives one by one.
 pub fn lost_motions(machine: &Machine, state: &State, twists: &Matrix6xX<f64>) -> Option<Vec<Vector6<f64>>> {
     let forces = drive_forces(machine, state);
     let seat = |(force, (_, drive)): (&f64, (usize, &Drive))| {
@@ -47,10 +47,10 @@ pub fn lost_motions(machine: &Machine, state: &State, twists: &Matrix6xX<f64>) -
     Some(joint_twists(machine, twists)?.into_iter().zip(seats).map(|(twist, seat)| twist * seat).collect())
 }
 
-/// A spring that is bent by less, mm or rad, is not bent: rounding.
+/// A drive's spring that is bent by less than this, mm or rad, presses to neither side: rounding.
 const PRESSED: f64 = 1e-12;
 
-/// Twist of P per unit motion of each joint that is driven, in machine order.
+/// Twist of P per unit motion of each driven joint, in machine order; `None` where joints do not follow from drives one by one.
 fn joint_twists(machine: &Machine, twists: &Matrix6xX<f64>) -> Option<Vec<Vector6<f64>>> {
     let mut all = Vec::with_capacity(machine.drive_count());
     for chain in &machine.chains {
@@ -65,7 +65,7 @@ fn joint_twists(machine: &Machine, twists: &Matrix6xX<f64>) -> Option<Vec<Vector
     Some(all)
 }
 
-/// What each drive would be commanded (rows) to move one joint (columns) alone.
+/// Commands of the drives (rows) that move one joint (columns) alone; `None` where the coupling has no inverse.
 fn commands_per_joint(chain: &Chain) -> Option<DMatrix<f64>> {
     match &chain.coupling {
         None => Some(DMatrix::identity(chain.drives.len(), chain.drives.len())),

@@ -17,18 +17,19 @@ use super::{
 };
 use crate::lanes::{Real, clear, pairs, solve, subtract};
 
-/// A pivot of S above this fraction of `1/s` is regular, one below [`DEPENDENT`] of it is zero.
+/// A pivot of S above this fraction of `1/s` is regular.
 const REGULAR: f64 = 1e-7;
+/// A pivot of S below this fraction of `1/s` is zero.
 const DEPENDENT: f64 = 1e-10;
 
-/// A direction of the platform that yields less than this fraction of a slack says nothing of how soft others are.
+/// A direction of the platform that yields less than this fraction of a slack is nearly rigid: no measure of how soft others are.
 const NEARLY_RIGID: f64 = 1e-7;
 
 /// The slacks of all chains, and the platform's response to them.
 #[derive(Debug, Clone)]
 pub(super) struct RigidDirections<R = f64> {
-    /// Inverse compliance 1/s of the slack springs.
-    unit: f64,
+    /// Stiffness 1/s of the slack springs, N/mm.
+    stiffness: f64,
     /// Columns of W, and of K⁻¹ W.
     wrenches: Vec<[R; 6]>,
     responses: Vec<[R; 6]>,
@@ -37,16 +38,17 @@ pub(super) struct RigidDirections<R = f64> {
     inverse: Vec<R>,
     /// Slacks of the last step.
     slacks: Vec<R>,
-    /// Slacks of each column of the last step to a task.
+    /// Slacks of each twist of the last step to a task.
     columns: Vec<R>,
 }
 
 impl<R: Real> RigidDirections<R> {
+    /// Storage for the slacks of `chains`.
     pub fn new(chains: &[ChainSystem<R>]) -> Self {
         let count = chains.iter().map(ChainSystem::slack_count).sum();
         let drives: usize = chains.iter().map(ChainSystem::drive_count).sum();
         Self {
-            unit: chains.iter().find_map(ChainSystem::slack_stiffness).unwrap_or(1.0),
+            stiffness: chains.iter().find_map(ChainSystem::slack_stiffness).unwrap_or(1.0),
             wrenches: vec![[R::zero(); 6]; count],
             responses: vec![[R::zero(); 6]; count],
             factor: vec![R::zero(); count * count],
@@ -64,21 +66,21 @@ impl<R: Real> RigidDirections<R> {
 
     /// Compliance s of the slack springs, mm/N.
     pub fn slack_compliance(&self) -> f64 {
-        1.0 / self.unit
+        1.0 / self.stiffness
     }
 
-    /// Compliance of a platform below which a direction is nearly rigid, mm/N; 0 where no chain has slack springs.
-    pub fn nearly_rigid(&self) -> f64 {
-        if self.is_empty() { 0.0 } else { NEARLY_RIGID / self.unit }
+    /// Compliance of the platform below which a direction is nearly rigid, mm/N; 0 where no chain has slack springs.
+    pub fn nearly_rigid_compliance(&self) -> f64 {
+        if self.is_empty() { 0.0 } else { NEARLY_RIGID / self.stiffness }
     }
 
+    /// Whether no chain has slack springs.
     pub fn is_empty(&self) -> bool {
         self.wrenches.is_empty()
     }
 
-    /// From condensed chains and their tangent; the lanes in which the platform is plainly stable and the system regular but
-    /// for over-constraint. With slack springs the platform is less stable than it is. `scale` in mm makes rotations
-    /// comparable.
+    /// Factorises S of condensed chains with their `tangent`. Returns the lanes in which the platform, made softer by slack springs, is
+    /// clearly stable and S regular but for over-constraint. `scale` in mm makes rotations comparable.
     #[inline(always)]
     pub fn factorise(&mut self, chains: &[ChainSystem<R>], tangent: &Square<R>, scale: f64) -> u8 {
         let count = self.count();
@@ -108,7 +110,7 @@ impl<R: Real> RigidDirections<R> {
             }
             first += chain.slack_count();
         }
-        let (regular, dependent) = (R::splat(REGULAR * self.unit), R::splat(DEPENDENT * self.unit));
+        let (regular, dependent) = (R::splat(REGULAR * self.stiffness), R::splat(DEPENDENT * self.stiffness));
         for k in 0..count {
             let (above, below) = self.factor.split_at_mut((k + 1) * count);
             let pivot_row = &above[k * count..];
@@ -125,9 +127,9 @@ impl<R: Real> RigidDirections<R> {
         good
     }
 
-    /// From `twist` = K⁻¹ F and `slacks` = y₀ to the twist and the slacks.
+    /// Solves for the platform's twist and the slacks in place of `twist` = K⁻¹ F and `slacks` = y₀.
     #[inline(always)]
-    fn respond(&self, twist: &mut [R; 6], slacks: &mut [R]) {
+    fn solve_in_place(&self, twist: &mut [R; 6], slacks: &mut [R]) {
         let count = self.count();
         for (slack, wrench) in pairs(slacks.iter_mut(), &self.wrenches) {
             *slack += dot(wrench, twist);
@@ -153,7 +155,7 @@ impl<R: Real> RigidDirections<R> {
         }
     }
 
-    /// Turns the twist of a step found with slack springs into that without, and keeps the slacks.
+    /// Corrects the twist of a step found with slack springs to that without them, and keeps the slacks.
     #[inline(always)]
     pub fn correct_step(&mut self, chains: &[ChainSystem<R>], twist: &mut [R; 6]) {
         if self.is_empty() {
@@ -161,19 +163,19 @@ impl<R: Real> RigidDirections<R> {
         }
         let mut slacks = std::mem::take(&mut self.slacks);
         fill_slacks(chains, &mut slacks);
-        self.respond(twist, &mut slacks);
+        self.solve_in_place(twist, &mut slacks);
         self.slacks = slacks;
     }
 
-    /// The same for a wrench on the platform alone.
+    /// Corrects the twist caused by a wrench on the platform alone to that without slack springs, and keeps the slacks.
     pub fn correct_response(&mut self, twist: &mut [R; 6]) {
         let mut slacks = std::mem::take(&mut self.slacks);
         clear(&mut slacks);
-        self.respond(twist, &mut slacks);
+        self.solve_in_place(twist, &mut slacks);
         self.slacks = slacks;
     }
 
-    /// The same for the twists of a step to a task: drives held, then per motion of each drive.
+    /// Corrects the twists of a step to a task (first with drives held, then per unit motion of each) to those without slack springs.
     #[inline(always)]
     pub fn correct_task_twists(&mut self, chains: &[ChainSystem<R>], twists: &mut [[R; 6]]) {
         let count = self.count();
@@ -184,12 +186,12 @@ impl<R: Real> RigidDirections<R> {
         let (held, by_drives) = columns.split_at_mut(count);
         let (held_twist, drive_twists) = twists.split_at_mut(1);
         fill_slacks(chains, held);
-        self.respond(&mut held_twist[0], held);
+        self.solve_in_place(&mut held_twist[0], held);
         self.correct_drive_columns(chains, drive_twists, by_drives);
         self.columns = columns;
     }
 
-    /// Keeps the slacks of the step in which the drives move by `drive_step`.
+    /// Combines and keeps the slacks of the step to a task in which the drives move by `drive_step`.
     #[inline(always)]
     pub fn combine_task_slacks(&mut self, drive_step: &[R]) {
         let count = self.count();
@@ -201,7 +203,7 @@ impl<R: Real> RigidDirections<R> {
         }
     }
 
-    /// Corrects `twists` = K⁻¹ times the wrench per motion of each drive; `slacks`: storage for theirs.
+    /// Corrects `twists` = K⁻¹ times the wrench per motion of each drive to those without slack springs; their slacks go into `slacks`.
     #[inline(always)]
     fn correct_drive_columns(&self, chains: &[ChainSystem<R>], twists: &mut [[R; 6]], slacks: &mut [R]) {
         let count = self.count();
@@ -213,14 +215,14 @@ impl<R: Real> RigidDirections<R> {
                 for slack in 0..chain.slack_count() {
                     slacks[first + slack] = -chain.slack_force(slack, Some(drive));
                 }
-                self.respond(&mut twists[column], slacks);
+                self.solve_in_place(&mut twists[column], slacks);
                 column += 1;
             }
             first += chain.slack_count();
         }
     }
 
-    /// Compliance from that with slack springs, by rows.
+    /// Corrects a compliance by rows, found with slack springs, to that without them.
     #[inline(always)]
     pub fn correct_compliance(&mut self, compliance: &mut Square<R>) {
         if self.is_empty() {
@@ -233,7 +235,7 @@ impl<R: Real> RigidDirections<R> {
                 *entry = row[j];
             }
             clear(&mut slacks);
-            self.respond(&mut twist, &mut slacks);
+            self.solve_in_place(&mut twist, &mut slacks);
             for (row, entry) in pairs(compliance.iter_mut(), twist) {
                 row[j] = entry;
             }
@@ -241,8 +243,8 @@ impl<R: Real> RigidDirections<R> {
         self.slacks = slacks;
     }
 
-    /// Twists of P per unit motion of each drive under constant load, in place of the wrenches per motion with the platform
-    /// held. The slacks of each are kept for [`RigidDirections::drive_slacks`].
+    /// Replaces the wrenches per unit drive motion, platform held, by twists of P under constant load; [`RigidDirections::drive_slacks`]
+    /// are kept.
     #[inline(always)]
     pub fn drive_twists(&mut self, chains: &[ChainSystem<R>], tangent: &Square<R>, columns: &mut [[R; 6]]) {
         solve(*tangent, 6, columns);
@@ -260,13 +262,13 @@ impl<R: Real> RigidDirections<R> {
         &self.slacks
     }
 
-    /// Slacks per unit motion of drive `drive`.
+    /// Slacks per unit motion of drive `drive`, by the last [`RigidDirections::drive_twists`].
     pub fn drive_slacks(&self, drive: usize) -> &[R] {
         &self.columns[drive * self.count()..][..self.count()]
     }
 }
 
-/// y₀ by the right-hand sides.
+/// Fills `slacks` with y₀, by the right-hand sides of the chains.
 #[inline(always)]
 fn fill_slacks<R: Real>(chains: &[ChainSystem<R>], slacks: &mut [R]) {
     let mut first = 0;

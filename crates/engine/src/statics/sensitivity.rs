@@ -1,5 +1,4 @@
-//! How a loaded pose changes with numbers of the machine, by the implicit function theorem: `J dx/dp = −∂F/∂p` with the linear
-//! system that the solve ended with.
+//! Derivatives of a loaded pose by the parameters of the machine: `J dx/dp = −∂F/∂p` with the linear system of the solve.
 //!
 //! `∂F/∂p` are differences of the residual, not of solves: of the second order, from machines a little off in one parameter each
 //! ([`Variation`]), which are made once and serve every pose and load. What the engine makes of a number (the matrix of a beam by its
@@ -20,21 +19,22 @@ use crate::{
     spatial::{Pose, Wrench, rotation_log},
 };
 
-/// What derivatives by some parameters of a machine are taken from.
+/// Machines varied in one parameter each, from which derivatives by the parameters are taken.
 #[derive(Debug, Clone)]
 pub struct Sensitivities {
-    varied: Vec<Varied>,
+    varied: Vec<VariedParameter>,
 }
 
+/// One parameter: the machines varied in it, and storage for their chains.
 #[derive(Debug, Clone)]
-struct Varied {
+struct VariedParameter {
     variation: Variation,
-    /// The chains in which its machines differ from the machine, and storage for them: a number of one leg leaves the others alone.
+    /// Whether each chain differs between the varied machines and the machine: a parameter of one leg leaves the others alone.
     differs: Vec<bool>,
     chains: [Vec<ChainSystem>; 2],
 }
 
-/// What a parameter does to a loaded machine whose drives stay.
+/// Effect of a parameter on a loaded machine whose drives stay.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sensitivity {
     /// Twist of P per unit of the parameter under the load, mm and rad in the axes of O.
@@ -45,23 +45,23 @@ pub struct Sensitivity {
 
 impl Sensitivity {
     /// Displacement of the tool tip per unit of the parameter, P at `pose`, mm in the axes of O.
-    pub fn of_tool_tip(&self, machine: &Machine, pose: &Pose) -> Vector3<f64> {
+    pub fn tip_displacement(&self, machine: &Machine, pose: &Pose) -> Vector3<f64> {
         let (linear, angular) = (self.twist.fixed_rows::<3>(0), self.twist.fixed_rows::<3>(3));
         linear + angular.cross(&(pose.rotation * machine.tool_tip)) + pose.rotation * self.tool_tip
     }
 }
 
 impl Sensitivities {
-    /// For the parameters of `machine` called `names`.
+    /// Sensitivities to the parameters of `machine` called `names`.
     ///
     /// # Errors
     /// Those of [`Machine::variations`].
     pub fn new<N: AsRef<str>>(machine: &Machine, names: &[N]) -> Result<Self> {
-        Ok(Self::by(machine, machine.variations(names)?))
+        Ok(Self::from_variations(machine, machine.variations(names)?))
     }
 
-    /// For parameters of which `variations` has the machines beside `machine`.
-    pub fn by(machine: &Machine, variations: Vec<Variation>) -> Self {
+    /// Sensitivities to the parameters in which `variations` vary `machine`.
+    pub fn from_variations(machine: &Machine, variations: Vec<Variation>) -> Self {
         let varied = variations.into_iter().map(|variation| {
             let differs = |chain: usize| {
                 let weighs = |beside: &Machine| beside.gravity != machine.gravity;
@@ -70,22 +70,20 @@ impl Sensitivities {
             };
             let differs = (0..machine.chains.len()).map(differs).collect();
             let chains = variation.machines.each_ref().map(ChainSystem::all);
-            Varied { variation, differs, chains }
+            VariedParameter { variation, differs, chains }
         });
         Self { varied: varied.collect() }
     }
 
-    /// The parameters, in the order of their names, with the machines beside.
+    /// Variations of the machine, one for each parameter, in the order of their names.
     pub fn variations(&self) -> impl Iterator<Item = &Variation> {
         self.varied.iter().map(|varied| &varied.variation)
     }
 
-    /// What each parameter does where `state` is an equilibrium of `machine` with the drives at `drives` (mm, rad) under `load`, that of
-    /// the machine or of one beside it: the dead wrench at P in O axes, N and N·mm, which may depend on where the tool tip is. The
-    /// tighter the equilibrium was solved, the better: an error of it goes into the linear system.
-    ///
-    /// With the platform held, the wrench on it changes by `−K_C` times the twist ([`Outcome::stiffness`](super::Outcome::stiffness)). A
-    /// workpiece carrier is not part of it. `None` where the platform is free.
+    /// Derivatives by each parameter at the equilibrium `state` of `machine` with the drives at `drives` (mm, rad) under the dead wrench `load`
+    /// at P in O axes, N and N·mm, which may depend on the tool tip of the machine or varied machine given. The tighter the equilibrium was
+    /// solved, the better: an error of it goes into the linear system. With the platform held, the wrench on it changes by `−K_C` times the twist
+    /// ([`Outcome::stiffness`](super::Outcome::stiffness)). A workpiece carrier is not part of it. `None` where the platform is free.
     pub fn at(
         &mut self,
         machine: &Machine,
@@ -96,21 +94,21 @@ impl Sensitivities {
     ) -> Option<Vec<Sensitivity>> {
         let own_load = load(machine);
         let adjoints = adjoints(machine, drives, state, &own_load, workspace)?;
-        let carried = tool::carried(machine, state.platform(), &own_load);
-        let of = |varied: &mut Varied| {
+        let carried = tool::twist_transfer(machine, state.platform(), &own_load);
+        let of = |varied: &mut VariedParameter| {
             let weights = varied.variation.weights();
             let (mut by_body, mut by_tool, mut tool_tip) = (Vector6::zeros(), Vector6::zeros(), Vector3::zeros());
             for ((beside, chains), weight) in varied.variation.machines.iter().zip(&mut varied.chains).zip(weights) {
                 let load = load(beside);
                 let on_body = load_and_weight(beside, state, &load);
-                by_body += weight * Vector6::from_iterator(adjoints.iter().map(|own| own.by_imbalance(&on_body)));
+                by_body += weight * Vector6::from_iterator(adjoints.iter().map(|own| own.motion_by_wrench(&on_body)));
                 let inputs = chain_inputs(beside, state, drives);
                 let systems = chains.iter_mut().zip(&beside.chains).zip(inputs).enumerate();
                 for (number, ((system, chain), (own, drives))) in systems.filter(|(number, _)| varied.differs[*number])
                 {
                     system.linearise(chain, drives, own, state.platform(), &beside.gravity);
                     let residual = system.right_hand_sides();
-                    let moved = |adjoint: &Adjoint| adjoint.by_residual(number, system, &residual);
+                    let moved = |adjoint: &Adjoint| adjoint.motion_by_residual(number, system, &residual);
                     by_body += weight * Vector6::from_iterator(adjoints.iter().map(moved));
                 }
                 by_tool += weight * tool_motion(beside, state, &load);
@@ -122,18 +120,18 @@ impl Sensitivities {
     }
 }
 
-/// What the platform's body receives of the load and of its weight, where `state` has it.
+/// Wrench on the platform's body in `state` by the load and by the body's weight (N, N·mm, O axes).
 fn load_and_weight(machine: &Machine, state: &State, load: &Wrench) -> Vector6<f64> {
     let weight: Wrench = weight::wrench(machine, &Frame::splat(state.platform()), Vec3::splat(&machine.gravity)).into();
     tool::load_on_body(machine, state.platform(), load).to_vector() + weight.to_vector()
 }
 
-/// Where P stands of the state's body, with the tool of `machine` under `load`, from where the state has it.
+/// Twist of P (mm, rad) from its pose in `state` to its pose with the tool of `machine` under `load`, the platform's body at rest.
 fn tool_motion(machine: &Machine, state: &State, load: &Wrench) -> Vector6<f64> {
     if machine.tool_compliance.is_none() {
         return Vector6::zeros();
     }
-    let pose = tool::bend(machine, state.platform(), load);
+    let pose = tool::bent_pose(machine, state.platform(), load);
     let turned = rotation_log(&(pose.rotation * state.pose.rotation.transpose()));
     let moved = pose.translation - state.pose.translation;
     Vector6::new(moved.x, moved.y, moved.z, turned.x, turned.y, turned.z)

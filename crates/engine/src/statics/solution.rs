@@ -1,4 +1,4 @@
-//! Everything a solved state tells, in physical terms.
+//! Solution of an equilibrium in physical terms: wrenches, deflections, drive forces, stiffness, stability.
 
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 use serde::Serialize;
@@ -14,7 +14,7 @@ use crate::{
     spatial::{Pose, Wrench},
 };
 
-/// What one chain carries.
+/// Wrenches, deflections and drive forces of one chain.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ChainSolution {
     /// Wrench the chain receives from the platform, at P in O axes.
@@ -41,18 +41,16 @@ pub struct Solution {
     pub residual: f64,
     /// Pose of P in O.
     pub pose: Pose,
-    /// Each chain.
+    /// Solution of each chain, in machine order.
     pub chains: Vec<ChainSolution>,
-    /// Loaded stiffness K_C, eq. (6).
+    /// Loaded stiffness K_C of eq. (6), at P in O axes (N, N·mm; mm, rad).
     pub stiffness: Option<Matrix6<f64>>,
-    /// Its inverse.
+    /// Its inverse: twist of P per applied wrench.
     pub compliance: Option<Matrix6<f64>>,
-    /// Half the interval in which backlash and friction of the drives let the tool tip stand, along the axes of O, mm; `None` without
-    /// any.
+    /// Half the interval in which backlash and friction of the drives let the tool tip stand, along the axes of O, mm; `None` without any.
     pub tool_play: Option<Vector3<f64>>,
-    /// Smallest eigenvalue in N/mm of the condensed tangent, rotations weighted by the machine's characteristic length; negative where
-    /// the machine is unstable. See [`Outcome::softest`]; not a stiffness of the tool tip, which is
-    /// [`Solution::tool_stiffnesses`].
+    /// Smallest eigenvalue in N/mm of the condensed tangent, rotations weighted by the machine's characteristic length; negative where the
+    /// machine is unstable. See [`Outcome::least_stiffness`]; not a stiffness of the tool tip, which is [`Solution::tool_stiffnesses`].
     pub stability: Option<f64>,
 }
 
@@ -82,13 +80,12 @@ impl Solution {
             stiffness: outcome.stiffness,
             compliance: outcome.compliance,
             tool_play: tool_play(machine, &state.pose, &outcome.drive_sensitivity),
-            stability: outcome.softest(machine.characteristic_length),
+            stability: outcome.least_stiffness(machine.characteristic_length),
         }
     }
 
-    /// Principal stiffnesses of the tool tip, ascending, N/mm: the inverse eigenvalues of its compliance and that of the workpiece
-    /// (`carried`: displacement in O per force where the tool touches it, mm/N; zero where it stands fast). `None` where the platform
-    /// is free or not solved.
+    /// Principal stiffnesses of the tool tip, ascending, N/mm: the inverse eigenvalues of its compliance and that of the workpiece (`carried`:
+    /// displacement in O per force where the tool touches it, mm/N; zero where it is fixed). `None` where the platform is free or not solved.
     pub fn tool_stiffnesses(&self, machine: &Machine, carried: &Matrix3<f64>) -> Option<[f64; 3]> {
         let lever = self.pose.rotation * machine.tool_tip;
         self.compliance.map(|compliance| principal_stiffnesses(&(tool_compliance(&compliance, lever) + carried)))

@@ -1,4 +1,4 @@
-//! One machine, asked for equilibria one by one.
+//! Equilibria of one machine, one by one.
 
 use super::{Settings, Solution, State, Workspace, equilibrium};
 use crate::{
@@ -7,9 +7,7 @@ use crate::{
 };
 
 /// A machine, and the storage that its equilibria share. No equilibrium depends on the ones before.
-///
-/// What it leaves out: other [`Settings`], and a start other than the undeflected machine, are for [`equilibrium()`], many cases at once are a
-/// [`Batch`](super::Batch).
+/// [`equilibrium()`] takes other [`Settings`] and another start than the undeflected machine, [`Batch`](super::Batch) many cases at once.
 #[derive(Debug, Clone)]
 pub struct Solver {
     machine: Machine,
@@ -17,7 +15,7 @@ pub struct Solver {
 }
 
 impl Solver {
-    /// Equilibria of `machine`, of one with errors as [`Machine::with_errors`] makes it.
+    /// A solver for `machine`; [`Machine::with_errors`] makes one with errors.
     pub fn new(machine: &Machine) -> Self {
         Self { machine: machine.clone(), workspace: Workspace::new(machine) }
     }
@@ -36,8 +34,8 @@ impl Solver {
         Ok(self.solve_at(&commanded, load))
     }
 
-    /// The same from where the drives of `commanded` hold the undeflected machine: on its assembly mode, and for a machine with errors, whose
-    /// chains close only where they yield, of the machine without.
+    /// Equilibrium under `load` from the undeflected machine at `commanded`: on its assembly mode; for a machine with errors, whose chains
+    /// close only where they yield, on that of the machine without.
     pub fn solve_at(&mut self, commanded: &Configuration, load: &Wrench) -> Solution {
         let (machine, drives) = (&self.machine, &commanded.drives);
         let mut state = State::rigid(machine, commanded);

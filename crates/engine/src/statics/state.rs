@@ -1,16 +1,16 @@
-//! The unknowns of the machine's equilibrium, and the storage a solve reuses.
+//! Unknowns of the machine's equilibrium, and the storage that solves reuse.
 
 use nalgebra::Vector3;
 use serde::Serialize;
 
-use super::{held::Held, lane_solver::LaneSolver};
+use super::{held::StartResidual, lane_solver::LaneSolver};
 use crate::{
     lanes::{Frame, Vec3},
     machine::{Chain, Configuration, Machine},
     spatial::{Pose, Wrench},
 };
 
-/// Unknowns of one chain.
+/// State of one chain: its coordinates and the wrenches that it and its loops receive.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ChainState {
     /// Virtual coordinates θ (mm, rad), then passive coordinates q.
@@ -25,17 +25,17 @@ pub struct ChainState {
 /// A machine state: pose of P in O and the unknowns of each chain.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct State {
-    /// Pose of P in O: of a machine whose tool bends, as the tool's end has it.
+    /// Pose of P in O; of a machine whose tool bends, at the end of the tool.
     pub pose: Pose,
-    /// One per chain.
+    /// State of each chain, in machine order.
     pub chains: Vec<ChainState>,
-    /// Pose that P would have if the tool were straight: that of the platform's body, where it is another.
+    /// Pose of the platform's body, which P would have if the tool were straight; `None` where that is `pose`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub body: Option<Pose>,
 }
 
 impl State {
-    /// Pose of the platform's body, on which the chains end: of P, where the tool does not bend.
+    /// Pose in O of the platform's body, on which the chains end; that of P where the tool does not bend.
     pub fn platform(&self) -> &Pose {
         self.body.as_ref().unwrap_or(&self.pose)
     }
@@ -58,19 +58,19 @@ pub struct Workspace {
     pub(super) solver: LaneSolver,
     /// Whether chains are condensed where they can be.
     pub(super) condenses: bool,
-    /// What a load step holds back of each chain's residual and of the platform's imbalance.
-    pub(super) held: Vec<Held>,
-    pub(super) held_imbalance: [f64; 6],
-    /// What moves without resistance at home, once that was asked.
+    /// Residual of each chain, and imbalance of the platform, at the start of load stepping.
+    pub(super) start_residuals: Vec<StartResidual>,
+    pub(super) start_imbalance: [f64; 6],
+    /// Motions without resistance at home, once computed.
     pub(super) free_at_home: Option<FreeAtHome>,
 }
 
-/// What moves without resistance at home, where nothing has weight.
+/// Motions without resistance at home, weight left out.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct FreeAtHome {
-    /// Something within a chain.
+    /// Whether something within a chain moves so.
     pub idle: bool,
-    /// The platform, or nearly so.
+    /// Whether the platform moves so, or nearly so.
     pub platform: bool,
 }
 
@@ -80,44 +80,42 @@ impl Workspace {
         Self {
             solver: LaneSolver::new(machine),
             condenses: true,
-            held: vec![Held::default(); machine.chains.len()],
-            held_imbalance: [0.0; 6],
+            start_residuals: vec![StartResidual::default(); machine.chains.len()],
+            start_imbalance: [0.0; 6],
             free_at_home: None,
         }
     }
 
-    /// The same for solves that condense no chain: the equations as they stand, pivots by singular values. Some hundred times
-    /// slower; to compare with.
+    /// Storage for solves that condense no chain but factorise all equations so that the rank shows. Some hundred times slower; to compare with.
     pub fn uncondensed(machine: &Machine) -> Self {
         Self { condenses: false, ..Self::new(machine) }
     }
 
-    /// Fills the systems of all chains of `machine` at `state` under `load`, the drives at `drives`, and condenses them. Whether that is
-    /// possible; if not, they are left as filled.
+    /// Fills the systems of all chains in `state` under `load`, drives at `drives` (mm, rad); returns whether it could also condense them.
     pub(super) fn linearise(&mut self, machine: &Machine, drives: &[f64], state: &State, load: &Wrench) -> bool {
-        self.solver.put(0, drives, state);
+        self.solver.set_state(0, drives, state);
         self.solver.loads[0] = *load;
         self.fill(machine, &machine.gravity, 0.0, true) || self.fill(machine, &machine.gravity, 0.0, false)
     }
 
-    /// Fills the systems where the solver stands, a kilogram having the weight `gravity` and `share` of what load steps hold back being
-    /// left in place, and `condenses` them; whether they are condensed.
+    /// Fills the systems at the present state of the solver, `share` of the residuals at the start of load stepping held back, and
+    /// `condenses` them; returns whether they are condensed. `gravity`: weight of a kilogram, N.
     pub(super) fn fill(&mut self, machine: &Machine, gravity: &Vector3<f64>, share: f64, condenses: bool) -> bool {
-        let (held, gravity, condenses) = (&self.held, Vec3::splat(gravity), condenses && self.condenses);
-        self.solver.linearise_by(machine, gravity, condenses, |number, system, chain, platform, carried| {
+        let (start, gravity, condenses) = (&self.start_residuals, Vec3::splat(gravity), condenses && self.condenses);
+        self.solver.linearise_with(machine, gravity, condenses, |number, system, chain, platform, input| {
             if share == 0.0 {
-                return system.fill(chain, platform, carried);
+                return system.fill(chain, platform, input);
             }
-            held[number].shift_loops(system, share);
-            system.fill(chain, &Frame::splat(&held[number].target(&(*platform).into(), share)), carried);
-            held[number].release(system, share);
-            held[number].shift_loops(system, 0.0);
+            start[number].shift_loop_ends(system, share);
+            system.fill(chain, &Frame::splat(&start[number].target(&(*platform).into(), share)), input);
+            start[number].subtract_share(system, share);
+            start[number].shift_loop_ends(system, 0.0);
         });
         self.solver.condensed == 1
     }
 }
 
-/// State and drives of each chain.
+/// State and drive positions of each chain, in machine order.
 pub(super) fn chain_inputs<'s>(
     machine: &'s Machine,
     state: &'s State,

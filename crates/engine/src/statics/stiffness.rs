@@ -1,4 +1,4 @@
-//! Cartesian stiffness of chains and machine, eqs. (4)–(6), and what is read off it.
+//! Cartesian stiffness of chains and machine, eqs. (4)–(6), and what follows from it.
 
 use nalgebra::{Matrix3, Matrix3x6, Matrix6, Vector6};
 
@@ -15,7 +15,6 @@ use crate::{
 
 /// Stiffness `K_C^(i)` of each chain at `state`, eqs. (4), (5): change of the wrench a chain receives per twist of its
 /// end, at P in O axes (N, N·mm; mm, rad). In a loaded state it includes the wrench-weighted Hessians.
-///
 /// `None` for a chain that is unstable when held at its end, or whose end cannot move elastically in six directions.
 pub fn chain_stiffnesses(
     machine: &Machine,
@@ -41,23 +40,23 @@ pub fn unloaded_stiffness(machine: &Machine, at: &Configuration, workspace: &mut
     let state = State::rigid(machine, at);
     let by_chains: Option<Matrix6<f64>> = chain_stiffnesses(machine, &at.drives, &state, workspace).into_iter().sum();
     // Chains hold the platform's body, and not the end of a tool that bends.
-    by_chains.filter(|_| machine.tool_compliance.is_none()).or_else(|| unloaded(machine, at, workspace).stiffness)
+    by_chains.filter(|_| machine.tool_compliance.is_none()).or_else(|| solve_unloaded(machine, at, workspace).stiffness)
 }
 
-/// Unloaded compliance of the machine at a rigid configuration: twist of P per wrench at P in O axes (mm, rad; N, N·mm).
-/// `None` where the platform is free.
+/// Unloaded compliance of the machine at a rigid configuration: twist of P per wrench at P in O axes; `None` where the platform is free.
 pub fn unloaded_compliance(machine: &Machine, at: &Configuration, workspace: &mut Workspace) -> Option<Matrix6<f64>> {
-    unloaded(machine, at, workspace).compliance
+    solve_unloaded(machine, at, workspace).compliance
 }
 
-fn unloaded(machine: &Machine, at: &Configuration, workspace: &mut Workspace) -> Outcome {
+/// Outcome of the unloaded, weightless equilibrium at a rigid configuration.
+fn solve_unloaded(machine: &Machine, at: &Configuration, workspace: &mut Workspace) -> Outcome {
     let machine = &machine.weightless();
     let mut state = State::rigid(machine, at);
     equilibrium(machine, &at.drives, &Wrench::zero(), &mut state, workspace, &Settings::default())
 }
 
-/// Wrenches at P (N, N·mm) that a machine of this compliance withstands rigidly: a basis of them, each with a 1 where all
-/// others have a 0. `scale` in mm makes rotations comparable.
+/// Basis of the wrenches at P (N, N·mm) that a machine of this compliance withstands rigidly, each with a 1 where all others have a 0.
+/// `scale` in mm makes rotations comparable.
 pub fn rigid_wrenches(compliance: &Matrix6<f64>, scale: f64) -> Vec<Vector6<f64>> {
     let lever = |i: usize| if i < 3 { 1.0 } else { scale };
     let scaled = Matrix6::from_fn(|i, j| 0.5 * (compliance[(i, j)] + compliance[(j, i)]) * lever(i) * lever(j));
@@ -94,11 +93,10 @@ pub fn rigid_wrenches(compliance: &Matrix6<f64>, scale: f64) -> Vec<Vector6<f64>
 /// An eigenvalue of a compliance below this fraction of the largest is that of a rigid direction.
 const RIGID: f64 = 1e-12;
 
-/// A point that yields less is rigid: the stiffest spring that a machine may have, mm/N.
+/// A point that yields less than this, mm/N, is rigid: the stiffest spring that a machine may have.
 const RIGID_MM_PER_N: f64 = 1e-18;
 
-/// Compliance of a point fixed to the platform at `offset` mm from P (O axes): its displacement per force acting on it,
-/// mm/N, from the compliance of P.
+/// Compliance of a point fixed to the platform at `offset` mm from P (O axes), its displacement per force, mm/N, from the compliance of P.
 pub fn tool_compliance(compliance: &Matrix6<f64>, offset: nalgebra::Vector3<f64>) -> Matrix3<f64> {
     let mut to_point = Matrix3x6::zeros();
     to_point.fixed_view_mut::<3, 3>(0, 0).copy_from(&Matrix3::identity());
@@ -106,8 +104,7 @@ pub fn tool_compliance(compliance: &Matrix6<f64>, offset: nalgebra::Vector3<f64>
     to_point * compliance * to_point.transpose()
 }
 
-/// Principal stiffnesses of a point, ascending, N/mm: the inverse eigenvalues of its compliance (mm/N); infinite where it is
-/// rigid.
+/// Principal stiffnesses of a point, ascending, N/mm: the inverse eigenvalues of its compliance (mm/N); infinite where it is rigid.
 pub fn principal_stiffnesses(compliance: &Matrix3<f64>) -> [f64; 3] {
     let symmetric = (compliance + compliance.transpose()) * 0.5;
     let compliances = symmetric.symmetric_eigenvalues();
@@ -129,7 +126,7 @@ pub fn largest_compliance(compliance: &Matrix6<f64>, scale: f64) -> f64 {
     scaled_eigenvalues(compliance, |entry| entry * scale).map_or(f64::NAN, |values| values.max())
 }
 
-/// Eigenvalues of the symmetric part, rows and columns of rotations scaled; `None` where it is not finite.
+/// Eigenvalues of the symmetric part, rows and columns of rotations scaled by `scale`; `None` where an entry is not finite.
 fn scaled_eigenvalues(matrix: &Matrix6<f64>, scale: impl Fn(f64) -> f64) -> Option<Vector6<f64>> {
     let mut scaled = (matrix + matrix.transpose()) * 0.5;
     for i in 3..6 {

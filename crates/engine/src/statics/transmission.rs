@@ -1,8 +1,8 @@
-//! A chain of rigid or nearly rigid links, seen through the wrenches that it transmits.
+//! Reduction of a chain of rigid or nearly rigid links to the wrenches that it transmits.
 //!
-//! Where springs alone do not let a chain's end move in six directions, the chain has no compliance to invert; where links hold
-//! some of them a great deal stiffer than the drives, its stiffness has no digits left for the others. Its `p` free joints leave `6 − p` wrenches that it transmits. An orthogonal transformation `Qᵀ` of the closure equations makes
-//! `J_q` triangular: the first `p` of them give dq, the others, which are those wrenches' f, hold no dq any more:
+//! Where springs alone do not let a chain's end move in six directions, the chain has no compliance to invert; where links hold some of them far
+//! stiffer than the drives, its stiffness has no digits left for the others. Its `p` free joints leave `6 − p` wrenches that it transmits. An
+//! orthogonal transformation `Qᵀ` of the closure equations makes `J_q` triangular: the first `p` give dq, the others, of those f, hold no dq:
 //!
 //! ```text
 //!          dθ      f     y      1     dρ    dt
@@ -13,10 +13,9 @@
 //!
 //! Motions of drives and the turn of a loop have columns such as the right-hand side's (dρ, dφ), without part in the closure.
 //!
-//! Directions in which the chain is rigid have no pivot in `D = J̃ Ã_θθ⁻¹ J̃ᵀ`, so each wrench gets a slack spring of
-//! compliance s in series, and a motion y that takes its deflection back: `y = s f`. Exact elimination of y, in the chain
-//! where it is elastic ([`Transmission::settle`]) or else on the platform ([`super::rigid_directions`]), leaves no trace of
-//! s; up to there all pivots are regular.
+//! Directions in which the chain is rigid have no pivot in `D = J̃ Ã_θθ⁻¹ J̃ᵀ`, so each wrench gets a slack spring of compliance s in series, and
+//! a motion y that takes its deflection back: `y = s f`. Exact elimination of y, in the chain where it is elastic or else on the platform
+//! ([`Transmission::eliminate_slacks`], [`super::rigid_directions`]), leaves no trace of s; up to there all pivots are regular.
 
 use nalgebra::Matrix6;
 
@@ -36,7 +35,7 @@ const RIGID: f64 = 1e-9;
 /// A link that yields less than this fraction of the slack in some direction leaves too few digits to what is softer.
 const NEARLY_RIGID: f64 = 1e-5;
 
-/// What makes the quantities of a machine's chains comparable.
+/// Length and compliance that make the quantities of a machine's chains comparable.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Scale {
     /// Length by which rotations are multiplied, mm.
@@ -46,6 +45,7 @@ pub(super) struct Scale {
 }
 
 impl Scale {
+    /// Scale of `machine`, by its characteristic length and its softest drive.
     pub fn of(machine: &Machine) -> Self {
         let length = machine.characteristic_length;
         let compliances = machine.drives().map(|(_, drive)| drive.motion.of(1.0, length * length) / drive.stiffness);
@@ -53,7 +53,7 @@ impl Scale {
         Self { length, slack: if softest > 0.0 { 0.1 * softest } else { 1e-6 } }
     }
 
-    /// Whether a link of this stiffness is nearly rigid in some direction.
+    /// Whether a link of this `stiffness` is nearly rigid in some direction.
     fn is_nearly_rigid(&self, stiffness: &Matrix6<f64>) -> bool {
         let lever = |i: usize| if i < 3 { 1.0 } else { self.length };
         let at_length = Matrix6::from_fn(|i, j| stiffness[(i, j)] / (lever(i) * lever(j)));
@@ -61,9 +61,9 @@ impl Scale {
     }
 }
 
-/// What is known when the unknowns are substituted: share of the present residual, steps of the target, of the drives that
-/// have a column and of the turn, if it has columns.
-pub(super) struct Known<'a, R> {
+/// Known steps for which unknowns are substituted: factor of the residual, twist of the target, steps of drives with a column, turn of the
+/// first frame.
+pub(super) struct KnownStep<'a, R> {
     pub residual: f64,
     pub dt: &'a [R; 6],
     pub drives: &'a [R],
@@ -76,20 +76,20 @@ pub(super) struct Known<'a, R> {
 pub(super) struct Transmission<R> {
     scale: Scale,
     /// Rows in the chain's system of the coordinates that stay: virtual ones, and joints that depend on others.
-    staying: Vec<usize>,
+    remaining: Vec<usize>,
     virtual_count: usize,
-    /// Of the joints among those: sum of the sizes of the terms that make up their stiffness.
+    /// Sum of the sizes of the terms that make up the stiffness of each joint among `remaining`.
     joint_terms: Vec<R>,
-    /// Rows of the joints that closure equations give.
-    given: Vec<usize>,
-    /// Number of the columns of drives and turn; and the forces that they have in `given`, if they may have any.
+    /// Rows of the joints whose steps follow from the closure equations.
+    pivots: Vec<usize>,
+    /// Number of the columns of drives and turn; and the forces that they have in `pivots`, if they may have any.
     extra: usize,
     extra_forces: Vec<[R; 6]>,
-    /// Closure equations in the basis Q: by `given`, `staying`, right-hand side, dt.
+    /// Closure equations in the basis Q: by `pivots`, `remaining`, right-hand side, dt.
     columns: Vec<[R; 6]>,
-    /// Inverse diagonal of the triangle that `given` make.
+    /// Inverse diagonal of the triangle that `pivots` make.
     inverse: [R; 6],
-    /// By `staying`, right-hand side, dt: what `given` move, and the forces in them.
+    /// By `remaining`, right-hand side, dt: motions of the pivot joints, and the forces in them.
     motions: Vec<[R; 6]>,
     forces: Vec<[R; 6]>,
     reduced: Bordered<R>,
@@ -97,9 +97,8 @@ pub(super) struct Transmission<R> {
 }
 
 impl<R: Real> Transmission<R> {
-    /// Of a route of `chain` that moves its coordinates `own`, with `extra` columns of drives and turn, which have forces in
-    /// passive joints or not. `None` for routes with an elastic link, whose ends move in six directions by it, each by about as much as
-    /// by drives.
+    /// Reduction of a `route` of `chain` that moves the coordinates `own`, with `extra` columns of drives and turn, which may have forces in
+    /// passive joints. `None` for routes with an elastic link, whose ends move in six directions by it, each by about as much as by drives.
     pub fn new(
         chain: &Chain,
         route: &Route,
@@ -118,32 +117,32 @@ impl<R: Real> Transmission<R> {
         let virtual_count = own.iter().filter(|&&coordinate| coordinate < chain.virtual_count).count();
         let row = |i: usize| if i < virtual_count { i } else { i + 6 };
         let independent = independent_joints(chain, route, own, scale.length);
-        let is_given = |i: &usize| independent.contains(&own[*i]);
-        let staying: Vec<usize> = (0..own.len()).filter(|i| !is_given(i)).map(row).collect();
-        let given: Vec<usize> = (0..own.len()).filter(is_given).map(row).collect();
-        let known = staying.len() + 7;
-        let size = staying.len() + 2 * (6 - given.len()) + 1 + extra + 6;
+        let is_pivot = |i: &usize| independent.contains(&own[*i]);
+        let remaining: Vec<usize> = (0..own.len()).filter(|i| !is_pivot(i)).map(row).collect();
+        let pivots: Vec<usize> = (0..own.len()).filter(is_pivot).map(row).collect();
+        let known = remaining.len() + 7;
+        let size = remaining.len() + 2 * (6 - pivots.len()) + 1 + extra + 6;
         Some(Self {
             scale,
             virtual_count,
-            joint_terms: vec![R::zero(); staying.len() - virtual_count],
+            joint_terms: vec![R::zero(); remaining.len() - virtual_count],
             extra,
             extra_forces: vec![[R::zero(); 6]; if has_extra_forces { extra } else { 0 }],
-            columns: vec![[R::zero(); 6]; given.len() + known],
+            columns: vec![[R::zero(); 6]; pivots.len() + known],
             inverse: [R::zero(); 6],
             motions: vec![[R::zero(); 6]; known],
             forces: vec![[R::zero(); 6]; known],
             reduced: Bordered::new(size),
             solution: vec![R::zero(); size],
-            staying,
-            given,
+            remaining,
+            pivots,
         })
     }
 
     /// Number of wrenches the chain transmits.
     #[inline(always)]
     pub fn wrench_count(&self) -> usize {
-        6 - self.given.len()
+        6 - self.pivots.len()
     }
 
     /// Stiffness of the slack springs, N/mm.
@@ -153,52 +152,54 @@ impl<R: Real> Transmission<R> {
 
     /// Row of the first slack.
     #[inline(always)]
-    fn slack_row(&self) -> usize {
-        self.staying.len() + self.wrench_count()
+    fn first_slack_row(&self) -> usize {
+        self.remaining.len() + self.wrench_count()
     }
 
     /// Right-hand column of the reduced system.
     #[inline(always)]
     pub fn rhs_column(&self) -> usize {
-        self.slack_row() + self.wrench_count()
+        self.first_slack_row() + self.wrench_count()
     }
 
-    /// What is left of the system.
+    /// The reduced system: rows of slacks and known columns, after [`Transmission::eliminate`].
     #[inline(always)]
     pub fn reduced(&self) -> &Bordered<R> {
         &self.reduced
     }
 
-    /// Eliminates all unknowns but the slacks from the chain's system `matrix`, whose wrench rows begin at `wrench_row` and
-    /// whose right-hand side is column `rhs`; the lanes in which that works.
+    /// Eliminates all unknowns but the slacks from the chain's system `matrix`, whose wrench rows begin at `wrench_row` and whose
+    /// right-hand side is column `rhs`; returns the lanes in which that works.
     #[inline(always)]
     pub fn eliminate(&mut self, matrix: &Bordered<R>, wrench_row: usize, rhs: usize) -> u8 {
-        self.take_closure(matrix, wrench_row, rhs);
+        self.copy_closure(matrix, wrench_row, rhs);
         let good = self.make_triangular();
-        self.project(matrix, rhs);
-        let (size, staying) = (self.reduced.size(), self.staying.len());
+        self.fill_reduced(matrix, rhs);
+        let (size, remaining) = (self.reduced.size(), self.remaining.len());
         let mut good = good & self.reduced.eliminate(0..self.virtual_count, size, 1.0, 0.0);
         for (joint, &terms) in self.joint_terms.iter().enumerate() {
             good &= self.reduced.eliminate_or_leave(self.virtual_count + joint, R::splat(IDLE) * terms);
         }
-        good & self.reduced.eliminate(staying..self.slack_row(), size, -1.0, 0.0)
+        good & self.reduced.eliminate(remaining..self.first_slack_row(), size, -1.0, 0.0)
     }
 
-    /// Eliminates the slacks as well; the lanes in which the chain is elastic in all wrenches that it transmits.
+    /// Eliminates the slacks as well; returns the lanes in which the chain is elastic in all wrenches that it transmits.
     #[inline(always)]
-    pub fn settle(&mut self) -> u8 {
+    pub fn eliminate_slacks(&mut self) -> u8 {
         let (size, least) = (self.reduced.size(), RIGID / self.scale.slack);
-        self.reduced.eliminate(self.slack_row()..self.rhs_column(), size, -1.0, least)
+        self.reduced.eliminate(self.first_slack_row()..self.rhs_column(), size, -1.0, least)
     }
 
+    /// Copies the closure equations of `matrix` into `columns`, rotations taken at the characteristic length.
     #[inline(always)]
-    fn take_closure(&mut self, matrix: &Bordered<R>, wrench_row: usize, rhs: usize) {
+    fn copy_closure(&mut self, matrix: &Bordered<R>, wrench_row: usize, rhs: usize) {
         let (one, length) = (R::splat(1.0), R::splat(self.scale.length));
         let levers = [one, one, one, length, length, length];
-        let given = self.given.len();
-        let (columns, twists) = self.columns.split_at_mut(given + self.staying.len() + 1);
+        let pivots = self.pivots.len();
+        let (columns, twists) = self.columns.split_at_mut(pivots + self.remaining.len() + 1);
         for (k, column) in columns.iter_mut().enumerate() {
-            let source = if k < given { self.given[k] } else { self.staying.get(k - given).map_or(rhs, |&row| row) };
+            let source =
+                if k < pivots { self.pivots[k] } else { self.remaining.get(k - pivots).map_or(rhs, |&row| row) };
             for (i, entry) in column.iter_mut().enumerate() {
                 let row = wrench_row + i;
                 *entry = matrix.get(row.min(source), row.max(source)) * levers[i];
@@ -210,11 +211,11 @@ impl<R: Real> Transmission<R> {
         }
     }
 
-    /// Turns the closure equations by Householder reflections; the lanes in which the given joints are independent.
+    /// Makes the closure equations triangular by Householder reflections; returns the lanes in which the pivot joints are independent.
     #[inline(always)]
     fn make_triangular(&mut self) -> u8 {
         let mut good = R::ALL;
-        for j in 0..self.given.len() {
+        for j in 0..self.pivots.len() {
             let (first, others) = self.columns.split_at_mut(j + 1);
             let column = &mut first[j];
             let mut above = R::zero();
@@ -248,36 +249,36 @@ impl<R: Real> Transmission<R> {
 
     /// Fills the reduced system: `Ã_ab = A_ab + A_aq W_b + W_aᵀ (A_qb + A_qq W_b)` with dq = W (dθ, 1, dt).
     #[inline(always)]
-    fn project(&mut self, matrix: &Bordered<R>, rhs: usize) {
-        let (given, staying) = (self.given.len(), self.staying.len());
-        let (slack_row, rhs_column) = (self.slack_row(), self.rhs_column());
+    fn fill_reduced(&mut self, matrix: &Bordered<R>, rhs: usize) {
+        let (pivots, remaining) = (self.pivots.len(), self.remaining.len());
+        let (first_slack_row, rhs_column) = (self.first_slack_row(), self.rhs_column());
         let twist_column = rhs_column + 1 + self.extra;
-        let known = staying + 7;
+        let known = remaining + 7;
         // Column in the chain's system; dt has no entries in the rows of joints and springs.
-        let source = |a: usize| if a < staying { self.staying[a] } else { rhs };
+        let source = |a: usize| if a < remaining { self.remaining[a] } else { rhs };
         let target = |a: usize| match a {
-            a if a < staying => a,
-            a if a == staying => rhs_column,
-            a => twist_column + a - staying - 1,
+            a if a < remaining => a,
+            a if a == remaining => rhs_column,
+            a => twist_column + a - remaining - 1,
         };
         for a in 0..known {
-            let column = &self.columns[given + a];
+            let column = &self.columns[pivots + a];
             let mut motion = [R::zero(); 6];
-            for i in (0..given).rev() {
+            for i in (0..pivots).rev() {
                 let mut rest = column[i];
-                for (later, &moved) in pairs(&self.columns[i + 1..given], &motion[i + 1..]) {
+                for (later, &moved) in pairs(&self.columns[i + 1..pivots], &motion[i + 1..]) {
                     rest += later[i] * moved;
                 }
                 motion[i] = -(rest * self.inverse[i]);
             }
             let force = &mut self.forces[a];
-            for (i, &row) in self.given.iter().enumerate() {
+            for (i, &row) in self.pivots.iter().enumerate() {
                 let mut sum = R::zero();
-                if a <= staying {
+                if a <= remaining {
                     let column = source(a);
                     sum = matrix.get(row.min(column), row.max(column));
                 }
-                for (k, &other) in self.given.iter().enumerate() {
+                for (k, &other) in self.pivots.iter().enumerate() {
                     sum += matrix.get(row.min(other), row.max(other)) * motion[k];
                 }
                 force[i] = sum;
@@ -287,9 +288,9 @@ impl<R: Real> Transmission<R> {
         self.reduced.clear();
         for (joint, terms) in self.joint_terms.iter_mut().enumerate() {
             let a = self.virtual_count + joint;
-            let own = self.staying[a];
+            let own = self.remaining[a];
             *terms = matrix.get(own, own).abs();
-            for (i, &row) in self.given.iter().enumerate() {
+            for (i, &row) in self.pivots.iter().enumerate() {
                 let (motion, coupling) = (self.motions[a][i], matrix.get(row.min(own), row.max(own)));
                 *terms += (motion * self.forces[a][i]).abs() + (motion * coupling).abs();
             }
@@ -297,54 +298,54 @@ impl<R: Real> Transmission<R> {
         for a in 0..known {
             for b in a..known {
                 let mut sum = R::zero();
-                if a < staying && b <= staying {
+                if a < remaining && b <= remaining {
                     let (row, column) = (source(a), source(b));
                     sum = matrix.get(row.min(column), row.max(column));
                 }
-                for i in 0..given {
+                for i in 0..pivots {
                     sum += self.motions[a][i] * self.forces[b][i];
                 }
-                if a <= staying {
+                if a <= remaining {
                     let column = source(a);
-                    for (i, &row) in self.given.iter().enumerate() {
+                    for (i, &row) in self.pivots.iter().enumerate() {
                         sum += matrix.get(row.min(column), row.max(column)) * self.motions[b][i];
                     }
                 }
                 *self.reduced.at(target(a), target(b)) = sum;
             }
-            for (k, &entry) in self.columns[given + a][given..].iter().enumerate() {
-                let (row, column) = (staying + k, target(a));
+            for (k, &entry) in self.columns[pivots + a][pivots..].iter().enumerate() {
+                let (row, column) = (remaining + k, target(a));
                 *self.reduced.at(row.min(column), row.max(column)) = entry;
             }
         }
         for extra in 0..self.extra {
-            for (a, &row) in self.staying.iter().enumerate() {
+            for (a, &row) in self.remaining.iter().enumerate() {
                 *self.reduced.at(a, rhs_column + 1 + extra) = matrix.get(row, rhs + 1 + extra);
             }
         }
         if !self.extra_forces.is_empty() {
-            self.project_extra(matrix, rhs, target);
+            self.add_extra_forces(matrix, rhs, target);
         }
         let slack = self.scale.slack;
-        for k in 0..slack_row - staying {
-            *self.reduced.at(staying + k, staying + k) = R::splat(-slack);
-            *self.reduced.at(staying + k, slack_row + k) = R::splat(1.0);
-            *self.reduced.at(slack_row + k, slack_row + k) = R::splat(-1.0 / slack);
+        for k in 0..first_slack_row - remaining {
+            *self.reduced.at(remaining + k, remaining + k) = R::splat(-slack);
+            *self.reduced.at(remaining + k, first_slack_row + k) = R::splat(1.0);
+            *self.reduced.at(first_slack_row + k, first_slack_row + k) = R::splat(-1.0 / slack);
         }
     }
 
-    /// What the columns of drives and turn do through the joints that closure gives.
+    /// Adds the forces of the columns of drives and turn that act through the pivot joints to the reduced system.
     #[inline(always)]
-    fn project_extra(&mut self, matrix: &Bordered<R>, rhs: usize, target: impl Fn(usize) -> usize) {
-        let (given, staying, rhs_column) = (self.given.len(), self.staying.len(), self.rhs_column());
+    fn add_extra_forces(&mut self, matrix: &Bordered<R>, rhs: usize, target: impl Fn(usize) -> usize) {
+        let (pivots, remaining, rhs_column) = (self.pivots.len(), self.remaining.len(), self.rhs_column());
         for (extra, forces) in self.extra_forces.iter_mut().enumerate() {
             let (from, to) = (rhs + 1 + extra, rhs_column + 1 + extra);
-            for (force, &row) in pairs(forces.iter_mut(), &self.given) {
+            for (force, &row) in pairs(forces.iter_mut(), &self.pivots) {
                 *force = matrix.get(row, from);
             }
-            for a in 0..staying + 7 {
+            for a in 0..remaining + 7 {
                 let mut sum = R::zero();
-                for (&motion, &force) in pairs(&self.motions[a][..given], &forces[..given]) {
+                for (&motion, &force) in pairs(&self.motions[a][..pivots], &forces[..pivots]) {
                     sum += motion * force;
                 }
                 let column = target(a);
@@ -357,13 +358,13 @@ impl<R: Real> Transmission<R> {
         }
     }
 
-    /// The route's unknowns for what is `known`, into `unknowns` in the order of its system. The slacks are `slacks`, or, after
-    /// [`Transmission::settle`], those of the route alone.
+    /// Computes the route's unknowns for the `known` steps into `unknowns`; with `slacks`, or after [`Transmission::eliminate_slacks`] with
+    /// its own.
     #[inline(always)]
-    pub fn substitute(&mut self, known: Known<'_, R>, slacks: Option<&[R]>, wrench_row: usize, unknowns: &mut [R]) {
-        let Known { residual, dt, drives, turn } = known;
-        let (given, staying) = (self.given.len(), self.staying.len());
-        let (slack_row, rhs) = (self.slack_row(), self.rhs_column());
+    pub fn substitute(&mut self, known: KnownStep<'_, R>, slacks: Option<&[R]>, wrench_row: usize, unknowns: &mut [R]) {
+        let KnownStep { residual, dt, drives, turn } = known;
+        let (pivots, remaining) = (self.pivots.len(), self.remaining.len());
+        let (first_slack_row, rhs) = (self.first_slack_row(), self.rhs_column());
         let twist = rhs + 1 + self.extra;
         clear(&mut self.solution[rhs..]);
         self.solution[rhs] = R::splat(residual);
@@ -372,44 +373,44 @@ impl<R: Real> Transmission<R> {
         copy(&mut self.solution[twist..], dt);
         match slacks {
             Some(slacks) => {
-                copy(&mut self.solution[slack_row..rhs], slacks);
-                self.reduced.back_substitute(slack_row, &mut self.solution);
+                copy(&mut self.solution[first_slack_row..rhs], slacks);
+                self.reduced.back_substitute(first_slack_row, &mut self.solution);
             }
             None => self.reduced.back_substitute(rhs, &mut self.solution),
         }
         let (mut motion, mut force) = ([R::zero(); 6], [R::zero(); 6]);
-        for a in 0..staying + 7 {
+        for a in 0..remaining + 7 {
             let value = match a {
-                a if a < staying => self.solution[a],
-                a if a == staying => self.solution[rhs],
-                a => self.solution[twist + a - staying - 1],
+                a if a < remaining => self.solution[a],
+                a if a == remaining => self.solution[rhs],
+                a => self.solution[twist + a - remaining - 1],
             };
-            for i in 0..given {
+            for i in 0..pivots {
                 motion[i] += self.motions[a][i] * value;
                 force[i] += self.forces[a][i] * value;
             }
         }
         for (forces, &value) in pairs(&self.extra_forces, &self.solution[rhs + 1..]) {
-            for i in 0..given {
+            for i in 0..pivots {
                 force[i] += forces[i] * value;
             }
         }
         let mut wrench = [R::zero(); 6];
-        for i in 0..given {
+        for i in 0..pivots {
             let mut rest = force[i];
             for (k, &earlier) in wrench[..i].iter().enumerate() {
                 rest += self.columns[i][k] * earlier;
             }
             wrench[i] = -(rest * self.inverse[i]);
         }
-        copy(&mut wrench[given..], &self.solution[staying..slack_row]);
-        for (&row, &value) in pairs(&self.staying, &self.solution) {
+        copy(&mut wrench[pivots..], &self.solution[remaining..first_slack_row]);
+        for (&row, &value) in pairs(&self.remaining, &self.solution) {
             unknowns[row] = value;
         }
-        for (&row, &value) in pairs(&self.given, &motion) {
+        for (&row, &value) in pairs(&self.pivots, &motion) {
             unknowns[row] = value;
         }
-        for (k, column) in self.columns[given + staying + 1..].iter().enumerate() {
+        for (k, column) in self.columns[pivots + remaining + 1..].iter().enumerate() {
             let mut sum = R::zero();
             for (&entry, &part) in pairs(column.iter(), &wrench) {
                 sum -= entry * part;
@@ -420,37 +421,37 @@ impl<R: Real> Transmission<R> {
 
     /// Row of slack `slack`.
     #[inline(always)]
-    fn slack(&self, slack: usize) -> usize {
-        self.slack_row() + slack
+    fn slack_row(&self, slack: usize) -> usize {
+        self.first_slack_row() + slack
     }
 
-    /// After [`Transmission::eliminate`]: wrench F̂ per unit of slack `slack`, the platform held.
+    /// Wrench F̂ on the held platform per unit of slack `slack`, after [`Transmission::eliminate`].
     #[inline(always)]
     pub fn slack_wrench(&self, slack: usize) -> [R; 6] {
         let twist = self.rhs_column() + 1 + self.extra;
         let mut wrench = [R::zero(); 6];
         for (i, entry) in wrench.iter_mut().enumerate() {
-            *entry = self.reduced.get(self.slack(slack), twist + i);
+            *entry = self.reduced.get(self.slack_row(slack), twist + i);
         }
         wrench
     }
 
-    /// Deflection over slack compliance that the slacks leave untaken, per unit of slack `other`.
+    /// Part of slack `slack` that is left per unit of slack `other`, the platform held: an entry of E, N/mm.
     #[inline(always)]
     pub fn slack_response(&self, slack: usize, other: usize) -> R {
-        let (a, b) = (self.slack(slack), self.slack(other));
+        let (a, b) = (self.slack_row(slack), self.slack_row(other));
         -self.reduced.get(a.min(b), a.max(b))
     }
 
-    /// The same by the right-hand side (`None`) or per unit motion of a drive, with the platform held.
+    /// Force in slack `slack`, the platform held, by the right-hand side (`None`) or per unit motion of a drive.
     #[inline(always)]
     pub fn slack_force(&self, slack: usize, drive: Option<usize>) -> R {
         let column = self.rhs_column() + drive.map_or(0, |drive| 1 + drive);
-        self.reduced.get(self.slack(slack), column)
+        self.reduced.get(self.slack_row(slack), column)
     }
 }
 
-/// Coordinates of a route's passive joints whose screws are independent of those before them, in a configuration of no symmetry.
+/// Coordinates of a route's passive joints whose screws are independent of those before them, at a configuration without symmetry.
 fn independent_joints(chain: &Chain, route: &Route, own: &[usize], scale: f64) -> Vec<usize> {
     let mut values = vec![0.0; chain.coordinate_count()];
     let offset = |coordinate: usize| 0.4 * (1.0 + 2.3 * coordinate as f64).sin();

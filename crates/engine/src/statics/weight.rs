@@ -8,7 +8,7 @@ use crate::{
     machine::Machine,
 };
 
-/// Weight of the platform's mass at P in O axes, the platform at `platform` and masses having the weight `gravity` per kg.
+/// Weight of the platform's mass as a wrench at P in O axes (N, N·mm), masses having the weight `gravity` per kg.
 #[inline(always)]
 pub(super) fn wrench<R: Real>(machine: &Machine, platform: &Frame<R>, gravity: Vec3<R>) -> Screw<R> {
     match &machine.platform_mass {
@@ -20,7 +20,7 @@ pub(super) fn wrench<R: Real>(machine: &Machine, platform: &Frame<R>, gravity: V
     }
 }
 
-/// Adds what the weight's turning with the platform takes: `(d·f) I − d fᵀ` in the rotations, `d` from P to the centre.
+/// Adds the stiffness by the weight's turning with the platform to `tangent`: `(d·f) I − d fᵀ` in the rotations, `d` from P to the centre.
 #[inline(always)]
 pub(super) fn add_stiffness<R: Real>(
     machine: &Machine,
@@ -40,10 +40,10 @@ pub(super) fn add_stiffness<R: Real>(
     }
 }
 
-/// The same stiffness alone, the platform's axes being the columns of `rotation`.
+/// Stiffness by the weight's turning with the platform alone, the platform's axes being the columns of `rotation`.
 pub(super) fn stiffness(machine: &Machine, rotation: &Matrix3<f64>, gravity: &Vector3<f64>) -> Matrix6<f64> {
     let mut tangent = [[0.0; 6]; 6];
     let pose = crate::spatial::Pose { rotation: *rotation, translation: Vector3::zeros() };
     add_stiffness(machine, &Frame::splat(&pose), Vec3::splat(gravity), &mut tangent);
-    super::platform::matrix(&tangent)
+    super::platform::to_matrix(&tangent)
 }

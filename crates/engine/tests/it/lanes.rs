@@ -128,7 +128,7 @@ struct Check<'a>(&'a [f64; MAX_LANES], usize);
 impl Lanewise for Check<'_> {
     type Output = ();
 
-    fn with<R: Real>(self) {
+    fn run_with<R: Real>(self) {
         let Self(values, lanes) = self;
         assert_eq!(R::LANES, lanes);
         R::vectorized(|| {

@@ -34,7 +34,7 @@ proptest! {
         let factored = RankRevealing::new(matrix.clone(), 1e-12);
         prop_assert_eq!((factored.rank(), rank(&matrix, 1e-12)), (left.ncols(), left.ncols()));
 
-        let (columns, rows, null) = (factored.columns(), factored.rows(), factored.null_space());
+        let (columns, rows, null) = (factored.column_space(), factored.row_space(), factored.null_space());
         prop_assert!(is_orthonormal(&columns) && is_orthonormal(&rows) && is_orthonormal(&null));
         prop_assert_eq!(rows.ncols() + null.ncols(), matrix.ncols());
         prop_assert!((&left - &columns * columns.tr_mul(&left)).iter().all(|rest| rest.abs() < 1e-11));

@@ -10,12 +10,12 @@ fn machine(name: &str) -> Machine {
 #[test]
 fn what_turns_is_told_from_what_does_not() {
     for name in ["orthoglide", "tripteron"] {
-        assert!(!Machine::named_or_file(name).unwrap().turns_with_position, "{name}");
+        assert!(!Machine::named_or_file(name).unwrap().has_parasitic_rotation, "{name}");
     }
     for (name, turns) in
         [("tricept", true), ("fivebar", true), ("hexapod", false), ("kr270", false), ("linear_delta", false)]
     {
-        assert_eq!(machine(name).turns_with_position, turns, "{name}");
+        assert_eq!(machine(name).has_parasitic_rotation, turns, "{name}");
     }
 }
 
@@ -25,7 +25,7 @@ fn the_tip_of_a_tilting_tool_stands_where_it_is_wanted() {
     let home = tricept.home.pose;
     for way in [Vector3::new(40.0, -25.0, 30.0), Vector3::new(-90.0, 60.0, -50.0)] {
         let asked = Pose { translation: home.translation + way, ..home };
-        let at = tricept.lead(tricept.tool_tip, &asked, &tricept.home).unwrap();
+        let at = tricept.track(tricept.tool_tip, &asked, &tricept.home).unwrap();
         let tip = at.pose.transform(tricept.tool_tip);
         assert!((tip - asked.transform(tricept.tool_tip)).norm() < 1e-9, "{tip}");
         // Its tool points away from the centre of the guide's universal joint, O.
@@ -39,7 +39,7 @@ fn the_tip_of_a_tilting_tool_stands_where_it_is_wanted() {
 fn a_platform_that_does_not_turn_stands_where_it_is_asked() {
     let orthoglide = Machine::named_or_file("orthoglide").unwrap();
     let asked = orthoglide.pose_at(Vector3::new(30.0, -40.0, 75.0));
-    let at = orthoglide.lead(orthoglide.tool_tip, &asked, &orthoglide.home).unwrap();
+    let at = orthoglide.track(orthoglide.tool_tip, &asked, &orthoglide.home).unwrap();
     assert!((at.pose.translation - asked.translation).norm() < 1e-9);
     let turned = Pose { rotation: rotation_exp(Vector3::new(0.0, 0.01, 0.0)) * asked.rotation, ..asked };
     assert!(matches!(orthoglide.check_tracked(&turned, &at), Err(Unreachable::Turned { .. })));

@@ -6,12 +6,12 @@ use kinetostat_engine::{
     nalgebra::Vector3,
     statics::{
         State,
-        one_step::{Given, numbers, origin, state_of, step, step_program},
+        one_step::{StepInput, origin_index, state_from_numbers, state_numbers, step, step_program},
     },
 };
 
 /// States near equilibria of a machine all over its workspace, and what is asked there.
-fn inputs(machine: &Machine, given: Given, seed: usize) -> Vec<f64> {
+fn inputs(machine: &Machine, given: StepInput, seed: usize) -> Vec<f64> {
     let share = |k: usize| (0.618_033_988_749_894_9 * (seed * 16 + k + 1) as f64).fract();
     let (low, high) = (machine.workspace.min, machine.workspace.max);
     // Not to its corners, of which some are nearly singular.
@@ -24,9 +24,9 @@ fn inputs(machine: &Machine, given: Given, seed: usize) -> Vec<f64> {
         }
         chain.wrench = Wrench::new(std::array::from_fn(|i| 50.0 * (share(5 * c + i) - 0.5)));
     }
-    let mut all = numbers(&configuration.drives, &state);
+    let mut all = state_numbers(&configuration.drives, &state);
     let asked = at + machine.home.pose.rotation * machine.tool_tip;
-    if given == Given::Tip {
+    if given == StepInput::Tip {
         all.extend(asked.iter());
     }
     all.extend((0..6).map(|i| 50.0 * (share(3 + i) - 0.5)));
@@ -37,7 +37,7 @@ fn inputs(machine: &Machine, given: Given, seed: usize) -> Vec<f64> {
 fn what_is_written_down_has_the_bits_of_the_engine() {
     for name in ["orthoglide", "tripteron", "delta_3puu", "rotary_delta"] {
         let machine = Machine::named(name).unwrap();
-        for given in [Given::Tip, Given::Drives] {
+        for given in [StepInput::Tip, StepInput::Drives] {
             let postures: Vec<Vec<f64>> = (0..MAX_LANES).map(|seed| inputs(&machine, given, 1000 + seed)).collect();
             let program = step_program(&machine, given, &postures).unwrap();
             let mut values = Vec::new();
@@ -53,8 +53,8 @@ fn what_is_written_down_has_the_bits_of_the_engine() {
 #[test]
 fn a_state_is_what_its_numbers_say() {
     let machine = Machine::named("rotary_delta").unwrap();
-    let all = inputs(&machine, Given::Drives, 3);
-    let (drives, state) = state_of(&machine, &all);
-    assert_eq!(numbers(&drives, &state), all[..all.len() - 6]);
-    assert_eq!(state.pose.translation.as_slice(), &all[origin(3)..origin(3) + 3]);
+    let all = inputs(&machine, StepInput::Drives, 3);
+    let (drives, state) = state_from_numbers(&machine, &all);
+    assert_eq!(state_numbers(&drives, &state), all[..all.len() - 6]);
+    assert_eq!(state.pose.translation.as_slice(), &all[origin_index(3)..origin_index(3) + 3]);
 }

@@ -2,7 +2,7 @@
 
 use kinetostat_engine::{
     Machine, Pose,
-    machine::{Configuration, SideBySide, catalogue},
+    machine::{BatchKinematics, Configuration, catalogue},
     nalgebra::Vector3,
     statics::Level,
 };
@@ -14,7 +14,7 @@ fn targets(machine: &Machine) -> Vec<Pose> {
         let k = k as f64;
         Vector3::new((1.3 * k).sin(), (0.7 * k).cos() - 1.0, (2.1 * k).sin()) * (0.02 * machine.characteristic_length)
     };
-    let near = (0..19).map(|k| machine.pose_at(machine.as_controlled(home.translation + way(k))));
+    let near = (0..19).map(|k| machine.pose_at(machine.controllable_position(home.translation + way(k))));
     near.chain([machine.pose_at(home.translation + Vector3::repeat(10.0 * machine.characteristic_length))]).collect()
 }
 
@@ -33,7 +33,7 @@ fn lanes_find_what_is_found_alone() {
         let machine = Machine::named(name).unwrap();
         let targets = targets(&machine);
         for level in Level::available().into_iter().filter(|level| *level != Level::One) {
-            let mut lanes = SideBySide::at_level(&machine, level);
+            let mut lanes = BatchKinematics::at_level(&machine, level);
             let asked: Vec<_> = targets.iter().map(|target| (&machine.home, *target)).collect();
             let found = lanes.inverse_kinematics(&asked);
             if machine.redundancy > 0 {

@@ -1,4 +1,4 @@
-//! Parsed TOML to raw specs, in little code: one deserializer for every file, which offers a type only what it asks for.
+//! A deserializer from parsed TOML to raw specs that compiles to little code: it offers a type only what that asks for.
 //!
 //! A value that offers itself to any type, as that of the parser does, brings code for each kind of value to each type.
 //! Here lists are exactly as long as their type says, and tables are not filled from lists.
@@ -13,18 +13,20 @@ use serde::de::{
 use toml::Spanned;
 use toml::de::{DeInteger, DeString, DeTable, DeValue};
 
-/// What is wrong, where in the text, and at which key.
+/// A parsing error: the message, the position in the text, and the key.
 #[derive(Debug)]
-pub struct Fault(Box<Parts>);
+pub struct Fault(Box<FaultParts>);
 
+/// The contents of a [`Fault`].
 #[derive(Debug)]
-struct Parts {
+struct FaultParts {
     message: String,
     span: Option<Range<usize>>,
     /// Innermost first.
     path: Vec<Step>,
 }
 
+/// A step of a key path: a key, or an item of a list.
 #[derive(Debug)]
 enum Step {
     Key(String),
@@ -34,12 +36,12 @@ enum Step {
 type Result<T> = std::result::Result<T, Fault>;
 
 impl Fault {
-    /// Bytes of the text, where known.
+    /// Returns the bytes of the text at fault, where known.
     pub fn span(&self) -> Option<Range<usize>> {
         self.0.span.clone()
     }
 
-    /// The path of the key, such as `chains[0].base`; empty for the whole file.
+    /// Returns the path of the key, such as `chains[0].base`; empty for the whole file.
     pub fn key(&self) -> String {
         let mut key = String::new();
         for step in self.0.path.iter().rev() {
@@ -52,12 +54,13 @@ impl Fault {
         key
     }
 
-    /// As a fault of what stands at `span`, unless it is one of something within.
+    /// Sets the position to `span`, unless the fault has one already.
     fn at(mut self, span: &Range<usize>) -> Self {
         self.0.span.get_or_insert_with(|| span.clone());
         self
     }
 
+    /// Puts a step in front of the key path.
     fn inside(mut self, step: Step) -> Self {
         self.0.path.push(step);
         self
@@ -65,12 +68,14 @@ impl Fault {
 }
 
 impl Error for Fault {
+    /// Creates a fault with a message and no position.
     fn custom<T: fmt::Display>(message: T) -> Self {
-        Self(Box::new(Parts { message: message.to_string(), span: None, path: Vec::new() }))
+        Self(Box::new(FaultParts { message: message.to_string(), span: None, path: Vec::new() }))
     }
 }
 
 impl fmt::Display for Fault {
+    /// Writes the message.
     fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
         formatter.write_str(&self.0.message)
     }
@@ -78,61 +83,67 @@ impl fmt::Display for Fault {
 
 impl std::error::Error for Fault {}
 
-/// A value to be read, with its place in the text.
+/// A TOML value to be deserialized, with its bytes in the text.
 pub struct Reader<'a> {
     value: DeValue<'a>,
     span: Range<usize>,
 }
 
+/// The items of a list that are still to be read.
 struct Items<'a> {
     rest: std::vec::IntoIter<Spanned<DeValue<'a>>>,
     next: usize,
 }
 
+/// The entries of a table that are still to be read.
 struct Entries<'a> {
     rest: toml::map::IntoIter<Spanned<DeString<'a>>, Spanned<DeValue<'a>>>,
     value: Option<(DeString<'a>, Spanned<DeValue<'a>>)>,
 }
 
+/// The name of an enum's variant and its content, if it has any.
 struct Variant<'a> {
     name: Reader<'a>,
     content: Option<Spanned<DeValue<'a>>>,
 }
 
-/// What stands with the name of a variant.
+/// The content of a variant, with the variant's name for errors.
 struct Content<'a> {
     variant: String,
     value: Option<Reader<'a>>,
 }
 
 impl<'a> From<Spanned<DeTable<'a>>> for Reader<'a> {
+    /// Creates the reader of a whole file or table.
     fn from(table: Spanned<DeTable<'a>>) -> Self {
         Self { span: table.span(), value: DeValue::Table(table.into_inner()) }
     }
 }
 
 impl<'a> From<Spanned<DeValue<'a>>> for Reader<'a> {
+    /// Creates the reader of a value.
     fn from(value: Spanned<DeValue<'a>>) -> Self {
         Self { span: value.span(), value: value.into_inner() }
     }
 }
 
 impl<'a> Reader<'a> {
-    /// The value, as the type wants it.
+    /// Deserializes the value by `seed`.
     pub fn read<S: DeserializeSeed<'a>>(self, seed: S) -> Result<S::Value> {
         self.with(|own| seed.deserialize(own))
     }
 
-    /// What `read` makes of the value, with faults at its place.
+    /// Applies `read` to the value; its faults get the value's position.
     fn with<T>(self, read: impl FnOnce(Self) -> Result<T>) -> Result<T> {
         let span = self.span.clone();
         read(self).map_err(|fault| fault.at(&span))
     }
 
-    fn refused(&self, wanted: &dyn Expected) -> Fault {
+    /// Returns the error that the value is not of the `wanted` type.
+    fn type_fault(&self, wanted: &dyn Expected) -> Fault {
         let found = match &self.value {
             DeValue::String(text) => Unexpected::Str(text),
-            DeValue::Integer(number) => match signed(number) {
+            DeValue::Integer(number) => match parse_integer(number) {
                 Ok(number) => Unexpected::Signed(number),
                 Err(fault) => return fault,
             },
@@ -148,61 +159,69 @@ impl<'a> Reader<'a> {
         Fault::invalid_type(found, wanted)
     }
 
-    fn truth(self, wanted: &dyn Expected) -> Result<bool> {
-        self.value.as_bool().ok_or_else(|| self.refused(wanted))
+    /// Returns the value as a boolean.
+    fn boolean(self, wanted: &dyn Expected) -> Result<bool> {
+        self.value.as_bool().ok_or_else(|| self.type_fault(wanted))
     }
 
-    fn whole(self, wanted: &dyn Expected) -> Result<i64> {
+    /// Returns the value as a whole number.
+    fn integer(self, wanted: &dyn Expected) -> Result<i64> {
         match &self.value {
-            DeValue::Integer(number) => signed(number),
-            _ => Err(self.refused(wanted)),
+            DeValue::Integer(number) => parse_integer(number),
+            _ => Err(self.type_fault(wanted)),
         }
     }
 
+    /// Returns the value as a number; whole numbers count.
     fn number(self, wanted: &dyn Expected) -> Result<f64> {
         match &self.value {
             DeValue::Float(number) => {
-                let value: f64 = number.as_str().parse().map_err(|_| self.refused(wanted))?;
+                let value: f64 = number.as_str().parse().map_err(|_| self.type_fault(wanted))?;
                 if value.is_infinite() && !number.as_str().contains("inf") {
                     return Err(Fault::custom("number too large"));
                 }
                 Ok(value)
             }
             #[allow(clippy::cast_precision_loss)]
-            DeValue::Integer(number) => signed(number).map(|number| number as f64),
-            _ => Err(self.refused(wanted)),
+            DeValue::Integer(number) => parse_integer(number).map(|number| number as f64),
+            _ => Err(self.type_fault(wanted)),
         }
     }
 
+    /// Returns the value as a text.
     fn text(self, wanted: &dyn Expected) -> Result<String> {
         match self.value {
             DeValue::String(text) => Ok(text.into_owned()),
-            _ => Err(self.refused(wanted)),
+            _ => Err(self.type_fault(wanted)),
         }
     }
 
+    /// Returns the items of the value, a list.
     fn items(self, wanted: &dyn Expected) -> Result<Items<'a>> {
         match self.value {
             DeValue::Array(items) => Ok(Items { rest: items.into_iter(), next: 0 }),
-            _ => Err(self.refused(wanted)),
+            _ => Err(self.type_fault(wanted)),
         }
     }
 
-    fn items_of(self, length: usize, wanted: &dyn Expected) -> Result<Items<'a>> {
+    /// Returns the items of the value, a list of exactly `length`.
+    fn items_of_length(self, length: usize, wanted: &dyn Expected) -> Result<Items<'a>> {
         let items = self.items(wanted)?;
         match items.rest.len() {
             found if found == length => Ok(items),
-            found => Err(Fault::custom(other_length(found, length))),
+            found => Err(Fault::custom(length_message(found, length))),
         }
     }
 
+    /// Returns the entries of the value, a table.
     fn entries(self, wanted: &dyn Expected) -> Result<Entries<'a>> {
         match self.value {
             DeValue::Table(table) => Ok(Entries { rest: table.into_iter(), value: None }),
-            _ => Err(self.refused(wanted)),
+            _ => Err(self.type_fault(wanted)),
         }
     }
 
+    /// Returns the value as a variant of an enum: a text, or a table with one key.
     fn variant(self) -> Result<Variant<'a>> {
         let table = match self.value {
             DeValue::String(_) => return Ok(Variant { name: self, content: None }),
@@ -217,16 +236,18 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// The name of a key, as a value.
+/// Returns the name of a key as a value to be read.
 fn key(name: Spanned<DeString>) -> Reader {
     Reader { span: name.span(), value: DeValue::String(name.into_inner()) }
 }
 
-fn signed(number: &DeInteger) -> Result<i64> {
+/// Parses a whole number of any notation.
+fn parse_integer(number: &DeInteger) -> Result<i64> {
     i64::from_str_radix(number.as_str(), number.radix()).map_err(|_| Fault::custom("whole number too large"))
 }
 
-fn other_length(found: usize, expected: usize) -> String {
+/// Returns the message that a list has another length than expected.
+fn length_message(found: usize, expected: usize) -> String {
     let items = if found == 1 { "item" } else { "items" };
     let hint = if found == 2 * expected { "; decimals are written with a point: 0.5, not 0,5" } else { "" };
     format!("has {found} {items}, expected {expected}{hint}")
@@ -245,8 +266,8 @@ impl<'de> Deserializer<'de> for Reader<'de> {
     type Error = Fault;
 
     offer! {
-        deserialize_bool visit_bool truth, deserialize_i64 visit_i64 whole, deserialize_u32 visit_i64 whole,
-        deserialize_u64 visit_i64 whole, deserialize_f64 visit_f64 number, deserialize_str visit_string text,
+        deserialize_bool visit_bool boolean, deserialize_i64 visit_i64 integer, deserialize_u32 visit_i64 integer,
+        deserialize_u64 visit_i64 integer, deserialize_f64 visit_f64 number, deserialize_str visit_string text,
         deserialize_string visit_string text, deserialize_identifier visit_string text,
         deserialize_seq visit_seq items, deserialize_map visit_map entries,
     }
@@ -255,6 +276,7 @@ impl<'de> Deserializer<'de> for Reader<'de> {
         i8 i16 i32 i128 u8 u16 u128 f32 char bytes byte_buf unit unit_struct
     }
 
+    /// Offers the value as what it is in the file; dates are refused.
     fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value> {
         match &self.value {
             DeValue::String(_) => self.deserialize_string(visitor),
@@ -263,14 +285,16 @@ impl<'de> Deserializer<'de> for Reader<'de> {
             DeValue::Boolean(_) => self.deserialize_bool(visitor),
             DeValue::Array(_) => self.deserialize_seq(visitor),
             DeValue::Table(_) => self.deserialize_map(visitor),
-            DeValue::Datetime(_) => Err(self.refused(&"no date")),
+            DeValue::Datetime(_) => Err(self.type_fault(&"no date")),
         }
     }
 
+    /// Skips the value.
     fn deserialize_ignored_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value> {
         visitor.visit_unit()
     }
 
+    /// Offers the value as one that is given: keys that are missing are never read.
     fn deserialize_option<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value> {
         visitor.visit_some(self)
     }
@@ -279,8 +303,9 @@ impl<'de> Deserializer<'de> for Reader<'de> {
         visitor.visit_newtype_struct(self)
     }
 
+    /// Reads a list of exactly `length` items.
     fn deserialize_tuple<V: Visitor<'de>>(self, length: usize, visitor: V) -> Result<V::Value> {
-        let items = self.items_of(length, &visitor)?;
+        let items = self.items_of_length(length, &visitor)?;
         visitor.visit_seq(items)
     }
 
@@ -288,6 +313,7 @@ impl<'de> Deserializer<'de> for Reader<'de> {
         self.deserialize_tuple(length, visitor)
     }
 
+    /// Reads a table.
     fn deserialize_struct<V: Visitor<'de>>(
         self,
         _: &'static str,
@@ -297,6 +323,7 @@ impl<'de> Deserializer<'de> for Reader<'de> {
         self.deserialize_map(visitor)
     }
 
+    /// Reads a text, or a table with one key, as a variant.
     fn deserialize_enum<V: Visitor<'de>>(
         self,
         _: &'static str,
@@ -310,6 +337,7 @@ impl<'de> Deserializer<'de> for Reader<'de> {
 impl<'de> SeqAccess<'de> for Items<'de> {
     type Error = Fault;
 
+    /// Reads the next item of the list, with its index in the key path of faults.
     fn next_element_seed<S: DeserializeSeed<'de>>(&mut self, seed: S) -> Result<Option<S::Value>> {
         let Some(item) = self.rest.next() else { return Ok(None) };
         let index = self.next;
@@ -317,6 +345,7 @@ impl<'de> SeqAccess<'de> for Items<'de> {
         Reader::from(item).read(seed).map(Some).map_err(|fault| fault.inside(Step::Item(index)))
     }
 
+    /// Returns the number of items left.
     fn size_hint(&self) -> Option<usize> {
         Some(self.rest.len())
     }
@@ -325,6 +354,7 @@ impl<'de> SeqAccess<'de> for Items<'de> {
 impl<'de> MapAccess<'de> for Entries<'de> {
     type Error = Fault;
 
+    /// Reads the next key of the table and keeps its value.
     fn next_key_seed<S: DeserializeSeed<'de>>(&mut self, seed: S) -> Result<Option<S::Value>> {
         let Some((name, value)) = self.rest.next() else { return Ok(None) };
         let text = name.get_ref().clone();
@@ -337,6 +367,7 @@ impl<'de> MapAccess<'de> for Entries<'de> {
         }
     }
 
+    /// Reads the value of the last key, with the key in the path of faults.
     fn next_value_seed<S: DeserializeSeed<'de>>(&mut self, seed: S) -> Result<S::Value> {
         let (name, value) = self.value.take().ok_or_else(|| Fault::custom("a value was asked for before its key"))?;
         Reader::from(value).read(seed).map_err(|fault| fault.inside(Step::Key(name.into_owned())))
@@ -347,6 +378,7 @@ impl<'de> EnumAccess<'de> for Variant<'de> {
     type Error = Fault;
     type Variant = Content<'de>;
 
+    /// Reads the variant's name and returns it with the content.
     fn variant_seed<S: DeserializeSeed<'de>>(self, seed: S) -> Result<(S::Value, Content<'de>)> {
         let variant = self.name.value.as_str().unwrap_or_default().to_string();
         let value = self.content.map(Reader::from);
@@ -355,7 +387,7 @@ impl<'de> EnumAccess<'de> for Variant<'de> {
 }
 
 impl<'de> Content<'de> {
-    /// What `read` makes of the content, with faults at the variant.
+    /// Applies `read` to the content; its faults get the variant's key.
     fn read<T>(self, read: impl FnOnce(Reader<'de>) -> Result<T>) -> Result<T> {
         let Some(value) = self.value else { return Err(Fault::custom("wrong type, expected a table")) };
         value.with(read).map_err(|fault| fault.inside(Step::Key(self.variant)))
@@ -365,21 +397,25 @@ impl<'de> Content<'de> {
 impl<'de> VariantAccess<'de> for Content<'de> {
     type Error = Fault;
 
+    /// Checks that the variant has no content.
     fn unit_variant(self) -> Result<()> {
         match self.value {
             None => Ok(()),
-            Some(_) => self.read(|value| Err(value.refused(&"a word in quotes"))),
+            Some(_) => self.read(|value| Err(value.type_fault(&"a word in quotes"))),
         }
     }
 
+    /// Reads the content of the variant by `seed`.
     fn newtype_variant_seed<S: DeserializeSeed<'de>>(self, seed: S) -> Result<S::Value> {
         self.read(|value| seed.deserialize(value))
     }
 
+    /// Reads the content of the variant as a list of `length` items.
     fn tuple_variant<V: Visitor<'de>>(self, length: usize, visitor: V) -> Result<V::Value> {
         self.read(|value| value.deserialize_tuple(length, visitor))
     }
 
+    /// Reads the content of the variant as a table.
     fn struct_variant<V: Visitor<'de>>(self, _: &'static [&'static str], visitor: V) -> Result<V::Value> {
         self.read(|value| value.deserialize_map(visitor))
     }

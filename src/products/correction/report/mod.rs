@@ -1,4 +1,4 @@
-//! Reports of a correction table: the table for controllers, and what it leaves.
+//! Reports of a correction table: the table for controllers, and its residual errors.
 
 mod page;
 mod tables;
@@ -12,11 +12,11 @@ use self::{
     page::{figures, page},
     text::headline,
 };
-use super::{CorrectionAnswer, CorrectionQuestion, ResidualPoint, answer, residual_grid, residuals};
+use super::{CorrectionQuestion, CorrectionResult, ResidualPoint, answer, residual_grid, residuals};
 use crate::{
     answer::{Output, Run, size_words},
     figures::Colours,
-    files::{Manifest, OutputFile, PreparedFolder, clean, exchange::Format},
+    files::{Manifest, OutputFile, PreparedFolder, exchange::Format, remove_temporary},
     input::{Inputs, error::Result},
     page::{Description, PAGE, headline::Headline},
     questions::Overrides,
@@ -24,11 +24,11 @@ use crate::{
     work::Work,
 };
 
-/// Everything that is told.
+/// Input of the reports of a correction table.
 struct Report<'a> {
     question: &'a CorrectionQuestion,
-    answer: &'a CorrectionAnswer,
-    /// Where residuals are shown.
+    answer: &'a CorrectionResult,
+    /// Grid on which residual errors are shown.
     grid: &'a Grid,
     residuals: &'a [ResidualPoint],
     /// Formats in which the table is written.
@@ -36,27 +36,28 @@ struct Report<'a> {
 }
 
 impl Report<'_> {
-    /// Nodes along x, y and z, as readers see them.
+    /// Returns the number of nodes along x, y and z in words.
     fn size(&self) -> String {
         size_words(&self.answer.table.grid)
     }
 
-    /// Whether the worst that was found keeps the tolerance.
+    /// Returns whether the largest error found is within tolerance.
     fn is_within(&self) -> bool {
         self.answer.with_table.error_mm <= self.question.tolerance_mm
     }
 
-    /// Largest force on the tool tip, N, as readers see it.
+    /// Returns the largest force on the tool tip, N, rounded for readers.
     fn force(&self) -> f64 {
         (self.question.largest_force_N * 10.0).round() / 10.0
     }
 
+    /// Returns whether the table is written in this format.
     fn has(&self, format: CorrectionFormat) -> bool {
         self.formats.contains(&format)
     }
 }
 
-/// A format of the table.
+/// A file format of a correction table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum CorrectionFormat {
     /// `correction.csv`.
@@ -71,7 +72,7 @@ impl CorrectionFormat {
     /// All, in the order of messages.
     pub const ALL: [Self; 3] = [Self::Csv, Self::Json, Self::Comp];
 
-    /// Its name on the command line.
+    /// Returns its name on the command line.
     pub fn label(self) -> &'static str {
         match self {
             Self::Csv => "csv",
@@ -81,23 +82,23 @@ impl CorrectionFormat {
     }
 }
 
-/// How a table is exported.
+/// Options for exporting a correction table.
 #[derive(Debug, Clone)]
 pub struct CorrectionExport {
-    /// Formats; none: all that are of use for the machine.
+    /// Formats; if empty, all that are of use for the machine.
     pub formats: Vec<CorrectionFormat>,
     /// Whether figures are drawn.
     pub figures: bool,
-    /// What decides the table: what the command line set, the machine's text, the process.
+    /// Inputs on which the table depends: command line, machine file and process.
     pub inputs: Inputs,
 }
 
-/// What an export has left.
+/// Results of an export.
 #[derive(Debug, Clone)]
 pub struct Exported {
-    /// The answer at a glance.
+    /// Main sentence, numbers and cautions.
     pub headline: Headline,
-    /// Everything it says.
+    /// Full report in sentences.
     pub details: String,
     /// Whether the largest residual error is within the tolerance.
     pub is_within: bool,
@@ -108,12 +109,12 @@ pub struct Exported {
 /// Finds the table of `question` and writes it with its page into the folder `out`, on the current rayon pool.
 ///
 /// # Errors
-/// As [`answer`]; a format that means nothing for the machine; files that cannot be written, or would replace what is not ours.
+/// As [`answer`]; a format that has no meaning for the machine; files that cannot be written, or would replace those of others.
 pub fn export(question: &CorrectionQuestion, export: &CorrectionExport, out: &Path, work: &Work) -> Result<Exported> {
     let _prepared = PreparedFolder::new(out)?;
     let main = ["correction.csv", "correction.json", "residual.csv", "summary.json", "report.json", PAGE];
-    Manifest::may_write(out, main.into_iter())?;
-    clean(out)?;
+    Manifest::check_may_write(out, main.into_iter())?;
+    remove_temporary(out)?;
     let answer = answer(question, work)?;
     let formats = formats(export, &answer)?;
     let grid = residual_grid(question, &answer.table.grid);
@@ -125,11 +126,11 @@ pub fn export(question: &CorrectionQuestion, export: &CorrectionExport, out: &Pa
     Ok(Exported { headline: output.page.headline, details: output.details, is_within: report.is_within(), files })
 }
 
-/// The formats that were asked for, or all that are of use.
-fn formats(export: &CorrectionExport, answer: &CorrectionAnswer) -> Result<Vec<CorrectionFormat>> {
+/// Returns the formats asked for, or all that are of use.
+fn formats(export: &CorrectionExport, answer: &CorrectionResult) -> Result<Vec<CorrectionFormat>> {
     match &answer.per_joint {
         Err(reason) if export.formats.contains(&CorrectionFormat::Comp) => {
-            Overrides::place("format").fail(format!("comp: {reason}"))
+            Overrides::location("format").fail(format!("comp: {reason}"))
         }
         _ if export.formats.is_empty() => {
             let is_of_use =
@@ -140,6 +141,7 @@ fn formats(export: &CorrectionExport, answer: &CorrectionAnswer) -> Result<Vec<C
     }
 }
 
+/// Returns all tables, figures and texts of the export.
 fn output(report: &Report<'_>, export: &CorrectionExport, run: &Run<'_>) -> Output {
     let Report { question, answer, .. } = *report;
     let mut own_tables = vec![("residual".to_string(), tables::residuals(report))];
@@ -159,7 +161,7 @@ fn output(report: &Report<'_>, export: &CorrectionExport, run: &Run<'_>) -> Outp
         is_answered: Some(report.is_within()),
         tables: own_tables,
         streamed: (files, Vec::new()),
-        figures: run.drawn(|| figures(report)),
+        figures: run.draw_figures(|| figures(report)),
         details: text::details(report),
         ..Output::of(
             json!({ "nodes": answer.table.grid.counts(), "tolerance_mm": question.tolerance_mm }),

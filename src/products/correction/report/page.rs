@@ -1,4 +1,4 @@
-//! What the page of a correction table shows.
+//! Page and maps of a correction table.
 
 use super::{CorrectionFormat, Report, tables::comp_ini, text};
 use crate::{
@@ -10,7 +10,7 @@ use crate::{
     simulation::ROUNDING_MM,
 };
 
-/// Sections, setting, views and tables; first screen and figures are added.
+/// Returns the page with its sections, facts, views and tables; first screen and figures are added later.
 pub(super) fn page(report: &Report<'_>) -> Description {
     let question = report.question;
     let has_table = report.has(CorrectionFormat::Csv);
@@ -24,21 +24,22 @@ pub(super) fn page(report: &Report<'_>) -> Description {
     Description {
         name: format!("Correction table of the {}", question.machine.short_title()),
         question: "What must a controller add to the drives so that the loaded tool stays where it is wanted?".into(),
-        setting: setting(report),
+        setting: setting_facts(report),
         terms: vec![
             Fact::new("Positions", "of the platform point P, from the origin of the machine's base"),
             Fact::new("Error", "distance of the loaded tool from where it is wanted, as far as the drives control it"),
         ],
-        explorers: vec![explorer(report)],
+        explorers: vec![residual_explorer(report)],
         tables,
         sections: sections(report),
         ..Description::new("correction", MachineDescription::new(&question.machine))
     }
 }
 
-/// Title of the view of what is left.
+/// Title of the view of residual errors.
 const MAP: &str = "Residual error";
 
+/// Returns the sections of the page.
 fn sections(report: &Report<'_>) -> Vec<Section> {
     let mut table =
         Section::new("How is the table used?", "positions, forces, interpolation").text(&text::how_to_use(report));
@@ -55,7 +56,7 @@ fn sections(report: &Report<'_>) -> Vec<Section> {
     }
     vec![
         Section::new("Where is the residual error?", "without correction, with the table, with exact corrections")
-            .text(&text::what_is_left(report))
+            .text(&text::residual_text(report))
             .explorers([MAP])
             .figures(&["slices_error_none", "slices_error_table", "slices_error_exact"])
             .tables(["residual.csv"]),
@@ -64,14 +65,15 @@ fn sections(report: &Report<'_>) -> Vec<Section> {
     ]
 }
 
-fn setting(report: &Report<'_>) -> Vec<Fact> {
+/// Returns the facts about machine, box, forces and tolerance that the page lists.
+fn setting_facts(report: &Report<'_>) -> Vec<Fact> {
     let question = report.question;
     let [min, max] = question.corners;
     let span = |axis: usize| {
         let name = ["x", "y", "z"][axis];
         match min[axis] < max[axis] {
-            true => format!("{name} {} to {}", shown(min[axis]), shown(max[axis])),
-            false => format!("{name} {}", shown(min[axis])),
+            true => format!("{name} {} to {}", without_rounding(min[axis]), without_rounding(max[axis])),
+            false => format!("{name} {}", without_rounding(min[axis])),
         }
     };
     let own = [
@@ -84,12 +86,13 @@ fn setting(report: &Report<'_>) -> Vec<Fact> {
     facts_of(&question.machine, &question.errors, own)
 }
 
-/// Without the rounding of how it was computed.
-fn shown(value: f64) -> f64 {
+/// Returns `value` rounded to 1e-6.
+fn without_rounding(value: f64) -> f64 {
     (value * 1e6).round() / 1e6
 }
 
-fn explorer(report: &Report<'_>) -> Explorer {
+/// Returns the interactive view of the residual errors, by way to correct.
+fn residual_explorer(report: &Report<'_>) -> Explorer {
     let labels = ["without correction", "with the table", "with exact corrections", "with a table for each joint"];
     let ways = report.residuals.first().map_or(0, |point| point.residual_mm.len());
     let value = |way: usize| GroupValue { cells: vec![ResidualPoint::WAYS[way].into()], label: labels[way].into() };
@@ -103,9 +106,9 @@ fn explorer(report: &Report<'_>) -> Explorer {
 const PLANES: usize = 3;
 const AXES: [&str; 3] = ["x", "y", "z"];
 
-/// The maps: with the table first.
+/// Returns the maps of the residual errors by name, that with the table first.
 pub(super) fn figures(report: &Report<'_>) -> Vec<(String, Figure)> {
-    let Some(plane) = plane(report.question) else { return Vec::new() };
+    let Some(plane) = slice_axes(report.question) else { return Vec::new() };
     let titles = [
         "Error without correction",
         "Residual error with the table",
@@ -113,30 +116,31 @@ pub(super) fn figures(report: &Report<'_>) -> Vec<(String, Figure)> {
         "Residual error with a table for each joint",
     ];
     let ways = report.residuals.first().map_or(0, |point| point.residual_mm.len());
-    let map = |way: usize| Figure::Slices(slices(report, plane, way, titles[way]));
+    let map = |way: usize| Figure::Slices(slice_figure(report, plane, way, titles[way]));
     let table = ("answer".to_string(), map(TABLE));
     let all = (0..ways).map(|way| (format!("slices_error_{}", ResidualPoint::WAYS[way]), map(way)));
     std::iter::once(table).chain(all).collect()
 }
 
-/// Places of the table and of exact corrections among the ways to correct.
+/// Positions of the table and of exact corrections in [`ResidualPoint::WAYS`].
 const TABLE: usize = 1;
 const EXACT: usize = 2;
 
-/// The colour scale of what the table and exact corrections leave is one, from none on.
-fn range(report: &Report<'_>, way: usize) -> Option<(f64, f64)> {
+/// Returns the common colour range of the maps with the table and with exact corrections, from 0, mm; `None` for others.
+fn colour_range(report: &Report<'_>, way: usize) -> Option<(f64, f64)> {
     let left = report.residuals.iter().map(|point| point.residual_mm[TABLE]);
     [TABLE, EXACT].contains(&way).then(|| (0.0, left.fold(report.question.tolerance_mm, f64::max)))
 }
 
-/// Axes across, up and through the maps; `None` where the box has no area.
-fn plane(question: &CorrectionQuestion) -> Option<[usize; 3]> {
+/// Returns the axes across, up and through the maps; `None` where the box has no area.
+fn slice_axes(question: &CorrectionQuestion) -> Option<[usize; 3]> {
     let mut axes: Vec<usize> = question.axes().collect();
     axes.extend((0..3).filter(|axis| !question.axes().any(|own| own == *axis)));
     (question.axes().count() >= 2).then(|| [axes[0], axes[1], axes[2]])
 }
 
-fn slices(report: &Report<'_>, [across, up, through]: [usize; 3], way: usize, title: &str) -> SliceFigure {
+/// Returns the map of the residual errors of one way to correct, in planes through the box.
+fn slice_figure(report: &Report<'_>, [across, up, through]: [usize; 3], way: usize, title: &str) -> SliceFigure {
     let grid = report.grid;
     let value = |i: usize, j: usize, k: usize| {
         let mut node = [0; 3];
@@ -170,7 +174,7 @@ fn slices(report: &Report<'_>, [across, up, through]: [usize; 3], way: usize, ti
         y_label: format!("{} [mm]", AXES[up]),
         quantity: "largest error of the tool [mm]".into(),
         panels: planes.iter().map(panel).collect(),
-        range: range(report, way),
+        range: colour_range(report, way),
         contour: (way == TABLE).then_some(report.question.tolerance_mm),
         shading: Shading::Ordered,
         remark: String::new(),

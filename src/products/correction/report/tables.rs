@@ -1,4 +1,4 @@
-//! The correction and what it leaves as tables.
+//! Tables, JSON and LinuxCNC files of a correction table.
 
 use serde_json::{Value, json};
 
@@ -13,7 +13,7 @@ use crate::{
     products::correction::{CorrectionTable, ForceTerms, JointTable, ResidualPoint},
 };
 
-/// One row per node, a column for each drive and term: `delta_rho_LABEL_mm`, `delta_rho_LABEL_Fx_mm_per_N`,
+/// Returns the table with a row per node and a column for each drive and term: `delta_rho_LABEL_mm`, `delta_rho_LABEL_Fx_mm_per_N`,
 /// `delta_rho_LABEL_Fx_Fx_mm_per_N2`; degrees for hinges.
 pub(super) fn correction(machine: &Machine, table: &CorrectionTable) -> Table {
     let mut columns = numbers(["x_mm", "y_mm", "z_mm"]);
@@ -22,13 +22,13 @@ pub(super) fn correction(machine: &Machine, table: &CorrectionTable) -> Table {
     let motions: Vec<Motion> = motions(machine);
     let row = |(index, own): (usize, &[f64])| -> Row {
         let mut row: Row = cells(<[f64; 3]>::from(table.grid.position(index))).collect();
-        row.extend(cells(own.iter().enumerate().map(|(k, value)| motions[k / table.terms.count()].shown(*value))));
+        row.extend(cells(own.iter().enumerate().map(|(k, value)| motions[k / table.terms.count()].to_shown(*value))));
         row
     };
     Table::new(columns, table.values.chunks(width).enumerate().map(row))
 }
 
-/// Names of the coefficients of a node, drive after drive.
+/// Returns the column names of the coefficients of a node, drive after drive.
 pub(super) fn coefficient_columns(machine: &Machine, terms: ForceTerms) -> Vec<String> {
     let labelled = machine.drive_labels().into_iter().zip(motions(machine));
     let of_drive = |(label, motion): (String, Motion)| {
@@ -42,12 +42,12 @@ pub(super) fn coefficient_columns(machine: &Machine, terms: ForceTerms) -> Vec<S
     labelled.flat_map(|own| of_drive(own).collect::<Vec<_>>()).collect()
 }
 
-/// The kind of each drive.
+/// Returns the kind of each drive.
 pub(super) fn motions(machine: &Machine) -> Vec<Motion> {
     machine.drives().map(|(_, drive)| drive.motion).collect()
 }
 
-/// One row per point of the map and way to correct.
+/// Returns the residual errors with a row per grid point and way to correct.
 pub(super) fn residuals(report: &Report<'_>) -> Table {
     let mut columns = numbers(["x_mm", "y_mm", "z_mm"]);
     columns.extend(texts(["correction"]));
@@ -63,10 +63,10 @@ pub(super) fn residuals(report: &Report<'_>) -> Table {
     Table::new(columns, rows)
 }
 
-/// Version of the file.
+/// Version of the JSON file.
 const SCHEMA: u32 = 2;
 
-/// Axes, units, values, what they were made from and what they leave.
+/// Returns the table as JSON: axes, units, values, inputs and residual errors.
 pub(super) fn correction_json(report: &Report<'_>, inputs: &Inputs) -> Value {
     let (question, table) = (report.question, &report.answer.table);
     let (machine, terms) = (&question.machine, table.terms.names());
@@ -81,7 +81,7 @@ pub(super) fn correction_json(report: &Report<'_>, inputs: &Inputs) -> Value {
         json!({ "label": label, "unit": unit, "units_of_terms": units.collect::<Vec<_>>() })
     });
     let values: Vec<f64> =
-        table.values.iter().enumerate().map(|(k, v)| motions[k / terms.len() % motions.len()].shown(*v)).collect();
+        table.values.iter().enumerate().map(|(k, v)| motions[k / terms.len() % motions.len()].to_shown(*v)).collect();
     let axes = ["x", "y", "z"].into_iter().zip(&table.grid.axes);
     json!({
         "schema": SCHEMA,
@@ -104,7 +104,7 @@ pub(super) fn correction_json(report: &Report<'_>, inputs: &Inputs) -> Value {
     })
 }
 
-/// What is left, for programs.
+/// Returns tolerance and largest errors as JSON.
 pub(super) fn bound_json(report: &Report<'_>) -> Value {
     let answer = report.answer;
     json!({
@@ -117,23 +117,23 @@ pub(super) fn bound_json(report: &Report<'_>) -> Value {
     })
 }
 
-/// Name of the file of a drive.
+/// Returns the file name of a drive's table.
 fn comp_name(table: &JointTable) -> String {
     format!("joint_{}.comp", table.drive)
 }
 
-/// The table of a drive, mm, as LinuxCNC reads it: a `COMP_FILE` of type 1.
+/// Returns the table of a drive, mm, as LinuxCNC reads it: a `COMP_FILE` of type 1.
 ///
-/// A line each of nominal position and the trims for both directions, ascending, at most 256, and nothing else: LinuxCNC stops at the
-/// first line that is none. It adds the trim to the position of the motor, linearly between lines and constant beyond them
-/// (LinuxCNC, src/emc/motion: usrmotintf.cc, command.c, control.c; `COMP_FILE_TYPE` in its "INI Configuration").
+/// A line each of nominal position and the trims for both directions, ascending, at most 256, and nothing else: LinuxCNC stops at the first
+/// line that is none. It adds the trim to the position of the motor, linearly between lines and constant beyond them (LinuxCNC,
+/// src/emc/motion: usrmotintf.cc, command.c, control.c; `COMP_FILE_TYPE` in its "INI Configuration").
 pub(super) fn comp_file(table: &JointTable) -> OutputFile {
     let line = |(position, correction): (&f64, &f64)| format!("{position:.6} {correction:.6} {correction:.6}\n");
     let lines: String = table.positions_mm.iter().zip(&table.corrections_mm).map(line).collect();
     OutputFile::new(comp_name(table), lines)
 }
 
-/// What stands in LinuxCNC's INI file for these drives, in their order.
+/// Returns the lines of LinuxCNC's INI file for these drives, in their order.
 pub(super) fn comp_ini(tables: &[JointTable]) -> String {
     let joint = |(index, table): (usize, &JointTable)| {
         format!("[JOINT_{index}]\nCOMP_FILE = {}\nCOMP_FILE_TYPE = 1\n", comp_name(table))

@@ -1,4 +1,4 @@
-//! What a correction table says, in sentences.
+//! Sentences about a correction table.
 
 use super::{CorrectionFormat, Report};
 use crate::{
@@ -9,27 +9,29 @@ use crate::{
     simulation::ROUNDING_MM,
 };
 
-/// What must be known with the answer.
+/// Returns the cautions of the result, a sentence per line.
 pub(super) fn cautions(report: &Report<'_>) -> String {
     let CorrectionQuestion { machine, errors, corners, .. } = report.question;
-    let known = cautions::of_machine(machine, errors, "box corner", corners.iter().copied());
-    out_of_tolerance(report) + &known + &left(report)
+    let known = cautions::machine_cautions(machine, errors, "box corner", corners.iter().copied());
+    tolerance_text(report) + &known + &uncontrolled_text(report)
 }
 
-fn out_of_tolerance(report: &Report<'_>) -> String {
+/// Returns a caution if the table is out of tolerance.
+fn tolerance_text(report: &Report<'_>) -> String {
     match report.is_within() {
         true => String::new(),
         false => format!("The table is out of tolerance ({} mm).\n", report.question.tolerance_mm),
     }
 }
 
-fn left(report: &Report<'_>) -> String {
+/// Returns which axes keep their errors, since the drives do not control them.
+fn uncontrolled_text(report: &Report<'_>) -> String {
     let axes = report.question.machine.uncontrolled_names();
     axes.map_or_else(String::new, |axes| format!("Errors along {axes} stay: the drives do not control it.\n"))
 }
 
-/// Residual error with the table, and how that is known.
-pub(super) fn what_is_left(report: &Report<'_>) -> String {
+/// Returns the residual error with the table, and how it was found.
+pub(super) fn residual_text(report: &Report<'_>) -> String {
     let (question, answer) = (report.question, report.answer);
     let worst = &answer.with_table;
     if answer.without.error_mm <= ROUNDING_MM {
@@ -49,9 +51,9 @@ pub(super) fn what_is_left(report: &Report<'_>) -> String {
         report.size(),
         size,
         millimetres(worst.error_mm, 5),
-        place(worst),
+        worst_place(worst),
         millimetres(answer.without.error_mm, 4),
-        place(&answer.without),
+        worst_place(&answer.without),
         counted(worst.looked_at, "position"),
         millimetres(answer.at_nodes_mm, 5),
         match answer.table.terms {
@@ -62,7 +64,7 @@ pub(super) fn what_is_left(report: &Report<'_>) -> String {
     )
 }
 
-/// How a controller uses the table.
+/// Returns how a controller uses the table.
 pub(super) fn how_to_use(report: &Report<'_>) -> String {
     let force = match report.answer.table.terms {
         ForceTerms::Constant => "There is no force: each drive has one coefficient, its correction.".to_string(),
@@ -85,7 +87,7 @@ pub(super) fn how_to_use(report: &Report<'_>) -> String {
     )
 }
 
-/// What a table for each drive is worth.
+/// Returns what a table of each drive alone achieves.
 pub(super) fn per_joint(report: &Report<'_>) -> String {
     let not_written = match report.has(CorrectionFormat::Comp) {
         false if report.answer.is_per_joint_harmful() => "It does harm, so no such files are written.\n",
@@ -98,7 +100,7 @@ pub(super) fn per_joint(report: &Report<'_>) -> String {
              on neither the other joints nor the force: the middle between the smallest and the largest correction of a drive that \
              stands there. It leaves up to {}, {}; the full table leaves {}, and no correction {}.\n{not_written}",
             millimetres(worst.error_mm, 4),
-            place(worst),
+            worst_place(worst),
             millimetres(report.answer.with_table.error_mm, 4),
             millimetres(report.answer.without.error_mm, 4)
         ),
@@ -106,23 +108,23 @@ pub(super) fn per_joint(report: &Report<'_>) -> String {
     }
 }
 
-/// Everything, for a terminal.
+/// Returns the full report for a terminal.
 pub(super) fn details(report: &Report<'_>) -> String {
-    what_is_left(report) + &how_to_use(report) + &per_joint(report)
+    residual_text(report) + &how_to_use(report) + &per_joint(report)
 }
 
-/// The answer at a glance.
+/// Returns main sentence, numbers and cautions.
 pub(super) fn headline(report: &Report<'_>) -> Headline {
     let answer = report.answer;
     let basis = format!("{} and forces off the grid", counted(answer.with_table.looked_at, "position"));
     Headline::new(sentence(report), basis)
         .with_cautions(&cautions(report))
-        .with(with_table(report))
-        .with(number(&answer.without, "largest error without correction", against(report, &answer.without)))
-        .with_all(joint_number(report))
+        .with(table_number(report))
+        .with(error_number(&answer.without, "largest error without correction", ratio_text(report, &answer.without)))
+        .with_numbers(joint_number(report))
 }
 
-/// What does harm is said first.
+/// Returns the main sentence; tables that do harm come first.
 fn sentence(report: &Report<'_>) -> String {
     let answer = report.answer;
     match &answer.per_joint {
@@ -130,13 +132,14 @@ fn sentence(report: &Report<'_>) -> String {
             "Do not use the tables for single joints: with them the tool is off by up to {}, without any correction by {}. {}",
             millimetres(worst.error_mm, 4),
             millimetres(answer.without.error_mm, 4),
-            of_table(report)
+            table_sentence(report)
         ),
-        _ => of_table(report),
+        _ => table_sentence(report),
     }
 }
 
-fn of_table(report: &Report<'_>) -> String {
+/// Returns the sentence on the error with and without the table.
+fn table_sentence(report: &Report<'_>) -> String {
     let (question, answer) = (report.question, report.answer);
     let (name, size) = (question.machine.short_title(), report.size());
     let [left, without] = [&answer.with_table, &answer.without].map(|worst| millimetres(worst.error_mm, 4));
@@ -157,31 +160,35 @@ fn of_table(report: &Report<'_>) -> String {
     }
 }
 
-fn with_table(report: &Report<'_>) -> KeyNumber {
+/// Returns the largest error with the table as a key number.
+fn table_number(report: &Report<'_>) -> KeyNumber {
     let against = format!(
         "tolerance {} mm; {} at the nodes themselves",
         report.question.tolerance_mm,
         millimetres(report.answer.at_nodes_mm, 4)
     );
-    number(&report.answer.with_table, "largest error with the table that was found", against)
+    error_number(&report.answer.with_table, "largest error with the table that was found", against)
 }
 
+/// Returns the largest error with a table of each drive alone as a key number, if such tables are written.
 fn joint_number(report: &Report<'_>) -> Option<KeyNumber> {
     let (_, worst) = report.answer.per_joint.as_ref().ok().filter(|_| report.has(CorrectionFormat::Comp))?;
-    Some(number(worst, "largest error with a table for each joint alone", against(report, worst)))
+    Some(error_number(worst, "largest error with a table for each joint alone", ratio_text(report, worst)))
 }
 
-fn against(report: &Report<'_>, worst: &Worst) -> String {
+/// Returns how many times the error with the table an error is, in words.
+fn ratio_text(report: &Report<'_>, worst: &Worst) -> String {
     let left = report.answer.with_table.error_mm;
     if left <= ROUNDING_MM { String::new() } else { format!("{:.0} times that with the table", worst.error_mm / left) }
 }
 
-fn number(worst: &Worst, what: &str, against: String) -> KeyNumber {
-    KeyNumber::new(&millimetres(worst.error_mm, 4), format!("{what}, {}", place(worst)), against)
+/// Returns an error and its place as a key number.
+fn error_number(worst: &Worst, what: &str, against: String) -> KeyNumber {
+    KeyNumber::new(&millimetres(worst.error_mm, 4), format!("{what}, {}", worst_place(worst)), against)
 }
 
-/// Where, and under what force.
-pub(super) fn place(worst: &Worst) -> String {
+/// Returns place and force of an error in words.
+pub(super) fn worst_place(worst: &Worst) -> String {
     let [x, y, z] = worst.position_mm;
     let force = nalgebra::Vector3::from(worst.force_N).norm();
     let under = if force == 0.0 { "without force".into() } else { format!("under {force:.0} N") };

@@ -1,67 +1,66 @@
-//! What the report of a program says of its points, gathered part by part: memory does not grow with the program, but for the few
-//! points at which it is drawn.
+//! Collects what the report of a program needs from its points, part by part; memory grows with the program only by the few points drawn.
 
 use nalgebra::Vector3;
 
 use crate::{
-    answer::{ShareWithin, cautions::Outside},
+    answer::{ShareWithin, cautions::OutsidePositions},
     compensation::TaskPoint,
     files::table::largest_position,
     input::error::Result,
     machine::Machine,
     products::program::{ProgramJob, ProvedPart},
-    questions::path::report::{Curve, cutting_force::ForceCurves, drawn},
-    simulation::{BySource, Source, along_path::PathAnswer},
+    questions::path::report::{Curve, cutting_force::ForceCurves, drawn_indices},
+    simulation::{BySource, Source, along_path::PathPointResult},
 };
 
-/// The point farthest from the path without compensation, of those that count.
+/// The counted point with the largest error without compensation.
 #[derive(Debug, Clone)]
-pub(super) struct Worst {
-    /// Its index.
+pub(super) struct WorstPoint {
+    /// Index of the point.
     pub point: usize,
-    /// How far, mm.
+    /// Size of the error, mm.
     pub size_mm: f64,
-    /// Where it should be and its displacement, base axes, mm.
+    /// Wanted position, and the error there, base axes, mm.
     pub wanted: Vector3<f64>,
     pub error: Vector3<f64>,
-    /// How far each source moves the tool there, mm.
+    /// Size of the error by each source alone, mm.
     pub by_source: BySource<Option<f64>>,
 }
 
-/// A point at which the path is drawn, base axes, mm.
+/// A point of the drawn path, base axes, mm.
 #[derive(Debug, Clone)]
-pub(super) struct Drawn {
+pub(super) struct DrawnPoint {
     pub wanted: Vector3<f64>,
-    /// Displacements without compensation and as written; `None` where the machine does not settle.
+    /// Errors without compensation and as written; `None` where the machine has no equilibrium.
     pub before: Option<Vector3<f64>>,
     pub after: Option<Vector3<f64>>,
 }
 
-/// What is gathered.
+/// Errors and forces along a program, collected for its report.
 #[derive(Debug)]
 pub struct Findings {
-    pub(super) worst: Option<Worst>,
-    /// How far the cutting force alone moves the tool at most, where it counts, mm.
+    pub(super) worst: Option<WorstPoint>,
+    /// Largest error by the cutting force alone over the points that count, mm.
     pub(super) most_by_cutting_mm: f64,
     pub(super) before: ShareWithin,
     pub(super) after: ShareWithin,
     pub(super) lines: WorstLines,
-    /// Indices of the points at which the path is drawn, ascending, and those seen.
-    shown: Vec<usize>,
-    pub(super) drawn: Vec<Drawn>,
-    /// Two opposite corners of the box of all wanted positions.
+    /// Indices of the points to draw, ascending; `drawn` has those reached so far.
+    drawn_indices: Vec<usize>,
+    pub(super) drawn: Vec<DrawnPoint>,
+    /// Two opposite corners of the box of all wanted positions, base axes, mm.
     pub(super) corners: [Vector3<f64>; 2],
     pub(super) before_curves: BySource<Curve>,
     pub(super) after_curve: Curve,
     pub(super) force: ForceCurves,
     /// Points outside the workspace box of the machine.
-    pub(super) outside: Outside,
-    /// Largest correction of a drive of each kind, mm and degrees, as written.
+    pub(super) outside: OutsidePositions,
+    /// Largest drive correction as written, of slides (mm) and of hinges (degrees).
     pub(super) corrections: [Option<f64>; 2],
 }
 
 impl Findings {
-    /// For `job`, none of its points seen.
+    /// Creates empty findings for `job`.
     ///
     /// # Errors
     /// As [`ProgramJob::parts`].
@@ -69,7 +68,7 @@ impl Findings {
         let count = job.path.len();
         let mut wanted = Vec::with_capacity(count);
         for part in job.parts() {
-            wanted.extend(part?.tasks().iter().map(|task| wanted_by(job, task)));
+            wanted.extend(part?.tasks().iter().map(|task| wanted_mm(job, task)));
         }
         let corner = |start: f64, pick: fn(f64, f64) -> f64| {
             wanted.iter().fold(Vector3::repeat(start), |corner, at| corner.zip_map(at, pick))
@@ -81,7 +80,7 @@ impl Findings {
             after: ShareWithin::default(),
             lines: WorstLines::default(),
             corners: [corner(f64::MAX, f64::min), corner(f64::MIN, f64::max)],
-            shown: drawn(&wanted),
+            drawn_indices: drawn_indices(&wanted),
             drawn: Vec::new(),
             before_curves: BySource::of(&job.machine, |_| Curve::new(count)),
             after_curve: Curve::new(count),
@@ -91,22 +90,22 @@ impl Findings {
         })
     }
 
-    /// Takes the next part.
+    /// Adds the next proved part.
     pub fn add(&mut self, job: &ProgramJob, proved: &ProvedPart<'_>) {
         let part = proved.part;
-        proved.written.iter().filter(|answer| answer.is_settled).for_each(|answer| self.see(&job.machine, answer));
+        proved.written.iter().filter(|answer| answer.is_settled).for_each(|answer| self.include(&job.machine, answer));
         for (i, ((k, point), task)) in part.range().zip(part.points).zip(part.tasks()).enumerate() {
-            let (before, after) = (proved.before[Source::All][i], PathAnswer::settled_error(&proved.written[i]));
+            let (before, after) = (proved.before[Source::All][i], PathPointResult::solved_error(&proved.written[i]));
             let along = point.arc_length_mm;
             for (source, curve) in self.before_curves.iter_mut() {
                 proved.before[source][i].iter().for_each(|error| curve.add(k, along, error.norm()));
             }
             after.iter().for_each(|error| self.after_curve.add(k, along, error.norm()));
             self.force.add(Some(along), task);
-            if self.shown.get(self.drawn.len()) == Some(&k) {
-                self.drawn.push(Drawn { wanted: wanted_by(job, task), before, after });
+            if self.drawn_indices.get(self.drawn.len()) == Some(&k) {
+                self.drawn.push(DrawnPoint { wanted: wanted_mm(job, task), before, after });
             }
-            if !job.counts(k) {
+            if !job.is_counted(k) {
                 continue;
             }
             let tolerance_mm = job.process.tolerance_mm.unwrap_or(f64::INFINITY);
@@ -119,13 +118,13 @@ impl Findings {
             self.lines.add(job, point.source.segment, size_mm, after.map(|error| error.norm()));
             if self.worst.as_ref().is_none_or(|worst| worst.size_mm < size_mm) {
                 let by_source = BySource::of(&job.machine, |source| Some(proved.before[source][i]?.norm()));
-                self.worst = Some(Worst { point: k, size_mm, wanted: wanted_by(job, task), error, by_source });
+                self.worst = Some(WorstPoint { point: k, size_mm, wanted: wanted_mm(job, task), error, by_source });
             }
         }
     }
 
-    /// The largest correction of each kind of drive, in the units of tables.
-    fn see(&mut self, machine: &Machine, answer: &PathAnswer) {
+    /// Updates the largest correction of each kind of drive, in the units of tables.
+    fn include(&mut self, machine: &Machine, answer: &PathPointResult) {
         for kind in machine.drive_kinds() {
             let here = largest_position(machine, kind, &answer.delta_rho());
             let most = &mut self.corrections[kind as usize];
@@ -134,47 +133,48 @@ impl Findings {
     }
 }
 
-/// Where the compensated point should be, base axes, mm.
-fn wanted_by(job: &ProgramJob, task: &TaskPoint) -> Vector3<f64> {
+/// Returns the wanted position of the compensated point, base axes, mm.
+fn wanted_mm(job: &ProgramJob, task: &TaskPoint) -> Vector3<f64> {
     task.wanted().transform(task.offset(&job.machine))
 }
 
-/// Which points are outside the workspace box of the machine.
+/// Returns which points of `job` are outside the workspace box of the machine.
 ///
 /// # Errors
 /// As [`ProgramJob::parts`].
-pub fn outside_workspace(job: &ProgramJob) -> Result<Outside> {
-    let mut outside = Outside::default();
+pub fn outside_workspace(job: &ProgramJob) -> Result<OutsidePositions> {
+    let mut outside = OutsidePositions::default();
     for part in job.parts() {
         part?.tasks().iter().for_each(|task| outside.add(&job.machine, task.pose.translation));
     }
     Ok(outside)
 }
 
-/// Lines of a program that are shown.
+/// Most lines of a program that are shown.
 pub(super) const LINES: usize = 10;
 
-/// A line of a program.
+/// A line of a program with the largest errors of its move.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct WorstLine {
-    /// Which: "line 7", or "O100.nc line 7" of a file that the program calls.
+    /// Line in words: "line 7", or "O100.nc line 7" of a file that the program calls.
     pub place: String,
-    /// What stands there.
+    /// Text of the line.
     pub text: String,
-    /// Largest distance from the path in its move without compensation, mm.
+    /// Largest error in its move without compensation, mm.
     pub before_mm: f64,
-    /// The same as written; `None` where the machine settles at none of its points.
+    /// Largest error as written, mm; `None` where the machine has an equilibrium at none of its points.
     pub after_mm: Option<f64>,
 }
 
-/// The moves with the largest errors, gathered point by point.
+/// Collects the moves with the largest errors, point by point.
 #[derive(Debug, Default)]
 pub(super) struct WorstLines {
     /// Worst first.
     worst: Vec<Move>,
-    under_way: Option<Move>,
+    current_move: Option<Move>,
 }
 
+/// A move of the program and its largest errors, mm.
 #[derive(Debug, Clone, Copy)]
 struct Move {
     segment: usize,
@@ -183,41 +183,41 @@ struct Move {
 }
 
 impl WorstLines {
-    /// Takes the next point of the path, of the move `segment`: its distances from the path.
+    /// Adds the next counted point, in move number `segment`, with its errors in mm.
     pub fn add(&mut self, job: &ProgramJob, segment: usize, before_mm: f64, after_mm: Option<f64>) {
-        match &mut self.under_way {
+        match &mut self.current_move {
             Some(own) if own.segment == segment => {
                 own.before_mm = own.before_mm.max(before_mm);
                 own.after_mm = own.after_mm.into_iter().chain(after_mm).reduce(f64::max);
             }
             _ => {
-                self.worst = self.with_under_way(job);
-                self.under_way = Some(Move { segment, before_mm, after_mm });
+                self.worst = self.with_current(job);
+                self.current_move = Some(Move { segment, before_mm, after_mm });
             }
         }
     }
 
-    /// The moves before and the one under way; of two alike, the earlier is the worse.
-    fn with_under_way(&self, job: &ProgramJob) -> Vec<Move> {
+    /// Returns the worst moves including the current one; of two equal ones, the earlier comes first.
+    fn with_current(&self, job: &ProgramJob) -> Vec<Move> {
         let mut worst = self.worst.clone();
         let is_known = |own: &Move| job.file.line_of(own.segment).is_some();
-        if let Some(own) = self.under_way.filter(is_known) {
+        if let Some(own) = self.current_move.filter(is_known) {
             worst.insert(worst.partition_point(|other| other.before_mm >= own.before_mm), own);
             worst.truncate(LINES);
         }
         worst
     }
 
-    /// The lines, worst first.
-    pub fn told(&self, job: &ProgramJob) -> Vec<WorstLine> {
+    /// Returns the lines with the largest errors, worst first.
+    pub fn worst_lines(&self, job: &ProgramJob) -> Vec<WorstLine> {
         let told = |Move { segment, before_mm, after_mm }| {
             Some(WorstLine {
-                place: job.file.place_of(segment)?,
-                text: job.file.text_of(segment)?,
+                place: job.file.line_name(segment)?,
+                text: job.file.line_text(segment)?,
                 before_mm,
                 after_mm,
             })
         };
-        self.with_under_way(job).into_iter().filter_map(told).collect()
+        self.with_current(job).into_iter().filter_map(told).collect()
     }
 }

@@ -1,4 +1,4 @@
-//! Reports of a compensated program: its points, what limits do, what was proved, and a page of it.
+//! Reports of a compensated program: its points, the effect of limits, the proof, and a page.
 
 mod findings;
 mod notes;
@@ -10,19 +10,19 @@ pub use findings::{Findings, outside_workspace};
 pub use notes::{notes_text, use_text};
 pub use page::{figures, page};
 pub use tables::{passes_table, program_columns, program_json, program_table};
-pub use words::{blocks_text, bounded_text, exceeded_text, headline, holes_text, left_text, limits_text};
+pub use words::{blocks_text, bounded_text, exceeded_text, headline, holes_text, limits_text, residual_text};
 
-use super::{ProgramJob, Proved};
+use super::{ProgramJob, ProvedProgram};
 
-/// Everything that is told.
+/// Input of the reports of a compensated program.
 #[derive(Debug)]
 pub struct Report<'a> {
-    /// The program before.
+    /// The program before compensation.
     pub job: &'a ProgramJob,
-    /// Its file name.
+    /// File name of the program.
     pub name: &'a str,
-    /// As it was rewritten and proved.
-    pub proved: &'a Proved,
-    /// What the tool does at its points, without compensation and as written.
+    /// The program as rewritten and proved.
+    pub proved: &'a ProvedProgram,
+    /// Errors at its points, without compensation and as written.
     pub findings: &'a Findings,
 }

@@ -1,8 +1,9 @@
-//! Notes on a program (what is assumed, which lines are unchanged), and how to use the compensated program: how to load it, which compensations of the control to switch off, and what a dry run shows.
+//! Notes on a program (assumptions, unchanged lines), and how to load it, which compensations of the control to switch off, what a dry run
+//! shows.
 
 use super::Report;
 use crate::{
-    files::words::{counted, listed, millimetres},
+    files::words::{counted, join_words, millimetres},
     process::PathReference,
     products::program::{ProgramJob, WrittenCalls},
     simulation::{ProgramFile, ROUNDING_MM, Source},
@@ -12,17 +13,17 @@ use crate::{
     },
 };
 
-/// Rotation that is worth a word, rad.
+/// Smallest residual rotation that is mentioned, rad.
 const LEAST_TURN: f64 = 1e-6;
 
-/// A sentence a line.
+/// Returns how to use the compensated program: one sentence per line.
 pub fn use_text(report: &Report<'_>) -> String {
     let name = report.name;
     let point = match report.job.process.placement.reference {
         PathReference::ToolTip => "the tool tip",
         PathReference::PlatformPoint => "the platform point P",
     };
-    let rest = match (report.job.process.redundancy.is_sought(), report.job.turns_tool()) {
+    let rest = match (report.job.process.redundancy.is_sought(), report.job.is_full_pose()) {
         (false, false) => {
             format!(". Positions of moves are changed, all else is as in {name}: orientation, feed, spindle, tool.\n")
         }
@@ -42,18 +43,18 @@ pub fn use_text(report: &Report<'_>) -> String {
             turned.to_degrees()
         );
     }
-    if report.findings.outside.any() {
+    if report.findings.outside.has_any() {
         let machine = report.job.machine.short_title();
         text += &format!(
             "Do not load it: the {machine} cannot run it as placed. Place the workpiece inside its workspace box, and compute again.\n"
         );
         return text;
     }
-    text + &loaded(report.job, name) + &switched_off(report.job) + &dry_run(report)
+    text + &loading_text(report.job, name) + &switch_off_text(report.job) + &dry_run_text(report)
 }
 
-/// How it is loaded, and what has to be the same there.
-fn loaded(job: &ProgramJob, name: &str) -> String {
+/// Returns how to load the program, and what must be the same on the control.
+fn loading_text(job: &ProgramJob, name: &str) -> String {
     let ProgramFile::Robot(program) = &job.file else {
         return format!("Load it in place of {name}, with the same work offset and the same tool length.\n");
     };
@@ -72,8 +73,8 @@ fn loaded(job: &ProgramJob, name: &str) -> String {
     }
 }
 
-/// What else in the control would correct the same once more.
-fn switched_off(job: &ProgramJob) -> String {
+/// Returns which compensations of the control to switch off, as they would correct the same error twice.
+fn switch_off_text(job: &ProgramJob) -> String {
     let mut off = vec!["corrections for deflection"];
     if Source::parts(&job.machine).contains(&Source::Weight) {
         off.push("for sag under weight");
@@ -84,8 +85,8 @@ fn switched_off(job: &ProgramJob) -> String {
     format!("Switch off in the control what would correct the same twice: {}.\n", off.join(", "))
 }
 
-/// How far from the drawn path the tool is to be where nothing is cut.
-fn dry_run(report: &Report<'_>) -> String {
+/// Returns how far from its path the tool is in a dry run without cutting.
+fn dry_run_text(report: &Report<'_>) -> String {
     let largest = report.findings.most_by_cutting_mm;
     match largest > ROUNDING_MM {
         true => format!(
@@ -98,24 +99,25 @@ fn dry_run(report: &Report<'_>) -> String {
     }
 }
 
-/// Lines that are named; of more, only the number is said.
+/// Most lines that are named; of more, only the number is given.
 const NAMED: usize = 8;
 
-/// What of the program nobody may have meant, in sentences; nothing for a polyline.
+/// Returns notes on what was assumed about the program and which lines stay unchanged, in sentences; empty for a polyline.
 pub fn notes_text(job: &ProgramJob, calls: &WrittenCalls) -> String {
     match &job.file {
-        ProgramFile::Gcode(program) => text(program.notes(), calls),
-        ProgramFile::Robot(program) => of_robot(program),
+        ProgramFile::Gcode(program) => gcode_notes(program.notes(), calls),
+        ProgramFile::Robot(program) => robot_notes(program),
         ProgramFile::Polyline(_) => String::new(),
     }
 }
 
-fn text(notes: &Notes, calls: &WrittenCalls) -> String {
+/// Returns the notes on a G-code program: dialect, unit, calls, unchanged lines.
+fn gcode_notes(notes: &Notes, calls: &WrittenCalls) -> String {
     let mut text = String::new();
     if notes.dialect != Dialect::Iso {
         text += &format!("Read as a {} program, and written as one.\n", notes.dialect.name());
     }
-    if let Some((unit, line)) = notes.unit_taken {
+    if let Some((unit, line)) = notes.assumed_unit {
         text += &format!(
             "The program names no unit before line {line}: {} is taken; {} or unit in [gcode] says which it is.\n",
             unit.name(),
@@ -125,17 +127,17 @@ fn text(notes: &Notes, calls: &WrittenCalls) -> String {
     if let Some([lines, written]) = notes.written_out {
         text += &calls_text(calls, lines, written);
     }
-    if !notes.not_located.is_empty() {
+    if !notes.unlocated_lines.is_empty() {
         text += &format!(
             "Left as written: {}, where it is not known in X, Y and Z where the tool is; start_mm in [gcode] says where the program \
              begins.\n",
-            motions(&notes.not_located)
+            motion_lines(&notes.unlocated_lines)
         );
     }
     text
 }
 
-/// What became of the calls of a program of so many `lines`, or `written` ones if it is written out.
+/// Returns what became of the calls of a program of so many `lines`, or of `written` lines if it is written out.
 fn calls_text(calls: &WrittenCalls, lines: usize, written: usize) -> String {
     let grown = format!("Written out: {written} lines for the {lines} of the program");
     match calls {
@@ -145,7 +147,7 @@ fn calls_text(calls: &WrittenCalls, lines: usize, written: usize) -> String {
             let names: Vec<&str> = beside.iter().map(|file| file.name.as_str()).collect();
             let with = match names[..] {
                 [] => String::new(),
-                _ => format!(" It calls {} beside it.", listed(&names)),
+                _ => format!(" It calls {} beside it.", join_words(&names)),
             };
             format!(
                 "What the program calls and computes stays: no line needs other corrections each time that it runs.{with}\n"
@@ -154,13 +156,14 @@ fn calls_text(calls: &WrittenCalls, lines: usize, written: usize) -> String {
     }
 }
 
-fn of_robot(program: &RobotProgram) -> String {
+/// Returns the notes on a robot or APT program: language, unchanged lines, named points.
+fn robot_notes(program: &RobotProgram) -> String {
     let (notes, mut text) = (program.notes(), format!("Read as a program in {}.\n", program.language().name()));
-    if !notes.not_located.is_empty() {
+    if !notes.unlocated_lines.is_empty() {
         text += &format!(
             "Left as written: {}, where it is not known where the tool is: motions to positions of joints, or without a full pose \
              behind one.\n",
-            motions(&notes.not_located)
+            motion_lines(&notes.unlocated_lines)
         );
     }
     if notes.named_points {
@@ -169,13 +172,13 @@ fn of_robot(program: &RobotProgram) -> String {
     text
 }
 
-/// How many motions `lines` have, and which lines these are.
-fn motions(lines: &[usize]) -> String {
+/// Returns the number of motions on `lines` and the first of these line numbers, in words.
+fn motion_lines(lines: &[usize]) -> String {
     let mut names: Vec<String> = lines.iter().take(NAMED).map(usize::to_string).collect();
     if lines.len() > NAMED {
         names.push(format!("{} more", lines.len() - NAMED));
     }
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
     let word = if lines.len() == 1 { "line" } else { "lines" };
-    format!("{}, {word} {}", counted(lines.len(), "motion"), listed(&names))
+    format!("{}, {word} {}", counted(lines.len(), "motion"), join_words(&names))
 }

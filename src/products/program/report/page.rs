@@ -1,11 +1,11 @@
-//! What the page of a compensated program shows, and its pictures.
+//! Page and figures of a compensated program.
 
 use nalgebra::Vector3;
 
 use super::{
     Report,
-    findings::{Drawn, Findings, Worst},
-    left_text, limits_text, passes_table,
+    findings::{DrawnPoint, Findings, WorstPoint},
+    limits_text, passes_table, residual_text,
     tables::before_column,
     use_text,
     words::{blocks_table, written_text},
@@ -13,19 +13,19 @@ use super::{
 use crate::{
     answer::facts_of,
     figures::{Figure, LineFigure, LineSeries, Look, PlanFigure, PlanShape, amplification::amplification},
-    files::words::{counted, if_any, listed, millimetres},
+    files::words::{counted, join_words, millimetres, or_dash},
     page::{
         Better, Description, Explorer, Fact, MachineDescription, Quantity, Section, Shape, SmallTable, TableNote,
         drive_quantities,
         headline::{Headline, KeyNumber},
-        largest_of_drives,
+        largest_drive_quantities,
     },
     products::program::ProgramJob,
     questions::path::report::{ANGLE, Curve, along_columns, cutting_force},
     simulation::Source,
 };
 
-/// The page of the program; `points` is the file name of its table of points, `commands` the words for each pass.
+/// Returns the page of the program; `points` is the file name of its table of points.
 pub fn page(report: &Report<'_>, headline: Headline, points: &str) -> Description {
     let found = |number: KeyNumber| {
         let found = number.found.map(|found| crate::page::headline::InTable { file: points.into(), ..found });
@@ -37,15 +37,22 @@ pub fn page(report: &Report<'_>, headline: Headline, points: &str) -> Descriptio
         name: report.name.into(),
         question: format!("Does the compensated {} keep the tool on its path?", report.name),
         headline: Headline { numbers, ..headline },
-        setting: setting(report.job),
-        sections: vec![worst(report), cause(report), remedy(report), to_use(report), proof(report)],
-        explorers: vec![along(report.job, points)],
+        setting: setting_facts(report.job),
+        sections: vec![
+            worst_section(report),
+            cause_section(report),
+            remedy_section(report),
+            use_section(report),
+            proof_section(report),
+        ],
+        explorers: vec![along_explorer(report.job, points)],
         tables: vec![TableNote::ranked(points, caption, &before_column(Source::All))],
         ..Description::new("compensated_program", MachineDescription::new(&report.job.machine))
     }
 }
 
-fn setting(job: &ProgramJob) -> Vec<Fact> {
+/// Returns the facts about machine and process that the page lists.
+fn setting_facts(job: &ProgramJob) -> Vec<Fact> {
     let ProgramJob { machine, process, .. } = job;
     let mut own: Vec<Fact> = process.facts().into_iter().map(|(label, words)| Fact::new(label, words)).collect();
     own.push(Fact::new("compensation holds", process.target.words()));
@@ -53,15 +60,17 @@ fn setting(job: &ProgramJob) -> Vec<Fact> {
     facts_of(machine, &process.errors, own)
 }
 
+/// Returns a length in words, mm to four decimals.
 fn shown(length_mm: f64) -> String {
     millimetres(length_mm, 4)
 }
 
-fn worst(report: &Report<'_>) -> Section {
-    let lines = report.findings.lines.told(report.job);
+/// Returns the section on the lines with the largest errors.
+fn worst_section(report: &Report<'_>) -> Section {
+    let lines = report.findings.lines.worst_lines(report.job);
     let rows = lines.iter().map(|line| {
         let place = line.place.strip_prefix("line ").unwrap_or(&line.place);
-        vec![place.to_string(), line.text.clone(), shown(line.before_mm), if_any(line.after_mm, shown)]
+        vec![place.to_string(), line.text.clone(), shown(line.before_mm), or_dash(line.after_mm, shown)]
     });
     let table = SmallTable {
         caption: format!("The {} in which the tool is off farthest", counted(lines.len(), "line")),
@@ -74,7 +83,8 @@ fn worst(report: &Report<'_>) -> Section {
         .figures(&["errors", "paths"])
 }
 
-fn cause(report: &Report<'_>) -> Section {
+/// Returns the section on the error sources at the worst point.
+fn cause_section(report: &Report<'_>) -> Section {
     let mut text = String::new();
     if let Some(worst) = &report.findings.worst {
         let alone = |source: &Source| {
@@ -86,40 +96,44 @@ fn cause(report: &Report<'_>) -> Section {
         let along = report.job.path.points()[worst.point].arc_length_mm;
         text = format!(
             "At the worst point, {along:.1} mm along the path, each alone moves the tool by: {}.\n",
-            listed(&words)
+            join_words(&words)
         );
     }
     Section::new("Why?", "which source causes it").text(&text).figures(&["sources", "cutting_force"])
 }
 
-fn remedy(report: &Report<'_>) -> Section {
+/// Returns the section on drive corrections and binding limits.
+fn remedy_section(report: &Report<'_>) -> Section {
     let Report { job, proved, .. } = report;
     Section::new("What do the drives do?", "corrections and forces along the path, limits that bind")
         .text(&limits_text(&job.machine, &job.process.limits, proved.bounded.as_ref()))
         .figures(&["corrections"])
 }
 
-fn to_use(report: &Report<'_>) -> Section {
+/// Returns the section on how to use the program.
+fn use_section(report: &Report<'_>) -> Section {
     Section::new("How is it used?", "what the program is, how to load it, what to switch off, what a dry run shows")
         .text(&use_text(report))
         .text(&written_text(report.job, report.proved.written.blocks.as_ref()))
         .small_tables(report.proved.written.blocks.as_ref().map(blocks_table))
 }
 
-fn proof(report: &Report<'_>) -> Section {
+/// Returns the section on the simulated passes.
+fn proof_section(report: &Report<'_>) -> Section {
     let (header, rows) = passes_table(&report.proved.passes, false, shown);
     let caption = "Distance of the tool from its path, where it cuts, by what is commanded".into();
     let table = SmallTable { caption, header: header.into_iter().map(String::from).collect(), rows };
     Section::new("How is it proved?", "the written program, read back and simulated point by point, beside other ways")
         .text("The last row is the program as it was written, read back, rounding included, and simulated.")
-        .text(&left_text(&report.job.machine, report.proved.commanded_max_mm()))
+        .text(&residual_text(&report.job.machine, report.proved.commanded_max_mm()))
         .small_tables([table])
 }
 
-/// Title of the view.
+/// Title of the view along the program.
 const ALONG: &str = "Along the program";
 
-fn along(job: &ProgramJob, points: &str) -> Explorer {
+/// Returns the interactive view of errors, drives and forces along the program.
+fn along_explorer(job: &ProgramJob, points: &str) -> Explorer {
     let before = |source: &Source| {
         let words = match source {
             Source::All => "error without compensation".to_string(),
@@ -130,7 +144,7 @@ fn along(job: &ProgramJob, points: &str) -> Explorer {
     let after = Quantity::new(["error_after_mm"], "error as written", "mm", Better::Smaller);
     let mut quantities = vec![before(&Source::All), after];
     quantities.extend(Source::of(&job.machine).iter().filter(|source| **source != Source::All).map(before));
-    quantities.extend(largest_of_drives(&job.machine));
+    quantities.extend(largest_drive_quantities(&job.machine));
     quantities.extend(drive_quantities(&job.machine, Better::Neither));
     quantities.extend(cutting_force::quantities());
     quantities.push(Quantity::new([ANGLE[0]], ANGLE[1], "°", Better::Neither));
@@ -145,7 +159,7 @@ fn along(job: &ProgramJob, points: &str) -> Explorer {
     }
 }
 
-/// All pictures by name: the path on the part, errors along it, those by each source, and the cutting force.
+/// Returns all figures by name: the path on the part, errors along it, those by each source, and the cutting force.
 pub fn figures(report: &Report<'_>) -> Vec<(String, Figure)> {
     let findings = report.findings;
     let all = &findings.before_curves[Source::All];
@@ -153,21 +167,21 @@ pub fn figures(report: &Report<'_>) -> Vec<(String, Figure)> {
     let alone = findings.before_curves.iter().filter(|(source, _)| *source != Source::All);
     sources.extend(alone.map(|(source, curve)| (format!("{} alone", source.words()), curve)));
     let errors = [("before".into(), all), ("after".into(), &findings.after_curve)];
-    let force = findings.force.labelled();
-    let distances = |title: &str, errors: &[(String, &Curve)]| curves(report.job, title, "distance [mm]", errors);
+    let force = findings.force.labelled_curves();
+    let distances = |title: &str, errors: &[(String, &Curve)]| curve_figure(report.job, title, "distance [mm]", errors);
     let mut figures = vec![
-        ("answer".into(), path(report)),
+        ("answer".into(), path_figure(report)),
         ("errors".into(), distances("Distance from the path before and after", &errors)),
         ("sources".into(), distances("What each source does without compensation", &sources)),
     ];
     if !force.is_empty() {
-        figures.push(("cutting_force".into(), curves(report.job, cutting_force::TITLE, "force [N]", &force)));
+        figures.push(("cutting_force".into(), curve_figure(report.job, cutting_force::TITLE, "force [N]", &force)));
     }
     figures
 }
 
-/// Curves over the length of the path: dashed of a source alone, and the size of a force beside its components.
-fn curves(job: &ProgramJob, title: &str, y_label: &str, curves: &[(String, &Curve)]) -> Figure {
+/// Returns curves over the arc length of the path: those of a single source, and the size of a force, are dashed.
+fn curve_figure(job: &ProgramJob, title: &str, y_label: &str, curves: &[(String, &Curve)]) -> Figure {
     let series = curves.iter().map(|(label, curve)| LineSeries {
         label: label.clone(),
         points: curve.points(),
@@ -187,12 +201,11 @@ fn curves(job: &ProgramJob, title: &str, y_label: &str, curves: &[(String, &Curv
     })
 }
 
-/// The path from above: wanted, as the tool goes without compensation and with the program as written, and the line in which it
-/// is off farthest.
-fn path(report: &Report<'_>) -> Figure {
+/// Returns the path seen from above: wanted, without compensation and as written, with the worst point marked.
+fn path_figure(report: &Report<'_>) -> Figure {
     let Findings { worst, corners, drawn, .. } = report.findings;
     let factor = amplification(corners, worst.as_ref().map_or(0.0, |worst| worst.size_mm));
-    let pieces = |look: Look, error: fn(&Drawn) -> Option<Vector3<f64>>| {
+    let pieces = |look: Look, error: fn(&DrawnPoint) -> Option<Vector3<f64>>| {
         let mut pieces: Vec<Vec<(f64, f64)>> = vec![Vec::new()];
         for point in drawn {
             match error(point) {
@@ -206,10 +219,10 @@ fn path(report: &Report<'_>) -> Figure {
         let shape = move |points| PlanShape { look, points, label: String::new() };
         pieces.into_iter().filter(|piece| !piece.is_empty()).map(shape).collect::<Vec<_>>()
     };
-    let mark = |worst: &Worst| {
+    let mark = |worst: &WorstPoint| {
         let at = worst.wanted + worst.error * factor;
         let point = &report.job.path.points()[worst.point];
-        let line = report.job.file.place_of(point.source.segment).map_or_else(String::new, |line| format!("{line}, "));
+        let line = report.job.file.line_name(point.source.segment).map_or_else(String::new, |line| format!("{line}, "));
         (at.x, at.y, format!("worst {}\n{line}{:.1} mm along", millimetres(worst.size_mm, 3), point.arc_length_mm))
     };
     Figure::Plan(Box::new(PlanFigure {
@@ -220,7 +233,7 @@ fn path(report: &Report<'_>) -> Figure {
         quantity: String::new(),
         field: None,
         shapes: [
-            pieces(Look::Wanted, |_| Some(Vector3::zeros())),
+            pieces(Look::TargetPath, |_| Some(Vector3::zeros())),
             pieces(Look::Before, |point| point.before),
             pieces(Look::After, |point| point.after),
         ]

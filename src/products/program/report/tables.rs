@@ -1,4 +1,4 @@
-//! The points of a compensated program, and what was found of all of them for programs.
+//! Tables and JSON of a compensated program: its points, and its passes.
 
 use serde_json::{Value, json};
 
@@ -11,20 +11,20 @@ use crate::{
     compensation::{BoundedPath, Side},
     files::{
         exchange::{Cell, Column, Row, Table, cells, counts, numbers, texts},
-        if_any,
+        or_dash,
         table::{correction_columns, force_columns, shown_positions},
     },
-    products::program::{Pass, ProgramJob, Proved, ProvedPart, WrittenCalls, bounded::Exceeded},
+    products::program::{Pass, ProgramJob, ProvedPart, ProvedProgram, WrittenCalls, bounded::LimitExcess},
     questions::path::{
         Station,
         report::{ANGLE, cutting_force},
         resolve::stations,
     },
-    simulation::{ProgramFile, Source, along_path::PathAnswer},
+    simulation::{ProgramFile, Source, along_path::PathPointResult},
     toolpath::gcode::Notes,
 };
 
-/// The columns of [`program_table`].
+/// Returns the columns of [`program_table`].
 pub fn program_columns(job: &ProgramJob) -> Vec<Column> {
     let (machine, calls_files) = (&job.machine, !job.file.called_files().is_empty());
     let mut columns = counts(["point", "line"]);
@@ -43,7 +43,7 @@ pub fn program_columns(job: &ProgramJob) -> Vec<Column> {
     columns
 }
 
-/// The column of the error without compensation under `source`.
+/// Returns the name of the column of the error without compensation under `source`.
 pub(super) fn before_column(source: Source) -> String {
     match source {
         Source::All => "error_before_mm".into(),
@@ -51,10 +51,10 @@ pub(super) fn before_column(source: Source) -> String {
     }
 }
 
-/// One row per point of `proved`: the line that leads there (of `called_file`, if the program calls some), the tool angle, where the tool should be, what is commanded instead (both in the workpiece frame),
-/// the error before (mm, by point of the path) and as written (base axes), the cutting force, the poses of P in O and the drive positions
-/// without and with compensation, drive corrections and forces as written. An empty cell has its reason in `status` and
-/// `reason`. `limits` names the limits that bind, if the path was corrected within limits.
+/// Returns a row per point of `proved`: the line that leads there (of `called_file`, if the program calls some), the tool angle φ, the wanted
+/// and the commanded position (both in the workpiece frame), the error before (mm, by point of the path) and as written (base axes), the
+/// cutting force, the poses of P in O and the drive positions without and with compensation, drive corrections and forces as written. An
+/// empty cell has its reason in `status` and `reason`. `limits` names the limits that bind, if the path was corrected within limits.
 pub fn program_table(job: &ProgramJob, proved: &ProvedPart<'_>, bounded: Option<&BoundedPath>) -> Table {
     let machine = &job.machine;
     let columns = program_columns(job);
@@ -63,8 +63,8 @@ pub fn program_table(job: &ProgramJob, proved: &ProvedPart<'_>, bounded: Option<
     let ProvedPart { part, before, written } = proved;
     let (points, tasks) = (part.points, part.tasks());
     let stations = stations(&job.process, points, tasks, Some(&job.file));
-    let mut track = job.track();
-    let row = |((i, answer), station): ((usize, &PathAnswer), Station)| {
+    let mut track = job.tracker();
+    let row = |((i, answer), station): ((usize, &PathPointResult), Station)| {
         let (k, point, task) = (part.first + i, &points[i], &tasks[i]);
         let mut row: Row = vec![k.into(), job.file.line_of(point.source.segment).into()];
         if !called.is_empty() {
@@ -73,7 +73,7 @@ pub fn program_table(job: &ProgramJob, proved: &ProvedPart<'_>, bounded: Option<
         }
         row.extend([point.arc_length_mm.into(), station.phi_deg.into(), usize::from(point.cutting).into()]);
         row.extend(cells(point.position_mm.iter().copied()));
-        let commanded = answer.target.map(|pose| job.commanded(&mut track, point, task.external, pose));
+        let commanded = answer.target.map(|pose| job.commanded_point(&mut track, point, task.external, pose));
         row.extend((0..3).map(|i| commanded.map(|point| point.position_mm[i]).into()));
         row.extend(Source::of(machine).iter().map(|source| before[*source][i].map(|error| error.norm()).into()));
         let shown = |value: f64| Cell::from(answer.is_settled.then_some(value));
@@ -84,7 +84,7 @@ pub fn program_table(job: &ProgramJob, proved: &ProvedPart<'_>, bounded: Option<
         row.extend([
             answer.status.label().into(),
             answer.status.reason(machine).into(),
-            binding(job, bounded, k).into(),
+            binding_limits(job, bounded, k).into(),
         ]);
         row.extend(pose_cells(Some(&task.pose)));
         row.extend(pose_cells(answer.target.as_ref()));
@@ -98,8 +98,7 @@ pub fn program_table(job: &ProgramJob, proved: &ProvedPart<'_>, bounded: Option<
     Table::new(columns, written.iter().enumerate().zip(stations).map(row))
 }
 
-/// What each of `passes` leaves, one row each, with lengths as they are `shown`; in full, with the steps of each, and the turn of the tool
-/// where one leaves it.
+/// Returns header and rows of a table of the errors of `passes`, lengths formatted by `shown`; `in_full` adds steps and any residual rotation.
 pub fn passes_table(
     passes: &[Pass],
     in_full: bool,
@@ -112,17 +111,17 @@ pub fn passes_table(
     header.extend(has_turns.then_some("turned"));
     let row = |pass: &Pass| {
         let s = &pass.summary;
-        let mut row = vec![pass.name.clone(), if_any(s.max_mm, shown), if_any(s.rms_mm, shown)];
-        row.extend(in_full.then(|| if_any(s.mean_corrections, |mean| format!("{mean:.1}"))));
+        let mut row = vec![pass.name.clone(), or_dash(s.max_mm, shown), or_dash(s.rms_mm, shown)];
+        row.extend(in_full.then(|| or_dash(s.mean_corrections, |mean| format!("{mean:.1}"))));
         row.push(format!("{} of {}", s.solved, s.points));
-        row.extend(has_turns.then(|| if_any(turns(pass), |angle| format!("{:.3}°", angle.to_degrees()))));
+        row.extend(has_turns.then(|| or_dash(turns(pass), |angle| format!("{:.3}°", angle.to_degrees()))));
         row
     };
     (header, passes.iter().map(row).collect())
 }
 
-/// Limits that bind at point `k`, such as `correction x upper`.
-fn binding(job: &ProgramJob, bounded: Option<&BoundedPath>, k: usize) -> String {
+/// Returns the limits that bind at point `k` in words, such as `correction x upper`.
+fn binding_limits(job: &ProgramJob, bounded: Option<&BoundedPath>, k: usize) -> String {
     let labels = job.machine.drive_labels();
     let corrected = bounded.and_then(|path| path.points[k].corrected());
     let words = corrected.into_iter().flat_map(|point| &point.binding).map(|binding| {
@@ -135,9 +134,10 @@ fn binding(job: &ProgramJob, bounded: Option<&BoundedPath>, k: usize) -> String 
     words.collect::<Vec<_>>().join("; ")
 }
 
-fn exceeded_json(job: &ProgramJob, exceeded: &[Exceeded]) -> Vec<Value> {
+/// Returns the limits that the program as written exceeds, as JSON.
+fn exceeded_json(job: &ProgramJob, exceeded: &[LimitExcess]) -> Vec<Value> {
     let labels = job.machine.drive_labels();
-    let entry = |found: &Exceeded| {
+    let entry = |found: &LimitExcess| {
         json!({
             "limit": found.kind.label(),
             "drive": labels[found.drive],
@@ -151,6 +151,7 @@ fn exceeded_json(job: &ProgramJob, exceeded: &[Exceeded]) -> Vec<Value> {
     exceeded.iter().map(entry).collect()
 }
 
+/// Returns status, errors and binding limits of a path corrected within limits, as JSON.
 fn bounded_json(job: &ProgramJob, path: &BoundedPath) -> Value {
     let labels = job.machine.drive_labels();
     let limits: Vec<Value> = path
@@ -181,14 +182,14 @@ fn bounded_json(job: &ProgramJob, path: &BoundedPath) -> Value {
 /// Version of the report. In 1, what limits cost was per rad for hinges and had no unit in its key.
 const SCHEMA: u32 = 3;
 
-/// What each pass leaves, over the points at which the tool cuts.
+/// Returns the report of the program as JSON: its passes, limits, blocks, calls and assumptions.
 pub fn program_json(report: &Report<'_>) -> Value {
-    let Report { job, proved: Proved { passes, bounded, exceeded, written, .. }, .. } = report;
+    let Report { job, proved: ProvedProgram { passes, bounded, exceeded, written, .. }, .. } = report;
     let (notes, dialect) = match &job.file {
         ProgramFile::Gcode(program) => (program.notes().clone(), Some(program.notes().dialect.label())),
         ProgramFile::Robot(program) => {
-            let not_located = program.notes().not_located.clone();
-            (Notes { not_located, ..Notes::default() }, Some(program.language().label()))
+            let unlocated_lines = program.notes().unlocated_lines.clone();
+            (Notes { unlocated_lines, ..Notes::default() }, Some(program.language().label()))
         }
         ProgramFile::Polyline(_) => (Notes::default(), None),
     };
@@ -219,16 +220,16 @@ pub fn program_json(report: &Report<'_>) -> Value {
         "limits_exceeded_as_written": exceeded.as_ref().map(|exceeded| exceeded_json(job, exceeded)),
         "write_tolerance_mm": (!matches!(job.file, ProgramFile::Polyline(_))).then_some(job.process.write_tolerance_mm),
         "blocks": written.blocks,
-        "workpiece": job.process.place_words(),
+        "workpiece": job.process.placement_words(),
         "counts_as_cutting": job.process.cutting_rule.words(),
         "dialect": dialect,
-        "unit_taken": notes.unit_taken.map(|(unit, _)| unit.name()),
+        "unit_taken": notes.assumed_unit.map(|(unit, _)| unit.name()),
         "written_out": notes.written_out.map(|[lines, grown]| match &written.calls {
             WrittenCalls::Stay { .. } => Value::Null,
             WrittenCalls::None => json!({ "lines": lines, "written": grown }),
             WrittenCalls::WrittenOut { because } => json!({ "lines": lines, "written": grown, "because": because }),
         }),
-        "lines_left_as_written": notes.not_located,
+        "lines_left_as_written": notes.unlocated_lines,
         "axes_left_as_written": job.machine.uncontrolled_axes().map(|axis| ["x", "y", "z"][axis]).collect::<Vec<_>>(),
     })
 }

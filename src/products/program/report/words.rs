@@ -1,4 +1,4 @@
-//! What is said of a compensated program: the first screen, what limits do to it, what its blocks ask of a control, and what is left.
+//! Sentences about a compensated program: its first screen, the effect of limits, its blocks, and its residual error.
 
 use super::{Report, notes_text, tables::before_column};
 use crate::{
@@ -14,7 +14,7 @@ use crate::{
         headline::{Extreme, Headline, InTable, KeyNumber},
     },
     process::file::CorrectionLimits,
-    products::program::{ProgramJob, Proved, bounded::Exceeded},
+    products::program::{ProgramJob, ProvedProgram, bounded::LimitExcess},
     questions::path::report::facts_text,
     simulation::{
         ProgramFile, Source,
@@ -22,7 +22,7 @@ use crate::{
     },
 };
 
-/// What limits do to a path that is corrected within them, or that they were not looked at; nothing if there are none.
+/// Returns the effect of limits on a path corrected within them, or that limits were not regarded; empty without limits.
 pub fn limits_text(machine: &Machine, limits: &CorrectionLimits, bounded: Option<&BoundedPath>) -> String {
     match bounded {
         Some(path) => bounded_text(machine, path),
@@ -33,7 +33,7 @@ pub fn limits_text(machine: &Machine, limits: &CorrectionLimits, bounded: Option
     }
 }
 
-/// Which limits bind and what they cost, in sentences.
+/// Returns which limits bind and what they cost, in sentences.
 pub fn bounded_text(machine: &Machine, path: &BoundedPath) -> String {
     let summary = &path.summary;
     let labels = machine.drive_labels();
@@ -53,11 +53,11 @@ pub fn bounded_text(machine: &Machine, path: &BoundedPath) -> String {
             shown_limit_unit(machine, price.kind, price.drive),
         );
     }
-    text + &forced_text(machine, path)
+    text + &forced_error_text(machine, path)
 }
 
-/// That limits force more error on the worst point than there is without correction, and which; nothing if they do not.
-fn forced_text(machine: &Machine, path: &BoundedPath) -> String {
+/// Returns which limits force a larger error at the worst point than there is without correction; empty if none do.
+fn forced_error_text(machine: &Machine, path: &BoundedPath) -> String {
     let corrected = path.points.iter().enumerate().filter_map(|(k, point)| Some((k, point.corrected()?)));
     let worst = corrected.max_by(|(_, a), (_, b)| a.error.total_cmp(&b.error));
     let before = path.summary.before.worst;
@@ -76,8 +76,8 @@ fn forced_text(machine: &Machine, path: &BoundedPath) -> String {
     )
 }
 
-/// By how much the program as written exceeds limits that its corrections kept, in sentences; nothing if it does not.
-pub fn exceeded_text(job: &ProgramJob, exceeded: &[Exceeded]) -> String {
+/// Returns by how much the program as written exceeds limits, in sentences; empty if it does not.
+pub fn exceeded_text(job: &ProgramJob, exceeded: &[LimitExcess]) -> String {
     let labels = job.machine.drive_labels();
     let nearer = match &job.file {
         ProgramFile::Gcode(_) | ProgramFile::Robot(_) if job.process.write_tolerance_mm > 0.0 => {
@@ -85,8 +85,8 @@ pub fn exceeded_text(job: &ProgramJob, exceeded: &[Exceeded]) -> String {
         }
         _ => "More decimals (decimals_mm in [gcode])",
     };
-    let sentence = |found: &Exceeded| {
-        let Exceeded { kind, drive, point, value, limit } = *found;
+    let sentence = |found: &LimitExcess| {
+        let LimitExcess { kind, drive, point, value, limit } = *found;
         let (unit, beyond) = (shown_limit_unit(&job.machine, kind, drive), value - limit);
         format!(
             "As written, the {} of drive {} is {value:.6} {unit} at point {point}: {beyond:.1e} {unit} beyond its limit of {limit} {unit}. \
@@ -98,14 +98,14 @@ pub fn exceeded_text(job: &ProgramJob, exceeded: &[Exceeded]) -> String {
     exceeded.iter().map(sentence).collect()
 }
 
-/// What no drive can compensate, where there is such a thing; `residual_mm` is left by the commands.
-pub fn left_text(machine: &Machine, residual_mm: Option<f64>) -> String {
+/// Returns the residual error `residual_mm` along axes that the drives do not control; empty if they control all axes.
+pub fn residual_text(machine: &Machine, residual_mm: Option<f64>) -> String {
     let (Some(axes), Some(left)) = (machine.uncontrolled_names(), residual_mm) else { return String::new() };
     let left = millimetres(left, 4);
     format!("The residual error is up to {left}: the drives do not control {axes}.\n")
 }
 
-/// How far writing holes of cycles has moved positions on their ways, where there are any.
+/// Returns how far writing has moved positions on the ways into and out of holes of cycles; empty without such holes.
 pub fn holes_text(in_holes_mm: Option<f64>) -> String {
     in_holes_mm.map_or_else(String::new, |most| {
         let most = millimetres(most, 4);
@@ -113,7 +113,7 @@ pub fn holes_text(in_holes_mm: Option<f64>) -> String {
     })
 }
 
-/// How near the program was written to its points, and how many blocks that takes; nothing for polylines.
+/// Returns how closely the program was written to its points and how many blocks that takes; empty for polylines.
 pub(super) fn written_text(job: &ProgramJob, blocks: Option<&BlocksBeforeAfter>) -> String {
     let Some(BlocksBeforeAfter { before, after }) = blocks else { return String::new() };
     let near = match job.process.write_tolerance_mm {
@@ -129,14 +129,14 @@ pub(super) fn written_text(job: &ProgramJob, blocks: Option<&BlocksBeforeAfter>)
     )
 }
 
-/// The same, and what these blocks ask of a control.
+/// Returns how closely the program was written to its points, and what its blocks demand of a control; empty for polylines.
 pub fn blocks_text(job: &ProgramJob, blocks: Option<&BlocksBeforeAfter>) -> String {
     let mut text = written_text(job, blocks);
     let Some(BlocksBeforeAfter { before, after }) = blocks else { return text };
     let mut told = |what: &str, unit: &str, of: fn(&Blocks) -> Option<Spread>| {
         if let (Some(before), Some(after)) = (of(before), of(after)) {
             let words =
-                |spread: Spread| [spread.p50, spread.p95, spread.max].map(|value| format!("{}{unit}", short(value)));
+                |spread: Spread| [spread.p50, spread.p95, spread.max].map(|value| format!("{}{unit}", rounded(value)));
             let ([b50, b95, bmax], [a50, a95, amax]) = (words(before), words(after));
             text +=
                 &format!("{what}: half up to {a50}, 95 % up to {a95}, at most {amax} (before {b50}, {b95}, {bmax}).\n");
@@ -147,13 +147,15 @@ pub fn blocks_text(job: &ProgramJob, blocks: Option<&BlocksBeforeAfter>) -> Stri
     text
 }
 
-/// The same as a table for the page.
+/// Returns what the blocks demand of a control, before and as written, as a table for the page.
 pub(super) fn blocks_table(blocks: &BlocksBeforeAfter) -> SmallTable {
     let row = |name: &str, blocks: &Blocks| {
         let mut row = vec![name.to_string(), blocks.lines.to_string(), blocks.moves.to_string()];
         for (spread, unit) in [(blocks.per_second, ""), (blocks.turns_deg, "°")] {
             let values = spread.map_or([None; 3], |spread| [spread.p50, spread.p95, spread.max].map(Some));
-            row.extend(values.map(|value| value.map_or_else(|| "–".into(), |value| format!("{}{unit}", short(value)))));
+            row.extend(
+                values.map(|value| value.map_or_else(|| "–".into(), |value| format!("{}{unit}", rounded(value)))),
+            );
         }
         row
     };
@@ -167,8 +169,8 @@ pub(super) fn blocks_table(blocks: &BlocksBeforeAfter) -> SmallTable {
     }
 }
 
-/// Three digits.
-fn short(value: f64) -> String {
+/// Returns `value` as text with about three significant digits.
+fn rounded(value: f64) -> String {
     let decimals = if value == 0.0 { 0.0 } else { (2.0 - value.abs().log10().floor()).clamp(0.0, 3.0) };
     let text = format!("{value:.*}", decimals as usize);
     match text.contains('.') {
@@ -177,26 +179,29 @@ fn short(value: f64) -> String {
     }
 }
 
-fn motion_of(machine: &Machine, drive: usize) -> Motion {
+/// Returns whether drive number `drive` is a slide or a hinge.
+fn motion_at(machine: &Machine, drive: usize) -> Motion {
     machine.drives().nth(drive).map_or(Motion::Prismatic, |(_, drive)| drive.motion)
 }
 
+/// Returns the unit of a limit of a drive in tables.
 pub(super) fn limit_unit(machine: &Machine, kind: LimitKind, drive: usize) -> &'static str {
-    let motion = motion_of(machine, drive);
+    let motion = motion_at(machine, drive);
     if kind == LimitKind::Force { motion.force_unit() } else { motion.position_unit() }
 }
 
+/// Returns the unit of a limit of a drive as readers see it.
 fn shown_limit_unit(machine: &Machine, kind: LimitKind, drive: usize) -> &'static str {
-    let motion = motion_of(machine, drive);
+    let motion = motion_at(machine, drive);
     if kind == LimitKind::Force { motion.shown_force_unit() } else { motion.shown_position_unit() }
 }
 
-/// By how much the error would fall, mm, per unit of the limit: mm, degree, N or N·mm.
+/// Returns by how much the error would fall, mm, per unit of the limit: mm, degree, N or N·mm.
 pub(super) fn shown_price(machine: &Machine, price: &Price) -> f64 {
-    if price.kind == LimitKind::Force { price.price } else { motion_of(machine, price.drive).from_shown(price.price) }
+    if price.kind == LimitKind::Force { price.price } else { motion_at(machine, price.drive).from_shown(price.price) }
 }
 
-/// The answer at a glance.
+/// Returns main sentence, numbers and cautions of the first screen.
 pub fn headline(report: &Report<'_>) -> Headline {
     let cutting = report.job.path.points().iter().filter(|point| point.cutting).count();
     let length = report.job.path.length_mm();
@@ -208,24 +213,25 @@ pub fn headline(report: &Report<'_>) -> Headline {
         .with_cautions(
             &report.proved.exceeded.as_deref().map_or_else(String::new, |found| exceeded_text(report.job, found)),
         )
-        .with_cautions(&known(report))
-        .with_all(distances(report).into_iter().flatten())
-        .with_all(correction(report));
+        .with_cautions(&caution_text(report))
+        .with_numbers(distances(report).into_iter().flatten())
+        .with_numbers(largest_correction(report));
     headline.unsolved = report.proved.unsolved_as_written();
     headline
 }
 
-/// What must be known with the answer.
-fn known(report: &Report<'_>) -> String {
+/// Returns the cautions of the result, a sentence per line.
+fn caution_text(report: &Report<'_>) -> String {
     let machine = &report.job.machine;
-    cautions::zeroed(machine)
-        + &cautions::carried(machine)
+    cautions::zeroing(machine)
+        + &cautions::carrier(machine)
         + &cautions::large_errors(machine, &report.job.process.errors)
         + &report.findings.outside.words("point")
         + &facts_text(&report.job.process.assumed())
         + &notes_text(report.job, &report.proved.written.calls)
 }
 
+/// Returns the main sentence: the largest error without compensation, its line, and the residual error as written.
 fn sentence(report: &Report<'_>) -> String {
     let name = report.job.machine.short_title();
     let Some(worst) = &report.findings.worst else {
@@ -235,7 +241,7 @@ fn sentence(report: &Report<'_>) -> String {
         );
     };
     let along = report.job.path.points()[worst.point].arc_length_mm;
-    let lines = report.findings.lines.told(report.job);
+    let lines = report.findings.lines.worst_lines(report.job);
     let line = lines
         .first()
         .map_or_else(String::new, |worst| format!(", worst in {}, {along:.1} mm along the path", worst.place));
@@ -246,16 +252,17 @@ fn sentence(report: &Report<'_>) -> String {
     format!("Running {}, the tool of the {name} is off by up to {off}{line}{then}.", report.name)
 }
 
-fn against(job: &ProgramJob, within: ShareWithin) -> String {
+/// Returns the share of points within tolerance in words; empty without a tolerance.
+fn tolerance_text(job: &ProgramJob, within: ShareWithin) -> String {
     within.words(job.process.tolerance_mm, "at … of the points").unwrap_or_default()
 }
 
-/// The largest distance of the two, that without compensation and that as written.
+/// Returns the largest error without compensation and as written, as key numbers.
 fn distances(report: &Report<'_>) -> [Option<KeyNumber>; 2] {
     let Report { job, proved, findings, .. } = report;
     let number = |length: f64, decimals: i32, what: &str, within: ShareWithin, column: String| {
         let found = InTable::new("points", [column], &[], Extreme::Largest, length);
-        KeyNumber::new(&millimetres(length, decimals), what, against(job, within)).found(found)
+        KeyNumber::new(&millimetres(length, decimals), what, tolerance_text(job, within)).found(found)
     };
     let before = "largest distance from the path without compensation, where the tool cuts";
     let after = "largest distance with the compensated program as written, simulated";
@@ -267,8 +274,8 @@ fn distances(report: &Report<'_>) -> [Option<KeyNumber>; 2] {
     ]
 }
 
-/// The largest correction, of slides where there are both kinds of drives, and what limits do.
-fn correction(report: &Report<'_>) -> Option<KeyNumber> {
+/// Returns the largest correction as a key number, of slides where there are both kinds of drives, and whether limits bind.
+fn largest_correction(report: &Report<'_>) -> Option<KeyNumber> {
     let machine = &report.job.machine;
     let of = |kind: Motion| Some((kind, report.findings.corrections[kind as usize]?));
     let mut kinds = machine.drive_kinds().filter_map(of);
@@ -283,13 +290,13 @@ fn correction(report: &Report<'_>) -> Option<KeyNumber> {
     Some(KeyNumber::new(&kind.position_words(most), format!("largest {drives} correction"), told.join("; ")))
 }
 
-/// What is left where nothing is rounded, mm.
+/// Residual error that counts as zero where nothing is rounded, mm.
 const EXACT_MM: f64 = 1e-6;
-/// A program may leave this many times its rounding more than the commands that it was written from.
+/// How many times its rounding a written program may add to the residual error of its commands.
 const ROUNDINGS: f64 = 10.0;
 
-impl Proved {
-    /// What must be said if the program as written leaves more than its commands do and rounding explains.
+impl ProvedProgram {
+    /// Returns a caution if the residual error as written exceeds that of the commands by more than rounding explains.
     pub fn worse_as_written(&self) -> Option<String> {
         let (commanded, written) = (self.commanded_max_mm()?, self.passes.last()?.summary.max_mm?);
         let rounded_mm = self.written.rounded_mm;
@@ -302,7 +309,7 @@ impl Proved {
         })
     }
 
-    /// Points of the program as written that have no equilibrium or cannot be reached.
+    /// Returns how many points of the written program have no equilibrium or cannot be reached, in a sentence; `None` if there are none.
     pub fn unsolved_as_written(&self) -> Option<String> {
         let summary = &self.passes.last()?.summary;
         let lost = summary.points - summary.solved;

@@ -1,4 +1,4 @@
-//! Reports of an identification.
+//! Report of an identification: its page, tables, figures and files.
 
 mod pictures;
 pub mod predicted;
@@ -6,8 +6,8 @@ mod summary;
 mod tables;
 mod text;
 
-pub(super) use summary::left_share;
-pub(crate) use text::{ANYTHING, half_width};
+pub(super) use summary::residual_share;
+pub(crate) use text::{ANYTHING, width_words};
 
 use serde_json::json;
 
@@ -30,9 +30,9 @@ use crate::{
     simulation::SOLVED,
 };
 
-/// Name of the machine file that is left.
+/// Name of the machine file that is written.
 pub(super) const MACHINE: &str = "machine.toml";
-/// Name of the process file with errors of chains.
+/// Name of the process file with chain errors.
 pub(super) const ERRORS: &str = "chain_errors.toml";
 
 impl Answered for IdentificationStudy {
@@ -54,10 +54,10 @@ impl Answered for IdentificationStudy {
         let errors: Vec<String> = errors.map_or_else(Vec::new, |(_, names)| names);
         let report = Report { study: self, found: &found, file: &file, errors: &errors };
         Ok(Output {
-            is_answered: Some(found.fit.is_found),
+            is_answered: Some(found.fit.is_converged),
             tables: tables::tables(Some(&report)),
             streamed: (files, Vec::new()),
-            figures: asked.drawn(|| pictures::figures(&report)),
+            figures: asked.draw_figures(|| pictures::figures(&report)),
             details: text::details(&report),
             ..Output::of(
                 settings,
@@ -72,7 +72,7 @@ impl Answered for IdentificationStudy {
     }
 }
 
-/// The page without an answer.
+/// Returns the page of a study without results.
 fn without_answer(study: &IdentificationStudy) -> Description {
     Description {
         setting: setting(study),
@@ -80,9 +80,9 @@ fn without_answer(study: &IdentificationStudy) -> Description {
     }
 }
 
-/// Sections, setting and tables; first screen, figures and question are added by the run.
+/// Returns sections, setting and tables of the page; first screen, figures and question are added by the run.
 fn page(report: &Report<'_>) -> Description {
-    let lines = text::parameters(report);
+    let lines = text::parameter_words(report);
     let found = Section::new("Which numbers?", "each with its 95 % interval");
     let has_lengths =
         report.study.measurements.iter().flat_map(|own| &own.readings).any(|reading| !reading.quantity.is_rotation());
@@ -104,13 +104,13 @@ fn page(report: &Report<'_>) -> Description {
             found.figures(&["answer"]).tables(["parameters.csv", "correlations.csv"]),
             Section::new("What is open?", "and what to measure next").text(&text::open(report)).tables(["open.csv"]),
             Section::new("Does the model hold?", "residuals, and what other unknowns would do")
-                .text(&text::models(report))
-                .text(&text::patterns(report))
+                .text(&text::model_words(report))
+                .text(&text::pattern_words(report))
                 .explorers(has_lengths.then_some(RESIDUALS))
                 .figures(&["predicted", "residuals"])
                 .tables(["models.csv", "residuals.csv", "patterns.csv"]),
         ],
-        explorers: has_lengths.then(|| residuals(report.study)).into_iter().collect(),
+        explorers: has_lengths.then(|| residuals_view(report.study)).into_iter().collect(),
         tables: vec![
             TableNote::new("parameters.csv", "The unknowns: value, interval, and what hinders."),
             TableNote::new("correlations.csv", "Correlations of the unknowns."),
@@ -123,11 +123,11 @@ fn page(report: &Report<'_>) -> Description {
     }
 }
 
-/// Title of the view of what is left.
+/// Title of the interactive view of residuals.
 const RESIDUALS: &str = "Residuals of lengths, in the order of measuring";
 
-/// What is left of each length that was read.
-fn residuals(study: &IdentificationStudy) -> Explorer {
+/// Returns the interactive view of the residual of each measured length.
+fn residuals_view(study: &IdentificationStudy) -> Explorer {
     let mut columns: Vec<&str> = Vec::new();
     let readings = study.measurements.iter().flat_map(|own| &own.readings);
     for reading in readings.filter(|reading| !reading.quantity.is_rotation()) {
@@ -157,6 +157,7 @@ fn residuals(study: &IdentificationStudy) -> Explorer {
     }
 }
 
+/// Returns the facts about the study that the page lists.
 fn setting(study: &IdentificationStudy) -> Vec<Fact> {
     let noise = match study.noise.length {
         Some(std) => format!("{std} mm"),

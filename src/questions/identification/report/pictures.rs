@@ -1,24 +1,24 @@
-//! Pictures of an identification: the numbers with their intervals, what was measured against what is predicted, and what is left.
+//! Figures of an identification: parameters with their intervals, measured against predicted, and residuals.
 
 use nalgebra::Vector3;
 
 use super::{summary::Report, text};
 use crate::{
     figures::{Figure, LineFigure, LineSeries},
-    questions::identification::{Found, Measurement},
+    questions::identification::{Estimate, Measurement},
 };
 
 const AXES: [&str; 3] = ["x", "y", "z"];
 
-/// Most numbers in the picture of them.
+/// Most parameters in the figure of their intervals.
 const MOST: usize = 12;
 
-/// All pictures with their file stems; one without anything to draw is left out.
+/// Returns all figures with their file stems, without those that have nothing to draw.
 pub(super) fn figures(report: &Report<'_>) -> Vec<(String, Figure)> {
     let all = [
-        ("answer", numbers(report)),
-        ("predicted", predicted(report)),
-        ("residuals", residuals(report)),
+        ("answer", parameter_bars(report)),
+        ("predicted", predicted_over_measured(report)),
+        ("residuals", over_order(report)),
         ("residuals_over_load", over_load(report)),
         ("residuals_over_direction", over_direction(report)),
         ("residuals_over_pose", over_pose(report)),
@@ -27,13 +27,13 @@ pub(super) fn figures(report: &Report<'_>) -> Vec<(String, Figure)> {
     drawn.map(|(stem, figure)| (stem.to_string(), Figure::Lines(figure))).collect()
 }
 
-/// The interval of each number as a bar, by its change from the machine file.
-fn numbers(report: &Report<'_>) -> LineFigure {
+/// Draws the interval of each parameter as a bar, by its change from the machine file.
+fn parameter_bars(report: &Report<'_>) -> LineFigure {
     let finite = report.found.found.iter().enumerate().filter(|(_, own)| own.half_width.is_finite());
-    let bar = |(k, own): (usize, &Found)| {
+    let bar = |(k, own): (usize, &Estimate)| {
         let (x, y) = (report.found.fit.x[k], (k + 1) as f64);
         let points = vec![(x - own.half_width, y), (x, y), (x + own.half_width, y)];
-        let said = if own.open.is_none() { text::about(own) } else { format!("{}: not identified", own.unknown.name) };
+        let said = if own.open.is_none() { text::brief(own) } else { format!("{}: not identified", own.unknown.name) };
         LineSeries::new(format!("{} {said}", k + 1), points, false)
     };
     let bars = finite.take(MOST).map(bar).collect();
@@ -42,21 +42,23 @@ fn numbers(report: &Report<'_>) -> LineFigure {
         all if all > MOST => Some(format!("at most {MOST} of {all} unknowns are drawn; bars are 95 % intervals")),
         _ => Some("bars are 95 % intervals; unknowns without one are not drawn".to_string()),
     };
-    LineFigure { closed_note: note, ..figure(report, "What was found, against the machine file", labels, bars) }
+    LineFigure { closed_note: note, ..line_figure(report, "What was found, against the machine file", labels, bars) }
 }
 
+/// Returns the subtitle of all figures: machine, number of measurements, loss.
 fn subtitle(report: &Report<'_>) -> String {
     let study = report.study;
     format!("{}, {} measurements, loss: {}", study.machine.short_title(), study.measurements.len(), study.loss.label())
 }
 
-/// Lengths that were read along an axis or by a gauge.
+/// Measured lengths along one axis, or by gauges.
 struct Lengths {
     name: String,
-    /// Number of the measurement from 0, measured, residual.
+    /// Index of the measurement, measured length and residual, mm.
     points: Vec<(usize, f64, f64)>,
 }
 
+/// Returns the measured lengths and their residuals, grouped by axis or gauge.
 fn lengths(report: &Report<'_>) -> Vec<Lengths> {
     let mut all: Vec<Lengths> = Vec::new();
     let mut i = 0;
@@ -79,7 +81,8 @@ fn lengths(report: &Report<'_>) -> Vec<Lengths> {
     all
 }
 
-fn figure(report: &Report<'_>, title: &str, labels: [&str; 2], series: Vec<LineSeries>) -> LineFigure {
+/// Makes a line figure with the common subtitle.
+fn line_figure(report: &Report<'_>, title: &str, labels: [&str; 2], series: Vec<LineSeries>) -> LineFigure {
     LineFigure {
         title: title.into(),
         subtitle: subtitle(report),
@@ -90,7 +93,8 @@ fn figure(report: &Report<'_>, title: &str, labels: [&str; 2], series: Vec<LineS
     }
 }
 
-fn predicted(report: &Report<'_>) -> LineFigure {
+/// Draws predicted against measured lengths.
+fn predicted_over_measured(report: &Report<'_>) -> LineFigure {
     let of = |Lengths { name, mut points }| {
         points.sort_by(|a, b| a.1.total_cmp(&b.1));
         LineSeries::new(
@@ -104,13 +108,13 @@ fn predicted(report: &Report<'_>) -> LineFigure {
     let (low, high) = (values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max));
     let perfect = (low < high).then(|| LineSeries::new("as measured", vec![(low, low), (high, high)], false));
     let all = perfect.into_iter().chain(lengths.into_iter().map(of)).collect();
-    figure(report, "Predicted against measured", ["measured [mm]", "predicted [mm]"], all)
+    line_figure(report, "Predicted against measured", ["measured [mm]", "predicted [mm]"], all)
 }
 
 const LEFT: &str = "measured − predicted [mm]";
 
-/// What is left of lengths over something of the measurements, in its order.
-fn over(report: &Report<'_>, [title, label]: [&str; 2], value: impl Fn(usize, &Measurement) -> f64) -> LineFigure {
+/// Draws the residuals of lengths over `value` of each measurement (by index), in ascending order of it.
+fn plot_over(report: &Report<'_>, [title, label]: [&str; 2], value: impl Fn(usize, &Measurement) -> f64) -> LineFigure {
     let of = |Lengths { name, points }| {
         let at = |order: usize| value(order, &report.study.measurements[order]);
         let mut points: Vec<(f64, f64)> = points.into_iter().map(|(order, _, left)| (at(order), left)).collect();
@@ -118,33 +122,37 @@ fn over(report: &Report<'_>, [title, label]: [&str; 2], value: impl Fn(usize, &M
         LineSeries::new(name, points, false)
     };
     let all = lengths(report).into_iter().map(of).collect();
-    figure(report, title, [label, LEFT], all)
+    line_figure(report, title, [label, LEFT], all)
 }
 
-fn residuals(report: &Report<'_>) -> LineFigure {
-    over(report, ["Residuals of the fit, in the order of measuring", "number of the measurement"], |order, _| {
+/// Draws the residuals over the order of measuring.
+fn over_order(report: &Report<'_>) -> LineFigure {
+    plot_over(report, ["Residuals of the fit, in the order of measuring", "number of the measurement"], |order, _| {
         (order + 1) as f64
     })
 }
 
+/// Returns the force from the reference load to the load, O, N.
 fn force(own: &Measurement) -> Vector3<f64> {
     own.load.force - own.reference.force
 }
 
+/// Draws the residuals over the size of the force.
 fn over_load(report: &Report<'_>) -> LineFigure {
-    over(report, ["Residuals of the fit against the load", "size of the force [N]"], |_, own| force(own).norm())
+    plot_over(report, ["Residuals of the fit against the load", "size of the force [N]"], |_, own| force(own).norm())
 }
 
+/// Draws the residuals over the direction of the force in the x–y plane of O.
 fn over_direction(report: &Report<'_>) -> LineFigure {
     let angle = |_, own: &Measurement| force(own).y.atan2(force(own).x).to_degrees();
-    over(
+    plot_over(
         report,
         ["Residuals of the fit against the direction of the force", "direction in the x–y plane of O, from x to y [°]"],
         angle,
     )
 }
 
-/// The size of what is left over where each drive stood, of the range in which it was measured.
+/// Draws the size of the residual over the position of each drive, as a share of the range in which it was measured.
 fn over_pose(report: &Report<'_>) -> LineFigure {
     let measurements = &report.study.measurements;
     let mut squares = vec![0.0; measurements.len()];
@@ -165,5 +173,5 @@ fn over_pose(report: &Report<'_>) -> LineFigure {
     let all = report.study.machine.drive_labels().into_iter().enumerate().map(of);
     let all = all.filter(|series| !series.points.is_empty()).collect();
     let labels = ["position of the drive, of the range in which it was measured", "size of the residual [mm]"];
-    figure(report, "Residuals of the fit against the pose", labels, all)
+    line_figure(report, "Residuals of the fit against the pose", labels, all)
 }

@@ -1,4 +1,4 @@
-//! Readings as they are predicted at poses that were not fitted: a table, and what must be known with it.
+//! Report of readings predicted at other poses: a table, and sentences with cautions.
 
 use super::{summary::Report, text};
 use crate::{
@@ -7,12 +7,12 @@ use crate::{
         exchange::{Cell, Row, Table, numbers, texts},
         millimetres,
     },
-    questions::identification::{Answer, IdentificationStudy, Identified, Measurement, written_files::MachineFile},
+    questions::identification::{IdentificationStudy, Identified, Measurement, Prediction, written_files::MachineFile},
     simulation::{Failure, SOLVED},
 };
 
-/// One row per reading: mm, of rotations degrees. Standard deviations are those that make the interval.
-pub fn table(poses: &[Measurement], predicted: &[Result<Vec<Answer>, Failure>]) -> Table {
+/// Makes the table of predicted readings, a row for each: mm, rotations in degrees, with the standard deviations of the interval.
+pub fn table(poses: &[Measurement], predicted: &[Result<Vec<Prediction>, Failure>]) -> Table {
     let mut columns = texts(["pose", "reading", "status", "reason"]);
     columns.extend(numbers(["predicted", "low_95", "high_95", "std_numbers", "std_misfit", "std_reading", "measured"]));
     let mut rows: Vec<Row> = Vec::new();
@@ -40,12 +40,12 @@ pub fn table(poses: &[Measurement], predicted: &[Result<Vec<Answer>, Failure>]) 
     Table::new(columns, rows)
 }
 
-/// How well what was read at `poses` is predicted, and what must be known with it.
-pub fn said(
+/// Says how well the readings measured at `poses` are predicted, with the cautions of the identification.
+pub fn prediction_words(
     study: &IdentificationStudy,
     found: &Identified,
     poses: &[Measurement],
-    predicted: &[Result<Vec<Answer>, Failure>],
+    predicted: &[Result<Vec<Prediction>, Failure>],
 ) -> String {
     let of_lengths = predicted.iter().flatten().flatten().filter(|own| !own.column.ends_with("_deg"));
     let off: Vec<(f64, f64)> = of_lengths.filter_map(|own| Some((own.measured? - own.value, own.half_width))).collect();
@@ -59,7 +59,7 @@ pub fn said(
             millimetres(rms, 3)
         ));
     }
-    let has_no_misfit = |own: &Answer| !own.stds[1].is_finite();
+    let has_no_misfit = |own: &Prediction| !own.stds[1].is_finite();
     if predicted.iter().flatten().flatten().any(has_no_misfit) {
         said.push(
             "Lengths or rotations of which none were fitted have no interval: how much the model leaves of them is not known.".to_owned(),
@@ -68,7 +68,7 @@ pub fn said(
     said.extend(text::beyond_travel(&study.machine, poses, |i| format!("pose {}", poses[i].name)));
     let file = MachineFile { text: None, left_out: Vec::new(), problem: None };
     let report = Report { study, found, file: &file, errors: &[] };
-    said.extend(text::misfit(&report));
-    said.extend(text::unit_factor(&report));
+    said.extend(text::misfit_caution(&report));
+    said.extend(text::unit_factor_words(&report));
     said.join(" ")
 }

@@ -1,4 +1,4 @@
-//! The tables of an identification.
+//! Tables of an identification: estimates, residuals, sets of unknowns, patterns, correlations.
 
 use super::summary::Report;
 use crate::{
@@ -7,11 +7,12 @@ use crate::{
     questions::identification::measurements::FORCE,
 };
 
-fn finite(value: f64) -> Cell {
+/// Returns a cell with a number, empty if it is infinite.
+fn finite_cell(value: f64) -> Cell {
     value.is_finite().then_some(value).into()
 }
 
-/// All tables by name; those that there are without an answer, without rows, where there is none.
+/// Returns all tables by name; without a report those that every run has, without rows.
 pub(super) fn tables(report: Option<&Report<'_>>) -> Vec<(String, Table)> {
     let always = [
         ("parameters", parameters(report)),
@@ -23,6 +24,7 @@ pub(super) fn tables(report: Option<&Report<'_>>) -> Vec<(String, Table)> {
     always.into_iter().chain(answered.into_iter().flatten()).map(|(name, table)| (name.into(), table)).collect()
 }
 
+/// Makes the table of unknowns: a row for each, with estimate, intervals, why it is not identified, and strongest correlation.
 fn parameters(report: Option<&Report<'_>>) -> Table {
     let columns = [
         texts(["parameter", "unit", "status", "reason"]),
@@ -34,9 +36,9 @@ fn parameters(report: Option<&Report<'_>>) -> Table {
         let status = if own.open.is_none() { "identified" } else { "not_identified" };
         let mut row: Row = vec![own.unknown.name.as_str().into(), own.unknown.unit.in_files().into(), status.into()];
         row.extend([own.open.as_deref().into(), own.unknown.start.into(), own.value.into()]);
-        row.extend(own.interval.map(finite));
-        row.extend(own.profile.map_or([Cell::Missing, Cell::Missing], |ends| ends.map(finite)));
-        row.push(finite(own.half_width));
+        row.extend(own.interval.map(finite_cell));
+        row.extend(own.profile.map_or([Cell::Missing, Cell::Missing], |ends| ends.map(finite_cell)));
+        row.push(finite_cell(own.half_width));
         let other = own.correlated.zip(report);
         row.push(other.map(|((other, _), report)| report.study.unknowns[other].name.as_str()).into());
         row.push(own.correlated.map(|(_, correlation)| correlation).into());
@@ -45,7 +47,7 @@ fn parameters(report: Option<&Report<'_>>) -> Table {
     Table::new(columns.concat(), rows)
 }
 
-/// One row per reading; mm, of rotations degrees.
+/// Makes the table of readings: a row for each, measured, predicted and residuals; mm, rotations in degrees.
 fn residuals(report: Option<&Report<'_>>) -> Table {
     let columns = [
         counts(["order"]),
@@ -61,18 +63,19 @@ fn residuals(report: Option<&Report<'_>>) -> Table {
             .map(move |found| (report.found, found))
     });
     let rows = readings.map(|(found, (i, (order, own, reading)))| {
-        let (fit, left_out) = (&found.fit, &found.left_out);
+        let (fit, leave_one_out) = (&found.fit, &found.leave_one_out);
         let shown = |value: f64| if reading.quantity.is_rotation() { value.to_degrees() } else { value };
         let mut row: Row = vec![(order + 1).into(), own.name.as_str().into(), reading.column.into()];
         row.extend(cells(own.at.pose.translation.iter().chain(&own.load.force).copied()));
-        let values = [reading.value, fit.predicted.values[i], fit.residuals[i], left_out[i], fit.stds[i]];
-        row.extend(values.map(|value| finite(shown(value))));
+        let values = [reading.value, fit.predicted.values[i], fit.residuals[i], leave_one_out[i], fit.stds[i]];
+        row.extend(values.map(|value| finite_cell(shown(value))));
         row.push(fit.weights[i].into());
         row
     });
     Table::new(columns.concat(), rows)
 }
 
+/// Makes the table of sets of unknowns: a row for each, with RMS residual fitted and in cross-validation.
 fn models(report: Option<&Report<'_>>) -> Table {
     let columns = [
         texts(["unknowns_of"]),
@@ -89,11 +92,11 @@ fn models(report: Option<&Report<'_>>) -> Table {
     Table::new(columns.concat(), rows)
 }
 
-/// One row per rank correlation of residuals.
+/// Makes the table of rank correlations of residuals, a row for each.
 fn patterns(report: &Report<'_>) -> Table {
     let columns = [texts(["of", "with", "seen", "hint"]), numbers(["rank_correlation", "limit"])].concat();
     let rows = report.found.patterns.iter().map(|own| -> Row {
-        let (seen, hint) = if own.is_seen() { ("yes", own.hint) } else { ("no", "") };
+        let (seen, hint) = if own.is_significant() { ("yes", own.hint) } else { ("no", "") };
         vec![
             own.of.into(),
             own.with.as_str().into(),
@@ -106,7 +109,7 @@ fn patterns(report: &Report<'_>) -> Table {
     Table::new(columns, rows)
 }
 
-/// One row per combination that is open and parameter in it.
+/// Makes the table of unidentified combinations: a row for each combination and parameter in it.
 fn open(report: Option<&Report<'_>>) -> Table {
     let columns = [counts(["combination"]), texts(["parameter"]), numbers(["part", "std"])].concat();
     let combinations =
@@ -114,13 +117,13 @@ fn open(report: Option<&Report<'_>>) -> Table {
     let rows = combinations.flat_map(|(report, (number, open))| {
         open.parts.iter().map(move |(k, part)| -> Row {
             let name = report.study.unknowns[*k].name.as_str();
-            vec![(number + 1).into(), name.into(), (*part).into(), finite(open.std)]
+            vec![(number + 1).into(), name.into(), (*part).into(), finite_cell(open.std)]
         })
     });
     Table::new(columns, rows)
 }
 
-/// One row per pair of unknowns.
+/// Makes the table of correlations of the estimates, a row for each pair of unknowns.
 fn correlations(report: &Report<'_>) -> Table {
     let unknowns = &report.study.unknowns;
     let pairs = (0..unknowns.len()).flat_map(|a| (a + 1..unknowns.len()).map(move |b| (a, b)));

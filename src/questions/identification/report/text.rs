@@ -1,16 +1,17 @@
-//! An identification in sentences, and its first screen: what was identified, and how well it predicts.
+//! Sentences and first screen of an identification: what was identified, and how well it predicts.
 
 use super::{ERRORS, MACHINE, summary::Report};
 use crate::{
-    files::words::{counted, listed, millimetres, percent},
+    files::words::{counted, join_words, millimetres, percent},
     machine::Machine,
     page::headline::{Headline, KeyNumber},
     questions::identification::{
-        Coordinate, FarOff, Found, IdentificationStudy, LossSpec, Measurement, Model, Pattern, Unknown,
+        Coordinate, Estimate, IdentificationStudy, LossSpec, Measurement, Outlier, Pattern, SetScore, Unknown,
     },
     simulation::Failure,
 };
 
+/// Returns what the results rest on: numbers of measurements, readings and unknowns.
 fn basis(study: &IdentificationStudy) -> String {
     let readings = counted(study.reading_count(), "reading");
     format!(
@@ -20,53 +21,56 @@ fn basis(study: &IdentificationStudy) -> String {
     )
 }
 
-/// The answer at a glance.
+/// Returns the first screen: main sentence, cautions and key numbers.
 pub(super) fn headline(report: &Report<'_>) -> Headline {
-    let (all, known) = (report.found.found.len(), report.known().count());
+    let (all, known) = (report.found.found.len(), report.identified().count());
     let are = |count: usize| if count == 1 { "is" } else { "are" };
-    let told = match (all - known, known) {
-        _ if !report.found.fit.is_found => {
+    let outcome = match (all - known, known) {
+        _ if !report.found.fit.is_converged => {
             "The search for the parameters did not end: nothing is identified; the values in parameters.csv are the best found".into()
         }
         _ if report.found.fit.is_beyond_noise => {
             "Nothing is identified: the residual is larger than the noise that was given explains".into()
         }
-        (0, 1) => format!("The parameter is identified: {}", few(report)),
-        (0, _) => format!("All {all} parameters are identified: {}", few(report)),
+        (0, 1) => format!("The parameter is identified: {}", first_identified(report)),
+        (0, _) => format!("All {all} parameters are identified: {}", first_identified(report)),
         (1, 0) if all == 1 => "The parameter is not identified: the measurements leave it open".into(),
         (_, 0) => format!("None of {all} parameters is identified: the measurements leave them open"),
         (open, _) => format!(
             "{known} of {all} parameters {} identified: {}; the measurements leave {open} open",
             are(known),
-            few(report)
+            first_identified(report)
         ),
     };
     let predicted = report.found.models[0].predicted_mm.as_ref().ok().copied().flatten();
     let sentence = match predicted {
-        Some(predicted) => format!("{told}; what was not fitted is predicted to {} RMS.", millimetres(predicted, 3)),
-        None => format!("{told}."),
+        Some(predicted) => format!("{outcome}; what was not fitted is predicted to {} RMS.", millimetres(predicted, 3)),
+        None => format!("{outcome}."),
     };
     let share = |value: f64| {
         report.measured_mm().map_or_else(String::new, |all| format!("{} of what was measured", percent(value / all)))
     };
     Headline::new(sentence, basis(report.study))
         .with_cautions(&cautions(report))
-        .with_all(report.residual_mm().map(|left| KeyNumber::new(&millimetres(left, 3), "residual, RMS", share(left))))
-        .with_all(predicted.map(|value| {
+        .with_numbers(
+            report.residual_mm().map(|left| KeyNumber::new(&millimetres(left, 3), "residual, RMS", share(left))),
+        )
+        .with_numbers(predicted.map(|value| {
             let what = format!("error of what was not fitted, RMS, {} parts", report.study.folds);
             KeyNumber::new(&millimetres(value, 3), what, share(value))
         }))
-        .with_all(report.left_out_mm().map(|value| {
+        .with_numbers(report.leave_one_out_mm().map(|value| {
             KeyNumber::new(&millimetres(value, 3), "error with one measurement left out, RMS", share(value))
         }))
 }
 
-/// The first screen where there is no answer.
+/// Returns the first screen where nothing could be computed.
 pub(super) fn failed(study: &IdentificationStudy, failure: &Failure) -> Headline {
     Headline::new(format!("Nothing could be identified: {}.", failure.reason.trim_end_matches('.')), basis(study))
 }
 
-fn number(value: f64) -> String {
+/// Formats a number with four decimals, or in scientific notation if it is large or small.
+fn rounded(value: f64) -> String {
     if value.abs() >= 1e4 || (value != 0.0 && value.abs() < 1e-2) {
         format!("{value:.3e}")
     } else {
@@ -74,49 +78,49 @@ fn number(value: f64) -> String {
     }
 }
 
-/// A value with its unit, where it has one.
-fn with_unit(own: &Found) -> String {
-    format!("{} {}", number(own.value), own.unknown.unit).trim_end().into()
+/// Formats the value of an estimate with its unit, if it has one.
+fn with_unit(own: &Estimate) -> String {
+    format!("{} {}", rounded(own.value), own.unknown.unit).trim_end().into()
 }
 
-/// A value with its interval.
-fn value(own: &Found) -> String {
+/// Formats the value of an estimate with its unit and interval.
+fn value_with_interval(own: &Estimate) -> String {
     let [low, high] = own.interval;
     match low.is_finite() && high.is_finite() {
-        true => format!("{} ({} to {})", with_unit(own), number(low), number(high)),
+        true => format!("{} ({} to {})", with_unit(own), rounded(low), rounded(high)),
         false => format!("{} (no limit)", with_unit(own)),
     }
 }
 
-/// Most numbers that a sentence has.
+/// Most parameters in one sentence.
 const FEW: usize = 3;
 
-/// Half an interval of an unknown in words: of a logarithm in percent, as long as that says something.
-pub(crate) fn half_width(unknown: &Unknown, width: f64) -> String {
+/// Formats half an interval, given in the coordinate of the unknown: logarithms in percent or as a factor, others in the unit.
+pub(crate) fn width_words(unknown: &Unknown, width: f64) -> String {
     match unknown.coordinate {
         Coordinate::Logarithm if width > 7.0 => "any size".into(),
         Coordinate::Linear(_) if width > ANYTHING => "any size".into(),
         Coordinate::Logarithm if width > 0.5 => format!("within a factor of {:.1}", width.exp()),
         Coordinate::Logarithm => format!("±{}", percent(width)),
-        Coordinate::Linear(scale) => format!("±{} {}", number(width * scale), unknown.unit).trim_end().into(),
+        Coordinate::Linear(scale) => format!("±{} {}", rounded(width * scale), unknown.unit).trim_end().into(),
     }
 }
 
-/// Half an interval, in units of a coordinate, from which an unknown may be anything.
+/// Half width, in the coordinate of an unknown, from which it may have any value.
 pub(crate) const ANYTHING: f64 = 100.0;
 
-/// A number that was identified, with half its interval.
-pub(super) fn about(own: &Found) -> String {
-    format!("{} {} {}", own.unknown.name, with_unit(own), half_width(&own.unknown, own.half_width))
+/// Formats an estimate: name, value and half its interval.
+pub(super) fn brief(own: &Estimate) -> String {
+    format!("{} {} {}", own.unknown.name, with_unit(own), width_words(&own.unknown, own.half_width))
 }
 
-/// What was identified, in part of a sentence: the first of many.
-fn few(report: &Report<'_>) -> String {
-    first(FEW, report.known().map(about))
+/// Lists the first identified parameters, for a part of a sentence.
+fn first_identified(report: &Report<'_>) -> String {
+    listed_up_to(FEW, report.identified().map(brief))
 }
 
-/// The first of `all` by name, and how many there are more.
-fn first(most: usize, all: impl Iterator<Item = String>) -> String {
+/// Joins the first `most` of `all` with commas, and says how many more there are.
+fn listed_up_to(most: usize, all: impl Iterator<Item = String>) -> String {
     let all: Vec<String> = all.collect();
     let more = match all.len().saturating_sub(most) {
         0 => String::new(),
@@ -125,42 +129,42 @@ fn first(most: usize, all: impl Iterator<Item = String>) -> String {
     format!("{}{more}", all[..all.len().min(most)].join(", "))
 }
 
-/// Each unknown, in a line.
-pub(super) fn parameters(report: &Report<'_>) -> Vec<String> {
-    let line = |own: &Found| match &own.open {
-        None => format!("{}: {}", own.unknown.name, value(own)),
+/// Returns a line for each unknown: value and interval, or why it is not identified.
+pub(super) fn parameter_words(report: &Report<'_>) -> Vec<String> {
+    let line = |own: &Estimate| match &own.open {
+        None => format!("{}: {}", own.unknown.name, value_with_interval(own)),
         Some(reason) => format!("{}: not identified: {reason}", own.unknown.name),
     };
     report.found.found.iter().map(line).collect()
 }
 
-/// Where the profile of the likelihood says otherwise than the linear interval, by more than a tenth of its half.
-fn profiles(report: &Report<'_>) -> Option<String> {
-    let differs = |own: &&Found| {
+/// Says which intervals by the profile likelihood differ from the linear ones by more than a tenth of the half width.
+fn profile_differences(report: &Report<'_>) -> Option<String> {
+    let differs = |own: &&Estimate| {
         let Some(profile) = own.profile else { return false };
         let at = |value: f64| own.unknown.at(value).unwrap_or(f64::INFINITY);
         let off = |side: usize| (at(profile[side]) - at(own.interval[side])).abs();
         // An end that is nowhere makes this no number, which is not less.
         !(off(0) < 0.1 * own.half_width && off(1) < 0.1 * own.half_width)
     };
-    let said = |own: &Found| {
-        let end = |end: f64| if end.is_finite() { number(end) } else { "no limit".into() };
+    let said = |own: &Estimate| {
+        let end = |end: f64| if end.is_finite() { rounded(end) } else { "no limit".into() };
         let [low, high] = own.profile.unwrap_or(own.interval).map(end);
         format!("{} ({low} to {high})", own.unknown.name)
     };
-    let all: Vec<String> = report.known().filter(differs).map(said).collect();
+    let all: Vec<String> = report.identified().filter(differs).map(said).collect();
     (!all.is_empty()).then(|| format!("By the profile of the likelihood, intervals are others: {}.", all.join("; ")))
 }
 
-/// What the residuals correlate with.
-pub(super) fn patterns(report: &Report<'_>) -> String {
+/// Describes the significant correlations of the residuals.
+pub(super) fn pattern_words(report: &Report<'_>) -> String {
     let said = |own: &Pattern| {
         format!(
             "{} correlates with {} (rank correlation {:+.2}), as by {}",
             own.of, own.with, own.correlation, own.hint
         )
     };
-    let seen: Vec<String> = report.found.patterns.iter().filter(|own| own.is_seen()).map(said).collect();
+    let seen: Vec<String> = report.found.patterns.iter().filter(|own| own.is_significant()).map(said).collect();
     match (report.found.patterns.is_empty(), seen.is_empty()) {
         (true, _) => "There are too few measurements to show a pattern in the residuals.".into(),
         (_, true) => {
@@ -172,25 +176,25 @@ pub(super) fn patterns(report: &Report<'_>) -> String {
     }
 }
 
-/// What is open, and what would tell most of it.
+/// Describes the unidentified combinations, and the force that would identify them best.
 pub(super) fn open(report: &Report<'_>) -> String {
     if report.found.open.is_empty() {
-        let all: Vec<&Found> = report.found.found.iter().filter(|own| own.open.is_some()).collect();
+        let all: Vec<&Estimate> = report.found.found.iter().filter(|own| own.open.is_some()).collect();
         let names: Vec<&str> = all.iter().map(|own| &*own.unknown.name).collect();
         let farther = if all.iter().all(|own| own.profile.is_some()) { " near the best fit" } else { "" };
         return match names[..] {
             [] => "All parameter combinations are identifiable.".into(),
             _ => format!(
                 "The measurements constrain every parameter combination{farther}, but these intervals are too wide: {}.",
-                listed(&names)
+                join_words(&names)
             ),
         };
     }
-    let each: Vec<String> = report.found.open.iter().map(|open| report.words(&open.parts)).collect();
+    let each: Vec<String> = report.found.open.iter().map(|open| report.combination_words(&open.parts)).collect();
     let next = match &report.found.advice {
         Some(advice) => {
             let along = ["x", "y", "z"][advice.force.iamax()];
-            let size = number(advice.force.norm());
+            let size = rounded(advice.force.norm());
             let pose = &report.study.measurements[advice.measurement].name;
             let known = |std: f64| if std.is_finite() { format!("{std:.2}") } else { "not at all".into() };
             format!(
@@ -205,8 +209,8 @@ pub(super) fn open(report: &Report<'_>) -> String {
     format!("Open, the least known first: {}.{next}", each.join("; "))
 }
 
-/// What the sets of unknowns predict.
-pub(super) fn models(report: &Report<'_>) -> String {
+/// Compares the sets of unknowns: RMS residual fitted and in cross-validation.
+pub(super) fn model_words(report: &Report<'_>) -> String {
     let lines: Vec<String> = report
         .found
         .models
@@ -227,23 +231,22 @@ pub(super) fn models(report: &Report<'_>) -> String {
     }
 }
 
-/// A model that leaves more than this share of what was measured does not follow it.
+/// Largest share of the measured lengths that the residual of a model which follows them may have.
 const FOLLOWED: f64 = 0.7;
-/// One that leaves more than this lacks something, or the readings scatter.
+/// Share of the residual from which the model lacks something, or the readings scatter.
 const NOTEWORTHY: f64 = 0.1;
-/// Noise of which less than this is seen, in more readings than unknowns by [`MANY`], is not that of these readings: chance leaves so little
-/// less than once in a thousand times.
+/// Share of the given noise below which residuals of [`MANY`] more readings than unknowns are too small: chance has it once in a thousand.
 const TOO_QUIET: f64 = 0.25;
 const MANY: usize = 8;
-/// Most readings that are named.
+/// Most outliers that are named.
 const NAMED: usize = 3;
 
-/// Readings that lie far off.
-fn far_off(report: &Report<'_>) -> Option<String> {
-    let all = &report.found.far_off;
-    let said = |own: &FarOff| {
+/// Describes the outliers; `None` without any.
+fn outlier_words(report: &Report<'_>) -> Option<String> {
+    let all = &report.found.outliers;
+    let said = |own: &Outlier| {
         let unit = if own.column.ends_with("deg") { "°" } else { "mm" };
-        format!("{} of {} by {:.3} {unit}", own.column, report.study.place(own.measurement), own.by)
+        format!("{} of {} by {:.3} {unit}", own.column, report.study.measurement_words(own.measurement), own.by)
     };
     let what = counted(all.len(), "reading");
     let are = if all.len() == 1 { "is an outlier" } else { "are outliers" };
@@ -251,14 +254,14 @@ fn far_off(report: &Report<'_>) -> Option<String> {
         LossSpec::Squares => "; look there, or let such count less (loss = \"cauchy\")",
         LossSpec::Huber | LossSpec::Cauchy => "",
     };
-    (!all.is_empty()).then(|| format!("{what} {are}: {}{advice}.", first(NAMED, all.iter().map(said))))
+    (!all.is_empty()).then(|| format!("{what} {are}: {}{advice}.", listed_up_to(NAMED, all.iter().map(said))))
 }
 
-/// Numbers that fit best where they are no longer sought.
-fn at_end(report: &Report<'_>) -> Option<String> {
+/// Names the parameters that fit best at the limit of the search; `None` without any.
+fn parameters_at_limit(report: &Report<'_>) -> Option<String> {
     let (fit, unknowns) = (&report.found.fit, &report.study.unknowns);
     let all: Vec<&str> =
-        (0..unknowns.len()).filter(|&k| unknowns[k].is_at_end(fit.x[k])).map(|k| &*unknowns[k].name).collect();
+        (0..unknowns.len()).filter(|&k| unknowns[k].is_at_limit(fit.x[k])).map(|k| &*unknowns[k].name).collect();
     let which = match all[..] {
         [] => return None,
         [one] => format!("{one} fits"),
@@ -269,7 +272,7 @@ fn at_end(report: &Report<'_>) -> Option<String> {
     ))
 }
 
-/// Poses at which a drive stands beyond the travel that the machine file has; `place` says which of them one is.
+/// Says at how many poses a drive is beyond its travel in the machine file; `place` names the pose with an index. `None` if nowhere.
 pub(super) fn beyond_travel(
     machine: &Machine,
     poses: &[Measurement],
@@ -281,13 +284,13 @@ pub(super) fn beyond_travel(
     Some(format!("{} beyond the travel in the machine file: {}: {fault}.", counted(all.len(), "pose"), place(*first)))
 }
 
-/// What the model leaves that it should not, first of all.
-pub(super) fn misfit(report: &Report<'_>) -> Option<String> {
+/// Describes the most important problem with the residual, and what may cause it; `None` if it is small enough.
+pub(super) fn misfit_caution(report: &Report<'_>) -> Option<String> {
     const TRY: &str = "Try as unknowns: play of the drives, bearings that tilt across the joints' axes (an arm's elbow first), elastic links.";
-    let (fit, share) = (&report.found.fit, report.left_share().unwrap_or(0.0));
+    let (fit, share) = (&report.found.fit, report.residual_share().unwrap_or(0.0));
     let words = percent(share);
-    let others = report.left_share_of_others().unwrap_or(share);
-    let far = if share > NOTEWORTHY && others < 0.5 * share { far_off(report) } else { None };
+    let others = report.inlier_residual_share().unwrap_or(share);
+    let far = if share > NOTEWORTHY && others < 0.5 * share { outlier_words(report) } else { None };
     if let Some(far) = far {
         let far = format!("The residual is {words} of what was measured, {} without {far}", percent(others));
         if fit.is_beyond_noise {
@@ -324,7 +327,7 @@ pub(super) fn misfit(report: &Report<'_>) -> Option<String> {
         return Some(format!(
             "The residual is only {} times the noise that was given: are std_mm and std_deg in these units? Intervals are as wide as that \
              noise makes them.",
-            number(fit.scale)
+            rounded(fit.scale)
         ));
     }
     let is_widened = report.study.loss == LossSpec::Squares && !report.study.noise.is_estimated && fit.scale > 1.5;
@@ -332,8 +335,8 @@ pub(super) fn misfit(report: &Report<'_>) -> Option<String> {
         .then(|| format!("The residual is {:.1} times the noise that was given; intervals are wider by it.", fit.scale))
 }
 
-/// Stiffnesses that look like those of another unit.
-pub(super) fn unit_factor(report: &Report<'_>) -> Option<String> {
+/// Describes the common factor of stiffnesses that looks like a mistaken unit, if there is one.
+pub(super) fn unit_factor_words(report: &Report<'_>) -> Option<String> {
     let own = report.found.unit_factor.as_ref()?;
     let [low, high] = own.interval;
     let than = if own.is_lower { "lower" } else { "higher" };
@@ -341,38 +344,38 @@ pub(super) fn unit_factor(report: &Report<'_>) -> Option<String> {
     Some(format!(
         "Stiffnesses are {} ({} to {}) times {than} than the machine file's, each of them {} to {} times: that looks like {words} ({unit}), in \
          loads, readings or the file.",
-        number(own.factor),
-        number(low),
-        number(high),
-        number(own.each[0]),
-        number(own.each[1])
+        rounded(own.factor),
+        rounded(low),
+        rounded(high),
+        rounded(own.each[0]),
+        rounded(own.each[1])
     ))
 }
 
-/// Numbers whose interval by the profile is not known.
-fn unknown_profiles(report: &Report<'_>) -> Option<String> {
-    let all: Vec<&str> = report.known().filter(|own| own.is_profile_unknown).map(|own| &*own.unknown.name).collect();
+/// Names the parameters whose interval by the profile likelihood could not be found.
+fn unknown_profile_words(report: &Report<'_>) -> Option<String> {
+    let all: Vec<&str> = report.identified().filter(|own| own.has_no_profile).map(|own| &*own.unknown.name).collect();
     (!all.is_empty()).then(|| {
-        format!("The profile of the likelihood is unknown of {}: the others could not be fitted anew; intervals are linear.", listed(&all))
+        format!("The profile of the likelihood is unknown of {}: the others could not be fitted anew; intervals are linear.", join_words(&all))
     })
 }
 
-/// What must be known with the answer.
+/// Returns what a reader must know before the results, a line each.
 fn cautions(report: &Report<'_>) -> String {
-    let mut said: Vec<String> = misfit(report).into_iter().collect();
-    said.extend(unit_factor(report));
+    let mut said: Vec<String> = misfit_caution(report).into_iter().collect();
+    said.extend(unit_factor_words(report));
     if report.found.fit.is_beyond_noise {
         // A wrong unit leaves more than any play.
         said.reverse();
     }
-    said.extend(report.mixed_words());
-    said.extend(at_end(report));
-    said.extend(far_off(report).filter(|far| said.iter().all(|own| !own.contains(far))));
+    said.extend(report.partial_words());
+    said.extend(parameters_at_limit(report));
+    said.extend(outlier_words(report).filter(|far| said.iter().all(|own| !own.contains(far))));
     let study = report.study;
-    said.extend(beyond_travel(&study.machine, &study.measurements, |i| study.place(i)));
-    if let Some(better) = report.better() {
+    said.extend(beyond_travel(&study.machine, &study.measurements, |i| study.measurement_words(i)));
+    if let Some(better) = report.better_model() {
         let predicted =
-            |model: &Model| millimetres(model.predicted_mm.as_ref().ok().copied().flatten().unwrap_or_default(), 3);
+            |model: &SetScore| millimetres(model.predicted_mm.as_ref().ok().copied().flatten().unwrap_or_default(), 3);
         said.push(format!(
             "The unknowns of \"{}\" predict better: {} instead of {} RMS.",
             better.name,
@@ -380,10 +383,10 @@ fn cautions(report: &Report<'_>) -> String {
             predicted(&report.found.models[0])
         ));
     }
-    said.extend(profiles(report));
-    said.extend(unknown_profiles(report));
-    if report.found.patterns.iter().any(Pattern::is_seen) {
-        said.push(patterns(report));
+    said.extend(profile_differences(report));
+    said.extend(unknown_profile_words(report));
+    if report.found.patterns.iter().any(Pattern::is_significant) {
+        said.push(pattern_words(report));
     }
     if report.study.loss != LossSpec::Squares {
         let out = report.found.fit.weights.iter().filter(|&&weight| weight < 0.5).count();
@@ -394,11 +397,11 @@ fn cautions(report: &Report<'_>) -> String {
     said.join("\n")
 }
 
-/// Everything the answer says.
+/// Returns all sentences of the results, and what was written into files.
 pub(super) fn details(report: &Report<'_>) -> String {
     let mut file = match (&report.file.text, report.file.left_out.is_empty()) {
         (None, _) => {
-            let nothing = if report.known().next().is_none() {
+            let nothing = if report.identified().next().is_none() {
                 "nothing was identified"
             } else {
                 "nothing that was identified has a place in it"
@@ -410,11 +413,11 @@ pub(super) fn details(report: &Report<'_>) -> String {
             format!("{MACHINE} has what was identified but {}.", report.file.left_out.join(", "))
         }
     };
-    if let Some(mixed) = report.mixed_words() {
-        file += &format!(" {mixed}");
+    if let Some(partial) = report.partial_words() {
+        file += &format!(" {partial}");
     }
     if !report.errors.is_empty() {
         file += &format!(" {ERRORS}, a process file, has {}.", report.errors.join(", "));
     }
-    [parameters(report).join("\n"), open(report), models(report), patterns(report), file].join("\n")
+    [parameter_words(report).join("\n"), open(report), model_words(report), pattern_words(report), file].join("\n")
 }

@@ -1,4 +1,4 @@
-//! Reports of a workspace map, gathered point by point: memory does not grow with the grid.
+//! Report of a workspace map, collected block by block, so that memory does not grow with the grid.
 
 mod pictures;
 mod quantities;
@@ -12,7 +12,7 @@ pub use text::text;
 use serde_json::json;
 
 use crate::{
-    answer::{Output, Run, Said, Streams, layers, size_words, source_group},
+    answer::{Output, ReportText, Run, Streams, layers, size_words, source_group},
     files::{
         exchange::{Image, Layer},
         words::{counted, typographic},
@@ -28,6 +28,7 @@ use crate::{
 };
 
 impl Answered for WorkspaceMapStudy {
+    /// Computes the map block by block, and makes table, figures, page and summary.
     fn answer(&self, shown: &Shown, run: &Run<'_>) -> Result<Output> {
         let machine = &self.scene.machine;
         let image = Image {
@@ -47,8 +48,8 @@ impl Answered for WorkspaceMapStudy {
         let text = text(&summary, &shown.not_used);
         Ok(Output {
             streamed: streams.finish()?,
-            figures: run.drawn(|| pictures::figures(&pictures, &summary)),
-            bent: run.figures.then(|| pictures::bent(self)).flatten(),
+            figures: run.draw_figures(|| pictures::figures(&pictures, &summary)),
+            bent: run.figures.then(|| pictures::worst_deflected_pose(self)).flatten(),
             details: text.details(),
             ..Output::of(
                 json!({ "grid": self.grid.counts(), "tool_angles": self.scene.phis.len() }),
@@ -63,11 +64,11 @@ impl Answered for WorkspaceMapStudy {
 /// Title of the view of the map.
 const MAP: &str = "Workspace map";
 
-/// Sections, setting, views and tables; first screen, figures and question are added by the run.
-fn page(summary: &Summary<'_>, text: &Said) -> Description {
+/// Returns the page without first screen, figures and question, which the run adds.
+fn page(summary: &Summary<'_>, text: &ReportText) -> Description {
     let scene = &summary.study.scene;
     let caption = "One row per grid point and source of error, worst over the tool angle.";
-    let layers = layers(&quantities::on_page(&summary.drives));
+    let layers = layers(&quantities::page_quantities(&summary.drives));
     Description {
         setting: setting(summary.study),
         explorers: vec![scene.view(MAP, "map.csv", Some(source_group(&scene.machine)), layers)],
@@ -91,6 +92,7 @@ fn page(summary: &Summary<'_>, text: &Said) -> Description {
     }
 }
 
+/// Returns the facts about machine, force, tool angles and grid that head the page.
 fn setting(WorkspaceMapStudy { scene, grid }: &WorkspaceMapStudy) -> Vec<Fact> {
     let span = |axis: usize| {
         let values = &grid.axes[axis];

@@ -1,4 +1,4 @@
-//! Which pictures a map gives.
+//! Figures of a workspace map: slices of its quantities, the workspace in 3-D, and the deflected machine.
 
 use nalgebra::Vector3;
 
@@ -7,7 +7,7 @@ use super::{
     quantities::{ANGLE, DEFLECTION, STIFFNESS, SUPERPOSITION_ERROR, drives},
 };
 use crate::{
-    answer::{Drawn, GridMap, Quantity, Tolerance, deflected_pose::deflected_pose},
+    answer::{GridMap, MapLayer, Quantity, Tolerance, deflected_pose::deflected_pose},
     figures::{Figure, Shading},
     files::table::kind_word,
     page::DeflectedPose,
@@ -15,22 +15,22 @@ use crate::{
     simulation::Source,
 };
 
-/// The quantity drawn in 3-D: the deflection under both sources.
+/// Index of the quantity drawn in 3-D: the deflection by all sources.
 const IN_3D: usize = 1;
 
-/// The pictures of a map of `study`, none of its points seen.
+/// Makes the figures of a map of `study`, to which points are then added one by one.
 pub(super) fn pictures<'a>(study: &'a WorkspaceMapStudy, slices_z: &[f64]) -> GridMap<'a, MapPoint> {
-    GridMap::new(&study.scene, &study.grid, slices_z, drawn(study))
+    GridMap::new(&study.scene, &study.grid, slices_z, drawn_quantities(study))
 }
 
-/// What is drawn. Corrections of slides and of hinges are pictures of their own.
-fn drawn(study: &WorkspaceMapStudy) -> Vec<Drawn<MapPoint>> {
+/// Lists the quantities drawn. Corrections of slides and of hinges are separate figures.
+fn drawn_quantities(study: &WorkspaceMapStudy) -> Vec<MapLayer<MapPoint>> {
     let machine = &study.scene.machine;
-    let of = |stem, title: &str, source, quantity: Quantity<SourceEffect>| Drawn {
+    let of = |stem, title: &str, source, quantity: Quantity<SourceEffect>| MapLayer {
         stem,
         title: title.into(),
         label: quantity.axis_label(),
-        under: match source {
+        setting: match source {
             Source::Weight => "without cutting force".into(),
             _ => study.scene.worst_words(),
         },
@@ -49,14 +49,14 @@ fn drawn(study: &WorkspaceMapStudy) -> Vec<Drawn<MapPoint>> {
         of("deflection_cutting", "How far the cutting force moves the tool", Source::Cutting, DEFLECTION),
         of("deflection_all", together, Source::All, DEFLECTION),
     ];
-    if let Some(own) = machine.own_forces() {
+    if let Some(own) = machine.own_load_words() {
         let words = match own {
             "weight" => "How far the machine's own weight moves the tool",
             "springs" => "How far the machine's own springs move the tool",
             _ => "How far the machine's own weight and springs move the tool",
         };
         let weight = of("deflection_weight", words, Source::Weight, DEFLECTION);
-        all.push(Drawn { label: "tool deflection [mm]".into(), ..weight });
+        all.push(MapLayer { label: "tool deflection [mm]".into(), ..weight });
     }
     for (kind, correction) in drives(machine).corrections {
         let (stem, drives) = match kind_word(machine, kind) {
@@ -67,22 +67,21 @@ fn drawn(study: &WorkspaceMapStudy) -> Vec<Drawn<MapPoint>> {
         all.push(of(stem, &format!("Corrections of the {drives}"), Source::All, correction));
     }
     let superposition_error = of("superposition_all", added, Source::All, SUPERPOSITION_ERROR);
-    all.push(Drawn { label: "superposition error at the worst angle [mm]".into(), ..superposition_error });
+    all.push(MapLayer { label: "superposition error at the worst angle [mm]".into(), ..superposition_error });
     let [smallest, ..] = STIFFNESS;
     let title = "How stiff the tool tip is in its softest direction";
     all.push(of("stiffness_min_cutting", title, Source::Cutting, smallest));
     let angle = of("worst_angle_all", "At which tool angle the tool is moved most", Source::All, ANGLE);
-    all.push(Drawn { label: "tool angle φ [°]".into(), shading: Shading::Cyclic, ..angle });
+    all.push(MapLayer { label: "tool angle φ [°]".into(), shading: Shading::Cyclic, ..angle });
     all
 }
 
-/// All pictures with their file stems: the answer, slices of every quantity, and the workspace in 3-D with the deflection under
-/// both sources. `summary` is that of the same points.
+/// Returns all figures with their file stems: the result, slices of every quantity, and the workspace in 3-D.
 pub(super) fn figures(map: &GridMap<'_, MapPoint>, summary: &Summary<'_>) -> Vec<(String, Figure)> {
     let tolerance = summary.study.scene.tolerance_mm.map(Tolerance);
     let found = summary.of(Source::All).of(&DEFLECTION).into_iter().flatten();
     let ends: Vec<_> = found.zip(["least", "most"]).map(|(at, word)| (at.value, at.position_mm, word)).collect();
-    let answer = map.through(IN_3D, "Where the tool is moved least and most", &ends, tolerance);
+    let answer = map.slices_at(IN_3D, "Where the tool is moved least and most", &ends, tolerance);
     let mut figures = vec![("answer".to_string(), answer)];
     figures.extend(map.slices());
     // Without a cutting force there is no angle.
@@ -94,9 +93,8 @@ pub(super) fn figures(map: &GridMap<'_, MapPoint>, summary: &Summary<'_>) -> Vec
     figures
 }
 
-/// The machine bent at the named point, or else home, and the tool angle at which cutting force and chain errors move the tool
-/// farthest; `None` if it settles at none.
-pub(super) fn bent(WorkspaceMapStudy { scene, .. }: &WorkspaceMapStudy) -> Option<DeflectedPose> {
+/// Returns the deflected machine at that named point (or home) and φ where all sources move the tool farthest; `None` without equilibrium.
+pub(super) fn worst_deflected_pose(WorkspaceMapStudy { scene, .. }: &WorkspaceMapStudy) -> Option<DeflectedPose> {
     let machine = &scene.machine;
     let mut places: Vec<(&str, Vector3<f64>)> = machine.points.iter().map(|p| (p.name.as_str(), p.position)).collect();
     if places.is_empty() {

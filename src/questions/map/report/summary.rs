@@ -1,70 +1,75 @@
-//! What a map says, gathered from its points one after another, and as a small JSON object.
+//! Extremes over a map, collected point by point, and the summary as JSON.
 
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 
-use super::quantities::{DEFLECTION, LEFT, SUPERPOSITION_ERROR, SUPERPOSITION_ERROR_SHARE, drives};
+use super::quantities::{DEFLECTION, RESIDUAL_ERROR, SUPERPOSITION_ERROR, SUPERPOSITION_ERROR_SHARE, drives};
 use crate::{
-    answer::{Found, OfDrives, OfQuantities, Quantity, ShareWithin},
+    answer::{DriveQuantities, Quantity, QuantityExtremes, ShareWithin, ValueAt},
     files::StatusCount,
     questions::map::{MapPoint, SourceEffect, WorkspaceMapStudy},
     simulation::{BySource, SOLVED, Source},
 };
 
-/// The tool angle at which a value was found.
+/// The tool angle φ at which a value was found.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub(super) struct AtAngle {
+    /// φ in degrees; `None` without cutting force.
     pub phi_deg: Option<f64>,
 }
 
-/// Extremes of one source.
-pub(super) struct OfSource {
-    /// Points whose deflection is known, and those among them without a correction.
+/// Extremes and counts of one source of error over the map.
+pub(super) struct SourceExtremes {
+    /// Number of points whose deflection is known.
     pub known: usize,
+    /// Number of those points without a correction.
     pub uncorrected: usize,
-    /// What is told to programs, and what is said besides.
-    told: OfQuantities<SourceEffect, AtAngle>,
-    said: OfQuantities<SourceEffect, AtAngle>,
+    /// Extremes that the JSON summary holds.
+    in_json: QuantityExtremes<SourceEffect, AtAngle>,
+    /// Extremes that only sentences use.
+    in_sentences: QuantityExtremes<SourceEffect, AtAngle>,
 }
 
-impl OfSource {
-    /// The smallest and the largest value of `quantity`.
-    pub fn of(&self, quantity: &Quantity<SourceEffect>) -> Option<&[Found<AtAngle>; 2]> {
-        self.told.of(quantity).or_else(|| self.said.of(quantity))
+impl SourceExtremes {
+    /// Returns the smallest and the largest value of `quantity`.
+    pub fn of(&self, quantity: &Quantity<SourceEffect>) -> Option<&[ValueAt<AtAngle>; 2]> {
+        self.in_json.of(quantity).or_else(|| self.in_sentences.of(quantity))
     }
 }
 
-/// The best and the worst of fewer of the points are chance.
-const ENOUGH: f64 = 0.05;
+/// Smallest share of the grid points from which best and worst are meaningful.
+const MIN_SHARE: f64 = 0.05;
 
-/// What a map says, gathered point by point.
+/// Extremes over a map, collected point by point.
 pub struct Summary<'a> {
     pub(super) study: &'a WorkspaceMapStudy,
-    pub(super) drives: OfDrives<SourceEffect>,
-    sources: BySource<OfSource>,
+    pub(super) drives: DriveQuantities<SourceEffect>,
+    sources: BySource<SourceExtremes>,
     points: usize,
-    /// Of the part of the box that was solved, where all sources together keep the tolerance.
+    /// Share of the solved part of the box in which the deflection by all sources is within tolerance.
     pub(super) within: ShareWithin,
     /// Rows per status.
     pub(super) statuses: Vec<StatusCount>,
 }
 
 impl<'a> Summary<'a> {
-    /// Of a map of `study`, none of its points seen.
+    /// Makes an empty summary of a map of `study`.
     pub fn new(study: &'a WorkspaceMapStudy) -> Self {
         let machine = &study.scene.machine;
         let drives = drives(machine);
-        let of_source = |_| OfSource {
+        let of_source = |_| SourceExtremes {
             known: 0,
             uncorrected: 0,
-            told: OfQuantities::new([DEFLECTION, SUPERPOSITION_ERROR].into_iter().chain(drives.largest().cloned())),
-            said: OfQuantities::new([LEFT, SUPERPOSITION_ERROR_SHARE]),
+            in_json: QuantityExtremes::new(
+                [DEFLECTION, SUPERPOSITION_ERROR].into_iter().chain(drives.largest().cloned()),
+            ),
+            in_sentences: QuantityExtremes::new([RESIDUAL_ERROR, SUPERPOSITION_ERROR_SHARE]),
         };
         let sources = BySource::of(machine, of_source);
         Self { study, drives, sources, points: 0, within: ShareWithin::default(), statuses: Vec::new() }
     }
 
-    /// Takes the next point, in grid order, into account.
+    /// Adds the next point, in grid order.
     pub fn add(&mut self, point: &MapPoint) {
         if let Some(tolerance) = self.study.scene.tolerance_mm {
             // Each grid point stands for the cell around it.
@@ -78,31 +83,31 @@ impl<'a> Summary<'a> {
             let at = AtAngle { phi_deg: effect.phi_deg };
             sums.known += 1;
             sums.uncorrected += usize::from(effect.delta_rho.is_err());
-            sums.told.see(effect, point.position_mm, &at);
-            sums.said.see(effect, point.position_mm, &at);
+            sums.in_json.add(effect, point.position_mm, &at);
+            sums.in_sentences.add(effect, point.position_mm, &at);
         }
     }
 
-    /// What `source` does.
-    pub(super) fn of(&self, source: Source) -> &OfSource {
+    /// Returns the extremes of `source`.
+    pub(super) fn of(&self, source: Source) -> &SourceExtremes {
         &self.sources[source]
     }
 
-    /// Whether so many of the points are enough to speak of the best and the worst.
+    /// Returns whether `known` points suffice to speak of best and worst.
     pub(super) fn is_enough(&self, known: usize) -> bool {
-        known as f64 >= ENOUGH * self.study.grid.len() as f64
+        known as f64 >= MIN_SHARE * self.study.grid.len() as f64
     }
 
-    /// Rows whose correction is missing and whose deflection is known.
-    pub(super) fn uncorrected(&self) -> usize {
+    /// Returns the number of rows with a known deflection but no correction.
+    pub(super) fn uncorrected_rows(&self) -> usize {
         self.sources.iter().map(|(_, sums)| sums.uncorrected).sum()
     }
 
-    /// Extremes per source; drive corrections and forces in keys that end with their unit.
+    /// Returns the summary as JSON: extremes per source; keys of corrections and forces end with their unit.
     pub fn json(&self) -> Value {
         let rows = |counts: &mut dyn Iterator<Item = &StatusCount>| counts.map(|count| count.rows).sum::<usize>();
         let solved = rows(&mut self.statuses.iter().filter(|count| count.status == SOLVED));
-        let entries = self.sources.iter().map(|(source, sums)| (source.label().to_string(), sums.told.json()));
+        let entries = self.sources.iter().map(|(source, sums)| (source.label().to_string(), sums.in_json.json()));
         let sources: Map<String, Value> =
             entries.filter(|(_, entry)| !entry.is_empty()).map(|(label, entry)| (label, entry.into())).collect();
         json!({ "schema": SCHEMA, "rows": rows(&mut self.statuses.iter()), "rows_solved": solved, "sources": sources })

@@ -1,11 +1,11 @@
-//! A map in sentences, and at a glance: how far the tool moves at best and at worst, and what the drives need.
+//! Sentences and first screen of a map: best and worst deflection over the workspace, and the corrections of the drives.
 
 use super::{
-    quantities::{DEFLECTION, LEFT, SUPERPOSITION_ERROR, SUPERPOSITION_ERROR_SHARE},
-    summary::{AtAngle, OfSource, Summary},
+    quantities::{DEFLECTION, RESIDUAL_ERROR, SUPERPOSITION_ERROR, SUPERPOSITION_ERROR_SHARE},
+    summary::{AtAngle, SourceExtremes, Summary},
 };
 use crate::{
-    answer::{Found, Quantity, Said, Tolerance, acting},
+    answer::{Quantity, ReportText, Tolerance, ValueAt, acting_words},
     files::{
         table::kind_word,
         words::{counted, millimetres},
@@ -16,27 +16,28 @@ use crate::{
     simulation::{ROUNDING_MM, Source},
 };
 
-/// What `summary` of all points of a map says.
-pub fn text(summary: &Summary<'_>, not_used: &[&str]) -> Said {
-    Said {
-        cautions: cautions(summary, not_used),
-        place: deflection(summary, Source::All) + &summary.within.sentence(summary.study.scene.tolerance_mm, BOX),
-        cause: cause(summary),
-        remedy: corrections(summary),
+/// Returns the sentences of the report for `summary`, which holds all points of a map.
+pub fn text(summary: &Summary<'_>, not_used: &[&str]) -> ReportText {
+    ReportText {
+        cautions: cautions_text(summary, not_used),
+        place: deflection_text(summary, Source::All) + &summary.within.sentence(summary.study.scene.tolerance_mm, BOX),
+        cause: cause_text(summary),
+        remedy: corrections_text(summary),
     }
 }
 
-fn cautions(summary: &Summary<'_>, not_used: &[&str]) -> String {
+/// Returns the cautions of the report: missing corrections, unused process tables, and those of the scene.
+fn cautions_text(summary: &Summary<'_>, not_used: &[&str]) -> String {
     let WorkspaceMapStudy { scene, grid } = summary.study;
-    let missing = match summary.uncorrected() {
+    let missing = match summary.uncorrected_rows() {
         0 => String::new(),
         rows => format!("At {} the correction is missing; the deflection is known.\n", counted(rows, "row")),
     };
     missing + &scene.cautions(not_used, "grid point", (0..grid.len()).map(|index| grid.position(index)))
 }
 
-/// How far `source` moves the tool at the best and at the worst place.
-fn deflection(summary: &Summary<'_>, source: Source) -> String {
+/// Returns the sentence about the deflection by `source` at the best and at the worst grid point.
+fn deflection_text(summary: &Summary<'_>, source: Source) -> String {
     let (sums, cause) = (summary.of(source), source.moves(&summary.study.scene.machine));
     let Some([least, most]) = sums.of(&DEFLECTION).filter(|_| summary.is_enough(sums.known)) else {
         return format!(
@@ -60,13 +61,13 @@ fn deflection(summary: &Summary<'_>, source: Source) -> String {
     }
 }
 
-/// Of what the tolerance is met in a share.
+/// Words for the share of the box in which the tolerance is met.
 const BOX: &str = "in … of the box";
 
-/// The single sources, and the superposition error.
-fn cause(summary: &Summary<'_>) -> String {
+/// Returns the sentences about the single sources and the superposition error.
+fn cause_text(summary: &Summary<'_>) -> String {
     let parts = Source::parts(&summary.study.scene.machine);
-    let mut text: String = parts.iter().map(|source| deflection(summary, *source)).collect();
+    let mut text: String = parts.iter().map(|source| deflection_text(summary, *source)).collect();
     let moves = |source: &&Source| {
         let sums = summary.of(**source);
         summary.is_enough(sums.known) && sums.of(&DEFLECTION).is_some_and(|[_, most]| most.value > ROUNDING_MM)
@@ -75,10 +76,11 @@ fn cause(summary: &Summary<'_>) -> String {
         text += "The sources are worst at different places and in different directions: these largest values do not \
                  add up to that of all.\n";
     }
-    text + &superposition_error(summary)
+    text + &superposition_error_text(summary)
 }
 
-fn superposition_error(summary: &Summary<'_>) -> String {
+/// Returns the sentence about the largest superposition error; empty if it is not known at enough points.
+fn superposition_error_text(summary: &Summary<'_>) -> String {
     let both = summary.of(Source::All);
     let (true, Some([_, absolute]), Some([_, relative])) =
         (summary.is_enough(both.known), both.of(&SUPERPOSITION_ERROR), both.of(&SUPERPOSITION_ERROR_SHARE))
@@ -99,21 +101,22 @@ fn superposition_error(summary: &Summary<'_>) -> String {
     )
 }
 
-/// A sentence for each kind of drive.
-fn corrections(summary: &Summary<'_>) -> String {
+/// Returns a sentence about corrections and forces for each kind of drive, and one about the residual error.
+fn corrections_text(summary: &Summary<'_>) -> String {
     let (both, machine) = (summary.of(Source::All), &summary.study.scene.machine);
     if !summary.is_enough(both.known - both.uncorrected) {
         return String::new();
     }
     let kinds = summary.drives.corrections.iter().zip(&summary.drives.forces);
     let sentence = |((kind, correction), (_, force)): (&(_, _), &(_, _))| {
-        drives_of_kind(both, machine, *kind, [correction, force]).unwrap_or_default()
+        drives_text(both, machine, *kind, [correction, force]).unwrap_or_default()
     };
-    kinds.map(sentence).collect::<String>() + &left(both, machine)
+    kinds.map(sentence).collect::<String>() + &residual_error_text(both, machine)
 }
 
-fn drives_of_kind(
-    both: &OfSource,
+/// Returns the sentence about corrections and forces of the drives of one kind; `None` if they are not known.
+fn drives_text(
+    both: &SourceExtremes,
     machine: &Machine,
     kind: Motion,
     [correction, force]: [&Quantity<SourceEffect>; 2],
@@ -135,15 +138,17 @@ fn drives_of_kind(
     ))
 }
 
-/// What no drive can compensate.
-fn left(both: &OfSource, machine: &Machine) -> String {
-    let (Some(axes), Some([_, most])) = (machine.uncontrolled_names(), both.of(&LEFT)) else { return String::new() };
+/// Returns the sentence about the residual error along axes that the drives do not control; empty if there are none.
+fn residual_error_text(both: &SourceExtremes, machine: &Machine) -> String {
+    let (Some(axes), Some([_, most])) = (machine.uncontrolled_names(), both.of(&RESIDUAL_ERROR)) else {
+        return String::new();
+    };
     let left = millimetres(most.value, 3);
     format!("The residual error is up to {left}, at {}: the drives do not control {axes}.\n", most.place())
 }
 
-/// The answer at a glance.
-pub(super) fn headline(summary: &Summary<'_>, text: &Said) -> Headline {
+/// Returns the first screen: one sentence, key numbers and cautions.
+pub(super) fn headline(summary: &Summary<'_>, text: &ReportText) -> Headline {
     let (scene, all) = (&summary.study.scene, summary.of(Source::All));
     let name = scene.machine.short_title();
     let points = counted(summary.study.grid.len(), "grid point");
@@ -157,7 +162,7 @@ pub(super) fn headline(summary: &Summary<'_>, text: &Said) -> Headline {
         };
         return Headline::new(sentence, basis).with_cautions(&text.cautions);
     };
-    let under = acting(&scene.machine, &scene.errors, !scene.force.is_zero());
+    let under = acting_words(&scene.machine, &scene.errors, !scene.force.is_zero());
     let [low, high] = [least, most].map(|found| millimetres(found.value, 3));
     let met = summary.within.words(scene.tolerance_mm, BOX);
     let sentence = match low == high {
@@ -171,31 +176,33 @@ pub(super) fn headline(summary: &Summary<'_>, text: &Said) -> Headline {
     let best = || {
         let against = scene.tolerance_mm.map(|tolerance| Tolerance(tolerance).against(least.value)).unwrap_or_default();
         let what = format!("smallest, at {}", least.place());
-        KeyNumber::new(&low, what, against).found(in_map(&DEFLECTION, Extreme::Smallest, least.value))
+        KeyNumber::new(&low, what, against).found(in_map_table(&DEFLECTION, Extreme::Smallest, least.value))
     };
     Headline::new(sentence, basis)
         .with_cautions(&text.cautions)
-        .with(worst(summary, [least, most], &high))
-        .with_all((low != high).then(best))
-        .with_all(correction(all, summary))
+        .with(worst_number(summary, [least, most], &high))
+        .with_numbers((low != high).then(best))
+        .with_numbers(correction_number(all, summary))
 }
 
-fn in_map(quantity: &Quantity<SourceEffect>, extreme: Extreme, value: f64) -> InTable {
+/// Returns where in `map.csv` the extreme `value` of `quantity` by all sources stands.
+fn in_map_table(quantity: &Quantity<SourceEffect>, extreme: Extreme, value: f64) -> InTable {
     quantity.found_in("map.csv", &[["source", Source::All.label()]], extreme, value)
 }
 
-fn worst(summary: &Summary<'_>, [least, most]: [&Found<AtAngle>; 2], high: &str) -> KeyNumber {
+/// Returns the key number of the largest deflection, against the tolerance or the smallest deflection.
+fn worst_number(summary: &Summary<'_>, [least, most]: [&ValueAt<AtAngle>; 2], high: &str) -> KeyNumber {
     let against = match summary.within.words(summary.study.scene.tolerance_mm, BOX) {
         Some(met) => met,
         None if least.value > ROUNDING_MM => format!("{:.1} times the smallest", most.value / least.value),
         None => String::new(),
     };
     let what = format!("largest tool deflection, at {}", most.place());
-    KeyNumber::new(high, what, against).found(in_map(&DEFLECTION, Extreme::Largest, most.value))
+    KeyNumber::new(high, what, against).found(in_map_table(&DEFLECTION, Extreme::Largest, most.value))
 }
 
-/// The largest correction, of slides where there are both kinds of drives.
-fn correction(all: &OfSource, summary: &Summary<'_>) -> Option<KeyNumber> {
+/// Returns the key number of the largest drive correction, of slides where the machine has slides and hinges.
+fn correction_number(all: &SourceExtremes, summary: &Summary<'_>) -> Option<KeyNumber> {
     let machine = &summary.study.scene.machine;
     let mut kinds = summary.drives.corrections.iter().filter_map(|(kind, own)| Some((*kind, own, all.of(own)?)));
     let (kind, quantity, [least, most]) = kinds.next()?;
@@ -206,5 +213,5 @@ fn correction(all: &OfSource, summary: &Summary<'_>) -> Option<KeyNumber> {
     let against = format!("{} where least is needed{others}", kind.position_words(least.value));
     let what = format!("largest {drives} correction that keeps the tool on its path");
     let number = KeyNumber::new(&kind.position_words(most.value), what, against);
-    Some(number.found(in_map(quantity, Extreme::Largest, most.value)))
+    Some(number.found(in_map_table(quantity, Extreme::Largest, most.value)))
 }

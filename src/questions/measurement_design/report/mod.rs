@@ -1,4 +1,4 @@
-//! Reports of a plan of measurements.
+//! Report of a design of measurements; refuses to overwrite a sheet that has readings.
 
 mod summary;
 mod tables;
@@ -31,10 +31,10 @@ use crate::{
     simulation::SOLVED,
 };
 
-/// What the person at the machine fills in.
+/// Name of the measurement sheet that the person at the machine fills in.
 const SHEET: &str = "sheet.csv";
 
-/// Refuses to write over a sheet in which somebody has filled in what was read, or that cannot be understood.
+/// Refuses to overwrite a measurement sheet with readings in it, or a file that is no such sheet.
 fn refuse_to_lose_readings(sheet: &Path) -> Result<()> {
     let bytes = match std::fs::read(sheet) {
         Err(fault) if fault.kind() == ErrorKind::NotFound => return Ok(()),
@@ -52,7 +52,7 @@ fn refuse_to_lose_readings(sheet: &Path) -> Result<()> {
     else {
         return refuse("is no sheet as it was written".into());
     };
-    let columns: Vec<Reading> = Reading::all_to_come();
+    let columns: Vec<Reading> = Reading::all_planned();
     let is_reading = |i: usize| {
         let is = |name: &[u8]| name.starts_with(b"gauge") || columns.iter().any(|own| own.column.as_bytes() == name);
         header.fields.get(i).is_some_and(is)
@@ -85,7 +85,7 @@ impl Answered for MeasurementDesignStudy {
         Ok(Output {
             is_answered: Some(!plan.chosen.is_empty()),
             tables: tables(self, Some(&plan)),
-            figures: asked.drawn(|| summary::figures(&report)),
+            figures: asked.draw_figures(|| summary::figures(&report)),
             details: text::details(&report),
             ..Output::of(
                 settings,
@@ -97,7 +97,7 @@ impl Answered for MeasurementDesignStudy {
     }
 }
 
-/// The page without an answer.
+/// Returns the page of a study without results.
 fn without_answer(study: &MeasurementDesignStudy) -> Description {
     Description {
         setting: setting(study),
@@ -105,9 +105,9 @@ fn without_answer(study: &MeasurementDesignStudy) -> Description {
     }
 }
 
-/// Sections, setting and tables; first screen, figures and question are added by the run.
+/// Returns sections, setting and tables of the page; first screen, figures and question are added by the run.
 fn page(report: &Report<'_>) -> Description {
-    let lines = text::parameters(report).into_iter().chain(text::tested(report)).chain(text::target(report));
+    let lines = text::parameters(report).into_iter().chain(text::tested_sentence(report)).chain(text::target(report));
     let known = Section::new("How well will the parameters be known?", "half 95 % intervals, if the model holds");
     let known = lines.fold(known, |section, line| section.text(&line));
     Description {
@@ -120,13 +120,13 @@ fn page(report: &Report<'_>) -> Description {
         ],
         sections: vec![
             Section::new("What to measure", "the most informative first; print this, and fill in what is read")
-                .small_tables([printed(report)])
+                .small_tables([sheet_for_print(report)])
                 .tables(["sheet.csv", "chosen.csv"]),
             known.explorers([WIDTHS]).figures(&["answer"]).tables(["widths.csv"]),
             Section::new("Which candidates were there?", "every candidate measurement, with its rank if chosen")
                 .tables(["candidates.csv"]),
         ],
-        explorers: vec![widths(report.study)],
+        explorers: vec![widths_view(report.study)],
         tables: vec![
             TableNote::new("chosen.csv", "The measurements, the most informative first."),
             TableNote::new("sheet.csv", "The same to be filled in, in the columns of an identification."),
@@ -137,10 +137,11 @@ fn page(report: &Report<'_>) -> Description {
     }
 }
 
-/// Title of the view of the intervals.
+/// Title of the interactive view of half intervals.
 const WIDTHS: &str = "Half intervals by the number of measurements";
 
-fn widths(study: &MeasurementDesignStudy) -> Explorer {
+/// Returns the interactive view of half intervals by the number of measurements.
+fn widths_view(study: &MeasurementDesignStudy) -> Explorer {
     let value = |unknown: &Unknown| GroupValue { cells: vec![unknown.name.clone()], label: unknown.name.clone() };
     let quantity = |column: &str, label: &str| Quantity::new([column], label, "", Better::Smaller);
     Explorer {
@@ -161,8 +162,8 @@ fn widths(study: &MeasurementDesignStudy) -> Explorer {
     }
 }
 
-/// The sheet, for printing.
-fn printed(report: &Report<'_>) -> SmallTable {
+/// Returns the measurement sheet as a small table on the page, rounded for printing.
+fn sheet_for_print(report: &Report<'_>) -> SmallTable {
     let sheet = sheet(report.study, report.plan);
     let shown = |cell: &Cell| match cell {
         Cell::Missing => String::new(),
@@ -178,6 +179,7 @@ fn printed(report: &Report<'_>) -> SmallTable {
     }
 }
 
+/// Returns the facts about the study that the page lists.
 fn setting(study: &MeasurementDesignStudy) -> Vec<Fact> {
     let criterion = match study.criterion {
         CriterionSpec::AllNumbers => "the region in which all numbers may be (D-optimal)".to_string(),

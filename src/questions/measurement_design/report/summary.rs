@@ -1,4 +1,4 @@
-//! What a plan says, for programs and as a picture, and numbers that several reports take.
+//! JSON summary and figure of a design of measurements, and numbers that several of its reports share.
 
 use serde_json::{Value, json};
 
@@ -6,50 +6,51 @@ use crate::{
     figures::{Figure, LineFigure, LineSeries},
     questions::{
         identification::report::ANYTHING,
-        measurement_design::{MeasurementDesignStudy, Plan, Widths},
+        measurement_design::{HalfWidths, MeasurementDesignStudy, Plan},
     },
 };
 
-/// What was asked and found.
+/// What reports are made of: study and plan.
 pub(super) struct Report<'a> {
     pub study: &'a MeasurementDesignStudy,
     pub plan: &'a Plan,
 }
 
-/// An interval is not worth the name from here on: a factor of e, a millimetre or a degree either way.
+/// Half width above which an unknown is not identified: a factor of e, a millimetre or a degree either way.
 const WIDE: f64 = 1.0;
 
 impl Report<'_> {
-    /// How far the unknowns will be known with all that were chosen.
-    pub fn reached(&self) -> Option<&Widths> {
+    /// Returns the half widths with all chosen measurements.
+    pub fn final_widths(&self) -> Option<&HalfWidths> {
         self.plan.widths.last()
     }
 
-    /// The same of as many random ones.
-    pub fn random(&self) -> Option<&Widths> {
+    /// Returns the half widths with as many random measurements.
+    pub fn random_widths(&self) -> Option<&HalfWidths> {
         self.plan.random.last()
     }
 
-    /// Unknowns that will not be known.
-    pub fn open(&self) -> Vec<usize> {
-        let each = self.reached().map_or(&[][..], |own| &own.each);
+    /// Returns the indices of the unknowns whose interval will be too wide.
+    pub fn unidentified(&self) -> Vec<usize> {
+        let each = self.final_widths().map_or(&[][..], |own| &own.each);
         (0..each.len()).filter(|&k| each[k] > WIDE).collect()
     }
 
-    /// The fewest measurements with which all are known as well as is wanted, if that is said and reached.
-    pub fn enough(&self) -> Option<usize> {
+    /// Returns the fewest measurements with which all intervals reach the target; `None` without a target, or if it is not reached.
+    pub fn sufficient_count(&self) -> Option<usize> {
         let target = self.study.target?;
         self.plan.widths.iter().position(|own| own.widest().is_some_and(|(_, width)| width <= target))
     }
 
+    /// Returns the name of an unknown.
     pub fn name(&self, unknown: usize) -> &str {
         &self.study.unknowns[unknown].name
     }
 }
 
-/// The answer for programs.
+/// Returns the results as JSON.
 pub(super) fn json(report: &Report<'_>) -> Value {
-    let of = |widths: Option<&Widths>| {
+    let of = |widths: Option<&HalfWidths>| {
         widths.map(|own| {
             let each: Vec<Option<f64>> = own.each.iter().map(|&width| (width <= ANYTHING).then_some(width)).collect();
             json!({ "half_widths": each, "tested_rms_mm": own.tested_mm })
@@ -61,45 +62,46 @@ pub(super) fn json(report: &Report<'_>) -> Value {
         "candidates": study.candidates.len(),
         "chosen": plan.chosen.iter().map(|&i| i + 1).collect::<Vec<_>>(),
         "parameters": study.unknowns.iter().map(|unknown| &unknown.name).collect::<Vec<_>>(),
-        "with_chosen": of(report.reached()),
-        "with_random_median": of(report.random()),
-        "enough_for_target": report.enough(),
+        "with_chosen": of(report.final_widths()),
+        "with_random_median": of(report.random_widths()),
+        "enough_for_target": report.sufficient_count(),
     })
 }
 
-/// Most unknowns that are drawn, the least known first.
+/// Most unknowns that are drawn, those with the widest intervals first.
 const MOST: usize = 8;
 
-/// All pictures with their file stems.
+/// Returns all figures with their file stems, without those that have nothing to draw.
 pub(super) fn figures(report: &Report<'_>) -> Vec<(String, Figure)> {
-    let all = [("answer", shrink(report))];
+    let all = [("answer", widths_figure(report))];
     let drawn = all.into_iter().filter(|(_, figure)| !figure.series.is_empty());
     drawn.map(|(stem, figure)| (stem.to_string(), Figure::Lines(figure))).collect()
 }
 
-/// Half intervals over the number of measurements; from the first with which all are known at all.
-fn shrink(report: &Report<'_>) -> LineFigure {
-    let Some(reached) = report.reached() else { return figure(report, Vec::new()) };
+/// Draws half intervals over the number of measurements, as far as they are narrow enough to draw.
+fn widths_figure(report: &Report<'_>) -> LineFigure {
+    let Some(reached) = report.final_widths() else { return line_figure(report, Vec::new()) };
     let mut order: Vec<usize> = (0..reached.each.len()).collect();
     order.sort_by(|&a, &b| reached.each[b].total_cmp(&reached.each[a]));
-    let drawn = |all: &[Widths], of: &dyn Fn(&Widths) -> f64| -> Vec<(f64, f64)> {
+    let drawn = |all: &[HalfWidths], of: &dyn Fn(&HalfWidths) -> f64| -> Vec<(f64, f64)> {
         let points = all.iter().enumerate().map(|(count, own)| (count as f64, of(own)));
         points.filter(|(_, width)| (1e-90..=DRAWN).contains(width)).collect()
     };
-    let widest = |own: &Widths| own.widest().map_or(f64::INFINITY, |(_, width)| width);
+    let widest = |own: &HalfWidths| own.widest().map_or(f64::INFINITY, |(_, width)| width);
     let mut series: Vec<LineSeries> = Vec::new();
     for &k in order.iter().take(MOST) {
         series.push(LineSeries::new(report.name(k), drawn(&report.plan.widths, &|own| own.each[k]), false));
     }
     series.push(LineSeries::new("widest, random measurements (median)", drawn(&report.plan.random, &widest), true));
     series.retain(|series| !series.points.is_empty());
-    figure(report, series)
+    line_figure(report, series)
 }
 
-/// Wider ones say nothing.
+/// Widest half interval that is drawn.
 const DRAWN: f64 = 10.0;
 
-fn figure(report: &Report<'_>, series: Vec<LineSeries>) -> LineFigure {
+/// Makes the figure of half intervals over the number of measurements from its lines.
+fn line_figure(report: &Report<'_>, series: Vec<LineSeries>) -> LineFigure {
     let study = report.study;
     let note = format!("intervals wider than {DRAWN} are not drawn");
     LineFigure {

@@ -1,5 +1,4 @@
-//! The tables of a plan, and the sheet that the person at the machine fills in: the measurements chosen, in the columns that an
-//! identification reads.
+//! Tables of a design of measurements, and the sheet to fill in at the machine, with the columns that an identification reads.
 
 use nalgebra::Vector3;
 
@@ -13,53 +12,55 @@ use crate::{
     },
 };
 
-/// All tables by name; those that there are without a plan, without rows, where there is none.
+/// Returns all tables by name; without a plan those that every run has, without rows.
 pub(super) fn tables(study: &MeasurementDesignStudy, plan: Option<&Plan>) -> Vec<(String, Table)> {
     let sheet = plan.map(|plan| ("sheet".into(), sheet(study, plan)));
-    let others = [("widths".into(), widths(study, plan)), ("candidates".into(), candidates(study, plan))];
-    std::iter::once(("chosen".into(), chosen(study, plan))).chain(sheet).chain(others).collect()
+    let others = [("widths".into(), widths_table(study, plan)), ("candidates".into(), candidates_table(study, plan))];
+    std::iter::once(("chosen".into(), chosen_table(study, plan))).chain(sheet).chain(others).collect()
 }
 
-fn place_columns(study: &MeasurementDesignStudy) -> Vec<Column> {
+/// Returns the columns of drive positions, tool tip and force of a candidate.
+fn setup_columns(study: &MeasurementDesignStudy) -> Vec<Column> {
     let drives = numbers(drive_columns(&study.machine));
     let rest = numbers(["tool_x_mm", "tool_y_mm", "tool_z_mm", "force_x_N", "force_y_N", "force_z_N"]);
     [drives, rest].concat()
 }
 
-fn place(study: &MeasurementDesignStudy, candidate: usize) -> Row {
+/// Returns the cells of [`setup_columns`] for a candidate (by index).
+fn setup_cells(study: &MeasurementDesignStudy, candidate: usize) -> Row {
     let own = &study.candidates[candidate];
     let tip = own.at.pose.transform(study.machine.tool_tip);
-    let drives = drive_positions(&study.machine, own);
+    let drives = tidy_drive_positions(&study.machine, own);
     cells(drives.chain(tip.iter().copied()).chain(own.load.force.iter().copied())).collect()
 }
 
-/// One row per measurement, that which tells most first, with what is known when it is made.
-fn chosen(study: &MeasurementDesignStudy, plan: Option<&Plan>) -> Table {
+/// Makes the table of chosen measurements: a row for each, the most informative first, with the widest interval once it is made.
+fn chosen_table(study: &MeasurementDesignStudy, plan: Option<&Plan>) -> Table {
     let columns = [
         counts(["order", "candidate"]),
-        place_columns(study),
+        setup_columns(study),
         numbers(["widest_half_width"]),
         texts(["widest_parameter"]),
     ];
     let chosen = plan.into_iter().flat_map(|plan| plan.chosen.iter().enumerate().map(move |own| (plan, own)));
     let rows = chosen.map(|(plan, (k, &candidate))| {
         let mut row: Row = vec![(k + 1).into(), (candidate + 1).into()];
-        row.extend(place(study, candidate));
+        row.extend(setup_cells(study, candidate));
         let widest = plan.widths.get(k + 1).and_then(|own| own.widest());
-        row.push(widest.map(|(_, width)| wide(width)).into());
+        row.push(widest.map(|(_, width)| bounded_cell(width)).into());
         row.push(widest.map(|(unknown, _)| study.unknowns[unknown].name.as_str()).into());
         row
     });
     Table::new(columns.concat(), rows)
 }
 
-/// No number where it may be anything.
-fn wide(width: f64) -> Cell {
+/// Returns a cell with a half width, empty where the unknown may have any value.
+fn bounded_cell(width: f64) -> Cell {
     (width <= ANYTHING).then_some(width).into()
 }
 
-/// One row per number of measurements and unknown; mean errors of the tool for tested rows at the end of each.
-fn widths(study: &MeasurementDesignStudy, plan: Option<&Plan>) -> Table {
+/// Makes the table of half widths: a row per number of measurements and unknown; the error of the tool at tested rows last.
+fn widths_table(study: &MeasurementDesignStudy, plan: Option<&Plan>) -> Table {
     let columns =
         [counts(["measurements"]), texts(["parameter", "in"]), numbers(["half_width", "random_half_width"])].concat();
     let mut rows: Vec<Row> = Vec::new();
@@ -67,8 +68,8 @@ fn widths(study: &MeasurementDesignStudy, plan: Option<&Plan>) -> Table {
         let random = plan.and_then(|plan| plan.random.get(count));
         for ((unknown, width), k) in study.unknowns.iter().zip(&own.each).zip(0..) {
             let (name, unit) = (unknown.name.as_str(), unknown.coordinate_unit());
-            let other = random.map(|random| wide(random.each[k]));
-            rows.push(vec![count.into(), name.into(), unit.into(), wide(*width), other.into()]);
+            let other = random.map(|random| bounded_cell(random.each[k]));
+            rows.push(vec![count.into(), name.into(), unit.into(), bounded_cell(*width), other.into()]);
         }
         if let Some(error) = own.tested_mm {
             let other = random.and_then(|random| random.tested_mm);
@@ -78,10 +79,10 @@ fn widths(study: &MeasurementDesignStudy, plan: Option<&Plan>) -> Table {
     Table::new(columns, rows)
 }
 
-/// One row per candidate; `order` where it was chosen.
-fn candidates(study: &MeasurementDesignStudy, plan: Option<&Plan>) -> Table {
+/// Makes the table of candidates: a row for each, with its rank in `order` if chosen.
+fn candidates_table(study: &MeasurementDesignStudy, plan: Option<&Plan>) -> Table {
     let columns =
-        [counts(["candidate"]), texts(["pose", "status", "reason"]), counts(["order"]), place_columns(study)].concat();
+        [counts(["candidate"]), texts(["pose", "status", "reason"]), counts(["order"]), setup_columns(study)].concat();
     let rows = plan.into_iter().flat_map(|plan| {
         let mut failures = plan.failures.iter().peekable();
         (0..study.candidates.len()).map(move |i| {
@@ -90,30 +91,30 @@ fn candidates(study: &MeasurementDesignStudy, plan: Option<&Plan>) -> Table {
             let mut row: Row = vec![(i + 1).into(), study.candidates[i].name.as_str().into()];
             row.extend(status_cells(failure.map_or(Ok(()), Err)));
             row.push(order.into());
-            row.extend(place(study, i));
+            row.extend(setup_cells(study, i));
             row
         })
     });
     Table::new(columns, rows)
 }
 
-/// Columns that say where the drives stand, degrees and mm.
+/// Returns the names of the columns of drive positions, degrees and mm.
 fn drive_columns(machine: &Machine) -> Vec<String> {
     let units = machine.drives().map(|(_, drive)| drive.motion.position_unit());
     machine.drive_labels().iter().zip(units).map(|(label, unit)| format!("{label}_{unit}")).collect()
 }
 
-/// Where the drives stand, degrees and mm.
-fn drive_positions<'a>(machine: &'a Machine, own: &'a Measurement) -> impl Iterator<Item = f64> + 'a {
+/// Returns the drive positions in degrees and mm, without rounding errors of radians.
+fn tidy_drive_positions<'a>(machine: &'a Machine, own: &'a Measurement) -> impl Iterator<Item = f64> + 'a {
     // What a person types, without the rounding of its way through radians.
     let tidy = |shown: f64| (shown * 1e9).round() / 1e9 + 0.0;
-    own.at.drives.iter().zip(machine.drives()).map(move |(position, (_, drive))| tidy(drive.motion.shown(*position)))
+    own.at.drives.iter().zip(machine.drives()).map(move |(position, (_, drive))| tidy(drive.motion.to_shown(*position)))
 }
 
-/// A vector of a measurement, if it has one.
+/// Gets a vector of a measurement, if it has one.
 type VectorOf = fn(&Measurement) -> Option<Vector3<f64>>;
 
-/// The sheet: poses, loads, and empty cells for what is read.
+/// Returns the measurement sheet: poses and loads of the chosen measurements, and empty cells for readings.
 pub(super) fn sheet(study: &MeasurementDesignStudy, plan: &Plan) -> Table {
     let machine = &study.machine;
     let chosen: Vec<&Measurement> = plan.chosen.iter().map(|&i| &study.candidates[i]).collect();
@@ -134,7 +135,7 @@ pub(super) fn sheet(study: &MeasurementDesignStudy, plan: &Plan) -> Table {
     columns.extend(numbers(readings.iter().map(|reading| reading.column)));
     let row = |(number, own): (usize, &&Measurement)| {
         let mut row: Row = vec![Cell::from((number + 1).to_string())];
-        row.extend(cells(drive_positions(machine, own)));
+        row.extend(cells(tidy_drive_positions(machine, own)));
         for (_, _, of) in &used {
             row.extend((0..3).map(|axis| Cell::from(of(own).map(|vector| vector[axis]))));
         }

@@ -1,16 +1,17 @@
-//! A plan in sentences, and its first screen: how far the numbers will be known.
+//! Sentences and first screen of a design of measurements: how well the parameters will be known.
 
 use super::summary::Report;
 use crate::{
-    files::words::{counted, listed, millimetres},
+    files::words::{counted, join_words, millimetres},
     page::headline::{Headline, KeyNumber},
     questions::{
-        identification::report::half_width,
-        measurement_design::{MeasurementDesignStudy, Widths},
+        identification::report::width_words,
+        measurement_design::{HalfWidths, MeasurementDesignStudy},
     },
     simulation::Failure,
 };
 
+/// Returns what the results rest on: numbers of candidates, unknowns and measurements made already.
 fn basis(study: &MeasurementDesignStudy) -> String {
     let made = match study.measured.len() {
         0 => String::new(),
@@ -19,105 +20,106 @@ fn basis(study: &MeasurementDesignStudy) -> String {
     format!("{}, {}{made}", counted(study.candidates.len(), "candidate"), counted(study.unknowns.len(), "unknown"))
 }
 
-/// The answer at a glance.
+/// Returns the first screen: main sentence, cautions and key numbers.
 pub(super) fn headline(report: &Report<'_>) -> Headline {
     let chosen = counted(report.plan.chosen.len(), "measurement");
-    let reached = tested_at_a_glance(report).or_else(|| reached(report));
+    let reached = tested_words(report).or_else(|| widest_words(report));
     let reached = reached.map_or_else(String::new, |reached| format!(": {reached}"));
     let all = report.study.unknowns.len();
-    let sentence = match report.open().len() {
+    let sentence = match report.unidentified().len() {
         0 => format!("{chosen} will identify all {}{reached}.", counted(all, "parameter")),
         open => format!("{chosen} will identify {} of {}{reached}.", all - open, counted(all, "parameter")),
     };
-    let tested = report.reached().and_then(|own| own.tested_mm);
+    let tested = report.final_widths().and_then(|own| own.tested_mm);
     Headline::new(sentence, basis(report.study))
-        .with_cautions(&open(report))
-        .with_all(report.enough().map(|enough| {
+        .with_cautions(&open_words(report))
+        .with_numbers(report.sufficient_count().map(|enough| {
             let what = "measurements are enough for the intervals wanted";
             let against = if enough == 0 { "known so well beforehand" } else { "" };
             KeyNumber::new(&enough.to_string(), what, against)
         }))
-        .with_all(tested.map(|error| {
+        .with_numbers(tested.map(|error| {
             KeyNumber::new(&millimetres(error, 4), "RMS error of the tool where it is tested", String::new())
         }))
 }
 
-/// The first screen where there is no answer.
+/// Returns the first screen where nothing could be computed.
 pub(super) fn failed(study: &MeasurementDesignStudy, failure: &Failure) -> Headline {
     Headline::new(format!("Nothing could be planned: {}.", failure.reason.trim_end_matches('.')), basis(study))
 }
 
-/// What the plan was chosen for, where that is how well the tool is predicted.
-fn tested_at_a_glance(report: &Report<'_>) -> Option<String> {
-    let error = report.reached()?.tested_mm?;
-    let random = report.random().and_then(|random| random.tested_mm);
+/// Says how well the tool will be predicted where it is tested, if that is the criterion.
+fn tested_words(report: &Report<'_>) -> Option<String> {
+    let error = report.final_widths()?.tested_mm?;
+    let random = report.random_widths().and_then(|random| random.tested_mm);
     let beside = random.map_or_else(String::new, |random| format!("; with random ones, {}", millimetres(random, 4)));
     Some(format!("where it is tested, the tool is predicted to {} RMS{beside}", millimetres(error, 4)))
 }
 
-fn widest(report: &Report<'_>, widths: Option<&Widths>) -> Option<(usize, String)> {
+/// Returns the unknown with the widest interval, and its half width in words.
+fn widest_in_words(report: &Report<'_>, widths: Option<&HalfWidths>) -> Option<(usize, String)> {
     let (unknown, width) = widths?.widest()?;
-    Some((unknown, half_width(&report.study.unknowns[unknown], width)))
+    Some((unknown, width_words(&report.study.unknowns[unknown], width)))
 }
 
-/// How far the least known of the unknowns will be known.
-fn reached(report: &Report<'_>) -> Option<String> {
-    let (unknown, width) = widest(report, report.reached())?;
-    let random = widest(report, report.random());
+/// Says how well the least known unknown will be known.
+fn widest_words(report: &Report<'_>) -> Option<String> {
+    let (unknown, width) = widest_in_words(report, report.final_widths())?;
+    let random = widest_in_words(report, report.random_widths());
     let beside = random.map_or_else(String::new, |(_, random)| format!("; with random ones, {random}"));
     Some(format!("the least known, {}, to {width}{beside}", report.name(unknown)))
 }
 
-/// What no candidate tells, or not enough.
-fn open(report: &Report<'_>) -> String {
+/// Names the unknowns that no candidate identifies, or not well enough.
+fn open_words(report: &Report<'_>) -> String {
     let (mut uninformed, mut wide) = (Vec::new(), Vec::new());
-    for k in report.open() {
+    for k in report.unidentified() {
         if report.plan.most_information[k] == 0.0 { uninformed.push(report.name(k)) } else { wide.push(report.name(k)) }
     }
     let mut said = Vec::new();
     if !uninformed.is_empty() {
         said.push(format!(
             "No candidate measurement identifies {}: other poses, loads or readings are needed.",
-            listed(&uninformed)
+            join_words(&uninformed)
         ));
     }
     if !wide.is_empty() {
         said.push(format!(
             "{} will still be open: more measurements, larger forces or other readings are needed.",
-            listed(&wide)
+            join_words(&wide)
         ));
     }
     said.join(" ")
 }
 
-/// How many are enough.
+/// Says how many measurements are sufficient for the target; `None` without one.
 pub(super) fn target(report: &Report<'_>) -> Option<String> {
     let target = report.study.target?;
     let (chosen, all) = (report.plan.chosen.len(), counted(report.study.unknowns.len(), "unknown"));
     let to = format!("a factor of {:.3}, {target} mm or {target}°", target.exp());
-    Some(match report.enough() {
+    Some(match report.sufficient_count() {
         Some(0) => format!("{all} known within {to} before anything is measured."),
         Some(enough) => format!("The first {enough} of {chosen} are enough to know {all} within {to}."),
         None => format!("{} are not enough to know {all} within {to}.", counted(chosen, "measurement")),
     })
 }
 
-/// Each unknown, in a line.
+/// Returns a line for each unknown with its half width.
 pub(super) fn parameters(report: &Report<'_>) -> Vec<String> {
-    let Some(reached) = report.reached() else { return Vec::new() };
+    let Some(reached) = report.final_widths() else { return Vec::new() };
     let line = |(k, width): (usize, &f64)| {
         let random = report
-            .random()
-            .map(|random| format!(" (random: {})", half_width(&report.study.unknowns[k], random.each[k])));
-        format!("{}: {}{}", report.name(k), half_width(&report.study.unknowns[k], *width), random.unwrap_or_default())
+            .random_widths()
+            .map(|random| format!(" (random: {})", width_words(&report.study.unknowns[k], random.each[k])));
+        format!("{}: {}{}", report.name(k), width_words(&report.study.unknowns[k], *width), random.unwrap_or_default())
     };
     reached.each.iter().enumerate().map(line).collect()
 }
 
-/// What the tool is predicted to, where rows are tested.
-pub(super) fn tested(report: &Report<'_>) -> Option<String> {
-    let error = report.reached()?.tested_mm?;
-    let random = report.random().and_then(|random| random.tested_mm);
+/// Says, in a sentence of its own, how well the tool will be predicted where it is tested; `None` with another criterion.
+pub(super) fn tested_sentence(report: &Report<'_>) -> Option<String> {
+    let error = report.final_widths()?.tested_mm?;
+    let random = report.random_widths().and_then(|random| random.tested_mm);
     let beside = random.map_or_else(String::new, |random| format!(", with random ones {}", millimetres(random, 4)));
     Some(format!(
         "Where it is tested, the tool is predicted to {} RMS{beside}, if the model holds.",
@@ -125,12 +127,12 @@ pub(super) fn tested(report: &Report<'_>) -> Option<String> {
     ))
 }
 
-/// Everything the answer says.
+/// Returns all sentences of the results.
 pub(super) fn details(report: &Report<'_>) -> String {
     let mut lines = parameters(report);
-    lines.extend(tested(report));
+    lines.extend(tested_sentence(report));
     lines.extend(target(report));
-    let open = open(report);
+    let open = open_words(report);
     if !open.is_empty() {
         lines.push(open);
     }

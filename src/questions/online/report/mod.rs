@@ -1,4 +1,4 @@
-//! Reports of an online study.
+//! Report of an online study: its page, tables and figure.
 
 mod quantities;
 mod text;
@@ -18,7 +18,7 @@ use crate::{
 };
 use quantities::{FORCE_ERROR, HIGH, LOW, MEDIAN, WAYS};
 
-/// What is said of the results, computed once.
+/// Study, results and their statistics over seeds, computed once for all reports.
 struct Compared<'a> {
     study: &'a OnlineStudy,
     results: &'a OnlineResults,
@@ -28,6 +28,7 @@ struct Compared<'a> {
 }
 
 impl<'a> Compared<'a> {
+    /// Computes what reports need of `results`: the bands over seeds and the break-even force error.
     fn new(study: &'a OnlineStudy, results: &'a OnlineResults) -> Self {
         let offline = Band::of(&results.trials, |trial| trial.offline);
         let online = Band::of(&results.trials, |trial| trial.online);
@@ -35,13 +36,13 @@ impl<'a> Compared<'a> {
         Self { study, results, offline, online, break_even }
     }
 
-    /// The medians of off-line and on-line at the largest force error, mm.
-    fn at_the_largest(&self) -> Option<[f64; 2]> {
+    /// Returns the median RMS residuals of off-line and on-line correction at the largest force error, mm.
+    fn medians_at_largest(&self) -> Option<[f64; 2]> {
         Some([(*self.offline.last()?)?.median_mm, (*self.online.last()?)?.median_mm])
     }
 }
 
-/// A share in per cent, as short as it is true.
+/// Formats a share in per cent, without decimals where they are 0 or it is large.
 fn percent_of(share: f64) -> String {
     let percent = 100.0 * share;
     if percent >= 10.0 || percent.fract() == 0.0 { format!("{percent:.0} %") } else { format!("{percent:.1} %") }
@@ -55,10 +56,10 @@ impl Answered for OnlineStudy {
         Ok(Output {
             is_answered: Some(compared.break_even.is_some()),
             tables: vec![
-                ("trials".into(), quantities::trials(&results.trials)),
-                ("bands".into(), quantities::bands(&compared)),
+                ("trials".into(), quantities::trials_table(&results.trials)),
+                ("bands".into(), quantities::bands_table(&compared)),
             ],
-            figures: asked.drawn(|| picture().into_iter().collect()),
+            figures: asked.draw_figures(|| picture().into_iter().collect()),
             details: text::details(&compared),
             ..Output::of(
                 json!({ "points": self.path.stations.len(), "trials": results.trials.len() }),
@@ -75,7 +76,7 @@ impl Answered for OnlineStudy {
     }
 }
 
-/// Sections, setting, views and tables; first screen, figures and question are added by the run.
+/// Returns sections, setting, views and tables of the page; first screen, figures and question are added by the run.
 fn page(compared: &Compared<'_>) -> Description {
     let study = compared.study;
     let of_cut =
@@ -89,7 +90,7 @@ fn page(compared: &Compared<'_>) -> Description {
             ),
             Fact::new("cutting stiffness", of_cut),
         ],
-        explorers: vec![over_error()],
+        explorers: vec![bands_view()],
         tables: vec![
             TableNote::new("bands.csv", "One row per force error and way to correct: rms distances over seeds."),
             TableNote::new("trials.csv", "One row per force error and seed: residual errors of both ways to correct."),
@@ -106,6 +107,7 @@ fn page(compared: &Compared<'_>) -> Description {
 
 const OVER_ERROR: &str = "Residual error against the force error";
 
+/// Returns the facts about the study that the page lists.
 fn setting(study: &OnlineStudy) -> Vec<Fact> {
     let (path, sensor) = (&study.path, &study.sensor);
     // Without the rounding of its unit.
@@ -120,8 +122,8 @@ fn setting(study: &OnlineStudy) -> Vec<Fact> {
     );
     let model = format!(
         "bends {} too {}, knows {} of the chain errors",
-        percent_of(study.too_soft.abs()),
-        if study.too_soft < 0.0 { "little" } else { "much" },
+        percent_of(study.softness.abs()),
+        if study.softness < 0.0 { "little" } else { "much" },
         percent_of(study.known_share)
     );
     let mut own = vec![
@@ -137,7 +139,8 @@ fn setting(study: &OnlineStudy) -> Vec<Fact> {
     facts_of(&path.machine, &path.errors, own)
 }
 
-fn over_error() -> Explorer {
+/// Returns the interactive view of the bands over the force error.
+fn bands_view() -> Explorer {
     let by_force = |way: &str| GroupValue { cells: vec![way.into()], label: format!("by the {way} force") };
     Explorer {
         title: OVER_ERROR.into(),

@@ -1,8 +1,8 @@
-//! The numbers of an online study, its tables and its picture.
+//! Quantities, tables and figure of an online study.
 
 use super::Compared;
 use crate::{
-    answer::{Quantity, TableOf},
+    answer::{Quantity, QuantityTable},
     figures::{Figure, LineFigure, LineSeries},
     files::{
         exchange::{Cell, Row, Table, counts, numbers, texts},
@@ -13,7 +13,7 @@ use crate::{
     simulation::SOLVED,
 };
 
-/// Whether every point of a trial is solved.
+/// Returns the status of a trial: solved, or solved in part where a point of it is not.
 pub(super) fn status(trial: &Trial) -> &'static str {
     match [trial.offline, trial.online].iter().all(|left| left.solved == left.points) {
         true => SOLVED,
@@ -21,10 +21,10 @@ pub(super) fn status(trial: &Trial) -> &'static str {
     }
 }
 
-/// One row per force error and seed.
-pub(super) fn trials(trials: &[Trial]) -> Table {
+/// Makes the table of trials, a row for each force error and seed.
+pub(super) fn trials_table(trials: &[Trial]) -> Table {
     let lead = [numbers([FORCE_ERROR]), counts(["seed"]), texts(["status"])].concat();
-    let row = |trial: &Trial| -> Row { vec![percent(trial.force_error), trial.seed.into(), status(trial).into()] };
+    let row = |trial: &Trial| -> Row { vec![percent_cell(trial.force_error), trial.seed.into(), status(trial).into()] };
     let quantities = vec![
         Quantity::in_table("force_factor", |trial: &Trial| Some(trial.force_factor)),
         Quantity::in_table("predicted_rms_mm", |trial| trial.offline.rms_mm),
@@ -35,37 +35,38 @@ pub(super) fn trials(trials: &[Trial]) -> Table {
         Quantity::count("measured_solved", |trial| Some(trial.online.solved)),
         Quantity::count("points", |trial| Some(trial.online.points)),
     ];
-    TableOf::without_status(lead, quantities).table(trials.iter().map(|trial| (row(trial), Ok(trial))))
+    QuantityTable::without_status(lead, quantities).table(trials.iter().map(|trial| (row(trial), Ok(trial))))
 }
 
 pub(super) const FORCE_ERROR: &str = "force_error_percent";
 
-fn percent(share: f64) -> Cell {
+/// Returns a cell with a share in per cent.
+fn percent_cell(share: f64) -> Cell {
     (100.0 * share).into()
 }
 
-/// Ways to correct, by the force that is used.
+/// Words for the two ways to correct, by the force that each uses.
 pub(super) const WAYS: [&str; 2] = ["predicted", "measured"];
 
-type Of = Quantity<Band>;
+type BandQuantity = Quantity<Band>;
 
-pub(super) const LOW: Of =
-    Of::new("rms_low_mm", "rms distance that 5 % of the seeds stay below", Smaller, |band| Some(band.low_mm));
-pub(super) const MEDIAN: Of =
-    Of::new("rms_median_mm", "median of the rms distance", Smaller, |band| Some(band.median_mm));
-pub(super) const HIGH: Of =
-    Of::new("rms_high_mm", "rms distance that 5 % of the seeds exceed", Smaller, |band| Some(band.high_mm));
+pub(super) const LOW: BandQuantity =
+    BandQuantity::new("rms_low_mm", "rms distance that 5 % of the seeds stay below", Smaller, |band| Some(band.low_mm));
+pub(super) const MEDIAN: BandQuantity =
+    BandQuantity::new("rms_median_mm", "median of the rms distance", Smaller, |band| Some(band.median_mm));
+pub(super) const HIGH: BandQuantity =
+    BandQuantity::new("rms_high_mm", "rms distance that 5 % of the seeds exceed", Smaller, |band| Some(band.high_mm));
 
-/// One row per force error and way to correct.
-pub(super) fn bands(compared: &Compared<'_>) -> Table {
+/// Makes the table of bands, a row for each force error and way to correct.
+pub(super) fn bands_table(compared: &Compared<'_>) -> Table {
     let lead = [numbers([FORCE_ERROR]), texts(["correction"])].concat();
     let rows = WAYS.into_iter().zip([&compared.offline, &compared.online]).flat_map(|(way, bands)| {
-        bands.iter().flatten().map(move |band| (vec![percent(band.force_error), way.into()], Ok(band)))
+        bands.iter().flatten().map(move |band| (vec![percent_cell(band.force_error), way.into()], Ok(band)))
     });
-    TableOf::without_status(lead, vec![LOW, MEDIAN, HIGH]).table(rows)
+    QuantityTable::without_status(lead, vec![LOW, MEDIAN, HIGH]).table(rows)
 }
 
-/// What both leave over the force error, median and band; nothing where neither left anything to compare.
+/// Draws the median and band of both residuals over the force error; `None` without any.
 pub(super) fn picture(compared: &Compared<'_>) -> Option<Figure> {
     let series = |label: &str, bands: &[Option<Band>]| LineSeries {
         label: label.into(),

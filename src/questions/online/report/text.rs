@@ -1,10 +1,10 @@
-//! What an online study says, in sentences and a small table.
+//! Sentences, first screen and small table of an online study.
 
 use super::{Compared, percent_of, quantities};
 use crate::{
     files::{
         text_table::text_table,
-        words::{counted, if_any, millimetres, millimetres_in_table},
+        words::{counted, millimetres, millimetres_in_table, or_dash},
     },
     page::headline::{Headline, KeyNumber},
     questions::{
@@ -14,12 +14,13 @@ use crate::{
     simulation::SOLVED,
 };
 
-/// What must be known with the answer.
+/// Returns what a reader must know before the results, a line each.
 pub(super) fn cautions(compared: &Compared<'_>) -> String {
-    unsafe_loop(compared) + &unsolved(compared) + &cautions_of(&compared.study.path)
+    unsafe_loop_words(compared) + &unsolved_words(compared) + &cautions_of(&compared.study.path)
 }
 
-fn unsafe_loop(compared: &Compared<'_>) -> String {
+/// Warns if the loop through the cutting force does not converge at the given cutting stiffness; else empty.
+fn unsafe_loop_words(compared: &Compared<'_>) -> String {
     let (Some(stiffness), Some(found)) = (compared.study.cutting_stiffness, compared.results.loop_gain) else {
         return String::new();
     };
@@ -35,7 +36,8 @@ fn unsafe_loop(compared: &Compared<'_>) -> String {
     }
 }
 
-fn unsolved(compared: &Compared<'_>) -> String {
+/// Says in how many trials a point was not solved; empty if in none.
+fn unsolved_words(compared: &Compared<'_>) -> String {
     let trials = &compared.results.trials;
     let partly = trials.iter().filter(|trial| quantities::status(trial) != SOLVED);
     match partly.count() {
@@ -44,18 +46,18 @@ fn unsolved(compared: &Compared<'_>) -> String {
     }
 }
 
-/// All of it.
+/// Returns the table of medians and bands, with the facts of the path.
 pub(super) fn details(compared: &Compared<'_>) -> String {
     let mut table = text_table(["force error", "predicted", "5 % to 95 %", "measured", "5 % to 95 %"], 1);
     let shown = |value: f64| millimetres_in_table(value, 4);
-    let median = |band: &Option<Band>| if_any(*band, |band| shown(band.median_mm));
+    let median = |band: &Option<Band>| or_dash(*band, |band| shown(band.median_mm));
     let between =
-        |band: &Option<Band>| if_any(*band, |band| format!("{} to {}", shown(band.low_mm), shown(band.high_mm)));
+        |band: &Option<Band>| or_dash(*band, |band| format!("{} to {}", shown(band.low_mm), shown(band.high_mm)));
     let rows = compared.study.force_errors.iter().zip(compared.offline.iter().zip(&compared.online));
     for (error, (offline, online)) in rows {
         table.add_row([percent_of(*error), median(offline), between(offline), median(online), between(online)]);
     }
-    let plain = if_any(compared.results.plain.rms_mm, shown);
+    let plain = or_dash(compared.results.plain.rms_mm, shown);
     format!(
         "Rms distance of the tool from its path, where it cuts, in the median over seeds, corrected by predicted and by measured \
          forces; {plain} without correction.\n{table}\n{}",
@@ -63,7 +65,7 @@ pub(super) fn details(compared: &Compared<'_>) -> String {
     )
 }
 
-/// The answer at a glance.
+/// Returns the first screen: main sentence, cautions and key numbers.
 pub(super) fn headline(compared: &Compared<'_>) -> Headline {
     let study = compared.study;
     let basis = format!(
@@ -72,14 +74,15 @@ pub(super) fn headline(compared: &Compared<'_>) -> Headline {
         counted(study.force_errors.len(), "force error"),
         counted(study.path.stations.len(), "point")
     );
-    Headline::new(sentence(compared), basis)
+    Headline::new(main_sentence(compared), basis)
         .with_cautions(&cautions(compared))
-        .with_all(break_even(compared))
-        .with_all(residual(compared))
-        .with_all(compared.results.loop_gain.as_ref().map(loop_gain))
+        .with_numbers(break_even_key_number(compared))
+        .with_numbers(residual_key_number(compared))
+        .with_numbers(compared.results.loop_gain.as_ref().map(stiffness_key_number))
 }
 
-fn sentence(compared: &Compared<'_>) -> String {
+/// Returns the main sentence: from which force error on measuring the force pays.
+fn main_sentence(compared: &Compared<'_>) -> String {
     let name = compared.study.path.machine.short_title();
     match compared.break_even {
         Some(BreakEven::Always) => format!(
@@ -100,19 +103,20 @@ fn sentence(compared: &Compared<'_>) -> String {
     }
 }
 
-fn break_even(compared: &Compared<'_>) -> Option<KeyNumber> {
+/// Returns the break-even force error as a key number; `None` if one way is always better.
+fn break_even_key_number(compared: &Compared<'_>) -> Option<KeyNumber> {
     let BreakEven::From(error) = compared.break_even? else { return None };
     let number = percent_of(error);
     let what = "error of the predicted force from which on measuring it pays";
     Some(KeyNumber::new(&number, what, "one standard deviation over programs"))
 }
 
-/// What both leave at the largest force error.
-fn residual(compared: &Compared<'_>) -> Option<KeyNumber> {
-    let [offline, online] = compared.at_the_largest()?;
+/// Returns the residual of both ways at the largest force error as a key number.
+fn residual_key_number(compared: &Compared<'_>) -> Option<KeyNumber> {
+    let [offline, online] = compared.medians_at_largest()?;
     let largest = percent_of(compared.study.force_errors.last().copied()?);
     let what = format!("rms residual error by measured forces if their prediction is off by {largest}, in the median");
-    let plain = if_any(compared.results.plain.rms_mm, |rms| format!("; {} without correction", millimetres(rms, 4)));
+    let plain = or_dash(compared.results.plain.rms_mm, |rms| format!("; {} without correction", millimetres(rms, 4)));
     Some(KeyNumber::new(
         &millimetres(online, 4),
         what,
@@ -120,7 +124,8 @@ fn residual(compared: &Compared<'_>) -> Option<KeyNumber> {
     ))
 }
 
-fn loop_gain(found: &LoopGain) -> KeyNumber {
+/// Returns the largest stable cutting stiffness as a key number.
+fn stiffness_key_number(found: &LoopGain) -> KeyNumber {
     let shown = format!("{:.0} N/mm", found.largest_stiffness_N_per_mm);
     let against = match found.gain {
         Some(gain) if gain.is_finite() => format!("the loop has a gain of {gain:.2} at the stiffness that is given"),

@@ -1,4 +1,4 @@
-//! The cutting force along a path, as tables, views and pictures show it: on the tool, in base axes.
+//! Columns, view and curves of the cutting force on the tool along a path, in base axes (O).
 
 use nalgebra::Vector3;
 
@@ -12,18 +12,18 @@ use crate::{
 /// Axes of the base.
 const AXES: [&str; 3] = ["x", "y", "z"];
 
-/// Columns of the force on the tool in base axes.
+/// Returns the names of the columns of the cutting force on the tool, O axes, N.
 pub fn columns() -> [String; 3] {
     AXES.map(|axis| format!("cutting_force_{axis}_N"))
 }
 
-/// The cells of [`columns`].
+/// Returns the cells of [`columns`] for one task point.
 pub fn force_cells(task: &TaskPoint) -> Row {
     // No sign before a zero.
     cells(task.load.force.iter().map(|force| force + 0.0)).collect()
 }
 
-/// Components of the force as quantities of a view.
+/// Returns the components of the cutting force as quantities of a view.
 pub fn quantities() -> impl Iterator<Item = Quantity> {
     columns().into_iter().zip(AXES).map(|(column, axis)| {
         Quantity::new([column], &format!("cutting force on the tool along {axis}"), "N", Better::Neither)
@@ -33,37 +33,37 @@ pub fn quantities() -> impl Iterator<Item = Quantity> {
 /// Title of the picture.
 pub const TITLE: &str = "Cutting force on the tool, in base axes";
 
-/// Label of its size.
+/// Label of the curve of the force's norm.
 pub const SIZE: &str = "size";
 
-/// Components and size of the force along a path, gathered point by point.
+/// Curves of the components and the norm of the cutting force along a path, collected point by point; O axes, N.
 #[derive(Debug, Clone)]
 pub struct ForceCurves {
-    seen: usize,
+    count: usize,
     acts: bool,
-    /// Along the axes, and the size.
+    /// Curves along x, y and z, and of the norm.
     curves: [Curve; 4],
 }
 
 impl ForceCurves {
-    /// Along a path of `points`.
+    /// Makes empty curves for a path of `points` points.
     pub fn new(points: usize) -> Self {
-        Self { seen: 0, acts: false, curves: std::array::from_fn(|_| Curve::new(points)) }
+        Self { count: 0, acts: false, curves: std::array::from_fn(|_| Curve::new(points)) }
     }
 
-    /// Takes the next point: where the curves stand on their axis, if they do, and what is asked there.
+    /// Adds the next point, at `x` on the horizontal axis; without `x` it is not drawn.
     pub fn add(&mut self, x: Option<f64>, task: &TaskPoint) {
         let force = &task.load.force;
         self.acts |= *force != Vector3::zeros();
         if let Some(x) = x {
             let values = [force.x, force.y, force.z, force.norm()];
-            self.curves.iter_mut().zip(values).for_each(|(curve, value)| curve.add(self.seen, x, value));
+            self.curves.iter_mut().zip(values).for_each(|(curve, value)| curve.add(self.count, x, value));
         }
-        self.seen += 1;
+        self.count += 1;
     }
 
-    /// The curves with their labels; nothing where there is no force all along.
-    pub fn labelled(&self) -> Vec<(String, &Curve)> {
+    /// Returns the curves with their labels; none if the force is zero everywhere.
+    pub fn labelled_curves(&self) -> Vec<(String, &Curve)> {
         let labels = AXES.iter().map(|axis| format!("along {axis}")).chain([SIZE.to_string()]);
         if self.acts { labels.zip(&self.curves).collect() } else { Vec::new() }
     }

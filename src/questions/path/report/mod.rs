@@ -1,4 +1,4 @@
-//! Reports of a path study, gathered point by point: memory does not grow with the path.
+//! Report of a path study, collected part by part, so that memory does not grow with the path.
 
 pub(crate) mod cutting_force;
 mod on_part;
@@ -8,17 +8,19 @@ mod summary;
 mod text;
 mod thinned;
 
-pub use on_part::view;
-pub(crate) use quantities::{ANGLE, ARC_LENGTH, DISPLACEMENT, displacement_along, drives, points_table};
+pub use on_part::view_axes;
+pub(crate) use quantities::{ANGLE, ARC_LENGTH, DISPLACEMENT, displacement_components, drives, points_table};
 pub use summary::Summary;
 pub(crate) use text::cautions_of;
 pub use text::{facts_text, failures_text, text};
-pub use thinned::{Curve, MOST_POINTS, drawn};
+pub use thinned::{Curve, MOST_POINTS, drawn_indices};
 
 use serde_json::json;
 
 use crate::{
-    answer::{Output, Quantity, Run, Said, Streams, deflected_pose::deflected_pose, facts_of, layers, source_group},
+    answer::{
+        Output, Quantity, ReportText, Run, Streams, deflected_pose::deflected_pose, facts_of, layers, source_group,
+    },
     files::words::counted,
     input::error::Result,
     machine::Machine,
@@ -26,15 +28,16 @@ use crate::{
     process::RedundancySettings,
     questions::{
         Answered,
-        path::{AtPoint, PathPart, PathStudy, Shown, run_in_parts},
+        path::{PathPart, PathStudy, PointEffect, Shown, run_in_parts},
     },
     redundancy::{self, FoundGamma},
 };
 use pictures::Pictures;
 
 impl Answered for PathStudy {
+    /// Computes the study part by part, and makes tables, figures, page and summary.
     fn answer(&self, shown: &Shown, run: &Run<'_>) -> Result<Output> {
-        let turned = self.turned(run.work)?;
+        let turned = self.with_gamma(run.work)?;
         let (study, machine) = (turned.as_ref(), &turned.machine);
         let empty = points_table(study, &PathPart::empty(machine));
         let mut table = Streams::new(run, None).with("points", empty, |part| points_table(study, part))?;
@@ -46,7 +49,7 @@ impl Answered for PathStudy {
             table.add(&part)
         })?;
         let text = text(&summary);
-        let bent = summary.farthest().filter(|_| run.figures).and_then(|(_, point)| {
+        let bent = summary.largest_displacement().filter(|_| run.figures).and_then(|(_, point)| {
             let place = format!("{:.1} mm along the path", study.stations[point].arc_length_mm);
             deflected_pose(machine, &study.errors, &study.tasks[point], place)
         });
@@ -63,7 +66,7 @@ impl Answered for PathStudy {
                 Description { headline: text::headline(&summary, &text), ..page(study, shown, &text) },
             )
         };
-        if let Some((found, how)) = turn_found(study) {
+        if let Some((found, how)) = found_gamma(study) {
             let arc_lengths_mm = study.stations.iter().map(|station| station.arc_length_mm);
             output.tables.push(("redundancy".into(), redundancy::report::table(found, arc_lengths_mm)));
             output.summary["redundancy"] = redundancy::report::json(found, how);
@@ -73,34 +76,35 @@ impl Answered for PathStudy {
     }
 }
 
-/// What was found of the turn about the tool's axis, if it was sought, and how.
-fn turn_found(study: &PathStudy) -> Option<(&FoundGamma, &RedundancySettings)> {
-    let turn = study.turn.as_ref()?;
-    Some((turn.found.as_deref()?, turn.how()))
+/// Returns the γ found along the path and the settings of its search; `None` if it was not sought.
+fn found_gamma(study: &PathStudy) -> Option<(&FoundGamma, &RedundancySettings)> {
+    let search = study.gamma_search.as_ref()?;
+    Some((search.found.as_deref()?, search.settings()))
 }
 
-/// Sections, setting, views and tables; first screen, figures and question are added by the run.
-fn page(study: &PathStudy, shown: &Shown, text: &Said) -> Description {
+/// Returns the page without first screen, figures and question, which the run adds.
+fn page(study: &PathStudy, shown: &Shown, text: &ReportText) -> Description {
     let points =
         "One row per point and source of error: displacement without compensation, command and forces with it.";
     let mut tables = vec![
         TableNote::new("methods.csv", "One row per method: corrections it needs and errors it leaves."),
         TableNote::ranked("points.csv", points, &DISPLACEMENT.name),
     ];
-    if study.turn.is_some() {
+    if study.gamma_search.is_some() {
         let turns = "One row per point: the rotation γ about the tool axis and its cost, beside the programmed and the best constant one.";
         tables.push(TableNote::ranked("redundancy.csv", turns, "cost_mm"));
     }
     Description {
         setting: setting(study, shown),
-        explorers: vec![along(&study.machine), methods()],
+        explorers: vec![path_view(&study.machine), methods_view()],
         tables,
         sections: sections(study, text),
         ..Description::new("path", MachineDescription::new(&study.machine))
     }
 }
 
-fn sections(study: &PathStudy, text: &Said) -> Vec<Section> {
+/// Returns the sections of the page in reading order.
+fn sections(study: &PathStudy, text: &ReportText) -> Vec<Section> {
     let mut sections = vec![
         Section::new("Where is the tool off how far?", "along the path, and on the part")
             .text(&text.place)
@@ -115,7 +119,7 @@ fn sections(study: &PathStudy, text: &Said) -> Vec<Section> {
             .figures(&["delta_rho", "drive_"])
             .tables(["methods.csv"]),
     ];
-    sections.extend(turn_found(study).map(|(found, how)| {
+    sections.extend(found_gamma(study).map(|(found, how)| {
         Section::new("Which γ?", "the rotation about the tool axis, which is redundant")
             .text(&redundancy::report::sentence(found, how))
             .tables(["redundancy.csv"])
@@ -127,6 +131,7 @@ fn sections(study: &PathStudy, text: &Said) -> Vec<Section> {
 const ALONG: &str = "Along the path";
 const METHODS: &str = "Methods of compensation";
 
+/// Returns the facts about machine, path, process and force that head the page.
 fn setting(study: &PathStudy, shown: &Shown) -> Vec<Fact> {
     let kind = if shown.is_circle { "circle" } else { "path" };
     let points = counted(study.stations.len(), "point");
@@ -141,22 +146,28 @@ fn setting(study: &PathStudy, shown: &Shown) -> Vec<Fact> {
     let force = if high > 0.0 { format!("{low:.1} N to {high:.1} N along the path") } else { "none".into() };
     own.push(Fact::new("force on the tool", force));
     own.extend(study.tasks.first().map(|task| Fact::new("compensation holds", task.target.words())));
-    own.extend(study.turn.as_ref().map(|turn| Fact::new("rotation about the tool axis", turn.redundancy().words())));
+    own.extend(study.gamma_search.as_ref().map(|own| Fact::new("rotation about the tool axis", own.choice().words())));
     facts_of(&study.machine, &study.errors, own)
 }
 
-fn along(machine: &Machine) -> Explorer {
+/// Returns the view of the table of points: largest quantities first, then components and the cutting force.
+fn path_view(machine: &Machine) -> Explorer {
     let mut first = vec![DISPLACEMENT];
     first.extend(quantities::drives(machine).largest().cloned());
-    first.push(quantities::LEFT);
+    first.push(quantities::RESIDUAL_ERROR);
     let mut view = points_view(machine, ALONG.into(), "points.csv".into(), first);
     view.quantities.extend(cutting_force::quantities());
     view
 }
 
-/// A view of a table of path points: the quantities `first`, then each component of displacement, correction and force.
-pub(crate) fn points_view(machine: &Machine, title: String, table: String, first: Vec<Quantity<AtPoint>>) -> Explorer {
-    let (moved, drives) = (quantities::displacement_along(), quantities::drives(machine).each);
+/// Returns a view of a table of path points: the quantities `first`, then each component of displacement, correction and force.
+pub(crate) fn points_view(
+    machine: &Machine,
+    title: String,
+    table: String,
+    first: Vec<Quantity<PointEffect>>,
+) -> Explorer {
+    let (moved, drives) = (quantities::displacement_components(), quantities::drives(machine).each);
     let mut quantities = layers(first.iter().chain(&moved).chain(&drives));
     quantities.push(crate::page::Quantity::new([ANGLE[0]], ANGLE[1], "°", Better::Neither));
     Explorer {
@@ -170,19 +181,20 @@ pub(crate) fn points_view(machine: &Machine, title: String, table: String, first
     }
 }
 
-/// What curves along a path can be seen over.
+/// Returns the columns over which curves along a path are drawn: length and tool angle φ.
 pub(crate) fn along_columns() -> Vec<Column> {
     vec![Column::new(ARC_LENGTH[0], ARC_LENGTH[1], "mm"), Column::new(ANGLE[0], ANGLE[1], "°")]
 }
 
-fn methods() -> Explorer {
+/// Returns the view of the table of methods.
+fn methods_view() -> Explorer {
     Explorer {
         title: METHODS.into(),
         table: "methods.csv".into(),
         shape: Shape::Names,
         coordinates: vec![Column::new("method", "method", "")],
         group: None,
-        quantities: layers(&quantities::OF_METHODS),
+        quantities: layers(&quantities::METHOD_QUANTITIES),
         marks: Vec::new(),
     }
 }

@@ -1,8 +1,8 @@
-//! The path as wanted, and as it is moved by what acts on the machine, in two drawings: deviations are magnified.
+//! Drawings of the wanted path and of the path as the sources displace it; deviations are magnified.
 
 use nalgebra::Vector3;
 
-use super::thinned::drawn;
+use super::thinned::drawn_indices;
 use crate::{
     figures::{Figure, LineFigure, LineSeries, Look, PlanFigure, PlanShape, amplification::amplification},
     files::words::{counted, millimetres},
@@ -12,37 +12,37 @@ use crate::{
 
 const AXES: [&str; 3] = ["x", "y", "z"];
 
-/// What is added to a point of the path to draw it, O axes, mm.
+/// Deviations from the wanted path at one point, O axes, mm.
 #[derive(Debug, Clone)]
-struct Shifts {
-    /// Displacements by the sources; `None` where nothing settles.
+struct Deviations {
+    /// Displacement by each source; `None` where there is no equilibrium.
     displacement: BySource<Option<Vector3<f64>>>,
     commanded: Option<Vector3<f64>>,
-    /// What compensation leaves.
+    /// Residual error after compensation.
     left: Option<Vector3<f64>>,
 }
 
-/// What the drawings show, gathered point by point: of a long path not every point is drawn.
+/// Data of the two drawings of a path, collected point by point; of a long path not every point is drawn.
 #[derive(Debug, Clone)]
-pub(super) struct OnPart<'a> {
+pub(super) struct PathDrawing<'a> {
     study: &'a PathStudy,
     wanted: Vec<Vector3<f64>>,
-    /// Points at which the path is drawn, ascending.
+    /// Indices of the points drawn, ascending.
     drawn: Vec<usize>,
-    /// What is added to the path there.
-    shifts: Vec<Shifts>,
-    /// The point with the largest displacement by all sources, and that, mm.
+    /// Deviations at the points drawn.
+    shifts: Vec<Deviations>,
+    /// The point with the largest displacement by all sources, and that displacement, O axes, mm.
     worst: Option<(usize, Vector3<f64>)>,
 }
 
-impl<'a> OnPart<'a> {
-    /// For `study`, none of its points seen.
+impl<'a> PathDrawing<'a> {
+    /// Makes the drawings of `study` without deviations yet.
     pub fn new(study: &'a PathStudy) -> Self {
-        let wanted = study.wanted();
-        Self { study, drawn: drawn(&wanted), wanted, shifts: Vec::new(), worst: None }
+        let wanted = study.wanted_positions();
+        Self { study, drawn: drawn_indices(&wanted), wanted, shifts: Vec::new(), worst: None }
     }
 
-    /// Takes the next point, with the index `k`.
+    /// Adds the next point, with the index `k`.
     pub fn add(&mut self, part: &PathPart, k: usize) {
         let displacement = BySource::of(&self.study.machine, |source| part.displacement(source, k));
         if let Some(moved) = displacement[Source::All]
@@ -52,25 +52,25 @@ impl<'a> OnPart<'a> {
         }
         if self.drawn.get(self.shifts.len()) == Some(&k) {
             let left = part.at(Source::All, k).compensated().map(|answer| answer.position_error);
-            self.shifts.push(Shifts { displacement, commanded: part.command_shift(self.study, k), left });
+            self.shifts.push(Deviations { displacement, commanded: part.command_shift(self.study, k), left });
         }
     }
 
-    /// Each point drawn: where it is wanted, and what is added to it.
-    fn points(&self) -> impl Iterator<Item = (Vector3<f64>, &Shifts)> {
+    /// Returns the wanted position and the deviations of each point drawn.
+    fn points(&self) -> impl Iterator<Item = (Vector3<f64>, &Deviations)> {
         self.drawn.iter().map(|&k| self.wanted[k]).zip(&self.shifts)
     }
 
-    /// How many times as large deviations are drawn where two axes are seen.
-    fn factor(&self, [across, up]: [usize; 2]) -> f64 {
+    /// Returns by how much deviations are magnified in the plane of two axes.
+    fn amplification_along(&self, [across, up]: [usize; 2]) -> f64 {
         let turned: Vec<Vector3<f64>> = self.wanted.iter().map(|p| Vector3::new(p[across], p[up], 0.0)).collect();
         amplification(&turned, self.worst.map_or(0.0, |(_, largest)| largest.norm()))
     }
 
-    /// The wanted and the real path, seen as it spreads most; deviations are coloured by their size.
-    pub fn magnified(&self, shown: Shown) -> Figure {
-        let [across, up, along] = view(&self.wanted);
-        let factor = self.factor([across, up]);
+    /// Draws the wanted and the displaced path in the plane in which it spreads most, coloured by the size of the deviation.
+    pub fn magnified_figure(&self, shown: Shown) -> Figure {
+        let [across, up, along] = view_axes(&self.wanted);
+        let factor = self.amplification_along([across, up]);
         let flat = |p: Vector3<f64>| (p[across], p[up]);
         let mut coloured: Vec<Vec<(f64, f64, f64)>> = vec![Vec::new()];
         for (wanted, shifts) in self.points() {
@@ -104,7 +104,7 @@ impl<'a> OnPart<'a> {
             quantity: "distance from the wanted path [mm]".into(),
             field: None,
             shapes: vec![PlanShape {
-                look: Look::Wanted,
+                look: Look::TargetPath,
                 points: self.points().map(|(wanted, _)| flat(wanted)).collect(),
                 label: String::new(),
             }],
@@ -119,11 +119,11 @@ impl<'a> OnPart<'a> {
         }))
     }
 
-    /// The path in the xy-plane: wanted, as the tool goes without compensation, as it is commanded and as it goes then.
-    pub fn along_z(&self) -> Figure {
-        let factor = self.factor([0, 1]);
-        let drawn = |label: &str, dashed: bool, shift: &dyn Fn(&Shifts) -> Option<Vector3<f64>>| {
-            let at = |(wanted, shifts): (Vector3<f64>, &Shifts)| Some(wanted + shift(shifts)? * factor);
+    /// Draws the path in the xy-plane: wanted, displaced, commanded and compensated.
+    pub fn top_view_figure(&self) -> Figure {
+        let factor = self.amplification_along([0, 1]);
+        let drawn = |label: &str, dashed: bool, shift: &dyn Fn(&Deviations) -> Option<Vector3<f64>>| {
+            let at = |(wanted, shifts): (Vector3<f64>, &Deviations)| Some(wanted + shift(shifts)? * factor);
             let points = self.points().filter_map(at).map(|at| (at.x, at.y)).collect();
             LineSeries::new(label, points, dashed)
         };
@@ -151,9 +151,8 @@ impl<'a> OnPart<'a> {
     }
 }
 
-/// The axes to the right, upward and along the view in which the path spreads most; along z where that hides no more than
-/// another.
-pub fn view(wanted: &[Vector3<f64>]) -> [usize; 3] {
+/// Returns the axes to the right, upward and along the line of sight of the view in which the path spreads most, preferably along z.
+pub fn view_axes(wanted: &[Vector3<f64>]) -> [usize; 3] {
     let extent = |axis: usize| {
         let (low, high) = wanted.iter().fold((f64::MAX, f64::MIN), |(l, h), p| (l.min(p[axis]), h.max(p[axis])));
         high - low

@@ -1,35 +1,35 @@
-//! Which pictures a path study gives: curves along the path, and the path as it is moved.
+//! Figures of a path study: curves along the path, and drawings of the displaced path.
 
 use nalgebra::Vector3;
 
 use super::{
     cutting_force::{self, ForceCurves},
-    on_part::OnPart,
+    on_part::PathDrawing,
     quantities::{DISPLACEMENT, drives},
-    thinned::{Curve, step},
+    thinned::{Curve, points_per_step},
 };
 use crate::{
     answer::Quantity,
     figures::{Figure, LineFigure, LineSeries},
     files::{
-        table::{drives_of, kind_word},
+        table::{drives_of_kind, kind_word},
         words::counted,
     },
     machine::Motion,
-    questions::path::{AtPoint, PathPart, PathStudy, Shown, Station},
+    questions::path::{PathPart, PathStudy, PointEffect, Shown, Station},
     simulation::Source,
 };
 
-/// A picture of curves along the path.
-struct Drawn {
+/// A figure of curves along the path.
+struct CurveFigure {
     stem: String,
     title: String,
     y_label: String,
-    lines: Vec<Line>,
+    lines: Vec<FigureCurve>,
 }
 
-/// A curve of a picture, gathered point by point: a long path is thinned.
-struct Line {
+/// A curve of a figure, collected point by point and thinned where the path is long.
+struct FigureCurve {
     label: String,
     dashed: bool,
     curve: Curve,
@@ -39,54 +39,54 @@ struct Line {
 /// What is drawn at a point.
 type Value = dyn Fn(&PathPart, usize) -> Option<f64> + Send;
 
-/// The pictures of a study.
+/// The figures of a study, collected part by part.
 pub(super) struct Pictures<'a> {
     study: &'a PathStudy,
     shown: Shown,
-    drawn: Vec<Drawn>,
-    on_part: OnPart<'a>,
+    drawn: Vec<CurveFigure>,
+    on_part: PathDrawing<'a>,
 }
 
 impl<'a> Pictures<'a> {
-    /// For `study`, none of its points seen.
+    /// Makes the figures of `study` without points yet.
     pub fn new(study: &'a PathStudy, shown: Shown) -> Self {
-        Self { study, shown, drawn: drawn(study), on_part: OnPart::new(study) }
+        Self { study, shown, drawn: curve_figures(study), on_part: PathDrawing::new(study) }
     }
 
-    /// Takes the next part.
+    /// Adds the points of the next part.
     pub fn add(&mut self, part: &PathPart) {
         for k in part.points() {
             self.on_part.add(part, k);
-            let Some(x) = along(self.shown, &self.study.stations[k]) else { continue };
+            let Some(x) = horizontal_position(self.shown, &self.study.stations[k]) else { continue };
             for line in self.drawn.iter_mut().flat_map(|drawn| &mut drawn.lines) {
                 (line.value)(part, k).into_iter().for_each(|value| line.curve.add(k, x, value));
             }
         }
     }
 
-    /// All pictures with their file stems.
+    /// Returns all figures with their file stems.
     pub fn figures(self) -> Vec<(String, Figure)> {
-        let of_lines = |drawn: &Drawn| {
+        let of_lines = |drawn: &CurveFigure| {
             let series = drawn.lines.iter().map(|line| self.series(&line.label, line.dashed, &line.curve));
             (drawn.stem.clone(), self.figure(&drawn.title, &drawn.y_label, series.collect()))
         };
         // What each source asks of a drive is shown last.
         let (own, by_source) = self.drawn.split_at(self.drawn.len() - self.study.machine.drive_count());
-        let mut figures = vec![("answer".to_string(), self.on_part.magnified(self.shown))];
+        let mut figures = vec![("answer".to_string(), self.on_part.magnified_figure(self.shown))];
         figures.extend(own.iter().map(of_lines));
         figures.extend(self.cutting_force().map(|figure| ("cutting_force".to_string(), figure)));
-        figures.push(("paths".to_string(), self.on_part.along_z()));
+        figures.push(("paths".to_string(), self.on_part.top_view_figure()));
         figures.extend(by_source.iter().map(of_lines));
         figures
     }
 
-    /// Components and size of the cutting force, if there is any.
+    /// Draws components and norm of the cutting force; `None` if there is no force.
     fn cutting_force(&self) -> Option<Figure> {
         let mut curves = ForceCurves::new(self.study.tasks.len());
         for (station, task) in self.study.stations.iter().zip(&self.study.tasks) {
-            curves.add(along(self.shown, station), task);
+            curves.add(horizontal_position(self.shown, station), task);
         }
-        let series = curves.labelled().into_iter().map(|(label, curve)| {
+        let series = curves.labelled_curves().into_iter().map(|(label, curve)| {
             let is_size = label == cutting_force::SIZE;
             self.series(&label, is_size, curve)
         });
@@ -94,9 +94,10 @@ impl<'a> Pictures<'a> {
         (!series.is_empty()).then(|| self.figure(cutting_force::TITLE, "force [N]", series))
     }
 
+    /// Makes a figure over the length of the path, or over φ on a circle.
     fn figure(&self, title: &str, y_label: &str, series: Vec<LineSeries>) -> Figure {
         let points = self.study.stations.len();
-        let thinned = match step(points) {
+        let thinned = match points_per_step(points) {
             1 => String::new(),
             step => format!(", the smallest and the largest value of each {step} drawn"),
         };
@@ -110,6 +111,7 @@ impl<'a> Pictures<'a> {
         })
     }
 
+    /// Makes a series of a curve, closed to one revolution on a circle.
     fn series(&self, label: &str, dashed: bool, curve: &Curve) -> LineSeries {
         let mut points = curve.points();
         if self.shown.is_circle {
@@ -121,30 +123,30 @@ impl<'a> Pictures<'a> {
     }
 }
 
-/// Where a point stands on the axis of the curves.
-fn along(shown: Shown, station: &Station) -> Option<f64> {
+/// Returns the horizontal position of a point: φ in degrees on a circle, else the length along the path, mm.
+fn horizontal_position(shown: Shown, station: &Station) -> Option<f64> {
     if shown.is_circle { station.phi_deg } else { Some(station.arc_length_mm) }
 }
 
-/// The pictures of curves: distances, corrections and forces of the drives, and of each drive what the sources ask of it.
-fn drawn(study: &PathStudy) -> Vec<Drawn> {
+/// Lists the figures of curves, still empty: displacements, drive corrections and forces, and the correction of each drive by source.
+fn curve_figures(study: &PathStudy) -> Vec<CurveFigure> {
     let machine = &study.machine;
-    let line = |label: String, dashed: bool, value: Box<Value>| Line {
+    let line = |label: String, dashed: bool, value: Box<Value>| FigureCurve {
         label,
         dashed,
         curve: Curve::new(study.stations.len()),
         value,
     };
-    let of = |label: String, dashed: bool, source: Source, quantity: &Quantity<AtPoint>| {
+    let of = |label: String, dashed: bool, source: Source, quantity: &Quantity<PointEffect>| {
         let quantity = quantity.clone();
         line(label, dashed, Box::new(move |part, k| quantity.value(part.at(source, k))))
     };
-    let by_source = |quantity: &Quantity<AtPoint>| -> Vec<Line> {
+    let by_source = |quantity: &Quantity<PointEffect>| -> Vec<FigureCurve> {
         let sources = Source::of(machine).iter();
         sources.map(|source| of(source.words().into(), *source != Source::All, *source, quantity)).collect()
     };
-    let of_drives = |kind: Motion, quantities: &[Quantity<AtPoint>]| -> Vec<Line> {
-        let drives = drives_of(machine, kind);
+    let of_drives = |kind: Motion, quantities: &[Quantity<PointEffect>]| -> Vec<FigureCurve> {
+        let drives = drives_of_kind(machine, kind);
         drives.map(|(drive, label)| of(format!("drive {label}"), false, Source::All, &quantities[drive])).collect()
     };
     let mut distances = by_source(&DISPLACEMENT);
@@ -159,7 +161,7 @@ fn drawn(study: &PathStudy) -> Vec<Drawn> {
             displacements.sum::<Option<Vector3<f64>>>().map(|sum| sum.norm())
         }),
     ));
-    let mut all = vec![Drawn {
+    let mut all = vec![CurveFigure {
         stem: "displacement".into(),
         title: "Distance from the path without compensation".into(),
         y_label: "|Δt| [mm]".into(),
@@ -167,7 +169,7 @@ fn drawn(study: &PathStudy) -> Vec<Drawn> {
     }];
     let each = drives(machine).each;
     let (corrections, forces) = each.split_at(machine.drive_count());
-    all.extend(machine.drive_kinds().map(|kind| Drawn {
+    all.extend(machine.drive_kinds().map(|kind| CurveFigure {
         stem: match machine.has_mixed_drives() {
             false => "delta_rho".into(),
             true => format!("delta_rho_{}", kind_word(machine, kind)),
@@ -176,14 +178,14 @@ fn drawn(study: &PathStudy) -> Vec<Drawn> {
         y_label: format!("Δρ [{}]", kind.shown_position_unit()),
         lines: of_drives(kind, corrections),
     }));
-    all.extend(machine.drive_kinds().map(|kind| Drawn {
+    all.extend(machine.drive_kinds().map(|kind| CurveFigure {
         stem: format!("drive_{}", kind.force_word()),
         title: format!("Drive {}s along the compensated path", kind.force_word()),
         y_label: format!("τ [{}]", kind.shown_force_unit()),
         lines: of_drives(kind, forces),
     }));
     for kind in machine.drive_kinds() {
-        all.extend(drives_of(machine, kind).map(|(drive, label)| Drawn {
+        all.extend(drives_of_kind(machine, kind).map(|(drive, label)| CurveFigure {
             stem: format!("delta_rho_sources_{label}"),
             title: format!("Which source asks drive {label} for what"),
             y_label: format!("Δρ {label} [{}]", kind.shown_position_unit()),

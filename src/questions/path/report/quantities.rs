@@ -1,37 +1,37 @@
-//! The numbers of a path study: what a source does at a point of the path, and what a method leaves. `status` and `reason` say why
-//! numbers are missing.
+//! Quantities and tables of a path study: effects of the sources at each point, and residual errors of the methods.
 
 use super::cutting_force;
 use crate::{
     answer::{
-        OfDrives, Quantity, TableOf,
+        DriveQuantities, Quantity, QuantityTable,
         command_columns::{drive_cells, drive_columns, pose_cells, pose_columns},
     },
     files::exchange::{Row, Table, cells, counts, numbers, texts},
     machine::Machine,
     page::Better::{Neither, Smaller},
-    questions::path::{AtPoint, MethodAlongPath, PathPart, PathStudy},
+    questions::path::{MethodAlongPath, PathPart, PathStudy, PointEffect},
     simulation::Source,
 };
 
-type Of = Quantity<AtPoint>;
+type Of = Quantity<PointEffect>;
 
 pub(crate) const DISPLACEMENT: Of =
     Of::new("displacement_mm", "displacement without compensation", Smaller, |at| Some(at.displacement()?.norm()));
-pub(super) const LEFT: Of =
+pub(super) const RESIDUAL_ERROR: Of =
     Of::new("residual_error_mm", "residual error", Smaller, |at| Some(at.compensated()?.position_error.norm()));
 
-pub(crate) fn displacement_along() -> [Of; 3] {
+/// Returns the components of the displacement at the nominal command, O axes, mm.
+pub(crate) fn displacement_components() -> [Of; 3] {
     Of::vector_mm("displacement", "displacement", |at| Some(at.displacement()?.into()))
 }
 
-/// Corrections and forces of the drives on the compensated path.
-pub(crate) fn drives(machine: &Machine) -> OfDrives<AtPoint> {
-    let correction = |at: &AtPoint, drive: usize| {
+/// Returns corrections and forces of the drives on the compensated path.
+pub(crate) fn drives(machine: &Machine) -> DriveQuantities<PointEffect> {
+    let correction = |at: &PointEffect, drive: usize| {
         let answer = at.compensated()?;
         Some(answer.drives.get(drive)? - answer.nominal_drives.get(drive)?)
     };
-    OfDrives::new(machine, Neither, correction, |at, drive| at.compensated()?.drive_forces.get(drive).copied())
+    DriveQuantities::new(machine, Neither, correction, |at, drive| at.compensated()?.drive_forces.get(drive).copied())
 }
 
 /// Column and label of the length along the path.
@@ -39,16 +39,14 @@ pub(crate) const ARC_LENGTH: [&str; 2] = ["arc_length_mm", "length along the pat
 /// Column and label of the tool angle.
 pub(crate) const ANGLE: [&str; 2] = ["phi_deg", "tool angle φ"];
 
-/// One row per point and source: where the compensated point should be, how far it is moved at the nominal command, the cutting force
-/// that the source has, the poses of P in O and the drive positions that are commanded without and with compensation, corrections and
-/// drive forces then, and the rotation left over.
+/// Makes the table of points, one row per point and source: positions, errors, cutting force, commands, and drive corrections and forces.
 pub(crate) fn points_table(study: &PathStudy, part: &PathPart) -> Table {
     let machine = &study.machine;
-    let moved: Vec<Of> = [DISPLACEMENT].into_iter().chain(displacement_along()).collect();
+    let moved: Vec<Of> = [DISPLACEMENT].into_iter().chain(displacement_components()).collect();
     let leftover = Of::vector("residual_rotation", "deg", "", |at| {
         Some(at.compensated()?.residual_rotation.map(f64::to_degrees).into())
     });
-    let left: Vec<Of> = leftover.into_iter().chain([LEFT]).collect();
+    let left: Vec<Of> = leftover.into_iter().chain([RESIDUAL_ERROR]).collect();
     let drives = drives(machine).each;
     let columns = |all: &[Of]| all.iter().map(Of::column).collect();
     let columns = [
@@ -94,11 +92,10 @@ const ROTATION: OfMethod = OfMethod::new("residual_rotation_max_deg", "residual 
     method.summary.max_residual_rotation.map(f64::to_degrees)
 });
 
-/// Those of a page, in its order.
-pub(super) const OF_METHODS: [OfMethod; 4] = [ERROR_MAX, ERROR_RMS, CORRECTIONS, ROTATION];
+/// Quantities of the view of the methods, in its order.
+pub(super) const METHOD_QUANTITIES: [OfMethod; 4] = [ERROR_MAX, ERROR_RMS, CORRECTIONS, ROTATION];
 
-/// One row per method: what it leaves and how many corrections it needs; nothing where it solves no point. Time is not here, as it
-/// differs between runs.
+/// Makes the table of methods, one row each: residual errors and mean corrections. Computing time differs between runs, so it is left out.
 pub(super) fn methods_table(methods: &[MethodAlongPath]) -> Table {
     let quantities = vec![
         OfMethod::count("points", |method| Some(method.summary.points)),
@@ -113,5 +110,5 @@ pub(super) fn methods_table(methods: &[MethodAlongPath]) -> Table {
         ROTATION,
     ];
     let rows = methods.iter().map(|method| (vec![method.method.label().into()], Ok(method)));
-    TableOf::without_status(texts(["method"]), quantities).table(rows)
+    QuantityTable::without_status(texts(["method"]), quantities).table(rows)
 }

@@ -1,52 +1,52 @@
-//! What a path says, gathered from its points one after another, and as a small JSON object.
+//! Largest values along a path, collected point by point, and the summary as JSON.
 
 use serde_json::{Map, Value, json};
 
-use super::quantities::{DISPLACEMENT, LEFT, drives};
+use super::quantities::{DISPLACEMENT, RESIDUAL_ERROR, drives};
 use crate::{
-    answer::{OfDrives, Quantity, ShareWithin},
+    answer::{DriveQuantities, Quantity, ShareWithin},
     files::StatusCount,
-    questions::path::{AtPoint, MethodAlongPath, PathPart, PathStudy, Shown},
+    questions::path::{MethodAlongPath, PathPart, PathStudy, PointEffect, Shown},
     simulation::{BySource, Source},
 };
 
-/// Of one source.
+/// Extremes and counts of one source of error along the path.
 #[derive(Default)]
-struct OfSource {
-    /// The largest value of each quantity, and the point it was seen at first.
+struct SourceExtremes {
+    /// The largest value of each quantity, and the first point at which it occurs.
     largest: Vec<Option<(f64, usize)>>,
     failed: usize,
     statuses: Vec<StatusCount>,
 }
 
-/// What a path says, gathered point by point: memory does not grow with it.
+/// Extremes along a path, collected point by point, so that memory does not grow with the path.
 pub struct Summary<'a> {
     pub(super) study: &'a PathStudy,
     pub(super) shown: Shown,
-    pub(super) drives: OfDrives<AtPoint>,
-    /// Those whose largest values are told.
-    quantities: Vec<Quantity<AtPoint>>,
-    sources: BySource<OfSource>,
-    /// Of the points whose displacement is known, where all sources together keep the tolerance.
+    pub(super) drives: DriveQuantities<PointEffect>,
+    /// Quantities whose largest values are collected.
+    quantities: Vec<Quantity<PointEffect>>,
+    sources: BySource<SourceExtremes>,
+    /// Share of the points with a known displacement at which that by all sources is within tolerance.
     pub(super) within: ShareWithin,
-    /// What the single sources do, mm, at the point at which all together move the tool farthest.
-    pub(super) blame: Vec<(Source, f64)>,
+    /// Displacements by the single sources, mm, at the point at which all together move the tool farthest.
+    pub(super) single_sources: Vec<(Source, f64)>,
 }
 
 impl<'a> Summary<'a> {
-    /// Of `study`, none of its points seen.
+    /// Makes an empty summary of `study`.
     pub fn new(study: &'a PathStudy, shown: Shown) -> Self {
         let drives = drives(&study.machine);
-        let quantities: Vec<_> = [DISPLACEMENT, LEFT].into_iter().chain(drives.largest().cloned()).collect();
-        let of_source = |_| OfSource { largest: vec![None; quantities.len()], ..OfSource::default() };
+        let quantities: Vec<_> = [DISPLACEMENT, RESIDUAL_ERROR].into_iter().chain(drives.largest().cloned()).collect();
+        let of_source = |_| SourceExtremes { largest: vec![None; quantities.len()], ..SourceExtremes::default() };
         let sources = BySource::of(&study.machine, of_source);
-        Self { study, shown, drives, quantities, sources, within: ShareWithin::default(), blame: Vec::new() }
+        Self { study, shown, drives, quantities, sources, within: ShareWithin::default(), single_sources: Vec::new() }
     }
 
-    /// Takes the next part into account.
+    /// Adds the points of the next part of the path.
     pub fn add(&mut self, part: &PathPart) {
         for k in part.points() {
-            self.hold_against(part, k);
+            self.note_displacement(part, k);
             for (source, sums) in self.sources.iter_mut() {
                 let at = part.at(source, k);
                 StatusCount::add(&mut sums.statuses, at.answer.status.label());
@@ -59,37 +59,37 @@ impl<'a> Summary<'a> {
         }
     }
 
-    /// Holds point `k` against the tolerance, and notes who is to blame if it is the worst so far.
-    fn hold_against(&mut self, part: &PathPart, k: usize) {
+    /// Counts whether point `k` is within tolerance, and records the single sources there if it is the worst so far.
+    fn note_displacement(&mut self, part: &PathPart, k: usize) {
         let size = |source: Source| DISPLACEMENT.value(part.at(source, k));
         let all = size(Source::All);
         if let Some(tolerance) = self.study.tolerance_mm {
             self.within.add(1.0, all.map(|all| all <= tolerance));
         }
         let Some(all) = all else { return };
-        if self.farthest().is_none_or(|(most, _)| all > most) {
+        if self.largest_displacement().is_none_or(|(most, _)| all > most) {
             let parts = Source::parts(&self.study.machine).iter();
-            self.blame = parts.filter_map(|source| Some((*source, size(*source)?))).collect();
+            self.single_sources = parts.filter_map(|source| Some((*source, size(*source)?))).collect();
         }
     }
 
-    /// The largest value of `quantity` under `source`, and its point.
-    pub(super) fn largest(&self, source: Source, quantity: &Quantity<AtPoint>) -> Option<(f64, usize)> {
+    /// Returns the largest value of `quantity` under `source`, and its point.
+    pub(super) fn largest(&self, source: Source, quantity: &Quantity<PointEffect>) -> Option<(f64, usize)> {
         let place = self.quantities.iter().position(|own| own.name == quantity.name)?;
         self.sources.get(source)?.largest[place]
     }
 
-    /// How far all sources together move the tool, and at which point.
-    pub(super) fn farthest(&self) -> Option<(f64, usize)> {
+    /// Returns the largest displacement by all sources together, mm, and its point.
+    pub(super) fn largest_displacement(&self) -> Option<(f64, usize)> {
         self.largest(Source::All, &DISPLACEMENT)
     }
 
-    /// Points that could not be compensated.
-    pub(super) fn failed(&self) -> usize {
+    /// Returns the number of points that could not be compensated for all sources.
+    pub(super) fn failed_count(&self) -> usize {
         self.sources[Source::All].failed
     }
 
-    /// Rows per status, those of all sources together first.
+    /// Returns the rows per status, those of all sources together first.
     pub(super) fn statuses(&self) -> Vec<StatusCount> {
         let mut all = self.sources[Source::All].statuses.clone();
         for count in self.sources.iter().filter(|(own, _)| *own != Source::All).flat_map(|(_, sums)| &sums.statuses) {
@@ -101,9 +101,9 @@ impl<'a> Summary<'a> {
         all
     }
 
-    /// Largest values per source and the methods.
+    /// Returns the summary as JSON: largest values per source, and residual errors of the methods.
     pub(super) fn json(&self, methods: &[MethodAlongPath]) -> Value {
-        let largest = |source, quantity: &Quantity<AtPoint>| {
+        let largest = |source, quantity: &Quantity<PointEffect>| {
             let (value, k) = self.largest(source, quantity)?;
             Some(json!({ "value": value, "point": k, "phi_deg": self.study.stations[k].phi_deg }))
         };

@@ -1,101 +1,108 @@
-//! What a path study says, in sentences: where the tool leaves the path how far, why, and what to command instead.
+//! Sentences of a path report: how far the tool leaves the path and where, why, and which commands compensate it.
 
 use super::{
-    quantities::{DISPLACEMENT, LEFT},
+    found_gamma,
+    quantities::{DISPLACEMENT, RESIDUAL_ERROR},
     summary::Summary,
-    turn_found,
 };
 use crate::{
     answer::{
-        Quantity, Said, Tolerance, acting,
-        cautions::{self, Outside},
+        Quantity, ReportText, Tolerance, acting_words,
+        cautions::{self, OutsidePositions},
     },
     files::{
         table::kind_word,
         text_table::text_table,
-        words::{counted, if_any, listed, millimetres, millimetres_in_table},
+        words::{counted, join_words, millimetres, millimetres_in_table, or_dash},
     },
     machine::Motion,
     page::headline::{Extreme, Headline, InTable, KeyNumber},
-    questions::path::{AtPoint, MethodAlongPath, PathStudy},
+    questions::path::{MethodAlongPath, PathStudy, PointEffect},
     redundancy,
-    simulation::{ROUNDING_MM, Source, along_path::PathSummary, program_file::place_in_words},
+    simulation::{ROUNDING_MM, Source, along_path::PathSummary, program_file::line_in_words},
 };
 
-/// What `summary` of all points says.
-pub fn text(summary: &Summary<'_>) -> Said {
-    Said {
-        cautions: cautions(summary),
-        place: displacement(summary, Source::All) + &summary.within.sentence(summary.study.tolerance_mm, POINTS),
-        cause: cause(summary),
-        remedy: remedy(summary),
+/// Returns the sentences of the report for `summary`, which holds all points.
+pub fn text(summary: &Summary<'_>) -> ReportText {
+    ReportText {
+        cautions: cautions_text(summary),
+        place: displacement_text(summary, Source::All) + &summary.within.sentence(summary.study.tolerance_mm, POINTS),
+        cause: cause_text(summary),
+        remedy: remedy_text(summary),
     }
 }
 
-/// A point of the path in words.
-pub(super) fn place(summary: &Summary<'_>, k: usize) -> String {
+/// Describes point `k` of the path: program line, length along the path, and φ on a circle.
+pub(super) fn point_words(summary: &Summary<'_>, k: usize) -> String {
     let station = &summary.study.stations[k];
     let angle = station.phi_deg.filter(|_| summary.shown.is_circle);
     let angle = angle.map(|phi| format!(" (tool angle φ = {phi:.0}°)")).unwrap_or_default();
-    let of_file = |line| format!("{}, ", place_in_words(&summary.study.called_files, station.file, line));
+    let of_file = |line| format!("{}, ", line_in_words(&summary.study.called_files, station.file, line));
     let line = station.line.map(of_file).unwrap_or_default();
     format!("{line}{:.1} mm along the path{angle}", station.arc_length_mm)
 }
 
-fn cautions(summary: &Summary<'_>) -> String {
+/// Returns the cautions of the report: failed points, the γ found, and what holds for any result along this path.
+fn cautions_text(summary: &Summary<'_>) -> String {
     let study = summary.study;
-    let failed = match summary.failed() {
+    let failed = match summary.failed_count() {
         0 => String::new(),
         failed => {
             let points = counted(study.stations.len(), "point");
             format!("{failed} of {points} could not be compensated; the table of points says why.\n")
         }
     };
-    let turned = turn_found(study).map_or_else(String::new, |(found, how)| redundancy::report::sentence(found, how));
+    let turned = found_gamma(study).map_or_else(String::new, |(found, how)| redundancy::report::sentence(found, how));
     failed + &turned + &cautions_of(study)
 }
 
-/// What must be known with any answer along the path of `study`.
+/// Returns the cautions for any result along the path of `study`: about the machine, its errors and assumed values.
 pub(crate) fn cautions_of(study: &PathStudy) -> String {
-    cautions::of_machine(&study.machine, &study.errors, "path point", study.positions()) + &facts_text(&study.assumed)
+    cautions::machine_cautions(&study.machine, &study.errors, "path point", study.positions())
+        + &facts_text(&study.assumed)
 }
 
-fn displacement(summary: &Summary<'_>, source: Source) -> String {
+/// Returns the sentence about the largest displacement by `source`, and where; empty below rounding.
+fn displacement_text(summary: &Summary<'_>, source: Source) -> String {
     match summary.largest(source, &DISPLACEMENT).filter(|(size, _)| *size > ROUNDING_MM) {
         None => String::new(),
         Some((size, k)) => {
             let cause = source.moves(&summary.study.machine);
-            format!("{cause} by up to {}, {}.\n", millimetres(size, 3), place(summary, k))
+            format!("{cause} by up to {}, {}.\n", millimetres(size, 3), point_words(summary, k))
         }
     }
 }
 
-/// Of what the tolerance is met in a share.
+/// Words for the share of the points at which the tolerance is met.
 pub(super) const POINTS: &str = "at … of the points";
 
-/// The single sources: their largest displacements, and what each does where all together are worst.
-fn cause(summary: &Summary<'_>) -> String {
+/// Returns the sentences about the single sources: their largest displacements, and what each does where all together are worst.
+fn cause_text(summary: &Summary<'_>) -> String {
     let parts = Source::parts(&summary.study.machine).iter();
-    let mut text: String = parts.clone().map(|source| displacement(summary, *source)).collect();
+    let mut text: String = parts.clone().map(|source| displacement_text(summary, *source)).collect();
     let peaks: Vec<usize> =
         parts.filter_map(|source| summary.largest(*source, &DISPLACEMENT)).map(|(_, k)| k).collect();
     if peaks.windows(2).any(|pair| pair[0] != pair[1]) {
         text += "These largest values lie at different points: they do not add up to that of all.\n";
     }
-    let blame = summary.blame.iter();
+    let blame = summary.single_sources.iter();
     let blame: Vec<String> =
         blame.map(|(source, size)| format!("{} {}", source.words(), millimetres(*size, 3))).collect();
-    if let Some((_, k)) = summary.farthest().filter(|_| blame.len() > 1) {
+    if let Some((_, k)) = summary.largest_displacement().filter(|_| blame.len() > 1) {
         let words: Vec<&str> = blame.iter().map(String::as_str).collect();
-        text +=
-            &format!("At the worst point, {}, each alone moves the tool by: {}.\n", place(summary, k), listed(&words));
+        text += &format!(
+            "At the worst point, {}, each alone moves the tool by: {}.\n",
+            point_words(summary, k),
+            join_words(&words)
+        );
     }
     text
 }
 
-fn remedy(summary: &Summary<'_>) -> String {
+/// Returns the sentences about the compensation: largest corrections, drive forces and residual error.
+fn remedy_text(summary: &Summary<'_>) -> String {
     let machine = &summary.study.machine;
-    let largest = |quantity: &Quantity<AtPoint>| summary.largest(Source::All, quantity);
+    let largest = |quantity: &Quantity<PointEffect>| summary.largest(Source::All, quantity);
     let of = |((kind, correction), (_, force)): (&(Motion, _), &(Motion, _))| {
         let ((correction, k), (force, kf)) = (largest(correction)?, largest(force)?);
         let drives = kind_word(machine, *kind);
@@ -103,21 +110,21 @@ fn remedy(summary: &Summary<'_>) -> String {
         Some(format!(
             "To keep the tool on its path, correct the {drives} by up to {}, {}. Drive {}s{own} then reach {force:.0} {}, {}.\n",
             kind.position_words(correction),
-            place(summary, k),
+            point_words(summary, k),
             kind.force_word(),
             kind.shown_force_unit(),
-            place(summary, kf)
+            point_words(summary, kf)
         ))
     };
     let mut text: String = summary.drives.corrections.iter().zip(&summary.drives.forces).filter_map(of).collect();
-    if let (Some(axes), Some((left, k))) = (machine.uncontrolled_names(), largest(&LEFT)) {
-        let (left, place) = (millimetres(left, 3), place(summary, k));
+    if let (Some(axes), Some((left, k))) = (machine.uncontrolled_names(), largest(&RESIDUAL_ERROR)) {
+        let (left, place) = (millimetres(left, 3), point_words(summary, k));
         text += &format!("The residual error is up to {left}, {place}: the drives do not control {axes}.\n");
     }
     text
 }
 
-/// Where the workpiece stands and what is cut, in sentences.
+/// Formats labelled facts as sentences: where the workpiece stands and what is cut.
 pub fn facts_text(facts: &[(impl AsRef<str>, String)]) -> String {
     let sentence = |(label, words): &(_, String)| {
         let (first, rest) = AsRef::<str>::as_ref(label).split_at(1);
@@ -126,16 +133,16 @@ pub fn facts_text(facts: &[(impl AsRef<str>, String)]) -> String {
     facts.iter().map(sentence).collect()
 }
 
-/// The methods side by side.
+/// Returns a table that compares the compensation methods, and why they failed where they did.
 pub(super) fn methods_text(methods: &[MethodAlongPath]) -> String {
     let mut table = text_table(["method", "steps per point", "largest error", "rms error", "failed"], 1);
     for method in methods {
         let s = &method.summary;
         table.add_row([
             method.method.label(),
-            if_any(s.mean_corrections, |mean| format!("{mean:.2}")),
-            if_any(s.max_mm, |max| millimetres_in_table(max, 4)),
-            if_any(s.rms_mm, |rms| millimetres_in_table(rms, 4)),
+            or_dash(s.mean_corrections, |mean| format!("{mean:.2}")),
+            or_dash(s.max_mm, |max| millimetres_in_table(max, 4)),
+            or_dash(s.rms_mm, |rms| millimetres_in_table(rms, 4)),
             format!("{} of {}", s.failed, s.points),
         ]);
     }
@@ -145,7 +152,7 @@ pub(super) fn methods_text(methods: &[MethodAlongPath]) -> String {
     )
 }
 
-/// Where commands failed: at how many points, and why at the first; nothing for those that did not.
+/// Returns a sentence for each pass that failed somewhere: at how many points, and the first reason.
 pub fn failures_text<'a>(passes: impl Iterator<Item = (String, &'a PathSummary)>) -> String {
     let sentence = |(name, summary): (String, &PathSummary)| {
         let reason = summary.first_failure.as_ref()?;
@@ -155,58 +162,59 @@ pub fn failures_text<'a>(passes: impl Iterator<Item = (String, &'a PathSummary)>
     passes.filter_map(sentence).collect()
 }
 
-/// The answer at a glance.
-pub(super) fn headline(summary: &Summary<'_>, text: &Said) -> Headline {
+/// Returns the first screen: one sentence, key numbers and cautions.
+pub(super) fn headline(summary: &Summary<'_>, text: &ReportText) -> Headline {
     let study = summary.study;
     let basis = format!("a path of {:.1} mm, {}", study.length_mm(), counted(study.stations.len(), "point"));
     let name = study.machine.short_title();
-    let Some((worst, k)) = summary.farthest() else {
+    let Some((worst, k)) = summary.largest_displacement() else {
         let sentence =
             format!("How far the tool of the {name} leaves the path could be computed at none of its points.");
         return Headline::new(sentence, basis).with_cautions(&text.cautions);
     };
     let has_force = study.tasks.iter().any(|task| task.load != crate::spatial::Wrench::default());
-    let under = acting(&study.machine, &study.errors, has_force);
+    let under = acting_words(&study.machine, &study.errors, has_force);
     let off = millimetres(worst, 3);
-    let left = summary.largest(Source::All, &LEFT).map(|(left, _)| left);
+    let left = summary.largest(Source::All, &RESIDUAL_ERROR).map(|(left, _)| left);
     let then = match left {
         Some(left) if left <= ROUNDING_MM => "; compensated, it stays on the path".into(),
         Some(left) => format!("; compensated, by {}", millimetres(left, 4)),
         None => "; no compensation was found at any point".into(),
     };
-    let verdict = Outside::of(&study.machine, study.positions()).verdict(&study.machine, "this path");
-    let place = place(summary, k);
+    let verdict = OutsidePositions::of(&study.machine, study.positions()).verdict(&study.machine, "this path");
+    let place = point_words(summary, k);
     let sentence = format!("{verdict}{under}, the tool of the {name} is off this path by up to {off}, {place}{then}.");
     let against = summary.within.words(study.tolerance_mm, POINTS).unwrap_or_default();
     let number = KeyNumber::new(&off, "largest distance from the path without compensation", against);
     Headline::new(sentence, basis)
         .with_cautions(&text.cautions)
-        .with(number.found(in_points(&DISPLACEMENT, worst)))
-        .with_all(left.map(|left| remaining(summary, left)))
-        .with_all(correction(summary))
+        .with(number.found(in_points_table(&DISPLACEMENT, worst)))
+        .with_numbers(left.map(|left| residual_number(summary, left)))
+        .with_numbers(correction_number(summary))
 }
 
-fn in_points(quantity: &Quantity<AtPoint>, value: f64) -> InTable {
+/// Returns where in `points.csv` the largest `value` of `quantity` by all sources stands.
+fn in_points_table(quantity: &Quantity<PointEffect>, value: f64) -> InTable {
     quantity.found_in("points.csv", &[["source", Source::All.label()]], Extreme::Largest, value)
 }
 
-/// What compensation leaves.
-fn remaining(summary: &Summary<'_>, left: f64) -> KeyNumber {
+/// Returns the key number of the largest residual error after compensation, mm.
+fn residual_number(summary: &Summary<'_>, left: f64) -> KeyNumber {
     let against = summary.study.tolerance_mm.map(|tolerance| Tolerance(tolerance).against(left)).unwrap_or_default();
     let points = summary.study.stations.len();
-    let what = match summary.failed() {
+    let what = match summary.failed_count() {
         0 => "largest residual error, with compensation".to_string(),
         failed => {
             format!("largest residual error at the {} of {points} points that could be compensated", points - failed)
         }
     };
-    KeyNumber::new(&millimetres(left, 4), what, against).found(in_points(&LEFT, left))
+    KeyNumber::new(&millimetres(left, 4), what, against).found(in_points_table(&RESIDUAL_ERROR, left))
 }
 
-/// The largest correction, of slides where there are both kinds of drives, and the force it is made under.
-fn correction(summary: &Summary<'_>) -> Option<KeyNumber> {
+/// Returns the key number of the largest drive correction, of slides where the machine has slides and hinges, with the drive force.
+fn correction_number(summary: &Summary<'_>) -> Option<KeyNumber> {
     let machine = &summary.study.machine;
-    let largest = |quantity: &Quantity<AtPoint>| Some(summary.largest(Source::All, quantity)?.0);
+    let largest = |quantity: &Quantity<PointEffect>| Some(summary.largest(Source::All, quantity)?.0);
     let kinds = summary.drives.corrections.iter().zip(&summary.drives.forces);
     let mut kinds = kinds.filter_map(|((kind, own), (_, force))| Some((*kind, own, largest(own)?, largest(force)?)));
     let (kind, quantity, correction, force) = kinds.next()?;
@@ -216,5 +224,5 @@ fn correction(summary: &Summary<'_>) -> Option<KeyNumber> {
         .collect();
     let against = format!("drive {}s up to {force:.0} {}{others}", kind.force_word(), kind.shown_force_unit());
     let number = KeyNumber::new(&kind.position_words(correction), format!("largest {drives} correction"), against);
-    Some(number.found(in_points(quantity, correction)))
+    Some(number.found(in_points_table(quantity, correction)))
 }

@@ -1,4 +1,4 @@
-//! What a picture shows of a long path: not every point, but no peak is lost and no corner is cut.
+//! Curves and polylines with few points for the figures of a long path: peaks and corners are kept.
 
 use std::{cmp::Ordering, collections::BinaryHeap};
 
@@ -7,37 +7,38 @@ use nalgebra::Vector3;
 /// Most points of a curve.
 pub const MOST_POINTS: usize = 4000;
 
-/// How many points of a path of `points` are one step of its curves: each gives its smallest and its largest value.
-pub fn step(points: usize) -> usize {
+/// Returns how many of the `points` of a path are drawn as one step of a curve: its smallest and its largest value.
+pub fn points_per_step(points: usize) -> usize {
     if points <= MOST_POINTS { 1 } else { points.div_ceil(MOST_POINTS / 2) }
 }
 
-/// A curve along a path, gathered point by point.
+/// A curve along a path, collected point by point; a long one keeps the smallest and largest value of each step.
 #[derive(Debug, Clone)]
 pub struct Curve {
     step: usize,
     points: Vec<(f64, f64)>,
-    /// Of the step under way: its number, and its smallest and its largest value with the point they belong to.
-    under_way: Option<(usize, [Value; 2])>,
+    /// The current step: its index, and its smallest and its largest value.
+    current_step: Option<(usize, [CurvePoint; 2])>,
 }
 
+/// A value of a curve at a point of the path.
 #[derive(Debug, Clone, Copy)]
-struct Value {
+struct CurvePoint {
     point: usize,
     x: f64,
     y: f64,
 }
 
 impl Curve {
-    /// Along a path of `points`.
+    /// Makes an empty curve for a path of `points` points.
     pub fn new(points: usize) -> Self {
-        Self { step: step(points), points: Vec::new(), under_way: None }
+        Self { step: points_per_step(points), points: Vec::new(), current_step: None }
     }
 
-    /// Takes the next point that has a value.
+    /// Adds the value `y` at the point with index `point`, drawn at `x`.
     pub fn add(&mut self, point: usize, x: f64, y: f64) {
-        let value = Value { point, x, y };
-        match &mut self.under_way {
+        let value = CurvePoint { point, x, y };
+        match &mut self.current_step {
             Some((step, [least, most])) if *step == point / self.step => {
                 if y < least.y {
                     *least = value;
@@ -48,13 +49,14 @@ impl Curve {
             }
             _ => {
                 self.end_step();
-                self.under_way = Some((point / self.step, [value; 2]));
+                self.current_step = Some((point / self.step, [value; 2]));
             }
         }
     }
 
+    /// Moves the extremes of the current step, in path order, to the points drawn.
     fn end_step(&mut self) {
-        let Some((_, mut ends)) = self.under_way.take() else { return };
+        let Some((_, mut ends)) = self.current_step.take() else { return };
         ends.sort_by_key(|value| value.point);
         let [first, last] = ends;
         self.points.push((first.x, first.y));
@@ -63,7 +65,7 @@ impl Curve {
         }
     }
 
-    /// The points drawn, in the order of the path.
+    /// Returns the points drawn, in path order.
     pub fn points(&self) -> Vec<(f64, f64)> {
         let mut ended = self.clone();
         ended.end_step();
@@ -71,10 +73,9 @@ impl Curve {
     }
 }
 
-/// Indices of the points at which a path through `positions` is drawn: all, or at most [`MOST_POINTS`], of which one half
-/// is evenly spread, so that what is added to the path is seen everywhere, and the other half its sharpest corners with the
-/// points beside them, as the cutting force changes there; or, where these do not show its shape, three times as many without.
-pub fn drawn(positions: &[Vector3<f64>]) -> Vec<usize> {
+/// Returns the indices of the points at which a path through `positions` is drawn: all, or at most [`MOST_POINTS`], one half evenly spread,
+/// the other the sharpest corners, with their neighbours where the shape does not need more corners.
+pub fn drawn_indices(positions: &[Vector3<f64>]) -> Vec<usize> {
     let count = positions.len();
     if count <= MOST_POINTS {
         return (0..count).collect();
@@ -83,7 +84,7 @@ pub fn drawn(positions: &[Vector3<f64>]) -> Vec<usize> {
     let mut drawn: Vec<usize> = (0..half).map(|k| k * (count - 1) / (half - 1)).collect();
     let corners = corners(positions, half);
     let few = half / 3;
-    match corners.get(few).is_some_and(|(_, distance)| *distance > SEEN * extent(positions)) {
+    match corners.get(few).is_some_and(|(_, distance)| *distance > VISIBLE_SHARE * box_diagonal(positions)) {
         true => drawn.extend(corners.iter().map(|(corner, _)| corner)),
         false => drawn.extend(corners.iter().take(few).flat_map(|(corner, _)| corner - 1..=corner + 1)),
     }
@@ -92,17 +93,17 @@ pub fn drawn(positions: &[Vector3<f64>]) -> Vec<usize> {
     drawn
 }
 
-/// What is smaller than this share of the path's extent is not seen in its picture.
-const SEEN: f64 = 2e-3;
+/// Smallest deviation that is visible in a figure, as a share of the path's extent.
+const VISIBLE_SHARE: f64 = 2e-3;
 
-/// Diagonal of the box around `positions`.
-fn extent(positions: &[Vector3<f64>]) -> f64 {
+/// Returns the diagonal of the box around `positions`, in their unit.
+fn box_diagonal(positions: &[Vector3<f64>]) -> f64 {
     let nothing = [Vector3::repeat(f64::MAX), Vector3::repeat(f64::MIN)];
     let [low, high] = positions.iter().fold(nothing, |[low, high], at| [low.inf(at), high.sup(at)]);
     (high - low).norm()
 }
 
-/// A stretch of the path between two drawn points, and where it stands farthest off the straight line between them.
+/// A stretch of the path between two drawn points, with its point farthest from the chord between them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Stretch {
     first: usize,
@@ -114,19 +115,21 @@ struct Stretch {
 impl Eq for Stretch {}
 
 impl PartialOrd for Stretch {
+    /// Compares as [`Ord`] does.
     fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
         Some(self.cmp(other))
     }
 }
 
 impl Ord for Stretch {
-    /// By distance; of two alike the earlier one is the larger.
+    /// Compares by distance; of equal distances the earlier stretch is the larger.
     fn cmp(&self, other: &Self) -> Ordering {
         self.distance.total_cmp(&other.distance).then(other.first.cmp(&self.first))
     }
 }
 
 impl Stretch {
+    /// Finds the point between `first` and `last` that is farthest from the chord.
     fn new(positions: &[Vector3<f64>], first: usize, last: usize) -> Self {
         let (start, chord) = (positions[first], positions[last] - positions[first]);
         let length = chord.norm();
@@ -144,8 +147,7 @@ impl Stretch {
     }
 }
 
-/// At most `most` points, each the one at which the path stands farthest off the lines through those before it
-/// (Ramer, Douglas and Peucker), and how far that is, the farthest about first.
+/// Returns at most `most` corners with their distance from the polyline through those before (Ramer, Douglas and Peucker).
 fn corners(positions: &[Vector3<f64>], most: usize) -> Vec<(usize, f64)> {
     let mut stretches = BinaryHeap::from([Stretch::new(positions, 0, positions.len() - 1)]);
     let mut corners = Vec::new();

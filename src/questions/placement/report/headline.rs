@@ -1,55 +1,56 @@
 //! The first screen of a placement study: the best place of the workpiece, the gain, and the margin around it.
 
 use super::{
-    quantities::{of_entry, verdicts},
-    text::{NO_DEFLECTION, at, best_entry, nowhere, towards},
+    quantities::{entry_metric, verdict_counts},
+    text::{NO_DEFLECTION, best_entry, direction_words, infeasible_text, site_words},
 };
 use crate::{
     answer::{ShareWithin, cautions},
-    files::words::{counted, percent, signed, typographic},
+    files::words::{counted, percent, typographic, with_minus_signs},
     page::headline::{Extreme, Headline, InTable, KeyNumber},
     process::file::NOT_CONTROLLED,
     questions::{
         path::report::facts_text,
         placement::{
-            End, Entry, Evaluation, FeatureJob, Found, Metric, PlacementResults, PlacementStudy, Room, is_angle,
+            End, Entry, Evaluation, FeatureJob, Margin, Metric, Origin, PlacementResults, PlacementStudy, is_angle,
         },
     },
 };
 
-/// The answer at a glance.
+/// Returns the first screen: one sentence, key numbers and cautions.
 pub(super) fn headline(results: &PlacementResults) -> Headline {
     let study = &results.study;
-    let cannot = verdicts(results)[2];
+    let cannot = verdict_counts(results)[2];
     let mut basis = counted(results.cells.len(), "place");
     if cannot > 0 {
         basis += &format!(", at {cannot} of them the workpiece cannot be cut");
     }
     let Some((entry, evaluation)) = best_entry(results) else {
-        let said = nowhere(results);
+        let said = infeasible_text(results);
         let (first, rest) = said.split_once('\n').unwrap_or((&said, ""));
-        return Headline::new(first, basis).with_cautions(rest).with_cautions(&known(study));
+        return Headline::new(first, basis).with_cautions(rest).with_cautions(&cautions_text(study));
     };
     Headline::new(sentence(results, entry, evaluation), basis)
-        .with_cautions(&known(study))
+        .with_cautions(&cautions_text(study))
         .with_cautions(&not_corrected(evaluation))
-        .with_all(before(study, entry, evaluation))
-        .with_all(after(study, entry, evaluation))
-        .with_all(room(results))
+        .with_numbers(uncompensated_number(study, entry, evaluation))
+        .with_numbers(compensated_number(study, entry, evaluation))
+        .with_numbers(margin_number(results))
 }
 
-/// What must be known with the answer.
-pub fn known(study: &PlacementStudy) -> String {
+/// Returns the cautions for any placement: the workpiece carrier, and axes that the drives do not control.
+pub fn cautions_text(study: &PlacementStudy) -> String {
     let words = study.machine.uncontrolled_words().map(|words| (NOT_CONTROLLED, words));
-    cautions::carried(&study.machine) + &facts_text(words.as_slice())
+    cautions::carrier(&study.machine) + &facts_text(words.as_slice())
 }
 
+/// Returns the caution that there is no correction within the limits; empty if there is one.
 fn not_corrected(evaluation: &Evaluation) -> String {
     let reason = evaluation.not_corrected.as_ref();
     reason.map_or_else(String::new, |reason| format!("There is no correction within the limits: {reason}.\n"))
 }
 
-/// What is cut, in a word.
+/// Returns the name of the only feature, or "workpiece".
 fn part(study: &PlacementStudy) -> &str {
     match study.features.as_slice() {
         [one] => &one.feature.name,
@@ -57,17 +58,19 @@ fn part(study: &PlacementStudy) -> &str {
     }
 }
 
-fn value(study: &PlacementStudy, evaluation: &Evaluation, metric: Metric) -> Option<String> {
-    Some(metric.shown(&study.machine, evaluation.metrics.get(metric)?))
+/// Returns the value of a metric with its unit, if it exists.
+fn value_of(study: &PlacementStudy, evaluation: &Evaluation, metric: Metric) -> Option<String> {
+    Some(metric.value_words(&study.machine, evaluation.metrics.get(metric)?))
 }
 
+/// Returns the sentence of the first screen: where to clamp, and how far the tool leaves its path.
 fn sentence(results: &PlacementResults, entry: &Entry, evaluation: &Evaluation) -> String {
     let study = &results.study;
-    let mut text = format!("Clamp the {} at {}{}", part(study), at(&entry.site), turned(study, entry));
-    if let Some(worst) = value(study, evaluation, Metric::WorstDeflection) {
-        text += &format!(": the tool leaves its path by at most {worst}{}", gained(results, entry, evaluation));
+    let mut text = format!("Clamp the {} at {}{}", part(study), site_words(&entry.site), gamma_words(study, entry));
+    if let Some(worst) = value_of(study, evaluation, Metric::WorstDeflection) {
+        text += &format!(": the tool leaves its path by at most {worst}{}", gain_words(results, entry, evaluation));
     }
-    match (value(study, evaluation, Metric::WorstResidual), value(study, evaluation, Metric::WorstCorrection)) {
+    match (value_of(study, evaluation, Metric::WorstResidual), value_of(study, evaluation, Metric::WorstCorrection)) {
         (Some(left), _) => text += &format!(", and {left} after compensation"),
         (None, Some(correction)) => text += &format!("; drive corrections of up to {correction} keep it there"),
         _ => {}
@@ -75,8 +78,8 @@ fn sentence(results: &PlacementResults, entry: &Entry, evaluation: &Evaluation) 
     text + "."
 }
 
-/// How the arm is turned about its tool there, where that is sought.
-fn turned(study: &PlacementStudy, entry: &Entry) -> String {
+/// Describes the γ of each feature at a place; empty where none is sought.
+fn gamma_words(study: &PlacementStudy, entry: &Entry) -> String {
     let turn = |(job, turn): (&FeatureJob, &Option<f64>)| {
         let degrees = turn.as_ref()?.to_degrees();
         Some((job.feature.name.clone(), typographic(&format!("{degrees:.0}°"))))
@@ -92,12 +95,13 @@ fn turned(study: &PlacementStudy, entry: &Entry) -> String {
     }
 }
 
-/// How much less that is than at the first named place that can be cut at.
-fn gained(results: &PlacementResults, entry: &Entry, evaluation: &Evaluation) -> String {
+/// Describes how much smaller the worst deflection is than at the first other named place that can be cut.
+fn gain_words(results: &PlacementResults, entry: &Entry, evaluation: &Evaluation) -> String {
     let study = &results.study;
     let worst = |evaluation: &Evaluation| evaluation.metrics.get(Metric::WorstDeflection);
     let named = study.candidates.iter().filter_map(|candidate| {
-        let found = results.entries.iter().find(|other| other.name == candidate.name && other.found == Found::Named)?;
+        let found =
+            results.entries.iter().find(|other| other.name == candidate.name && other.found == Origin::Named)?;
         Some((&found.name, worst(found.feasible()?)?)).filter(|_| found.name != entry.name)
     });
     let (Some((name, there)), Some(here)) = (named.into_iter().next(), worst(evaluation)) else { return String::new() };
@@ -109,15 +113,16 @@ fn gained(results: &PlacementResults, entry: &Entry, evaluation: &Evaluation) ->
     }
 }
 
-/// The tolerance that is asked for, if all features have one.
-fn tolerance(study: &PlacementStudy) -> Option<f64> {
+/// Returns the tolerance in mm if all features have the same.
+fn common_tolerance(study: &PlacementStudy) -> Option<f64> {
     let mut all = study.features.iter().map(|job| job.feature.tolerance_mm);
     let first = all.next()?;
     all.all(|other| other == first).then_some(first)
 }
 
-fn met(study: &PlacementStudy, share: Option<f64>) -> String {
-    match (share, tolerance(study)) {
+/// Describes on which `share` of the path the tolerances are met.
+fn tolerance_words(study: &PlacementStudy, share: Option<f64>) -> String {
+    match (share, common_tolerance(study)) {
         (None, _) => String::new(),
         (Some(share), tolerance @ Some(_)) => {
             ShareWithin::of_all(share).words(tolerance, "on … of the path").unwrap_or_default()
@@ -126,25 +131,27 @@ fn met(study: &PlacementStudy, share: Option<f64>) -> String {
     }
 }
 
-fn in_candidates(study: &PlacementStudy, entry: &Entry, metric: Metric, value: f64) -> InTable {
+/// Returns where in `candidates.csv` the `value` of a metric of `entry` stands.
+fn in_candidates_table(study: &PlacementStudy, entry: &Entry, metric: Metric, value: f64) -> InTable {
     let rows = [["name", entry.name.as_str()]];
-    of_entry(study, metric).found_in("candidates.csv", &rows, Extreme::Largest, value)
+    entry_metric(study, metric).found_in("candidates.csv", &rows, Extreme::Largest, value)
 }
 
-fn before(study: &PlacementStudy, entry: &Entry, evaluation: &Evaluation) -> Option<KeyNumber> {
+/// Returns the key number of the worst deflection without compensation.
+fn uncompensated_number(study: &PlacementStudy, entry: &Entry, evaluation: &Evaluation) -> Option<KeyNumber> {
     let metric = Metric::WorstDeflection;
-    let against = met(study, evaluation.metrics.get(Metric::ShareWithin));
+    let against = tolerance_words(study, evaluation.metrics.get(Metric::ShareWithin));
     let number = KeyNumber::new(
-        &value(study, evaluation, metric)?,
+        &value_of(study, evaluation, metric)?,
         "largest distance of the tool from its path, without compensation",
         against,
     );
-    Some(number.found(in_candidates(study, entry, metric, evaluation.metrics.get(metric)?)))
+    Some(number.found(in_candidates_table(study, entry, metric, evaluation.metrics.get(metric)?)))
 }
 
-/// What the correction within limits leaves; without limits, the correction.
-fn after(study: &PlacementStudy, entry: &Entry, evaluation: &Evaluation) -> Option<KeyNumber> {
-    let of = |metric| value(study, evaluation, metric);
+/// Returns the key number of the worst residual error within limits; without limits, of the largest correction.
+fn compensated_number(study: &PlacementStudy, entry: &Entry, evaluation: &Evaluation) -> Option<KeyNumber> {
+    let of = |metric| value_of(study, evaluation, metric);
     let metric = match evaluation.metrics.get(Metric::WorstResidual) {
         Some(_) => Metric::WorstResidual,
         None => Metric::WorstCorrection,
@@ -152,7 +159,7 @@ fn after(study: &PlacementStudy, entry: &Entry, evaluation: &Evaluation) -> Opti
     let (what, against) = match metric {
         Metric::WorstResidual => (
             "largest distance after compensation within the limits given".to_string(),
-            met(study, evaluation.metrics.get(Metric::ShareWithinCorrected)),
+            tolerance_words(study, evaluation.metrics.get(Metric::ShareWithinCorrected)),
         ),
         _ => {
             let force = of(Metric::WorstDriveForce).map(|force| format!("drives carry up to {force}"));
@@ -160,23 +167,23 @@ fn after(study: &PlacementStudy, entry: &Entry, evaluation: &Evaluation) -> Opti
         }
     };
     let number = KeyNumber::new(&of(metric)?, what, against);
-    Some(number.found(in_candidates(study, entry, metric, evaluation.metrics.get(metric)?)))
+    Some(number.found(in_candidates_table(study, entry, metric, evaluation.metrics.get(metric)?)))
 }
 
-/// Room below this is none, mm: none of what is shown.
+/// Margins below this are shown as none, mm.
 const NO_ROOM_MM: f64 = 0.1;
-/// The same of angles, degrees.
+/// Margins of angles below this are shown as none, degrees.
 const NO_ROOM_DEG: f64 = 0.05;
 
-/// How far the workpiece may be moved before that matters, where that is least, and where it may not be moved at all.
-fn room(results: &PlacementResults) -> Option<KeyNumber> {
-    let is_none = |room: &&Room| match is_angle(room.coordinate) {
+/// Returns the key number of the smallest margin of the best place, and of directions without any.
+fn margin_number(results: &PlacementResults) -> Option<KeyNumber> {
+    let is_none = |room: &&Margin| match is_angle(room.coordinate) {
         true => room.distance < NO_ROOM_DEG.to_radians(),
         false => room.distance < NO_ROOM_MM,
     };
-    let (blocked, free): (Vec<&Room>, Vec<&Room>) = results.flatness.iter().partition(is_none);
+    let (blocked, free): (Vec<&Margin>, Vec<&Margin>) = results.flatness.iter().partition(is_none);
     let none: Vec<String> =
-        blocked.iter().map(|room| format!("none towards {}: {}", towards(room), end(room))).collect();
+        blocked.iter().map(|room| format!("none towards {}: {}", direction_words(room), end_words(room))).collect();
     let free = free.into_iter().filter(|room| !is_angle(room.coordinate));
     let Some(least) = free.min_by(|a, b| a.distance.total_cmp(&b.distance)) else {
         let is_blocked = blocked.iter().any(|room| !is_angle(room.coordinate));
@@ -186,17 +193,18 @@ fn room(results: &PlacementResults) -> Option<KeyNumber> {
     // What is said can be done.
     let distance = (10.0 * least.distance).floor() / 10.0;
     let what = match &least.end {
-        End::Worse => format!("least margin ({}), before the objective is 5 % worse", towards(least)),
-        _ => format!("least margin ({}), then {}", towards(least), end(least)),
+        End::Worse => format!("least margin ({}), before the objective is 5 % worse", direction_words(least)),
+        _ => format!("least margin ({}), then {}", direction_words(least), end_words(least)),
     };
     Some(KeyNumber::new(&format!("{distance:.1} mm"), what, none.join("; ")))
 }
 
-fn end(room: &Room) -> String {
+/// Describes why a margin ends.
+fn end_words(room: &Margin) -> String {
     match &room.end {
         End::Worse => "it gets worse at once".into(),
         End::Bound => "the bound of the search".into(),
-        End::Infeasible(reason) => signed(reason),
+        End::Infeasible(reason) => with_minus_signs(reason),
         End::Nowhere => "nothing ends it".into(),
     }
 }

@@ -1,4 +1,4 @@
-//! Reports of a placement study.
+//! Report of a placement study: tables, figures and page.
 
 mod headline;
 mod pictures;
@@ -6,7 +6,7 @@ mod quantities;
 mod recommended;
 mod text;
 
-pub use headline::known;
+pub use headline::cautions_text;
 pub use pictures::figures;
 pub use quantities::{candidates_table, summary_json, sweep_table};
 pub use recommended::hull;
@@ -15,7 +15,7 @@ pub use text::{entries_table, summary_text};
 use nalgebra::Vector3;
 use serde_json::{Value, json};
 
-use self::quantities::{available, cell_status, front_table, of_cells, of_entries, refinements_table};
+use self::quantities::{available_metrics, cell_status, cell_values, entry_values, front_table, refinements_table};
 use crate::{
     answer::{Output, Run, layers, locked_fact},
     files::{
@@ -29,14 +29,15 @@ use crate::{
     questions::{
         Answered,
         placement::{
-            Best, CLEARANCE_MM, COORDINATES, Entry, FeatureJob, Found, Metric, PlacementResults, PlacementStudy, Site,
+            Best, CLEARANCE_MM, COORDINATES, Entry, FeatureJob, Metric, Origin, PlacementResults, PlacementStudy, Site,
             UNITS, site::unit_suffix,
         },
     },
-    simulation::{external_axes::along, tasks::Tracked},
+    simulation::{external_axes::axes_along, tasks::PoseTracker},
 };
 
 impl Answered for PlacementStudy {
+    /// Runs the study, and makes tables, figures, page and summary.
     fn answer(&self, (): &(), run: &Run<'_>) -> Result<Output> {
         let results = super::run(self, run.work)?;
         let (search, entries) = (&self.search, &results.entries);
@@ -52,7 +53,7 @@ impl Answered for PlacementStudy {
             // Places where the workpiece cannot be cut are an answer; that there is no other is a failure.
             is_answered: Some(results.best.is_some()),
             tables,
-            figures: run.drawn(|| figures(&results)),
+            figures: run.draw_figures(|| figures(&results)),
             details: format!("{}\n{}", entries_table(self, entries), summary_text(&results)),
             best_place: results.best.as_ref().map(|best| best_place(&results, best)),
             ..Output::of(
@@ -71,11 +72,12 @@ impl Answered for PlacementStudy {
     }
 }
 
+/// Returns name, coordinates and objective of the best place as JSON.
 fn best_place(results: &PlacementResults, best: &Best) -> Value {
     json!({ "name": results.entries[best.entry].name, "place": best.site.shown(), "objective": best.value })
 }
 
-/// Sections, setting, views and tables; first screen, figures and question are added by the run.
+/// Returns the page without first screen, figures and question, which the run adds.
 fn page(results: &PlacementResults) -> Description {
     let study = &results.study;
     let mut tables = vec![
@@ -94,38 +96,39 @@ fn page(results: &PlacementResults) -> Description {
     }
     Description {
         setting: setting(study),
-        terms: vec![Fact::new("Positions", positions(&study.machine))],
+        terms: vec![Fact::new("Positions", positions_words(&study.machine))],
         sections: sections(results),
-        explorers: vec![sweep(results), places(study)],
+        explorers: vec![sweep_view(results), places_view(study)],
         tables,
         ..Description::new("placement", MachineDescription::new(&study.machine))
     }
 }
 
+/// Returns the sections of the page in reading order.
 fn sections(results: &PlacementResults) -> Vec<Section> {
     let mut sections = vec![
         Section::new("Why here?", "every place that was tried, and the named ones beside it")
-            .text(&text::place(results))
-            .small_tables(text::compromises(results))
+            .text(&text::place_text(results))
+            .small_tables(text::compromises_table(results))
             .explorers([SWEEP, PLACES])
             .figures(&["answer", "map_", "pareto"])
             .tables(["candidates.csv"]),
         Section::new("Where on the path is it worst?", "the error along the path here and at a poor place")
             .figures(&["path_errors", "paths"]),
         Section::new("How sure is it?", "how it was found, and how far the workpiece may be moved")
-            .text(&(text::search(results) + &text::certainty(results))),
+            .text(&(text::search_text(results) + &text::certainty_text(results))),
     ];
     if let Some(best) = &results.best {
         let heading = "What to do next?";
         let section = Section::new(heading, "set this place in the process file, compensate the program, check it")
             .text("This place, for the process file of `kinetostat compensate` and of path studies:");
-        sections.push(section.to_copy(table_of(&best.site)));
+        sections.push(section.to_copy(placement_table(&best.site)));
     }
     sections
 }
 
-/// A place as the table of a process file.
-fn table_of(site: &Site) -> String {
+/// Returns a place as the table `[placement]` of a process file.
+fn placement_table(site: &Site) -> String {
     let [x, y, z, angles @ ..] = site.shown();
     let turned = COORDINATES[3..].iter().zip(angles).filter(|(_, angle)| *angle != 0.0);
     let turned: String = turned.map(|(name, angle)| format!("{name}_deg = {angle:?}\n")).collect();
@@ -136,16 +139,18 @@ fn table_of(site: &Site) -> String {
 const SWEEP: &str = "Places of the sweep";
 const PLACES: &str = "Named and found places";
 
-fn corner(p: Vector3<f64>) -> String {
+/// Formats a point for the page.
+fn point_words(p: Vector3<f64>) -> String {
     typographic(&format!("({}, {}, {})", p.x, p.y, p.z))
 }
 
-/// What positions of the first screen are of.
-fn positions(machine: &Machine) -> String {
+/// Returns what positions on the first screen refer to.
+fn positions_words(machine: &Machine) -> String {
     let carrier = machine.carrier.as_ref().map_or("the machine's base", |carrier| carrier.name.as_str());
     format!("of the part's origin, from the origin of {carrier}")
 }
 
+/// Returns the facts about machine, objective, bounds, features and obstacles that head the page.
 fn setting(study: &PlacementStudy) -> Vec<Fact> {
     let mut facts = vec![
         Fact::new("machine", study.machine.title.clone()),
@@ -161,7 +166,7 @@ fn setting(study: &PlacementStudy) -> Vec<Fact> {
     let is_alike = study.features.windows(2).all(|pair| pair[0].errors == pair[1].errors);
     for (index, job) in study.features.iter().enumerate() {
         let name = &job.feature.name;
-        facts.push(Fact::new(format!("feature {name}"), feature(job)));
+        facts.push(Fact::new(format!("feature {name}"), feature_words(job)));
         let errors = error_facts(&study.machine, &job.errors);
         match is_alike {
             true if index + 1 == study.features.len() => facts.extend(errors),
@@ -172,7 +177,7 @@ fn setting(study: &PlacementStudy) -> Vec<Fact> {
     facts.extend(study.machine.uncontrolled_words().map(|words| Fact::new(NOT_CONTROLLED, words)));
     facts.extend(locked_fact(&study.machine));
     facts.push(Fact::new("P on all paths within", {
-        let (low, high) = (corner(study.machine.workspace.min), corner(study.machine.workspace.max));
+        let (low, high) = (point_words(study.machine.workspace.min), point_words(study.machine.workspace.max));
         format!("{low} to {high} mm, the machine's workspace box")
     }));
     if let Some(table) = &study.table {
@@ -191,19 +196,20 @@ fn setting(study: &PlacementStudy) -> Vec<Fact> {
         facts.push(Fact::new("clearance around forbidden boxes", clearance));
     }
     for forbidden in &study.forbidden {
-        let (low, high) = (corner(forbidden.extent.min), corner(forbidden.extent.max));
+        let (low, high) = (point_words(forbidden.extent.min), point_words(forbidden.extent.max));
         facts.push(Fact::new(format!("forbidden box {}", forbidden.name), format!("{low} to {high} mm")));
     }
     facts
 }
 
-fn feature(job: &FeatureJob) -> String {
+/// Describes a feature: points, largest force, tolerance, compensation and limits.
+fn feature_words(job: &FeatureJob) -> String {
     let (machine, feature) = (job.machine(), &job.feature);
-    let (unplaced, external) = (Placement::default(), along(machine, &feature.path));
-    let mut track = Tracked::new(machine, &unplaced);
+    let (unplaced, external) = (Placement::default(), axes_along(machine, &feature.path));
+    let mut track = PoseTracker::new(machine, &unplaced);
     let forces = feature.path.points().iter().zip(&feature.loads).map(|(point, load)| {
         let placed = track.placed(external(point));
-        let there = point.orientation.map_or(*placed, |orientation| placed.oriented(&orientation));
+        let there = point.orientation.map_or(*placed, |orientation| placed.with_tool_orientation(&orientation));
         load.on_tool(point.tangent, there.tool_axes()).force_N.norm()
     });
     let most = forces.fold(0.0, f64::max);
@@ -227,7 +233,8 @@ fn feature(job: &FeatureJob) -> String {
     words
 }
 
-fn sweep(results: &PlacementResults) -> Explorer {
+/// Returns the view of the sweep.
+fn sweep_view(results: &PlacementResults) -> Explorer {
     let study = &results.study;
     let column =
         |i: usize| Column::new(format!("{}_{}", COORDINATES[i], UNITS[i]), COORDINATES[i], unit_suffix(i).trim_start());
@@ -235,41 +242,41 @@ fn sweep(results: &PlacementResults) -> Explorer {
         title: SWEEP.into(),
         table: "sweep.csv".into(),
         shape: Shape::Grid,
-        coordinates: shown(study).into_iter().map(column).collect(),
+        coordinates: view_axes(study).into_iter().map(column).collect(),
         group: None,
-        quantities: layers(&of_cells(study)),
-        marks: marks(results),
+        quantities: layers(&cell_values(study)),
+        marks: place_marks(results),
     }
 }
 
-/// The coordinates of the view: x, y, z and the first angle that the sweep varies, or else yaw.
-fn shown(study: &PlacementStudy) -> [usize; 4] {
+/// Returns the coordinates of the view: x, y, z and the first angle that the sweep varies, else yaw.
+fn view_axes(study: &PlacementStudy) -> [usize; 4] {
     let angle = (3..COORDINATES.len()).find(|&i| study.grid.axes[i].len() > 1);
     [0, 1, 2, angle.unwrap_or(3)]
 }
 
-/// The named places and the best one, as far as they lie within the bounds.
-fn marks(results: &PlacementResults) -> Vec<Mark> {
+/// Returns the marks of the named places and the best one, if they lie within the bounds.
+fn place_marks(results: &PlacementResults) -> Vec<Mark> {
     let bounds = &results.study.bounds;
     let best = results.best.as_ref().map(|best| best.entry);
     let is_shown = |(index, entry): &(usize, &Entry)| {
-        (Some(*index) == best || entry.found == Found::Named) && bounds.inside(&entry.site).is_some()
+        (Some(*index) == best || entry.found == Origin::Named) && bounds.inside(&entry.site).is_some()
     };
     let shown = results.entries.iter().enumerate().filter(is_shown);
-    let position = |entry: &Entry| self::shown(&results.study).into_iter().map(|i| entry.site.shown()[i]).collect();
+    let position = |entry: &Entry| self::view_axes(&results.study).into_iter().map(|i| entry.site.shown()[i]).collect();
     shown.map(|(_, entry)| Mark { label: entry.name.clone(), position: position(entry) }).collect()
 }
 
-/// Named and found places side by side.
-fn places(study: &PlacementStudy) -> Explorer {
-    let metrics = available(study).filter(|metric| *metric != Metric::ForceMargin);
+/// Returns the view that compares named and found places.
+fn places_view(study: &PlacementStudy) -> Explorer {
+    let metrics = available_metrics(study).filter(|metric| *metric != Metric::ForceMargin);
     Explorer {
         title: PLACES.into(),
         table: "candidates.csv".into(),
         shape: Shape::Names,
         coordinates: vec![Column::new("name", "place", "")],
         group: None,
-        quantities: layers(&of_entries(study, metrics)),
+        quantities: layers(&entry_values(study, metrics)),
         marks: Vec::new(),
     }
 }

@@ -1,28 +1,27 @@
-//! Which pictures a placement study gives.
+//! Figures of a placement study: maps of the sweep, the Pareto front, and the paths at the best and at a poor place.
 
 use nalgebra::Vector3;
 
 use crate::{
     figures::{
-        CurvePanel, Figure, LineFigure, LineSeries, Mark2, PanelCurve, PanelFigure, Shading, SliceFigure, SlicePanel,
-        amplification::amplification,
+        CurvePanel, Figure, LineFigure, LineSeries, PanelCurve, PanelFigure, PlaneMark, Shading, SliceFigure,
+        SlicePanel, amplification::amplification,
     },
     files::{file_stem, words::typographic},
-    questions::placement::{COORDINATES, Found, Metric, Metrics, PlacementResults, Site, Trace, report::recommended},
+    questions::placement::{COORDINATES, Metric, Metrics, Origin, PlacementResults, Site, Trace, report::recommended},
 };
 
-/// Most panels of a map.
+/// Largest number of panels of a map.
 const PANELS: usize = 6;
 
-/// What a place without a value is.
+/// Words for a place without a value.
 pub(super) const IMPOSSIBLE: &str = "cannot be cut there";
 
-/// All pictures with their file stems: the recommended place, maps of the objective and its metrics, the Pareto front, and the path at the best
-/// and at a poor place.
+/// Returns all figures with their file stems: recommended place, maps of the sweep, Pareto front, and paths.
 pub fn figures(results: &PlacementResults) -> Vec<(String, Figure)> {
     let study = &results.study;
-    let answer = recommended::plan(results).map(|figure| ("answer".to_string(), figure));
-    let in_space = recommended::in_space(results).map(|figure| ("answer_3d".to_string(), figure));
+    let answer = recommended::plan_figure(results).map(|figure| ("answer".to_string(), figure));
+    let in_space = recommended::pose_figure(results).map(|figure| ("answer_3d".to_string(), figure));
     let mut figures: Vec<(String, Figure)> = answer.into_iter().chain(in_space).collect();
     let counts = study.grid.counts();
     if counts[0] > 1 && counts[1] > 1 && !results.ranking.is_empty() {
@@ -38,18 +37,19 @@ pub fn figures(results: &PlacementResults) -> Vec<(String, Figure)> {
         }
     }
     if results.front.len() > 1 {
-        figures.push(("pareto".into(), Figure::Lines(pareto(results))));
+        figures.push(("pareto".into(), Figure::Lines(pareto_figure(results))));
     }
     for (index, job) in study.features.iter().enumerate() {
         if traces_of(results, index).next().is_some() {
             let name = file_stem(&job.feature.name);
-            figures.push((format!("path_errors_{name}"), Figure::Panels(errors(results, index))));
-            figures.push((format!("paths_{name}"), Figure::Panels(path(results, index))));
+            figures.push((format!("path_errors_{name}"), Figure::Panels(path_errors_figure(results, index))));
+            figures.push((format!("paths_{name}"), Figure::Panels(paths_figure(results, index))));
         }
     }
     figures
 }
 
+/// Returns the name of a metric with its unit in brackets.
 pub(super) fn with_unit(results: &PlacementResults, metric: Metric) -> String {
     match metric.shown_unit(&results.study.machine) {
         "" => metric.words(&results.study.machine).into(),
@@ -57,8 +57,8 @@ pub(super) fn with_unit(results: &PlacementResults, metric: Metric) -> String {
     }
 }
 
-/// Grid positions along one coordinate, at most [`PANELS`], evenly spread, both ends and `kept` included.
-fn spread(count: usize, kept: usize) -> Vec<usize> {
+/// Returns at most [`PANELS`] positions along a coordinate of the grid, evenly spread, both ends and `kept` included.
+fn panel_positions(count: usize, kept: usize) -> Vec<usize> {
     if count <= PANELS {
         return (0..count).collect();
     }
@@ -70,8 +70,8 @@ fn spread(count: usize, kept: usize) -> Vec<usize> {
     positions
 }
 
-/// Positions along the axes of the grid nearest to the best place; first ones where there is none.
-pub(super) fn at_best(results: &PlacementResults) -> [usize; 6] {
+/// Returns the grid positions nearest to the best place; the first ones where there is none.
+pub(super) fn best_grid_position(results: &PlacementResults) -> [usize; 6] {
     let (axes, bounds) = (&results.study.grid.axes, &results.study.bounds);
     let swept = results.ranking.first().map(|&index| results.cells[index].site);
     let Some(best) = results.best.as_ref().map(|best| best.site).or(swept) else { return [0; 6] };
@@ -81,25 +81,25 @@ pub(super) fn at_best(results: &PlacementResults) -> [usize; 6] {
     })
 }
 
-/// The coordinate that differs between the planes drawn: the first one besides x and y that the sweep varies.
-fn across(results: &PlacementResults) -> usize {
+/// Returns the coordinate in which the planes drawn differ: the first besides x and y that the sweep varies.
+fn panel_coordinate(results: &PlacementResults) -> usize {
     (2..COORDINATES.len()).find(|&i| results.study.grid.axes[i].len() > 1).unwrap_or(2)
 }
 
-/// The planes drawn, as positions along the axes of the grid: that of the best place and others across one coordinate.
+/// Returns the planes drawn, as grid positions: that of the best place and others along one coordinate.
 fn planes(results: &PlacementResults) -> Vec<[usize; 6]> {
-    let mut base = at_best(results);
+    let mut base = best_grid_position(results);
     (base[0], base[1]) = (0, 0);
-    let across = across(results);
+    let across = panel_coordinate(results);
     let plane = |k| {
         let mut plane = base;
         plane[across] = k;
         plane
     };
-    spread(results.study.grid.axes[across].len(), base[across]).into_iter().map(plane).collect()
+    panel_positions(results.study.grid.axes[across].len(), base[across]).into_iter().map(plane).collect()
 }
 
-/// A plane in words: its height, and the angles that the sweep varies.
+/// Describes a plane: its height, and the angles that the sweep varies.
 fn plane_title(results: &PlacementResults, plane: &[usize; 6]) -> String {
     let axes = &results.study.grid.axes;
     let angles = || (3..COORDINATES.len()).filter(|&i| axes[i].len() > 1);
@@ -111,6 +111,7 @@ fn plane_title(results: &PlacementResults, plane: &[usize; 6]) -> String {
     typographic(&parts.join(", "))
 }
 
+/// Draws the map of a value over the places of the sweep.
 fn map(
     results: &PlacementResults,
     quantity: &str,
@@ -130,7 +131,7 @@ fn map(
             x: xs.clone(),
             y: ys.clone(),
             values: (0..ys.len()).flat_map(|y| (0..xs.len()).map(move |x| (x, y))).map(|(x, y)| node(x, y)).collect(),
-            marks: marks(results, plane),
+            marks: place_marks(results, plane),
         }
     };
     SliceFigure {
@@ -148,10 +149,10 @@ fn map(
     }
 }
 
-/// Places farther from the bounds than this share of their range are not shown on a map.
+/// Largest distance from the bounds, as a share of their range, at which places are drawn.
 const NEAR: f64 = 0.25;
 
-/// Whether a place lies within the bounds, or little beside them.
+/// Returns whether a place lies within the bounds in x and y, or close to them.
 pub(super) fn is_near(results: &PlacementResults, site: &Site) -> bool {
     let bounds = &results.study.bounds;
     (0..2).all(|i| {
@@ -160,9 +161,9 @@ pub(super) fn is_near(results: &PlacementResults, site: &Site) -> bool {
     })
 }
 
-/// Named places and the best one, on the plane nearest to them.
-fn marks(results: &PlacementResults, plane: &[usize; 6]) -> Vec<Mark2> {
-    let across = across(results);
+/// Returns the named places and the best one if `plane` is the nearest to them.
+fn place_marks(results: &PlacementResults, plane: &[usize; 6]) -> Vec<PlaneMark> {
+    let across = panel_coordinate(results);
     let values = &results.study.grid.axes[across];
     let is_here = |site: &Site| {
         let gap = |plane: &[usize; 6]| results.study.bounds.distance(across, values[plane[across]], site.0[across]);
@@ -173,12 +174,12 @@ fn marks(results: &PlacementResults, plane: &[usize; 6]) -> Vec<Mark2> {
     named
         .chain(best)
         .filter(|(_, site)| is_here(site) && is_near(results, site))
-        .map(|(label, site)| Mark2 { label, x: site.0[0], y: site.0[1] })
+        .map(|(label, site)| PlaneMark { label, x: site.0[0], y: site.0[1] })
         .collect()
 }
 
-/// The front in its first two metrics; the third, if any, divides it into thirds of its range.
-fn pareto(results: &PlacementResults) -> LineFigure {
+/// Draws the front in its first two metrics; the third, if any, divides it into thirds of its range.
+fn pareto_figure(results: &PlacementResults) -> LineFigure {
     let study = &results.study;
     let metrics = &study.objective.pareto;
     let value = |values: &Metrics, k: usize| values.get(metrics[k]).unwrap_or(0.0);
@@ -199,7 +200,7 @@ fn pareto(results: &PlacementResults) -> LineFigure {
             }
         }
     }
-    let named = results.entries.iter().filter(|entry| entry.found == Found::Named).filter_map(|entry| {
+    let named = results.entries.iter().filter(|entry| entry.found == Origin::Named).filter_map(|entry| {
         let values = &entry.outcome.as_ref().ok()?.metrics;
         Some((entry.name.clone(), vec![point(values)]))
     });
@@ -217,34 +218,37 @@ fn pareto(results: &PlacementResults) -> LineFigure {
     }
 }
 
-/// Traces of a feature, the best place first.
+/// Returns the traces of a feature, the best place first.
 fn traces_of(results: &PlacementResults, feature: usize) -> impl Iterator<Item = &Trace> {
     results.traces.iter().filter(move |trace| trace.feature == feature)
 }
 
-/// Where the tool goes.
+/// Versions of a path that are drawn.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Way {
+pub(super) enum PathVersion {
+    /// The wanted path.
     Wanted,
+    /// The path without compensation.
     Before,
+    /// The path after compensation.
     After,
 }
 
-impl Way {
-    pub(super) const ALL: [Way; 3] = [Way::Wanted, Way::Before, Way::After];
+impl PathVersion {
+    pub(super) const ALL: [PathVersion; 3] = [PathVersion::Wanted, PathVersion::Before, PathVersion::After];
 
-    /// How far it is from where it should be at a point, mm; `None` where that is not known.
+    /// Returns the deviation from the wanted position at point `k`, O axes, mm; `None` where it is not known.
     pub(super) fn error(self, trace: &Trace, k: usize) -> Option<Vector3<f64>> {
         match self {
-            Way::Wanted => Some(Vector3::zeros()),
-            Way::Before => trace.before[k],
-            Way::After => trace.after[k],
+            PathVersion::Wanted => Some(Vector3::zeros()),
+            PathVersion::Before => trace.before[k],
+            PathVersion::After => trace.after[k],
         }
     }
 }
 
-/// What there is at the points where the tool cuts, in pieces: they end where it does not cut, or where there is nothing.
-pub(super) fn cut<T: Copy>(trace: &Trace, value: impl Fn(usize) -> Option<T>) -> Vec<Vec<T>> {
+/// Returns the values at the points where the tool cuts, in pieces that end where it does not cut or a value is missing.
+pub(super) fn cutting_pieces<T: Copy>(trace: &Trace, value: impl Fn(usize) -> Option<T>) -> Vec<Vec<T>> {
     let mut pieces: Vec<Vec<T>> = Vec::new();
     let mut last = None;
     for (k, at) in (0..trace.cutting.len()).filter_map(|k| Some((k, value(k)?))) {
@@ -261,12 +265,12 @@ pub(super) fn cut<T: Copy>(trace: &Trace, value: impl Fn(usize) -> Option<T>) ->
     pieces
 }
 
-/// How far the tool is from its path, before and after, at the best and at a poor place.
-fn errors(results: &PlacementResults, feature: usize) -> PanelFigure {
+/// Draws the error along the path, before and after compensation, at the best and at a poor place.
+fn path_errors_figure(results: &PlacementResults, feature: usize) -> PanelFigure {
     let study = &results.study;
     let panel = |trace: &Trace| {
         let curve = |errors: &[Option<Vector3<f64>>]| PanelCurve {
-            pieces: cut(trace, |k| Some((trace.arc_length_mm[k], errors[k]?.norm()))),
+            pieces: cutting_pieces(trace, |k| Some((trace.arc_length_mm[k], errors[k]?.norm()))),
         };
         CurvePanel { title: trace.place.clone(), curves: vec![curve(&trace.before), curve(&trace.after)] }
     };
@@ -282,18 +286,17 @@ fn errors(results: &PlacementResults, feature: usize) -> PanelFigure {
     }
 }
 
-/// The wanted path in the xy-plane, and where the tool goes before and after the correction, at the best and at a poor
-/// place.
-fn path(results: &PlacementResults, feature: usize) -> PanelFigure {
+/// Draws the wanted path in the xy-plane, and the path before and after compensation, at the best and at a poor place.
+fn paths_figure(results: &PlacementResults, feature: usize) -> PanelFigure {
     let study = &results.study;
     let wanted = traces_of(results, feature).next().map_or(&[][..], |trace| &trace.wanted);
-    let amplification = amplification(wanted, shared_error(results));
+    let amplification = amplification(wanted, largest_error(results));
     let panel = |trace: &Trace| {
         let at = |k: usize, error: Vector3<f64>| trace.wanted[k] + error * amplification;
-        let drawn = |way: Way| PanelCurve {
-            pieces: cut(trace, |k| way.error(trace, k).map(|error| at(k, error)).map(|at| (at.x, at.y))),
+        let drawn = |way: PathVersion| PanelCurve {
+            pieces: cutting_pieces(trace, |k| way.error(trace, k).map(|error| at(k, error)).map(|at| (at.x, at.y))),
         };
-        CurvePanel { title: trace.place.clone(), curves: Way::ALL.map(drawn).into() }
+        CurvePanel { title: trace.place.clone(), curves: PathVersion::ALL.map(drawn).into() }
     };
     PanelFigure {
         title: format!("Predicted path: {}", study.features[feature].feature.name),
@@ -314,8 +317,8 @@ fn path(results: &PlacementResults, feature: usize) -> PanelFigure {
     }
 }
 
-/// The largest error of all traces, so that they are drawn alike.
-fn shared_error(results: &PlacementResults) -> f64 {
+/// Returns the largest error of all traces, mm, so that all are magnified alike.
+fn largest_error(results: &PlacementResults) -> f64 {
     let errors = results.traces.iter().flat_map(|trace| &trace.before).flatten();
     errors.fold(0.0, |most, error| most.max(error.norm()))
 }

@@ -1,91 +1,92 @@
-//! The numbers of a placement study, its tables, and what it says for programs.
+//! Quantities and tables of a placement study, and its summary as JSON.
 
 use serde_json::{Map, Value, json};
 
 use crate::{
-    answer::{Quantity, TableOf, status_cells},
+    answer::{Quantity, QuantityTable, status_cells},
     files::exchange::{self, Column, Row, Table, counts, numbers, texts},
     page::Better::{Larger, Neither, Smaller},
     questions::placement::{
-        Agreement, COORDINATES, Cell, End, Entry, FeatureJob, Found, Metric, Metrics, PlacementResults, PlacementStudy,
-        Refinement, Room, Site, Start, UNITS, Verdict, site::in_unit,
+        Agreement, COORDINATES, Cell, End, Entry, FeatureJob, Margin, Metric, Metrics, Origin, PlacementResults,
+        PlacementStudy, Refinement, Site, Start, UNITS, Verdict, site::in_unit,
     },
     simulation::{Failure, SOLVED},
 };
 
-/// A number that can be shown: a place that cannot be used has an objective beyond all numbers.
-fn finite(value: f64) -> Option<f64> {
+/// Returns `value` if it is finite; an infeasible place has an infinite objective.
+fn if_finite(value: f64) -> Option<f64> {
     Some(value).filter(|value| value.is_finite())
 }
 
-/// The objective of what is had of an `E`.
-fn objective<E: 'static>(value: impl Fn(&E) -> Option<f64> + Send + Sync + 'static) -> Quantity<E> {
-    Quantity::made("objective".into(), "objective".into(), Smaller, move |own| finite(value(own)?))
+/// Makes the quantity of the objective, which `value` reads from an `E`.
+fn objective_from<E: 'static>(value: impl Fn(&E) -> Option<f64> + Send + Sync + 'static) -> Quantity<E> {
+    Quantity::computed("objective".into(), "objective".into(), Smaller, move |own| if_finite(value(own)?))
 }
 
-/// A metric of what is had of an `E`.
-fn metric<E: 'static>(study: &PlacementStudy, metric: Metric, metrics: fn(&E) -> Option<&Metrics>) -> Quantity<E> {
+/// Makes the quantity of a metric, which `metrics` reads from an `E`.
+fn metric_from<E: 'static>(study: &PlacementStudy, metric: Metric, metrics: fn(&E) -> Option<&Metrics>) -> Quantity<E> {
     let (name, label) = (metric.column(&study.machine), metric.words(&study.machine).into());
     let better = if metric.larger_is_better() { Larger } else { Smaller };
-    Quantity::made(name, label, better, move |own| finite(metrics(own)?.get(metric)?))
+    Quantity::computed(name, label, better, move |own| if_finite(metrics(own)?.get(metric)?))
 }
 
-/// A metric of a named or found place.
-pub(super) fn of_entry(study: &PlacementStudy, own: Metric) -> Quantity<Entry> {
-    metric(study, own, |entry| entry.outcome.as_ref().ok().map(|evaluation| &evaluation.metrics))
+/// Makes the quantity of a metric of named and found places.
+pub(super) fn entry_metric(study: &PlacementStudy, own: Metric) -> Quantity<Entry> {
+    metric_from(study, own, |entry| entry.outcome.as_ref().ok().map(|evaluation| &evaluation.metrics))
 }
 
-/// Metrics that can be had for a study: those of corrections within limits only with limits.
-pub(super) fn available(study: &PlacementStudy) -> impl Iterator<Item = Metric> {
+/// Returns the metrics that the study can have: those of the correction within limits only if a feature has limits.
+pub(super) fn available_metrics(study: &PlacementStudy) -> impl Iterator<Item = Metric> {
     let has_limits = study.has_limits();
     let exists = |metric: &Metric| metric.exists_on(&study.machine) && study.objective.has(*metric);
     Metric::ALL.into_iter().filter(exists).filter(move |metric| has_limits || !metric.is_bounded())
 }
 
-/// Objective and `metrics` of named and found places.
-pub(super) fn of_entries(study: &PlacementStudy, metrics: impl IntoIterator<Item = Metric>) -> Vec<Quantity<Entry>> {
-    let metrics = metrics.into_iter().map(|metric| of_entry(study, metric));
-    std::iter::once(objective(|entry: &Entry| Some(entry.value))).chain(metrics).collect()
+/// Makes the quantities of named and found places: objective and `metrics`.
+pub(super) fn entry_values(study: &PlacementStudy, metrics: impl IntoIterator<Item = Metric>) -> Vec<Quantity<Entry>> {
+    let metrics = metrics.into_iter().map(|metric| entry_metric(study, metric));
+    std::iter::once(objective_from(|entry: &Entry| Some(entry.value))).chain(metrics).collect()
 }
 
-/// Objective of places of the sweep, the metrics that a search computes anyway, and those of its objective.
-pub(super) fn of_cells(study: &PlacementStudy) -> Vec<Quantity<Cell>> {
+/// Makes the quantities of the sweep: objective, the metrics that a search computes anyway, and those of the objective.
+pub(super) fn cell_values(study: &PlacementStudy) -> Vec<Quantity<Cell>> {
     let asked = study.objective.metrics();
     let free = [Metric::WorstDeflection, Metric::RmsDeflection, Metric::ShareWithin];
     let metrics = Metric::ALL.into_iter().filter(|metric| asked.contains(metric) || free.contains(metric));
-    let metrics = metrics.map(|own| metric(study, own, Cell::metrics));
+    let metrics = metrics.map(|own| metric_from(study, own, Cell::metrics));
     let sought = study.objective.clone();
-    std::iter::once(objective(move |cell: &Cell| Some(sought.value(cell.metrics()?)))).chain(metrics).collect()
+    std::iter::once(objective_from(move |cell: &Cell| Some(sought.value(cell.metrics()?)))).chain(metrics).collect()
 }
 
+/// Returns the columns of the coordinates, their names after `lead`.
 fn coordinate_columns(lead: &str) -> Vec<Column> {
     numbers(COORDINATES.iter().zip(UNITS).map(|(name, unit)| format!("{lead}{name}_{unit}")))
 }
 
-fn coordinates(site: &Site) -> impl Iterator<Item = exchange::Cell> {
+/// Returns the cells of the coordinates.
+fn coordinate_cells(site: &Site) -> impl Iterator<Item = exchange::Cell> {
     exchange::cells(site.shown())
 }
 
-/// A table of the quantities of each of `rows` behind its leading cells.
-fn table<'a, E: 'static>(
+/// Makes a table of the quantities of each of `rows` behind its leading cells.
+fn table_of<'a, E: 'static>(
     lead: Vec<Column>,
     quantities: Vec<Quantity<E>>,
     rows: impl IntoIterator<Item = (Row, &'a E)>,
 ) -> Table {
     let rows = rows.into_iter().map(|(lead, own)| (lead, Ok(own)));
-    TableOf::without_status(lead, quantities).table(rows)
+    QuantityTable::without_status(lead, quantities).table(rows)
 }
 
-/// Named places, the best of the sweep and those found by refinement, ranked; with all metrics, and the worst deflection
-/// of each feature. Places that cannot be cut at come last, with `status` and `reason`; where the path leaves the workspace
-/// box (`outside_workspace`) the numbers say what would happen there.
+/// Makes the table of named and found places, ranked, with all metrics and the worst deflection of each feature. Those that cannot be cut
+/// come last, with `status` and `reason`; beyond the workspace box (`outside_workspace`) the numbers say what would happen there.
 pub fn candidates_table(study: &PlacementStudy, entries: &[Entry]) -> Table {
     let mut evaluated = entries.iter().filter_map(|entry| entry.outcome.as_ref().ok());
     let has_margin = evaluated.any(|evaluation| evaluation.metrics.get(Metric::ForceMargin).is_some());
-    let metrics = available(study).filter(|metric| has_margin || *metric != Metric::ForceMargin);
-    let mut quantities = of_entries(study, metrics);
+    let metrics = available_metrics(study).filter(|metric| has_margin || *metric != Metric::ForceMargin);
+    let mut quantities = entry_values(study, metrics);
     let of_feature = |name: String, get: fn(&Entry, usize) -> Option<f64>, f: usize| {
-        Quantity::made(name, String::new(), Neither, move |entry: &Entry| finite(get(entry, f)?))
+        Quantity::computed(name, String::new(), Neither, move |entry: &Entry| if_finite(get(entry, f)?))
     };
     let named = || study.features.iter().map(|job| (job, &job.feature.name)).enumerate();
     if study.features.len() > 1 {
@@ -93,7 +94,7 @@ pub fn candidates_table(study: &PlacementStudy, entries: &[Entry]) -> Table {
         quantities.extend(named().map(|(f, (_, name))| of_feature(format!("worst_deflection_{name}_mm"), worst, f)));
     }
     let turn = |entry: &Entry, f: usize| entry.turns[f].map(f64::to_degrees);
-    let turned = named().filter(|(_, (job, _))| job.turn.is_some());
+    let turned = named().filter(|(_, (job, _))| job.gamma_search.is_some());
     quantities.extend(turned.map(|(f, (_, name))| of_feature(format!("gamma_{name}_deg"), turn, f)));
     quantities.push(Quantity::text("correction_within_limits", |entry| {
         entry.ok().and_then(|entry| entry.outcome.as_ref().ok()?.not_corrected.clone()).into()
@@ -102,15 +103,14 @@ pub fn candidates_table(study: &PlacementStudy, entries: &[Entry]) -> Table {
     let row = |(rank, entry): (usize, &'_ Entry)| {
         let mut row: Row = vec![entry.feasible().map(|_| rank + 1).into()];
         row.extend([entry.name.as_str().into(), entry.found.label().into()]);
-        row.extend(coordinates(&entry.site));
+        row.extend(coordinate_cells(&entry.site));
         row.extend(status_cells(entry.refusal().map_or(Ok(()), Err)));
         row
     };
-    table(lead.concat(), quantities, entries.iter().enumerate().map(|(rank, entry)| (row((rank, entry)), entry)))
+    table_of(lead.concat(), quantities, entries.iter().enumerate().map(|(rank, entry)| (row((rank, entry)), entry)))
 }
 
-/// One row per place of the sweep, in grid order. `status` is `solved`, `pruned` (not looked at on all points: the
-/// metrics are no better than the numbers shown, which are worse than what was found elsewhere) or why the workpiece cannot be cut there.
+/// Makes the table of the sweep, one row per place in grid order: `solved`, `pruned` (its numbers are bounds), or why it cannot be cut.
 pub fn sweep_table(results: &PlacementResults) -> Table {
     let mut ranks = vec![None; results.cells.len()];
     for (rank, &index) in results.ranking.iter().enumerate() {
@@ -122,14 +122,14 @@ pub fn sweep_table(results: &PlacementResults) -> Table {
             Verdict::Pruned(_) => "cannot be the best place",
             Verdict::Infeasible(Failure { reason, .. }) => reason,
         };
-        coordinates(&cell.site).chain([cell_status(cell).into(), reason.into(), rank.into()]).collect()
+        coordinate_cells(&cell.site).chain([cell_status(cell).into(), reason.into(), rank.into()]).collect()
     };
     let lead = [coordinate_columns(""), texts(["status", "reason"]), counts(["rank"])].concat();
     let rows = results.cells.iter().zip(ranks).map(|(cell, rank)| (row((cell, rank)), cell));
-    table(lead, of_cells(&results.study), rows)
+    table_of(lead, cell_values(&results.study), rows)
 }
 
-/// Word for what became of a place of the sweep.
+/// Returns the status word of a cell of the sweep.
 pub(super) fn cell_status(cell: &Cell) -> &str {
     match &cell.verdict {
         Verdict::Complete(_) => SOLVED,
@@ -138,6 +138,7 @@ pub(super) fn cell_status(cell: &Cell) -> &str {
     }
 }
 
+/// Returns the word of an agreement in tables.
 fn agreement_word(agreement: Agreement) -> &'static str {
     match agreement {
         Agreement::Same => "same",
@@ -146,7 +147,7 @@ fn agreement_word(agreement: Agreement) -> &'static str {
     }
 }
 
-/// One row per refinement: start, end, value, and how it compares with the best place.
+/// Makes the table of refinements, one row each: start, end, objective, and how it compares with the best place.
 pub(super) fn refinements_table(results: &PlacementResults) -> Table {
     let columns = [
         counts(["refinement"]),
@@ -159,9 +160,9 @@ pub(super) fn refinements_table(results: &PlacementResults) -> Table {
     ];
     let row = |(index, found): (usize, &Refinement)| {
         let agreement = results.best.as_ref().map(|best| agreement_word(best.agreement[index]));
-        let mut row: Row = vec![(index + 1).into(), started_from(&results.study, found.from).into()];
-        row.extend(coordinates(&found.start).chain(coordinates(&found.site)));
-        row.push(finite(found.value).into());
+        let mut row: Row = vec![(index + 1).into(), start_label(&results.study, found.from).into()];
+        row.extend(coordinate_cells(&found.start).chain(coordinate_cells(&found.site)));
+        row.push(if_finite(found.value).into());
         row.extend([found.iterations.into(), found.continued.into(), found.visited.len().into()]);
         row.extend([found.is_converged.to_string().into(), agreement.into()]);
         row
@@ -169,15 +170,16 @@ pub(super) fn refinements_table(results: &PlacementResults) -> Table {
     Table::new(columns.concat(), results.refinements.iter().enumerate().map(row))
 }
 
-/// The Pareto front, by its first metric.
+/// Makes the table of the Pareto front, sorted by its first metric.
 pub(super) fn front_table(results: &PlacementResults) -> Table {
     let study = &results.study;
-    let of = |own: &Metric| metric(study, *own, |(_, values): &(Site, Metrics)| Some(values));
-    let rows = results.front.iter().map(|place| (coordinates(&place.0).collect(), place));
-    table(coordinate_columns(""), study.objective.pareto.iter().map(of).collect(), rows)
+    let of = |own: &Metric| metric_from(study, *own, |(_, values): &(Site, Metrics)| Some(values));
+    let rows = results.front.iter().map(|place| (coordinate_cells(&place.0).collect(), place));
+    table_of(coordinate_columns(""), study.objective.pareto.iter().map(of).collect(), rows)
 }
 
-fn started_from(study: &PlacementStudy, start: Start) -> &str {
+/// Describes the start of a refinement for tables.
+fn start_label(study: &PlacementStudy, start: Start) -> &str {
     match start {
         Start::Sweep => "sweep",
         Start::Between => "between places of the sweep",
@@ -185,8 +187,8 @@ fn started_from(study: &PlacementStudy, start: Start) -> &str {
     }
 }
 
-/// Places evaluated on all points, given up, and infeasible.
-pub(super) fn verdicts(results: &PlacementResults) -> [usize; 3] {
+/// Returns how many places of the sweep were evaluated on all points, pruned, and infeasible.
+pub(super) fn verdict_counts(results: &PlacementResults) -> [usize; 3] {
     let mut counts = [0; 3];
     for cell in &results.cells {
         counts[match cell.verdict {
@@ -198,11 +200,13 @@ pub(super) fn verdicts(results: &PlacementResults) -> [usize; 3] {
     counts
 }
 
+/// Returns a place as JSON, its coordinates in mm and degrees.
 fn site_json(site: &Site) -> Value {
     let coordinates = COORDINATES.iter().zip(UNITS).zip(site.shown());
     coordinates.map(|((name, unit), value)| (format!("{name}_{unit}"), json!(value))).collect::<Map<_, _>>().into()
 }
 
+/// Returns the metrics that exist as JSON.
 fn metrics_json(study: &PlacementStudy, metrics: &Metrics) -> Value {
     let given = Metric::ALL.into_iter().filter_map(|metric| {
         let value = metrics.get(metric).filter(|value| value.is_finite())?;
@@ -211,6 +215,7 @@ fn metrics_json(study: &PlacementStudy, metrics: &Metrics) -> Value {
     Value::Object(given.collect::<Map<_, _>>())
 }
 
+/// Returns a named or found place with its metrics, or why it is infeasible, as JSON.
 fn entry_json(study: &PlacementStudy, entry: &Entry) -> Value {
     let mut object = json!({ "name": entry.name, "found": entry.found.label(), "place": site_json(&entry.site) });
     if let Ok(evaluation) = &entry.outcome {
@@ -225,20 +230,20 @@ fn entry_json(study: &PlacementStudy, entry: &Entry) -> Value {
     object
 }
 
-/// Best place, how it was found, how flat it is, and all entries.
+/// Returns the summary as JSON: best place, how it was found, its margins, and all entries.
 pub fn summary_json(results: &PlacementResults) -> Value {
     let study = &results.study;
-    let [complete, pruned, infeasible] = verdicts(results);
+    let [complete, pruned, infeasible] = verdict_counts(results);
     let best = results.best.as_ref().map(|best| {
         json!({
             "place": site_json(&best.site),
             "objective": best.value,
             "name": results.entries[best.entry].name,
-            "found_by_refinement": if let Found::Refinement(index) = best.found { Some(index + 1) } else { None },
+            "found_by_refinement": if let Origin::Refinement(index) = best.found { Some(index + 1) } else { None },
             "agreement": best.agreement.iter().map(|a| agreement_word(*a)).collect::<Vec<_>>(),
         })
     });
-    let room = |room: &Room| {
+    let room = |room: &Margin| {
         let i = room.coordinate;
         let end = match &room.end {
             End::Worse => "objective 5 % worse".to_string(),

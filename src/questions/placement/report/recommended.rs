@@ -1,5 +1,4 @@
-//! The recommended place as a drawing: the part, its path and what is in the way, as a plan over the map of places and in three
-//! dimensions.
+//! Drawings of the recommended place: the part, its path and the obstacles, as a plan over the map of places and in 3-D.
 
 use nalgebra::Vector3;
 
@@ -12,27 +11,27 @@ use crate::{
     page::MachineDescription,
     process::Extent,
     questions::placement::{
-        COORDINATES, Entry, Found, Metric, PlacementResults, Site, Trace, is_angle,
-        report::pictures::{self, Way, cut},
+        COORDINATES, Entry, Metric, Origin, PlacementResults, Site, Trace, is_angle,
+        report::pictures::{self, PathVersion, cutting_pieces},
     },
     spatial::Pose,
 };
 
-/// Most other places drawn.
+/// Largest number of other places drawn.
 const GHOSTS: usize = 4;
 
-/// The plan, or `None` where there is nothing to draw.
-pub(super) fn plan(results: &PlacementResults) -> Option<Figure> {
+/// Draws the plan of the recommended place; `None` where there is nothing to draw.
+pub(super) fn plan_figure(results: &PlacementResults) -> Option<Figure> {
     let study = &results.study;
-    let metric = shown(results);
-    let number = |value: f64| typographic(&metric.shown(&study.machine, value));
+    let metric = drawn_metric(results);
+    let number = |value: f64| typographic(&metric.value_words(&study.machine, value));
     let best = results.best.as_ref();
-    let mut shapes: Vec<PlanShape> = others(results)
+    let mut shapes: Vec<PlanShape> = nearby_named_places(results)
         .into_iter()
         .map(|entry| {
             let value = entry.feasible().and_then(|evaluation| evaluation.metrics.get(metric));
             let words = value.map_or_else(|| "not possible".into(), number);
-            outline(results, &entry.site, Look::Ghost, format!("{}\n{words}", entry.name))
+            part_outline(results, &entry.site, Look::Ghost, format!("{}\n{words}", entry.name))
         })
         .collect();
     shapes.extend(study.table.iter().map(|table| PlanShape {
@@ -41,16 +40,16 @@ pub(super) fn plan(results: &PlacementResults) -> Option<Figure> {
         label: "table".into(),
     }));
     shapes.extend(study.forbidden.iter().map(|forbidden| PlanShape {
-        look: Look::InTheWay,
+        look: Look::Obstacle,
         points: hull(forbidden.extent.corners().map(|p| (p.x, p.y)).to_vec()),
         label: forbidden.name.clone(),
     }));
     let mut marks = Vec::new();
     if let Some(best) = best {
-        shapes.push(outline(results, &best.site, Look::Part, String::new()));
-        shapes.extend(room(results, &best.site));
-        for (look, way) in [Look::Path, Look::Before, Look::After].into_iter().zip(Way::ALL) {
-            shapes.extend(path(results, way).into_iter().map(|points| PlanShape {
+        shapes.push(part_outline(results, &best.site, Look::Part, String::new()));
+        shapes.extend(margin_shape(results, &best.site));
+        for (look, way) in [Look::Path, Look::Before, Look::After].into_iter().zip(PathVersion::ALL) {
+            shapes.extend(drawn_paths(results, way).into_iter().map(|points| PlanShape {
                 look,
                 points: points.iter().map(|p| (p.x, p.y)).collect(),
                 label: String::new(),
@@ -60,7 +59,7 @@ pub(super) fn plan(results: &PlacementResults) -> Option<Figure> {
         let label = value.map_or_else(|| "best".into(), |value| format!("best\n{}", number(value)));
         marks.push((best.site.0[0], best.site.0[1], label));
     }
-    let field = field(results, metric);
+    let field = sweep_slice(results, metric);
     if shapes.is_empty() && field.is_none() {
         return None;
     }
@@ -68,7 +67,7 @@ pub(super) fn plan(results: &PlacementResults) -> Option<Figure> {
     Some(Figure::Plan(Box::new(PlanFigure {
         title: best.map_or_else(
             || "No place for the part: plan of the machine".into(),
-            |best| typographic(&format!("The part at its best place, {}", where_it_stands(&best.site))),
+            |best| typographic(&format!("The part at its best place, {}", height_and_angles(&best.site))),
         ),
         subtitle: match &field {
             Some(_) => {
@@ -83,12 +82,12 @@ pub(super) fn plan(results: &PlacementResults) -> Option<Figure> {
         shapes,
         coloured: Vec::new(),
         marks,
-        note: [deviations(results), room_words(results)].into_iter().flatten().collect::<Vec<_>>().join("; "),
+        note: [deviation_note(results), margin_note(results)].into_iter().flatten().collect::<Vec<_>>().join("; "),
     })))
 }
 
-/// The number that places are drawn with: the worst deflection if the objective has it, or else its first one.
-fn shown(results: &PlacementResults) -> Metric {
+/// Returns the metric that places are drawn with: the worst deflection if the objective has it, else the first metric of the objective.
+fn drawn_metric(results: &PlacementResults) -> Metric {
     let weights = &results.study.objective.weights;
     let has = |wanted: Metric| weights.iter().any(|(metric, _)| *metric == wanted);
     match weights.first() {
@@ -97,32 +96,33 @@ fn shown(results: &PlacementResults) -> Metric {
     }
 }
 
-/// The height of a place and its turn, where it has one.
-fn where_it_stands(site: &Site) -> String {
+/// Describes height and angles of a place.
+fn height_and_angles(site: &Site) -> String {
     let shown = site.shown();
     let turns = (3..COORDINATES.len()).filter(|&i| shown[i] != 0.0);
     let turns: Vec<String> = turns.map(|i| format!(", {} {:.0}°", COORDINATES[i], shown[i])).collect();
     format!("z = {:.1} mm{}", shown[2], turns.concat())
 }
 
-/// Named places near the bounds, other than the best.
-fn others(results: &PlacementResults) -> Vec<&Entry> {
+/// Returns the named places near the bounds, other than the best.
+fn nearby_named_places(results: &PlacementResults) -> Vec<&Entry> {
     let best = results.best.as_ref().map(|best| best.entry);
     let named = results.entries.iter().enumerate().filter(|(index, _)| Some(*index) != best).map(|(_, entry)| entry);
-    named.filter(|entry| entry.found == Found::Named && pictures::is_near(results, &entry.site)).take(GHOSTS).collect()
+    named.filter(|entry| entry.found == Origin::Named && pictures::is_near(results, &entry.site)).take(GHOSTS).collect()
 }
 
-/// The outline of the part at a place, seen along −z.
-fn outline(results: &PlacementResults, site: &Site, look: Look, label: String) -> PlanShape {
-    let corners = corners(&results.study.extent, &results.study.workpiece(site));
+/// Returns the outline of the part at a place, seen along −z.
+fn part_outline(results: &PlacementResults, site: &Site, look: Look, label: String) -> PlanShape {
+    let corners = workpiece_corners(&results.study.extent, &results.study.workpiece_pose(site));
     PlanShape { look, points: hull(corners.map(|p| (p.x, p.y)).to_vec()), label }
 }
 
-fn corners(extent: &Extent, workpiece: &Pose) -> [Vector3<f64>; 8] {
+/// Returns the corners of the workpiece's box at the pose `X_OW`, O, mm.
+fn workpiece_corners(extent: &Extent, workpiece: &Pose) -> [Vector3<f64>; 8] {
     extent.corners().map(|corner| workpiece.transform(corner))
 }
 
-/// The corners in turn of the smallest convex polygon around `points` (Andrew's monotone chain).
+/// Returns the corners, in order around it, of the smallest convex polygon around `points` (Andrew's monotone chain).
 pub fn hull(mut points: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
     points.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
     points.dedup();
@@ -146,31 +146,31 @@ pub fn hull(mut points: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
     lower
 }
 
-/// The traces at the best place.
-fn at_best(results: &PlacementResults) -> impl Iterator<Item = &Trace> {
+/// Returns the traces at the best place.
+fn best_traces(results: &PlacementResults) -> impl Iterator<Item = &Trace> {
     let best = results.best.as_ref().map(|best| &results.entries[best.entry].name);
     results.traces.iter().filter(move |trace| Some(&trace.place) == best)
 }
 
-/// How many times as large errors are drawn.
-fn factor(results: &PlacementResults) -> f64 {
-    let wanted: Vec<Vector3<f64>> = at_best(results).flat_map(|trace| trace.wanted.iter().copied()).collect();
-    let errors = at_best(results).flat_map(|trace| trace.before.iter().flatten());
+/// Returns the factor by which position errors are magnified in drawings.
+fn error_magnification(results: &PlacementResults) -> f64 {
+    let wanted: Vec<Vector3<f64>> = best_traces(results).flat_map(|trace| trace.wanted.iter().copied()).collect();
+    let errors = best_traces(results).flat_map(|trace| trace.before.iter().flatten());
     amplification(&wanted, errors.map(Vector3::norm).fold(0.0, f64::max))
 }
 
-/// The paths of all features at the best place, or where the tool goes along them, in pieces where it cuts.
-fn path(results: &PlacementResults, way: Way) -> Vec<Vec<Vector3<f64>>> {
-    let factor = factor(results);
-    let along = |trace: &Trace| cut(trace, |k| Some(trace.wanted[k] + factor * way.error(trace, k)?));
-    at_best(results).flat_map(along).filter(|piece| piece.len() > 1).collect()
+/// Returns the paths of all features at the best place as `way` shows them, in pieces where the tool cuts; O, mm.
+fn drawn_paths(results: &PlacementResults, way: PathVersion) -> Vec<Vec<Vector3<f64>>> {
+    let factor = error_magnification(results);
+    let along = |trace: &Trace| cutting_pieces(trace, |k| Some(trace.wanted[k] + factor * way.error(trace, k)?));
+    best_traces(results).flat_map(along).filter(|piece| piece.len() > 1).collect()
 }
 
-/// Whatever is not farther along x and y from the best place than this is rounding, mm.
+/// Margins along x and y below this are rounding, mm.
 const NO_ROOM_MM: f64 = 1e-3;
 
-/// How far the part may be moved before it matters, as a shape around the best place; along its diagonals nothing was computed.
-fn room(results: &PlacementResults, site: &Site) -> Option<PlanShape> {
+/// Returns the margins along x and y as a shape around the best place; along its diagonals nothing was computed.
+fn margin_shape(results: &PlacementResults, site: &Site) -> Option<PlanShape> {
     let way = |coordinate: usize, direction: f64| {
         let found = results.flatness.iter().find(|room| room.coordinate == coordinate && room.direction == direction);
         found.map_or(0.0, |room| room.distance)
@@ -184,15 +184,15 @@ fn room(results: &PlacementResults, site: &Site) -> Option<PlanShape> {
     })
 }
 
-/// How large deviations are drawn, where there are any.
-fn deviations(results: &PlacementResults) -> Option<String> {
-    let factor = factor(results);
-    let has_errors = at_best(results).any(|trace| trace.before.iter().any(Option::is_some));
+/// Returns the note by which factor deviations are magnified, if any are drawn.
+fn deviation_note(results: &PlacementResults) -> Option<String> {
+    let factor = error_magnification(results);
+    let has_errors = best_traces(results).any(|trace| trace.before.iter().any(Option::is_some));
     has_errors.then(|| format!("deviations drawn {factor} times as large"))
 }
 
-/// The same in words, coordinate by coordinate.
-fn room_words(results: &PlacementResults) -> Option<String> {
+/// Returns the margins in words, coordinate by coordinate.
+fn margin_note(results: &PlacementResults) -> Option<String> {
     let mut parts: Vec<String> = Vec::new();
     for (i, name) in COORDINATES.iter().enumerate() {
         let (scale, unit) = if is_angle(i) { (1f64.to_degrees(), "°") } else { (1.0, "\u{a0}mm") };
@@ -215,14 +215,14 @@ fn room_words(results: &PlacementResults) -> Option<String> {
     }
 }
 
-/// The slice of the sweep nearest to the best place.
-fn field(results: &PlacementResults, metric: Metric) -> Option<PlanField> {
+/// Returns the slice of the sweep nearest to the best place.
+fn sweep_slice(results: &PlacementResults, metric: Metric) -> Option<PlanField> {
     let study = &results.study;
     let [xs, ys, ..] = &study.grid.axes;
     if xs.len() < 2 || ys.len() < 2 {
         return None;
     }
-    let base = pictures::at_best(results);
+    let base = pictures::best_grid_position(results);
     let value = |x: usize, y: usize| {
         let mut node = base;
         (node[0], node[1]) = (x, y);
@@ -237,9 +237,8 @@ fn field(results: &PlacementResults, metric: Metric) -> Option<PlanField> {
     })
 }
 
-/// The machine at the recommended place, where the tool is farthest from the path, with the part, its path and what is in
-/// the way; `None` without a place or a pose.
-pub(super) fn in_space(results: &PlacementResults) -> Option<Figure> {
+/// Draws the machine in 3-D at the recommended place, at the worst point of the path; `None` without a place or a pose.
+pub(super) fn pose_figure(results: &PlacementResults) -> Option<Figure> {
     let study = &results.study;
     let best = results.best.as_ref()?;
     let entry = &results.entries[best.entry];
@@ -249,12 +248,13 @@ pub(super) fn in_space(results: &PlacementResults) -> Option<Figure> {
     let job = &study.features[trace.feature];
     let machine = job.machine();
     let turn = entry.turns[trace.feature].unwrap_or_default();
-    let tasks = job.tasks_turned(&entry.site, turn).ok()?;
+    let tasks = job.tasks_at_gamma(&entry.site, turn).ok()?;
     let bent = deflected_pose(machine, &job.errors, tasks.get(farthest)?, String::new())?;
     let described = MachineDescription::new(machine);
     let solid = |name: String, corners: [Vector3<f64>; 8]| Solid { name, corners: corners.map(Into::into) };
-    let in_the_way = study.forbidden.iter().map(|forbidden| solid(forbidden.name.clone(), forbidden.extent.corners()));
-    let lines = |way| path(results, way).into_iter().map(|piece| piece.into_iter().map(Into::into).collect()).collect();
+    let obstacles = study.forbidden.iter().map(|forbidden| solid(forbidden.name.clone(), forbidden.extent.corners()));
+    let lines =
+        |way| drawn_paths(results, way).into_iter().map(|piece| piece.into_iter().map(Into::into).collect()).collect();
     let [x, y, z]: [f64; 3] = entry.site.position_mm().into();
     Some(Figure::Pose(Box::new(PoseFigure {
         title: "The machine and the part at its best place".into(),
@@ -268,12 +268,12 @@ pub(super) fn in_space(results: &PlacementResults) -> Option<Figure> {
         rails: described.rails,
         workspace: described.workspace_mm,
         around: Surroundings {
-            part: Some(solid("part".into(), corners(&study.extent, &study.workpiece(&best.site)))),
-            in_the_way: in_the_way.collect(),
-            paths: lines(Way::Wanted),
-            before: lines(Way::Before),
-            after: lines(Way::After),
+            part: Some(solid("part".into(), workpiece_corners(&study.extent, &study.workpiece_pose(&best.site)))),
+            obstacles: obstacles.collect(),
+            paths: lines(PathVersion::Wanted),
+            before: lines(PathVersion::Before),
+            after: lines(PathVersion::After),
         },
-        note: deviations(results),
+        note: deviation_note(results),
     })))
 }

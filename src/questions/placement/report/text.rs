@@ -1,21 +1,21 @@
-//! A placement study in sentences and small tables: what was sought, how it was found, and what is recommended.
+//! Sentences and small tables of a placement report: what was searched, how the best place was found, and what happens there.
 
-use super::quantities::{available, verdicts};
+use super::quantities::{available_metrics, verdict_counts};
 use crate::{
     files::{
         text_table::text_table,
-        words::{counted, position, signed, typographic},
+        words::{counted, position, typographic, with_minus_signs},
     },
     page::SmallTable,
     questions::placement::{
-        Agreement, Best, COORDINATES, End, Entry, Evaluation, Found, Metric, Metrics, PlacementResults, PlacementStudy,
-        Refinement, Room, Site, Start, Verdict, is_angle,
+        Agreement, Best, COORDINATES, End, Entry, Evaluation, Margin, Metric, Metrics, Origin, PlacementResults,
+        PlacementStudy, Refinement, Site, Start, Verdict, is_angle,
         site::{in_unit, unit_suffix},
     },
 };
 
-/// A place in words.
-pub(super) fn at(site: &Site) -> String {
+/// Describes a place: position, and angles that are not zero.
+pub(super) fn site_words(site: &Site) -> String {
     let [x, y, z, angles @ ..] = site.shown();
     let turned = COORDINATES[3..].iter().zip(angles).filter(|(_, angle)| *angle != 0.0);
     let turned: Vec<String> = turned.map(|(name, angle)| typographic(&format!("{name} {angle:.1}°"))).collect();
@@ -25,7 +25,7 @@ pub(super) fn at(site: &Site) -> String {
     }
 }
 
-/// Metrics shown side by side on the screen.
+/// Metrics that the table of entries shows.
 const SHOWN: [Metric; 8] = [
     Metric::WorstDeflection,
     Metric::RmsDeflection,
@@ -37,10 +37,10 @@ const SHOWN: [Metric; 8] = [
     Metric::ShareWithin,
 ];
 
-/// The entries side by side, ranked.
+/// Returns a table of the entries, ranked, and why some cannot be cut.
 pub fn entries_table(study: &PlacementStudy, entries: &[Entry]) -> String {
     let machine = &study.machine;
-    let shown: Vec<Metric> = available(study).filter(|metric| SHOWN.contains(metric)).collect();
+    let shown: Vec<Metric> = available_metrics(study).filter(|metric| SHOWN.contains(metric)).collect();
     let is_tilted = entries.iter().any(|entry| entry.site.0[4..] != [0.0; 2]);
     let angles = if is_tilted { 3..6 } else { 3..4 };
     let mut header = vec!["place".to_string(), "x, y, z [mm]".into()];
@@ -54,7 +54,7 @@ pub fn entries_table(study: &PlacementStudy, entries: &[Entry]) -> String {
         row.extend(shown_site[angles.clone()].iter().map(|angle| format!("{angle:.1}")));
         match &entry.outcome {
             Ok(evaluation) => row.extend(shown.iter().map(|metric| {
-                evaluation.metrics.get(*metric).map_or_else(|| "–".into(), |value| metric.shown(machine, value))
+                evaluation.metrics.get(*metric).map_or_else(|| "–".into(), |value| metric.value_words(machine, value))
             })),
             Err(failure) => row.push(failure.status.replace('_', " ")),
         }
@@ -63,15 +63,16 @@ pub fn entries_table(study: &PlacementStudy, entries: &[Entry]) -> String {
         }
         table.add_row(row);
     }
-    let reasons =
-        entries.iter().filter_map(|entry| Some(format!("{}: {}.\n", entry.name, signed(&entry.refusal()?.reason))));
+    let reasons = entries
+        .iter()
+        .filter_map(|entry| Some(format!("{}: {}.\n", entry.name, with_minus_signs(&entry.refusal()?.reason))));
     format!("{table}\n{}", reasons.collect::<String>())
 }
 
-/// What was sought, and how many places were looked at.
-pub(super) fn search(results: &PlacementResults) -> String {
+/// Returns the sentences about the search: study, objective, and number of places evaluated.
+pub(super) fn search_text(results: &PlacementResults) -> String {
     let study = &results.study;
-    let [complete, stopped, infeasible] = verdicts(results);
+    let [complete, stopped, infeasible] = verdict_counts(results);
     let points: usize = study.features.iter().map(|job| job.feature.path.len()).sum();
     format!(
         "{}: {}, {}; objective (minimised): {}.\nSweep of {}: {complete} evaluated on the whole path, {stopped} stopped \
@@ -81,17 +82,17 @@ pub(super) fn search(results: &PlacementResults) -> String {
         counted(points, "path point"),
         study.objective.words(&study.machine),
         counted(results.cells.len(), "place"),
-        coarseness(results)
+        coarseness_text(results)
     )
 }
 
-/// Everything that is said: what was sought, how it was found, and the recommendation.
+/// Returns all sentences of the report.
 pub fn summary_text(results: &PlacementResults) -> String {
-    search(results) + &place(results) + &certainty(results)
+    search_text(results) + &place_text(results) + &certainty_text(results)
 }
 
-/// What the sweep is too coarse for.
-fn coarseness(results: &PlacementResults) -> String {
+/// Returns the sentences about places that the sweep is too coarse for.
+fn coarseness_text(results: &PlacementResults) -> String {
     let gaps = &results.gaps;
     let mut text = String::new();
     if !gaps.sites.is_empty() {
@@ -112,24 +113,24 @@ fn coarseness(results: &PlacementResults) -> String {
     text
 }
 
-/// What happens at the recommended place, and at the others.
-pub(super) fn place(results: &PlacementResults) -> String {
+/// Returns the sentences about the recommended place and its comparison with the others, or why there is none.
+pub(super) fn place_text(results: &PlacementResults) -> String {
     match &results.best {
-        Some(best) => there(results, best) + &comparison(results),
-        None => nowhere(results),
+        Some(best) => best_place_text(results, best) + &comparison_text(results),
+        None => infeasible_text(results),
     }
 }
 
-/// How the place was found, and how much room there is.
-pub(super) fn certainty(results: &PlacementResults) -> String {
+/// Returns the sentences about how the place was found, and its margins.
+pub(super) fn certainty_text(results: &PlacementResults) -> String {
     let Some(best) = &results.best else { return String::new() };
-    found(results, best) + &room(results)
+    how_found_text(results, best) + &margins_text(results)
 }
 
-/// Why the workpiece cannot be cut.
-pub(super) fn nowhere(results: &PlacementResults) -> String {
+/// Returns the sentences that the workpiece can be cut at no place, with the first reason.
+pub(super) fn infeasible_text(results: &PlacementResults) -> String {
     let cell = results.cells.iter().find_map(|cell| match &cell.verdict {
-        Verdict::Infeasible(failure) => Some((at(&cell.site), &failure.reason)),
+        Verdict::Infeasible(failure) => Some((site_words(&cell.site), &failure.reason)),
         _ => None,
     });
     let elsewhere: Vec<&str> =
@@ -147,17 +148,18 @@ pub(super) fn nowhere(results: &PlacementResults) -> String {
     text
 }
 
-/// The recommended entry and what happens there.
+/// Returns the recommended entry with its evaluation.
 pub(super) fn best_entry(results: &PlacementResults) -> Option<(&Entry, &Evaluation)> {
     let entry = results.entries.get(results.best.as_ref()?.entry)?;
     Some((entry, entry.feasible()?))
 }
 
-fn there(results: &PlacementResults, best: &Best) -> String {
+/// Returns the sentences about deflections, corrections and residual errors at the recommended place.
+fn best_place_text(results: &PlacementResults, best: &Best) -> String {
     let machine = &results.study.machine;
-    let mut text = format!("At the recommended place, {}:", at(&best.site));
+    let mut text = format!("At the recommended place, {}:", site_words(&best.site));
     let Some((_, evaluation)) = best_entry(results) else { return text + "\n" };
-    let value = |metric: Metric| Some(metric.shown(machine, evaluation.metrics.get(metric)?));
+    let value = |metric: Metric| Some(metric.value_words(machine, evaluation.metrics.get(metric)?));
     if let (Some(worst), Some(rms)) = (value(Metric::WorstDeflection), value(Metric::RmsDeflection)) {
         text += &format!(" without compensation the tool leaves its path by up to {worst} (rms {rms})");
         let within = value(Metric::ShareWithin).unwrap_or_default();
@@ -185,15 +187,15 @@ fn there(results: &PlacementResults, best: &Best) -> String {
     text + "\n"
 }
 
-/// Deflections below this are none, and no other is so many percent larger, mm.
+/// Deflections below this count as none, so that no ratio to them is given, mm.
 pub(super) const NO_DEFLECTION: f64 = 1e-6;
 
-/// How much better that is than the other named places.
-fn comparison(results: &PlacementResults) -> String {
+/// Returns the sentences that compare the worst deflection at the other named places.
+fn comparison_text(results: &PlacementResults) -> String {
     let Some((recommended, best)) = best_entry(results) else { return String::new() };
     let worst = |evaluation: &Evaluation| evaluation.metrics.get(Metric::WorstDeflection);
     let Some(at_best) = worst(best) else { return String::new() };
-    let named = results.entries.iter().filter(|entry| entry.found == Found::Named && entry.name != recommended.name);
+    let named = results.entries.iter().filter(|entry| entry.found == Origin::Named && entry.name != recommended.name);
     let compared: Vec<String> = named
         .map(|entry| match &entry.outcome {
             Ok(evaluation) => {
@@ -216,12 +218,12 @@ fn comparison(results: &PlacementResults) -> String {
         .collect();
     match compared.as_slice() {
         [] => String::new(),
-        places => format!("Worst deflection at the named places: {}.\n{}", places.join(", "), better(results)),
+        places => format!("Worst deflection at the named places: {}.\n{}", places.join(", "), better_text(results)),
     }
 }
 
-/// Places that are better than the recommended one, and why they are not recommended.
-fn better(results: &PlacementResults) -> String {
+/// Returns the sentence about places with a better objective, and why they are not recommended.
+fn better_text(results: &PlacementResults) -> String {
     let Some((recommended, _)) = best_entry(results) else { return String::new() };
     let ahead = |entry: &&Entry| entry.value < recommended.value && entry.outcome.is_ok();
     let reason = |entry: &Entry| match entry.feasible() {
@@ -235,25 +237,26 @@ fn better(results: &PlacementResults) -> String {
     }
 }
 
-fn found(results: &PlacementResults, best: &Best) -> String {
+/// Returns the sentence about how the best place was found, and how the refinements agree.
+fn how_found_text(results: &PlacementResults, best: &Best) -> String {
     let count = |agreement| best.agreement.iter().filter(|a| **a == agreement).count();
     let (same, elsewhere) = (count(Agreement::Same), count(Agreement::Elsewhere));
     let total = best.agreement.len();
     let mut text = match best.found {
-        Found::Refinement(index) => {
+        Origin::Refinement(index) => {
             let refinement = &results.refinements[index];
             format!(
                 "Refinement {} of {total} found it, from {}{}, in {}",
                 index + 1,
-                start(results, refinement),
-                gain(results, best),
+                start_words(results, refinement),
+                gain_words(results, best),
                 counted(refinement.iterations, "iteration"),
-            ) + &ended(refinement)
+            ) + &convergence_words(refinement)
         }
-        Found::Named => {
+        Origin::Named => {
             format!("It is the named place {}; no refinement improved on it", results.entries[best.entry].name)
         }
-        Found::Sweep => "It is the best place of the sweep; no refinement improved on it".into(),
+        Origin::Sweep => "It is the best place of the sweep; no refinement improved on it".into(),
     };
     let end = if same == 1 { "ends" } else { "end" };
     text += &format!("; {same} of {} {end} there", counted(total, "refinement"));
@@ -264,19 +267,20 @@ fn found(results: &PlacementResults, best: &Best) -> String {
     text + ".\n"
 }
 
-fn start(results: &PlacementResults, refinement: &Refinement) -> String {
+/// Describes where a refinement started.
+fn start_words(results: &PlacementResults, refinement: &Refinement) -> String {
     match refinement.from {
         Start::Sweep => {
             let rank = results.ranking.iter().position(|&cell| results.cells[cell].site == refinement.start);
             format!("place {} of the sweep", rank.map_or(0, |rank| rank + 1))
         }
-        Start::Between => format!("{}, between the places of the sweep", at(&refinement.start)),
+        Start::Between => format!("{}, between the places of the sweep", site_words(&refinement.start)),
         Start::Named(index) => format!("the named place {}", results.study.candidates[index].name),
     }
 }
 
-/// How much better the best place is than the best of the sweep. Where both are as good as zero, neither is better.
-fn gain(results: &PlacementResults, best: &Best) -> String {
+/// Describes how much better the best place is than the best of the sweep; no better where both are zero.
+fn gain_words(results: &PlacementResults, best: &Best) -> String {
     let study = &results.study;
     let swept = results.ranking.first().and_then(|&index| results.cells[index].complete());
     let Some(swept) = swept.map(|metrics| study.objective.value(metrics)) else { return String::new() };
@@ -286,8 +290,8 @@ fn gain(results: &PlacementResults, best: &Best) -> String {
     }
 }
 
-/// What is to be said of a search that used up its iterations.
-fn ended(refinement: &Refinement) -> String {
+/// Describes whether a refinement converged and how often it used up its iterations.
+fn convergence_words(refinement: &Refinement) -> String {
     let continued = match refinement.continued {
         0 => String::new(),
         1 => "once it used up max_iterations and went on from there".into(),
@@ -301,15 +305,15 @@ fn ended(refinement: &Refinement) -> String {
     }
 }
 
-/// Where a way leads: "+x".
-pub(super) fn towards(room: &Room) -> String {
+/// Returns the direction of a margin: "+x".
+pub(super) fn direction_words(room: &Margin) -> String {
     let sign = if room.direction > 0.0 { "+" } else { "\u{2212}" };
     format!("{sign}{}", COORDINATES[room.coordinate])
 }
 
-/// How far the workpiece may be moved.
-fn room(results: &PlacementResults) -> String {
-    let way = |room: &Room| {
+/// Returns the sentence about the margins of the best place.
+fn margins_text(results: &PlacementResults) -> String {
+    let way = |room: &Margin| {
         let i = room.coordinate;
         // What is said can be done.
         let distance = (10.0 * in_unit(i, room.distance) + 1e-6).floor() / 10.0;
@@ -319,7 +323,7 @@ fn room(results: &PlacementResults) -> String {
             End::Nowhere => " (any angle)",
             End::Infeasible(_) => " (then it cannot be cut)",
         };
-        format!("{} {distance:.1}{}{end}", towards(room), unit_suffix(i))
+        format!("{} {distance:.1}{}{end}", direction_words(room), unit_suffix(i))
     };
     match results.flatness.as_slice() {
         [] => String::new(),
@@ -330,11 +334,11 @@ fn room(results: &PlacementResults) -> String {
     }
 }
 
-/// A compromise is shown if one of its numbers differs by this share of its size from that of the one shown before.
+/// Smallest relative difference of one metric from which a compromise is shown beside the one before.
 const DIFFERENT: f64 = 0.02;
 
-/// The compromises that differ, with the coordinates that do; `None` where there are not two.
-pub(super) fn compromises(results: &PlacementResults) -> Option<SmallTable> {
+/// Returns a table of the compromises that differ, with the coordinates that vary; `None` where there are fewer than two.
+pub(super) fn compromises_table(results: &PlacementResults) -> Option<SmallTable> {
     let study = &results.study;
     let metrics = &study.objective.pareto;
     let differs = |a: &Metrics, b: &Metrics| {
@@ -363,7 +367,7 @@ pub(super) fn compromises(results: &PlacementResults) -> Option<SmallTable> {
     let row = |(site, values): &&(Site, Metrics)| {
         let places = free.iter().map(|&i| text(site, i));
         let numbers = metrics.iter().map(|metric| {
-            values.get(*metric).map_or_else(|| "–".to_string(), |value| metric.shown(&study.machine, value))
+            values.get(*metric).map_or_else(|| "–".to_string(), |value| metric.value_words(&study.machine, value))
         });
         places.chain(numbers).collect()
     };

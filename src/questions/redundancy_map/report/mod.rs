@@ -1,4 +1,4 @@
-//! Reports of a redundancy map: on the first screen how far the tool moves at the best γ and what a badly chosen one costs.
+//! Report of a redundancy map: deflection at the best γ, and by how much a badly chosen γ increases it.
 
 mod quantities;
 
@@ -9,7 +9,7 @@ use crate::{
     files::{
         Manifest,
         text_table::text_table,
-        words::{counted, if_any, millimetres, millimetres_in_table, position, typographic},
+        words::{counted, millimetres, millimetres_in_table, or_dash, position, typographic},
     },
     input::error::Result,
     page::{
@@ -19,25 +19,26 @@ use crate::{
     questions::{
         Answered,
         over_workspace::Shown,
-        redundancy_map::{Gammas, RedundancyMapStudy, run},
+        redundancy_map::{GammaExtremes, RedundancyMapStudy, run},
     },
     simulation::status_of,
 };
-use quantities::{BEST, Found, Report, WORST_OVER_BEST};
+use quantities::{BEST, FoundValue, Report, WORST_OVER_BEST};
 
 impl Answered for RedundancyMapStudy {
+    /// Computes the map, and makes table, figures, page and summary.
     fn answer(&self, shown: &Shown, asked: &Run<'_>) -> Result<Output> {
         let map = run(self, asked.work)?;
         let report = Report { study: self, map: &map };
         Ok(Output {
             tables: vec![("redundancy_map".into(), quantities::table(&report))],
-            figures: asked.drawn(|| quantities::figures(&report, &shown.slices_z)),
-            details: details(&report),
+            figures: asked.draw_figures(|| quantities::figures(&report, &shown.slices_z)),
+            details: directions_table(&report),
             ..Output::of(
                 json!({
                     "grid": self.grid.counts(),
                     "directions": self.axes.len(),
-                    "gammas": self.gammas(),
+                    "gammas": self.gamma_count(),
                     "tool_angles": self.scene.phis.len(),
                 }),
                 Manifest::count(map.points.iter().map(|point| status_of(&point.gammas))),
@@ -51,7 +52,7 @@ impl Answered for RedundancyMapStudy {
 /// Title of the view.
 const MAP: &str = "Redundancy map";
 
-/// Sections, setting, views and tables; first screen, figures and question are added by the run.
+/// Returns the page without first screen, figures and question, which the run adds.
 fn page(report: &Report<'_>) -> Description {
     let caption =
         "One row per place and direction of the tool; of several directions, then one per place for the worst of them.";
@@ -63,11 +64,11 @@ fn page(report: &Report<'_>) -> Description {
     ));
     Description {
         setting: setting(report),
-        explorers: vec![explorer(report)],
+        explorers: vec![map_view(report)],
         tables: vec![TableNote::ranked("redundancy_map.csv", caption, &quantities::BEST.name)],
         sections: vec![
             Section::new("How far does the tool move at the best γ?", "the map, to slice, turn and click")
-                .text(&details(report))
+                .text(&directions_table(report))
                 .explorers([MAP])
                 .figures(&["slices_best", "gamma_"]),
             Section::new("Which γ?", "the best γ, and how much it matters").figures(&["slices_gamma", "slices_gain"]),
@@ -76,64 +77,68 @@ fn page(report: &Report<'_>) -> Description {
     }
 }
 
+/// Returns the facts about directions, values of γ, force and grid that head the page.
 fn setting(report: &Report<'_>) -> Vec<Fact> {
-    let RedundancyMapStudy { scene, grid, axes, turn } = report.study;
+    let RedundancyMapStudy { scene, grid, axes, settings } = report.study;
     let directions: Vec<String> = (0..axes.len()).map(|axis| report.axis_name(axis)).collect();
     scene.facts([
         Fact::new("directions of the tool", typographic(&format!("{}, from tip to spindle", directions.join(", ")))),
-        Fact::new("values of γ", format!("{} in steps of {}°", report.study.gammas(), turn.step_deg)),
+        Fact::new("values of γ", format!("{} in steps of {}°", report.study.gamma_count(), settings.step_deg)),
         Fact::new(
             "kept from singularities",
-            format!("inverse condition number of {} at least", turn.min_singularity_distance),
+            format!("inverse condition number of {} at least", settings.min_singularity_distance),
         ),
         scene.angles_fact("directions of the force"),
         Fact::new("grid", format!("{}, {}", size_words(grid), counted(grid.len(), "grid point"))),
     ])
 }
 
-fn explorer(report: &Report<'_>) -> Explorer {
+/// Returns the view of the map, to be filtered by direction.
+fn map_view(report: &Report<'_>) -> Explorer {
     let axes = report.study.axes.len();
     let value = |cell: String, label: String| GroupValue { cells: vec![cell], label };
     let own = (0..axes).map(|axis| value(report.axis_name(axis), format!("along {}", report.axis_name(axis))));
     let all = (axes > 1).then(|| value(quantities::ALL.into(), "the worst of all directions".into()));
     let (columns, label) = (vec!["direction".into()], "direction of the tool".into());
     let group = Group { columns, label, values: all.into_iter().chain(own).collect() };
-    let layers = layers(&quantities::on_page());
+    let layers = layers(&quantities::page_quantities());
     Explorer { marks: Vec::new(), ..report.study.scene.view(MAP, "redundancy_map.csv", Some(group), layers) }
 }
 
-/// The answer at a glance.
+/// Returns the first screen: one sentence, key numbers and cautions.
 fn headline(report: &Report<'_>, not_used: &[&str]) -> Headline {
     let RedundancyMapStudy { scene, grid, axes, .. } = report.study;
     let basis = format!(
         "{}, {} of the tool, {} values of γ, {} of the force",
         counted(grid.len(), "grid point"),
         counted(axes.len(), "direction"),
-        report.study.gammas(),
+        report.study.gamma_count(),
         counted(scene.phis.len(), "direction"),
     );
     let tip = scene.machine.home.pose.rotation * scene.machine.tool_tip;
     let positions = (0..grid.len()).map(|place| grid.position(place) - tip);
-    let at_best =
-        |found: Option<Found<'_>>, what: &str, extreme| found.map(|found| at_best_gamma(report, &found, what, extreme));
+    let at_best = |found: Option<FoundValue<'_>>, what: &str, extreme| {
+        found.map(|found| best_gamma_number(report, &found, what, extreme))
+    };
     Headline::new(sentence(report), basis)
         .with_cautions(&scene.cautions(not_used, "place", positions))
-        .with_all(at_best(report.most(), "largest deflection at the best γ", Extreme::Largest))
-        .with_all(at_best(report.least(), "smallest", Extreme::Smallest))
-        .with_all(report.widest().map(|widest| gain(report, &widest)))
+        .with_numbers(at_best(report.largest_at_best(), "largest deflection at the best γ", Extreme::Largest))
+        .with_numbers(at_best(report.smallest_at_best(), "smallest", Extreme::Smallest))
+        .with_numbers(report.largest_gain().map(|widest| gain_number(report, &widest)))
 }
 
+/// Returns the sentence of the first screen: smallest and largest deflection at the best γ.
 fn sentence(report: &Report<'_>) -> String {
     let name = report.study.scene.machine.short_title();
-    let (Some(least), Some(most)) = (report.least(), report.most()) else {
+    let (Some(least), Some(most)) = (report.smallest_at_best(), report.largest_at_best()) else {
         return format!(
             "No γ is possible for the {name} at any grid point and direction; redundancy_map.csv says why."
         );
     };
     let met = report.share_within().words(report.study.scene.tolerance_mm, "at … of the grid points");
     let met = met.map_or_else(String::new, |met| format!(" So rotated, it is {met}."));
-    let times = |widest: Found<'_>| format!(" At the worst γ it moves up to {:.1} times as far.", widest.value);
-    let gain = report.widest().map_or_else(String::new, times);
+    let times = |widest: FoundValue<'_>| format!(" At the worst γ it moves up to {:.1} times as far.", widest.value);
+    let gain = report.largest_gain().map_or_else(String::new, times);
     format!(
         "At the best rotation γ about its tool, the {name} moves by {} at best and {} at worst.{met}{gain}",
         millimetres(least.value, 3),
@@ -141,7 +146,8 @@ fn sentence(report: &Report<'_>) -> String {
     )
 }
 
-fn place(report: &Report<'_>, found: &Found<'_>) -> String {
+/// Describes the position and, of several directions, the tool direction of a value.
+fn point_words(report: &Report<'_>, found: &FoundValue<'_>) -> String {
     let [x, y, z] = found.point.position_mm;
     let at = position(x, y, z);
     match report.study.axes.len() {
@@ -150,43 +156,51 @@ fn place(report: &Report<'_>, found: &Found<'_>) -> String {
     }
 }
 
-fn in_table(report: &Report<'_>, found: &Found<'_>, quantity: &Quantity<Gammas>, extreme: Extreme) -> InTable {
+/// Returns where in `redundancy_map.csv` a value of `quantity` stands.
+fn in_csv(
+    report: &Report<'_>,
+    found: &FoundValue<'_>,
+    quantity: &Quantity<GammaExtremes>,
+    extreme: Extreme,
+) -> InTable {
     quantity.found_in("redundancy_map.csv", &[["direction", &report.axis_name(found.point.axis)]], extreme, found.value)
 }
 
-fn at_best_gamma(report: &Report<'_>, found: &Found<'_>, what: &str, extreme: Extreme) -> KeyNumber {
+/// Returns the key number of a deflection at the best γ, with γ and branch.
+fn best_gamma_number(report: &Report<'_>, found: &FoundValue<'_>, what: &str, extreme: Extreme) -> KeyNumber {
     let best = &found.gammas.best;
     let branch = best.branch.map_or_else(String::new, |branch| format!(", {}", branch.label()));
     let against = format!("γ = {:.0}°{branch}", best.gamma_deg);
-    let what = format!("{what}, at {}", place(report, found));
-    KeyNumber::new(&millimetres(found.value, 3), what, against).found(in_table(report, found, &BEST, extreme))
+    let what = format!("{what}, at {}", point_words(report, found));
+    KeyNumber::new(&millimetres(found.value, 3), what, against).found(in_csv(report, found, &BEST, extreme))
 }
 
-fn gain(report: &Report<'_>, found: &Found<'_>) -> KeyNumber {
+/// Returns the key number of the largest ratio between the deflections at the worst and the best γ.
+fn gain_number(report: &Report<'_>, found: &FoundValue<'_>) -> KeyNumber {
     let [worst, best] = [&found.gammas.worst, &found.gammas.best]
-        .map(|turn| format!("{} at {:.0}°", millimetres(turn.deflection_mm, 3), turn.gamma_deg));
-    let what = format!("times as far at the worst γ as at the best, at {}", place(report, found));
+        .map(|at| format!("{} at {:.0}°", millimetres(at.deflection_mm, 3), at.gamma_deg));
+    let what = format!("times as far at the worst γ as at the best, at {}", point_words(report, found));
     let number = KeyNumber::new(&format!("{:.2}", found.value), what, format!("{worst} against {best}"));
-    number.found(in_table(report, found, &WORST_OVER_BEST, Extreme::Largest))
+    number.found(in_csv(report, found, &WORST_OVER_BEST, Extreme::Largest))
 }
 
-/// A row for each direction of the tool.
-fn details(report: &Report<'_>) -> String {
+/// Returns a table with one row for each direction of the tool.
+fn directions_table(report: &Report<'_>) -> String {
     let mut table = text_table(["tool along", "solved", "least", "most", "worst γ", "values of γ"], 1);
     let places = report.study.grid.len();
     for (axis, points) in report.map.points.chunks(places).enumerate() {
-        let gammas: Vec<&Gammas> = points.iter().filter_map(|point| point.gammas.as_ref().ok()).collect();
+        let gammas: Vec<&GammaExtremes> = points.iter().filter_map(|point| point.gammas.as_ref().ok()).collect();
         let best = |of: fn(f64, f64) -> f64| gammas.iter().map(|gammas| gammas.best.deflection_mm).reduce(of);
         let worst = gammas.iter().map(|gammas| gammas.worst.deflection_mm).reduce(f64::max);
         let possible = gammas.iter().map(|gammas| gammas.possible as f64).sum::<f64>() / gammas.len().max(1) as f64;
-        let shown = |value: Option<f64>| if_any(value, |value| millimetres_in_table(value, 3));
+        let shown = |value: Option<f64>| or_dash(value, |value| millimetres_in_table(value, 3));
         table.add_row([
             report.axis_name(axis),
             format!("{} of {places}", gammas.len()),
             shown(best(f64::min)),
             shown(best(f64::max)),
             shown(worst),
-            format!("{possible:.0} of {}", report.study.gammas()),
+            format!("{possible:.0} of {}", report.study.gamma_count()),
         ]);
     }
     format!(

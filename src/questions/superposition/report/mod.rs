@@ -1,4 +1,4 @@
-//! Reports of a superposition study; the map is gathered point by point, so that memory does not grow with the grid.
+//! Report of a superposition study; the map is summarised point by point, so that memory does not grow with the grid.
 
 mod pictures;
 mod quantities;
@@ -66,7 +66,7 @@ impl Answered for SuperpositionStudy {
                 ("ablation".into(), ablation_table(&locations)),
             ],
             streamed: streams.finish()?,
-            figures: run.drawn(|| pictures::figures(&pictures, &summary, &locations)),
+            figures: run.draw_figures(|| pictures::figures(&pictures, &summary, &locations)),
             details: summary_text(&summary, &locations),
             ..Output::of(
                 json!({
@@ -84,11 +84,11 @@ impl Answered for SuperpositionStudy {
     }
 }
 
-/// Titles of the views.
+/// Titles of the interactive views.
 const SUPERPOSITION_ERROR: &str = "Superposition error";
 const SAFE: &str = "Largest load within tolerance";
 
-/// Sections, setting, views and tables; first screen, figures and question are added by the run.
+/// Returns sections, setting, views and tables of the page; first screen, figures and question are added by the run.
 fn page(summary: &Summary<'_>, locations: &[LocationResult]) -> Description {
     let SuperpositionStudy { scene, grid, locations: asked, tolerance, .. } = summary.study;
     let meaning = "sum of the effects less both at once, worst over φ";
@@ -103,7 +103,7 @@ fn page(summary: &Summary<'_>, locations: &[LocationResult]) -> Description {
             Fact::new("tolerance", format!("{tolerance} mm")),
         ]),
         sections: sections(summary, locations),
-        explorers: vec![superposition_error_map(summary.study), safe],
+        explorers: vec![superposition_error_view(summary.study), safe],
         tables: vec![
             TableNote::new("largest_factors.csv", "Largest factors on load, errors and both within tolerance."),
             TableNote::new("locations.csv", &format!("Locations: {meaning}.")),
@@ -117,30 +117,32 @@ fn page(summary: &Summary<'_>, locations: &[LocationResult]) -> Description {
     }
 }
 
+/// Returns the sections of the page: the map, the largest load, and the causes.
 fn sections(summary: &Summary<'_>, locations: &[LocationResult]) -> Vec<Section> {
     let meaning = "Superposition error: the displacement by each effect alone, added, less that by all at once.";
-    let at = |location: &LocationResult| format!("{} at {}", location.location.name, place(location));
+    let at = |location: &LocationResult| format!("{} at {}", location.location.name, position_words(location));
     let points = locations.iter().map(at).collect::<Vec<_>>().join(", ");
     vec![
         Section::new("How large is the superposition error?", "the map, at the tool tip and at the platform point")
             .text(meaning)
-            .text(&text::superposition_errors(summary))
+            .text(&text::superposition_error_words(summary))
             .explorers([SUPERPOSITION_ERROR])
             .figures(&["slices_superposition", "slices_ratio", "slices_aggregation"]),
         Section::new("Up to which load?", "where effects may be added, and by how much the load may grow")
-            .text(&text::safety(summary))
+            .text(&text::safety_words(summary))
             .explorers([SAFE])
             .figures(&["slices_safe", "growth_"])
             .tables(["largest_factors.csv"]),
         Section::new("Why?", "causes of the superposition error")
             .text(&format!("Looked at closely: {points}."))
-            .text(&text::causes(locations))
+            .text(&text::cause_sentences(locations))
             .figures(&["ablation"])
             .tables(["locations.csv", "slopes.csv"]),
     ]
 }
 
-fn superposition_error_map(study: &SuperpositionStudy) -> Explorer {
+/// Returns the interactive view of the map.
+fn superposition_error_view(study: &SuperpositionStudy) -> Explorer {
     let value = |(sum, followed): (Sum, Followed)| GroupValue {
         cells: vec![sum.label().into(), followed.label().into()],
         label: format!(
@@ -152,18 +154,19 @@ fn superposition_error_map(study: &SuperpositionStudy) -> Explorer {
     let group = Group {
         columns: vec!["sum".into(), "followed".into()],
         label: "sum and point followed".into(),
-        values: quantities::kinds().map(value).collect(),
+        values: quantities::sums_and_points().map(value).collect(),
     };
-    study.scene.view(SUPERPOSITION_ERROR, "map.csv", Some(group), layers(&quantities::on_page()))
+    study.scene.view(SUPERPOSITION_ERROR, "map.csv", Some(group), layers(&quantities::page_quantities()))
 }
 
-/// Where a location is.
-fn place(location: &LocationResult) -> String {
+/// Formats the position of a location.
+fn position_words(location: &LocationResult) -> String {
     let [x, y, z]: [f64; 3] = location.location.position.into();
     position(x, y, z)
 }
 
-fn words(cause: Cause) -> &'static str {
+/// Describes a cause in words.
+fn cause_words(cause: Cause) -> &'static str {
     match cause {
         Cause::Point => "shift of the evaluation point",
         Cause::Chains => "chains turned and bent (another stiffness matrix)",
@@ -173,8 +176,7 @@ fn words(cause: Cause) -> &'static str {
     }
 }
 
-/// The tool angle at which the superposition error of the tool tip is largest, how much each part contributes there, and the whole; `None`
-/// where that is not known or nothing.
+/// Returns the angle with the largest superposition error of the tool tip, the contribution of each cause, mm, and the error, mm.
 fn worst_ablation(location: &LocationResult) -> Option<(&Ablation, [f64; 5], f64)> {
     let size = |ablation: &Ablation| ablation.superposition_error.tool.norm();
     let all = location.ablation.as_ref().ok()?.iter();
@@ -182,8 +184,7 @@ fn worst_ablation(location: &LocationResult) -> Option<(&Ablation, [f64; 5], f64
     Some((worst, contributions(worst, Followed::Tool)?, size(worst)))
 }
 
-/// How much each part contributes to the length of the superposition error, mm: its component along the superposition error. They add up to
-/// the length; `None` where there is no superposition error.
+/// Returns the component of each part along the superposition error, mm, which add up to its length; `None` where it is zero.
 fn contributions(ablation: &Ablation, followed: Followed) -> Option<[f64; 5]> {
     let superposition_error = ablation.superposition_error.of(followed);
     let direction = superposition_error.try_normalize(ROUNDING_MM)?;

@@ -1,37 +1,37 @@
-//! Which pictures a superposition study gives.
+//! Figures of a superposition study.
 
 use super::{
-    Summary, contributions, place,
+    Summary, cause_words, contributions, position_words,
     quantities::{LARGEST_LOAD, RELATIVE, SUPERPOSITION_ERROR},
-    words,
 };
 use crate::{
-    answer::{Drawn, GridMap, Tolerance},
+    answer::{GridMap, MapLayer, Tolerance},
     figures::{Figure, LineFigure, LineSeries, Shading},
     questions::superposition::{
-        GridPoint, LocationResult, Scaled, SuperpositionStudy,
+        GridPoint, LocationResult, Scaling, SuperpositionStudy,
         ablation::Cause,
         superposition_error::{Followed, Sum, Worst},
     },
 };
 
-/// The pictures of the map of `study`, none of its points seen.
+/// Returns the empty map of `study`, to which points are added.
 pub(super) fn pictures<'a>(study: &'a SuperpositionStudy, slices_z: &[f64]) -> GridMap<'a, GridPoint> {
-    GridMap::new(&study.scene, &study.grid, slices_z, drawn(study))
+    GridMap::new(&study.scene, &study.grid, slices_z, map_layers(study))
 }
 
-fn drawn(study: &SuperpositionStudy) -> Vec<Drawn<GridPoint>> {
-    let of = |stem, title: &str, label: &str, value: fn(&GridPoint) -> Option<f64>| Drawn {
+/// Returns the quantities of the map that are drawn.
+fn map_layers(study: &SuperpositionStudy) -> Vec<MapLayer<GridPoint>> {
+    let of = |stem, title: &str, label: &str, value: fn(&GridPoint) -> Option<f64>| MapLayer {
         stem,
         title: title.into(),
         label: label.into(),
-        under: study.scene.worst_words(),
+        setting: study.scene.worst_words(),
         contour: None,
         line: String::new(),
         shading: Shading::Ordered,
         value: Box::new(value),
     };
-    let tolerance = |drawn| Drawn { contour: Some(study.tolerance), line: Tolerance(study.tolerance).line(), ..drawn };
+    let tolerance = |own| MapLayer { contour: Some(study.tolerance), line: Tolerance(study.tolerance).line(), ..own };
     let load =
         of("safe_load", "Largest load for which adding is safe", "largest load / load of the study [1]", |point| {
             LARGEST_LOAD.value(&point.largest_load)
@@ -57,7 +57,7 @@ fn drawn(study: &SuperpositionStudy) -> Vec<Drawn<GridPoint>> {
         tolerance(of("aggregation_tool", title, "superposition error of the tool tip [mm]", |point| {
             SUPERPOSITION_ERROR.value(worst(point, Sum::Aggregation, Followed::Tool)?)
         })),
-        Drawn {
+        MapLayer {
             contour: Some(1.0),
             line: format!(
                 "; contour: the load of the study; superposition error of the tool tip up to {} mm",
@@ -68,12 +68,12 @@ fn drawn(study: &SuperpositionStudy) -> Vec<Drawn<GridPoint>> {
     ]
 }
 
+/// Returns the superposition error of `sum` at `followed` of a grid point; `None` where it was not solved.
 fn worst(point: &GridPoint, sum: Sum, followed: Followed) -> Option<&Worst> {
     point.superposition_errors.as_ref().ok()?.worst(sum, followed).ok()
 }
 
-/// All pictures with their file stems: the slice through the largest superposition error, slices of superposition errors and of the largest safe load, and
-/// of each location how the superposition error grows and where it comes from.
+/// Draws all figures, with their file stems: slices of the map, and growth and causes at each location.
 pub(super) fn figures(
     map: &GridMap<'_, GridPoint>,
     summary: &Summary<'_>,
@@ -82,36 +82,36 @@ pub(super) fn figures(
     let study = summary.study;
     let largest = summary.largest(Sum::Superposition, Followed::Tool, &SUPERPOSITION_ERROR);
     let ends: Vec<_> = largest.map(|found| (found.value, found.position_mm, "largest")).into_iter().collect();
-    let answer = map.through(0, "Where the superposition error is largest", &ends, Some(Tolerance(study.tolerance)));
+    let answer = map.slices_at(0, "Where the superposition error is largest", &ends, Some(Tolerance(study.tolerance)));
     let mut figures = vec![("answer".to_string(), answer)];
     figures.extend(map.slices());
     for (index, location) in locations.iter().enumerate() {
         let name = &location.location.name;
         let plain: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
         let stem = |kind: &str| format!("{kind}_{}_{plain}", index + 1);
-        let drawn = [("growth", growth(study, location)), ("ablation", ablation(study, location))];
+        let drawn = [("growth", growth_figure(study, location)), ("ablation", ablation_figure(study, location))];
         figures.extend(drawn.into_iter().filter_map(|(kind, figure)| Some((stem(kind), Figure::Lines(figure?)))));
     }
     figures
 }
 
-/// Superposition errors of the tool tip over the factor on the sources; `None` where there are none.
-fn growth(study: &SuperpositionStudy, location: &LocationResult) -> Option<LineFigure> {
+/// Draws the superposition error of the tool tip over the factor on the sources; `None` where there are too few.
+fn growth_figure(study: &SuperpositionStudy, location: &LocationResult) -> Option<LineFigure> {
     let mut series = Vec::new();
     // Load and errors alone often give the same curve, and so do aggregated errors: dashes over the solid line, and dots over
     // these, leave all of them to be seen.
     for (sum, order) in [
-        (Sum::Superposition, [Scaled::Load, Scaled::Errors, Scaled::Both]),
-        (Sum::Aggregation, [Scaled::Errors, Scaled::Load, Scaled::Both]),
+        (Sum::Superposition, [Scaling::Load, Scaling::Errors, Scaling::Both]),
+        (Sum::Aggregation, [Scaling::Errors, Scaling::Load, Scaling::Both]),
     ] {
         for scaled in order {
             let growth = &location.growth[scaled as usize];
-            let points = growth.measured(sum, Followed::Tool);
+            let points = growth.above_rounding(sum, Followed::Tool);
             if let Some(fit) = growth.fit(sum, Followed::Tool) {
                 let what = match scaled {
-                    Scaled::Load => "load",
-                    Scaled::Errors => "chain errors",
-                    Scaled::Both => "both",
+                    Scaling::Load => "load",
+                    Scaling::Errors => "chain errors",
+                    Scaling::Both => "both",
                 };
                 let kind = if sum == Sum::Aggregation { "linearly aggregated, " } else { "" };
                 let slope = match fit.is_power_law() {
@@ -119,7 +119,7 @@ fn growth(study: &SuperpositionStudy, location: &LocationResult) -> Option<LineF
                     false => "not a power law".into(),
                 };
                 let label = format!("{kind}{what} scaled: {slope}");
-                let dashed = sum == Sum::Aggregation || scaled == Scaled::Errors;
+                let dashed = sum == Sum::Aggregation || scaled == Scaling::Errors;
                 series.push(LineSeries::new(label, points, dashed));
             }
         }
@@ -129,7 +129,7 @@ fn growth(study: &SuperpositionStudy, location: &LocationResult) -> Option<LineF
         subtitle: format!(
             "{}, {}, {}; factor 1: load and errors of the study",
             study.scene.machine.short_title(),
-            place(location),
+            position_words(location),
             study.scene.worst_words()
         ),
         x_label: "factor on the scaled sources [1]".into(),
@@ -141,15 +141,15 @@ fn growth(study: &SuperpositionStudy, location: &LocationResult) -> Option<LineF
     })
 }
 
-/// Values over φ, in degrees, up to the full turn, where that of 0° comes again.
-fn closed(values: impl Iterator<Item = (f64, f64)>) -> Vec<(f64, f64)> {
+/// Repeats the value at φ = 0° at 360°, to close a curve over a turn.
+fn closed_over_turn(values: impl Iterator<Item = (f64, f64)>) -> Vec<(f64, f64)> {
     let mut values: Vec<(f64, f64)> = values.collect();
     values.extend(values.first().filter(|(phi, _)| *phi == 0.0).map(|(_, value)| (360.0, *value)));
     values
 }
 
-/// Contributions to the superposition error of the tool tip over φ; `None` where there is none.
-fn ablation(study: &SuperpositionStudy, location: &LocationResult) -> Option<LineFigure> {
+/// Draws the contributions to the superposition error of the tool tip over φ; `None` where there are none.
+fn ablation_figure(study: &SuperpositionStudy, location: &LocationResult) -> Option<LineFigure> {
     let angles = location.ablation.as_ref().ok()?;
     let found: Vec<(f64, f64, [f64; 5])> = angles
         .iter()
@@ -159,17 +159,17 @@ fn ablation(study: &SuperpositionStudy, location: &LocationResult) -> Option<Lin
         return None;
     }
     let all = found.iter().map(|(phi, length, _)| (*phi, *length));
-    let mut series = vec![LineSeries::new("superposition error", closed(all), false)];
+    let mut series = vec![LineSeries::new("superposition error", closed_over_turn(all), false)];
     for (index, cause) in Cause::ALL.into_iter().enumerate() {
-        let points = closed(found.iter().map(|(phi, _, parts)| (*phi, parts[index])));
-        series.push(LineSeries::new(words(cause), points, index > 1));
+        let points = closed_over_turn(found.iter().map(|(phi, _, parts)| (*phi, parts[index])));
+        series.push(LineSeries::new(cause_words(cause), points, index > 1));
     }
     Some(LineFigure {
         title: format!("Causes of the superposition error at {}", location.location.name),
         subtitle: format!(
             "{}, {}, {}; parts along the superposition error of the tool tip, which at each angle add up to it",
             study.scene.machine.short_title(),
-            place(location),
+            position_words(location),
             study.scene.force_words()
         ),
         x_label: "tool angle φ [°]".into(),

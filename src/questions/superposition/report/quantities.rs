@@ -1,17 +1,17 @@
-//! The numbers of a superposition study and its tables. `status` and `reason` say why numbers are missing.
+//! Quantities and tables of a superposition study. `status` and `reason` say why numbers are missing.
 
 use nalgebra::Vector3;
 
 use super::contributions;
 use crate::{
-    answer::{FoundOr, Quantity, TableOf},
+    answer::{FoundOr, Quantity, QuantityTable},
     files::{
         exchange::{Cell, Column, Row, Table, cells, numbers, texts},
         table::tidy_degrees,
     },
     page::Better::{Larger, Neither, Smaller},
     questions::superposition::{
-        GridPoint, LocationResult, Scaled, SuperpositionStudy,
+        GridPoint, LocationResult, Scaling, SuperpositionStudy,
         ablation::{Ablation, Cause},
         growth::Fit,
         safe::LargestFactor,
@@ -40,31 +40,33 @@ pub(super) const RELATIVE: OfWorst = OfWorst::in_table("relative_to_largest_disp
 pub(super) const LARGEST_LOAD: Quantity<LargestFactor> =
     Quantity::new("largest_load_factor", "largest load factor within tolerance", Larger, LargestFactor::factor);
 
-fn error_along() -> [OfWorst; 3] {
+/// Returns the components of the superposition error along the axes of O.
+fn error_components() -> [OfWorst; 3] {
     OfWorst::vector_mm("superposition_error", "superposition error", |worst| Some(worst.superposition_error_vector_mm))
 }
 
-/// Those of a page, in its order.
-pub(super) fn on_page() -> Vec<OfWorst> {
-    [SUPERPOSITION_ERROR, RATIO, SIMULTANEOUS, PHI].into_iter().chain(error_along()).collect()
+/// Returns the quantities of the interactive map, in its order.
+pub(super) fn page_quantities() -> Vec<OfWorst> {
+    [SUPERPOSITION_ERROR, RATIO, SIMULTANEOUS, PHI].into_iter().chain(error_components()).collect()
 }
 
-/// The sums and the points that are followed, in table order.
-pub(super) fn kinds() -> impl Iterator<Item = (Sum, Followed)> {
+/// Returns all pairs of sum and point of the platform, in table order.
+pub(super) fn sums_and_points() -> impl Iterator<Item = (Sum, Followed)> {
     Sum::ALL.into_iter().flat_map(|sum| Followed::ALL.map(|followed| (sum, followed)))
 }
 
+/// Returns the columns of a position of P, mm.
 fn position_columns() -> Vec<Column> {
     numbers(["x_mm", "y_mm", "z_mm"])
 }
 
-/// Superposition errors of each kind, worst over φ, behind cells of the columns `lead`.
-fn worst_of<'a>(
+/// Makes a table of superposition errors, worst over φ: behind the cells of `lead`, a row for each sum and point of the platform.
+fn worst_table<'a>(
     lead: Vec<Column>,
     found: impl IntoIterator<Item = (Row, &'a Result<SuperpositionErrors, Failure>)>,
 ) -> Table {
     let mut quantities = vec![SUPERPOSITION_ERROR];
-    quantities.extend(error_along());
+    quantities.extend(error_components());
     quantities.extend([
         PHI,
         SIMULTANEOUS,
@@ -73,35 +75,36 @@ fn worst_of<'a>(
         OfWorst::in_table("largest_ratio_phi_deg", |worst| worst.ratio_phi_deg.map(tidy_degrees)),
     ]);
     let rows = found.into_iter().flat_map(|(lead, found)| {
-        kinds().map(move |(sum, followed)| {
+        sums_and_points().map(move |(sum, followed)| {
             let lead = [&lead[..], &[sum.label().into(), followed.label().into()]].concat();
             (lead, found.as_ref().and_then(|found| found.worst(sum, followed)))
         })
     });
-    TableOf::new([lead, texts(["sum", "followed"])].concat(), quantities).table(rows)
+    QuantityTable::new([lead, texts(["sum", "followed"])].concat(), quantities).table(rows)
 }
 
-/// Superposition errors at points of the grid, worst over φ: a row per grid point, sum and followed point.
+/// Makes the table of superposition errors at grid points, worst over φ.
 pub fn map_table(points: &[GridPoint]) -> Table {
-    worst_of(position_columns(), points.iter().map(|p| (cells(p.position_mm).collect(), &p.superposition_errors)))
+    worst_table(position_columns(), points.iter().map(|p| (cells(p.position_mm).collect(), &p.superposition_errors)))
 }
 
-/// Superposition errors at the locations, worst over φ: a row per location, sum and followed point.
+/// Makes the table of superposition errors at locations, worst over φ.
 pub fn locations_table(locations: &[LocationResult]) -> Table {
     let row = |found: &'_ LocationResult| {
         let at = cells(found.location.position.iter().copied());
-        std::iter::once(name(found)).chain(at).collect()
+        std::iter::once(name_cell(found)).chain(at).collect()
     };
     let found = locations.iter().map(|found| (row(found), &found.superposition_errors));
-    worst_of([texts(["location"]), position_columns()].concat(), found)
+    worst_table([texts(["location"]), position_columns()].concat(), found)
 }
 
-fn name(found: &LocationResult) -> Cell {
+/// Returns the cell with the name of a location.
+fn name_cell(found: &LocationResult) -> Cell {
     found.location.name.as_str().into()
 }
 
-/// Largest factors on what is called so, behind cells of the columns `lead`.
-fn largest_factors<'a>(
+/// Makes a table of largest factors, in a column named by `factor`, behind the cells of `lead`.
+fn factor_table<'a>(
     lead: Vec<Column>,
     factor: Quantity<LargestFactor>,
     rows: impl IntoIterator<Item = (Row, &'a LargestFactor)>,
@@ -110,11 +113,11 @@ fn largest_factors<'a>(
         Quantity::text("status", |largest: FoundOr<'_, LargestFactor>| largest.ok().map(LargestFactor::status).into());
     let reason =
         Quantity::text("reason", |largest: FoundOr<'_, LargestFactor>| largest.ok().map(LargestFactor::reason).into());
-    let table = TableOf::without_status(lead, vec![status, reason, factor]);
+    let table = QuantityTable::without_status(lead, vec![status, reason, factor]);
     table.table(rows.into_iter().map(|(lead, largest)| (lead, Ok(largest))))
 }
 
-/// Whether superposition keeps within the tolerance at each of these grid points, and up to which factor on the load it does.
+/// Makes the table of grid points: whether superposition is within the tolerance, and up to which factor on the load.
 pub fn safe_load_table(study: &SuperpositionStudy, points: &[GridPoint]) -> Table {
     let row = |point: &'_ GridPoint| {
         let is_safe =
@@ -123,40 +126,40 @@ pub fn safe_load_table(study: &SuperpositionStudy, points: &[GridPoint]) -> Tabl
         cells(point.position_mm).chain([word.into()]).collect()
     };
     let rows = points.iter().map(|point| (row(point), &point.largest_load));
-    largest_factors([position_columns(), texts(["within_tolerance"])].concat(), LARGEST_LOAD, rows)
+    factor_table([position_columns(), texts(["within_tolerance"])].concat(), LARGEST_LOAD, rows)
 }
 
-/// Each location and way of scaling, with their cells.
-fn scaled(locations: &[LocationResult]) -> impl Iterator<Item = (Row, &LocationResult, Scaled)> {
+/// Returns each location with each way of scaling, and the cells that name them.
+fn location_scalings(locations: &[LocationResult]) -> impl Iterator<Item = (Row, &LocationResult, Scaling)> {
     locations
         .iter()
-        .flat_map(|found| Scaled::ALL.map(|scaled| (vec![name(found), scaled.label().into()], found, scaled)))
+        .flat_map(|found| Scaling::ALL.map(|scaled| (vec![name_cell(found), scaled.label().into()], found, scaled)))
 }
 
-/// Largest factor on load, chain errors and both up to which the tool tip's superposition error keeps within the tolerance.
+/// Makes the table of largest factors on load, chain errors and both with which the tool tip is within the tolerance.
 pub fn largest_factors_table(locations: &[LocationResult]) -> Table {
-    let rows = scaled(locations).map(|(lead, found, scaled)| (lead, &found.largest[scaled as usize]));
-    largest_factors(texts(["location", "scaled"]), Quantity::in_table("largest_factor", LargestFactor::factor), rows)
+    let rows = location_scalings(locations).map(|(lead, found, scaled)| (lead, &found.largest[scaled as usize]));
+    factor_table(texts(["location", "scaled"]), Quantity::in_table("largest_factor", LargestFactor::factor), rows)
 }
 
-/// Superposition errors with load, chain errors or both multiplied by each factor of the study.
+/// Makes the table of superposition errors with load, chain errors or both multiplied by each factor of the study.
 pub fn scaling_table(locations: &[LocationResult]) -> Table {
-    let rows = scaled(locations).flat_map(|(lead, found, scaled)| {
+    let rows = location_scalings(locations).flat_map(|(lead, found, scaled)| {
         let steps = found.growth[scaled as usize].steps.iter();
         steps.map(move |(factor, found)| ([&lead[..], &[(*factor).into()]].concat(), found))
     });
-    worst_of([texts(["location", "scaled"]), numbers(["factor"])].concat(), rows)
+    worst_table([texts(["location", "scaled"]), numbers(["factor"])].concat(), rows)
 }
 
-/// Straight lines through the superposition errors of [`scaling_table`] in logarithmic scales.
+/// Makes the table of lines fitted to [`scaling_table`] in logarithmic scales.
 pub fn slopes_table(locations: &[LocationResult]) -> Table {
     let no_fit = Failure {
         status: "no_fit".into(),
         reason: "fewer than two superposition errors could be solved and are larger than rounding".into(),
     };
-    let fits: Vec<(Row, Option<Fit>)> = scaled(locations)
+    let fits: Vec<(Row, Option<Fit>)> = location_scalings(locations)
         .flat_map(|(lead, found, scaled)| {
-            kinds().map(move |(sum, followed)| {
+            sums_and_points().map(move |(sum, followed)| {
                 let lead = [&lead[..], &[sum.label().into(), followed.label().into()]].concat();
                 (lead, found.growth[scaled as usize].fit(sum, followed))
             })
@@ -183,35 +186,34 @@ pub fn slopes_table(locations: &[LocationResult]) -> Table {
         Quantity::in_table("largest_ratio_to_fit", |fit| Some(fit.worst_ratio)),
     ];
     let rows = fits.iter().map(|(lead, fit)| (lead.clone(), fit.as_ref().ok_or(&no_fit)));
-    TableOf::without_status(texts(["location", "scaled", "sum", "followed"]), quantities).table(rows)
+    QuantityTable::without_status(texts(["location", "scaled", "sum", "followed"]), quantities).table(rows)
 }
 
-/// A part of the superposition error at a φ and a followed point.
-pub(super) struct Part {
+/// Part of the superposition error by one cause, at one φ and point of the platform.
+pub(super) struct ErrorPart {
     phi_deg: f64,
     followed: Followed,
     cause: &'static str,
     part: Vector3<f64>,
-    /// Its component along the superposition error, over the superposition error.
+    /// Ratio of its component along the superposition error to that error.
     share: Option<f64>,
 }
 
-pub(super) const PART: Quantity<Part> = Quantity::in_table("part_mm", |part| Some(part.part.norm()));
+pub(super) const PART: Quantity<ErrorPart> = Quantity::in_table("part_mm", |part| Some(part.part.norm()));
 
-/// The superposition error and its parts at each location, φ and followed point. `share` is the part's component along the
-/// superposition error, over the superposition error.
+/// Makes the table of the superposition error and its parts at each location, φ and point; `share` is along the error, over it.
 pub fn ablation_table(locations: &[LocationResult]) -> Table {
     let mut quantities = vec![
-        Quantity::in_table("phi_deg", |part: &Part| Some(tidy_degrees(part.phi_deg))),
+        Quantity::in_table("phi_deg", |part: &ErrorPart| Some(tidy_degrees(part.phi_deg))),
         Quantity::text("followed", |part| part.ok().map(|part| part.followed.label()).into()),
         Quantity::text("cause", |part| part.ok().map(|part| part.cause).into()),
     ];
-    quantities.extend(Quantity::vector_mm("part", "", |part: &Part| Some(part.part.into())));
+    quantities.extend(Quantity::vector_mm("part", "", |part: &ErrorPart| Some(part.part.into())));
     quantities.extend([PART, Quantity::in_table("share", |part| part.share)]);
-    let parts: Vec<(Row, Result<Part, &Failure>)> = locations
+    let parts: Vec<(Row, Result<ErrorPart, &Failure>)> = locations
         .iter()
         .flat_map(|found| -> Vec<_> {
-            let named = |part| (vec![name(found)], part);
+            let named = |part| (vec![name_cell(found)], part);
             match &found.ablation {
                 Ok(angles) => angles.iter().flat_map(parts_at).map(|part| named(Ok(part))).collect(),
                 Err(failure) => vec![named(Err(failure))],
@@ -219,15 +221,15 @@ pub fn ablation_table(locations: &[LocationResult]) -> Table {
         })
         .collect();
     let rows = parts.iter().map(|(lead, part)| (lead.clone(), part.as_ref().map_err(|failure| *failure)));
-    TableOf::new(texts(["location"]), quantities).table(rows)
+    QuantityTable::new(texts(["location"]), quantities).table(rows)
 }
 
-/// The superposition error and its parts at an angle.
-fn parts_at(angle: &Ablation) -> impl Iterator<Item = Part> {
+/// Returns the superposition error and its parts at one φ, for both points of the platform.
+fn parts_at(angle: &Ablation) -> impl Iterator<Item = ErrorPart> {
     Followed::ALL.into_iter().flat_map(|followed| {
         let whole = angle.superposition_error.of(followed);
         let shares = contributions(angle, followed).map(|lengths| lengths.map(|length| length / whole.norm()));
-        let part = |cause, part, share| Part { phi_deg: angle.phi_deg, followed, cause, part, share };
+        let part = |cause, part, share| ErrorPart { phi_deg: angle.phi_deg, followed, cause, part, share };
         let of_cause = |cause: Cause| {
             let k = cause as usize;
             part(cause.label(), angle.parts[k].of(followed), shares.map(|shares| shares[k]))

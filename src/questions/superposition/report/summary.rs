@@ -1,16 +1,16 @@
-//! What the study says: the map, gathered point by point, and all of it as a JSON object.
+//! Summary of a superposition study: the map, point by point, and all results as JSON.
 
 use serde_json::{Map, Value, json};
 
 use super::{
-    quantities::{RATIO, RELATIVE, SUPERPOSITION_ERROR, kinds},
+    quantities::{RATIO, RELATIVE, SUPERPOSITION_ERROR, sums_and_points},
     worst_ablation,
 };
 use crate::{
-    answer::{Extremes, Found, OfQuantities, Quantity, ShareWithin},
+    answer::{Extremes, Quantity, QuantityExtremes, ShareWithin, ValueAt},
     files::StatusCount,
     questions::superposition::{
-        GridPoint, LocationResult, Scaled, SuperpositionStudy,
+        GridPoint, LocationResult, Scaling, SuperpositionStudy,
         ablation::Cause,
         safe::LargestFactor,
         superposition_error::{Followed, Sum, Worst},
@@ -18,27 +18,27 @@ use crate::{
     simulation::status_of,
 };
 
-/// What the map says, gathered point by point: memory does not grow with the grid.
+/// Statistics of the map, updated point by point: memory does not grow with the grid.
 pub struct Summary<'a> {
     pub(super) study: &'a SuperpositionStudy,
-    /// By sum and followed point.
-    superposition_errors: [[OfQuantities<Worst, Worst>; 2]; 2],
-    /// Up to which factor on the load points keep within the tolerance.
+    /// Extremes of superposition errors by sum and point of the platform.
+    superposition_errors: [[QuantityExtremes<Worst, Worst>; 2]; 2],
+    /// Smallest and largest factor on the load within tolerance.
     loads: Extremes<LargestFactor>,
     pub(super) points: usize,
     pub(super) solved: usize,
-    /// Points at which the equilibrium ends before the superposition error reaches the tolerance.
+    /// Number of points at which the equilibrium ends before the superposition error reaches the tolerance.
     pub(super) ended: usize,
-    /// Of the box, where the sum keeps within the tolerance.
+    /// Share of the box in which superposition is within the tolerance.
     within: ShareWithin,
-    /// Rows of the map per status.
+    /// Number of rows of the map by status.
     pub(super) statuses: Vec<StatusCount>,
 }
 
 impl<'a> Summary<'a> {
-    /// Of the map of `study`, none of its points seen.
+    /// Starts the summary of the map of `study`, without points.
     pub fn new(study: &'a SuperpositionStudy) -> Self {
-        let of_kind = |_| OfQuantities::new([SUPERPOSITION_ERROR, RELATIVE, RATIO]);
+        let of_kind = |_| QuantityExtremes::new([SUPERPOSITION_ERROR, RELATIVE, RATIO]);
         Self {
             study,
             superposition_errors: Sum::ALL.map(|_| Followed::ALL.map(of_kind)),
@@ -51,7 +51,7 @@ impl<'a> Summary<'a> {
         }
     }
 
-    /// Takes the next point, in grid order, into account.
+    /// Adds the next grid point to the summary, in grid order.
     pub fn add(&mut self, point: &GridPoint) {
         StatusCount::add(&mut self.statuses, status_of(&point.superposition_errors));
         if let Ok(superposition_errors) = &point.superposition_errors {
@@ -59,36 +59,35 @@ impl<'a> Summary<'a> {
             // Each grid point stands for the cell around it.
             let is_within = superposition_errors.superposed_tool_mm() < self.study.tolerance;
             self.within.add(self.study.grid.cell_share(self.points), is_within);
-            for (sum, followed) in kinds() {
+            for (sum, followed) in sums_and_points() {
                 if let Ok(worst) = superposition_errors.worst(sum, followed) {
-                    self.superposition_errors[sum as usize][followed as usize].see(worst, point.position_mm, worst);
+                    self.superposition_errors[sum as usize][followed as usize].add(worst, point.position_mm, worst);
                 }
             }
         }
         self.ended += usize::from(matches!(point.largest_load, LargestFactor::NoEquilibrium(..)));
         if let Some(factor) = point.largest_load.factor() {
-            self.loads.see(factor, point.position_mm, &point.largest_load);
+            self.loads.add(factor, point.position_mm, &point.largest_load);
         }
         self.points += 1;
     }
 
-    /// Where `quantity` of the superposition error of `sum` at `followed` is largest.
-    pub(super) fn largest(&self, sum: Sum, followed: Followed, quantity: &Quantity<Worst>) -> Option<&Found<Worst>> {
+    /// Returns the largest `quantity` of the superposition error of `sum` at `followed`, and where it is.
+    pub(super) fn largest(&self, sum: Sum, followed: Followed, quantity: &Quantity<Worst>) -> Option<&ValueAt<Worst>> {
         self.superposition_errors[sum as usize][followed as usize].of(quantity).map(|[_, largest]| largest)
     }
 
-    /// The smallest and the largest factor on the load.
-    pub(super) fn loads(&self) -> Option<&[Found<LargestFactor>; 2]> {
+    /// Returns the smallest and the largest factor on the load, and where they are.
+    pub(super) fn load_factor_extremes(&self) -> Option<&[ValueAt<LargestFactor>; 2]> {
         self.loads.get()
     }
 
-    /// Share of the solved part of the box in which superposition keeps within the tolerance; `None` where nothing was
-    /// solved.
+    /// Returns the share of the solved part of the box in which superposition is within the tolerance; `None` where none was solved.
     pub fn safe_share(&self) -> Option<f64> {
         self.within.get()
     }
 
-    /// Largest superposition errors over the grid, where superposition is safe, and what was found at each location.
+    /// Returns the results as JSON: largest superposition errors, safe share and load, and each location.
     pub fn json(&self, locations: &[LocationResult]) -> Value {
         let largest = |sum, followed, quantity: &Quantity<Worst>, phi: fn(&Worst) -> Option<f64>| {
             let found = self.largest(sum, followed, quantity)?;
@@ -100,32 +99,33 @@ impl<'a> Summary<'a> {
                 ("relative_to_largest_displacement", largest(sum, followed, &RELATIVE, |worst| Some(worst.phi_deg))),
                 ("ratio_at_same_phi", largest(sum, followed, &RATIO, |worst| worst.ratio_phi_deg)),
             ];
-            (format!("{}_{}", sum.label(), followed.label()), object(entries))
+            (format!("{}_{}", sum.label(), followed.label()), json_object(entries))
         };
         let mut safe = json!({ "tolerance_mm": self.study.tolerance });
         if let Some(share) = self.safe_share() {
             safe["share_of_box"] = json!(share);
         }
-        if let Some([least, most]) = self.loads() {
-            let place = |Found { value, position_mm, at }: &Found<LargestFactor>| json!({ "factor": value, "status": at.status(), "position_mm": position_mm });
+        if let Some([least, most]) = self.load_factor_extremes() {
+            let place = |ValueAt { value, position_mm, at }: &ValueAt<LargestFactor>| json!({ "factor": value, "status": at.status(), "position_mm": position_mm });
             safe["largest_load"] = json!({ "everywhere": place(least), "at_best": place(most) });
         }
         json!({
             "schema": 1,
             "grid_points": self.points,
             "grid_points_solved": self.solved,
-            "superposition_errors": kinds().map(of_kind).collect::<Map<_, _>>(),
+            "superposition_errors": sums_and_points().map(of_kind).collect::<Map<_, _>>(),
             "safe": safe,
             "locations": locations.iter().map(location_json).collect::<Vec<_>>(),
         })
     }
 }
 
-/// The entries that there are.
-fn object<'a>(entries: impl IntoIterator<Item = (&'a str, Option<Value>)>) -> Value {
+/// Returns a JSON object of the entries that have a value.
+fn json_object<'a>(entries: impl IntoIterator<Item = (&'a str, Option<Value>)>) -> Value {
     entries.into_iter().filter_map(|(key, value)| Some((key.to_string(), value?))).collect::<Map<_, _>>().into()
 }
 
+/// Returns the results at a location as JSON.
 fn location_json(location: &LocationResult) -> Value {
     let mut entry =
         json!({ "name": location.location.name, "position_mm": <[f64; 3]>::from(location.location.position) });
@@ -138,23 +138,24 @@ fn location_json(location: &LocationResult) -> Value {
         }
         Err(failure) => entry["reason"] = json!(failure.reason),
     }
-    entry["slopes"] = object(Scaled::ALL.map(|scaled| {
+    entry["slopes"] = json_object(Scaling::ALL.map(|scaled| {
         let fit = location.growth[scaled as usize].fit(Sum::Superposition, Followed::Tool);
         (scaled.label(), fit.map(|fit| json!(fit.slope)))
     }));
-    entry["largest_factors"] = object(Scaled::ALL.map(|scaled| {
+    entry["largest_factors"] = json_object(Scaling::ALL.map(|scaled| {
         let found = &location.largest[scaled as usize];
         let factor = found.factor().map(|factor| json!(factor));
-        (scaled.label(), Some(object([("status", Some(json!(found.status()))), ("factor", factor)])))
+        (scaled.label(), Some(json_object([("status", Some(json!(found.status()))), ("factor", factor)])))
     }));
     if let Some((worst, parts, whole)) = worst_ablation(location) {
         let shares = Cause::ALL.map(|cause| (cause.label(), Some(json!(parts[cause as usize] / whole))));
         entry["causes"] =
-            json!({ "phi_deg": worst.phi_deg, "superposition_error_mm": whole, "shares": object(shares) });
+            json!({ "phi_deg": worst.phi_deg, "superposition_error_mm": whole, "shares": json_object(shares) });
     }
     entry
 }
 
+/// Returns a worst superposition error as JSON.
 fn worst_json(worst: &Worst) -> Value {
     let mut entry = json!({
         "superposition_error_mm": worst.superposition_error_mm,

@@ -1,16 +1,17 @@
-//! The study's answer in sentences, and at a glance: whether the effects may be added, and what that costs.
+//! Sentences and first screen of a superposition study: whether effects may be added, and with which error.
 
 use super::{
+    cause_words,
     quantities::{LARGEST_LOAD, RATIO, RELATIVE, SUPERPOSITION_ERROR},
     summary::Summary,
-    words, worst_ablation,
+    worst_ablation,
 };
 use crate::{
-    answer::{Found, Tolerance},
-    files::words::{counted, listed, millimetres, percent, typographic},
+    answer::{Tolerance, ValueAt},
+    files::words::{counted, join_words, millimetres, percent, typographic},
     page::headline::{Extreme, Headline, KeyNumber},
     questions::superposition::{
-        LocationResult, Scaled, SuperpositionStudy,
+        LocationResult, Scaling, SuperpositionStudy,
         ablation::Cause,
         safe::LargestFactor,
         superposition_error::{Followed, Sum, Worst},
@@ -18,22 +19,23 @@ use crate::{
     simulation::{ROUNDING_MM, Source},
 };
 
-fn shown(superposition_error_mm: f64) -> String {
+/// Formats a superposition error in mm.
+fn millimetre_words(superposition_error_mm: f64) -> String {
     millimetres(superposition_error_mm, 4)
 }
 
-/// Everything that is said: how wrong adding is, where and up to which load it is safe, and why it is wrong.
+/// Returns all sentences of the results.
 pub fn summary_text(summary: &Summary<'_>, locations: &[LocationResult]) -> String {
-    superposition_errors(summary) + &safety(summary) + &causes(locations)
+    superposition_error_words(summary) + &safety_words(summary) + &cause_sentences(locations)
 }
 
-/// Where the superposition error comes from, location by location.
-pub(super) fn causes(locations: &[LocationResult]) -> String {
+/// Describes growth, limits and causes of the superposition error at each location, then the main causes.
+pub(super) fn cause_sentences(locations: &[LocationResult]) -> String {
     locations.iter().map(location_sentences).collect::<String>() + &main_causes(locations)
 }
 
-/// How far the sum is from the effects at once.
-pub(super) fn superposition_errors(summary: &Summary<'_>) -> String {
+/// Describes the largest superposition errors of the map.
+pub(super) fn superposition_error_words(summary: &Summary<'_>) -> String {
     let mut text = String::new();
     for (followed, name) in [(Followed::Tool, "the tool tip"), (Followed::Platform, "the platform point P")] {
         let by = |quantity| Sum::ALL.map(|sum| summary.largest(sum, followed, quantity));
@@ -41,7 +43,7 @@ pub(super) fn superposition_errors(summary: &Summary<'_>) -> String {
         text += &format!(
             "Superposition error at {name}: up to {}, at {} (tool angle φ = {:.0}°), and up to {:.1} % of the largest displacement at the \
              same place, at {}; each the largest over all tool angles",
-            shown(most.value),
+            millimetre_words(most.value),
             most.place(),
             most.at.phi_deg,
             100.0 * share.value,
@@ -50,7 +52,7 @@ pub(super) fn superposition_errors(summary: &Summary<'_>) -> String {
         text += &match aggregated {
             Some(most) => format!(
                 ". With linearly aggregated errors, eqs. (14) and (15): up to {}, at {}.\n",
-                shown(most.value),
+                millimetre_words(most.value),
                 most.place()
             ),
             None => ". Errors cannot be aggregated linearly.\n".into(),
@@ -68,9 +70,9 @@ pub(super) fn superposition_errors(summary: &Summary<'_>) -> String {
     text
 }
 
-/// Where and up to which load adding keeps the tolerance.
-pub(super) fn safety(summary: &Summary<'_>) -> String {
-    let (Some(share), Some([least, most])) = (summary.safe_share(), summary.loads()) else {
+/// Describes where and up to which load superposition is within the tolerance.
+pub(super) fn safety_words(summary: &Summary<'_>) -> String {
+    let (Some(share), Some([least, most])) = (summary.safe_share(), summary.load_factor_extremes()) else {
         return "Nothing can be said about where effects may be added: no grid point was solved.\n".into();
     };
     let is_solved = summary.solved == summary.points;
@@ -100,6 +102,7 @@ pub(super) fn safety(summary: &Summary<'_>) -> String {
     text
 }
 
+/// Describes the results at a location: superposition error, growth, largest factors, causes.
 fn location_sentences(location: &LocationResult) -> String {
     let name = &location.location.name;
     let superposition_errors = match &location.superposition_errors {
@@ -107,7 +110,7 @@ fn location_sentences(location: &LocationResult) -> String {
         Err(failure) => return format!("{name}: {}: {}.\n", failure.status, failure.reason),
     };
     let tool = &superposition_errors.superposition[Followed::Tool as usize];
-    let mut text = format!("{name}: superposition error up to {}", shown(tool.superposition_error_mm));
+    let mut text = format!("{name}: superposition error up to {}", millimetre_words(tool.superposition_error_mm));
     if tool.simultaneous_mm > ROUNDING_MM {
         text += &format!(
             " ({:.1} % of {})",
@@ -116,27 +119,28 @@ fn location_sentences(location: &LocationResult) -> String {
         );
     }
     text += &growth_words(location);
-    let largest = |scaled: Scaled| largest_words(&location.largest[scaled as usize]);
+    let largest = |scaled: Scaling| largest_words(&location.largest[scaled as usize]);
     text += &format!(
         "; within tolerance up to {} × load, {} × errors, {} × both.\n",
-        largest(Scaled::Load),
-        largest(Scaled::Errors),
-        largest(Scaled::Both)
+        largest(Scaling::Load),
+        largest(Scaling::Errors),
+        largest(Scaling::Both)
     );
     text + &ablation_sentence(location)
 }
 
-/// How the superposition error grows with each of the sources for which that is known.
+/// Describes with which power of each source the superposition error grows, where that is known.
 fn growth_words(location: &LocationResult) -> String {
-    let words = |(scaled, of): (Scaled, &str)| {
+    let words = |(scaled, of): (Scaling, &str)| {
         let fit = location.growth[scaled as usize].fit(Sum::Superposition, Followed::Tool)?;
         Some(format!("{of}^{:.2}", fit.slope))
     };
-    let scaled = [(Scaled::Load, "load"), (Scaled::Errors, "errors"), (Scaled::Both, "both")];
+    let scaled = [(Scaling::Load, "load"), (Scaling::Errors, "errors"), (Scaling::Both, "both")];
     let powers: Vec<String> = scaled.into_iter().filter_map(words).collect();
     if powers.is_empty() { String::new() } else { format!("; it grows as {}", powers.join(", ")) }
 }
 
+/// Formats a largest factor, with what ended the search for it.
 fn largest_words(largest: &LargestFactor) -> String {
     match largest {
         LargestFactor::Reached(factor) => format!("{factor:.2}"),
@@ -146,6 +150,7 @@ fn largest_words(largest: &LargestFactor) -> String {
     }
 }
 
+/// Describes the contribution of each cause at the worst tool angle of a location.
 fn ablation_sentence(location: &LocationResult) -> String {
     if let Err(failure) = &location.ablation {
         return format!("  The causes cannot be separated: {}: {}.\n", failure.status, failure.reason);
@@ -155,12 +160,12 @@ fn ablation_sentence(location: &LocationResult) -> String {
         let tenths = (1000.0 * parts[cause as usize] / whole).round();
         // No negative zero.
         let percent = typographic(&format!("{:.1}", if tenths == 0.0 { 0.0 } else { tenths / 10.0 }));
-        format!("{}: {percent} %", words(cause))
+        format!("{}: {percent} %", cause_words(cause))
     };
     format!("  Where it comes from at tool angle {:.0}°: {}.\n", worst.phi_deg, Cause::ALL.map(share).join(", "))
 }
 
-/// Which cause makes the largest part, by location.
+/// Names the locations at which each cause contributes most.
 fn main_causes(locations: &[LocationResult]) -> String {
     let main = |location: &LocationResult| {
         let (_, parts, _) = worst_ablation(location)?;
@@ -171,13 +176,13 @@ fn main_causes(locations: &[LocationResult]) -> String {
         let here = locations.iter().filter(|location| main(location) == Some(cause));
         let names: Vec<&str> = here.map(|location| location.location.name.as_str()).collect();
         if !names.is_empty() {
-            text += &format!("The largest cause at {} is: {}.\n", names.join(", "), words(cause));
+            text += &format!("The largest cause at {} is: {}.\n", names.join(", "), cause_words(cause));
         }
     }
     text
 }
 
-/// The answer at a glance.
+/// Returns the first screen: main sentence, cautions and key numbers.
 pub(super) fn headline(summary: &Summary<'_>, not_used: &[&str]) -> Headline {
     let SuperpositionStudy { scene, grid, tolerance, .. } = summary.study;
     let places = counted(summary.points, "grid point");
@@ -189,7 +194,7 @@ pub(super) fn headline(summary: &Summary<'_>, not_used: &[&str]) -> Headline {
         return Headline::new(sentence, basis).with_cautions(&cautions);
     };
     let parts: Vec<&str> = Source::parts(&scene.machine).iter().map(|source| source.words()).collect();
-    let effects = listed(&parts);
+    let effects = join_words(&parts);
     let wrong = millimetres(most.value, 4);
     let relative = most.at.relative().map_or_else(String::new, |r| format!(" ({:.1} %)", 100.0 * r));
     let verdict = match share {
@@ -207,20 +212,21 @@ pub(super) fn headline(summary: &Summary<'_>, not_used: &[&str]) -> Headline {
     };
     Headline::new(format!("The effects of {effects} {verdict}"), basis)
         .with_cautions(&cautions)
-        .with(superposition_error(Tolerance(*tolerance), most, &wrong))
-        .with_all(load(summary))
+        .with(error_key_number(Tolerance(*tolerance), most, &wrong))
+        .with_numbers(load_key_number(summary))
 }
 
-fn superposition_error(tolerance: Tolerance, most: &Found<Worst>, wrong: &str) -> KeyNumber {
+/// Returns the largest superposition error as a key number, compared with the tolerance.
+fn error_key_number(tolerance: Tolerance, most: &ValueAt<Worst>, wrong: &str) -> KeyNumber {
     let what = format!("largest superposition error, at the tool tip, at {}", most.place());
     let rows = [["sum", Sum::Superposition.label()], ["followed", Followed::Tool.label()]];
     let found = SUPERPOSITION_ERROR.found_in("map.csv", &rows, Extreme::Largest, most.value);
     KeyNumber::new(wrong, what, tolerance.against(most.value)).found(found)
 }
 
-/// How much the load may grow with the superposition error within tolerance everywhere.
-fn load(summary: &Summary<'_>) -> Option<KeyNumber> {
-    let [least, most] = summary.loads()?;
+/// Returns the largest load within tolerance in the whole box as a key number.
+fn load_key_number(summary: &Summary<'_>) -> Option<KeyNumber> {
+    let [least, most] = summary.load_factor_extremes()?;
     let end = match least.at {
         LargestFactor::BelowToLimit(_) => ", at least".to_string(),
         _ => format!("; the limit is at {}", least.place()),

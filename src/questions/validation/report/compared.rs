@@ -1,4 +1,4 @@
-//! Quoted numbers beside ours: in words, at a glance, in tables and JSON.
+//! Comparison of quoted numbers with the model's, in words, tables and JSON, and the first screen.
 
 use serde_json::{Value, json};
 
@@ -6,47 +6,47 @@ use crate::{
     files::{
         exchange::{Cell, Row, Table, numbers, texts},
         text_table::text_table,
-        words::{counted, if_any, typographic},
+        words::{counted, or_dash, typographic},
     },
     page::headline::{Headline, KeyNumber},
     questions::validation::{Compared, Quoted, Relation, ValidationResults, ValidationStudy},
     simulation::SOLVED,
 };
 
-/// Below this, a number of ours beside a larger one quoted, or beside none, is rounding.
+/// Size below which a number of ours is rounding, if the quoted one is larger or 0.
 const NOTHING: f64 = 1e-9;
 
-/// A quoted number beside ours.
-pub(super) struct Line<'a> {
+/// One quoted number with its comparison and study.
+pub(super) struct QuotedLine<'a> {
     study: &'a ValidationStudy,
     pub quoted: &'a Quoted,
     pub compared: &'a Compared,
 }
 
-/// All of them.
-pub(super) fn lines(results: &ValidationResults) -> impl Iterator<Item = Line<'_>> {
+/// Returns the comparison of each quoted number.
+pub(super) fn lines(results: &ValidationResults) -> impl Iterator<Item = QuotedLine<'_>> {
     let study = &results.study;
-    study.quoted.iter().zip(&results.compared).map(move |(quoted, compared)| Line { study, quoted, compared })
+    study.quoted.iter().zip(&results.compared).map(move |(quoted, compared)| QuotedLine { study, quoted, compared })
 }
 
-impl Line<'_> {
-    /// The case that it is about.
+impl QuotedLine<'_> {
+    /// Returns the name of the case that the quoted number is about.
     pub fn case(&self) -> &str {
         &self.study.cases[self.quoted.case]
     }
 
-    /// What it is, in words.
+    /// Returns the quantity of the quoted number in words.
     pub fn what(&self) -> String {
         self.quoted.quantity.label().replace('_', " ")
     }
 
-    /// Ours under the first variant, if there is one.
+    /// Returns the model's value under the first variant, if there is one.
     pub fn ours(&self) -> Option<f64> {
         self.compared.ours[0].as_ref().ok().copied()
     }
 
-    /// Word for how it is meant.
-    fn meant(&self) -> &'static str {
+    /// Returns the word for how the quoted number is to be compared.
+    fn relation_word(&self) -> &'static str {
         match self.quoted.relation {
             Relation::About => "about",
             Relation::AtLeast => "at least",
@@ -54,12 +54,12 @@ impl Line<'_> {
         }
     }
 
-    /// A number of ours over the quoted one; `None` where that is 0.
+    /// Returns the ratio of a value of the model to the quoted one; `None` where that is 0.
     pub fn ratio(&self, ours: f64) -> Option<f64> {
         Some(ours / self.quoted.value).filter(|ratio| ratio.is_finite())
     }
 
-    /// Why ours is another: only where it is.
+    /// Returns why the model's value differs or is missing; empty where it agrees.
     fn reason(&self) -> &str {
         match &self.compared.ours[0] {
             Err(reason) => reason,
@@ -68,12 +68,12 @@ impl Line<'_> {
         }
     }
 
-    /// The unit of files.
+    /// Returns the unit of the quoted number as files have it.
     pub fn file_unit(&self) -> &'static str {
         self.quoted.quantity.unit(&self.study.machine)
     }
 
-    /// The unit behind a number; nothing for pure numbers.
+    /// Returns the unit of the quoted number to write behind it; empty for pure numbers.
     pub fn unit(&self) -> String {
         match self.file_unit() {
             "1" => String::new(),
@@ -83,7 +83,7 @@ impl Line<'_> {
         }
     }
 
-    /// A number of ours, rounded.
+    /// Formats a value of the model, rounded.
     fn rounded(&self, value: f64) -> String {
         let is_larger = self.quoted.value == 0.0 || self.quoted.value.abs() > NOTHING;
         typographic(&match value.abs() {
@@ -96,12 +96,12 @@ impl Line<'_> {
         })
     }
 
-    /// The same with its unit.
+    /// Formats a value of the model, rounded, with its unit.
     pub fn shown(&self, value: f64) -> String {
         self.rounded(value) + &self.unit()
     }
 
-    /// The quoted number with all its digits and its unit.
+    /// Formats the quoted value with all its digits and its unit.
     pub fn as_quoted(&self) -> String {
         typographic(&match self.quoted.value.abs() {
             size if size > 0.0 && size < 1e-3 => format!("{:e}", self.quoted.value),
@@ -109,22 +109,22 @@ impl Line<'_> {
         }) + &self.unit()
     }
 
-    /// Why it differs, if it does.
+    /// Returns a line that says why the model's value differs from the quoted one; `None` where they agree.
     fn difference(&self) -> Option<String> {
         let ours = self.ours().map_or_else(|| "no value".into(), |value| self.shown(value));
-        let (case, what, meant, quoted) = (self.case(), self.what(), self.meant(), self.as_quoted());
-        let line = format!("{case}, {what}: {meant} {quoted} quoted, {ours} here. {}", self.reason());
+        let (case, what, relation_word, quoted) = (self.case(), self.what(), self.relation_word(), self.as_quoted());
+        let line = format!("{case}, {what}: {relation_word} {quoted} quoted, {ours} here. {}", self.reason());
         (!self.compared.agrees).then(|| format!("{}\n", line.trim_end()))
     }
 
-    /// As a program reads it.
+    /// Returns the comparison of the quoted number as JSON.
     fn json(&self) -> Value {
         json!({
             "source": self.quoted.source,
             "case": self.case(),
             "quantity": self.quoted.quantity.label(),
             "unit": self.file_unit(),
-            "meant_as": self.meant(),
+            "meant_as": self.relation_word(),
             "quoted": self.quoted.value,
             "ours": self.ours(),
             "ratio": self.ours().and_then(|ours| self.ratio(ours)),
@@ -133,28 +133,28 @@ impl Line<'_> {
         })
     }
 
-    /// Whether it agrees, as a word.
-    fn agrees(&self) -> &'static str {
+    /// Returns "yes" where the model's value agrees with the quoted one, else "no".
+    fn agrees_word(&self) -> &'static str {
         if self.compared.agrees { "yes" } else { "no" }
     }
 
-    /// As a row of [`quoted_table`].
+    /// Returns the row of the quoted number in [`quoted_table`].
     fn row(&self) -> Row {
         vec![
             self.quoted.source.as_str().into(),
             self.case().into(),
             self.quoted.quantity.label().into(),
             self.file_unit().into(),
-            self.meant().into(),
+            self.relation_word().into(),
             self.quoted.value.into(),
             self.ours().into(),
             self.ours().and_then(|ours| self.ratio(ours)).into(),
-            self.agrees().into(),
+            self.agrees_word().into(),
             self.reason().into(),
         ]
     }
 
-    /// As rows of [`variants_table`].
+    /// Returns the rows of the quoted number in [`variants_table`], one for each variant.
     fn rows_of_variants(&self) -> Vec<Row> {
         let row = |(name, ours): (&str, &Result<f64, String>)| -> Row {
             let value = ours.as_ref().ok().copied();
@@ -177,12 +177,12 @@ impl Line<'_> {
     }
 }
 
-/// Whether there is a number of ours.
+/// Returns the status in tables of a value of the model: solved or not.
 pub(super) fn status(ours: &Result<f64, String>) -> &'static str {
     if ours.is_ok() { SOLVED } else { "not_solved" }
 }
 
-/// One row per quoted number: the number, ours, their ratio, and why they differ.
+/// Makes the table of quoted numbers: a row for each, with the model's value, their ratio, and why they differ.
 pub fn quoted_table(results: &ValidationResults) -> Table {
     let columns = [
         texts(["source", "case", "quantity", "unit", "meant_as"]),
@@ -192,7 +192,7 @@ pub fn quoted_table(results: &ValidationResults) -> Table {
     Table::new(columns.concat(), lines(results).map(|line| line.row()))
 }
 
-/// One row per quoted number and variant: what the choice of process changes.
+/// Makes the table of variants: a row for each quoted number and variant, which shows what the choice of process changes.
 pub fn variants_table(results: &ValidationResults) -> Table {
     let columns = [
         texts(["case", "quantity", "unit"]),
@@ -203,7 +203,7 @@ pub fn variants_table(results: &ValidationResults) -> Table {
     Table::new(columns.concat(), lines(results).flat_map(|line| line.rows_of_variants()))
 }
 
-/// Quoted numbers and ours for the first variant, then for all variants.
+/// Returns two text tables: quoted numbers with ours for the first variant, and ours for all variants.
 pub(super) fn summary_table(results: &ValidationResults) -> String {
     let mut first = text_table(["case", "quantity", "quoted", "ours", "ratio", "agrees"], 2);
     let names = results.study.variants.iter().map(|variant| variant.name.as_str());
@@ -211,35 +211,36 @@ pub(super) fn summary_table(results: &ValidationResults) -> String {
     for line in lines(results) {
         let named = [line.case().to_string(), line.what()];
         let values = line.compared.ours.iter();
-        let values: Vec<String> = values.map(|ours| if_any(ours.as_ref().ok(), |value| line.rounded(*value))).collect();
+        let values: Vec<String> =
+            values.map(|ours| or_dash(ours.as_ref().ok(), |value| line.rounded(*value))).collect();
         let ratio = line.ours().and_then(|ours| line.ratio(ours));
         first.add_row(named.iter().cloned().chain([
-            format!("{} {}", line.meant(), line.as_quoted()),
+            format!("{} {}", line.relation_word(), line.as_quoted()),
             values[0].clone(),
-            if_any(ratio, |ratio| typographic(&format!("{ratio:.2}"))),
-            line.agrees().into(),
+            or_dash(ratio, |ratio| typographic(&format!("{ratio:.2}"))),
+            line.agrees_word().into(),
         ]));
         all.add_row(named.into_iter().chain(values));
     }
     format!("{first}\n\n{all}\n")
 }
 
-/// Why numbers that do not agree differ, a line each.
+/// Returns a line for each number that does not agree, which says why.
 pub fn differences(results: &ValidationResults) -> String {
     lines(results).filter_map(|line| line.difference()).collect()
 }
 
-/// The same as `summary.csv`.
+/// Returns the comparison of all quoted numbers as JSON.
 pub(super) fn summary_json(results: &ValidationResults) -> Value {
     let variants: Vec<&String> = results.study.variants.iter().map(|variant| &variant.name).collect();
     let rows: Vec<Value> = lines(results).map(|line| line.json()).collect();
     json!({ "schema": 1, "variants": variants, "quoted": rows })
 }
 
-/// The answer at a glance.
+/// Returns the first screen: main sentence, cautions and key numbers.
 pub(super) fn headline(results: &ValidationResults, cautions: &str) -> Headline {
     let study = &results.study;
-    let count = |is_meant: &dyn Fn(&Line<'_>) -> bool| lines(results).filter(|line| is_meant(line)).count();
+    let count = |is_meant: &dyn Fn(&QuotedLine<'_>) -> bool| lines(results).filter(|line| is_meant(line)).count();
     let all = results.compared.len();
     let agreeing = count(&|line| line.compared.agrees);
     let differing = all - agreeing - count(&|line| line.ours().is_none());
@@ -255,11 +256,15 @@ pub(super) fn headline(results: &ValidationResults, cautions: &str) -> Headline 
     let agree = KeyNumber::new(&agreeing.to_string(), of_all, "each within its tolerance, in the table below");
     let told = format!("{explained} with a reason, below");
     let differ = (differing > 0).then(|| KeyNumber::new(&differing.to_string(), "differ", told));
-    Headline::new(sentence, basis).with_cautions(cautions).with(agree).with_all(differ).with_all(farthest(results))
+    Headline::new(sentence, basis)
+        .with_cautions(cautions)
+        .with(agree)
+        .with_numbers(differ)
+        .with_numbers(farthest_key_number(results))
 }
 
-/// The number that is off by the largest ratio.
-fn farthest(results: &ValidationResults) -> Option<KeyNumber> {
+/// Returns the model's value with the largest ratio to the quoted one, either way, as a key number; `None` if all agree.
+fn farthest_key_number(results: &ValidationResults) -> Option<KeyNumber> {
     let differing = lines(results).filter(|line| !line.compared.agrees && line.quoted.relation == Relation::About);
     let off = differing.filter_map(|line| {
         let ours = line.ours()?;

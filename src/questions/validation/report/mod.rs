@@ -1,10 +1,10 @@
-//! Reports of a validation study.
+//! Report of a validation study: its page, tables and figures.
 
 mod compared;
 mod pictures;
 
 pub use compared::{differences, quoted_table, variants_table};
-pub use pictures::{figures, short};
+pub use pictures::{figures, short_number};
 
 use serde_json::json;
 
@@ -30,13 +30,13 @@ impl Answered for ValidationStudy {
         let mut tables =
             vec![("summary".to_string(), quoted_table(&results)), ("variants".to_string(), variants_table(&results))];
         for (case, path) in self.cases.iter().zip(&results.paths) {
-            tables.push((points_of(case), points_table(&path.study, &path.whole)));
+            tables.push((points_table_name(case), points_table(&path.study, &path.whole)));
         }
         let assumed = facts_text(&self.variants[0].paths[0].assumed);
         let text = differences(&results);
         Ok(Output {
             tables,
-            figures: run.drawn(|| figures(&results, shown)),
+            figures: run.draw_figures(|| figures(&results, shown)),
             details: format!("{}\n{text}", compared::summary_table(&results)),
             ..Output::of(
                 json!({ "points": points }),
@@ -48,12 +48,12 @@ impl Answered for ValidationStudy {
     }
 }
 
-/// Name of the table of the points of a case.
-fn points_of(case: &str) -> String {
+/// Returns the name of the table with the points of a case.
+fn points_table_name(case: &str) -> String {
     format!("points_{}", file_stem(case))
 }
 
-/// Sections, setting, views and tables; first screen, figures and question are added by the run.
+/// Returns sections, setting, views and tables of the page; first screen, figures and question are added by the run.
 pub fn page(results: &ValidationResults, differences: &str) -> Description {
     let study = &results.study;
     let mut tables = vec![
@@ -62,9 +62,9 @@ pub fn page(results: &ValidationResults, differences: &str) -> Description {
     ];
     for case in &study.cases {
         let caption = format!("{case}: one row per point and source of error.");
-        tables.push(TableNote::ranked(&format!("{}.csv", points_of(case)), &caption, &DISPLACEMENT.name));
+        tables.push(TableNote::ranked(&format!("{}.csv", points_table_name(case)), &caption, &DISPLACEMENT.name));
     }
-    let explorers: Vec<Explorer> = study.cases.iter().map(|case| along(study, case)).collect();
+    let explorers: Vec<Explorer> = study.cases.iter().map(|case| case_view(study, case)).collect();
     let sections = vec![
         Section::new("Which numbers agree?", "each number quoted, ours, and why they differ")
             .text(differences)
@@ -82,6 +82,7 @@ pub fn page(results: &ValidationResults, differences: &str) -> Description {
     }
 }
 
+/// Returns the facts about the study that the page lists.
 fn setting(study: &ValidationStudy) -> Vec<Fact> {
     let names: Vec<&str> = study.variants.iter().map(|variant| variant.name.as_str()).collect();
     let mut own = vec![
@@ -96,9 +97,10 @@ fn setting(study: &ValidationStudy) -> Vec<Fact> {
     facts_of(&study.machine, &path.errors, own)
 }
 
-fn along(study: &ValidationStudy, case: &str) -> Explorer {
+/// Returns the interactive view of displacements along the circle of a case.
+fn case_view(study: &ValidationStudy, case: &str) -> Explorer {
     let mut displacement = DISPLACEMENT;
     displacement.label = "displacement |Δt|".into();
-    let (title, table) = (format!("Along the circle: {case}"), format!("{}.csv", points_of(case)));
+    let (title, table) = (format!("Along the circle: {case}"), format!("{}.csv", points_table_name(case)));
     points_view(&study.machine, title, table, vec![displacement])
 }

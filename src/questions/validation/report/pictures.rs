@@ -1,37 +1,37 @@
-//! The pictures of a validation study: all quoted numbers in one, each against ours in tolerances, and what the study asks for.
+//! Figures of a validation study: the agreement of all quoted numbers, and those that the study asks for.
 
 use nalgebra::Vector3;
 
-use super::compared::{Line, lines};
+use super::compared::{QuotedLine, lines};
 use crate::{
     answer::Quantity,
     figures::{
-        AgreementFigure, AgreementRow, CurvePanel, Figure, LineFigure, LineSeries, Meant, PanelCurve, PanelFigure,
+        AgreementFigure, AgreementRow, Criterion, CurvePanel, Figure, LineFigure, LineSeries, PanelCurve, PanelFigure,
     },
     files::{
-        table::{drives_of, kind_word},
-        words::{if_any, typographic},
+        table::{drives_of_kind, kind_word},
+        words::{or_dash, typographic},
     },
     machine::{Machine, Motion},
     questions::{
         path::{
-            AtPoint, PathResults,
-            report::{displacement_along, drives},
+            PathResults, PointEffect,
+            report::{displacement_components, drives},
         },
         validation::{FigureKind, Picture, Quoted, Relation, Shown, ValidationResults, resolve::MOST_FRAMES},
     },
     simulation::Source,
 };
 
-/// All pictures with their file stems: the numbers compared, and what the study asks for.
+/// Draws all figures, with their file stems.
 pub fn figures(results: &ValidationResults, shown: &Shown) -> Vec<(String, Figure)> {
     let picture = |picture: &Picture| {
         let path = &results.paths[picture.cases[0]];
         let drawn = match picture.kind {
-            FigureKind::Paths => vec![paths(results, picture, path)],
-            FigureKind::Superposition => vec![superposition(results, picture, path)],
-            FigureKind::Curves => curves(results, picture),
-            FigureKind::Sources => sources(results, picture, path),
+            FigureKind::Paths => vec![paths_figure(results, picture, path)],
+            FigureKind::Superposition => vec![superposition_figure(results, picture, path)],
+            FigureKind::Curves => curves_by_case(results, picture),
+            FigureKind::Sources => curves_by_source(results, picture, path),
         };
         picture.file_stems(&results.study.machine).into_iter().zip(drawn)
     };
@@ -39,18 +39,20 @@ pub fn figures(results: &ValidationResults, shown: &Shown) -> Vec<(String, Figur
     answer.into_iter().chain(shown.pictures.iter().flat_map(picture)).collect()
 }
 
+/// Returns the subtitle of a figure: machine, cases, process.
 fn subtitle(results: &ValidationResults, cases: &[usize]) -> String {
     let cases: Vec<&str> = cases.iter().map(|&case| results.study.cases[case].as_str()).collect();
     format!("{}, {}; {}", results.study.machine.short_title(), cases.join(", "), results.study.variants[0].name)
 }
 
-/// The wanted path with `error` added at each point.
-fn moved(path: &PathResults, label: &str, dashed: bool, error: &dyn Fn(usize) -> Option<Vector3<f64>>) -> LineSeries {
+/// Returns the target path in the xy-plane with `error` (mm, by index of the point) added, as a line.
+fn shifted(path: &PathResults, label: &str, dashed: bool, error: &dyn Fn(usize) -> Option<Vector3<f64>>) -> LineSeries {
     let at = |(k, point): (usize, Vector3<f64>)| error(k).map(|error| (point.x + error.x, point.y + error.y));
-    LineSeries::new(label, path.study.wanted().into_iter().enumerate().filter_map(at).collect(), dashed)
+    LineSeries::new(label, path.study.wanted_positions().into_iter().enumerate().filter_map(at).collect(), dashed)
 }
 
-fn plane(results: &ValidationResults, picture: &Picture, series: Vec<LineSeries>) -> Figure {
+/// Makes a figure of lines in the xy-plane.
+fn xy_figure(results: &ValidationResults, picture: &Picture, series: Vec<LineSeries>) -> Figure {
     Figure::Lines(LineFigure {
         title: picture.title.clone(),
         subtitle: format!("{}, seen along −z", subtitle(results, &picture.cases)),
@@ -63,75 +65,79 @@ fn plane(results: &ValidationResults, picture: &Picture, series: Vec<LineSeries>
     })
 }
 
-fn paths(results: &ValidationResults, picture: &Picture, path: &PathResults) -> Figure {
+/// Draws the target path, the path displaced by each source and by both, and the commanded path.
+fn paths_figure(results: &ValidationResults, picture: &Picture, path: &PathResults) -> Figure {
     let by = |source| move |k| path.whole.displacement(source, k);
     let series = vec![
-        moved(path, "1 target trajectory", false, &|_| Some(Vector3::zeros())),
-        moved(path, "2 shifted by errors in serial chains", true, &by(Source::Errors)),
-        moved(path, "3 shifted by the cutting force", true, &by(Source::Cutting)),
-        moved(path, "4 shifted by both", false, &by(Source::All)),
-        moved(path, "5 adjusted trajectory", false, &|k| path.whole.command_shift(&path.study, k)),
+        shifted(path, "1 target trajectory", false, &|_| Some(Vector3::zeros())),
+        shifted(path, "2 shifted by errors in serial chains", true, &by(Source::Errors)),
+        shifted(path, "3 shifted by the cutting force", true, &by(Source::Cutting)),
+        shifted(path, "4 shifted by both", false, &by(Source::All)),
+        shifted(path, "5 adjusted trajectory", false, &|k| path.whole.command_shift(&path.study, k)),
     ];
-    plane(results, picture, series)
+    xy_figure(results, picture, series)
 }
 
-fn superposition(results: &ValidationResults, picture: &Picture, path: &PathResults) -> Figure {
+/// Draws the target path, and the path displaced by chain errors, by the sum of both sources, and by both at once.
+fn superposition_figure(results: &ValidationResults, picture: &Picture, path: &PathResults) -> Figure {
     let by = |source| move |k| path.whole.displacement(source, k);
     let sum = |k| Some(by(Source::Cutting)(k)? + by(Source::Errors)(k)?);
     let series = vec![
-        moved(path, "1 target trajectory", false, &|_| Some(Vector3::zeros())),
-        moved(path, "2 shifted by errors in serial chains", true, &by(Source::Errors)),
-        moved(path, "3 shifted by both: superposition", true, &sum),
-        moved(path, "4 shifted by both: simultaneously", false, &by(Source::All)),
+        shifted(path, "1 target trajectory", false, &|_| Some(Vector3::zeros())),
+        shifted(path, "2 shifted by errors in serial chains", true, &by(Source::Errors)),
+        shifted(path, "3 shifted by both: superposition", true, &sum),
+        shifted(path, "4 shifted by both: simultaneously", false, &by(Source::All)),
     ];
-    plane(results, picture, series)
+    xy_figure(results, picture, series)
 }
 
-/// What curves over the tool angle show, its axis, and a name for each of them.
-struct Drawn {
+/// Curves over the tool angle with one axis, each with its name.
+struct CurveGroup {
     what: String,
     y_label: String,
-    curves: Vec<(String, Quantity<AtPoint>)>,
+    curves: Vec<(String, Quantity<PointEffect>)>,
 }
 
-fn of_drives(machine: &Machine, kind: Motion, all: &[Quantity<AtPoint>]) -> Vec<(String, Quantity<AtPoint>)> {
-    drives_of(machine, kind).map(|(drive, label)| (format!("drive {label}"), all[drive].clone())).collect()
+/// Returns the quantities in `all`, one per drive, whose drives are of this kind, with their names.
+fn kind_curves(machine: &Machine, kind: Motion, all: &[Quantity<PointEffect>]) -> Vec<(String, Quantity<PointEffect>)> {
+    drives_of_kind(machine, kind).map(|(drive, label)| (format!("drive {label}"), all[drive].clone())).collect()
 }
 
-/// Corrections of the drives, those of slides and of hinges apart.
-fn corrections(machine: &Machine) -> impl Iterator<Item = Drawn> {
+/// Returns the corrections of the drives, those of prismatic and of revolute ones apart.
+fn corrections(machine: &Machine) -> impl Iterator<Item = CurveGroup> {
     let each = drives(machine).each;
-    machine.drive_kinds().map(move |kind| Drawn {
+    machine.drive_kinds().map(move |kind| CurveGroup {
         what: match machine.has_mixed_drives() {
             false => "drive corrections".into(),
             true => format!("corrections of {}", kind_word(machine, kind)),
         },
         y_label: format!("Δρ [{}]", kind.shown_position_unit()),
-        curves: of_drives(machine, kind, &each),
+        curves: kind_curves(machine, kind, &each),
     })
 }
 
-/// Their forces.
-fn forces(machine: &Machine) -> impl Iterator<Item = Drawn> {
+/// Returns the forces of the drives, those of prismatic and of revolute ones apart.
+fn forces(machine: &Machine) -> impl Iterator<Item = CurveGroup> {
     let each = drives(machine).each;
-    machine.drive_kinds().map(move |kind| Drawn {
+    machine.drive_kinds().map(move |kind| CurveGroup {
         what: format!("drive {}s", kind.force_word()),
         y_label: format!("τ [{}]", kind.shown_force_unit()),
-        curves: of_drives(machine, kind, &each[machine.drive_count()..]),
+        curves: kind_curves(machine, kind, &each[machine.drive_count()..]),
     })
 }
 
-fn displacement(what: &str) -> Drawn {
+/// Returns the components of the displacement of the tool, called `what` in titles.
+fn displacement(what: &str) -> CurveGroup {
     let names = ["Δx", "Δy", "Δz"].map(String::from);
-    Drawn {
+    CurveGroup {
         what: what.into(),
         y_label: "Δt [mm]".into(),
-        curves: names.into_iter().zip(displacement_along()).collect(),
+        curves: names.into_iter().zip(displacement_components()).collect(),
     }
 }
 
-/// A curve over the tool angle, broken where there is no value; it ends at the angle at which it begins.
-fn over_angle(path: &PathResults, source: Source, quantity: &Quantity<AtPoint>) -> PanelCurve {
+/// Returns a curve of a quantity over the tool angle, closed over a turn, and broken where there is no value.
+fn over_angle(path: &PathResults, source: Source, quantity: &Quantity<PointEffect>) -> PanelCurve {
     let mut order: Vec<(f64, usize)> =
         path.study.stations.iter().enumerate().filter_map(|(k, station)| Some((station.phi_deg?, k))).collect();
     order.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -146,6 +152,7 @@ fn over_angle(path: &PathResults, source: Source, quantity: &Quantity<AtPoint>) 
     PanelCurve { pieces }
 }
 
+/// Makes a figure of panels over the tool angle, with the names of its curves and whether they are dashed.
 fn panels(
     results: &ValidationResults,
     picture: &Picture,
@@ -165,11 +172,11 @@ fn panels(
     })
 }
 
-/// Under all sources, a frame for each case.
-fn curves(results: &ValidationResults, picture: &Picture) -> Vec<Figure> {
+/// Draws corrections, displacement and forces under all sources, a panel for each case.
+fn curves_by_case(results: &ValidationResults, picture: &Picture) -> Vec<Figure> {
     let machine = &results.study.machine;
     let moved = displacement("displacement that is compensated");
-    let figure = |Drawn { what, y_label, curves }: Drawn| {
+    let figure = |CurveGroup { what, y_label, curves }: CurveGroup| {
         let frame = |&case: &usize| {
             let of_case = |(_, quantity): &(_, _)| over_angle(&results.paths[case], Source::All, quantity);
             CurvePanel { title: results.study.cases[case].clone(), curves: curves.iter().map(of_case).collect() }
@@ -181,16 +188,16 @@ fn curves(results: &ValidationResults, picture: &Picture) -> Vec<Figure> {
     corrections(machine).chain([moved]).chain(forces(machine)).map(figure).collect()
 }
 
-/// Of each source, a frame for each quantity.
-fn sources(results: &ValidationResults, picture: &Picture, path: &PathResults) -> Vec<Figure> {
+/// Draws corrections and displacement of one case, a panel for each component, a curve for each source.
+fn curves_by_source(results: &ValidationResults, picture: &Picture, path: &PathResults) -> Vec<Figure> {
     let machine = &results.study.machine;
     let sources = Source::of(machine);
     let name = |source: &Source| match source {
         Source::Errors => "errors in serial chains",
         other => other.words(),
     };
-    let figure = |Drawn { what, y_label, curves }: Drawn| {
-        let frame = |(title, quantity): (String, Quantity<AtPoint>)| CurvePanel {
+    let figure = |CurveGroup { what, y_label, curves }: CurveGroup| {
+        let frame = |(title, quantity): (String, Quantity<PointEffect>)| CurvePanel {
             title,
             curves: sources.iter().map(|source| over_angle(path, *source, &quantity)).collect(),
         };
@@ -201,10 +208,10 @@ fn sources(results: &ValidationResults, picture: &Picture, path: &PathResults) -
     corrections(machine).chain([displacement("displacement")]).map(figure).collect()
 }
 
-/// The figure; `None` where nothing is quoted.
+/// Draws the agreement of all quoted numbers; `None` where nothing is quoted.
 fn agreement(results: &ValidationResults) -> Option<Figure> {
     let study = &results.study;
-    let rows: Vec<AgreementRow> = lines(results).map(|line| row(&line)).collect();
+    let rows: Vec<AgreementRow> = lines(results).map(|line| agreement_row(&line)).collect();
     let agreeing = rows.iter().filter(|row| row.agrees).count();
     (!rows.is_empty()).then(|| {
         Figure::Agreement(AgreementFigure {
@@ -216,28 +223,29 @@ fn agreement(results: &ValidationResults) -> Option<Figure> {
     })
 }
 
-fn row(line: &Line<'_>) -> AgreementRow {
+/// Returns the row of one quoted number in the figure of agreement.
+fn agreement_row(line: &QuotedLine<'_>) -> AgreementRow {
     let (quoted, ours) = (line.quoted, line.ours());
-    let (sign, meant) = match quoted.relation {
-        Relation::About => ("", Meant::About),
-        Relation::AtLeast => ("≥ ", Meant::AtLeast),
-        Relation::AtMost => ("≤ ", Meant::AtMost),
+    let (sign, criterion) = match quoted.relation {
+        Relation::About => ("", Criterion::About),
+        Relation::AtLeast => ("≥ ", Criterion::AtLeast),
+        Relation::AtMost => ("≤ ", Criterion::AtMost),
     };
-    let shown = if_any(ours, |ours| short(ours, quoted.value));
+    let shown = or_dash(ours, |ours| short_number(ours, quoted.value));
     AgreementRow {
         label: format!("{}: {}", line.case(), line.what()),
         // The unit as axes and files write it.
         numbers: typographic(&format!("{sign}{}, {shown}{}", quoted.value, line.unit().replace("N·mm", "Nmm"))),
-        meant,
+        criterion,
         difference: ours.map(|ours| in_tolerances(quoted, ours)),
         agrees: line.compared.agrees,
     }
 }
 
-/// Differences of more tolerances than this are drawn, like it, beyond the axis.
+/// Largest difference that is drawn, in tolerances; larger ones are drawn there.
 const FAR: f64 = 1e3;
 
-/// Ours less the quoted number over what counts as none; where nothing does, the sign of it, far out.
+/// Returns the difference of the model's value from the quoted number, in tolerances, at most [`FAR`] either way.
 fn in_tolerances(quoted: &Quoted, ours: f64) -> f64 {
     let difference = ours - quoted.value;
     let share = difference / quoted.allowed();
@@ -248,8 +256,8 @@ fn in_tolerances(quoted: &Quoted, ours: f64) -> f64 {
     }
 }
 
-/// Our number with three digits, and no more decimals than show beside the quoted one.
-pub fn short(ours: f64, quoted: f64) -> String {
+/// Formats a value of the model with three digits, and no more decimals than show beside the quoted one.
+pub fn short_number(ours: f64, quoted: f64) -> String {
     let size = ours.abs().max(quoted.abs());
     let decimals = if size > 0.0 { (2.0 - size.log10().floor()).clamp(0.0, 4.0) as usize } else { 0 };
     let text = format!("{ours:.decimals$}");

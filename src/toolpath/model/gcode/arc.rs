@@ -4,16 +4,16 @@ use std::f64::consts::TAU;
 
 use nalgebra::Vector3;
 
-use crate::toolpath::model::{Plane, Turn, direction, gcode::ArcFault};
+use crate::toolpath::model::{Plane, TurnDirection, direction, gcode::ArcFault};
 
-/// How a program says where an arc's centre is, mm, in the order of the plane's two axes.
+/// The centre of an arc as the program gives it, mm, in the order of the plane's two axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Centre {
     /// From the start (G91.1).
     FromStart([f64; 2]),
     /// In the workpiece frame (G90.1).
     At([f64; 2]),
-    /// The same, said by a line before it (Heidenhain's CC).
+    /// In the workpiece frame, given by a line before it (Heidenhain's CC).
     Pole([f64; 2]),
     /// By the radius: positive for the shorter of the two arcs, negative for the longer.
     Radius(f64),
@@ -38,14 +38,14 @@ pub(crate) struct Arc {
 const SAME_POINT_MM: f64 = 1e-9;
 
 impl Arc {
-    /// The arc from `start` to `end`, mm in the workpiece frame.
+    /// Creates the arc from `start` to `end`, mm in the workpiece frame.
     ///
     /// # Errors
     /// When no such arc exists. Radii may differ as LinuxCNC and the defaults of other controllers allow: by
     /// 0.005 mm, or by 0.1 % of the radius up to 0.5 mm.
     pub fn new(
         plane: Plane,
-        turn: Turn,
+        turn: TurnDirection,
         start: Vector3<f64>,
         end: Vector3<f64>,
         centre: Centre,
@@ -63,11 +63,11 @@ impl Arc {
         check_radii(radii)?;
         let [start_angle_rad, end_angle_rad] = [arm(from), arm(to)].map(|[a, b]| b.atan2(a));
         let full = (to[0] - from[0]).hypot(to[1] - from[1]) < SAME_POINT_MM;
-        let sweep_rad = sweep(if full { 0.0 } else { end_angle_rad - start_angle_rad }, turn);
+        let sweep_rad = signed_sweep_rad(if full { 0.0 } else { end_angle_rad - start_angle_rad }, turn);
         Ok(Arc { plane, centre, radii, start_angle_rad, sweep_rad, start, end })
     }
 
-    /// Position and unit tangent at `t`; exactly the programmed end at 1.
+    /// Returns the position, mm, and the unit tangent at the share `t` of the arc; exactly the programmed end at 1.
     pub fn at(&self, t: f64) -> (Vector3<f64>, Vector3<f64>) {
         let [first, second, normal] = self.plane.axes();
         let (sin, cos) = (self.start_angle_rad + t * self.sweep_rad).sin_cos();
@@ -87,34 +87,35 @@ impl Arc {
         (position, direction(velocity))
     }
 
-    /// Length, mm; exact where the radii are equal.
+    /// Returns the length, mm, including the rise of a helix; exact where the radii are equal.
     pub fn length(&self) -> f64 {
         let rise = self.end[self.plane.axes()[2]] - self.start[self.plane.axes()[2]];
         let round = f64::midpoint(self.radii[0], self.radii[1]) * self.sweep_rad;
         round.hypot(rise)
     }
 
-    /// The larger of its radii, mm.
+    /// Returns the larger of the radii at start and end, mm.
     pub fn radius(&self) -> f64 {
         self.radii[0].max(self.radii[1])
     }
 
-    /// The angle it turns by, rad, negative for G2.
+    /// Returns the angle of the arc, rad, negative for G2.
     pub fn sweep_rad(&self) -> f64 {
         self.sweep_rad
     }
 }
 
-/// The angle from start to end, taken the way round that was asked for; a full turn if there is none.
-fn sweep(difference_rad: f64, turn: Turn) -> f64 {
+/// Returns the signed angle from start to end, rad, in the direction `turn`; a full turn if they are at the same angle.
+fn signed_sweep_rad(difference_rad: f64, turn: TurnDirection) -> f64 {
     let positive = difference_rad.rem_euclid(TAU);
     match turn {
-        Turn::CounterClockwise if positive > 0.0 => positive,
-        Turn::CounterClockwise => TAU,
-        Turn::Clockwise => positive - TAU,
+        TurnDirection::CounterClockwise if positive > 0.0 => positive,
+        TurnDirection::CounterClockwise => TAU,
+        TurnDirection::Clockwise => positive - TAU,
     }
 }
 
+/// Checks that the radii at start and end are above 0 and equal to within 0.005 mm, or 0.1 % up to 0.5 mm.
 fn check_radii([start_mm, end_mm]: [f64; 2]) -> Result<(), ArcFault> {
     if start_mm < SAME_POINT_MM {
         return Err(ArcFault::NoRadius);
@@ -126,9 +127,9 @@ fn check_radii([start_mm, end_mm]: [f64; 2]) -> Result<(), ArcFault> {
     Ok(())
 }
 
-/// The centre of the arc of a given radius: on the bisector of the chord, at √(r² − (c/2)²) from its middle; to the
-/// left of the motion for a short counter-clockwise arc.
-fn centre_by_radius(from: [f64; 2], to: [f64; 2], radius: f64, turn: Turn) -> Result<[f64; 2], ArcFault> {
+/// Returns the centre of the arc of a given radius, mm: on the bisector of the chord, at √(r² − (c/2)²) from its middle; to the
+/// left of the motion for a short counter-clockwise arc. Fails if the radius is too small or the ends coincide.
+fn centre_by_radius(from: [f64; 2], to: [f64; 2], radius: f64, turn: TurnDirection) -> Result<[f64; 2], ArcFault> {
     let chord = [to[0] - from[0], to[1] - from[1]];
     let chord_mm = chord[0].hypot(chord[1]);
     if chord_mm < SAME_POINT_MM {
@@ -139,7 +140,7 @@ fn centre_by_radius(from: [f64; 2], to: [f64; 2], radius: f64, turn: Turn) -> Re
         return Err(ArcFault::TooShort { radius_mm: radius.abs(), chord_mm });
     }
     let height = (radius * radius - half * half).max(0.0).sqrt();
-    let left = (turn == Turn::CounterClockwise) == (radius > 0.0);
+    let left = (turn == TurnDirection::CounterClockwise) == (radius > 0.0);
     let side = if left { height } else { -height } / chord_mm;
     Ok([f64::midpoint(from[0], to[0]) - side * chord[1], f64::midpoint(from[1], to[1]) + side * chord[0]])
 }

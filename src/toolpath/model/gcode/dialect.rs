@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 
-/// The language of a control.
+/// A dialect of G-code, the language of a control.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Dialect {
@@ -27,13 +27,13 @@ impl Dialect {
     pub const ALL: [Dialect; 6] =
         [Dialect::Iso, Dialect::Fanuc, Dialect::Haas, Dialect::LinuxCnc, Dialect::Sinumerik, Dialect::Heidenhain];
 
-    /// Whether it is ISO code, of whatever control.
+    /// Whether the dialect is ISO code, of any control.
     #[must_use]
     pub fn is_iso(self) -> bool {
         !matches!(self, Dialect::Sinumerik | Dialect::Heidenhain)
     }
 
-    /// Its name in files and on the command line.
+    /// Returns the dialect's name in files and on the command line.
     #[must_use]
     pub fn label(self) -> &'static str {
         match self {
@@ -46,7 +46,7 @@ impl Dialect {
         }
     }
 
-    /// Its name in sentences.
+    /// Returns the dialect's name in sentences.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -59,8 +59,8 @@ impl Dialect {
         }
     }
 
-    /// What messages end with; nothing for ISO.
-    pub(crate) fn read_as(self) -> String {
+    /// Returns the ending of messages that names the dialect: ` (read as Fanuc)`; empty for ISO.
+    pub(crate) fn message_suffix(self) -> String {
         if self == Dialect::Iso { String::new() } else { format!(" (read as {})", self.name()) }
     }
 }

@@ -1,4 +1,4 @@
-//! What can be wrong with a program, said so that the line can be found and mended.
+//! The errors of G-code programs, each with the line, the word and what was expected.
 
 use thiserror::Error;
 
@@ -7,9 +7,9 @@ use crate::toolpath::model::{
     gcode::{ArcFault, Contradiction, Dialect, Foreign, MacroFault, Unsupported, WorkOffset},
 };
 
-/// A program that cannot be followed: where, at which word, why, and what was expected.
+/// The error of a G-code program that cannot be followed: file, line, column, text, reason and what was expected.
 #[derive(Clone, Debug, PartialEq, Error)]
-#[error("{file}:{line}:{column}: `{found}`: {fault}{}", dialect.read_as())]
+#[error("{file}:{line}:{column}: `{found}`: {fault}{}", dialect.message_suffix())]
 pub struct GcodeError {
     /// The program's name as given.
     pub file: String,
@@ -21,18 +21,18 @@ pub struct GcodeError {
     pub found: String,
     /// What is wrong with it and what was expected.
     pub fault: Fault,
-    /// The dialect it was read as.
+    /// The dialect in which the program was read.
     pub dialect: Dialect,
 }
 
 impl GcodeError {
-    /// The same, of a program that was read as `dialect`.
-    pub(crate) fn read_as(self, dialect: Dialect) -> GcodeError {
+    /// Returns the same error, saying that the program was read as `dialect`.
+    pub(crate) fn with_dialect(self, dialect: Dialect) -> GcodeError {
         GcodeError { dialect, ..self }
     }
 }
 
-/// What is wrong with a word or a line. The text says what was expected.
+/// The reason why a word or line of a G-code program is refused; its message says what was expected.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum Fault {
     /// A character no word can hold.
@@ -75,7 +75,7 @@ pub enum Fault {
     /// More digits than a coordinate can hold exactly.
     #[error("number has {digits} digits in a row; expected at most {most}", most = Fault::MAX_DIGITS)]
     TooManyDigits {
-        /// How many there are.
+        /// Number of digits in a row.
         digits: usize,
     },
     /// A feature of the language this program cannot follow.
@@ -104,7 +104,7 @@ pub enum Fault {
     /// The same letter twice on one line.
     #[error("second {letter} word on the line; expected one")]
     Repeated {
-        /// The letter.
+        /// Letter of the repeated word.
         letter: char,
     },
     /// Two words of one modal group on one line.
@@ -179,7 +179,7 @@ pub enum Fault {
     UnknownRotary {
         /// A, B or C.
         letter: char,
-        /// Where it stands, degrees.
+        /// Angle of the axis, degrees.
         at: f64,
     },
     /// A cycle drills along Z, and the tool stands otherwise.
@@ -187,7 +187,7 @@ pub enum Fault {
     TurnedCycle {
         /// A, B or C.
         letter: char,
-        /// Where it stands, degrees.
+        /// Angle of the axis, degrees.
         at: f64,
     },
     /// A or C with a feed, where no G0 has said that there is such an axis.
@@ -208,7 +208,7 @@ pub enum Fault {
     /// Only the selected plane's two centre words mean anything.
     #[error("centre word outside the selected plane; expected {expected} in {plane}")]
     CentreOutsidePlane {
-        /// The two that would be right.
+        /// The two centre words of the plane.
         expected: &'static str,
         /// G17, G18 or G19.
         plane: &'static str,
@@ -216,7 +216,7 @@ pub enum Fault {
     /// An arc without centre and without radius.
     #[error("arc without a centre; expected {expected} in {plane}, or R")]
     NoCentre {
-        /// The two centre words.
+        /// The two centre words of the plane.
         expected: &'static str,
         /// G17, G18 or G19.
         plane: &'static str,
@@ -224,7 +224,7 @@ pub enum Fault {
     /// An arc with absolute centre (G90.1) that gives one of its two coordinates.
     #[error("absolute centre (G90.1) with one coordinate; expected both {expected} in {plane}")]
     HalfCentre {
-        /// The two centre words.
+        /// The two centre words of the plane.
         expected: &'static str,
         /// G17, G18 or G19.
         plane: &'static str,
@@ -247,10 +247,10 @@ pub enum Fault {
     /// A work offset that was not given.
     #[error(
         "how {offset} stands to the work offset before it is not known; expected its zero in [gcode] of the process file{}",
-        offset.by_the_program()
+        offset.program_source_hint()
     )]
     NoWorkOffset {
-        /// Which one.
+        /// The work offset.
         offset: WorkOffset,
     },
     /// G54.1 without the number of a work offset.
@@ -287,13 +287,13 @@ pub enum Fault {
     /// More repetitions than anybody drills.
     #[error("expected at most {most} repetitions")]
     TooManyRepeats {
-        /// The most.
+        /// Largest number of repetitions.
         most: u32,
     },
     /// A feed or spindle speed below what it can be.
     #[error("expected {expected}")]
     Speed {
-        /// The range.
+        /// The permitted range.
         expected: &'static str,
     },
     /// A coordinate no machine has.
@@ -308,7 +308,7 @@ pub enum Fault {
     /// More points than a path may have.
     #[error("path of more than {most} points; expected a coarser sampling or a shorter program")]
     TooManyPoints {
-        /// The most.
+        /// Largest number of points.
         most: usize,
     },
 }
@@ -319,8 +319,8 @@ impl Fault {
     /// The largest coordinate followed, mm.
     pub const MAX_COORDINATE_MM: f64 = MAX_COORDINATE_MM;
 
-    /// Whether the program may be read once it is written out as the motion that it makes.
-    pub fn is_met_by_expanding(&self) -> bool {
+    /// Whether expanding the program into its moves may remove the fault.
+    pub fn is_solved_by_expansion(&self) -> bool {
         matches!(self, Fault::Variable | Fault::Unsupported(Unsupported::Subprogram) | Fault::Foreign(Foreign::Cycle))
     }
 }

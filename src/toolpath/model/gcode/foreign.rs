@@ -1,8 +1,8 @@
-//! What is not followed of other dialects than ISO, by name.
+//! Statements of Sinumerik's and Heidenhain's dialects that are refused, each with its reason.
 
 use thiserror::Error;
 
-/// What a statement of Sinumerik's or Heidenhain's is that is not followed, or lacks.
+/// Why a statement of Sinumerik's or Heidenhain's dialect is refused: a feature that is not followed, or something missing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum Foreign {
     /// R and Q parameters, variables, expressions.

@@ -1,8 +1,8 @@
-//! Macros and calls that cannot be followed.
+//! The faults of macros, jumps and subprogram calls in G-code.
 
 use thiserror::Error;
 
-/// What is wrong with a macro, a jump or a call.
+/// The reason why a macro, a jump or a call is refused.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum MacroFault {
     /// An expression that is none.
@@ -28,19 +28,19 @@ pub enum MacroFault {
     /// A call of what is not there.
     #[error("subprogram {name} is neither in the file nor beside it; expected O{name}, or a file of this name")]
     NoSubprogram {
-        /// Its name.
+        /// Name of the subprogram.
         name: String,
     },
     /// A program that goes on and on.
     #[error("the program has run {most} lines and has not ended; expected one that ends")]
     TooManySteps {
-        /// How many were run.
+        /// Number of lines that were run.
         most: usize,
     },
     /// Subprograms that call themselves.
     #[error("calls are more than {most} deep; expected subprograms that do not call themselves")]
     TooDeep {
-        /// The most.
+        /// Largest depth of calls.
         most: usize,
     },
     /// M99 where nothing was called.
@@ -54,7 +54,7 @@ pub enum MacroFault {
         "{letter} of a call is not read: controls differ in what it means; expected P, L and, after G65, arguments"
     )]
     CallWord {
-        /// The letter.
+        /// Letter of the word.
         letter: char,
     },
     /// G66.

@@ -1,4 +1,4 @@
-//! What G-code programs are made of.
+//! The data of G-code programs: words, modal state, motions, arcs, rotary axes, options and faults.
 
 pub(crate) mod arc;
 pub(crate) mod dialect;

@@ -1,11 +1,11 @@
-//! The state words leave behind for later lines, and which words there are.
+//! The modal state of a G-code program, and the meanings of its G words.
 
 use crate::toolpath::model::{
-    Plane, Turn,
+    Plane, TurnDirection,
     gcode::{Dialect, Fault, LengthUnit, Refusal, Unsupported, Word, WorkOffset},
 };
 
-/// The motion in force.
+/// The motion mode in force: rapid, line, arc or cycle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum MotionCode {
     /// G0.
@@ -13,25 +13,25 @@ pub(crate) enum MotionCode {
     /// G1.
     Line,
     /// G2, G3.
-    Arc(Turn),
+    Arc(TurnDirection),
     /// G73, G74, G76, G81 to G86, G89.
     Cycle(u32),
 }
 
 impl MotionCode {
-    /// The number after G.
+    /// Returns the number after G.
     pub fn number(self) -> u32 {
         match self {
             MotionCode::Rapid => 0,
             MotionCode::Line => 1,
-            MotionCode::Arc(Turn::Clockwise) => 2,
-            MotionCode::Arc(Turn::CounterClockwise) => 3,
+            MotionCode::Arc(TurnDirection::Clockwise) => 2,
+            MotionCode::Arc(TurnDirection::CounterClockwise) => 3,
             MotionCode::Cycle(number) => number,
         }
     }
 }
 
-/// Whether numbers are positions or steps.
+/// The distance mode: absolute coordinates or steps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Distance {
     /// G90, G90.1.
@@ -40,9 +40,9 @@ pub(crate) enum Distance {
     Incremental,
 }
 
-/// What is in force on a line.
+/// The modal state in force on a line: motion, plane, units, distance modes, feed, spindle and tool.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Modal {
+pub(crate) struct ModalState {
     pub motion: Option<MotionCode>,
     pub plane: Plane,
     pub unit: LengthUnit,
@@ -51,17 +51,17 @@ pub(crate) struct Modal {
     /// Meaning of I, J, K.
     pub centres: Distance,
     /// G99: cycles end at their plane R; otherwise (G98) where they began.
-    pub returns_to_clear: bool,
+    pub returns_to_r_plane: bool,
     pub feed_mode: FeedMode,
-    /// mm in a unit of F, unless it is one over a time.
+    /// How many mm one unit of F is; without meaning for inverse-time feed.
     pub feed_unit_mm: f64,
-    /// S in rev/min (G97), not a surface speed (G96).
-    pub counts_turns: bool,
-    /// The number after F, inches made mm unless it is one over a time.
+    /// Whether S is in rev/min (G97), not a surface speed (G96).
+    pub is_rev_per_min: bool,
+    /// The number after F, converted from inches to mm unless it is inverse-time feed.
     pub feed: Option<f64>,
     /// The number after S.
     pub spindle: Option<f64>,
-    /// Whether the control keeps the tip in its place while rotary axes turn: G43.4.
+    /// Whether the control keeps the tip in place while rotary axes turn (G43.4).
     pub tip_control: bool,
     /// The tool in the spindle: that of the last M6, or before the first that of the last T.
     pub tool: Option<u32>,
@@ -69,7 +69,7 @@ pub(crate) struct Modal {
     pub feature: Option<u16>,
 }
 
-/// What F is.
+/// The feed mode: what F means.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum FeedMode {
     /// G93: one over the minutes of the block.
@@ -80,19 +80,19 @@ pub(crate) enum FeedMode {
     PerRevolution,
 }
 
-impl Modal {
-    /// The state a controller starts in: G0, G17, G90, G94, G97, G98. Some start in G1, which goes the same way.
-    pub fn at_start(unit: LengthUnit, centres: Distance) -> Modal {
-        Modal {
+impl ModalState {
+    /// Returns the state in which a controller starts: G0, G17, G90, G94, G97, G98. Some start in G1, which follows the same path.
+    pub fn at_start(unit: LengthUnit, centres: Distance) -> ModalState {
+        ModalState {
             motion: Some(MotionCode::Rapid),
             plane: Plane::Xy,
             unit,
             distance: Distance::Absolute,
             centres,
-            returns_to_clear: false,
+            returns_to_r_plane: false,
             feed_mode: FeedMode::PerMinute,
             feed_unit_mm: unit.mm(),
-            counts_turns: true,
+            is_rev_per_min: true,
             feed: None,
             spindle: None,
             tip_control: false,
@@ -101,12 +101,12 @@ impl Modal {
         }
     }
 
-    /// Spindle speed, if S gives it.
+    /// Returns the spindle speed, rev/min, if S gives it.
     pub fn spindle_rev_per_min(&self) -> Option<f64> {
-        self.spindle.filter(|_| self.counts_turns)
+        self.spindle.filter(|_| self.is_rev_per_min)
     }
 
-    /// Feed along `length_mm` of motion, mm/min, if F gives it.
+    /// Returns the feed of a motion of `length_mm`, mm/min, if F (and for feed per revolution S) gives it.
     pub fn feed_mm_per_min(&self, length_mm: f64) -> Option<f64> {
         match self.feed_mode {
             FeedMode::PerMinute => self.feed,
@@ -116,7 +116,7 @@ impl Modal {
     }
 }
 
-/// What a G word does. Words that put things into the state this module takes for granted, or that do not change
+/// The meaning of a G word. Words that select a state which this module assumes anyway, or that do not change
 /// where the tool goes, are [`GWord::Passive`] and stay in the program as they are.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum GWord {
@@ -138,7 +138,7 @@ pub(crate) enum GWord {
     CountsTurns(bool),
     /// G99, or G98.
     ReturnsToClear(bool),
-    /// Words whose coordinates are no motion.
+    /// Words whose coordinates set something and command no motion.
     Setting(Setting),
     /// G5, G5.1, G8, G187: smoothing; they carry P, Q, E or R, and no coordinates.
     Smoothing,
@@ -169,7 +169,7 @@ pub(crate) enum GWord {
     Passive(&'static str),
 }
 
-/// A word that sets something by its coordinates.
+/// What a word sets by its coordinates: a zero, a length, an origin or a pole.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Setting {
     /// G10.
@@ -192,30 +192,31 @@ pub(crate) enum Setting {
     Pole,
 }
 
-/// A word of another dialect than ISO that is no G word.
+/// A word of a dialect other than ISO that stands for a G word: its name and its meaning.
 #[derive(Debug, PartialEq)]
-pub(crate) struct Vocable {
+pub(crate) struct ForeignWord {
     pub name: &'static str,
-    pub asks: GWord,
+    pub meaning: GWord,
 }
 
 impl GWord {
-    /// What `word`, a G word, does.
+    /// Returns the meaning of `word`, a G word, or why it is refused.
     pub fn of(word: &Word, dialect: Dialect) -> Result<GWord, Refusal> {
         let tenths = word.tenths().ok_or_else(|| word.refuse(Fault::Unsupported(Unsupported::UnknownG)))?;
         // Kept there, an axis stands; to Fanuc and Mach it is where axes go.
         if matches!(tenths, 281 | 301) && dialect != Dialect::LinuxCnc {
             return Ok(GWord::Home);
         }
-        GWord::supported(tenths).ok_or_else(|| word.refuse(Fault::Unsupported(unsupported(tenths))))
+        GWord::from_tenths(tenths).ok_or_else(|| word.refuse(Fault::Unsupported(unsupported_reason(tenths))))
     }
 
-    fn supported(tenths: u32) -> Option<GWord> {
+    /// Returns the meaning of the G word whose number in tenths this is; `None` if it is not supported.
+    fn from_tenths(tenths: u32) -> Option<GWord> {
         Some(match tenths {
             0 => GWord::Motion(MotionCode::Rapid),
             10 => GWord::Motion(MotionCode::Line),
-            20 => GWord::Motion(MotionCode::Arc(Turn::Clockwise)),
-            30 => GWord::Motion(MotionCode::Arc(Turn::CounterClockwise)),
+            20 => GWord::Motion(MotionCode::Arc(TurnDirection::Clockwise)),
+            30 => GWord::Motion(MotionCode::Arc(TurnDirection::CounterClockwise)),
             40 => GWord::Dwell,
             150 => GWord::PolarOff,
             170 => GWord::Plane(Plane::Xy),
@@ -238,7 +239,7 @@ impl GWord {
             530 => GWord::Machine,
             541 | 1540 => GWord::WorkOffset(None),
             // G112 and G113 are polar coordinates to Fanuc.
-            540..=593 | 1100 | 1110 | 1140..=1290 => GWord::WorkOffset(Some(WorkOffset::of_tenths(tenths)?)),
+            540..=593 | 1100 | 1110 | 1140..=1290 => GWord::WorkOffset(Some(WorkOffset::from_g_tenths(tenths)?)),
             610 | 611 | 640 => GWord::PathControl,
             670 => GWord::Passive("macro"),
             690 => GWord::Passive("rotation"),
@@ -260,13 +261,13 @@ impl GWord {
         })
     }
 
-    /// Whether P and Q may belong to it.
+    /// Whether P and Q on the line may belong to the word.
     pub fn takes_p(&self) -> bool {
         matches!(self, GWord::Dwell | GWord::PathControl | GWord::WorkOffset(None))
     }
 
-    /// The modal group: a line has one word of each.
-    pub fn group(self) -> &'static str {
+    /// Returns the word's modal group; a line has at most one word of each.
+    pub fn modal_group(self) -> &'static str {
         match self {
             GWord::Motion(_) => "motion",
             // A safety line has it beside G0.
@@ -291,8 +292,8 @@ impl GWord {
     }
 }
 
-/// Why the G word of this number is not followed.
-fn unsupported(tenths: u32) -> Unsupported {
+/// Returns why the G word whose number in tenths this is is not followed.
+fn unsupported_reason(tenths: u32) -> Unsupported {
     match tenths {
         410..=429 => Unsupported::CutterCompensation,
         730..=769 | 810..=899 => Unsupported::CannedCycle,

@@ -1,4 +1,4 @@
-//! What a program does not say itself, what a reader should know of it, and how it is to be written.
+//! Options for reading a G-code program, notes on what was assumed, and options for writing it.
 
 use std::collections::BTreeMap;
 
@@ -10,13 +10,13 @@ use crate::toolpath::model::{
     gcode::{Dialect, Distance, Rotary, RotaryColumn, WorkOffset},
 };
 
-/// What a program does not say itself.
+/// What a G-code program does not say itself: unit, start, work offsets, dialect, rotary axes and how to read it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct GcodeOptions {
     /// The unit before the first G20 or G21; `None` is mm, and [`Program::notes`](crate::toolpath::gcode::Program::notes) then say so.
     pub unit: Option<LengthUnit>,
-    /// Where the tool is before the program begins, mm in the workpiece frame; by default not known, and motions stay as
-    /// they are until X, Y and Z are.
+    /// Where the tool is before the program begins, mm in the workpiece frame; unknown by default, so that motions stay as
+    /// they are until X, Y and Z are known.
     pub start_mm: Option<Vector3<f64>>,
     /// The zeros of work offsets, mm in the workpiece frame. G54 that is not given is the workpiece frame itself; without
     /// any given, the work offset that the program uses first is. Others are known if G10 L2 says how they stand to one
@@ -28,18 +28,18 @@ pub struct GcodeOptions {
     pub dialect: Option<Dialect>,
     /// The meaning of I, J and K before the first G90.1 or G91.1.
     pub arc_centres: ArcCentres,
-    /// Texts that begin a feature of the program where a line, comments included, has one of them; of several, the longest.
-    /// It ends at the next or at a tool change.
+    /// Texts that begin a feature: a line that contains one, comments included, starts it (of several, the longest);
+    /// it ends at the next feature or at a tool change.
     pub features: Vec<String>,
-    /// What A, B and C turn.
+    /// The rotary axes A, B and C, and what they turn.
     pub rotary: Rotary,
-    /// The axes of `rotary` that are drives of the machine: paths tell these where to stand.
+    /// The axes of `rotary` that are drives of the machine, which paths command.
     pub rotary_columns: Vec<RotaryColumn>,
-    /// Whether whoever reads the file is to write it out first, by [`Program::parse_expanded`](crate::toolpath::gcode::Program::parse_expanded).
+    /// Whether to expand the program first, by [`Program::parse_expanded`](crate::toolpath::gcode::Program::parse_expanded).
     pub expand: Expand,
 }
 
-/// Which programs are written out as the motion that they make before they are read.
+/// Which programs are expanded into the moves that they make before they are read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Expand {
     /// None: subprograms and macros are refused.
@@ -52,8 +52,8 @@ pub enum Expand {
 }
 
 impl GcodeOptions {
-    /// Whether `path`, of a program read so, tells rotary drives of the machine where to stand.
-    pub fn turns_drives(&self, path: &Toolpath) -> bool {
+    /// Whether `path`, read with these options, commands rotary drives of the machine.
+    pub fn commands_rotary_drives(&self, path: &Toolpath) -> bool {
         self.rotary_columns.iter().any(|column| path.external_axes().contains(&column.column))
     }
 }
@@ -69,7 +69,7 @@ pub enum BlockDelete {
     Skip,
 }
 
-/// What I, J and K lead from.
+/// The reference of the arc centres I, J and K: the start of the arc or the zero.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ArcCentres {
@@ -81,6 +81,7 @@ pub enum ArcCentres {
 }
 
 impl From<ArcCentres> for Distance {
+    /// Converts to the distance mode of arc centres.
     fn from(centres: ArcCentres) -> Distance {
         match centres {
             ArcCentres::Incremental => Distance::Incremental,
@@ -102,7 +103,7 @@ pub enum LengthUnit {
 }
 
 impl LengthUnit {
-    /// How many mm one unit is.
+    /// Returns how many mm one unit is.
     #[must_use]
     pub fn mm(self) -> f64 {
         match self {
@@ -111,7 +112,7 @@ impl LengthUnit {
         }
     }
 
-    /// Its name: mm or inch.
+    /// Returns the unit's name: mm or inch.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -121,24 +122,24 @@ impl LengthUnit {
     }
 }
 
-/// What the program did not say, and what followed from it.
+/// What was assumed where the program says nothing, and which of its lines were left as they are.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Notes {
-    /// The dialect it was read as.
+    /// The dialect in which the program was read.
     pub dialect: Dialect,
-    /// The unit taken, and the line (from 1) of the first length before any G20 or G21.
-    pub unit_taken: Option<(LengthUnit, usize)>,
-    /// Lines (from 1) whose motion leads from or to a place that is not known: they are no part of the path.
-    pub not_located: Vec<usize>,
-    /// Lines that the program has, and that it was written out in.
+    /// The assumed unit, and the line (from 1) of the first length before any G20 or G21.
+    pub assumed_unit: Option<(LengthUnit, usize)>,
+    /// Lines (from 1) whose motion starts or ends at an unknown position: they are not part of the path.
+    pub unlocated_lines: Vec<usize>,
+    /// Numbers of lines of the program and of its expansion, if it was expanded.
     pub written_out: Option<[usize; 2]>,
-    /// Whether it leads A, B or C anywhere.
-    pub(crate) names_rotary: bool,
+    /// Whether the program moves A, B or C.
+    pub(crate) names_rotary_axes: bool,
 }
 
-/// Decimals, and how far from its points a program may be written.
+/// Options for writing a program: decimals, tolerance of the written path, and whether arcs may become helical.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Writing {
+pub struct WriteOptions {
     /// Decimals of the coordinates.
     pub format: NumberFormat,
     /// How far from a corrected point, mm, the line or arc that stands for it may pass, besides rounding. At 0, a block that one
@@ -148,14 +149,15 @@ pub struct Writing {
     pub helical_arcs: bool,
 }
 
-impl Writing {
-    /// With `tolerance_mm`, arcs helical where they must be.
+impl WriteOptions {
+    /// Creates options with this tolerance and format, in which flat arcs may become helical.
     #[must_use]
-    pub fn within(tolerance_mm: f64, format: NumberFormat) -> Writing {
-        Writing { format, tolerance_mm, helical_arcs: true }
+    pub fn with_tolerance(tolerance_mm: f64, format: NumberFormat) -> WriteOptions {
+        WriteOptions { format, tolerance_mm, helical_arcs: true }
     }
 
-    pub(crate) fn checked(self) -> Result<Writing, RewriteError> {
+    /// Returns the options if the tolerance is finite and not negative, or an error.
+    pub(crate) fn checked(self) -> Result<WriteOptions, RewriteError> {
         match self.tolerance_mm.is_finite() && self.tolerance_mm >= 0.0 {
             true => Ok(self),
             false => Err(RewriteError::Tolerance { tolerance_mm: self.tolerance_mm }),
@@ -164,8 +166,9 @@ impl Writing {
 }
 
 /// To a unit of the last decimal, a line to each point of a block that is split.
-impl From<NumberFormat> for Writing {
-    fn from(format: NumberFormat) -> Writing {
-        Writing::within(0.0, format)
+impl From<NumberFormat> for WriteOptions {
+    /// Creates options with this format and no tolerance, in which flat arcs may become helical.
+    fn from(format: NumberFormat) -> WriteOptions {
+        WriteOptions::with_tolerance(0.0, format)
     }
 }

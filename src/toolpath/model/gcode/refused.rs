@@ -1,4 +1,4 @@
-//! Features of the language that are refused by name, arcs that are none, and faults at their places in a line.
+//! Reasons for refusing words: unsupported features, contradictory words, impossible arcs; and a fault with its position in a line.
 
 use std::ops::Range;
 
@@ -75,12 +75,12 @@ pub enum Unsupported {
 }
 
 impl Unsupported {
-    /// Why `word`, an M word of a line of `words`, is not kept as it is, if it may change where the tool goes.
-    pub(crate) fn of_m(word: &Word, words: &[Word], dialect: Dialect) -> Option<Unsupported> {
+    /// Returns why `word`, an M word of a line with `words`, is refused: it may change where the tool goes. `None` if it may stay.
+    pub(crate) fn for_m_word(word: &Word, words: &[Word], dialect: Dialect) -> Option<Unsupported> {
         let has_p = || words.iter().any(|word| word.letter == 'P');
         let is_other_to = |dialects: &[Dialect]| dialects.contains(&dialect);
         let of_builder = is_other_to(&[Dialect::Fanuc, Dialect::Haas]);
-        match word.whole().ok()? {
+        match word.whole_number().ok()? {
             97..=99 | 198 => Some(Unsupported::Subprogram),
             21..=23 if !is_other_to(&[Dialect::Haas, Dialect::Sinumerik, Dialect::Heidenhain]) => {
                 Some(Unsupported::Mirror)
@@ -97,7 +97,7 @@ impl Unsupported {
     }
 }
 
-/// A word that controls read in ways that contradict.
+/// A word that controls read in contradictory ways.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum Contradiction {
     /// G10 L20.
@@ -121,7 +121,7 @@ pub enum Contradiction {
     Rounded,
 }
 
-/// An arc whose words do not make an arc.
+/// Why the words of an arc define no arc.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 pub enum ArcFault {
     /// Start and end at different distances from the centre.
@@ -150,7 +150,7 @@ pub enum ArcFault {
     NoChord,
 }
 
-/// A fault at a place in a line, before file and line are known.
+/// A fault and the bytes of the line that it is about, before file and line number are known.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Refusal {
     /// Bytes of the line the fault is about.
@@ -159,11 +159,12 @@ pub struct Refusal {
 }
 
 impl Refusal {
+    /// Creates the refusal of the bytes `span` of a line because of `fault`.
     pub fn new(span: Range<usize>, fault: Fault) -> Refusal {
         Refusal { span, fault }
     }
 
-    /// The error, with the file, the line number from 1, and the line's own bytes to quote from.
+    /// Converts the refusal to an error with the file's name, the line number from 1, and the refused text quoted from `content`, the line.
     pub fn locate(self, file: &str, line: usize, content: &[u8]) -> GcodeError {
         let before = content.get(..self.span.start).unwrap_or_default();
         let found = content.get(self.span).unwrap_or_default();

@@ -1,4 +1,4 @@
-//! Rotary axes: where the tool is and how it stands when A, B and C turn tool and workpiece.
+//! Rotary axes A, B and C: position and orientation of the tool in W, and the inverse.
 //!
 //! With every axis at 0 the tool stands along z of W and its tip at the coordinates X, Y, Z. Axes that turn the workpiece displace it by
 //! `D_t`, the product of their turns from the base outwards; those that turn the tool displace a tool whose tip is at the origin by `D_h`.
@@ -10,42 +10,42 @@ use serde::Deserialize;
 
 use crate::{
     spatial::{Pose, rotation_exp},
-    toolpath::model::gcode::{Known, located},
+    toolpath::model::gcode::{PartialPosition, located},
 };
 
-/// What a rotary axis turns.
+/// What a rotary axis turns: the tool or the workpiece.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Turned {
+pub enum RotarySide {
     /// The tool, in a head.
     Tool,
     /// The workpiece, on a table.
     Workpiece,
 }
 
-/// A rotary axis of a machine tool.
+/// A rotary axis of a machine tool: its letter, direction, position and what it turns.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RotaryAxis {
     /// A, B or C.
     pub letter: char,
-    /// The direction it turns about with the other axes at 0, a unit vector in W; what it turns turns right-handed about it.
+    /// Direction of the axis with the other axes at 0, a unit vector in W; a positive angle turns the tool or workpiece right-handed about it.
     pub about: Vector3<f64>,
-    /// What it turns.
-    pub turns: Turned,
-    /// A point of its axis with the other axes at 0: of a table in W, of a head from the tip of the tool, mm. It is needed only where
-    /// the control does not keep the tip in its place.
+    /// What the axis turns.
+    pub turns: RotarySide,
+    /// A point of the axis with the other axes at 0, mm: of a table in W, of a head from the tool tip. Needed only where the control
+    /// does not keep the tip in place.
     pub through_mm: Option<Vector3<f64>>,
 }
 
-/// A rotary axis that is a drive of the machine.
+/// A rotary axis of the program that is a drive of the machine, and the path column that commands it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RotaryColumn {
     /// A, B or C.
     pub letter: char,
-    /// What a path calls it: `external_A_deg`.
+    /// The drive's column in a path, such as `external_A_deg`.
     pub column: String,
-    /// Whether the file has it as well, so that it stands at 0 in programs that do not name it; else it stands at home in those that
-    /// name none.
+    /// Whether the process file lists the axis too: then it is at 0 in programs that do not name it; otherwise it is at home in programs
+    /// that name no rotary axis.
     pub is_given: bool,
 }
 
@@ -54,7 +54,7 @@ pub struct RotaryColumn {
 pub struct Rotary {
     /// The axes; none if the program's A, B and C must stand still.
     pub axes: Vec<RotaryAxis>,
-    /// Whether X, Y and Z are always those of the tip, whatever the program says.
+    /// Whether X, Y and Z are always coordinates of the tool tip, with or without G43.4.
     pub always_of_tip: bool,
 }
 
@@ -73,49 +73,51 @@ const POLE: f64 = 0.05;
 /// Angles of A, B and C, degrees.
 pub(crate) type Angles = [f64; 3];
 
-/// Index of a letter among A, B and C.
-pub(crate) fn index(letter: char) -> usize {
+/// Returns the index of a letter among A, B and C; 0 for any other.
+pub(crate) fn axis_index(letter: char) -> usize {
     ['A', 'B', 'C'].iter().position(|known| *known == letter).unwrap_or(0)
 }
 
 impl Rotary {
-    /// Whether there are none.
+    /// Whether the machine has no rotary axes that programs may turn.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         !FOLLOWED || self.axes.is_empty()
     }
 
-    pub(crate) fn has(&self, letter: char) -> bool {
+    /// Whether there is a rotary axis with this letter.
+    pub(crate) fn has_axis(&self, letter: char) -> bool {
         FOLLOWED && self.axes.iter().any(|axis| axis.letter == letter)
     }
 
-    /// The first axis that stands elsewhere than at 0 and of which it is not known where it is.
-    pub(crate) fn without_place(&self, angles: &Angles) -> Option<char> {
+    /// Returns the letter of the first axis that is not at 0 and whose position (`through_mm`) is unknown.
+    pub(crate) fn first_unlocated_axis(&self, angles: &Angles) -> Option<char> {
         if !FOLLOWED {
             return None;
         }
-        let turned = |axis: &&RotaryAxis| angles[index(axis.letter)] != 0.0 && axis.through_mm.is_none();
+        let turned = |axis: &&RotaryAxis| angles[axis_index(axis.letter)] != 0.0 && axis.through_mm.is_none();
         self.axes.iter().find(turned).map(|axis| axis.letter)
     }
 
-    /// How the axes displace what they turn.
-    fn displacement(&self, turned: Turned, angles: &Angles) -> Pose {
+    /// Returns the displacement that the axes of one side (tool or workpiece) give at `angles` (degrees), relative to all at 0; mm.
+    fn displacement(&self, turned: RotarySide, angles: &Angles) -> Pose {
         let own = self.axes.iter().filter(|axis| axis.turns == turned);
         own.fold(Pose::identity(), |so_far, axis| {
-            let rotation = rotation_exp(axis.about * angles[index(axis.letter)].to_radians());
+            let rotation = rotation_exp(axis.about * angles[axis_index(axis.letter)].to_radians());
             let through = axis.through_mm.unwrap_or_default();
             so_far.compose(&Pose { rotation, translation: through - rotation * through })
         })
     }
 
-    /// The tool's axis from its tip to the spindle, a unit vector in W.
+    /// Returns the tool axis from tip to spindle at `angles` (degrees), a unit vector in W.
     pub fn tool_axis(&self, angles: &Angles) -> Vector3<f64> {
-        let (table, head) = (self.displacement(Turned::Workpiece, angles), self.displacement(Turned::Tool, angles));
+        let (table, head) =
+            (self.displacement(RotarySide::Workpiece, angles), self.displacement(RotarySide::Tool, angles));
         table.rotation.tr_mul(&(head.rotation * Vector3::z())).normalize()
     }
 
-    /// Angles near `near` at which the tool's axis is `wanted`, a unit vector in W, as nearly as the axes can without turning far: near a pole,
-    /// where an axis turns the tool about itself, what only that axis could do is left.
+    /// Solves for the angles (degrees) near `near` at which the tool axis is `wanted`, a unit vector in W. Near a pole, where an axis turns
+    /// the tool about itself, the part of the change that only that axis could make is left out.
     pub(crate) fn angles_for(&self, wanted: &Vector3<f64>, near: &Angles) -> Angles {
         let mut angles = *near;
         for _ in 0..MOST_STEPS {
@@ -138,53 +140,55 @@ impl Rotary {
         angles
     }
 
-    /// Where the tip is in W, mm, with the head at `machine`, mm.
-    pub fn tip(&self, machine: Vector3<f64>, angles: &Angles) -> Vector3<f64> {
-        let (table, head) = (self.displacement(Turned::Workpiece, angles), self.displacement(Turned::Tool, angles));
+    /// Returns the position of the tool tip in W, mm, for the programmed head position `machine` (mm) and `angles` (degrees).
+    pub fn tip_position(&self, machine: Vector3<f64>, angles: &Angles) -> Vector3<f64> {
+        let (table, head) =
+            (self.displacement(RotarySide::Workpiece, angles), self.displacement(RotarySide::Tool, angles));
         table.inverse().transform(machine + head.translation)
     }
 
-    /// Coordinates of the head as those of the tip that is there, or the other way; none where it is not known.
-    pub(crate) fn switched(&self, position: Known, angles: &Angles, to_tip: bool) -> Known {
+    /// Converts head coordinates to tip coordinates (`to_tip`) or back, mm; all unknown where the position or an axis is unknown.
+    pub(crate) fn convert_position(&self, position: PartialPosition, angles: &Angles, to_tip: bool) -> PartialPosition {
         if !FOLLOWED || *angles == [0.0; 3] {
             return position;
         }
-        let here = located(position).filter(|_| self.without_place(angles).is_none());
-        let there = here.map(|at| if to_tip { self.tip(at, angles) } else { self.head(at, angles) });
+        let here = located(position).filter(|_| self.first_unlocated_axis(angles).is_none());
+        let there = here.map(|at| if to_tip { self.tip_position(at, angles) } else { self.head_position(at, angles) });
         there.map_or([None; 3], |at| [Some(at.x), Some(at.y), Some(at.z)])
     }
 
-    /// Where the head is for a tip at `tip` of W, mm.
-    pub fn head(&self, tip: Vector3<f64>, angles: &Angles) -> Vector3<f64> {
-        let (table, head) = (self.displacement(Turned::Workpiece, angles), self.displacement(Turned::Tool, angles));
+    /// Returns the programmed head position, mm, for a tool tip at `tip` in W (mm) and `angles` (degrees).
+    pub fn head_position(&self, tip: Vector3<f64>, angles: &Angles) -> Vector3<f64> {
+        let (table, head) =
+            (self.displacement(RotarySide::Workpiece, angles), self.displacement(RotarySide::Tool, angles));
         table.transform(tip) - head.translation
     }
 }
 
-/// How the rotary axes turn along a motion.
+/// The angles of the rotary axes, degrees, at the start and the end of a motion.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Turning {
+pub(crate) struct RotaryMotion {
     pub from: Angles,
     pub to: Angles,
-    /// Whether X, Y and Z are those of the tip.
-    pub of_tip: bool,
+    /// Whether X, Y and Z are coordinates of the tool tip.
+    pub is_tip_position: bool,
 }
 
-impl Turning {
-    /// The angles at the share `t` of the motion.
+impl RotaryMotion {
+    /// Returns the angles, degrees, at the share `t` of the motion, from 0 to 1.
     pub fn at(&self, t: f64) -> Angles {
         std::array::from_fn(|axis| {
             if t < 1.0 { self.from[axis] + (self.to[axis] - self.from[axis]) * t } else { self.to[axis] }
         })
     }
 
-    /// Whether an axis turns.
+    /// Whether an axis turns during the motion.
     pub fn turns(&self) -> bool {
         FOLLOWED && self.from != self.to
     }
 
-    /// Whether coordinates are other than those of the tip in W.
-    pub fn displaces(&self) -> bool {
-        FOLLOWED && !self.of_tip && (self.from != [0.0; 3] || self.to != [0.0; 3])
+    /// Whether X, Y and Z differ from the tip coordinates in W, as they are those of the head and an axis is not at 0.
+    pub fn displaces_tip(&self) -> bool {
+        FOLLOWED && !self.is_tip_position && (self.from != [0.0; 3] || self.to != [0.0; 3])
     }
 }

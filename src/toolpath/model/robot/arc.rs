@@ -4,21 +4,22 @@ use nalgebra::Vector3;
 
 use crate::{spatial::rotation_exp, toolpath::model::direction};
 
-/// An arc of a circle.
+/// An arc of a circle in space, mm, in the frame of the points that define it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Arc {
     start: Vector3<f64>,
     centre: Vector3<f64>,
-    /// Axis it turns about, a unit vector.
+    /// Normal of the circle, about which the arc turns right-handed, a unit vector.
     axis: Vector3<f64>,
-    /// Angle it turns by, rad.
+    /// Angle of the arc, rad, positive.
     sweep_rad: f64,
-    /// How far along it the point lies that it was led through, from 0 to 1.
+    /// Where the defining intermediate point lies along the arc: 0 at its start, 1 at its end.
     pub via: f64,
 }
 
 impl Arc {
-    /// From `start` by `via` to `end`, or as far as `sweep_rad` says, mm; `None` where the three are on no circle.
+    /// Creates the arc from `start` through `via` to `end`, mm, or over the angle `sweep_rad` if it is given; `None` where the three points
+    /// define no circle.
     #[must_use]
     pub fn through([start, via, end]: [Vector3<f64>; 3], sweep_rad: Option<f64>) -> Option<Arc> {
         let (a, b) = (via - start, end - start);
@@ -39,32 +40,32 @@ impl Arc {
         (arc.radius().is_finite() && arc.radius() <= MOST_RADIUS_MM && arc.sweep_rad > 0.0).then_some(arc)
     }
 
-    /// Radius, mm.
+    /// Returns the radius, mm.
     #[must_use]
     pub fn radius(&self) -> f64 {
         (self.start - self.centre).norm()
     }
 
-    /// Length, mm.
+    /// Returns the arc length, mm.
     #[must_use]
     pub fn length(&self) -> f64 {
         self.radius() * self.sweep_rad
     }
 
-    /// Angle it turns by, rad.
+    /// Returns the angle of the arc, rad, positive.
     #[must_use]
     pub fn sweep_rad(&self) -> f64 {
         self.sweep_rad
     }
 
-    /// Position and unit tangent at `t` from 0 to 1.
+    /// Returns the position, mm, and the unit tangent at the share `t` of the arc, from 0 to 1.
     #[must_use]
     pub fn at(&self, t: f64) -> (Vector3<f64>, Vector3<f64>) {
         let turned = rotation_exp(self.axis * (self.sweep_rad * t)) * (self.start - self.centre);
         (self.centre + turned, direction(self.axis.cross(&turned)))
     }
 
-    /// Where it passes nearest to `goal`, from 0 to 1, next to `guess`.
+    /// Returns the share of the arc, from 0 to 1, at which it passes nearest to `goal` (mm); of angles a full turn apart, the one next to `guess`.
     #[must_use]
     pub fn nearest(&self, goal: &Vector3<f64>, guess: f64) -> f64 {
         let (from, to) = (self.start - self.centre, goal - self.centre);

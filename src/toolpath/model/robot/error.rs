@@ -1,10 +1,10 @@
-//! What can be wrong with a program of poses, said so that the statement can be found and mended.
+//! The errors of robot and APT programs, each with the line, the statement and what was expected.
 
 use thiserror::Error;
 
 use crate::toolpath::model::MAX_COORDINATE_MM;
 
-/// A program that cannot be followed: where, at which statement, why, and what was expected.
+/// The error of a robot or APT program that cannot be followed: file, line, statement, reason and what was expected.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[error("{file}:{line}: `{statement}`: {fault}")]
 pub struct RobotError {
@@ -18,7 +18,7 @@ pub struct RobotError {
     pub fault: RobotFault,
 }
 
-/// What is wrong with a statement. The text says what was expected.
+/// The reason why a statement of a robot or APT program is refused; its message says what was expected.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum RobotFault {
     /// A statement of the language that is not followed.
@@ -26,13 +26,13 @@ pub enum RobotFault {
     NotFollowed {
         /// What it is, with its verb: "splines are".
         what: &'static str,
-        /// What would be followed.
+        /// What is followed instead.
         expected: &'static str,
     },
     /// Something that is no statement known here.
     #[error("not a statement that is known; expected {expected}")]
     Unknown {
-        /// What would be.
+        /// What a statement may be.
         expected: &'static str,
     },
     /// A form that a statement does not have.
@@ -46,9 +46,9 @@ pub enum RobotFault {
         "in {keyword} of line {line}, so that it may run never or more than once; expected it outside, once in the order it runs"
     )]
     Branch {
-        /// What it stands in.
+        /// Keyword of the branch or loop around the motion.
         keyword: String,
-        /// Where that begins, from 1.
+        /// Line at which the branch or loop begins, from 1.
         line: usize,
     },
     /// A motion in a second routine.
@@ -66,13 +66,13 @@ pub enum RobotFault {
         "calls {name}, which may move the tool; expected the program in one routine, or {name} in robot_program.calls_kept if it does not"
     )]
     Call {
-        /// Its name.
+        /// Name of the routine.
         name: String,
     },
     /// A point that is not in the file.
     #[error("{name} is not known; expected its numbers in the file{beside}, or in the statement")]
     NoPoint {
-        /// Its name.
+        /// Name of the point.
         name: String,
         /// Which other file was looked at: " or beside it in part.dat".
         beside: String,
@@ -80,9 +80,9 @@ pub enum RobotFault {
     /// A point that was computed.
     #[error("{name} is computed in line {line}; expected a point whose numbers the file gives")]
     Computed {
-        /// Its name.
+        /// Name of the point.
         name: String,
-        /// Where, from 1.
+        /// Line of the computation, from 1.
         line: usize,
     },
     /// A base whose place is not known.
@@ -90,7 +90,7 @@ pub enum RobotFault {
         "where {name} stands to the base before it is not known; expected its pose in robot_program.bases of the process"
     )]
     NoBase {
-        /// Its name.
+        /// Name of the base.
         name: String,
     },
     /// A second tool whose rotation or tip may be another.
@@ -98,9 +98,9 @@ pub enum RobotFault {
         "uses {name} after {before}; expected one tool, or tools whose orientation the program gives and whose tips are the same"
     )]
     SecondTool {
-        /// The tool.
+        /// Name of the second tool.
         name: String,
-        /// The one before.
+        /// Name of the tool before it.
         before: String,
     },
     /// An external axis that moves and is not named.
@@ -108,17 +108,17 @@ pub enum RobotFault {
         "external axis {axis} goes from {from} to {to}; expected it to stand still, or the drive it is in robot_program.external_axes"
     )]
     External {
-        /// Which, from 1.
+        /// Number of the external axis, from 1.
         axis: usize,
-        /// Where it was, mm or degrees.
+        /// Position before, mm or degrees.
         from: f64,
-        /// Where it goes.
+        /// Position to which the program moves it, mm or degrees.
         to: f64,
     },
     /// An external axis that is named, but nothing says where it stands.
     #[error("nothing says where external axis {axis} stands; expected its value here or before")]
     NoExternal {
-        /// Which, from 1.
+        /// Number of the external axis, from 1.
         axis: usize,
     },
     /// A circle whose start is not known.
@@ -133,9 +133,9 @@ pub enum RobotFault {
     /// A quaternion or axis of no length.
     #[error("{what} has length {length}; expected 1")]
     NotUnit {
-        /// Which.
+        /// Quaternion or tool axis.
         what: &'static str,
-        /// Its length.
+        /// Length of the quaternion or axis.
         length: f64,
     },
     /// A coordinate no machine has.
@@ -144,13 +144,13 @@ pub enum RobotFault {
     /// A motion behind the end.
     #[error("a motion after the end of the program in line {end}; expected none")]
     AfterEnd {
-        /// Where it ends, from 1.
+        /// Line at which the program ends, from 1.
         end: usize,
     },
     /// More points than a path may have.
     #[error("path of more than {most} points; expected a coarser sampling or a shorter program")]
     TooManyPoints {
-        /// The most.
+        /// Largest number of points.
         most: usize,
     },
 }

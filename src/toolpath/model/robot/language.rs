@@ -1,4 +1,4 @@
-//! The languages programs of poses are written in, and what their programs do not say themselves.
+//! The languages of robot and APT programs, and the options for what programs do not say themselves.
 
 use std::{collections::BTreeMap, path::Path};
 
@@ -18,8 +18,7 @@ pub enum Language {
 }
 
 impl Language {
-    /// The language of a file, as its name ends and, where other programs have such names too, as its first words are;
-    /// `None` for what is no program of poses.
+    /// Detects the language by the file's extension and, for `mod` and `prg`, by its first words; `None` if it is no robot or APT program.
     #[must_use]
     pub fn of(file: &Path, bytes: &[u8]) -> Option<Language> {
         let extension = file.extension()?.to_string_lossy().to_ascii_lowercase();
@@ -34,7 +33,7 @@ impl Language {
         }
     }
 
-    /// Its name.
+    /// Returns the language's name for sentences.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -44,7 +43,7 @@ impl Language {
         }
     }
 
-    /// What its programs are called in `language` of reports.
+    /// Returns the value of the key `language` in reports.
     #[must_use]
     pub fn label(self) -> &'static str {
         match self {
@@ -55,7 +54,7 @@ impl Language {
     }
 }
 
-/// The first words of lines, in capitals.
+/// Iterates over the first word of each line, in capitals.
 fn first_words(bytes: &[u8]) -> impl Iterator<Item = String> {
     bytes.split(|byte| matches!(byte, b'\n' | b'\r')).map(|line| {
         let line = line.trim_ascii_start();
@@ -64,7 +63,7 @@ fn first_words(bytes: &[u8]) -> impl Iterator<Item = String> {
     })
 }
 
-/// What a program of poses does not say itself.
+/// What a robot or APT program does not say itself: its tool frame, bases, external axes and harmless calls.
 #[derive(Clone, Debug, PartialEq, Default)]
 pub struct RobotOptions {
     /// Orientation of the frame of the tool, as the program has it, in the platform or flange: `R_PN`. Of a tool that
@@ -85,7 +84,7 @@ impl RobotOptions {
     pub const WORLD: &'static str = "world";
 }
 
-/// Decimals of numbers that are no positions.
+/// Numbers of decimals of rotation components and of external axes in the written poses of a robot program.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Decimals {
     pub rotation: u8,
@@ -93,8 +92,9 @@ pub(crate) struct Decimals {
 }
 
 impl Decimals {
-    /// Those seen, but at least what keeps the tip of a long tool where it should be.
-    pub fn seen(language: Language, rotation: usize, external: usize) -> Decimals {
+    /// Creates the format with the decimals that the source uses, at least 4 (KRL) or 6 for rotations, so that the tip of a long tool
+    /// stays in place, and at least 3 for external axes.
+    pub fn of_source(language: Language, rotation: usize, external: usize) -> Decimals {
         let least = if language == Language::Krl { 4 } else { 6 };
         let clamp =
             |seen: usize, least: u8| u8::try_from(seen).unwrap_or(u8::MAX).clamp(least, NumberFormat::MAX_DECIMALS);

@@ -1,4 +1,4 @@
-//! What programs of poses are made of.
+//! The data of robot and APT programs: statements, poses, frames, arcs, options and faults.
 
 pub(crate) mod arc;
 pub(crate) mod error;

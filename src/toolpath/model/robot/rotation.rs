@@ -1,4 +1,4 @@
-//! Orientations as languages write them: A, B, C in degrees, a quaternion, or the axis of the tool.
+//! Orientations as robot languages write them: A, B, C in degrees, a quaternion, or the tool axis.
 
 use nalgebra::{Quaternion, Unit, UnitQuaternion, Vector3};
 
@@ -12,15 +12,15 @@ const NOT_UNIT: f64 = 1e-2;
 /// Cosine of B below which A and C are not unique.
 const LEAST_COSINE: f64 = 1e-9;
 
-/// `R_z(A) R_y(B) R_x(C)` of A, B, C in degrees.
+/// Returns the rotation `R_z(A) R_y(B) R_x(C)` for the angles A, B, C in degrees (KUKA's convention).
 #[must_use]
-pub fn of_abc([a, b, c]: [f64; 3]) -> UnitQuaternion<f64> {
+pub fn rotation_of_abc([a, b, c]: [f64; 3]) -> UnitQuaternion<f64> {
     UnitQuaternion::from_euler_angles(c.to_radians(), b.to_radians(), a.to_radians())
 }
 
-/// A, B, C in degrees, A and C within ±180; where they are not unique, with the C that is given.
+/// Returns the angles A, B, C of a rotation in degrees, A and C within ±180; near B = ±90°, where they are not unique, C is `c_deg`.
 #[must_use]
-pub fn abc_of(rotation: &UnitQuaternion<f64>, c_deg: f64) -> [f64; 3] {
+pub fn abc_of_rotation(rotation: &UnitQuaternion<f64>, c_deg: f64) -> [f64; 3] {
     let m = rotation.to_rotation_matrix();
     let cosine = m[(0, 0)].hypot(m[(1, 0)]);
     let b = (-m[(2, 0)]).atan2(cosine);
@@ -31,15 +31,17 @@ pub fn abc_of(rotation: &UnitQuaternion<f64>, c_deg: f64) -> [f64; 3] {
         let c = c_deg.to_radians();
         ((-m[(0, 1)]).atan2(m[(1, 1)]) + c * b.signum(), c)
     };
-    [within_half_a_turn(a.to_degrees()), b.to_degrees(), within_half_a_turn(c.to_degrees())]
+    [wrap_to_180_deg(a.to_degrees()), b.to_degrees(), wrap_to_180_deg(c.to_degrees())]
 }
 
-fn within_half_a_turn(degrees: f64) -> f64 {
+/// Returns the same angle within ±180 degrees.
+fn wrap_to_180_deg(degrees: f64) -> f64 {
     degrees - 360.0 * (degrees / 360.0).round()
 }
 
-/// How the tool stands at `target`, in the workpiece frame; `before` is how it stood. `None` if nothing says it.
-pub(crate) fn orientation(
+/// Returns the tool orientation at `target` in the workpiece frame W: `before` if the target has no rotation; `None` if it is unknown.
+/// Fails if a quaternion or axis is no unit vector, or if some of A, B, C are given near B = ±90°.
+pub(crate) fn tool_orientation(
     language: Language,
     target: &Target,
     frames: &Frames,
@@ -55,23 +57,25 @@ pub(crate) fn orientation(
         Language::Krl => {
             let [Some(_), Some(_), Some(_), _] = numbers else {
                 let Some(Orientation::Platform(platform)) = before else { return Ok(None) };
-                let own = abc_of(&in_base(&platform, frames), 0.0);
+                let own = abc_of_rotation(&tool_frame_in_base(&platform, frames), 0.0);
                 if own[1].to_radians().cos().abs() < NEARLY_UPRIGHT {
                     return Err(RobotFault::PartOfOrientation);
                 }
                 let abc = std::array::from_fn(|entry| numbers[entry].unwrap_or(own[entry]));
-                return Ok(Some(Orientation::Platform(frames.base.rotation * of_abc(abc) * frames.tool.inverse())));
+                return Ok(Some(Orientation::Platform(
+                    frames.base.rotation * rotation_of_abc(abc) * frames.tool.inverse(),
+                )));
             };
-            Ok(platform(of_abc([a, b, c])))
+            Ok(platform(rotation_of_abc([a, b, c])))
         }
         Language::Rapid => {
             let quaternion = Quaternion::new(a, b, c, d);
-            check_unit("quaternion", quaternion.norm())?;
+            check_unit_length("quaternion", quaternion.norm())?;
             Ok(platform(UnitQuaternion::from_quaternion(quaternion)))
         }
         Language::Apt => {
             let axis = Vector3::new(a, b, c);
-            check_unit("tool axis", axis.norm())?;
+            check_unit_length("tool axis", axis.norm())?;
             Ok(Some(Orientation::ToolAxis(frames.base.rotation * Unit::new_normalize(axis).into_inner())))
         }
     }
@@ -80,22 +84,26 @@ pub(crate) fn orientation(
 /// Cosine of B below which a part of A, B, C says too little.
 const NEARLY_UPRIGHT: f64 = 1e-4;
 
-fn check_unit(what: &'static str, length: f64) -> Result<(), RobotFault> {
+/// Checks that a quaternion or axis (`what`) has length 1 to within 1 %.
+fn check_unit_length(what: &'static str, length: f64) -> Result<(), RobotFault> {
     if (length - 1.0).abs() <= NOT_UNIT { Ok(()) } else { Err(RobotFault::NotUnit { what, length }) }
 }
 
-/// `R_BN` of the tool frame in the base, of `R_WP`.
-fn in_base(platform: &UnitQuaternion<f64>, frames: &Frames) -> UnitQuaternion<f64> {
+/// Returns the orientation `R_BN` of the tool frame N in the base B from that of the platform or flange, `R_WP`.
+fn tool_frame_in_base(platform: &UnitQuaternion<f64>, frames: &Frames) -> UnitQuaternion<f64> {
     frames.base.rotation.inverse() * platform * frames.tool
 }
 
-/// The numbers that say `orientation`; of those that do, the ones nearest to those of `own`.
-pub(crate) fn numbers(language: Language, orientation: &Orientation, frames: &Frames, own: &Target) -> Vec<f64> {
+/// Returns the rotation components to write for `orientation` (W): A, B, C in degrees, a quaternion, or i, j, k; of equivalent ones,
+/// those nearest to the components of `own`. Empty where the language cannot say it.
+pub(crate) fn rotation_parts(language: Language, orientation: &Orientation, frames: &Frames, own: &Target) -> Vec<f64> {
     let number = |entry| own.number(Component::Rotation(entry)).unwrap_or_default();
     match (language, orientation) {
-        (Language::Krl, Orientation::Platform(platform)) => abc_of(&in_base(platform, frames), number(2)).to_vec(),
+        (Language::Krl, Orientation::Platform(platform)) => {
+            abc_of_rotation(&tool_frame_in_base(platform, frames), number(2)).to_vec()
+        }
         (Language::Rapid, Orientation::Platform(platform)) => {
-            let q = in_base(platform, frames);
+            let q = tool_frame_in_base(platform, frames);
             let entries = [q.w, q.i, q.j, q.k];
             let along: f64 = (0..4).map(|entry| entries[entry] * number(entry)).sum();
             entries.map(|entry| if along < 0.0 { -entry } else { entry }).to_vec()

@@ -1,21 +1,21 @@
-//! A statement that moves the tool: where it stands in the file, and the numbers of the poses it leads to.
+//! A motion statement of a robot or APT program: its place in the file, and the numbers of its poses.
 
 use std::ops::Range;
 
 use nalgebra::{Isometry3, UnitQuaternion};
 
-/// How a statement moves the tool.
+/// The kind of motion that a statement commands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Kind {
+pub(crate) enum MotionKind {
     /// In a straight line.
     Line,
     /// On a circle through a point on the way.
     Circle,
-    /// On a way of its own, not for cutting.
+    /// From point to point on a path that the controller chooses, not for cutting.
     PointToPoint,
 }
 
-/// What a number of a pose is.
+/// Which component of a pose a number is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Component {
     /// X, Y or Z, mm times the unit of the program.
@@ -26,67 +26,69 @@ pub(crate) enum Component {
     External(usize),
 }
 
-/// A number in the text of a pose.
+/// A number in the text of a pose: component, bytes and value.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Number {
     pub component: Component,
-    /// Its bytes in the text of the pose.
+    /// The number's bytes in the text of the pose.
     pub at: Range<usize>,
     pub value: f64,
 }
 
-/// A pose a statement leads to.
+/// A target pose of a motion statement, as the program's text gives it.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Target {
-    /// What stands for it in the statement, bytes of the source.
+    /// Bytes of the source that stand for the pose in the statement: its numbers or its name.
     pub at: Range<usize>,
-    /// The text of the pose with its numbers: what stands in the statement, or what is declared elsewhere.
+    /// The pose's text with its numbers: from the statement, or from the declaration of its name.
     pub text: Vec<u8>,
     pub numbers: Vec<Number>,
 }
 
 impl Target {
+    /// Returns the value of a component of the pose; `None` if the text does not give it.
     pub fn number(&self, component: Component) -> Option<f64> {
         self.numbers.iter().find(|number| number.component == component).map(|number| number.value)
     }
 }
 
-/// The frames in force at a statement.
+/// The base, tool frame and unit in force at a statement.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Frames {
     /// Pose of the base in the workpiece frame, `X_WB`, mm.
     pub base: Isometry3<f64>,
     /// Orientation of the programmed tool frame in the platform, `R_PN`.
     pub tool: UnitQuaternion<f64>,
-    /// mm in a unit of the program's coordinates.
+    /// How many mm one unit of the program's coordinates is.
     pub unit_mm: f64,
 }
 
 impl Default for Frames {
+    /// Returns the base at W, the tool frame of the platform, and mm.
     fn default() -> Self {
         Self { base: Isometry3::identity(), tool: UnitQuaternion::identity(), unit_mm: 1.0 }
     }
 }
 
-/// A statement that moves the tool.
+/// A motion statement of a robot or APT program, as read.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Statement {
-    /// Its bytes in the source, without comment and line ending.
+    /// The statement's bytes in the source, without comment and line ending.
     pub at: Range<usize>,
-    /// The line it begins on, from 1.
+    /// The line on which the statement begins, from 1.
     pub line: usize,
-    /// The bytes of the word that says how it moves.
+    /// The bytes of the motion's keyword.
     pub keyword: Range<usize>,
-    /// The bytes behind its last pose that a line to another point has as well.
+    /// The bytes after the last pose (velocity, zone, tool) that inserted statements repeat.
     pub suffix: Range<usize>,
-    pub kind: Kind,
-    /// The pose a circle passes on its way.
+    pub kind: MotionKind,
+    /// The intermediate pose of a circle.
     pub via: Option<Target>,
-    /// Where it leads; `None` where that is not known (joint positions, a point of another file).
+    /// The end pose; `None` where it is not known (joint positions, a point of another file).
     pub end: Option<Target>,
-    /// By how much a circle turns if it does not end at its end, rad; negative against the way to its middle.
+    /// The programmed angle of a circle that does not end at its end pose, rad; negative against the direction to `via`.
     pub sweep_rad: Option<f64>,
-    /// Whether positions are steps from where the tool is.
+    /// Whether positions are relative to where the tool is.
     pub is_step: bool,
     pub frames: Frames,
     /// mm/min.

@@ -1,36 +1,32 @@
-//! The blocks of a program as a control runs them: how long each takes, and by how much the motion turns between two.
+//! Durations of the blocks of a program at the programmed feed, and the angles between them.
 
 use nalgebra::Vector3;
 
 use crate::toolpath::{
     model::{
-        Way,
+        MotionGeometry,
         gcode::{GcodeError, Motion, MotionCode},
     },
     read::gcode::Program,
 };
 
-/// A line or arc that is driven with the feed.
+/// A line or arc at feed rate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Move {
-    /// How long it takes at the programmed feed, s; `None` where no feed is given, or no length.
+    /// Duration at the programmed feed, s; `None` without feed or length.
     pub seconds: Option<f64>,
-    /// The angle between the end of the move before and its beginning, rad; `None` if there is none before it with the feed, or either
-    /// has no direction.
+    /// Angle between the end of the feed move before and its start, rad; `None` without one, or if either has no direction.
     pub turn_rad: Option<f64>,
 }
 
 impl Program {
-    /// How many lines the program has.
+    /// Number of lines of the program.
     #[must_use]
     pub fn line_count(&self) -> usize {
         self.lines.len()
     }
 
-    /// Gives its lines and arcs that are driven with the feed to `take`; holes of cycles are not among them.
-    ///
-    /// # Errors
-    /// When it cannot be followed.
+    /// Gives `take` the lines and arcs at feed rate; holes of cycles are left out. `Err` if the program cannot be followed.
     pub fn each_move(&self, mut take: impl FnMut(Move)) -> Result<(), GcodeError> {
         // The direction in which the move before ends; zero where that is not driven with the feed.
         let mut arrival = Vector3::zeros();
@@ -38,7 +34,7 @@ impl Program {
             for motion in &block.motions {
                 let fed = is_fed(motion);
                 if fed {
-                    take(driven(motion, &arrival));
+                    take(fed_move(motion, &arrival));
                 }
                 let end = motion.geometry.at(1.0).filter(|_| fed);
                 arrival = end.map_or_else(Vector3::zeros, |(_, tangent)| tangent);
@@ -49,8 +45,8 @@ impl Program {
     }
 }
 
-/// `motion` behind a move that ends in the direction `arrival`, which is zero if there is none.
-fn driven(motion: &Motion, arrival: &Vector3<f64>) -> Move {
+/// Duration of `motion`, and its angle to the direction `arrival` (zero if there is none) of the move before.
+fn fed_move(motion: &Motion, arrival: &Vector3<f64>) -> Move {
     let length = motion.geometry.length();
     let feed = motion.modal.feed_mm_per_min(length).filter(|feed| *feed > 0.0 && length > 0.0);
     let departure = motion.geometry.at(0.0).map(|(_, tangent)| tangent);
@@ -60,6 +56,7 @@ fn driven(motion: &Motion, arrival: &Vector3<f64>) -> Move {
     Move { seconds: feed.map(|feed| 60.0 * length / feed), turn_rad }
 }
 
+/// Whether `motion` is a line or arc at feed rate.
 fn is_fed(motion: &Motion) -> bool {
-    matches!(motion.geometry, Way::Line(..) | Way::Arc(_)) && motion.code != MotionCode::Rapid
+    matches!(motion.geometry, MotionGeometry::Line(..) | MotionGeometry::Arc(_)) && motion.code != MotionCode::Rapid
 }

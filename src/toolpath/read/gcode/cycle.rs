@@ -1,80 +1,79 @@
-//! Canned cycles of drilling, tapping and boring: where their holes are, and the way through them.
+//! Canned cycles of drilling, tapping and boring: their holes and the way through them.
 //!
-//! All of them go over the hole, rapidly to the plane R, with the feed to Z (pecking or not), and back: to where the series of
-//! holes began (G98), or to R (G99). Pecks and dwells are at places on that way.
+//! All go over the hole, rapidly to plane R, at feed to Z with pecks and dwells, and back to the height where the series began (G98) or R (G99).
 
 use nalgebra::Vector3;
 
 use crate::toolpath::{
     model::{
-        Hole, Plane, Way,
-        gcode::{Distance, Fault, Known, Motion, MotionCode, Refusal, Unsupported, Word, located},
+        Hole, MotionGeometry, Plane,
+        gcode::{Distance, Fault, Motion, MotionCode, PartialPosition, Refusal, Unsupported, Word, located},
     },
     read::gcode::{Interpreter, Request},
 };
 
-/// What a cycle leaves for the next holes, mm.
+/// Parameters of the cycle in force, mm.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Cycle {
-    /// The numbers of R and Z.
+    /// Numbers of R and Z.
     clear: Option<f64>,
     depth: Option<f64>,
-    /// The height at which the series began.
+    /// Height at which the series of holes began.
     initial: Option<f64>,
 }
 
-/// The most repetitions of one line.
+/// Most repetitions of a line.
 const MOST_REPEATS: u32 = 10_000;
 
 impl Interpreter {
-    /// The holes that a line makes with a cycle in force.
+    /// The holes that a line makes with the cycle in force.
     pub(crate) fn drill(&mut self, line: usize, request: &Request) -> Result<Vec<Motion>, Refusal> {
         let MotionCode::Cycle(number) = self.modal.motion.unwrap_or(MotionCode::Rapid) else { return Ok(Vec::new()) };
-        let axes = request.axes();
-        let Some(first) = axes.into_iter().flatten().next().or_else(|| request.letter('R')) else {
+        let axes = request.axis_words();
+        let Some(first) = axes.into_iter().flatten().next().or_else(|| request.find_word('R')) else {
             return Ok(Vec::new());
         };
-        let blame = request.motion_word_itself().unwrap_or(first);
+        let blame = request.motion_word_source().unwrap_or(first);
         // Of LinuxCNC and of lathes it is a cycle of threads.
-        let is_thread = number == 76 && ['I', 'J', 'E', 'H'].iter().any(|letter| request.letter(*letter).is_some());
+        let is_thread = number == 76 && ['I', 'J', 'E', 'H'].iter().any(|letter| request.find_word(*letter).is_some());
         if is_thread {
             return Err(blame.refuse(Fault::Unsupported(Unsupported::CannedCycle)));
         }
-        if let Some((letter, at)) = self.turned_axis() {
+        if let Some((letter, at)) = self.nonzero_rotary_axis() {
             return Err(blame.refuse(Fault::TurnedCycle { letter, at }));
         }
         if self.modal.plane != Plane::Xy {
             return Err(blame.refuse(Fault::CyclePlane));
         }
-        self.take_unit(line);
+        self.note_unit(line);
         let mm = self.modal.unit.mm();
         let origin = self.origin(blame)?;
         let mut cycle = self.cycle.unwrap_or_default();
         let is_first = cycle.initial.is_none();
-        let number_of = |letter| request.letter(letter).map(|word: &Word| word.value * mm);
+        let number_of = |letter| request.find_word(letter).map(|word: &Word| word.value * mm);
         cycle.clear = number_of('R').or(cycle.clear);
         cycle.depth = number_of('Z').or(cycle.depth);
-        let repeats = repeats(request)?;
+        let repeats = repeat_count(request)?;
         if repeats == 0 {
             // Nothing is drilled, but R and Z stay for the lines that follow.
             self.cycle = Some(cycle);
             let here = self.position;
-            return Ok(vec![self.hole(line, [here, here], Way::Unlocated, origin, blame)]);
+            return Ok(vec![self.cycle_motion(line, [here, here], MotionGeometry::Unlocated, origin, blame)]);
         }
         let without = |letter| blame.refuse(Fault::CycleWithout { number, letter });
         let (clear, depth) = (cycle.clear.ok_or_else(|| without('R'))?, cycle.depth.ok_or_else(|| without('Z'))?);
         let steps = self.modal.distance == Distance::Incremental;
-        if steps && self.modal.returns_to_clear && !is_first {
+        if steps && self.modal.returns_to_r_plane && !is_first {
             return Err(blame.refuse(Fault::CycleSteps));
         }
         let mut motions = Vec::new();
         for _ in 0..if steps { repeats } else { 1 } {
             let start = self.position;
-            let mut end = self.end([axes[0], axes[1], None], origin)?;
+            let mut end = self.end_point([axes[0], axes[1], None], origin)?;
             cycle.initial = cycle.initial.or(start[2]);
             let clear = if steps { start[2].map(|from| from + clear) } else { Some(clear + origin.z) };
             let bottom = clear.map(|clear| depth + if steps { clear } else { origin.z });
-            let back = match (self.modal.returns_to_clear, cycle.initial, clear) {
+            let back = match (self.modal.returns_to_r_plane, cycle.initial, clear) {
                 (true, ..) => clear,
                 (false, Some(initial), Some(clear)) => Some(initial.max(clear)),
                 _ => None,
@@ -90,7 +89,7 @@ impl Interpreter {
                 (Some(start), Some(clear), Some(bottom), Some(back)) => {
                     let at = |z| Vector3::new(back.x, back.y, z);
                     let over = at(start.z.max(clear));
-                    Way::Hole(Hole {
+                    MotionGeometry::Hole(Hole {
                         start,
                         over,
                         clear: at(clear),
@@ -99,16 +98,24 @@ impl Interpreter {
                         is_first: is_first && motions.is_empty(),
                     })
                 }
-                _ => Way::Unlocated,
+                _ => MotionGeometry::Unlocated,
             };
-            self.arrive(end);
-            motions.push(self.hole(line, [start, end], geometry, origin, blame));
+            self.set_position(end);
+            motions.push(self.cycle_motion(line, [start, end], geometry, origin, blame));
         }
         self.cycle = Some(cycle);
         Ok(motions)
     }
 
-    fn hole(&self, line: usize, [start, end]: [Known; 2], geometry: Way, origin: Vector3<f64>, blame: &Word) -> Motion {
+    /// A motion of the cycle from `start` to `end`, an error of which is located at `blame`.
+    fn cycle_motion(
+        &self,
+        line: usize,
+        [start, end]: [PartialPosition; 2],
+        geometry: MotionGeometry,
+        origin: Vector3<f64>,
+        blame: &Word,
+    ) -> Motion {
         let (modal, span) = (self.modal, blame.span.clone());
         let code = modal.motion.unwrap_or(MotionCode::Rapid);
         Motion {
@@ -127,12 +134,12 @@ impl Interpreter {
     }
 }
 
-/// How often the line is done: L, or K that is no peck.
-fn repeats(request: &Request) -> Result<u32, Refusal> {
-    let is_peck = request.letter('I').is_some() || request.letter('J').is_some();
-    let word = request.letter('L').or_else(|| request.letter('K').filter(|_| !is_peck));
+/// Number of repetitions of the line: L, or K unless it is a peck.
+fn repeat_count(request: &Request) -> Result<u32, Refusal> {
+    let is_peck = request.find_word('I').is_some() || request.find_word('J').is_some();
+    let word = request.find_word('L').or_else(|| request.find_word('K').filter(|_| !is_peck));
     let Some(word) = word else { return Ok(1) };
-    match word.whole()? {
+    match word.whole_number()? {
         repeats @ 0..=MOST_REPEATS => Ok(repeats),
         _ => Err(word.refuse(Fault::TooManyRepeats { most: MOST_REPEATS })),
     }

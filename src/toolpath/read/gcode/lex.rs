@@ -1,16 +1,16 @@
-//! Words of a line: letters with their numbers.
+//! Splits a line into words: letters with their numbers.
 //!
-//! Most lines of long programs are nothing else, and are read at once; of others it is then looked for what is wrong with them.
+//! Most lines are plain words and are read in one pass; other lines are then searched for what is wrong with them.
 
 use crate::toolpath::model::gcode::{Fault, Refusal, Word};
 
-/// The words in `text`, a line whose comments and tabs are blanked out, in order.
+/// Words of `text`, a line with comments and tabs blanked out, in order.
 pub(crate) fn words(text: &str) -> Result<Vec<Word>, Refusal> {
-    plain(text, Fault::MAX_DIGITS).map_or_else(|| parted(text), Ok)
+    plain_words(text, Fault::MAX_DIGITS).map_or_else(|| spaced_words(text), Ok)
 }
 
-/// The words of a line in which each is a letter and behind it a number of at most `longest` bytes; `None` of any other.
-fn plain(text: &str, longest: usize) -> Option<Vec<Word>> {
+/// Words of a line of letters directly followed by numbers of at most `longest` bytes; `None` if it has anything else.
+fn plain_words(text: &str, longest: usize) -> Option<Vec<Word>> {
     let bytes = text.as_bytes();
     let mut words = Vec::with_capacity(8);
     let mut at = 0;
@@ -34,20 +34,20 @@ fn plain(text: &str, longest: usize) -> Option<Vec<Word>> {
     Some(words)
 }
 
-/// Whether an E stands at `at` directly behind a number: to whom wrote it an exponent, to controls a word of its own.
+/// Whether an E stands at `at` directly behind a number: an exponent to its author, a word to controls.
 fn is_exponent(bytes: &[u8], at: usize) -> bool {
     let is_number = |byte: u8| byte.is_ascii_digit() || byte == b'.';
     matches!(bytes[at], b'E' | b'e') && at > 0 && is_number(bytes[at - 1])
 }
 
-/// The words in `text`, in which blanks may part letters from their numbers and numbers may be long.
-fn parted(text: &str) -> Result<Vec<Word>, Refusal> {
+/// Words of `text`, where blanks may part letters from their numbers. `Err` says what is wrong.
+fn spaced_words(text: &str) -> Result<Vec<Word>, Refusal> {
     check_signs_and_digits(text)?;
     if let Some(at) = (0..text.len()).find(|at| is_exponent(text.as_bytes(), *at)) {
-        return Err(Refusal { fault: Fault::Exponent, ..not_a_word(text, at) });
+        return Err(Refusal { fault: Fault::Exponent, ..word_refusal(text, at) });
     }
-    let (joined, letters) = joined(text);
-    let mut words = plain(&joined, usize::MAX).ok_or_else(|| not_words(&joined))?;
+    let (joined, letters) = join_words(text);
+    let mut words = plain_words(&joined, usize::MAX).ok_or_else(|| words_refusal(&joined))?;
     for word in &mut words {
         if let Ok(index) = letters.binary_search_by_key(&word.span.start, |(_, to)| *to) {
             word.span.start = letters[index].0;
@@ -56,8 +56,8 @@ fn parted(text: &str) -> Result<Vec<Word>, Refusal> {
     Ok(words)
 }
 
-/// `text` with letters that blanks part from their numbers (`X 10`) moved to them, and from where to where.
-fn joined(text: &str) -> (String, Vec<(usize, usize)>) {
+/// `text` with letters moved to their numbers over blanks (`X 10`), and the moves (from, to).
+fn join_words(text: &str) -> (String, Vec<(usize, usize)>) {
     let mut bytes = text.as_bytes().to_vec();
     let mut moved = Vec::new();
     for from in 0..bytes.len() {
@@ -73,11 +73,11 @@ fn joined(text: &str) -> (String, Vec<(usize, usize)>) {
     (String::from_utf8_lossy(&bytes).into_owned(), moved)
 }
 
-/// Refuses two signs in a row, and numbers of more digits than a coordinate can hold.
+/// Refuses two signs in a row, and numbers of more than [`Fault::MAX_DIGITS`] digits.
 fn check_signs_and_digits(text: &str) -> Result<(), Refusal> {
     let bytes = text.as_bytes();
     if let Some(at) = bytes.windows(2).position(|pair| pair.iter().all(|b| matches!(b, b'+' | b'-'))) {
-        return Err(not_a_word(text, at));
+        return Err(word_refusal(text, at));
     }
     let mut start = 0;
     for run in bytes.split(|b| !b.is_ascii_digit()) {
@@ -89,21 +89,20 @@ fn check_signs_and_digits(text: &str) -> Result<(), Refusal> {
     Ok(())
 }
 
-/// Refuses the first part of `text` between blanks with the worst that is wrong with any: it is no letters and numbers, its last letter
-/// has no number, or several letters have one.
-fn not_words(text: &str) -> Refusal {
+/// Refusal of the worst part of `text` between blanks, the first one if several are as bad.
+fn words_refusal(text: &str) -> Refusal {
     let mut at = 0;
     let parts = text.split(' ').map(|part| {
         let start = at;
         at += part.len() + 1;
         (start, part)
     });
-    let worst = parts.filter_map(|(start, part)| Some((wrong_with(part)?, start))).min_by_key(|(wrong, _)| *wrong);
-    not_a_word(text, worst.map_or(0, |(_, start)| start))
+    let worst = parts.filter_map(|(start, part)| Some((fault_rank(part)?, start))).min_by_key(|(wrong, _)| *wrong);
+    word_refusal(text, worst.map_or(0, |(_, start)| start))
 }
 
-/// How bad it is, 0 the worst, if anything is wrong with text without blanks.
-fn wrong_with(mut rest: &str) -> Option<u8> {
+/// Rank of the fault in text without blanks: 0 no words, 1 no number behind the last letter, 2 several letters before a number.
+fn fault_rank(mut rest: &str) -> Option<u8> {
     let mut found = None;
     while !rest.is_empty() {
         let letters = rest.bytes().take_while(u8::is_ascii_alphabetic).count();
@@ -123,15 +122,15 @@ fn wrong_with(mut rest: &str) -> Option<u8> {
     found
 }
 
-/// Refuses the blank-separated text around `at`.
-fn not_a_word(text: &str, at: usize) -> Refusal {
+/// Refusal of the text around `at`, up to the next blanks.
+fn word_refusal(text: &str, at: usize) -> Refusal {
     let start = text[..at].rfind(' ').map_or(0, |p| p + 1);
     let end = text[at..].find(' ').map_or(text.len(), |p| at + p);
-    Refusal::new(start..end, what_instead(text, start))
+    Refusal::new(start..end, likely_fault(text, start))
 }
 
-/// What else text that is no word may be: that of another language or a macro.
-fn what_instead(text: &str, start: usize) -> Fault {
+/// The fault that text which is no word most likely is: a macro, another language, or none of these.
+fn likely_fault(text: &str, start: usize) -> Fault {
     const MACRO: [&str; 24] = [
         "IF",
         "THEN",

@@ -1,17 +1,18 @@
-//! A program as lines: where each ends, and which of its bytes are code.
+//! Lines of a program: their ranges and endings, and which bytes of them are code.
 
 use std::ops::Range;
 
 use crate::toolpath::model::gcode::{Fault, Refusal, Unsupported};
 
-/// The lines of a source, as byte ranges into it that cover it without gap: copying them gives it back.
+/// Ranges of the lines of a source, without gaps.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Lines {
-    /// Of each line, where its content ends and where its ending does.
+    /// For each line the end of its content and the end of its ending.
     ends: Vec<[usize; 2]>,
 }
 
 impl Lines {
+    /// Splits `source` at its line endings.
     pub fn of(source: &[u8]) -> Lines {
         let mut ends = Vec::new();
         let mut start = 0;
@@ -31,24 +32,25 @@ impl Lines {
         Lines { ends }
     }
 
+    /// Number of lines.
     pub fn len(&self) -> usize {
         self.ends.len()
     }
 
-    /// Line `index` (from 0) without its ending.
+    /// Range of line `index` (from 0) without its ending.
     pub fn content(&self, index: usize) -> Range<usize> {
         let start = index.checked_sub(1).map_or(0, |before| self.ends[before][1]);
         start..self.ends[index][0]
     }
 
-    /// Its ending: `\n`, `\r\n`, `\r\r\n`, `\r`, or nothing at the end of the file.
+    /// Range of the ending of line `index`: one of `\n`, `\r\n`, `\r\r\n` and `\r`, or nothing at the end of the file.
     pub fn ending(&self, index: usize) -> Range<usize> {
         let [content, ending] = self.ends[index];
         content..ending
     }
 }
 
-/// What a line holds once its comments are out of the way.
+/// Kind of a line, without its comments.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Code {
     /// A `%` that opens or closes the program.
@@ -66,24 +68,21 @@ pub(crate) enum Code {
     },
 }
 
-/// Blanks out comments and the block-delete mark, keeping every word at its byte.
-///
-/// Comments may hold any bytes, so programs in UTF-8 and in older encodings pass. What remains is checked to be
-/// ASCII letters, digits, signs, points and blanks.
+/// Blanks out comments and the block-delete mark, each word in its place. `Err` if the rest holds what no word has.
 pub(crate) fn code(line: &[u8]) -> Result<Code, Refusal> {
     let mut text = String::with_capacity(line.len());
-    match line.get(blanks(line)) {
+    match line.get(blank_len(line)) {
         Some(b'%') => return Ok(Code::Percent),
         Some(b'$') => {
-            let moves = line.get(blanks(line) + 1).is_some_and(|b| matches!(b.to_ascii_uppercase(), b'H' | b'J'));
+            let moves = line.get(blank_len(line) + 1).is_some_and(|b| matches!(b.to_ascii_uppercase(), b'H' | b'J'));
             return Ok(Code::Command { moves });
         }
         Some(b'?' | b'!' | b'~') => return Ok(Code::Command { moves: false }),
         _ => {}
     }
-    let prefix = prefix(line);
+    let prefix = prefix_len(line);
     text.extend(std::iter::repeat_n(' ', prefix));
-    let message = message(line, prefix);
+    let message = message_start(line, prefix);
     while let Some(&byte) = line.get(text.len()) {
         let at = text.len();
         match byte {
@@ -95,15 +94,15 @@ pub(crate) fn code(line: &[u8]) -> Result<Code, Refusal> {
             b':' if text.trim().is_empty() && line.get(at + 1).is_some_and(u8::is_ascii_digit) => text.push('O'),
             b'+' | b'-' | b'.' => text.push(char::from(byte)),
             _ if byte.is_ascii_alphanumeric() => text.push(char::from(byte)),
-            _ => return Err(unexpected(line, at)),
+            _ => return Err(unexpected_byte(line, at)),
         }
     }
     Ok(Code::Words { text, prefix })
 }
 
-/// Length of the leading blanks and block-delete mark.
-pub(crate) fn prefix(line: &[u8]) -> usize {
-    let blanks = blanks(line);
+/// Length of the leading blanks and the block-delete mark.
+pub(crate) fn prefix_len(line: &[u8]) -> usize {
+    let blanks = blank_len(line);
     if !is_deletable(line) {
         return blanks;
     }
@@ -111,8 +110,8 @@ pub(crate) fn prefix(line: &[u8]) -> usize {
     blanks + 1 + usize::from(line.get(blanks + 1).is_some_and(u8::is_ascii_digit))
 }
 
-/// Where the text of a message begins (M117, M118), if the line has one.
-fn message(line: &[u8], prefix: usize) -> Option<usize> {
+/// Index at which the text of a message (M117, M118) begins, if the line has one.
+fn message_start(line: &[u8], prefix: usize) -> Option<usize> {
     let digits = |from: usize| line[from..].iter().take_while(|b| b.is_ascii_digit()).count();
     let skip = |from: usize| from + line[from..].iter().take_while(|b| is_blank(**b)).count();
     let mut at = prefix;
@@ -126,29 +125,28 @@ fn message(line: &[u8], prefix: usize) -> Option<usize> {
 
 /// Whether the line begins with a block-delete mark.
 pub(crate) fn is_deletable(line: &[u8]) -> bool {
-    first(line) == Some(b'/')
+    first_byte(line) == Some(b'/')
 }
 
 /// The first byte that is not blank.
-pub(crate) fn first(line: &[u8]) -> Option<u8> {
-    line.get(blanks(line)).copied()
+pub(crate) fn first_byte(line: &[u8]) -> Option<u8> {
+    line.get(blank_len(line)).copied()
 }
 
-/// Length of what is blank at the beginning of `line`; the byte-order mark of a file in UTF-8 is.
-pub(crate) fn blanks(line: &[u8]) -> usize {
+/// Length of the leading blanks, with the byte-order mark of a UTF-8 file.
+pub(crate) fn blank_len(line: &[u8]) -> usize {
     let mark = if line.starts_with(BYTE_ORDER_MARK) { BYTE_ORDER_MARK.len() } else { 0 };
     mark + line[mark..].iter().take_while(|b| is_blank(**b)).count()
 }
 
 const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
 
-/// Blanks, and what tapes and old file systems leave: NUL, form feed, the codes of a reader, end of file.
+/// Whether `byte` is blank or left by tapes and old file systems: NUL, form feed, reader codes, end of file.
 pub(crate) fn is_blank(byte: u8) -> bool {
     matches!(byte, b' ' | b'\t' | 0 | 0x0b | 0x0c | 0x11..=0x14 | 0x1a)
 }
 
-/// Length of the comment that opens at `at`, its parentheses included. It ends at the first that closes; of a comment within
-/// it, the parenthesis that would close both may follow.
+/// Length of the comment that opens at `at`: up to the first closing parenthesis, and those that close nested comments.
 pub(crate) fn comment_length(line: &[u8], at: usize) -> Result<usize, Refusal> {
     let rest = &line[at..];
     let Some(close) = rest.iter().position(|&b| b == b')') else {
@@ -165,8 +163,8 @@ pub(crate) fn comment_length(line: &[u8], at: usize) -> Result<usize, Refusal> {
     Ok(length)
 }
 
-/// Why the byte at `at` cannot be code, quoting the word-like text it stands in.
-fn unexpected(line: &[u8], at: usize) -> Refusal {
+/// Refusal of the byte at `at`, which cannot be code, and the text around it.
+fn unexpected_byte(line: &[u8], at: usize) -> Refusal {
     let fault = match line[at] {
         // `X=10` is Sinumerik's; in a macro, what is assigned has a `#`.
         b'=' if !line.contains(&b'#') => Fault::Language,

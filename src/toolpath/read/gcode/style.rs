@@ -1,104 +1,104 @@
-//! How an author writes words, as lines show it.
+//! The style in which a program's author writes words, as its lines show it.
 
 use crate::toolpath::model::gcode::{Dialect, MotionCode, Word};
 
-/// How an author writes words, so that new words look like their neighbours.
+/// Style of words, so that new words look like their neighbours.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Style {
-    /// Blanks between words: `G1 X5`, not `G1X5`.
-    pub spaced: bool,
-    /// Lower-case letters.
-    pub lower: bool,
-    /// Two-digit motion words: `G01`.
-    pub padded: bool,
-    pub numbers: Numbers,
+    /// Whether blanks part the words: `G1 X5`, not `G1X5`.
+    pub is_spaced: bool,
+    /// Whether letters are lower case.
+    pub is_lower: bool,
+    /// Whether motion words have two digits: `G01`.
+    pub is_padded: bool,
+    pub numbers: NumberStyle,
     pub dialect: Dialect,
 }
 
-/// How numbers of coordinates are written.
+/// Style of coordinates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Numbers {
-    /// A plus before numbers above 0: `X+5`.
-    pub plus: bool,
-    /// A comma instead of the point: `X5,25`.
-    pub comma: bool,
-    /// `X=5`.
-    pub equals: bool,
+pub(crate) struct NumberStyle {
+    /// Whether numbers above 0 have a plus: `X+5`.
+    pub has_plus: bool,
+    /// Whether a comma stands for the point: `X5,25`.
+    pub has_comma: bool,
+    /// Whether an equals sign stands before the number: `X=5`.
+    pub has_equals: bool,
 }
 
-impl Numbers {
-    /// `number`, which is written with a point, without plus and without blanks, unless it is one of the line.
+impl NumberStyle {
+    /// Writes `number`, given with a point and without plus and blanks, in this style.
     pub(crate) fn write(self, number: &str) -> String {
-        let plus = if self.plus && !number.starts_with(['+', '-']) { "+" } else { "" };
+        let plus = if self.has_plus && !number.starts_with(['+', '-']) { "+" } else { "" };
         let number = format!("{plus}{number}");
-        if self.comma { number.replace('.', ",") } else { number }
+        if self.has_comma { number.replace('.', ",") } else { number }
     }
 }
 
 impl Style {
-    /// What everyone can read: `G1 X5`.
+    /// The plainest style of `dialect`: `G1 X5`.
     pub fn plain(dialect: Dialect) -> Style {
-        let numbers = Numbers { plus: dialect == Dialect::Heidenhain, comma: false, equals: false };
-        Style { spaced: true, lower: false, padded: false, numbers, dialect }
+        let numbers = NumberStyle { has_plus: dialect == Dialect::Heidenhain, has_comma: false, has_equals: false };
+        Style { is_spaced: true, is_lower: false, is_padded: false, numbers, dialect }
     }
 
-    /// The style of one line; what the line does not show is taken from `self`.
-    pub fn on_line(self, content: &[u8], words: &[Word]) -> Style {
-        ShownStyle::default().or_on_line(content, words).over(self)
+    /// The style of one line; what it does not show is taken from `self`.
+    pub fn adapted_to(self, content: &[u8], words: &[Word]) -> Style {
+        ObservedStyle::default().observe_line(content, words).or(self)
     }
 
-    /// A word of this letter, which is given in upper case, and number.
+    /// A word of an upper-case `letter` and `number`.
     pub fn word(self, letter: char, number: &str) -> String {
-        let letter = if self.lower { letter.to_ascii_lowercase() } else { letter };
+        let letter = if self.is_lower { letter.to_ascii_lowercase() } else { letter };
         format!("{letter}{number}")
     }
 
-    /// The word of a coordinate.
+    /// The word of coordinate `axis` (0 = X, 1 = Y, 2 = Z).
     pub fn axis(self, axis: usize, number: &str) -> String {
         self.coordinate(['X', 'Y', 'Z'][axis], number)
     }
 
-    /// The word of an axis of this letter.
+    /// The word of the axis `letter`.
     pub fn coordinate(self, letter: char, number: &str) -> String {
-        let equals = if self.numbers.equals { "=" } else { "" };
+        let equals = if self.numbers.has_equals { "=" } else { "" };
         self.word(letter, &format!("{equals}{}", self.numbers.write(number)))
     }
 
-    /// What a new line begins with that is a straight line as well.
-    pub fn next_line(self) -> Option<String> {
+    /// The word with which a new straight line must begin in this dialect, if any.
+    pub fn line_prefix(self) -> Option<String> {
         (self.dialect == Dialect::Heidenhain).then(|| self.motion(MotionCode::Line))
     }
 
-    /// A motion word.
+    /// The motion word of `code`.
     pub fn motion(self, code: MotionCode) -> String {
         let number = code.number();
         if self.dialect == Dialect::Heidenhain {
             // Arcs stay as they are or become lines.
-            return if self.lower { "l".into() } else { "L".into() };
+            return if self.is_lower { "l".into() } else { "L".into() };
         }
-        self.word('G', &if self.padded { format!("{number:02}") } else { number.to_string() })
+        self.word('G', &if self.is_padded { format!("{number:02}") } else { number.to_string() })
     }
 
-    /// What stands between two words.
+    /// Text between two words.
     pub fn separator(self) -> &'static str {
-        if self.spaced { " " } else { "" }
+        if self.is_spaced { " " } else { "" }
     }
 }
 
-/// A style as far as lines show it.
+/// Style as far as lines have shown it.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct ShownStyle {
-    spaced: Option<bool>,
-    lower: Option<bool>,
-    padded: Option<bool>,
-    plus: Option<bool>,
-    comma: Option<bool>,
-    equals: Option<bool>,
+pub(crate) struct ObservedStyle {
+    is_spaced: Option<bool>,
+    is_lower: Option<bool>,
+    is_padded: Option<bool>,
+    has_plus: Option<bool>,
+    has_comma: Option<bool>,
+    has_equals: Option<bool>,
 }
 
-impl ShownStyle {
-    /// With what the lines before do not show as this one does.
-    pub fn or_on_line(self, content: &[u8], words: &[Word]) -> ShownStyle {
+impl ObservedStyle {
+    /// Adds what this line shows and the lines before do not.
+    pub fn observe_line(self, content: &[u8], words: &[Word]) -> ObservedStyle {
         let spaced = || words.windows(2).any(|pair| pair[0].span.end < pair[1].span.start);
         let first = || words.iter().find(|word| word.letter != 'N');
         let motion = || words.iter().find(|word| word.letter == 'G' && word.value < 4.0);
@@ -110,33 +110,33 @@ impl ShownStyle {
         };
         let mark = |word: &Word| content[word.number()].iter().find(|b| matches!(b, b',' | b'.'));
         let equals = |word: &Word| content[word.span.start..word.number().start].contains(&b'=');
-        ShownStyle {
-            spaced: self.spaced.or_else(|| (words.len() > 1).then(spaced)),
-            lower: self.lower.or_else(|| first().map(|word| content[word.span.start].is_ascii_lowercase())),
-            padded: self.padded.or_else(|| motion().map(is_padded)),
-            plus: self.plus.or_else(|| axes().find_map(plus)),
-            comma: self.comma.or_else(|| axes().find_map(mark).map(|mark| *mark == b',')),
-            equals: self.equals.or_else(|| axes().next().map(equals)),
+        ObservedStyle {
+            is_spaced: self.is_spaced.or_else(|| (words.len() > 1).then(spaced)),
+            is_lower: self.is_lower.or_else(|| first().map(|word| content[word.span.start].is_ascii_lowercase())),
+            is_padded: self.is_padded.or_else(|| motion().map(is_padded)),
+            has_plus: self.has_plus.or_else(|| axes().find_map(plus)),
+            has_comma: self.has_comma.or_else(|| axes().find_map(mark).map(|mark| *mark == b',')),
+            has_equals: self.has_equals.or_else(|| axes().next().map(equals)),
         }
     }
 
-    /// The style, what no line shows taken from `style`.
-    pub fn over(self, style: Style) -> Style {
+    /// The style, with what no line shows taken from `style`.
+    pub fn or(self, style: Style) -> Style {
         Style {
-            spaced: self.spaced.unwrap_or(style.spaced),
-            lower: self.lower.unwrap_or(style.lower),
-            padded: self.padded.unwrap_or(style.padded),
-            numbers: Numbers {
-                plus: self.plus.unwrap_or(style.numbers.plus),
-                comma: self.comma.unwrap_or(style.numbers.comma),
-                equals: self.equals.unwrap_or(style.numbers.equals),
+            is_spaced: self.is_spaced.unwrap_or(style.is_spaced),
+            is_lower: self.is_lower.unwrap_or(style.is_lower),
+            is_padded: self.is_padded.unwrap_or(style.is_padded),
+            numbers: NumberStyle {
+                has_plus: self.has_plus.unwrap_or(style.numbers.has_plus),
+                has_comma: self.has_comma.unwrap_or(style.numbers.has_comma),
+                has_equals: self.has_equals.unwrap_or(style.numbers.has_equals),
             },
             dialect: style.dialect,
         }
     }
 }
 
-/// X, Y or Z.
+/// Whether it is an X, Y or Z word.
 pub(crate) fn is_axis_word(word: &Word) -> bool {
     matches!(word.letter, 'X' | 'Y' | 'Z')
 }

@@ -1,29 +1,29 @@
-//! What A, B and C of a line do.
+//! Rotary axes: angles of A, B and C after each line, and what they do to the tip.
 
 use crate::toolpath::{
-    model::gcode::{Distance, Fault, GWord, MotionCode, Refusal, Setting, Turning, Word, index},
+    model::gcode::{Distance, Fault, GWord, MotionCode, Refusal, RotaryMotion, Setting, Word, axis_index},
     read::gcode::{Interpreter, Request},
 };
 
 impl Interpreter {
-    /// Where A, B and C stand after the line. Those of which it is not known what they turn may be named, but must stand still.
-    pub(crate) fn turn(&mut self, request: &Request) -> Result<(), Refusal> {
+    /// Updates the angles of A, B and C by the words of the line. An axis that is not followed may be named but must stand still.
+    pub(crate) fn update_rotary(&mut self, request: &Request) -> Result<(), Refusal> {
         (self.rotary_before, self.rotary_lost_before) = (self.rotary, self.rotary_lost);
         for (axis, letter) in ['A', 'B', 'C'].into_iter().enumerate() {
-            let Some(word) = request.letter(letter) else { continue };
+            let Some(word) = request.find_word(letter) else { continue };
             let distance = word.distance.unwrap_or(self.modal.distance);
-            self.notes.names_rotary |= request.setting().is_none();
-            if !self.rotary_axes.has(letter) {
-                self.stand_still(request, letter, word, distance)?;
+            self.notes.names_rotary_axes |= request.setting().is_none();
+            if !self.rotary_axes.has_axis(letter) {
+                self.check_still(request, letter, word, distance)?;
                 continue;
             }
             if let Some((_, setting)) = request.setting() {
-                self.keep_zero(request, setting, letter, word)?;
+                self.check_rotary_zero(request, setting, letter, word)?;
                 continue;
             }
             // Words of the machine's coordinates are those of the drives, as all others are.
-            let is_lost =
-                request.leaves() && (request.g(GWord::Machine).is_none() || distance == Distance::Incremental);
+            let is_lost = request.leaves_frame()
+                && (request.find_g(GWord::Machine).is_none() || distance == Distance::Incremental);
             if distance == Distance::Incremental && self.rotary_lost[axis] && !is_lost {
                 return Err(word.refuse(Fault::RotaryLost { letter }));
             }
@@ -37,35 +37,36 @@ impl Interpreter {
         Ok(())
     }
 
-    /// Refuses a line that sets where the zero of a rotary axis is, unless it stays: its words are those of the drive.
-    fn keep_zero(&self, request: &Request, setting: Setting, letter: char, word: &Word) -> Result<(), Refusal> {
+    /// Refuses a line that moves the zero of a rotary axis: its words are positions of the drive.
+    fn check_rotary_zero(&self, request: &Request, setting: Setting, letter: char, word: &Word) -> Result<(), Refusal> {
         let says_where_it_stands = match setting {
             Setting::Origin => true,
-            Setting::Data => request.letter('L').is_some_and(|l| l.value == 20.0),
+            Setting::Data => request.find_word('L').is_some_and(|l| l.value == 20.0),
             _ => false,
         };
         let stays = match says_where_it_stands {
-            true => self.rotary[index(letter)] == Some(word.value),
+            true => self.rotary[axis_index(letter)] == Some(word.value),
             false => word.value == 0.0,
         };
         if stays { Ok(()) } else { Err(word.refuse(Fault::RotaryZero { letter })) }
     }
 
-    fn stand_still(&mut self, request: &Request, letter: char, word: &Word, distance: Distance) -> Result<(), Refusal> {
-        let axis = index(letter);
+    /// Refuses a word that turns an axis which is not followed, or that may be a chamfer.
+    fn check_still(&mut self, request: &Request, letter: char, word: &Word, distance: Distance) -> Result<(), Refusal> {
+        let axis = axis_index(letter);
         let stood = self.rotary[axis];
         let turned = match distance {
             _ if request.setting().is_some() => stood.is_some_and(|stood| stood != word.value),
             Distance::Absolute => stood.is_some_and(|stood| stood != word.value),
-            Distance::Incremental => word.value != 0.0 && request.g(GWord::Home).is_none(),
+            Distance::Incremental => word.value != 0.0 && request.find_g(GWord::Home).is_none(),
         };
         if turned {
             return Err(word.refuse(Fault::Rotary { letter, from: stood.unwrap_or(0.0) }));
         }
         let feeds = matches!(self.modal.motion, Some(MotionCode::Line | MotionCode::Arc(_)));
         // A whole circle names its centre alone.
-        let goes = request.axes().iter().any(Option::is_some)
-            || ['I', 'J', 'K'].iter().any(|of| request.letter(*of).is_some());
+        let goes = request.axis_words().iter().any(Option::is_some)
+            || ['I', 'J', 'K'].iter().any(|of| request.find_word(*of).is_some());
         let may_be_chamfer = self.dialect.is_iso() && letter != 'B';
         if may_be_chamfer && stood.is_none() && word.value != 0.0 && feeds && goes {
             return Err(word.refuse(Fault::Chamfer { letter }));
@@ -76,55 +77,57 @@ impl Interpreter {
         Ok(())
     }
 
-    /// How they turn along the line; an axis of which nothing was said stands at 0.
-    pub(crate) fn turning(&self) -> Turning {
+    /// Angles of the followed axes before and after the line, degrees; 0 for an axis that was not named.
+    pub(crate) fn turning(&self) -> RotaryMotion {
         let followed = |stands: [Option<f64>; 3]| {
-            let at = |letter: char| stands[index(letter)].filter(|_| self.rotary_axes.has(letter)).unwrap_or(0.0);
+            let at =
+                |letter: char| stands[axis_index(letter)].filter(|_| self.rotary_axes.has_axis(letter)).unwrap_or(0.0);
             ['A', 'B', 'C'].map(at)
         };
-        let of_tip = self.modal.tip_control || self.rotary_axes.always_of_tip;
-        Turning { from: followed(self.rotary_before), to: followed(self.rotary), of_tip }
+        let is_tip_position = self.modal.tip_control || self.rotary_axes.always_of_tip;
+        RotaryMotion { from: followed(self.rotary_before), to: followed(self.rotary), is_tip_position }
     }
 
-    /// The first of them that does not stand at 0, and where it stands.
-    pub(crate) fn turned_axis(&self) -> Option<(char, f64)> {
+    /// The first followed axis that is not at 0 after the line, and its angle, degrees.
+    pub(crate) fn nonzero_rotary_axis(&self) -> Option<(char, f64)> {
         let turning = self.turning();
         ['A', 'B', 'C'].into_iter().zip(turning.to).find(|(_, at)| *at != 0.0)
     }
 
-    /// From here on X, Y and Z are those of the tip, or no longer.
-    pub(crate) fn control_tip(&mut self, of_tip: bool) {
+    /// Makes X, Y and Z coordinates of the tip (`of_tip`) or of the machine from here on, and converts the position.
+    pub(crate) fn set_tip_control(&mut self, is_tip_position: bool) {
         let was = self.turning();
-        self.modal.tip_control = of_tip;
+        self.modal.tip_control = is_tip_position;
         if self.rotary_lost.contains(&true) {
             // Where the tip is depends on where they stand.
             self.position = [None; 3];
             return;
         }
-        if self.turning().of_tip != was.of_tip {
-            self.position = self.rotary_axes.switched(self.position, &was.to, of_tip);
+        if self.turning().is_tip_position != was.is_tip_position {
+            self.position = self.rotary_axes.convert_position(self.position, &was.to, is_tip_position);
         }
     }
 
-    /// Whether it is known where the tip is along the line.
-    pub(crate) fn check_turning(&self, turning: &Turning, word: &Word) -> Result<(), Refusal> {
+    /// Refuses a line along which the tip position is unknown.
+    pub(crate) fn check_tip_known(&self, turning: &RotaryMotion, word: &Word) -> Result<(), Refusal> {
         let is_fed = self.modal.motion != Some(MotionCode::Rapid);
         let is_lost = |letter: &char| {
-            let axis = index(*letter);
+            let axis = axis_index(*letter);
             self.rotary_lost[axis] || is_fed && self.rotary_lost_before[axis]
         };
         if let Some(letter) = ['A', 'B', 'C'].into_iter().find(is_lost) {
             return Err(word.refuse(Fault::RotaryLost { letter }));
         }
-        if turning.of_tip {
-            let unknown = ['A', 'B', 'C'].into_iter().filter(|letter| !self.rotary_axes.has(*letter));
-            let turned = unknown.filter_map(|letter| Some((letter, self.rotary[index(letter)]?)));
+        if turning.is_tip_position {
+            let unknown = ['A', 'B', 'C'].into_iter().filter(|letter| !self.rotary_axes.has_axis(*letter));
+            let turned = unknown.filter_map(|letter| Some((letter, self.rotary[axis_index(letter)]?)));
             return match turned.into_iter().find(|(_, at)| *at != 0.0) {
                 Some((letter, at)) => Err(word.refuse(Fault::UnknownRotary { letter, at })),
                 None => Ok(()),
             };
         }
-        let without = [turning.from, turning.to].iter().find_map(|angles| self.rotary_axes.without_place(angles));
+        let without =
+            [turning.from, turning.to].iter().find_map(|angles| self.rotary_axes.first_unlocated_axis(angles));
         without.map_or(Ok(()), |letter| Err(word.refuse(Fault::NoPivot { letter })))
     }
 }

@@ -1,46 +1,48 @@
-//! A program walked through line by line: each block with its motions, found anew on every walk, so that a program is held
-//! as its bytes and however long it is takes little memory.
+//! Walks through a G-code program line by line. Each walk reads its bytes anew, so that long programs take little memory.
 
 use crate::toolpath::{
     model::{
-        NumberFormat, Way,
+        MotionGeometry, NumberFormat,
         gcode::{BlockDelete, Centre, GcodeError, LengthUnit, Motion, MotionCode, Notes, Refusal},
         number,
     },
-    read::gcode::{Effect, Interpreter, Language, OriginAt, Pole, Program, ShownStyle, Statement, Style, lines},
+    read::gcode::{
+        Effect, Interpreter, LineReader, ObservedStyle, Pole, Program, Statement, Style, ZeroSetting, lines,
+    },
 };
 
-/// A line that has to do with motion.
+/// A line that moves the tool or sets a zero or centre.
 #[derive(Clone, Debug)]
 pub(crate) struct Block {
     /// Index of the line, from 0.
     pub line: usize,
-    /// The motion word on it.
+    /// Motion word on the line.
     pub motion_word: Option<MotionCode>,
-    /// The motions it makes: one, or the holes of a cycle.
+    /// Motions it makes: one, or the holes of a cycle.
     pub motions: Vec<Motion>,
-    /// The zero it sets by where the tool is.
-    pub origin_at: Option<OriginAt>,
-    /// The centre of arcs that it sets.
+    /// Zero that it sets by the tool position.
+    pub zero_setting: Option<ZeroSetting>,
+    /// Centre of arcs that it sets.
     pub pole: Option<Pole>,
-    /// Length of what new lines of it begin with as well: blanks and block-delete mark, in Heidenhain's dialect the number.
+    /// Length of what new lines of the block begin with too: blanks, block-delete mark, in Heidenhain's dialect the number.
     pub prefix: usize,
 }
 
-/// What is kept of a motion.
+/// Line of a motion, and whether it is a hole.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct MotionAt {
+pub(crate) struct MotionLocation {
     /// The line it is on, from 1.
     pub line: usize,
     pub is_hole: bool,
 }
 
-/// Decimals of the coordinates seen so far, mm and inch.
+/// Most decimals of the coordinates so far, in mm and in inch.
 #[derive(Default)]
-struct DecimalsSeen([usize; 2]);
+struct MostDecimals([usize; 2]);
 
-impl DecimalsSeen {
-    fn see(&mut self, motion: &Motion, content: &[u8]) {
+impl MostDecimals {
+    /// Counts the decimals of `motion` in the line `content`.
+    fn add(&mut self, motion: &Motion, content: &[u8]) {
         let seen = &mut self.0[usize::from(motion.modal.unit == LengthUnit::Inch)];
         for word in motion.words.iter().filter(|word| matches!(word.letter, 'X' | 'Y' | 'Z' | 'R')) {
             *seen = number::decimals_in(&String::from_utf8_lossy(&content[word.number()])).max(*seen);
@@ -48,22 +50,22 @@ impl DecimalsSeen {
     }
 }
 
-/// Which arcs go about the centres that lines of their own set.
+/// For each centre that a line sets, the first arc about it.
 #[derive(Default)]
-struct ArcsOfPoles {
+struct PoleArcs {
     arcs: Vec<Option<usize>>,
-    /// Those of the centres seen since the last arc about any.
+    /// Centres since the last arc about any.
     waiting: Vec<Pole>,
 }
 
-impl ArcsOfPoles {
-    /// Takes the next block, whose motions have the indices from `first` on.
-    fn see(&mut self, block: &Block, first: usize) {
+impl PoleArcs {
+    /// Adds the next block, whose motions have the indices from `first` on.
+    fn add(&mut self, block: &Block, first: usize) {
         let is_about = |(_, motion): &(usize, &Motion)| matches!(motion.centre, Some(Centre::Pole(_)));
         if let Some((index, motion)) = (first..).zip(&block.motions).find(is_about) {
             let from = self.arcs.len() - self.waiting.len();
             for (arc, pole) in self.arcs[from..].iter_mut().zip(self.waiting.drain(..)) {
-                *arc = pole.is_of(motion).then_some(index);
+                *arc = pole.is_centre_of(motion).then_some(index);
             }
         }
         if let Some(pole) = &block.pole {
@@ -74,7 +76,7 @@ impl ArcsOfPoles {
 }
 
 impl Program {
-    /// All its blocks, for what looks at several at once.
+    /// All blocks at once.
     pub(crate) fn all_blocks(&self) -> Result<Vec<Block>, GcodeError> {
         let mut blocks = Vec::new();
         self.walk(|block| {
@@ -84,76 +86,77 @@ impl Program {
         Ok(blocks)
     }
 
-    /// Gives each block to `visit`, in order; then what a reader should know.
-    ///
-    /// # Errors
-    /// A line that cannot be followed, and those of `visit`.
+    /// Gives each block to `visit`, in order, and returns the notes. `Err` from `visit`, or for a line that cannot be followed.
     pub(crate) fn walk<E: From<GcodeError>>(&self, mut visit: impl FnMut(&Block) -> Result<(), E>) -> Result<Notes, E> {
         let mut interpreter = Interpreter::new(&self.options, self.dialect);
-        let mut language = Language::new(self.dialect);
+        let mut reader = LineReader::new(self.dialect);
         let mut percents = 0;
         for line in 0..self.lines.len() {
             let content = self.content(line);
             if self.options.block_delete == BlockDelete::Skip && lines::is_deletable(content) {
                 continue;
             }
-            let located = |refusal: Refusal| refusal.locate(&self.name, line + 1, content).read_as(self.dialect);
-            let statement = language.statement(content);
+            let located = |refusal: Refusal| refusal.locate(&self.name, line + 1, content).with_dialect(self.dialect);
+            let statement = reader.statement(content);
             // Behind the end, text need not be code.
             if interpreter.has_ended() && !matches!(statement, Ok(Statement::Words { .. })) {
                 continue;
             }
-            if let Some(feature) = feature_begun(&self.options.features, content) {
+            if let Some(feature) = feature_on_line(&self.options.features, content) {
                 interpreter.begin_feature(feature);
             }
             match statement.map_err(located)? {
                 Statement::Percent => percents += 1,
-                Statement::Command { moves } => interpreter.lose(line + 1, [moves; 3]),
+                Statement::Command { moves } => interpreter.forget_position(line + 1, [moves; 3]),
                 Statement::Words { words, prefix } => {
-                    let effect = interpreter.line(line + 1, words).map_err(located)?;
+                    let effect = interpreter.follow_line(line + 1, words).map_err(located)?;
                     if effect != Effect::default() {
-                        let Effect { motion_word, motions, origin_at, pole } = effect;
-                        visit(&Block { line, motion_word, motions, origin_at, pole, prefix })?;
+                        let Effect { motion_word, motions, zero_setting, pole } = effect;
+                        visit(&Block { line, motion_word, motions, zero_setting, pole, prefix })?;
                     }
                 }
             }
             if percents == 2 {
-                interpreter.end_in(line + 1);
+                interpreter.set_end(line + 1);
             }
         }
         Ok(interpreter.notes)
     }
 
-    /// Walks through the program for the first time, and keeps what is asked of all of it.
+    /// Walks through the program for the first time: sets its motions, centres, decimals, style and notes.
     pub(crate) fn survey(&mut self) -> Result<(), GcodeError> {
-        let (mut motions, mut decimals, mut style) = (Vec::new(), DecimalsSeen::default(), ShownStyle::default());
-        let mut poles = ArcsOfPoles::default();
+        let (mut motions, mut decimals, mut style) = (Vec::new(), MostDecimals::default(), ObservedStyle::default());
+        let mut poles = PoleArcs::default();
         let notes = self.walk(|block| {
             if let Some(motion) = block.motions.first() {
                 let content = self.content(block.line);
-                decimals.see(motion, content);
-                style = style.or_on_line(content, &motion.words);
+                decimals.add(motion, content);
+                style = style.observe_line(content, &motion.words);
             }
-            poles.see(block, motions.len());
-            let at = |motion: &Motion| MotionAt { line: motion.line, is_hole: matches!(motion.geometry, Way::Hole(_)) };
+            poles.add(block, motions.len());
+            let at = |motion: &Motion| MotionLocation {
+                line: motion.line,
+                is_hole: matches!(motion.geometry, MotionGeometry::Hole(_)),
+            };
             motions.extend(block.motions.iter().map(at));
             Ok::<(), GcodeError>(())
         })?;
         let [mm, inch] = decimals.0;
         (self.motions, self.notes) = (motions, notes);
-        (self.own_format, self.style) = (NumberFormat::seen(mm, inch), style.over(Style::plain(self.dialect)));
-        self.arcs_of_poles = poles.arcs;
+        (self.own_format, self.style) = (NumberFormat::of_source(mm, inch), style.or(Style::plain(self.dialect)));
+        self.pole_arcs = poles.arcs;
         Ok(())
     }
 }
 
-/// Index of the longest of `texts` that `line` has, upper or lower case, not within a longer word or number.
-fn feature_begun(texts: &[String], line: &[u8]) -> Option<u16> {
-    let found = (0..).zip(texts).filter(|(_, text)| has_text(line, text.as_bytes()));
+/// Index of the longest of `texts` that `line` contains, in any case and not within a longer word or number.
+fn feature_on_line(texts: &[String], line: &[u8]) -> Option<u16> {
+    let found = (0..).zip(texts).filter(|(_, text)| contains_text(line, text.as_bytes()));
     found.max_by_key(|(_, text)| text.len()).map(|(index, _)| index)
 }
 
-fn has_text(line: &[u8], text: &[u8]) -> bool {
+/// Whether `line` contains `text`, in any case and not within a longer word or number.
+fn contains_text(line: &[u8], text: &[u8]) -> bool {
     if text.is_empty() || text.len() > line.len() {
         return false;
     }

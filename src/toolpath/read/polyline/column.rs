@@ -1,12 +1,12 @@
-//! The columns a polyline file may have.
+//! Columns that a polyline file may have.
 
 use std::borrow::Cow;
 
-/// What names of columns of external axes begin with, and what they end with.
+/// Begin of the name of an external axis column; its end is one of [`UNITS`].
 const EXTERNAL: &str = "external_";
 const UNITS: [&str; 2] = ["_mm", "_deg"];
 
-/// Columns of external axes, in words.
+/// Names of external axis columns, in words.
 pub(crate) const EXTERNAL_WORDS: &str = "external_DRIVE_mm or external_DRIVE_deg";
 
 /// A column of a polyline file.
@@ -16,9 +16,9 @@ pub(crate) enum Column {
     Position(usize),
     Feed,
     Spindle,
-    /// Component 0, 1 or 2.
+    /// Component 0, 1 or 2 of the force on the tool.
     Force(usize),
-    /// Component 0, 1 or 2.
+    /// Component 0, 1 or 2 of the moment on the tool.
     Moment(usize),
     /// Component 0, 1 or 2 of the direction of the tool's axis.
     ToolAxis(usize),
@@ -30,7 +30,7 @@ pub(crate) enum Column {
 }
 
 impl Column {
-    /// Every column but external axes, in the order they are written.
+    /// All columns but external axes, in the order they are written.
     pub fn all() -> impl Iterator<Item = Column> {
         let three = |of: fn(usize) -> Column| (0..3).map(of);
         let driven =
@@ -39,7 +39,7 @@ impl Column {
         three(Column::Position).chain(driven).chain(stands).chain([Column::Cutting])
     }
 
-    /// Its name in the header of a file with these external axes.
+    /// Name of the column in the header of a file with these external axes.
     pub fn name(self, external: &[String]) -> Cow<'static, str> {
         match self {
             Column::Position(axis) => ["x_mm", "y_mm", "z_mm"][axis].into(),
@@ -54,8 +54,8 @@ impl Column {
         }
     }
 
-    /// The column of this name, which joins `external` if it is an external axis that is not among them.
-    pub fn named(name: &str, external: &mut Vec<String>) -> Option<Column> {
+    /// The column of this name; a new external axis is added to `external`. `None` if there is none.
+    pub fn from_name(name: &str, external: &mut Vec<String>) -> Option<Column> {
         let drive = name.strip_prefix(EXTERNAL).and_then(|rest| UNITS.iter().find_map(|unit| rest.strip_suffix(unit)));
         if drive.is_some_and(|drive| !drive.is_empty()) {
             let known = external.iter().position(|own| own == name).unwrap_or(external.len());
@@ -67,7 +67,7 @@ impl Column {
         Column::all().find(|column| column.name(&[]) == name)
     }
 
-    /// The columns that must be there if this one is.
+    /// Columns that a file with this one must have.
     pub fn companions(self) -> Vec<Column> {
         match self {
             Column::Position(_) => (0..3).map(Column::Position).collect(),
@@ -79,7 +79,7 @@ impl Column {
         }
     }
 
-    /// What its values must be.
+    /// What its values must be, for messages.
     pub fn expected(self) -> &'static str {
         match self {
             Column::Position(_) => "a coordinate in mm, up to 1e6",
@@ -94,8 +94,8 @@ impl Column {
         }
     }
 
-    /// The value written as `text`, if the column can hold it.
-    pub fn value(self, text: &str) -> Option<f64> {
+    /// Value of `text`; `None` if the column cannot hold it.
+    pub fn parse(self, text: &str) -> Option<f64> {
         let value = text.parse::<f64>().ok()?;
         let fits = match self {
             Column::Platform(_) => value.abs() <= 1.001,

@@ -1,4 +1,4 @@
-//! What can be wrong with a polyline file.
+//! Faults of polyline files.
 
 use thiserror::Error;
 
@@ -19,7 +19,7 @@ pub struct PolylineError {
 /// What is wrong with a line of a polyline file.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum PolylineFault {
-    /// A column with another name.
+    /// An unknown column.
     #[error("unknown column `{name}`; expected x_mm, y_mm, z_mm and any of {optional}")]
     UnknownColumn {
         /// The name in the header.
@@ -27,7 +27,7 @@ pub enum PolylineFault {
         /// The names of the columns that need not be there.
         optional: String,
     },
-    /// Two columns of one name.
+    /// Two columns of the same name.
     #[error("second column `{name}`; expected one")]
     RepeatedColumn {
         /// The name.
@@ -39,12 +39,12 @@ pub enum PolylineFault {
         /// How many there are.
         count: usize,
     },
-    /// A column that must be there.
+    /// A missing column.
     #[error("no column `{name}`; expected it {because}")]
     MissingColumn {
         /// Its name.
         name: String,
-        /// Why it must.
+        /// Why it must be there.
         because: &'static str,
     },
     /// A row with more or fewer values than the header has columns.
@@ -65,13 +65,13 @@ pub enum PolylineFault {
         /// What the column holds.
         expected: &'static str,
     },
-    /// Direction and orientation.
+    /// Columns of both the tool's axis and the platform's orientation.
     #[error("columns of the tool's axis and of the platform's orientation; expected one of them")]
     TwoOrientations,
-    /// An axis of no length.
+    /// A tool axis of length 0.
     #[error("axis_x, axis_y, axis_z are all 0; expected a direction")]
     NoDirection,
-    /// A quaternion that is no rotation.
+    /// A quaternion that is not of unit length.
     #[error("platform_qw, platform_qx, platform_qy, platform_qz have length {norm}; expected 1")]
     NotUnit {
         /// Its length.

@@ -1,4 +1,4 @@
-//! Polyline files, read.
+//! Polyline files (CSV): read, and sampled as paths.
 
 pub(crate) mod column;
 pub(crate) mod error;
@@ -26,7 +26,7 @@ pub struct Polyline {
 }
 
 impl Polyline {
-    /// The points of the file as a path; [`PointSource::segment`](crate::toolpath::PointSource) is the row, from 0.
+    /// The rows of the file as a path; [`PointSource::segment`](crate::toolpath::PointSource) is the row, from 0.
     #[must_use]
     pub fn toolpath(&self) -> &Toolpath {
         &self.path
@@ -49,7 +49,7 @@ impl Polyline {
         self.rows.get(segment).map(|row| &self.source[row.clone()])
     }
 
-    /// The decimals the file writes its positions with, at most, and at least 3.
+    /// Most decimals of the positions in the file, at least 3.
     #[must_use]
     pub fn own_format(&self) -> NumberFormat {
         self.own_format

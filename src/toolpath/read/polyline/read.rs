@@ -1,4 +1,4 @@
-//! Reading a polyline file.
+//! Reader of polyline files.
 
 use std::ops::Range;
 
@@ -15,11 +15,8 @@ use crate::{
 };
 
 impl Polyline {
-    /// Reads a polyline. `name` is the file's name, for messages; `source` its bytes.
-    ///
-    /// # Errors
-    /// When a column is unknown, repeated or missing, a row has the wrong number of values, a value cannot be read,
-    /// or there is no row.
+    /// Reads a polyline file. `name` is its name, for messages; `source` its bytes. `Err` for an unknown, repeated or missing column, a row
+    /// of another width, a value that cannot be read, or no rows.
     pub fn read(source: impl Into<Vec<u8>>, name: &str) -> Result<Polyline, PolylineError> {
         let source = source.into();
         let parsed = parse(&source).map_err(|(at, fault)| PolylineError {
@@ -29,15 +26,16 @@ impl Polyline {
         })?;
         let Parsed { columns, external, rows, points, decimals } = parsed;
         let path = Toolpath::assemble(points).with_external_axes(&external);
-        let own_format = NumberFormat::seen(decimals, 0);
+        let own_format = NumberFormat::of_source(decimals, 0);
         let lines = csv_rows::line_numbers(&source, rows.iter().map(|row| row.start));
         Ok(Polyline { name: name.to_owned(), source, columns, rows, lines, path, own_format })
     }
 }
 
-/// A fault at a byte of the file.
-type At<T> = Result<T, (usize, PolylineFault)>;
+/// A result, or a fault at a byte of the file.
+type Located<T> = Result<T, (usize, PolylineFault)>;
 
+/// Content of a polyline file.
 struct Parsed {
     columns: Vec<Column>,
     /// Names of the external axes.
@@ -48,7 +46,8 @@ struct Parsed {
     decimals: usize,
 }
 
-fn parse(source: &[u8]) -> At<Parsed> {
+/// Parses a polyline file; the tangents and arc lengths of its points are set.
+fn parse(source: &[u8]) -> Located<Parsed> {
     let rows = csv_rows::read(source).map_err(|(at, reason)| (at, PolylineFault::NotCsv { reason }))?;
     let Some((header, rows)) = rows.split_first() else {
         return Err((0, PolylineFault::NoPoints));
@@ -63,21 +62,21 @@ fn parse(source: &[u8]) -> At<Parsed> {
     let mut points = Vec::with_capacity(rows.len());
     let mut decimals = 0;
     for Row { fields, span } in rows {
-        let values = values(&columns, &external, fields).map_err(|fault| (span.start, fault))?;
-        let orientation = orientation(&columns, &values).map_err(|fault| (span.start, fault))?;
-        points.push(PathPoint { orientation, ..point(&columns, &values, points.len()) });
+        let values = row_values(&columns, &external, fields).map_err(|fault| (span.start, fault))?;
+        let orientation = row_orientation(&columns, &values).map_err(|fault| (span.start, fault))?;
+        points.push(PathPoint { orientation, ..row_point(&columns, &values, points.len()) });
         decimals = decimals.max(most_decimals(&columns, fields));
     }
-    measure(&mut points);
+    set_lengths_and_tangents(&mut points);
     Ok(Parsed { columns, external, rows: rows.iter().map(|row| row.span.clone()).collect(), points, decimals })
 }
 
-/// The columns of the file, and the names of its external axes.
+/// Columns of the header, and the names of external axes.
 fn header_columns(header: &ByteRecord) -> Result<(Vec<Column>, Vec<String>), PolylineFault> {
     let (mut columns, mut external) = (Vec::new(), Vec::new());
     for name in header {
         let name = String::from_utf8_lossy(name);
-        let Some(column) = Column::named(&name, &mut external) else {
+        let Some(column) = Column::from_name(&name, &mut external) else {
             let optional = Column::all().skip(3).map(|column| column.name(&external));
             let optional = optional.chain([EXTERNAL_WORDS.into()]).collect::<Vec<_>>().join(", ");
             return Err(PolylineFault::UnknownColumn { name: name.into_owned(), optional });
@@ -103,13 +102,13 @@ fn header_columns(header: &ByteRecord) -> Result<(Vec<Column>, Vec<String>), Pol
     Ok((columns, external))
 }
 
-/// The numbers of a row, in the order of `columns`.
-fn values(columns: &[Column], external: &[String], record: &ByteRecord) -> Result<Vec<f64>, PolylineFault> {
+/// Numbers of a row, in the order of `columns`.
+fn row_values(columns: &[Column], external: &[String], record: &ByteRecord) -> Result<Vec<f64>, PolylineFault> {
     if record.len() != columns.len() {
         return Err(PolylineFault::Width { found: record.len(), expected: columns.len() });
     }
     let value = |(column, field): (&Column, &[u8])| {
-        let read = std::str::from_utf8(field).ok().and_then(|text| column.value(text));
+        let read = std::str::from_utf8(field).ok().and_then(|text| column.parse(text));
         read.ok_or_else(|| PolylineFault::Value {
             column: column.name(external).into_owned(),
             value: String::from_utf8_lossy(field).into_owned(),
@@ -119,13 +118,14 @@ fn values(columns: &[Column], external: &[String], record: &ByteRecord) -> Resul
     columns.iter().zip(record).map(value).collect()
 }
 
+/// Most decimals of the coordinates in a row.
 fn most_decimals(columns: &[Column], record: &ByteRecord) -> usize {
     let positions = columns.iter().zip(record).filter(|(c, _)| matches!(c, Column::Position(_)));
     positions.map(|(_, field)| number::decimals_in(&String::from_utf8_lossy(field))).max().unwrap_or(0)
 }
 
-/// How the tool stands at a row, if the file says it.
-fn orientation(columns: &[Column], values: &[f64]) -> Result<Option<Orientation>, PolylineFault> {
+/// Orientation of the tool in a row; `None` if the file has no columns for it.
+fn row_orientation(columns: &[Column], values: &[f64]) -> Result<Option<Orientation>, PolylineFault> {
     let entry = |wanted: Column| columns.iter().position(|c| *c == wanted).map(|at| values[at]);
     if let [Some(x), Some(y), Some(z)] = [0, 1, 2].map(|axis| entry(Column::ToolAxis(axis))) {
         let axis = Vector3::new(x, y, z).try_normalize(LEAST_AXIS);
@@ -142,13 +142,13 @@ fn orientation(columns: &[Column], values: &[f64]) -> Result<Option<Orientation>
     }
 }
 
-/// A shorter direction is none.
+/// Tool axes shorter than this have no direction.
 const LEAST_AXIS: f64 = 1e-9;
-/// How far from 1 the length of a quaternion may be: files have so many digits.
+/// Most deviation of a quaternion's length from 1: files have few digits.
 const NOT_UNIT: f64 = 1e-3;
 
-/// The point of row `segment`; its tangent and length come later.
-fn point(columns: &[Column], values: &[f64], segment: usize) -> PathPoint {
+/// The point of row `segment`, without orientation, tangent and arc length.
+fn row_point(columns: &[Column], values: &[f64], segment: usize) -> PathPoint {
     let value = |wanted: Column| columns.iter().position(|c| *c == wanted).map(|at| values[at]);
     let vector = |of: fn(usize) -> Column| {
         let [x, y, z] = [0, 1, 2].map(|axis| value(of(axis)));
@@ -173,12 +173,12 @@ fn point(columns: &[Column], values: &[f64], segment: usize) -> PathPoint {
     }
 }
 
-/// Where a path turns by more it has a corner, rad: less is a curve, given by points.
+/// Angle above which a path has a corner, rad; below it is a curve given by points.
 const CORNER_RAD: f64 = 20.0 * std::f64::consts::PI / 180.0;
 
-/// Sets arc lengths and tangents. The tangent is the mean of the directions of arrival and departure on a curve, and at a corner the
-/// direction of arrival, as in a program. A path that ends where it begins turns there too.
-fn measure(points: &mut [PathPoint]) {
+/// Sets arc lengths (mm) and tangents. On a curve the tangent is the mean of the directions of arrival and departure, at a corner that of
+/// arrival, as in a program. A closed path turns at its ends too.
+fn set_lengths_and_tangents(points: &mut [PathPoint]) {
     let steps = points.windows(2).map(|pair| direction(pair[1].position_mm - pair[0].position_mm));
     let moving: Vec<Vector3<f64>> = steps.filter(|step| *step != Vector3::zeros()).collect();
     let is_closed = points.first().map(|p| p.position_mm) == points.last().map(|p| p.position_mm);

@@ -1,24 +1,21 @@
-//! The path through the points of a polyline file, its moves split as those of a program are.
+//! Paths through the points of a polyline file, split like the moves of a program.
 
 use crate::toolpath::{
-    model::{Load, PathPoint, PointSource, Program, Sampling, Toolpath, direction, even_places},
+    model::{Load, PathPoint, PointSource, Program, Sampling, Toolpath, direction, even_parameters},
     read::polyline::{Polyline, PolylineError, PolylineFault},
 };
 
 impl Polyline {
-    /// The path through the points of the file, straight between them and split as `sampling` says;
-    /// [`PointSource::segment`](crate::toolpath::PointSource) is the row a point leads to, from 0. Rapid moves (`cutting` 0) are
-    /// not split. Forces and moments between two rows are interpolated, feed and spindle speed are those of the row ahead.
-    ///
-    /// # Errors
-    /// When the path would have more than [`Sampling::MAX_POINTS`] points.
+    /// The path through the points of the file, straight between them and split as `sampling` says; the segment of a point is the row, from
+    /// 0, that it leads to. Rapid moves (`cutting` 0) stay whole. Loads are interpolated between rows; feed and spindle speed are those of
+    /// the row ahead. `Err` if it would have more than [`Sampling::MAX_POINTS`] points.
     pub fn sampled(&self, sampling: Sampling) -> Result<Toolpath, PolylineError> {
         let places = |row: usize| match row.checked_sub(1).map(|before| &self.path.points()[before]) {
             Some(before) if self.path.points()[row].cutting => {
                 let here = &self.path.points()[row];
                 let turn = before.orientation.zip(here.orientation).map_or(0.0, |(a, b)| a.angle_to(&b));
                 let pieces = sampling.turning_pieces((here.position_mm - before.position_mm).norm(), turn);
-                pieces.filter(|pieces| *pieces <= Sampling::MAX_POINTS).map(even_places)
+                pieces.filter(|pieces| *pieces <= Sampling::MAX_POINTS).map(even_parameters)
             }
             _ => Some(vec![1.0]),
         };
@@ -49,7 +46,7 @@ impl Program for Polyline {
                 line: self.line_of(row).unwrap_or(1),
                 fault: PolylineFault::TooManyPoints,
             })?;
-            let at = |t: &f64| start.filter(|_| *t < 1.0).map_or(*end, |start| between(start, end, *t));
+            let at = |t: &f64| start.filter(|_| *t < 1.0).map_or(*end, |start| interpolate(start, end, *t));
             own.iter().for_each(|t| take(&at(t)));
             (count, start) = (count + own.len(), Some(end));
         }
@@ -61,8 +58,8 @@ impl Program for Polyline {
     }
 }
 
-/// The point at the share `t` of the way from one row to the next.
-fn between(start: &PathPoint, end: &PathPoint, t: f64) -> PathPoint {
+/// The point at the share `t` (0 to 1) of the way from one row to the next.
+fn interpolate(start: &PathPoint, end: &PathPoint, t: f64) -> PathPoint {
     let load = |(a, b): (Load, Load)| Load {
         force_N: a.force_N.lerp(&b.force_N, t),
         moment_Nmm: a.moment_Nmm.lerp(&b.moment_Nmm, t),

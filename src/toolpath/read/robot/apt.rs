@@ -1,13 +1,12 @@
-//! APT and the CLDATA of CAM systems as text: `GOTO/x,y,z,i,j,k` and what says how the tool goes there.
+//! APT and the CLDATA of CAM systems as text: `GOTO/x,y,z,i,j,k` and the records that set feed, units and tool.
 //!
-//! Followed are FROM, GOTO, GODLTA, RAPID, FEDRAT, SPINDL, UNITS, LOADTL and MULTAX; records that do not move the tool
-//! are passed by. Records of circles, cycles, tool compensation, turned tables and the geometry of APT itself are
-//! refused by name.
+//! Followed are FROM, GOTO, GODLTA, RAPID, FEDRAT, SPINDL, UNITS, LOADTL and MULTAX. Other records that do not move the tool are ignored;
+//! circles, cycles, tool compensation, rotary tables and the geometry of APT are refused.
 
 use std::ops::Range;
 
 use crate::toolpath::{
-    model::robot::{Component, Frames, Kind, Number, RobotFault, RobotOptions, Statement, Target},
+    model::robot::{Component, Frames, MotionKind, Number, RobotFault, RobotOptions, Statement, Target},
     read::{
         robot::{LineCursor, Refusal, trimmed},
         scan::Scan,
@@ -17,18 +16,18 @@ use crate::toolpath::{
 /// mm in an inch.
 const INCH_MM: f64 = 25.4;
 
-/// What a feed is given in.
+/// Unit of a feed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum FeedUnit {
     /// mm/min per unit.
     PerMinute(f64),
-    /// mm per turn of the spindle.
+    /// mm per spindle revolution and unit.
     PerTurn(f64),
-    /// In a way that is not followed.
+    /// A unit that is not followed.
     Other,
 }
 
-/// Goes through records from the first on.
+/// A reader of APT records with the modes in force.
 #[derive(Debug)]
 pub(crate) struct Reader<'a> {
     source: &'a [u8],
@@ -39,13 +38,14 @@ pub(crate) struct Reader<'a> {
     spindle_rev_per_min: Option<f64>,
     tool: Option<u32>,
     is_rapid: bool,
-    /// What the first MSYS says of the axes of coordinates.
+    /// Words of the first MSYS, the axes of the coordinates.
     system: Option<Vec<String>>,
-    /// Where the program ends.
-    ended: Option<usize>,
+    /// Line of FINI, at which the program ends.
+    end_line: Option<usize>,
 }
 
 impl<'a> Reader<'a> {
+    /// Starts at the first record of `source`.
     pub fn new(source: &'a [u8], options: &'a RobotOptions) -> Self {
         Self {
             source,
@@ -57,14 +57,14 @@ impl<'a> Reader<'a> {
             tool: None,
             is_rapid: false,
             system: None,
-            ended: None,
+            end_line: None,
         }
     }
 
-    /// The next record that moves the tool.
+    /// The next record that moves the tool; `None` at the end.
     pub fn next(&mut self) -> Result<Option<Statement>, Refusal> {
-        while let Some((at, line, code)) = self.record() {
-            let found = self.follow(at.clone(), line, &code);
+        while let Some((at, line, code)) = self.next_record() {
+            let found = self.follow_record(at.clone(), line, &code);
             if let Some(statement) = found.map_err(|fault| Refusal { line, at, fault })? {
                 return Ok(Some(statement));
             }
@@ -72,14 +72,13 @@ impl<'a> Reader<'a> {
         Ok(None)
     }
 
-    /// The next record: its bytes, the line it begins on, and its text with blanks for what continues it on the next
-    /// line.
-    fn record(&mut self) -> Option<(Range<usize>, usize, Vec<u8>)> {
+    /// The next record: its bytes, its first line, and its text with blanks for comments and line breaks.
+    fn next_record(&mut self) -> Option<(Range<usize>, usize, Vec<u8>)> {
         loop {
-            let (mut range, mut is_continued) = code(self.source, self.lines.advance()?);
+            let (mut range, mut is_continued) = code_range(self.source, self.lines.advance()?);
             let first = self.lines.line;
             while is_continued && let Some(next) = self.lines.advance() {
-                let (more, goes_on) = code(self.source, next);
+                let (more, goes_on) = code_range(self.source, next);
                 (range.end, is_continued) = (more.end, goes_on);
             }
             let at = trimmed(self.source, range);
@@ -96,23 +95,26 @@ impl<'a> Reader<'a> {
         }
     }
 
-    fn follow(&mut self, at: Range<usize>, line: usize, code: &[u8]) -> Result<Option<Statement>, RobotFault> {
+    /// Follows a record: returns the statement if it moves the tool, or sets the mode.
+    fn follow_record(&mut self, at: Range<usize>, line: usize, code: &[u8]) -> Result<Option<Statement>, RobotFault> {
         let slash = code.iter().position(|byte| *byte == b'/');
         let major = String::from_utf8_lossy(&code[..slash.unwrap_or(code.len())]).trim().to_ascii_uppercase();
         let word = major.split(|c: char| !(c.is_ascii_alphanumeric() || c == '-')).next().unwrap_or_default();
         let minor = slash.map_or(&code[code.len()..], |slash| &code[slash + 1..]);
-        let words = words_of(minor);
+        let words = minor_words(minor);
         let has = |word: &str| words.iter().any(|own| own == word);
         let number = || words.iter().find_map(|word| word.parse::<f64>().ok()).filter(|number| number.is_finite());
         match word {
             "GOTO" | "FROM" | "GODLTA" => {
-                if let Some(end) = self.ended {
+                if let Some(end) = self.end_line {
                     return Err(RobotFault::AfterEnd { end });
                 }
                 let minor_at = slash.map_or(at.end, |slash| at.start + slash + 1);
                 return self.motion(word, at, line, minor, minor_at).map(Some);
             }
-            "GOHOME" => return Ok(Some(self.statement(at.clone(), line, at.start..at.start, Kind::PointToPoint))),
+            "GOHOME" => {
+                return Ok(Some(self.statement(at.clone(), line, at.start..at.start, MotionKind::PointToPoint)));
+            }
             "RAPID" => self.is_rapid = true,
             "FEDRAT" => {
                 self.is_rapid = false;
@@ -140,17 +142,17 @@ impl<'a> Reader<'a> {
                     });
                 }
             }
-            "FINI" => self.ended = Some(line),
-            "TLAXIS" if axis_is_z(&words) => {}
+            "FINI" => self.end_line = Some(line),
+            "TLAXIS" if is_z_axis(&words) => {}
             "CYCLE" | "CUTCOM" | "TRACUT" | "ROTABL" | "ROTHED"
                 if words.first().is_some_and(|word| word == "OFF" || word == "NOMORE") => {}
-            _ if is_among(word, REFUSED) => {
+            _ if is_in_list(word, REFUSED) => {
                 return Err(RobotFault::NotFollowed {
                     what: "circles, cycles, compensation, turned tables and computed motions are",
                     expected: "GOTO/x,y,z,i,j,k",
                 });
             }
-            _ if major.contains('=') || is_among(word, KEPT) => {}
+            _ if major.contains('=') || is_in_list(word, IGNORED) => {}
             _ => {
                 let known = self.options.calls_kept.iter().any(|kept| kept.eq_ignore_ascii_case(word));
                 if !known {
@@ -161,6 +163,7 @@ impl<'a> Reader<'a> {
         Ok(None)
     }
 
+    /// Unit of a FEDRAT record, whose words `has` finds.
     fn feed_unit(&self, has: &dyn Fn(&str) -> bool) -> FeedUnit {
         match () {
             () if has("MMPM") => FeedUnit::PerMinute(1.0),
@@ -173,6 +176,7 @@ impl<'a> Reader<'a> {
         }
     }
 
+    /// The statement of GOTO, FROM or GODLTA (`word`), whose numbers `minor` begin at byte `minor_at`.
     fn motion(
         &mut self,
         word: &str,
@@ -200,7 +204,7 @@ impl<'a> Reader<'a> {
             number.at = number.at.start - first..number.at.end - first;
         }
         let pose = minor_at + first..minor_at + last;
-        let kind = if self.is_rapid || word == "FROM" { Kind::PointToPoint } else { Kind::Line };
+        let kind = if self.is_rapid || word == "FROM" { MotionKind::PointToPoint } else { MotionKind::Line };
         self.is_rapid &= word == "FROM";
         let keyword = at.start..at.start + word.len();
         Ok(Statement {
@@ -211,7 +215,8 @@ impl<'a> Reader<'a> {
         })
     }
 
-    fn statement(&self, at: Range<usize>, line: usize, keyword: Range<usize>, kind: Kind) -> Statement {
+    /// A statement without target, with the modes in force.
+    fn statement(&self, at: Range<usize>, line: usize, keyword: Range<usize>, kind: MotionKind) -> Statement {
         let feed = self.feed.and_then(|(feed, unit)| match unit {
             FeedUnit::PerMinute(mm) => Some(feed * mm),
             FeedUnit::PerTurn(mm) => Some(feed * mm * self.spindle_rev_per_min?),
@@ -235,8 +240,8 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// The code of a line, and whether it goes on in the next: `$` continues it, behind `$$` is a comment.
-fn code(source: &[u8], line: Range<usize>) -> (Range<usize>, bool) {
+/// Code of a line without its comment (`$$`), and whether `$` continues it on the next line.
+fn code_range(source: &[u8], line: Range<usize>) -> (Range<usize>, bool) {
     let text = &source[line.clone()];
     // A byte order mark is no code.
     let start = if text.starts_with(b"\xef\xbb\xbf") { line.start + 3 } else { line.start };
@@ -252,32 +257,33 @@ fn code(source: &[u8], line: Range<usize>) -> (Range<usize>, bool) {
     }
 }
 
-/// Words and numbers between commas, in capitals.
-fn words_of(minor: &[u8]) -> Vec<String> {
+/// Words and numbers between the commas of a record, in upper case.
+fn minor_words(minor: &[u8]) -> Vec<String> {
     let text = String::from_utf8_lossy(minor).to_ascii_uppercase();
     text.split(',').map(|word| word.trim().to_owned()).collect()
 }
 
-fn axis_is_z(words: &[String]) -> bool {
+/// Whether the numbers among `words` are a direction along +z.
+fn is_z_axis(words: &[String]) -> bool {
     let numbers: Vec<f64> = words.iter().filter_map(|word| word.parse().ok()).collect();
     matches!(numbers.as_slice(), [x, y, z] if *x == 0.0 && *y == 0.0 && *z > 0.0)
 }
 
-/// Records of free text, in which `$` means nothing.
+/// Records of free text, in which `$` has no meaning.
 const TEXTS: [&str; 6] = ["PPRINT", "PARTNO", "REMARK", "TPRINT", "LETTER", "PPFUN"];
 
-/// Records that move the tool in ways that are not followed, or change what motions mean.
+/// Records that are refused: they move the tool in other ways, or change what motions mean.
 const REFUSED: &str = "CIRCLE MOVARC CYCLE CUTCOM TRACUT REFSYS TRANS ROTATE ROTABL ROTHED ORIGIN COPY CALL MACRO TERMAC LOOPST \
     LOOPND JUMPTO IF GOLFT GORGT GOFWD GOBACK GOUP GODOWN GO INDIRP INDIRV PSIS THICK TLLFT TLRGT TLON TLAXIS \
     POLYGO NURBS SPLINE INSERT";
 
-/// Records that neither move the tool nor change what motions mean.
-const KEPT: &str = "PPRINT PARTNO REMARK TPRINT LETTER PPFUN MACHIN MULTAX COOLNT CUTTER TLDATA TOOL TOOLNO SELCTL TURRET UNLOAD \
+/// Records that are ignored: they neither move the tool nor change what motions mean.
+const IGNORED: &str = "PPRINT PARTNO REMARK TPRINT LETTER PPFUN MACHIN MULTAX COOLNT CUTTER TLDATA TOOL TOOLNO SELCTL TURRET UNLOAD \
     INTOL OUTTOL TOLER MAXANG MAXDP AUXFUN PREFUN OPSTOP STOP DELAY DWELL END END-OF-PATH FINI SEQNO OPTIOM \
     OPSKIP CLEARP CLAMP CLRSRF PAINT TMARK DISPLAY PLABEL CLPRNT NOPOST PRINT PUNCH LINTOL BREAK CHECK ARCSLP \
     LEADER REWIND RESET SET ISN AIR";
 
-/// Whether `word` is one of `words`.
-fn is_among(word: &str, words: &str) -> bool {
+/// Whether `word` is one of the blank-separated `words`.
+fn is_in_list(word: &str, words: &str) -> bool {
     words.split_whitespace().any(|own| own == word)
 }

@@ -1,76 +1,78 @@
-//! Statements followed one after another: where each leads in the workpiece frame, and on which way.
+//! Follows statements of robot programs: where each leads in the workpiece frame W, and along which way.
 
 use nalgebra::Vector3;
 
 use crate::{
     machine::ExternalAxes,
     toolpath::model::{
-        MAX_COORDINATE_MM, Orientation, PathPoint, PointSource, Sampling, Way,
-        robot::{Arc, Component, Kind, Language, RobotFault, Statement, Target, rotation},
+        MAX_COORDINATE_MM, MotionGeometry, Orientation, PathPoint, PointSource, Sampling,
+        robot::{Arc, Component, Language, MotionKind, RobotFault, Statement, Target, rotation},
     },
 };
 
-/// Where the tool stands, in the workpiece frame.
+/// Position, orientation and external axes of the tool in the workpiece frame W.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Stand {
-    /// mm.
+pub(crate) struct ToolState {
+    /// Position of the tip, mm.
     pub position: Vector3<f64>,
     pub orientation: Option<Orientation>,
-    /// External axes, mm or degrees, those that are known.
+    /// Positions of external axes, mm or degrees; `None` if unknown.
     pub external: [Option<f64>; ExternalAxes::MOST],
 }
 
-/// A statement and where it leads.
+/// A statement with its start, end and way.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Motion {
     pub statement: Statement,
-    /// Where it begins, if that is known.
-    pub start: Option<Stand>,
-    pub end: Option<Stand>,
-    pub way: Way,
+    /// State at its start, if known.
+    pub start: Option<ToolState>,
+    pub end: Option<ToolState>,
+    pub way: MotionGeometry,
 }
 
-/// A feed above any machine is none.
+/// Feeds above this are ignored.
 const MOST_FEED_MM_PER_MIN: f64 = 1e9;
-/// A spindle speed above any machine is none.
+/// Spindle speeds above this are ignored.
 const MOST_REV_PER_MIN: f64 = 1e9;
 
-/// What of statements before is in force.
+/// The state that motions lead to, statement by statement.
 #[derive(Debug)]
 pub(crate) struct Follower {
     language: Language,
-    /// External axes that are named, the first ones.
+    /// Number of external axes with names; they come first.
     named_axes: usize,
-    here: Option<Stand>,
-    /// Where external axes were first.
+    here: Option<ToolState>,
+    /// First position of each external axis.
     external: [Option<f64>; ExternalAxes::MOST],
 }
 
 impl Follower {
+    /// Starts before the first statement.
     pub fn new(language: Language, named_axes: usize) -> Self {
         Self { language, named_axes, here: None, external: [None; ExternalAxes::MOST] }
     }
 
+    /// The motion of the next `statement`, which updates the state.
     pub fn follow(&mut self, mut statement: Statement) -> Result<Motion, RobotFault> {
         statement.feed_mm_per_min = statement.feed_mm_per_min.filter(|feed| *feed <= MOST_FEED_MM_PER_MIN);
         statement.spindle_rev_per_min = statement.spindle_rev_per_min.filter(|speed| *speed <= MOST_REV_PER_MIN);
         let start = self.here;
         let end = match &statement.end {
-            Some(target) => lead(self.language, &statement, target, start.as_ref())?,
+            Some(target) => target_state(self.language, &statement, target, start.as_ref())?,
             None => None,
         };
         if let Some(end) = &end {
             self.check_external(end)?;
         }
         let way = match (statement.kind, &start, &end) {
-            (_, _, None) => Way::Unlocated,
-            (Kind::Line, Some(start), Some(end)) => Way::Line(start.position, end.position),
-            (Kind::Circle, Some(start), Some(end)) => self.arc(&statement, start, end)?,
-            (Kind::Circle, None, Some(_)) => return Err(RobotFault::CircleFromNowhere),
-            (_, _, Some(end)) => Way::Arrival(end.position),
+            (_, _, None) => MotionGeometry::Unlocated,
+            (MotionKind::Line, Some(start), Some(end)) => MotionGeometry::Line(start.position, end.position),
+            (MotionKind::Circle, Some(start), Some(end)) => self.arc(&statement, start, end)?,
+            (MotionKind::Circle, None, Some(_)) => return Err(RobotFault::CircleFromNowhere),
+            (_, _, Some(end)) => MotionGeometry::Arrival(end.position),
         };
         // A circle may end where its angle says.
-        let end = end.map(|end| Stand { position: way.at(1.0).map_or(end.position, |(position, _)| position), ..end });
+        let end = end.map(|end| ToolState { position: way.at(1.0).map_or(end.position, |(at, _)| at), ..end });
         if end.is_some_and(|end| end.position.amax() > MAX_COORDINATE_MM) {
             return Err(RobotFault::TooFar);
         }
@@ -78,18 +80,19 @@ impl Follower {
         Ok(Motion { statement, start, end, way })
     }
 
-    fn arc(&self, statement: &Statement, start: &Stand, end: &Stand) -> Result<Way, RobotFault> {
+    /// The arc of a circle statement from `start` to `end`.
+    fn arc(&self, statement: &Statement, start: &ToolState, end: &ToolState) -> Result<MotionGeometry, RobotFault> {
         let via = match &statement.via {
-            Some(via) => lead(self.language, statement, via, Some(start))?,
+            Some(via) => target_state(self.language, statement, via, Some(start))?,
             None => None,
         };
         let via = via.ok_or(RobotFault::NoCircle)?.position;
         let arc = Arc::through([start.position, via, end.position], statement.sweep_rad);
-        Ok(Way::Circle(arc.ok_or(RobotFault::NoCircle)?))
+        Ok(MotionGeometry::Circle(arc.ok_or(RobotFault::NoCircle)?))
     }
 
-    /// Axes with names must be known, the others must stand still.
-    fn check_external(&mut self, end: &Stand) -> Result<(), RobotFault> {
+    /// Checks external axes: those with names must be known, the others must stand still.
+    fn check_external(&mut self, end: &ToolState) -> Result<(), RobotFault> {
         for (axis, now) in end.external.into_iter().enumerate() {
             match (self.external[axis], now) {
                 (_, None) if axis < self.named_axes => return Err(RobotFault::NoExternal { axis: axis + 1 }),
@@ -103,13 +106,13 @@ impl Follower {
     }
 }
 
-/// Where `target` of `statement` leads from `here`; `None` if that is not known.
-pub(crate) fn lead(
+/// The state that `target` of `statement` leads to from `here`; `None` if it is unknown.
+pub(crate) fn target_state(
     language: Language,
     statement: &Statement,
     target: &Target,
-    here: Option<&Stand>,
-) -> Result<Option<Stand>, RobotFault> {
+    here: Option<&ToolState>,
+) -> Result<Option<ToolState>, RobotFault> {
     let frames = &statement.frames;
     let before = here.map(|here| frames.base.inverse_transform_point(&here.position.into()));
     let coordinate = |axis: usize| match (target.number(Component::Position(axis)), statement.is_step) {
@@ -117,7 +120,7 @@ pub(crate) fn lead(
         (Some(step), true) => Some(before?[axis] + step * frames.unit_mm),
         (None, _) => Some(before?[axis]),
     };
-    let orientation = rotation::orientation(language, target, frames, here.and_then(|here| here.orientation))?;
+    let orientation = rotation::tool_orientation(language, target, frames, here.and_then(|here| here.orientation))?;
     let (Some(x), Some(y), Some(z)) = (coordinate(0), coordinate(1), coordinate(2)) else { return Ok(None) };
     if orientation.is_none() && language != Language::Apt {
         return Ok(None);
@@ -130,16 +133,16 @@ pub(crate) fn lead(
     if !position.iter().chain(external.iter().flatten()).all(|number| number.abs() <= MAX_COORDINATE_MM) {
         return Err(RobotFault::TooFar);
     }
-    Ok(Some(Stand { position, orientation, external }))
+    Ok(Some(ToolState { position, orientation, external }))
 }
 
 impl Motion {
-    /// Whether the tool may cut on the way.
+    /// Whether the tool may cut during the motion: it is not point to point.
     pub fn may_cut(&self) -> bool {
-        self.statement.kind != Kind::PointToPoint
+        self.statement.kind != MotionKind::PointToPoint
     }
 
-    /// How the tool stands at `t` from 0 to 1.
+    /// Orientation of the tool at `t` from 0 to 1.
     pub fn orientation_at(&self, t: f64) -> Option<Orientation> {
         let end = self.end?.orientation?;
         match self.start.and_then(|start| start.orientation) {
@@ -148,7 +151,7 @@ impl Motion {
         }
     }
 
-    /// Where the external axes stand at `t` from 0 to 1.
+    /// Positions of the external axes at `t` from 0 to 1, mm or degrees.
     pub fn external_at(&self, t: f64) -> [Option<f64>; ExternalAxes::MOST] {
         let Some(end) = self.end else { return [None; ExternalAxes::MOST] };
         std::array::from_fn(|axis| match self.start.and_then(|start| start.external[axis]) {
@@ -157,19 +160,18 @@ impl Motion {
         })
     }
 
-    fn turn_rad(&self) -> f64 {
+    /// Angle between the orientations at start and end, rad; 0 if one is unknown.
+    fn rotation_rad(&self) -> f64 {
         let start = self.start.and_then(|start| start.orientation);
         start.zip(self.end.and_then(|end| end.orientation)).map_or(0.0, |(start, end)| start.angle_to(&end))
     }
 
-    /// Into how many pieces the motion is split; `None` when into more than a path may have points. A motion from point
-    /// to point is never split: nothing says on which way it goes.
-    pub fn pieces(&self, sampling: Sampling) -> Option<usize> {
-        self.way.pieces(sampling, self.turn_rad())
+    /// Number of pieces into which `sampling` splits the motion, 1 if point to point; `None` if more than a path may have.
+    pub fn piece_count(&self, sampling: Sampling) -> Option<usize> {
+        self.way.pieces(sampling, self.rotation_rad())
     }
 
-    /// Adds the points of the motion at `parameters` to `points`; `segment` is its index in the program, `before_mm`
-    /// the length of the path before it.
+    /// Appends the points at `parameters` (0 to 1) to `points`. `segment` is the motion's index, `before_mm` the arc length before it.
     pub fn sample(&self, segment: usize, parameters: &[f64], before_mm: f64, points: &mut Vec<PathPoint>) {
         let length = self.way.length();
         for &parameter in parameters {

@@ -1,40 +1,36 @@
-//! Bases and tools in force: where a base stands in the workpiece frame, and how the tool is turned.
+//! Bases and tools of robot programs: the pose of a base in the workpiece frame W, and the rotation of the tool.
 
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
 use crate::toolpath::model::robot::{RobotFault, RobotOptions};
 
-/// A base or work object as a program names it.
+/// A base or work object that a program names.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Base {
-    /// Small letters.
+    /// Name in lower case.
     pub name: String,
-    /// Where it stands in the world of the controller, mm, if the program says it.
+    /// Its pose in the world frame of the controller, mm, if the program gives it.
     pub in_world: Option<Isometry3<f64>>,
 }
 
-/// Where bases stand in the workpiece frame W.
+/// Poses of bases in the workpiece frame W.
 #[derive(Debug)]
 pub struct Bases<'a> {
     options: &'a RobotOptions,
-    /// `X_WO` of the world.
+    /// `X_WO` of the controller's world frame.
     world: Option<Isometry3<f64>>,
     /// The base of the first motion.
     first: Option<Base>,
 }
 
 impl<'a> Bases<'a> {
-    /// Of no motion so far.
+    /// Starts before the first motion.
     #[must_use]
     pub fn new(options: &'a RobotOptions) -> Self {
         Self { options, world: options.bases.get(RobotOptions::WORLD).copied(), first: None }
     }
 
-    /// `X_WB` of the base a motion uses; `None` is what is in force where the program names none, W itself. Where
-    /// nothing else is said, the base of the first motion is W.
-    ///
-    /// # Errors
-    /// When neither options nor program say where it stands.
+    /// `X_WB` of the base of a motion (`None`: no base is named); the first one is W if nothing else is given. `Err` if unknown.
     pub fn pose(&mut self, base: Option<&Base>) -> Result<Isometry3<f64>, RobotFault> {
         let unnamed = Base { name: String::new(), in_world: None };
         let base = base.unwrap_or(&unnamed);
@@ -45,7 +41,7 @@ impl<'a> Bases<'a> {
         let pose = given
             .or_else(by_world)
             .or_else(|| (is_first && nothing_given).then(Isometry3::identity))
-            .ok_or_else(|| RobotFault::NoBase { name: words(&base.name) })?;
+            .ok_or_else(|| RobotFault::NoBase { name: shown_name(&base.name) })?;
         if self.world.is_none() {
             self.world = base.in_world.map(|in_world| pose * in_world.inverse());
         }
@@ -53,20 +49,21 @@ impl<'a> Bases<'a> {
     }
 }
 
-fn words(name: &str) -> String {
+/// The name of a base in messages.
+fn shown_name(name: &str) -> String {
     if name.is_empty() { "the base before any is named".into() } else { name.into() }
 }
 
-/// A tool as a program names it.
+/// A tool that a program names.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tool {
-    /// Small letters.
+    /// Name in lower case.
     pub name: String,
-    /// Its frame in the flange, mm, if the program says it.
+    /// Its frame in the flange, mm, if the program gives it.
     pub in_flange: Option<Isometry3<f64>>,
 }
 
-/// How the tool is turned, and where programs say its tip is.
+/// Rotations of tools, and the tool tip that the program gives.
 #[derive(Debug)]
 pub struct Tools<'a> {
     options: &'a RobotOptions,
@@ -74,16 +71,13 @@ pub struct Tools<'a> {
 }
 
 impl<'a> Tools<'a> {
-    /// Of no motion so far.
+    /// Starts before the first motion.
     #[must_use]
     pub fn new(options: &'a RobotOptions) -> Self {
         Self { options, first: None }
     }
 
-    /// `R_PN` of the tool a motion uses; `None` is what is in force where the program names none.
-    ///
-    /// # Errors
-    /// When its tip is another than that of the first.
+    /// `R_PN` of the tool of a motion (`None`: no tool is named yet). `Err` if its tip is not that of the first tool.
     pub fn rotation(&mut self, tool: Option<&Tool>) -> Result<UnitQuaternion<f64>, RobotFault> {
         let own = self.options.tool_rotation;
         let Some(tool) = tool else { return Ok(own) };
@@ -99,7 +93,7 @@ impl<'a> Tools<'a> {
         }
     }
 
-    /// The tip of the tool in the flange, mm, if the program says it.
+    /// Name of the first tool and its tip in the flange, mm, if the program gives it.
     #[must_use]
     pub fn tip_mm(&self) -> Option<(String, Vector3<f64>)> {
         let tool = self.first.as_ref()?;
@@ -107,5 +101,5 @@ impl<'a> Tools<'a> {
     }
 }
 
-/// Tips that differ by less are the same.
+/// Tips that differ by less are the same, mm.
 const SAME_MM: f64 = 1e-6;

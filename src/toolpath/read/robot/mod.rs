@@ -1,4 +1,4 @@
-//! Programs of poses, read and followed.
+//! Robot programs (KRL, RAPID, APT): read, and followed motion by motion.
 
 pub(crate) mod apt;
 pub(crate) mod follow;
@@ -12,11 +12,11 @@ pub(crate) mod walk;
 pub(crate) use {follow::*, frames::*, source::*, walk::*};
 
 use crate::toolpath::model::{
-    NoPoints, NumberFormat, PathPoint, Sampler, Sampling, Toolpath, even_places, program,
+    NumberFormat, PathPoint, SampleFault, Sampler, Sampling, Toolpath, even_parameters, program,
     robot::{Decimals, Language, RobotError, RobotFault, RobotOptions},
 };
 
-/// A program of poses that has been read and followed.
+/// A robot program that has been read and followed.
 #[derive(Clone, Debug)]
 pub struct RobotProgram {
     pub(crate) name: String,
@@ -25,22 +25,19 @@ pub struct RobotProgram {
     pub(crate) source: Vec<u8>,
     /// Name and bytes of the `.dat` beside a `.src`.
     pub(crate) beside: Option<(String, Vec<u8>)>,
-    /// Where its motions are, in order.
-    pub(crate) motions: Vec<MotionAt>,
+    /// Line and byte of each motion, in order.
+    pub(crate) motions: Vec<MotionLocation>,
     pub(crate) own_format: NumberFormat,
     pub(crate) decimals: Decimals,
     pub(crate) notes: RobotNotes,
 }
 
 impl RobotProgram {
-    /// The most points that may be asked for of the path of a program.
+    /// Most points that a path of the program may have.
     pub const MAX_POINTS: usize = Sampling::MAX_PIECES;
 
-    /// Reads and follows a program in `language`. `name` is its file name, for messages; `beside` is name and bytes of
-    /// the `.dat` of a KRL program, if there is one.
-    ///
-    /// # Errors
-    /// When the program has a statement that is not followed.
+    /// Reads and follows a program. `name` is its file name, for messages; `beside` is name and bytes of the `.dat` of a KRL program. `Err`
+    /// for a statement that is not followed.
     pub fn parse(
         source: impl Into<Vec<u8>>,
         name: &str,
@@ -69,7 +66,7 @@ impl RobotProgram {
         &self.name
     }
 
-    /// The language it is in.
+    /// Language of the program.
     #[must_use]
     pub fn language(&self) -> Language {
         self.language
@@ -81,31 +78,31 @@ impl RobotProgram {
         &self.source
     }
 
-    /// Name and bytes of the `.dat` beside it.
+    /// Name and bytes of the `.dat` beside a KRL program.
     #[must_use]
     pub fn beside(&self) -> Option<(&str, &[u8])> {
         self.beside.as_ref().map(|(name, bytes)| (name.as_str(), bytes.as_slice()))
     }
 
-    /// What a reader should know of it.
+    /// Notes for a reader: what was assumed, and motions that stay as they are.
     #[must_use]
     pub fn notes(&self) -> &RobotNotes {
         &self.notes
     }
 
-    /// How many motions the program has; [`PointSource::segment`](crate::toolpath::PointSource) counts them.
+    /// Number of motions; [`PointSource::segment`](crate::toolpath::PointSource) is an index into them.
     #[must_use]
     pub fn motion_count(&self) -> usize {
         self.motions.len()
     }
 
-    /// The line, from 1, on which a motion begins.
+    /// Line, from 1, on which motion `segment` begins.
     #[must_use]
     pub fn line_of(&self, segment: usize) -> Option<usize> {
         self.motions.get(segment).map(|motion| motion.line as usize)
     }
 
-    /// The bytes of that line from the motion on, without its ending.
+    /// Bytes of that line from the motion on, without the line ending.
     #[must_use]
     pub fn content_of(&self, segment: usize) -> Option<&[u8]> {
         let rest = &self.source[self.motions.get(segment)?.start..];
@@ -113,33 +110,27 @@ impl RobotProgram {
         Some(&rest[..length])
     }
 
-    /// The decimals this program itself writes its positions with, at most; at least 3 for mm and 4 for inch.
+    /// Most decimals of the positions in the program; at least 3 for mm and 4 for inch.
     #[must_use]
     pub fn own_format(&self) -> NumberFormat {
         self.own_format
     }
 
-    /// The path of the program in the workpiece frame: the ends of the pieces its motions are split into.
-    ///
-    /// # Errors
-    /// When the path would have more than [`Sampling::MAX_POINTS`] points, or a circle leaves the range of coordinates.
+    /// The path in the workpiece frame W: the ends of the pieces into which `sampling` splits the motions. `Err` if it would have more than
+    /// [`Sampling::MAX_POINTS`] points, or a circle leaves the range of coordinates.
     pub fn toolpath(&self, sampling: Sampling) -> Result<Toolpath, RobotError> {
         self.toolpath_up_to(sampling, Sampling::MAX_POINTS)
     }
 
-    /// As [`RobotProgram::toolpath`], of at most `most` points, up to [`RobotProgram::MAX_POINTS`].
-    ///
-    /// # Errors
-    /// When the path would have more points, or a circle leaves the range of coordinates.
+    /// The path as by [`RobotProgram::toolpath`], with at most `most` points (up to [`RobotProgram::MAX_POINTS`]), else `Err`.
     pub fn toolpath_up_to(&self, sampling: Sampling, most: usize) -> Result<Toolpath, RobotError> {
         let mut points = Vec::with_capacity(self.motions.len());
-        let parameters = |_, motion: &Motion| Some(even_places(motion.pieces(sampling)?));
+        let parameters = |_, motion: &Motion| Some(even_parameters(motion.piece_count(sampling)?));
         self.sample(most, parameters, |point| points.push(*point))?;
         Ok(Toolpath::assemble(points).with_external_axes(&self.options.external_axes))
     }
 
-    /// The points of the path, at most `most`, those of each motion where `parameters` says; a tangent that is not
-    /// known is zero.
+    /// Gives `take` the points of each motion at its `parameters` (0 to 1), at most `most` in all; an unknown tangent is zero.
     pub(crate) fn sample(
         &self,
         most: usize,
@@ -151,13 +142,13 @@ impl RobotProgram {
             let add = |segment, own: &[f64], length_mm, points: &mut Vec<PathPoint>| {
                 motion.sample(segment, own, length_mm, points);
             };
-            let done = sampler.motion(|segment| parameters(segment, motion), add);
+            let done = sampler.sample_motion(|segment| parameters(segment, motion), add);
             done.map_err(|why| {
-                self.refused(
+                self.error_at(
                     &motion.statement,
                     match why {
-                        NoPoints::TooMany => RobotFault::TooManyPoints { most },
-                        NoPoints::TooFar => RobotFault::TooFar,
+                        SampleFault::TooMany => RobotFault::TooManyPoints { most },
+                        SampleFault::TooFar => RobotFault::TooFar,
                     },
                 )
             })

@@ -1,4 +1,4 @@
-//! What statements of robots are read by: names and plain numbers.
+//! Names and plain numbers in statements of robot programs.
 
 use std::ops::Range;
 
@@ -8,44 +8,37 @@ use crate::toolpath::{model::robot::RobotFault, read::scan::Scan};
 const MOST_DIGITS: usize = 17;
 
 impl<'a> Scan<'a> {
-    /// A statement; line endings are blank.
+    /// A cursor over a statement, in which line endings are blank.
     #[must_use]
     pub fn new(line: &'a [u8]) -> Self {
         Self { line, at: 0, is_blank: |byte| byte.is_ascii_whitespace() }
     }
 
-    /// Whether nothing but blanks is left.
+    /// Skips blanks; whether nothing is left.
     pub fn is_done(&mut self) -> bool {
         self.next().is_none()
     }
 
-    /// Steps over `byte`, blanks before it as well.
-    ///
-    /// # Errors
-    /// When another comes next.
+    /// Skips blanks and takes `byte`. `Err` names what is `expected` if another byte comes next.
     pub fn expect(&mut self, byte: u8, expected: &'static str) -> Result<(), RobotFault> {
         if self.takes(byte) { Ok(()) } else { Err(RobotFault::Form { expected }) }
     }
 
-    /// The name that comes next behind blanks, and where it stands; empty if there is none. Names have letters, digits,
-    /// `_`, `$`.
+    /// Skips blanks and takes a name of letters, digits, `_` and `$`, with its range; empty if there is none.
     pub fn name(&mut self) -> (&'a str, Range<usize>) {
-        let start = self.blanks().at;
+        let start = self.skip_blanks().at;
         let is_of_name = |byte: u8| byte.is_ascii_alphanumeric() || matches!(byte, b'_' | b'$');
         if self.peek().is_some_and(|byte| !byte.is_ascii_digit()) {
-            self.run(is_of_name);
+            self.take_while(is_of_name);
         }
         // The bytes are ASCII.
         (std::str::from_utf8(&self.line[start..self.at]).unwrap_or_default(), start..self.at)
     }
 
-    /// The plain number that comes next behind blanks, and where it stands.
-    ///
-    /// # Errors
-    /// When none comes next, or one that is no finite `f64`.
+    /// Skips blanks and takes a plain number, with its range. `Err` if none comes next, or none that is finite.
     pub fn number(&mut self) -> Result<(f64, Range<usize>), RobotFault> {
         let fault = RobotFault::Form { expected: "a plain number" };
-        let start = self.blanks().at;
+        let start = self.skip_blanks().at;
         let mut at = start + usize::from(matches!(self.peek(), Some(b'+' | b'-')));
         let digits = |mut at: usize| {
             while self.line.get(at).is_some_and(u8::is_ascii_digit) {
@@ -77,7 +70,7 @@ impl<'a> Scan<'a> {
         Ok((value, start..at))
     }
 
-    /// Whether an operator comes next, so that what was read is part of an expression.
+    /// Whether an operator comes next, so that what was read is only part of an expression.
     pub fn is_in_expression(&mut self) -> bool {
         matches!(self.next(), Some(b'+' | b'-' | b'*' | b'/' | b':'))
     }

@@ -1,21 +1,23 @@
-//! A source as its readers go through it: line after line, and what is refused at its place.
+//! Lines of a robot program, and refusals with their place in it.
 
 use std::ops::Range;
 
 use crate::toolpath::model::robot::{RobotError, RobotFault};
 
-/// A fault, and the bytes of the source that it is about.
+/// A fault with its line and bytes in the source.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Refusal {
+    /// Line, from 1.
     pub line: usize,
     pub at: Range<usize>,
     pub fault: RobotFault,
 }
 
-/// The most characters of a statement that a message shows.
+/// Most characters of a statement in a message.
 const SHOWN: usize = 80;
 
 impl Refusal {
+    /// Makes an error with the file `name` and the statement from `source`, shortened.
     pub fn locate(self, name: &str, source: &[u8]) -> RobotError {
         let text = String::from_utf8_lossy(source.get(self.at).unwrap_or_default());
         let words: Vec<&str> = text.split_whitespace().collect();
@@ -27,22 +29,23 @@ impl Refusal {
     }
 }
 
-/// Lines of a source, one after another.
+/// An iterator over the lines of a source.
 #[derive(Clone, Debug)]
 pub(crate) struct LineCursor<'a> {
     source: &'a [u8],
-    /// Where the next line begins.
+    /// Index of the next line's first byte.
     next: usize,
-    /// Number of the line last given, from 1.
+    /// Number of the last line, from 1.
     pub line: usize,
 }
 
 impl<'a> LineCursor<'a> {
+    /// Starts at the first line.
     pub fn new(source: &'a [u8]) -> Self {
         Self { source, next: 0, line: 0 }
     }
 
-    /// The next line without its ending.
+    /// Bytes of the next line without its ending; `None` at the end.
     pub fn advance(&mut self) -> Option<Range<usize>> {
         let rest = self.source.get(self.next..).filter(|rest| !rest.is_empty())?;
         let start = self.next;
@@ -58,7 +61,7 @@ impl<'a> LineCursor<'a> {
     }
 }
 
-/// How a source ends its lines.
+/// Line ending of a source: that of its first line, or `\n`.
 pub(crate) fn line_ending(source: &[u8]) -> &'static [u8] {
     match source.iter().position(|byte| matches!(byte, b'\r' | b'\n')) {
         Some(at) if source[at..].starts_with(b"\r\n") => b"\r\n",
@@ -67,14 +70,14 @@ pub(crate) fn line_ending(source: &[u8]) -> &'static [u8] {
     }
 }
 
-/// The blanks a line begins with, of the line that holds the byte `at`; and whether nothing else stands before `at`.
+/// Leading blanks of the line that holds byte `at`, and whether only they stand before `at`.
 pub(crate) fn indent(source: &[u8], at: usize) -> (&[u8], bool) {
     let start = source[..at].iter().rposition(|byte| matches!(byte, b'\r' | b'\n')).map_or(0, |end| end + 1);
     let blanks = source[start..at].iter().position(|byte| !matches!(byte, b' ' | b'\t')).unwrap_or(at - start);
     (&source[start..start + blanks], start + blanks == at)
 }
 
-/// `range` without the blanks around it.
+/// `range` of the source without the blanks at its ends.
 pub(crate) fn trimmed(source: &[u8], range: Range<usize>) -> Range<usize> {
     let text = &source[range.clone()];
     let start = range.start + text.len() - text.trim_ascii_start().len();

@@ -1,41 +1,37 @@
-//! A program walked through statement by statement: each with where it leads, found anew on every walk, so that a
-//! program is held as its bytes and however long it is takes little memory.
+//! Walks through a robot program motion by motion. Each walk reads its bytes anew, so that long programs take little memory.
 
 use nalgebra::Vector3;
 
 use crate::toolpath::{
     model::{
-        NumberFormat, Way, decimals_in,
+        MotionGeometry, NumberFormat, decimals_in,
         robot::{Component, Decimals, Language, RobotError, RobotFault, Statement, Target},
     },
     read::robot::{Follower, Motion, Refusal, RobotProgram, apt, krl, rapid},
 };
 
-/// What is kept of a motion.
+/// Line and byte at which a motion begins.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct MotionAt {
-    /// The line it begins on, from 1.
+pub(crate) struct MotionLocation {
+    /// Line, from 1.
     pub line: u32,
-    /// The byte it begins at.
+    /// Index of its first byte.
     pub start: usize,
 }
 
-/// What a reader of a program should know.
+/// Notes on a program for its reader.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RobotNotes {
-    /// Lines with motions whose end is not known, from 1: they stay as they are.
-    pub not_located: Vec<usize>,
-    /// Name and tip of the tool, mm in the flange, where the program says them.
+    /// Lines, from 1, of motions whose end is unknown: they stay as they are.
+    pub unlocated_lines: Vec<usize>,
+    /// Name of the tool and its tip in the flange, mm, where the program gives them.
     pub tool_tip_mm: Option<(String, Vector3<f64>)>,
-    /// Whether some motion leads to a point that is declared elsewhere; corrected, it has its numbers in the motion.
+    /// Whether some motion leads to a point declared elsewhere; corrected, it has its numbers in the motion.
     pub named_points: bool,
 }
 
 impl RobotProgram {
-    /// Gives each motion to `visit`, in order; then what a reader should know.
-    ///
-    /// # Errors
-    /// A statement that is not followed, and those of `visit`.
+    /// Gives each motion to `visit`, in order, and returns the notes. `Err` from `visit`, or for a statement that is not followed.
     pub(crate) fn walk<E: From<RobotError>>(
         &self,
         mut visit: impl FnMut(&Motion) -> Result<(), E>,
@@ -47,23 +43,23 @@ impl RobotProgram {
         while let Some(statement) = reader.next().map_err(located)? {
             let (line, at) = (statement.line, statement.at.clone());
             let motion = follower.follow(statement).map_err(|fault| located(Refusal { line, at, fault }))?;
-            if motion.way == Way::Unlocated {
-                notes.not_located.push(line);
+            if motion.way == MotionGeometry::Unlocated {
+                notes.unlocated_lines.push(line);
             }
-            notes.named_points |= self.poses(&motion.statement).any(|(_, is_named)| is_named);
+            notes.named_points |= self.targets(&motion.statement).any(|(_, is_named)| is_named);
             visit(&motion)?;
         }
         notes.tool_tip_mm = reader.tool_tip_mm();
         Ok(notes)
     }
 
-    /// Walks through the program for the first time, and keeps what is asked of all of it.
+    /// Walks through the program for the first time: sets its motions, decimals and notes.
     pub(crate) fn survey(&mut self) -> Result<(), RobotError> {
-        let (mut motions, mut seen) = (Vec::new(), [[0usize; 3]; 2]);
+        let (mut motions, mut decimals) = (Vec::new(), [[0usize; 3]; 2]);
         let notes = self.walk(|motion| {
             let statement = &motion.statement;
-            let seen = &mut seen[usize::from(statement.frames.unit_mm != 1.0)];
-            for (target, _) in self.poses(statement) {
+            let decimals = &mut decimals[usize::from(statement.frames.unit_mm != 1.0)];
+            for (target, _) in self.targets(statement) {
                 for number in &target.numbers {
                     let text = String::from_utf8_lossy(&target.text[number.at.clone()]);
                     let mantissa = text.split(['e', 'E']).next().unwrap_or_default();
@@ -72,32 +68,35 @@ impl RobotProgram {
                         Component::Rotation(_) => 1,
                         Component::External(_) => 2,
                     };
-                    seen[kind] = decimals_in(mantissa).max(seen[kind]);
+                    decimals[kind] = decimals_in(mantissa).max(decimals[kind]);
                 }
             }
-            motions
-                .push(MotionAt { line: u32::try_from(statement.line).unwrap_or(u32::MAX), start: statement.at.start });
+            motions.push(MotionLocation {
+                line: u32::try_from(statement.line).unwrap_or(u32::MAX),
+                start: statement.at.start,
+            });
             Ok::<(), RobotError>(())
         })?;
-        let most = |kind: usize| seen[0][kind].max(seen[1][kind]);
+        let most = |kind: usize| decimals[0][kind].max(decimals[1][kind]);
         (self.motions, self.notes) = (motions, notes);
-        self.own_format = NumberFormat::seen(seen[0][0], seen[1][0]);
-        self.decimals = Decimals::seen(self.language, most(1), most(2));
+        self.own_format = NumberFormat::of_source(decimals[0][0], decimals[1][0]);
+        self.decimals = Decimals::of_source(self.language, most(1), most(2));
         Ok(())
     }
 
-    /// The poses of a statement, and whether they are declared elsewhere.
-    fn poses<'a>(&'a self, statement: &'a Statement) -> impl Iterator<Item = (&'a Target, bool)> {
+    /// Targets of a statement, each with whether it is declared elsewhere.
+    fn targets<'a>(&'a self, statement: &'a Statement) -> impl Iterator<Item = (&'a Target, bool)> {
         let is_named = |target: &Target| self.source.get(target.at.clone()) != Some(target.text.as_slice());
         statement.via.iter().chain(&statement.end).map(move |target| (target, is_named(target)))
     }
 
-    pub(crate) fn refused(&self, statement: &Statement, fault: RobotFault) -> RobotError {
+    /// The error that `fault` is at `statement`.
+    pub(crate) fn error_at(&self, statement: &Statement, fault: RobotFault) -> RobotError {
         Refusal { line: statement.line, at: statement.at.clone(), fault }.locate(&self.name, &self.source)
     }
 }
 
-/// Goes through a program from its first statement on.
+/// A reader of the program's language, from its first statement on.
 #[derive(Debug)]
 enum Reader<'a> {
     Krl(Box<krl::Reader<'a>>),
@@ -106,6 +105,7 @@ enum Reader<'a> {
 }
 
 impl<'a> Reader<'a> {
+    /// Starts at the first statement of `program`.
     pub fn new(program: &'a RobotProgram) -> Self {
         let (source, options) = (&program.source, &program.options);
         match program.language {
@@ -115,7 +115,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// The next statement that moves the tool.
+    /// The next statement that moves the tool; `None` at the end.
     pub fn next(&mut self) -> Result<Option<Statement>, Refusal> {
         match self {
             Reader::Krl(reader) => reader.next(),
@@ -124,7 +124,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Name and tip (mm, in the flange) of the tool that motions used so far, if the program says where it is.
+    /// Name and tip (mm, in the flange) of the first tool that motions used, if the program gives it.
     pub fn tool_tip_mm(&self) -> Option<(String, Vector3<f64>)> {
         match self {
             Reader::Krl(reader) => reader.tools().tip_mm(),

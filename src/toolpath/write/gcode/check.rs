@@ -1,65 +1,66 @@
-//! Whether a way that would be written passes where it should, and where on it each point lies.
+//! Checks that a candidate block passes the corrected points within tolerance, and finds where on it each point lies.
 
 use nalgebra::Vector3;
 
-use crate::toolpath::model::{PathPoint, Way, gcode::Angles};
+use crate::toolpath::model::{MotionGeometry, PathPoint, gcode::Angles};
 
 /// A written arc may turn by as much more or less than the programmed one, rad.
 const TURN_RAD: f64 = 0.5;
 
-/// Points of a programmed block that follow one another, and where they should be.
+/// Consecutive points of a programmed block and their corrected positions.
 #[derive(Clone, Copy)]
 pub(crate) struct Stretch<'a> {
     /// The block as programmed.
-    pub nominal: &'a Way,
-    /// Parameter and correction, mm, of where it begins.
+    pub nominal: &'a MotionGeometry,
+    /// Parameter and correction, mm, of where the points begin.
     pub before: (f64, Vector3<f64>),
     pub points: &'a [PathPoint],
     pub corrected: &'a [Vector3<f64>],
-    /// Where rotary axes should stand at the points, if they turn or are corrected.
+    /// Corrected angles of the rotary axes at the points, degrees, if they turn or are corrected.
     pub angles: Option<&'a [Angles]>,
 }
 
-/// How far off a written way may be, mm.
+/// How far a written block may be from the corrected points, mm.
 #[derive(Clone, Copy)]
-pub(crate) struct Allowed {
-    /// Each coordinate of a point that lies as far along the written way as along the programmed one.
+pub(crate) struct WriteTolerance {
+    /// Limit of each coordinate for a point that lies as far along the written block as along the programmed one.
     pub unit_mm: f64,
-    /// The way from a point.
+    /// Limit of the distance from a point to the written curve.
     pub tolerance_mm: f64,
 }
 
-/// A position that should be passed.
+/// A position that a written block should pass.
 pub(crate) struct Goal {
-    /// How far along the stretch, from 0 to 1.
+    /// How far along the stretch the position lies, from 0 to 1.
     share: f64,
     pub position: Vector3<f64>,
-    /// Whether it is a point of the path, not the middle between two of them.
+    /// Whether the position is a path point, not the middle between two of them.
     is_point: bool,
 }
 
 impl<'a> Stretch<'a> {
-    /// Its first `count` points.
-    pub fn first(self, count: usize) -> Stretch<'a> {
+    /// Returns the stretch of the first `count` points.
+    pub fn first_points(self, count: usize) -> Stretch<'a> {
         let angles = self.angles.map(|angles| &angles[..count]);
         Stretch { points: &self.points[..count], corrected: &self.corrected[..count], angles, ..self }
     }
 
-    /// What is left of it behind its first `count` points.
-    pub fn behind(self, count: usize) -> Stretch<'a> {
+    /// Returns the rest of the stretch after the first `count` points.
+    pub fn after_points(self, count: usize) -> Stretch<'a> {
         let before = self.correction(count.checked_sub(1));
         let angles = self.angles.map(|angles| &angles[count..]);
         Stretch { before, points: &self.points[count..], corrected: &self.corrected[count..], angles, ..self }
     }
 
+    /// Returns parameter and correction, mm, of point `k`; of the beginning for `None`.
     fn correction(&self, k: Option<usize>) -> (f64, Vector3<f64>) {
         let of =
             |(point, corrected): (&PathPoint, &Vector3<f64>)| (point.source.parameter, corrected - point.position_mm);
         k.and_then(|k| self.points.get(k).zip(self.corrected.get(k))).map_or(self.before, of)
     }
 
-    /// Its points as they should be, and before each the middle of the way to it, moved by the mean of the two corrections: an
-    /// arc could pass both the other way round.
+    /// Iterates over the corrected points, and before each the middle of the curve to it, moved by the mean of the two corrections: an
+    /// arc in the other direction could pass the points alone.
     pub fn goals(self) -> impl Iterator<Item = Goal> + use<'a> {
         let begin = self.before.0;
         let length = self.correction(self.points.len().checked_sub(1)).0 - begin;
@@ -77,41 +78,44 @@ impl<'a> Stretch<'a> {
         })
     }
 
-    /// Whether an arc turns about as much as programmed: near its ends, points do not tell a full turn from none.
-    fn turns_as(&self, candidate: &Way) -> bool {
-        let (Way::Arc(nominal), Way::Arc(candidate)) = (self.nominal, candidate) else { return true };
+    /// Whether a candidate arc turns by about the programmed angle: near its ends, points do not tell a full turn from none.
+    fn has_programmed_sweep(&self, candidate: &MotionGeometry) -> bool {
+        let (MotionGeometry::Arc(nominal), MotionGeometry::Arc(candidate)) = (self.nominal, candidate) else {
+            return true;
+        };
         let share = self.correction(self.points.len().checked_sub(1)).0 - self.before.0;
         (candidate.sweep_rad() - nominal.sweep_rad() * share).abs() < TURN_RAD
     }
 
-    /// Whether axes that turn evenly between these angles stand as they should at the points, which lie at `places`, to `allowed` degrees.
-    pub fn is_turned(&self, places: &[f64], [from, to]: [&Angles; 2], allowed: f64) -> bool {
-        let stands = |(place, wanted): (&f64, &Angles)| {
-            (0..3).all(|axis| (from[axis] + (to[axis] - from[axis]) * place - wanted[axis]).abs() <= allowed)
+    /// Whether rotary axes that turn evenly between these angles have the wanted ones at the points, at `parameters`, within `allowed` degrees.
+    pub fn has_angles_at(&self, parameters: &[f64], [from, to]: [&Angles; 2], allowed: f64) -> bool {
+        let stands = |(parameter, wanted): (&f64, &Angles)| {
+            (0..3).all(|axis| (from[axis] + (to[axis] - from[axis]) * parameter - wanted[axis]).abs() <= allowed)
         };
-        self.angles.is_none_or(|angles| places.iter().zip(angles).all(stands))
+        self.angles.is_none_or(|angles| parameters.iter().zip(angles).all(stands))
     }
 
-    /// Where on `candidate` its points lie, from 0 to 1, one after another; `None` if it does not pass them.
-    pub fn places(self, candidate: &Way, allowed: Allowed) -> Option<Vec<f64>> {
-        if !self.turns_as(candidate) {
+    /// Returns where on `candidate` the points lie, from 0 to 1 in ascending order; `None` if it does not pass them within tolerance.
+    pub fn parameters(self, candidate: &MotionGeometry, allowed: WriteTolerance) -> Option<Vec<f64>> {
+        if !self.has_programmed_sweep(candidate) {
             return None;
         }
-        let is_straight = [self.nominal, candidate].into_iter().all(|way| matches!(way, Way::Line(..)));
-        let mut places = Vec::with_capacity(self.points.len());
+        let is_straight = [self.nominal, candidate].into_iter().all(|way| matches!(way, MotionGeometry::Line(..)));
+        let mut parameters = Vec::with_capacity(self.points.len());
         let mut from = 0.0;
         for goal in self.goals().filter(|goal| goal.is_point || !is_straight) {
-            from = place(candidate, from, &goal, allowed, self.angles.is_some())?;
-            places.extend(goal.is_point.then_some(from));
+            from = passes_at(candidate, from, &goal, allowed, self.angles.is_some())?;
+            parameters.extend(goal.is_point.then_some(from));
         }
         // The last one is where the written way ends.
-        *places.last_mut()? = 1.0;
-        Some(places)
+        *parameters.last_mut()? = 1.0;
+        Some(parameters)
     }
 }
 
-/// Where `candidate` passes `goal`, not before `from`; `turns`: rotary axes turn along it, and must stand right there.
-fn place(candidate: &Way, from: f64, goal: &Goal, allowed: Allowed, turns: bool) -> Option<f64> {
+/// Returns the parameter, at least `from`, at which `candidate` passes `goal`; `None` if it is too far off. If rotary axes turn along it
+/// (`turns`), only the goal's own share counts.
+fn passes_at(candidate: &MotionGeometry, from: f64, goal: &Goal, allowed: WriteTolerance, turns: bool) -> Option<f64> {
     let off = |t: f64| Some(candidate.at(t)?.0 - goal.position);
     let off_there = off(goal.share)?;
     if off_there.amax() <= allowed.unit_mm || (turns && off_there.norm() <= allowed.tolerance_mm) {
@@ -120,12 +124,12 @@ fn place(candidate: &Way, from: f64, goal: &Goal, allowed: Allowed, turns: bool)
     if turns {
         return None;
     }
-    let place = if goal.share < 1.0 { nearest(candidate, &goal.position, goal.share)?.max(from) } else { 1.0 };
-    (off(place)?.norm() <= allowed.tolerance_mm).then_some(place)
+    let parameter = if goal.share < 1.0 { nearest(candidate, &goal.position, goal.share)?.max(from) } else { 1.0 };
+    (off(parameter)?.norm() <= allowed.tolerance_mm).then_some(parameter)
 }
 
-/// Where `way` passes nearest to `goal`, from 0 to 1, sought from `guess` on.
-fn nearest(way: &Way, goal: &Vector3<f64>, guess: f64) -> Option<f64> {
+/// Iterates from `guess` to the parameter, from 0 to 1, at which `way` passes nearest to `goal` (mm).
+fn nearest(way: &MotionGeometry, goal: &Vector3<f64>, guess: f64) -> Option<f64> {
     let length = way.length();
     let mut t = guess;
     for _ in 0..MOST_STEPS {

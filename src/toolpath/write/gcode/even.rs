@@ -1,4 +1,4 @@
-//! Corrections of a line that runs several times, made the same where no written number could show that they differ.
+//! Corrections of lines that run several times, made equal where they differ by less than the written decimals.
 
 use std::{
     borrow::Cow,
@@ -10,25 +10,25 @@ use nalgebra::Vector3;
 
 use crate::toolpath::{
     model::{NumberFormat, PathPoint, Toolpath, gcode::LengthUnit},
-    read::gcode::{Origin, Program, WrittenOut},
+    read::gcode::{Expansion, Origin, Program},
 };
 
 impl Program {
-    /// `corrected_mm`, one position for each point of `path`, for a program that is to keep its calls: of each line that runs
-    /// several times, point by point the middle of its corrections if none is farther from another than a unit of the last decimal.
-    pub(crate) fn evened<'a>(
+    /// Returns `corrected_mm`, one position for each point of `path`, in which the runs of a line that runs several times have the same
+    /// corrections where these differ by at most a unit of the last decimal. Only for a program that keeps its calls.
+    pub(crate) fn even_out_corrections<'a>(
         &self,
         path: &Toolpath,
         corrected_mm: &'a [Vector3<f64>],
         format: NumberFormat,
     ) -> Cow<'a, [Vector3<f64>]> {
-        let Some(written_out) = self.written_out.as_ref().filter(|written_out| written_out.keeps_calls) else {
+        let Some(expansion) = self.expansion.as_ref().filter(|expansion| expansion.keeps_calls) else {
             return Cow::Borrowed(corrected_mm);
         };
         let points = path.points();
         let mut evened = Cow::Borrowed(corrected_mm);
         let unit_mm = resolution_mm(format);
-        for runs in self.runs(written_out, points) {
+        for runs in self.repeated_lines(expansion, points) {
             let runs: Vec<Range<usize>> = runs.into_iter().map(|(_, points)| points).collect();
             if runs.iter().any(|run| run.len() != runs[0].len()) {
                 continue;
@@ -47,19 +47,19 @@ impl Program {
         evened
     }
 
-    /// The lines, from 1, that come from one that runs several times and leads to the same corrected place each time.
-    pub(crate) fn lines_led_alike(&self, path: &Toolpath, corrected_mm: &[Vector3<f64>]) -> BTreeSet<usize> {
-        let Some(written_out) = &self.written_out else { return BTreeSet::new() };
+    /// Returns the lines (from 1) that come from a line that runs several times and ends at the same corrected position each time.
+    pub(crate) fn lines_corrected_alike(&self, path: &Toolpath, corrected_mm: &[Vector3<f64>]) -> BTreeSet<usize> {
+        let Some(expansion) = &self.expansion else { return BTreeSet::new() };
         let end = |points: &Range<usize>| corrected_mm[points.end - 1];
         let is_alike = |runs: &Vec<(usize, Range<usize>)>| {
             runs.iter().all(|(_, points)| (end(points) - end(&runs[0].1)).amax() < NumberFormat::FINEST)
         };
-        let alike = self.runs(written_out, path.points()).into_iter().filter(is_alike);
+        let alike = self.repeated_lines(expansion, path.points()).into_iter().filter(is_alike);
         alike.flatten().map(|(line, _)| line).collect()
     }
 
-    /// Of each line of a source that runs several times the lines, from 1, that it was written out in, with their points.
-    fn runs(&self, written_out: &WrittenOut, points: &[PathPoint]) -> Vec<Vec<(usize, Range<usize>)>> {
+    /// Groups the expanded lines (from 1) that come from the same source line which runs several times, with the ranges of their points.
+    fn repeated_lines(&self, expansion: &Expansion, points: &[PathPoint]) -> Vec<Vec<(usize, Range<usize>)>> {
         let line_of = |point: &PathPoint| self.motions.get(point.source.segment).map(|motion| motion.line);
         let mut runs: BTreeMap<Origin, Vec<(usize, Range<usize>)>> = BTreeMap::new();
         let mut first = 0;
@@ -67,14 +67,14 @@ impl Program {
             let range = first..first + own.len();
             first = range.end;
             if let Some(line) = line_of(&own[0]) {
-                runs.entry(written_out.origin(line)).or_default().push((line, range));
+                runs.entry(expansion.origin(line)).or_default().push((line, range));
             }
         }
         runs.into_values().filter(|runs| runs.len() > 1).collect()
     }
 }
 
-/// A unit of the last decimal, mm; of the finer of both units.
+/// Returns the smaller of the last written decimals of mm and inch coordinates, mm.
 fn resolution_mm(format: NumberFormat) -> f64 {
     let unit = |unit: LengthUnit, decimals: u8| unit.mm() * 10_f64.powi(-i32::from(decimals));
     unit(LengthUnit::Millimetre, format.mm_decimals()).min(unit(LengthUnit::Inch, format.inch_decimals()))

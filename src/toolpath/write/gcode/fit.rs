@@ -7,7 +7,7 @@ use crate::toolpath::model::Plane;
 /// A circle of a larger radius, mm, is a line.
 const LARGEST_RADIUS_MM: f64 = 1e5;
 
-/// Centre, mm, in the order of the plane's two axes, of the circle through `start` and `end` that fits `between`.
+/// Fits a circle through `start` and `end` to the points `between`; returns its centre in the order of the plane's two axes, mm.
 ///
 /// A centre c on the bisector of the chord, c = m + h ν (m its middle, ν its unit normal), has from p the power
 /// |p − m|² − (chord/2)² − 2 h (p − m)·ν, zero on the circle: h by least squares. Where start and end are the same point s, the

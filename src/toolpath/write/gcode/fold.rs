@@ -1,4 +1,4 @@
-//! Calls that stay calls: what was written of a program that was written out, back in the lines that it comes from.
+//! Puts the written lines of an expanded program back into the files with calls that they come from.
 //!
 //! A line that runs more than once can be written once if the same was written of it each time. What was computed for it stays
 //! computed only if nothing of it has changed. The files found so are run again: they must give what was written, byte by byte.
@@ -10,41 +10,41 @@ use thiserror::Error;
 use crate::toolpath::{
     expand::{line::SourceLine, run::Run},
     read::gcode::{
-        CalledFile, Origin, Program, WrittenOut,
+        CalledFile, Expansion, Origin, Program,
         lines::{self, Lines},
     },
     write::gcode::Rewritten,
 };
 
-/// A program with calls and what becomes of them.
+/// What becomes of the calls of a program that is written back: they stay, or it stays expanded.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Calls {
     /// They stay.
     Stay {
         /// The program's own file.
         program: Vec<u8>,
-        /// Those that it calls beside it.
+        /// The called files beside it.
         beside: Vec<CalledFile>,
     },
-    /// They are written out.
-    WrittenOut(Differs),
+    /// The program stays expanded, for this reason.
+    WrittenOut(FoldFailure),
 }
 
-/// Why a program cannot be written with its calls: the first line at which that shows.
+/// The reason why a program cannot be written with its calls, at the first line concerned.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
-#[error("{}line {line} {how}", in_file(file.as_deref()))]
-pub struct Differs {
+#[error("{}line {line} {how}", file_prefix(file.as_deref()))]
+pub struct FoldFailure {
     /// The file, if it is not the program's own.
     pub file: Option<String>,
     /// The line, from 1.
     pub line: usize,
-    /// What is the matter with it.
-    pub how: How,
+    /// What prevents it.
+    pub how: FoldFault,
 }
 
-/// What is the matter with a line that was written out.
+/// What prevents an expanded line from being put back into its source line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
-pub enum How {
+pub enum FoldFault {
     /// It runs several times, and is written differently.
     #[error("runs several times, each with other corrections")]
     FromRunToRun,
@@ -56,76 +56,78 @@ pub enum How {
     OutOfPlace,
 }
 
-/// The beginning of a place in a file.
-fn in_file(file: Option<&str>) -> String {
+/// Returns the beginning of a message about a line: the file's name and a blank, or nothing.
+fn file_prefix(file: Option<&str>) -> String {
     file.map_or_else(String::new, |file| format!("{file} "))
 }
 
-/// What a line of a source has become.
-enum Became<'a> {
+/// What a source line becomes in the written program: unchanged, or another text.
+enum Change<'a> {
     Itself,
     Text { was: &'a [u8], text: &'a [u8] },
 }
 
 impl Program {
-    /// `rewritten` of this program with its calls; `None` if it has none, or was to be written out.
+    /// Puts `rewritten` back into the program's files with calls, or says why not; `None` if it has no calls or need not keep them.
     #[must_use]
-    pub fn calls_of(&self, rewritten: &Rewritten) -> Option<Calls> {
-        let written_out = self.written_out.as_ref().filter(|written_out| written_out.keeps_calls)?;
-        let folded = self.folded(written_out, rewritten);
-        Some(folded.unwrap_or_else(|(at, how)| Calls::WrittenOut(written_out.differs(at, how))))
+    pub fn folded_calls(&self, rewritten: &Rewritten) -> Option<Calls> {
+        let expansion = self.expansion.as_ref().filter(|expansion| expansion.keeps_calls)?;
+        let fold = self.fold(expansion, rewritten);
+        Some(fold.unwrap_or_else(|(at, how)| Calls::WrittenOut(expansion.failure(at, how))))
     }
 
-    fn folded(&self, written_out: &WrittenOut, rewritten: &Rewritten) -> Result<Calls, (Origin, How)> {
-        let mut became: BTreeMap<Origin, Became<'_>> = BTreeMap::new();
+    /// Returns the program's files with the written lines in place; fails with the first line that cannot be put back.
+    fn fold(&self, expansion: &Expansion, rewritten: &Rewritten) -> Result<Calls, (Origin, FoldFault)> {
+        let mut became: BTreeMap<Origin, Change<'_>> = BTreeMap::new();
         let mut run = Vec::with_capacity(rewritten.bytes().len());
         let mut first = 0;
-        for (line, (origin, end)) in written_out.origins.iter().zip(&rewritten.line_ends).enumerate() {
+        for (line, (origin, end)) in expansion.origins.iter().zip(&rewritten.line_ends).enumerate() {
             let text = &rewritten.bytes()[first..*end];
             first = *end;
-            if line == written_out.header {
+            if line == expansion.header {
                 continue;
             }
             run.extend_from_slice(text);
             let was = &self.source[self.lines.content(line).start..self.lines.ending(line).end];
             // The second % stands for the end, whatever line that is.
-            if lines::first(was) == Some(b'%') {
+            if lines::first_byte(was) == Some(b'%') {
                 continue;
             }
-            let now = if text == was { Became::Itself } else { Became::Text { was, text } };
+            let now = if text == was { Change::Itself } else { Change::Text { was, text } };
             let is_same = match (became.get(origin), &now) {
-                (None, _) | (Some(Became::Itself), Became::Itself) => true,
-                (Some(Became::Text { was: was_before, text: before }), Became::Text { was, text }) => {
+                (None, _) | (Some(Change::Itself), Change::Itself) => true,
+                (Some(Change::Text { was: was_before, text: before }), Change::Text { was, text }) => {
                     was_before == was && before == text
                 }
                 _ => false,
             };
             if !is_same {
-                return Err((*origin, How::FromRunToRun));
+                return Err((*origin, FoldFault::FromRunToRun));
             }
             became.insert(*origin, now);
         }
-        let program = refilled(0, written_out.file_bytes(), &became)?;
-        let mut beside = Vec::with_capacity(written_out.files.len());
-        for (file, source) in written_out.files.iter().enumerate().skip(1) {
-            beside.push(CalledFile { name: source.name.clone(), bytes: refilled(file, &source.bytes, &became)? });
+        let program = refill(0, expansion.file_bytes(), &became)?;
+        let mut beside = Vec::with_capacity(expansion.files.len());
+        for (file, source) in expansion.files.iter().enumerate().skip(1) {
+            beside.push(CalledFile { name: source.name.clone(), bytes: refill(file, &source.bytes, &became)? });
         }
         let bytes_of = |name: &str| beside.iter().find(|file| file.name == name).map(|file| file.bytes.clone());
-        let again = Run::new(program.clone(), &self.name, &self.options, &bytes_of).all();
+        let again = Run::new(program.clone(), &self.name, &self.options, &bytes_of).run_to_end();
         match again {
             Ok((again, _)) if again == run => Ok(Calls::Stay { program, beside }),
-            Ok((again, _)) => Err((written_out.first_difference(&again, &run), How::OutOfPlace)),
-            Err(_) => Err((Origin::default(), How::OutOfPlace)),
+            Ok((again, _)) => Err((expansion.first_difference(&again, &run), FoldFault::OutOfPlace)),
+            Err(_) => Err((Origin::default(), FoldFault::OutOfPlace)),
         }
     }
 }
 
-impl WrittenOut {
-    fn differs(&self, at: Origin, how: How) -> Differs {
-        Differs { file: self.called(at).map(str::to_owned), line: at.line + 1, how }
+impl Expansion {
+    /// Creates the failure at the source line `at` because of `how`.
+    fn failure(&self, at: Origin, how: FoldFault) -> FoldFailure {
+        FoldFailure { file: self.called_name(at).map(str::to_owned), line: at.line + 1, how }
     }
 
-    /// Where the first line comes from in which a program, run again, is another than it was.
+    /// Returns the source of the first line in which `again`, the program run again, differs from `run`.
     fn first_difference(&self, again: &[u8], run: &[u8]) -> Origin {
         let same = again.iter().zip(run).take_while(|(again, run)| again == run).count();
         let line = run[..same].iter().filter(|byte| **byte == b'\n').count();
@@ -133,20 +135,20 @@ impl WrittenOut {
     }
 }
 
-/// The bytes of file number `file` with its lines as they `became`.
-fn refilled(file: usize, bytes: &[u8], became: &BTreeMap<Origin, Became<'_>>) -> Result<Vec<u8>, (Origin, How)> {
+/// Returns the bytes of file number `file` with its lines replaced as `became` says; fails at a line that is computed.
+fn refill(file: usize, bytes: &[u8], became: &BTreeMap<Origin, Change<'_>>) -> Result<Vec<u8>, (Origin, FoldFault)> {
     let lines = Lines::of(bytes);
     let mut out = Vec::with_capacity(bytes.len());
     for line in 0..lines.len() {
         let (content, ending) = (&bytes[lines.content(line)], &bytes[lines.ending(line)]);
         let at = Origin { file, line };
-        let Some(Became::Text { was, text }) = became.get(&at) else {
+        let Some(Change::Text { was, text }) = became.get(&at) else {
             out.extend_from_slice(content);
             out.extend_from_slice(ending);
             continue;
         };
         let was = &was[..Lines::of(was).content(0).end];
-        let call = if was == content { None } else { Some(call_of(content, was).ok_or((at, How::Computed))?) };
+        let call = if was == content { None } else { Some(call_words(content, was).ok_or((at, FoldFault::Computed))?) };
         out.extend_from_slice(text);
         if let Some(call) = call {
             out.extend_from_slice(call.as_bytes());
@@ -159,10 +161,10 @@ fn refilled(file: usize, bytes: &[u8], became: &BTreeMap<Origin, Became<'_>>) ->
     Ok(out)
 }
 
-/// The words of a line that call a subprogram or go back from one, if it has them and `rest` is what else is on it.
-fn call_of(content: &[u8], rest: &[u8]) -> Option<String> {
+/// Returns the words of a line that call a subprogram or return from one, if `rest` is all else that is on the line.
+fn call_words(content: &[u8], rest: &[u8]) -> Option<String> {
     let line = SourceLine::new(content);
-    if line.code.contains(['#', '[']) || !line.has(b'M', &[97.0, 98.0, 99.0, 198.0]) {
+    if line.code.contains(['#', '[']) || !line.has_word(b'M', &[97.0, 98.0, 99.0, 198.0]) {
         return None;
     }
     let words = line.words(&crate::toolpath::expand::variables::Variables::default()).ok()?;
@@ -172,7 +174,7 @@ fn call_of(content: &[u8], rest: &[u8]) -> Option<String> {
         _ => false,
     };
     let own: Vec<_> = words.into_iter().filter(|word| of_call(word.letter, word.value)).collect();
-    let is_rest = line.without(&own).is_some_and(|without| without.bytes == rest);
+    let is_rest = line.without_words(&own).is_some_and(|without| without.bytes == rest);
     let texts: Vec<_> = own.iter().map(|word| String::from_utf8_lossy(&content[word.span.clone()])).collect();
     is_rest.then(|| texts.join(" "))
 }

@@ -1,85 +1,85 @@
-//! Positions as numbers on a line: unit, origin, absolute or incremental, rounded to the decimals written.
+//! Positions as numbers on a G-code line: unit, origin, absolute or incremental, rounded to the written decimals.
 
 use nalgebra::Vector3;
 
 use crate::toolpath::model::{
-    fixed,
-    gcode::{Centre, Distance, Known, Modal, Motion, Word},
+    format_fixed,
+    gcode::{Centre, Distance, ModalState, Motion, PartialPosition, Word},
     last_place,
 };
 
-/// How positions are written on a line.
+/// How positions are written on a line: unit, distance mode, zero and decimals.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Place {
+pub(crate) struct CoordinateFormat {
     mm: f64,
-    /// By axis: a word may say it itself.
+    /// The distance mode of each axis: a word may have its own.
     distances: [Distance; 3],
     origin: Vector3<f64>,
     decimals: u8,
-    /// Whether every axis of absolute coordinates gets a word, needed or not.
-    spelled: bool,
+    /// Whether every axis in absolute mode gets a word, needed or not.
+    writes_all_axes: bool,
 }
 
-/// Where an axis word leads.
+/// An axis word to write and the coordinate that it commands.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Reached {
-    /// The number to write; nothing where the line is right as it is.
+pub(crate) struct AxisWord {
+    /// The number to write; `None` where the line stays as it is.
     pub number: Option<String>,
     /// The coordinate, mm in the workpiece frame.
     pub at: Option<f64>,
 }
 
-impl Place {
-    /// `words` are those of the line that is changed; none for a new line.
-    pub fn new(modal: &Modal, words: &[Word], origin: Vector3<f64>, decimals: u8) -> Place {
+impl CoordinateFormat {
+    /// Creates the format from the modal state, the `words` of the line to change (none for a new line) and the zero, mm.
+    pub fn new(modal: &ModalState, words: &[Word], origin: Vector3<f64>, decimals: u8) -> CoordinateFormat {
         let own = |letter| words.iter().find(|word| word.letter == letter).and_then(|word| word.distance);
         let distances = ['X', 'Y', 'Z'].map(|letter| own(letter).unwrap_or(modal.distance));
-        Place { mm: modal.unit.mm(), distances, origin, decimals, spelled: false }
+        CoordinateFormat { mm: modal.unit.mm(), distances, origin, decimals, writes_all_axes: false }
     }
 
-    /// The same, with a word for every axis of absolute coordinates if `spelled`.
-    pub fn spelled(self, spelled: bool) -> Place {
-        Place { spelled, ..self }
+    /// Returns the same format, with a word for every axis in absolute mode if `writes_all_axes`.
+    pub fn with_all_axes(self, writes_all_axes: bool) -> CoordinateFormat {
+        CoordinateFormat { writes_all_axes, ..self }
     }
 
-    /// This format with the distance mode in force, for all axes: a new line has no words of its own.
-    pub fn on_new_line(self, modal: &Modal) -> Place {
-        Place { distances: [modal.distance; 3], ..self }
+    /// Returns the same format for a new line: all axes in the distance mode in force.
+    pub fn for_new_line(self, modal: &ModalState) -> CoordinateFormat {
+        CoordinateFormat { distances: [modal.distance; 3], ..self }
     }
 
-    /// mm in a unit of the line.
+    /// Returns how many mm one unit of the line is.
     pub fn mm(self) -> f64 {
         self.mm
     }
 
-    /// One unit of the last decimal, mm.
+    /// Returns one unit of the last decimal, mm.
     pub fn unit_mm(self) -> f64 {
         last_place(self.decimals) * self.mm
     }
 
-    /// Whether two coordinates are the same to half a unit of the last decimal.
-    pub fn same(self, a: f64, b: f64) -> bool {
+    /// Whether two coordinates, mm, are equal to half a unit of the last decimal.
+    pub fn is_same(self, a: f64, b: f64) -> bool {
         (a - b).abs() <= self.unit_mm() * (0.5 + 1e-6)
     }
 
-    /// The number that leads from `from` to `goal`, and where it leads, rounded as it is.
-    pub fn write(self, axis: usize, from: Option<f64>, goal: f64) -> Reached {
+    /// Formats the number that moves `axis` from `from` to `goal` (mm, W); the result has the coordinate after rounding.
+    pub fn new_word(self, axis: usize, from: Option<f64>, goal: f64) -> AxisWord {
         let zero = match (self.distances[axis], from) {
             (Distance::Incremental, Some(from)) => from,
             _ => self.origin[axis],
         };
-        let number = fixed((goal - zero) / self.mm, self.decimals);
+        let number = format_fixed((goal - zero) / self.mm, self.decimals);
         let at = number.parse::<f64>().map_or(goal, |value| value * self.mm + zero);
-        Reached { number: Some(number), at: Some(at) }
+        AxisWord { number: Some(number), at: Some(at) }
     }
 
-    /// Where the words of `motion` lead as they are, from where the tool really is.
-    pub fn as_they_are(self, motion: &Motion, tracked: Known) -> [Reached; 3] {
-        [0, 1, 2].map(|axis| Reached { number: None, at: self.as_it_is(&motion.words, tracked, axis) })
+    /// Returns where the unchanged words of `motion` lead from the written position `tracked`.
+    pub fn unchanged_words(self, motion: &Motion, tracked: PartialPosition) -> [AxisWord; 3] {
+        [0, 1, 2].map(|axis| AxisWord { number: None, at: self.unchanged_coordinate(&motion.words, tracked, axis) })
     }
 
-    /// Where the word for `axis` leads as it is, or the tool stays without one.
-    pub fn as_it_is(self, words: &[Word], tracked: Known, axis: usize) -> Option<f64> {
+    /// Returns the coordinate, mm, to which the unchanged word for `axis` leads from `tracked`; without a word that of `tracked`.
+    pub fn unchanged_coordinate(self, words: &[Word], tracked: PartialPosition, axis: usize) -> Option<f64> {
         let word = words.iter().find(|word| word.letter == ['X', 'Y', 'Z'][axis]);
         match (word, self.distances[axis]) {
             (None, _) => tracked[axis],
@@ -88,37 +88,37 @@ impl Place {
         }
     }
 
-    /// The words that lead to `goal`: as they are where that is right.
-    pub fn end(self, words: &[Word], tracked: Known, goal: &Vector3<f64>) -> [Reached; 3] {
-        [0, 1, 2].map(|axis| self.reach(words, tracked, axis, goal[axis]))
+    /// Returns the axis words that lead from `tracked` to `goal`, unchanged where they already do.
+    pub fn axis_words(self, words: &[Word], tracked: PartialPosition, goal: &Vector3<f64>) -> [AxisWord; 3] {
+        [0, 1, 2].map(|axis| self.axis_word(words, tracked, axis, goal[axis]))
     }
 
-    /// The word for `axis` that leads to `goal`: as it is where that is right.
-    pub fn reach(self, words: &[Word], tracked: Known, axis: usize, goal: f64) -> Reached {
-        match self.as_it_is(words, tracked, axis) {
-            Some(at) if self.same(at, goal) && !self.lacks(words, axis) => Reached { number: None, at: Some(at) },
-            _ => self.write(axis, tracked[axis], goal),
+    /// Returns the word for `axis` that leads from `tracked` to `goal` (mm), unchanged where it already does.
+    pub fn axis_word(self, words: &[Word], tracked: PartialPosition, axis: usize, goal: f64) -> AxisWord {
+        match self.unchanged_coordinate(words, tracked, axis) {
+            Some(at) if self.is_same(at, goal) && !self.lacks(words, axis) => AxisWord { number: None, at: Some(at) },
+            _ => self.new_word(axis, tracked[axis], goal),
         }
     }
 
-    /// Whether `axis` is to have a word that is not among `words`.
+    /// Whether `axis` must have a word and `words` has none for it.
     fn lacks(self, words: &[Word], axis: usize) -> bool {
         let is_there = || words.iter().any(|word| word.letter == ['X', 'Y', 'Z'][axis]);
-        self.spelled && self.distances[axis] == Distance::Absolute && !is_there()
+        self.writes_all_axes && self.distances[axis] == Distance::Absolute && !is_there()
     }
 
-    /// The centre of an arc moved by `shift`, and the numbers to write for it: only a centre in absolute
-    /// coordinates moves against its words.
-    pub fn centre(self, motion: &Motion, shift: Vector3<f64>) -> (Option<Centre>, [Option<String>; 2]) {
+    /// Returns the centre of an arc moved by `shift` (mm) and the numbers to write for it: only a centre in absolute
+    /// coordinates needs new numbers.
+    pub fn moved_centre(self, motion: &Motion, shift: Vector3<f64>) -> (Option<Centre>, [Option<String>; 2]) {
         let Some(Centre::At(mut at)) = motion.centre else {
             return (motion.centre, [None, None]);
         };
         let mut numbers = [None, None];
         let axes = motion.modal.plane.axes();
         for k in 0..2 {
-            if !self.same(shift[axes[k]], 0.0) {
+            if !self.is_same(shift[axes[k]], 0.0) {
                 let origin = self.origin[axes[k]];
-                let number = fixed((at[k] + shift[axes[k]] - origin) / self.mm, self.decimals);
+                let number = format_fixed((at[k] + shift[axes[k]] - origin) / self.mm, self.decimals);
                 at[k] = number.parse::<f64>().map_or(at[k], |value| value * self.mm + origin);
                 numbers[k] = Some(number);
             }
@@ -126,8 +126,8 @@ impl Place {
         (Some(Centre::At(at)), numbers)
     }
 
-    /// The words that give an arc from `start` about `at` its centre, in the form of those of `motion`, and the centre as they
-    /// say it. `is_long`: the arc turns by more than half a turn.
+    /// Returns the centre words, in the form that `motion` uses, for an arc from `start` about `at` (mm), and the centre as rounded.
+    /// `is_long`: the arc turns by more than 180°. `None` if the motion has no centre of its own.
     pub fn write_centre(
         self,
         motion: &Motion,
@@ -138,7 +138,7 @@ impl Place {
         let axes = motion.modal.plane.axes();
         let from_start = [0, 1].map(|k| at[k] - start[axes[k]]);
         let number = |mm: f64| {
-            let number = fixed(mm / self.mm, self.decimals);
+            let number = format_fixed(mm / self.mm, self.decimals);
             number.parse::<f64>().ok().map(|value| (number, value * self.mm))
         };
         let letters = [0, 1].map(|k| ['I', 'J', 'K'][axes[k]]);

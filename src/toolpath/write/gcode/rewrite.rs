@@ -1,4 +1,4 @@
-//! Writing a program back with moved points.
+//! Writes a G-code program back with its path points moved to corrected positions.
 
 use std::{borrow::Cow, collections::BTreeSet, ops::Range};
 
@@ -6,23 +6,23 @@ use nalgebra::Vector3;
 
 use crate::toolpath::{
     model::{
-        Orientation, PathPoint, RewriteError, Toolpath, Way, check_corrected, end_of,
-        gcode::{Angles, Motion, MotionCode, Rotary, Writing},
+        MotionGeometry, Orientation, PathPoint, RewriteError, Toolpath, check_corrected, end_of_segment,
+        gcode::{Angles, Motion, MotionCode, Rotary, WriteOptions},
     },
     read::gcode::Program,
     write::gcode::{Calls, Rewritten, Targets, Writer},
 };
 
-/// A path and where its points should be instead.
+/// A path and the corrected positions and orientations of its points.
 #[derive(Clone, Copy)]
-struct Corrected<'a> {
+struct CorrectedPath<'a> {
     path: &'a Toolpath,
     positions: &'a [Vector3<f64>],
     orientations: Option<&'a [Orientation]>,
 }
 
-impl Corrected<'_> {
-    /// Where rotary axes should stand at the `points` of `motion`, if they turn or are corrected.
+impl CorrectedPath<'_> {
+    /// Returns the rotary angles wanted at the `points` of `motion`, degrees; `None` if the axes neither turn nor are corrected.
     fn angles(&self, motion: &Motion, points: Range<usize>, rotary: &Rotary) -> Option<Vec<Angles>> {
         if self.orientations.is_none() && !motion.turning.turns() {
             return None;
@@ -33,7 +33,7 @@ impl Corrected<'_> {
             let Some(Orientation::ToolAxis(axis)) = wanted else { return own };
             let turned = rotary.angles_for(&axis, &own);
             // Where the tip would go with an axis that is nowhere, it keeps its angle.
-            let is_nowhere = !motion.turning.of_tip && rotary.without_place(&turned).is_some();
+            let is_nowhere = !motion.turning.is_tip_position && rotary.first_unlocated_axis(&turned).is_some();
             if is_nowhere { own } else { turned }
         };
         Some(points.map(angles).collect())
@@ -41,22 +41,20 @@ impl Corrected<'_> {
 }
 
 impl Program {
-    /// The program with the points of `path` moved to `corrected_mm`, positions in the workpiece frame.
+    /// Rewrites the program with the points of `path` moved to `corrected_mm`, positions in the workpiece frame.
     ///
-    /// `path` is what [`Program::toolpath`] gave. A motion block stays one block where one block of its kind passes all its
-    /// corrected points to one unit of the last decimal, or within the tolerance; where the correction varies so that none does,
-    /// it becomes a sequence of blocks, each of which passes as many points within the tolerance as it can: arcs of the same
-    /// plane and turn, with the words for centres that the block has, where an arc does, lines otherwise. Blocks end at
-    /// corrected points, to half a unit of the last decimal. Of a block that stays, only the numbers change that must, by more than half
-    /// a unit of the last decimal: without correction the bytes are the same.
+    /// `path` is what [`Program::toolpath`] gave. A motion block stays one block where one block of its kind passes all its corrected points to
+    /// one unit of the last decimal, or within the tolerance; where the correction varies so that none does, it becomes a sequence of blocks, each
+    /// of which passes as many points within the tolerance as it can: arcs of the same plane and turn, with the words for centres that the block
+    /// has, where an arc does, lines otherwise. Blocks end at corrected points, to half a unit of the last decimal. Of a block that stays, only
+    /// the numbers change that must, by more than half a unit of the last decimal: without correction the bytes are the same.
     ///
     /// A hole of a cycle stays one: its X, Y and Z are those of its corrected bottom and R that of its corrected beginning.
     ///
-    /// Of a block that is split, the first line keeps the line number, comments, feed and all other words; M words
-    /// that act at the end of a block (M0, M1, M2, M5, M9, M30, M60) go to its last line. An axis word keeps its text on the
-    /// first line or the last where it leads there as it is. Later lines that rely on a
-    /// motion in force get the word back. Incremental coordinates lead from where the rounded words before them
-    /// have led, so that rounding does not add up.
+    /// Of a block that is split, the first line keeps the line number, comments, feed and all other words; M words that act at the end of a
+    /// block (M0, M1, M2, M5, M9, M30, M60) go to its last line. An axis word keeps its text on the first line or the last where it leads
+    /// there as it is. Later lines that rely on a motion in force get the word back. Incremental coordinates lead from where the rounded
+    /// words before them have led, so that rounding does not add up.
     ///
     /// In Heidenhain's dialect the sequence is of L blocks; if they are numbered, all that follow are counted on. A CC moves with
     /// the first arc about it.
@@ -67,49 +65,47 @@ impl Program {
         &self,
         path: &Toolpath,
         corrected_mm: &[Vector3<f64>],
-        writing: impl Into<Writing>,
+        writing: impl Into<WriteOptions>,
     ) -> Result<Rewritten, RewriteError> {
         self.rewrite_turned(path, corrected_mm, None, writing)
     }
 
-    /// As [`Program::rewrite`], the tool's axis turned to `orientations` as well, if they are given: by the rotary axes that the options
-    /// name, from the angles of the program by the least turns that lead there, near a pole as far as turns of a few degrees do.
-    ///
-    /// # Errors
-    /// As [`Program::rewrite`], and where a hole of a cycle would have to be turned.
+    /// Rewrites the program like [`Program::rewrite`], with the tool axis turned to `orientations` as well, if they are given: by the rotary
+    /// axes of the options, by the least rotations from the programmed angles, near a pole as far as a few degrees can. Fails like
+    /// [`Program::rewrite`], and where a hole of a cycle would have to be turned.
     pub fn rewrite_turned(
         &self,
         path: &Toolpath,
         corrected_mm: &[Vector3<f64>],
         orientations: Option<&[Orientation]>,
-        writing: impl Into<Writing>,
+        writing: impl Into<WriteOptions>,
     ) -> Result<Rewritten, RewriteError> {
         check_corrected(path, corrected_mm, orientations)?;
         let orientations = orientations.filter(|_| !self.options.rotary.is_empty());
         let writing = writing.into().checked()?;
-        let corrected_mm = &*self.evened(path, corrected_mm, writing.format);
-        let corrected = Corrected { path, positions: corrected_mm, orientations };
+        let corrected_mm = &*self.even_out_corrections(path, corrected_mm, writing.format);
+        let corrected = CorrectedPath { path, positions: corrected_mm, orientations };
         let rewritten = self.rewrite_with(corrected, writing, &BTreeSet::new())?;
-        if !matches!(self.calls_of(&rewritten), Some(Calls::WrittenOut(_))) {
+        if !matches!(self.folded_calls(&rewritten), Some(Calls::WrittenOut(_))) {
             return Ok(rewritten);
         }
         // What comes from several places needs words that it does not need coming from one.
-        let spelled = self.rewrite_with(corrected, writing, &self.lines_led_alike(path, corrected_mm))?;
-        let stays = matches!(self.calls_of(&spelled), Some(Calls::Stay { .. }));
-        Ok(if stays { spelled } else { rewritten })
+        let with_full_lines = self.rewrite_with(corrected, writing, &self.lines_corrected_alike(path, corrected_mm))?;
+        let stays = matches!(self.folded_calls(&with_full_lines), Some(Calls::Stay { .. }));
+        Ok(if stays { with_full_lines } else { rewritten })
     }
 
-    /// As [`Program::rewrite`]; moves of the lines `spelled` (from 1) get a word for every axis.
+    /// Rewrites the program in one pass; moves on the lines `full_lines` (from 1) get a word for every axis.
     fn rewrite_with(
         &self,
-        corrected @ Corrected { path, positions: corrected_mm, .. }: Corrected<'_>,
-        writing: Writing,
-        spelled: &BTreeSet<usize>,
+        corrected @ CorrectedPath { path, positions: corrected_mm, .. }: CorrectedPath<'_>,
+        writing: WriteOptions,
+        full_lines: &BTreeSet<usize>,
     ) -> Result<Rewritten, RewriteError> {
         let foreign = || RewriteError::ForeignPath { program: self.name.clone() };
-        let mut writer = Writer::new(self, writing, spelled);
+        let mut writer = Writer::new(self, writing, full_lines);
         let (mut segment, mut next, mut line) = (0, 0, 0);
-        let mut arcs_of_poles = self.arcs_of_poles.iter();
+        let mut pole_arcs = self.pole_arcs.iter();
         let moved_with = |arc: Option<usize>| {
             let behind = arc.map(|arc| path.points().partition_point(|point| point.source.segment <= arc));
             let last = behind
@@ -122,9 +118,9 @@ impl Program {
             line = block.line + 1;
             let mut on_block = Vec::with_capacity(block.motions.len());
             for motion in &block.motions {
-                let has_points = motion.geometry != Way::Unlocated;
+                let has_points = motion.geometry != MotionGeometry::Unlocated;
                 let at = |t: f64| motion.at(t, &self.options.rotary).map(|(position, _)| position);
-                let points = next..end_of(path, segment, next, has_points, at).ok_or_else(foreign)?;
+                let points = next..end_of_segment(path, segment, next, has_points, at).ok_or_else(foreign)?;
                 let angles = corrected.angles(motion, points.clone(), &self.options.rotary);
                 let turns = |angles: &Vec<Angles>| angles.iter().any(|angles| *angles != motion.turning.to);
                 if matches!(motion.code, MotionCode::Cycle(_)) && angles.as_ref().is_some_and(turns) {
@@ -139,25 +135,25 @@ impl Program {
                 .iter()
                 .map(|(points, corrected, angles)| Targets { points, corrected, angles: angles.as_deref() })
                 .collect();
-            match (block.motions.first().map(|motion| motion.code), &block.origin_at) {
-                (Some(MotionCode::Cycle(_)), _) => writer.holes(block, &block.motions, &targets),
+            match (block.motions.first().map(|motion| motion.code), &block.zero_setting) {
+                (Some(MotionCode::Cycle(_)), _) => writer.write_holes(block, &block.motions, &targets),
                 (Some(_), _) => {
                     let motions = block.motions.iter().zip(targets);
-                    motions.for_each(|(motion, targets)| writer.motion(block, motion, targets));
+                    motions.for_each(|(motion, targets)| writer.write_motion(block, motion, targets));
                 }
-                (None, origin_at) => {
-                    match (origin_at, &block.pole) {
-                        (Some(origin_at), _) => writer.origin(block, origin_at),
+                (None, zero_setting) => {
+                    match (zero_setting, &block.pole) {
+                        (Some(zero_setting), _) => writer.write_origin(block, zero_setting),
                         (None, Some(pole)) => {
-                            let arc = arcs_of_poles.next().copied().flatten();
-                            writer.pole(block, pole, moved_with(arc));
+                            let arc = pole_arcs.next().copied().flatten();
+                            writer.write_pole(block, pole, moved_with(arc));
                         }
-                        (None, None) => writer.copy(block.line),
+                        (None, None) => writer.copy_text(block.line),
                     }
                     writer.motion_word = block.motion_word.or(writer.motion_word);
                 }
             }
-            writer.end_of_block();
+            writer.record_line_end();
             Ok::<(), RewriteError>(())
         })?;
         (line..self.lines.len()).for_each(|index| writer.copy_line(index));
@@ -165,15 +161,15 @@ impl Program {
             return Err(foreign());
         }
         Ok(Rewritten {
-            bytes: self.dialect.numbered(&self.source, writer.out),
+            bytes: self.dialect.renumbered(&self.source, writer.out),
             pieces: writer.pieces,
-            places: writer.places,
+            parameters: writer.parameters,
             line_ends: writer.line_ends,
             reading: (self.name.clone(), self.options.clone()),
         })
     }
 
-    /// The points of a motion and where they should be, both in the coordinates that its words are.
+    /// Converts the points of a motion and their corrected positions to the coordinates of its words: those of the tip or of the head.
     fn coordinates<'a>(
         &self,
         motion: &Motion,
@@ -182,13 +178,14 @@ impl Program {
         angles: Option<&[Angles]>,
     ) -> (Cow<'a, [PathPoint]>, Cow<'a, [Vector3<f64>]>) {
         let is_turned = |angles: &[Angles]| angles.iter().any(|angles| *angles != [0.0; 3]);
-        let displaces = motion.turning.displaces() || (!motion.turning.of_tip && angles.is_some_and(is_turned));
-        if !displaces {
+        let displaces_tip =
+            motion.turning.displaces_tip() || (!motion.turning.is_tip_position && angles.is_some_and(is_turned));
+        if !displaces_tip {
             return (points.into(), corrected_mm.into());
         }
         let head = |k: usize| {
             let own = || motion.turning.at(points[k].source.parameter);
-            self.options.rotary.head(corrected_mm[k], &angles.map_or_else(own, |angles| angles[k]))
+            self.options.rotary.head_position(corrected_mm[k], &angles.map_or_else(own, |angles| angles[k]))
         };
         let own = points.iter().map(|point| PathPoint {
             position_mm: motion.geometry.at(point.source.parameter).map_or(point.position_mm, |(at, _)| at),

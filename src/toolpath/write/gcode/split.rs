@@ -1,4 +1,4 @@
-//! Blocks that one block does not replace: written as the fewest arcs and lines that pass their points.
+//! Splits a block that no single block can replace into the fewest arcs and lines that pass its corrected points.
 
 use std::convert::Infallible;
 
@@ -7,52 +7,52 @@ use nalgebra::Vector3;
 use crate::toolpath::{
     expand::edit::{LineEdit, acts_at_end, is_arc_word, takes_parameters},
     model::{
-        Way,
-        gcode::{Arc, Centre, FeedMode, Known, Motion, MotionCode, located},
-        longest, shortest,
+        MotionGeometry, format_shortest,
+        gcode::{Arc, Centre, FeedMode, Motion, MotionCode, PartialPosition, located},
+        longest_piece,
     },
     read::gcode::{Block, route},
-    write::gcode::{Place, Stretch, Turned, Writer, allowed_deg, centre_through, put_axis},
+    write::gcode::{CoordinateFormat, RotaryWords, Stretch, Writer, angle_tolerance_deg, centre_through, put_axis},
 };
 
 /// Of a written arc that is no full circle, start and end are apart by as many units of the last decimal: rounding must neither
 /// make it one nor turn it.
 const CHORD_UNITS: f64 = 10.0;
 
-/// A block that is being split.
+/// The block that is being split: its motion, its text and the format of its coordinates.
 #[derive(Clone, Copy)]
-struct Splitting<'a> {
+struct Split<'a> {
     motion: &'a Motion,
     content: &'a [u8],
-    place: Place,
+    format: CoordinateFormat,
 }
 
-/// The next part of a block.
+/// One arc or line of a split block.
 struct Piece {
     code: MotionCode,
     /// Numbers of axes, by axis.
     axes: Vec<(usize, String)>,
     /// Words that say where the centre is.
     centre: Vec<(char, String)>,
-    turned: Turned,
-    /// Where it leads.
-    at: Known,
-    /// Where on it its points lie.
-    places: Vec<f64>,
+    turned: RotaryWords,
+    /// Where the piece ends, as written.
+    at: PartialPosition,
+    /// Where on the piece its points lie, from 0 to 1.
+    parameters: Vec<f64>,
 }
 
 impl Writer<'_> {
-    /// Writes the block as arcs and lines.
-    pub(crate) fn split(&mut self, block: &Block, motion: &Motion, place: Place, stretch: Stretch) {
+    /// Writes the block as a sequence of arcs and lines that pass the points of `stretch`.
+    pub(crate) fn write_split(&mut self, block: &Block, motion: &Motion, format: CoordinateFormat, stretch: Stretch) {
         let content = self.program.content(block.line);
-        let splitting = Splitting { motion, content, place };
+        let splitting = Split { motion, content, format };
         let count = stretch.points.len();
         let mut edit = LineEdit::new(content, &motion.words, self.style);
         let style = edit.style();
-        let piece = self.longest(splitting, stretch, true);
-        let mut left = stretch.behind(piece.places.len());
-        let feed_for = |piece: &Piece| feed_of(motion, count as f64 / piece.places.len() as f64);
-        let at_end = set_aside(&mut edit, motion, piece.code, !left.points.is_empty());
+        let piece = self.longest_piece(splitting, stretch, true);
+        let mut left = stretch.after_points(piece.parameters.len());
+        let feed_for = |piece: &Piece| inverse_time_feed(motion, count as f64 / piece.parameters.len() as f64);
+        let at_end = remove_end_words(&mut edit, motion, piece.code, !left.points.is_empty());
         if block.motion_word.is_some() || self.motion_word != Some(piece.code) {
             edit.set_motion(piece.code);
         }
@@ -60,16 +60,16 @@ impl Writer<'_> {
             edit.set_number(index, &feed);
         }
         piece.axes.iter().for_each(|(axis, number)| put_axis(&mut edit, *axis, number));
-        piece.turned.words.iter().for_each(|(letter, number)| edit.put_turn(*letter, number));
-        piece.centre.iter().for_each(|(letter, number)| edit.put_arc(*letter, number));
+        piece.turned.words.iter().for_each(|(letter, number)| edit.set_rotary(*letter, number));
+        piece.centre.iter().for_each(|(letter, number)| edit.set_arc_word(*letter, number));
         self.out.extend(edit.render());
-        self.wrote(block, motion, &piece, left.points.is_empty());
-        let next_line = Splitting { place: place.on_new_line(&motion.modal), ..splitting };
+        self.record_piece(block, motion, &piece, left.points.is_empty());
+        let next_line = Split { format: format.for_new_line(&motion.modal), ..splitting };
         while !left.points.is_empty() {
-            let piece = self.longest(next_line, left, false);
-            left = left.behind(piece.places.len());
+            let piece = self.longest_piece(next_line, left, false);
+            left = left.after_points(piece.parameters.len());
             let differs = self.motion_word != Some(piece.code);
-            let begin = style.next_line().or_else(|| differs.then(|| style.motion(piece.code)));
+            let begin = style.line_prefix().or_else(|| differs.then(|| style.motion(piece.code)));
             let mut words: Vec<String> = begin.into_iter().collect();
             words.extend(piece.axes.iter().map(|(axis, number)| style.axis(*axis, number)));
             words.extend(piece.turned.words.iter().map(|(letter, number)| style.coordinate(*letter, number)));
@@ -80,105 +80,109 @@ impl Writer<'_> {
             }
             self.out.extend_from_slice(&content[..block.prefix]);
             self.out.extend_from_slice(words.join(style.separator()).as_bytes());
-            self.wrote(block, motion, &piece, left.points.is_empty());
+            self.record_piece(block, motion, &piece, left.points.is_empty());
         }
     }
 
-    fn wrote(&mut self, block: &Block, motion: &Motion, piece: &Piece, is_last: bool) {
+    /// Updates the written position, angles and parameters after a piece of a split block, and ends its line.
+    fn record_piece(&mut self, block: &Block, motion: &Motion, piece: &Piece, is_last: bool) {
         self.motion_word = Some(piece.code);
         self.tracked = piece.at;
-        self.stands = [motion.turning.to, piece.turned.to];
-        self.stands_for(&piece.places);
+        self.rotary_angles = [motion.turning.to, piece.turned.to];
+        self.record_points(&piece.parameters);
         self.end_line(block, is_last);
     }
 
-    /// The piece that passes most of the first points of `left`: all of a block, or the longest. A line to the first point always does.
-    fn longest(&self, splitting: Splitting, left: Stretch, is_first: bool) -> Piece {
+    /// Returns the piece that passes the most of the first points of `left`; a line to the first point always passes one.
+    fn longest_piece(&self, splitting: Split, left: Stretch, is_first: bool) -> Piece {
         let most = if self.writing.tolerance_mm > 0.0 { left.points.len() } else { 1 };
-        let attempt = |count: usize| self.piece(splitting, left.first(count), [is_first, count == left.points.len()]);
+        let attempt =
+            |count: usize| self.fit_piece(splitting, left.first_points(count), [is_first, count == left.points.len()]);
         if is_first && let Some(piece) = attempt(most) {
             return piece;
         }
         let best = attempt(1).unwrap_or_else(|| {
             let lines = [is_first, left.points.len() == 1];
-            let (axes, at) = self.step(splitting, &left.corrected[0], lines);
-            let turned = self.turned(splitting, left.first(1), lines);
-            Piece { code: MotionCode::Line, axes, centre: Vec::new(), turned, at, places: vec![1.0] }
+            let (axes, at) = self.axis_numbers(splitting, &left.corrected[0], lines);
+            let turned = self.rotary_words(splitting, left.first_points(1), lines);
+            Piece { code: MotionCode::Line, axes, centre: Vec::new(), turned, at, parameters: vec![1.0] }
         });
-        let Ok(longest) = longest(best, most, |count| Ok::<_, Infallible>(attempt(count)));
+        let Ok(longest) = longest_piece(best, most, |count| Ok::<_, Infallible>(attempt(count)));
         longest
     }
 
-    /// One block through all points of `stretch`, if there is one; `[first, last]`: on which lines of the program's block.
-    fn piece(&self, splitting: Splitting, stretch: Stretch, lines: [bool; 2]) -> Option<Piece> {
-        let Splitting { motion, place, .. } = splitting;
-        let (axes, at) = self.step(splitting, stretch.corrected.last()?, lines);
+    /// Returns one arc or line through all points of `stretch`, if there is one; `lines`: whether it is the block's first and its last.
+    fn fit_piece(&self, splitting: Split, stretch: Stretch, lines: [bool; 2]) -> Option<Piece> {
+        let Split { motion, format, .. } = splitting;
+        let (axes, at) = self.axis_numbers(splitting, stretch.corrected.last()?, lines);
         let (start, end) = (located(self.tracked)?, located(at)?);
-        let turned = self.turned(splitting, stretch, lines);
-        let passes = |candidate: &Way| {
-            let places = stretch.places(candidate, self.allowed(place))?;
-            let between = [&self.stands[1], &turned.to];
-            stretch.is_turned(&places, between, allowed_deg(&motion.turning)).then_some(places)
+        let turned = self.rotary_words(splitting, stretch, lines);
+        let passes = |candidate: &MotionGeometry| {
+            let parameters = stretch.parameters(candidate, self.tolerance(format))?;
+            let between = [&self.rotary_angles[1], &turned.to];
+            stretch.has_angles_at(&parameters, between, angle_tolerance_deg(&motion.turning)).then_some(parameters)
         };
         if self.writing.tolerance_mm > 0.0
-            && let Some((candidate, centre)) = self.arc(motion, place, stretch, [start, end])
-            && let Some(places) = passes(&candidate)
+            && let Some((candidate, centre)) = self.fit_arc(motion, format, stretch, [start, end])
+            && let Some(parameters) = passes(&candidate)
         {
-            return Some(Piece { code: motion.code, axes, centre, turned, at, places });
+            return Some(Piece { code: motion.code, axes, centre, turned, at, parameters });
         }
-        let places = passes(&Way::Line(start, end))?;
-        Some(Piece { code: MotionCode::Line, axes, centre: Vec::new(), turned, at, places })
+        let parameters = passes(&MotionGeometry::Line(start, end))?;
+        Some(Piece { code: MotionCode::Line, axes, centre: Vec::new(), turned, at, parameters })
     }
 
-    /// What turns the rotary axes to where they should stand at the last point of `stretch`.
-    fn turned(&self, Splitting { motion, content, .. }: Splitting, stretch: Stretch, lines: [bool; 2]) -> Turned {
+    /// Returns the words that turn the rotary axes to the angles wanted at the last point of `stretch`.
+    fn rotary_words(&self, Split { motion, content, .. }: Split, stretch: Stretch, lines: [bool; 2]) -> RotaryWords {
         let parameter = stretch.points.last().map_or(1.0, |point| point.source.parameter);
         let corrected = stretch.angles.and_then(|angles| angles.last()).copied();
-        self.turn_to(motion, content, &corrected.unwrap_or_else(|| motion.turning.at(parameter)), lines)
+        self.rotary_words_to(motion, content, &corrected.unwrap_or_else(|| motion.turning.at(parameter)), lines)
     }
 
-    /// The arc of the program's kind between these ends that fits `stretch` best, and the words for its centre.
-    fn arc(
+    /// Fits an arc of the program's plane and direction between these ends (mm) to `stretch`; returns it with the words for its centre.
+    fn fit_arc(
         &self,
         motion: &Motion,
-        place: Place,
+        format: CoordinateFormat,
         stretch: Stretch,
         [start, end]: [Vector3<f64>; 2],
-    ) -> Option<(Way, Vec<(char, String)>)> {
+    ) -> Option<(MotionGeometry, Vec<(char, String)>)> {
         let MotionCode::Arc(turn) = motion.code else { return None };
         if !self.style.dialect.is_iso() {
             return None;
         }
-        if !self.writing.helical_arcs && motion.makes_helix(&start, &end) {
+        if !self.writing.helical_arcs && motion.would_be_helical(&start, &end) {
             return None;
         }
         let plane = motion.modal.plane;
         let [first, second, _] = plane.axes();
         let chord = (end[first] - start[first]).hypot(end[second] - start[second]);
-        if chord > 0.0 && chord < CHORD_UNITS * place.unit_mm() {
+        if chord > 0.0 && chord < CHORD_UNITS * format.unit_mm() {
             return None;
         }
         let at = centre_through(plane, &start, &end, stretch.goals().map(|goal| goal.position))?;
         let fitted = Arc::new(plane, turn, start, end, Centre::At(at)).ok()?;
         let is_long = fitted.sweep_rad().abs() > std::f64::consts::PI;
-        let (centre, words) = place.write_centre(motion, &start, at, is_long)?;
+        let (centre, words) = format.write_centre(motion, &start, at, is_long)?;
         Some((route(motion.code, motion.modal, start, end, Some(centre)).ok()?, words))
     }
 
-    /// The numbers that lead to `goal`, by axis, and where they lead; on the block's first line, also those its own words ask for.
-    /// Where a word of the block leads there as it is, on the first line or the last, it keeps its text.
-    fn step(
+    /// Returns the axis numbers that lead to `goal` (mm) and the position they reach; the first line keeps a number for each word it has.
+    /// Where a word of the block already leads there, on the first line or the last, it keeps its text.
+    fn axis_numbers(
         &self,
-        Splitting { motion, content, place }: Splitting,
+        Split { motion, content, format }: Split,
         goal: &Vector3<f64>,
         [first, last]: [bool; 2],
-    ) -> (Vec<(usize, String)>, Known) {
+    ) -> (Vec<(usize, String)>, PartialPosition) {
         let (mut numbers, mut reached) = (Vec::new(), self.tracked);
         for axis in 0..3 {
             let word = motion.words.iter().find(|word| word.letter == ['X', 'Y', 'Z'][axis]);
             let here = self.tracked[axis];
             let own = word.filter(|_| first || last).and_then(|word| {
-                let at = place.as_it_is(&motion.words, self.tracked, axis).filter(|at| place.same(*at, goal[axis]))?;
+                let at = format
+                    .unchanged_coordinate(&motion.words, self.tracked, axis)
+                    .filter(|at| format.is_same(*at, goal[axis]))?;
                 Some((String::from_utf8_lossy(&content[word.number()]).into_owned(), at))
             });
             match own {
@@ -186,8 +190,8 @@ impl Writer<'_> {
                     reached[axis] = Some(at);
                     numbers.push((axis, number));
                 }
-                _ if (first && word.is_some()) || here.is_none_or(|at| !place.same(at, goal[axis])) => {
-                    let written = place.write(axis, here, goal[axis]);
+                _ if (first && word.is_some()) || here.is_none_or(|at| !format.is_same(at, goal[axis])) => {
+                    let written = format.new_word(axis, here, goal[axis]);
                     reached[axis] = written.at;
                     numbers.extend(written.number.map(|number| (axis, number)));
                 }
@@ -197,21 +201,21 @@ impl Writer<'_> {
         if numbers.is_empty() {
             // A block without a coordinate would be no block; this one repeats the point it is at.
             let at = reached[0].unwrap_or(goal.x);
-            numbers.extend(place.write(0, Some(at), at).number.map(|number| (0, number)));
+            numbers.extend(format.new_word(0, Some(at), at).number.map(|number| (0, number)));
         }
         (numbers, reached)
     }
 }
 
-/// Where F is one over the time of a block: that of a part that takes one `share`th of it.
-fn feed_of(motion: &Motion, share: f64) -> Option<String> {
+/// Returns the inverse-time feed (G93) of a part that takes one `share`th of the block's time; `None` in other feed modes.
+fn inverse_time_feed(motion: &Motion, share: f64) -> Option<String> {
     let feed = motion.modal.feed.filter(|_| motion.modal.feed_mode == FeedMode::InverseTime);
-    feed.map(|feed| shortest(feed * share, 1))
+    feed.map(|feed| format_shortest(feed * share, 1))
 }
 
-/// Takes off the first line what a line does not have (the words of arcs) and, if others follow it, what acts at the end of the block,
-/// which is returned.
-fn set_aside(edit: &mut LineEdit, motion: &Motion, code: MotionCode, others_follow: bool) -> Vec<String> {
+/// Removes from the first line the arc words that a line motion does not have and, if other lines follow, the words that act at the end
+/// of the block, which are returned.
+fn remove_end_words(edit: &mut LineEdit, motion: &Motion, code: MotionCode, others_follow: bool) -> Vec<String> {
     let mut at_end = Vec::new();
     let parameters_at_end = motion.words.iter().filter(|word| takes_parameters(word)).all(acts_at_end);
     for (index, word) in motion.words.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! The program as it is being written, block by block.
+//! The writer of a corrected G-code program, block by block.
 
 use std::collections::BTreeSet;
 
@@ -7,72 +7,72 @@ use nalgebra::Vector3;
 use crate::toolpath::{
     expand::edit::LineEdit,
     model::{
-        NumberFormat, PathPoint,
-        gcode::{Angles, Centre, Known, LengthUnit, Motion, MotionCode, Writing, located},
-        shortest,
+        NumberFormat, PathPoint, format_shortest,
+        gcode::{Angles, Centre, LengthUnit, Motion, MotionCode, PartialPosition, WriteOptions, located},
     },
-    read::gcode::{Block, OriginAt, Pole, Program, Style, route},
-    write::gcode::{Allowed, Drilled, Place, Reached, Stretch, Turned, allowed_deg},
+    read::gcode::{Block, Pole, Program, Style, ZeroSetting, route},
+    write::gcode::{AxisWord, CoordinateFormat, CycleState, RotaryWords, Stretch, WriteTolerance, angle_tolerance_deg},
 };
 
-/// The points of one motion and where they should be.
+/// The points of one motion and their corrected positions and angles.
 #[derive(Clone, Copy)]
 pub(crate) struct Targets<'a> {
     pub points: &'a [PathPoint],
     pub corrected: &'a [Vector3<f64>],
-    /// Where rotary axes should stand, if they turn or are corrected.
+    /// Corrected angles of the rotary axes at the points, degrees, if they turn or are corrected.
     pub angles: Option<&'a [Angles]>,
 }
 
 impl Targets<'_> {
-    /// Where rotary axes should stand at the end of `motion`, degrees.
-    fn turned(&self, motion: &Motion) -> Angles {
+    /// Returns the wanted angles of the rotary axes at the end of `motion`, degrees.
+    fn end_angles(&self, motion: &Motion) -> Angles {
         self.angles.and_then(|angles| angles.last()).copied().unwrap_or(motion.turning.to)
     }
 }
 
-/// One block that passes all its targets: what to write, and where it leads.
-struct Kept {
-    axes: [Reached; 3],
+/// A single block that passes all targets of a motion: what to write, and where it leads.
+struct OneBlock {
+    axes: [AxisWord; 3],
     centre: [Option<String>; 2],
-    turned: Turned,
-    /// Where on it each of the targets lies, from 0 to 1.
-    places: Vec<f64>,
+    turned: RotaryWords,
+    /// Where on the block each target lies, from 0 to 1.
+    parameters: Vec<f64>,
 }
 
-/// The program as far as it is written.
+/// The writer of a corrected program: the text written so far, and where it has led the tool.
 pub(crate) struct Writer<'p> {
     pub(crate) program: &'p Program,
-    pub(crate) writing: Writing,
+    pub(crate) writing: WriteOptions,
     pub(crate) style: Style,
     newline: &'p [u8],
     pub out: Vec<u8>,
-    /// How many path points each motion written stands for.
+    /// How many path points lie on each written motion.
     pub pieces: Vec<usize>,
-    /// Where on its motion each of them lies, from 0 to 1.
-    pub places: Vec<f64>,
-    /// Where the bytes of each line end, of a program written out.
+    /// Where on its motion each path point lies, from 0 to 1.
+    pub parameters: Vec<f64>,
+    /// Where the bytes of each line of an expanded program end.
     pub line_ends: Vec<usize>,
     /// Lines, from 1, whose moves get a word for every axis.
-    spelled: &'p BTreeSet<usize>,
-    /// Where the words written so far have led, as a controller adds them up.
-    pub(crate) tracked: Known,
-    /// Where rotary axes stand by the program, and where the words written so far have turned them, degrees.
-    pub(crate) stands: [Angles; 2],
-    /// Whether the coordinates written last were those of the tip.
-    of_tip: bool,
-    /// The centre of arcs that give none, as it is written.
+    full_lines: &'p BTreeSet<usize>,
+    /// The position, mm, that a controller reaches by the words written so far.
+    pub(crate) tracked: PartialPosition,
+    /// Angles of the rotary axes in the program, and those reached by the words written so far, degrees.
+    pub(crate) rotary_angles: [Angles; 2],
+    /// Whether the last written coordinates were those of the tip.
+    is_tip_position: bool,
+    /// The written centre for arcs that give none (Heidenhain's CC), mm.
     pub(crate) pole: Option<[f64; 2]>,
-    /// The cycle in force, as it is written.
-    pub(crate) drilled: Drilled,
-    /// One unit of the last decimal of the block written last, mm: the next one starts from its rounding.
+    /// The state of the drilling cycle in force, as written.
+    pub(crate) drilled: CycleState,
+    /// One unit of the last decimal of the previous written block, mm: the next block starts from its rounding.
     pub(crate) unit_before_mm: f64,
-    /// The motion in force at the end of what is written.
+    /// The motion mode in force at the end of the written text.
     pub motion_word: Option<MotionCode>,
 }
 
 impl<'p> Writer<'p> {
-    pub fn new(program: &'p Program, writing: Writing, spelled: &'p BTreeSet<usize>) -> Writer<'p> {
+    /// Creates a writer with nothing written; moves on the lines `full_lines` (from 1) get a word for every axis.
+    pub fn new(program: &'p Program, writing: WriteOptions, full_lines: &'p BTreeSet<usize>) -> Writer<'p> {
         let mut endings = (0..program.lines.len()).map(|line| &program.source[program.lines.ending(line)]);
         Writer {
             program,
@@ -81,101 +81,103 @@ impl<'p> Writer<'p> {
             newline: endings.find(|ending| !ending.is_empty()).unwrap_or(b"\n"),
             out: Vec::with_capacity(program.source.len()),
             pieces: Vec::with_capacity(program.motions.len()),
-            places: Vec::new(),
+            parameters: Vec::new(),
             line_ends: Vec::new(),
-            spelled,
+            full_lines,
             tracked: [None; 3],
-            stands: [[0.0; 3]; 2],
-            of_tip: program.options.rotary.always_of_tip,
+            rotary_angles: [[0.0; 3]; 2],
+            is_tip_position: program.options.rotary.always_of_tip,
             pole: None,
-            drilled: Drilled::default(),
+            drilled: CycleState::default(),
             unit_before_mm: 0.0,
             motion_word: None,
         }
     }
 
-    /// Copies line `index` as it is.
-    pub fn copy(&mut self, index: usize) {
+    /// Copies line `index` (from 0) unchanged.
+    pub fn copy_text(&mut self, index: usize) {
         let lines = &self.program.lines;
         self.out.extend_from_slice(&self.program.source[lines.content(index).start..lines.ending(index).end]);
     }
 
-    /// Copies line `index`, which is no block.
+    /// Copies line `index` (from 0), which is no block, and records its end.
     pub fn copy_line(&mut self, index: usize) {
-        self.copy(index);
-        self.end_of_block();
+        self.copy_text(index);
+        self.record_line_end();
     }
 
-    /// All that a line becomes has been written.
-    pub fn end_of_block(&mut self) {
-        if self.program.written_out.is_some() {
+    /// Records the end of all that a line has become, if the program was expanded.
+    pub fn record_line_end(&mut self) {
+        if self.program.expansion.is_some() {
             self.line_ends.push(self.out.len());
         }
     }
 
-    /// Writes a motion block, as one block if one will do.
-    pub fn motion(&mut self, block: &Block, motion: &Motion, targets: Targets) {
-        self.begin(motion);
-        let place = self.place(motion);
-        let turned = self.turn_to(motion, self.program.content(block.line), &targets.turned(motion), [true, true]);
-        match (targets.corrected.last(), self.stretch(motion, targets)) {
+    /// Writes a motion block: as a single block if one passes all targets, otherwise split.
+    pub fn write_motion(&mut self, block: &Block, motion: &Motion, targets: Targets) {
+        self.begin_motion(motion);
+        let format = self.coordinate_format(motion);
+        let turned =
+            self.rotary_words_to(motion, self.program.content(block.line), &targets.end_angles(motion), [true, true]);
+        match (targets.corrected.last(), self.whole_stretch(motion, targets)) {
             (None, _) => {
-                let axes = place.as_they_are(motion, self.tracked);
-                self.write_kept(block, motion, Kept { axes, centre: [None, None], turned, places: Vec::new() });
+                let axes = format.unchanged_words(motion, self.tracked);
+                self.write_line(block, motion, OneBlock { axes, centre: [None, None], turned, parameters: Vec::new() });
             }
             (Some(goal), None) => {
                 // Coming from nowhere known, only the end matters.
-                let axes = place.end(&motion.words, self.tracked, goal);
-                self.write_kept(block, motion, Kept { axes, centre: [None, None], turned, places: vec![1.0] });
+                let axes = format.axis_words(&motion.words, self.tracked, goal);
+                self.write_line(block, motion, OneBlock { axes, centre: [None, None], turned, parameters: vec![1.0] });
             }
-            (Some(goal), Some(stretch)) => match self.keep(motion, place, stretch, goal, turned) {
-                Some(kept) => self.write_kept(block, motion, kept),
-                None => self.split(block, motion, place, stretch),
+            (Some(goal), Some(stretch)) => match self.fit_one_block(motion, format, stretch, goal, turned) {
+                Some(kept) => self.write_line(block, motion, kept),
+                None => self.write_split(block, motion, format, stretch),
             },
         }
-        self.unit_before_mm = place.unit_mm();
+        self.unit_before_mm = format.unit_mm();
     }
 
-    /// Writes a line that sets a zero by where the tool is, so that the zero stays where the program has it.
-    pub fn origin(&mut self, block: &Block, origin: &OriginAt) {
+    /// Writes a line that sets a zero from the tool's position (such as G92), so that the zero stays where the program has it.
+    pub fn write_origin(&mut self, block: &Block, origin: &ZeroSetting) {
         let content = self.program.content(block.line);
         let mut edit = LineEdit::new(content, &origin.words, self.style);
         for axis in 0..3 {
-            let (Some(place), Some(here)) = (origin.place[axis], self.tracked[axis]) else { continue };
+            let (Some(position), Some(here)) = (origin.position[axis], self.tracked[axis]) else { continue };
             let index = edit.find(|word| word.letter == ['X', 'Y', 'Z'][axis]);
             // Nothing that could add up is left of the difference.
-            if let Some(index) = index.filter(|_| (here - place).abs() > NumberFormat::FINEST) {
-                let value = origin.words[index].value + (here - place) / origin.unit_mm;
-                edit.set_number(index, &shortest(value, self.decimals(origin.unit_mm)));
+            if let Some(index) = index.filter(|_| (here - position).abs() > NumberFormat::FINEST) {
+                let value = origin.words[index].value + (here - position) / origin.unit_mm;
+                edit.set_number(index, &format_shortest(value, self.decimals(origin.unit_mm)));
             }
         }
         self.out.extend(edit.render());
         self.end_line(block, true);
     }
 
-    /// Writes a line that sets a centre, moved by `shift`.
-    pub fn pole(&mut self, block: &Block, pole: &Pole, shift: Vector3<f64>) {
-        let place = Place::new(&pole.modal, &pole.words, pole.origin, self.decimals(pole.modal.unit.mm()));
+    /// Writes a line that sets the centre of arcs, moved by `shift` (mm).
+    pub fn write_pole(&mut self, block: &Block, pole: &Pole, shift: Vector3<f64>) {
+        let format = CoordinateFormat::new(&pole.modal, &pole.words, pole.origin, self.decimals(pole.modal.unit.mm()));
         let tracked = [0, 1, 2].map(|axis| pole.start[axis].and(self.tracked[axis].or(pole.start[axis])));
         let content = self.program.content(block.line);
         let mut edit = LineEdit::new(content, &pole.words, self.style);
         let [first, second, _] = pole.modal.plane.axes();
         let mut written = [tracked[first], tracked[second]];
         let has_words = edit.find(|word| word.letter == ['X', 'Y', 'Z'][first]).is_some();
-        if let Some(at) = pole.place.filter(|_| has_words) {
+        if let Some(at) = pole.centre.filter(|_| has_words) {
             for (k, axis) in [first, second].into_iter().enumerate() {
-                let reached = place.reach(&pole.words, tracked, axis, at[k] + shift[axis]);
+                let reached = format.axis_word(&pole.words, tracked, axis, at[k] + shift[axis]);
                 if let Some(number) = &reached.number {
                     put_axis(&mut edit, axis, number);
                 }
                 written[k] = reached.at;
             }
         }
-        self.pole = written[0].zip(written[1]).filter(|_| pole.place.is_some()).map(|(first, second)| [first, second]);
+        self.pole = written[0].zip(written[1]).filter(|_| pole.centre.is_some()).map(|(first, second)| [first, second]);
         self.out.extend(edit.render());
         self.end_line(block, true);
     }
 
+    /// Returns the number of decimals for coordinates in the unit of `unit_mm`.
     pub(crate) fn decimals(&self, unit_mm: f64) -> u8 {
         if unit_mm == LengthUnit::Inch.mm() {
             self.writing.format.inch_decimals()
@@ -184,70 +186,79 @@ impl<'p> Writer<'p> {
         }
     }
 
-    /// Both sides know an axis or neither does; before the first word, the tool is at the given start.
-    pub(crate) fn begin(&mut self, motion: &Motion) {
-        if motion.turning.of_tip != self.of_tip {
-            self.of_tip = motion.turning.of_tip;
-            self.tracked = self.program.options.rotary.switched(self.tracked, &self.stands[1], self.of_tip);
+    /// Prepares for `motion`: brings written position and angles in line with what the program knows at its start.
+    pub(crate) fn begin_motion(&mut self, motion: &Motion) {
+        if motion.turning.is_tip_position != self.is_tip_position {
+            self.is_tip_position = motion.turning.is_tip_position;
+            self.tracked = self.program.options.rotary.convert_position(
+                self.tracked,
+                &self.rotary_angles[1],
+                self.is_tip_position,
+            );
         }
         for axis in 0..3 {
             let known = self.tracked[axis].or(motion.start[axis]);
             self.tracked[axis] = motion.start[axis].and(known);
         }
-        if self.stands[0] != motion.turning.from {
+        if self.rotary_angles[0] != motion.turning.from {
             // Something else has turned them.
-            self.stands = [motion.turning.from; 2];
+            self.rotary_angles = [motion.turning.from; 2];
         }
     }
 
-    pub(crate) fn place(&self, motion: &Motion) -> Place {
-        Place::new(&motion.modal, &motion.words, motion.origin, self.decimals(motion.modal.unit.mm()))
-            .spelled(self.spelled.contains(&motion.line))
+    /// Returns how positions are written on the line of `motion`.
+    pub(crate) fn coordinate_format(&self, motion: &Motion) -> CoordinateFormat {
+        CoordinateFormat::new(&motion.modal, &motion.words, motion.origin, self.decimals(motion.modal.unit.mm()))
+            .with_all_axes(self.full_lines.contains(&motion.line))
     }
 
-    /// The one block that passes all of `stretch` and ends at `goal`, if there is one.
-    fn keep(
+    /// Returns the single block that passes all of `stretch` and ends at `goal`, if there is one.
+    fn fit_one_block(
         &self,
         motion: &Motion,
-        place: Place,
+        format: CoordinateFormat,
         stretch: Stretch,
         goal: &Vector3<f64>,
-        turned: Turned,
-    ) -> Option<Kept> {
-        let axes = place.end(&motion.words, self.tracked, goal);
+        turned: RotaryWords,
+    ) -> Option<OneBlock> {
+        let axes = format.axis_words(&motion.words, self.tracked, goal);
         let end = located(axes.each_ref().map(|reached| reached.at))?;
         let (start, nominal_end) = (located(self.tracked)?, located(motion.end)?);
-        if motion.makes_helix(&start, &end) {
+        if motion.would_be_helical(&start, &end) {
             return None;
         }
-        let (centre, centre_words) = place.centre(motion, end - nominal_end);
+        let (centre, centre_words) = format.moved_centre(motion, end - nominal_end);
         let centre = if let Some(Centre::Pole(_)) = centre { self.pole.map(Centre::Pole) } else { centre };
         let candidate = route(motion.code, motion.modal, start, end, centre).ok()?;
-        let places = stretch.places(&candidate, self.allowed(place))?;
-        let is_turned = stretch.is_turned(&places, [&self.stands[1], &turned.to], allowed_deg(&motion.turning));
-        is_turned.then_some(Kept { axes, centre: centre_words, turned, places })
+        let parameters = stretch.parameters(&candidate, self.tolerance(format))?;
+        let is_turned = stretch.has_angles_at(
+            &parameters,
+            [&self.rotary_angles[1], &turned.to],
+            angle_tolerance_deg(&motion.turning),
+        );
+        is_turned.then_some(OneBlock { axes, centre: centre_words, turned, parameters })
     }
 
-    /// The whole of a motion, if it is known where it begins.
-    fn stretch<'m>(&self, motion: &'m Motion, targets: Targets<'m>) -> Option<Stretch<'m>> {
+    /// Returns all points of a motion as one stretch; `None` if its start is unknown.
+    fn whole_stretch<'m>(&self, motion: &'m Motion, targets: Targets<'m>) -> Option<Stretch<'m>> {
         let (start, nominal) = (located(self.tracked)?, located(motion.start)?);
         let Targets { points, corrected, angles } = targets;
         Some(Stretch { nominal: &motion.geometry, before: (0.0, start - nominal), points, corrected, angles })
     }
 
-    /// How far off a block may be that is written as `place` says.
-    pub(crate) fn allowed(&self, place: Place) -> Allowed {
-        Allowed { unit_mm: place.unit_mm().max(self.unit_before_mm), tolerance_mm: self.writing.tolerance_mm }
+    /// Returns how far a block written in the format `format` may be from the corrected points.
+    pub(crate) fn tolerance(&self, format: CoordinateFormat) -> WriteTolerance {
+        WriteTolerance { unit_mm: format.unit_mm().max(self.unit_before_mm), tolerance_mm: self.writing.tolerance_mm }
     }
 
-    /// A motion that stands for points at `places` of it has been written.
-    pub(crate) fn stands_for(&mut self, places: &[f64]) {
-        self.pieces.push(places.len());
-        self.places.extend_from_slice(places);
+    /// Records that a motion with path points at `parameters` (0 to 1) has been written.
+    pub(crate) fn record_points(&mut self, parameters: &[f64]) {
+        self.pieces.push(parameters.len());
+        self.parameters.extend_from_slice(parameters);
     }
 
-    /// Writes the block as one line, changing the numbers that must change.
-    fn write_kept(&mut self, block: &Block, motion: &Motion, kept: Kept) {
+    /// Writes the block as one line in which only the numbers that must change do.
+    fn write_line(&mut self, block: &Block, motion: &Motion, kept: OneBlock) {
         let content = self.program.content(block.line);
         let mut edit = LineEdit::new(content, &motion.words, self.style);
         for (axis, reached) in kept.axes.iter().enumerate() {
@@ -262,25 +273,25 @@ impl<'p> Writer<'p> {
                 edit.set_number(index, &number);
             }
         }
-        kept.turned.words.iter().for_each(|(letter, number)| edit.put_turn(*letter, number));
-        self.stands = [motion.turning.to, kept.turned.to];
+        kept.turned.words.iter().for_each(|(letter, number)| edit.set_rotary(*letter, number));
+        self.rotary_angles = [motion.turning.to, kept.turned.to];
         if block.motion_word.is_none() && self.motion_word.is_some_and(|code| code != motion.code) {
             edit.set_motion(motion.code);
         }
         self.motion_word = Some(motion.code);
-        self.stands_for(&kept.places);
+        self.record_points(&kept.parameters);
         self.out.extend(edit.render());
         self.end_line(block, true);
     }
 
-    /// Ends a line of `block`: the last with the ending it had, the others with the program's.
+    /// Ends a line of `block`: the last one with the block's own line ending, the others with the program's.
     pub(crate) fn end_line(&mut self, block: &Block, last: bool) {
         let own = &self.program.source[self.program.lines.ending(block.line)];
         self.out.extend_from_slice(if last || !own.is_empty() { own } else { self.newline });
     }
 }
 
-/// Puts an axis number on the line, in its word or a new one.
+/// Sets the number of an axis on the line, in its word or in a new one.
 pub(crate) fn put_axis(edit: &mut LineEdit, axis: usize, number: &str) {
     let letter = ['X', 'Y', 'Z'][axis];
     match edit.find(|word| word.letter == letter) {

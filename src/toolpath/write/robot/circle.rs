@@ -1,4 +1,4 @@
-//! Circles as they are written: as one through corrected points, where it passes all between them.
+//! Writes circles of robot programs: as one circle through corrected points, where it passes all points between them.
 
 use std::{f64::consts::PI, ops::Range};
 
@@ -6,10 +6,10 @@ use nalgebra::Vector3;
 
 use crate::toolpath::{
     model::{
-        Way,
+        MotionGeometry,
         robot::{Arc, RobotFault, Target},
     },
-    read::robot::{Motion, Stand, lead},
+    read::robot::{Motion, ToolState, target_state},
     write::robot::{Goal, Piece, Points, Writer},
 };
 
@@ -17,12 +17,12 @@ use crate::toolpath::{
 const TURN_RAD: f64 = 0.5;
 
 impl Writer<'_> {
-    /// Writes a circle as a circle, if one passes its points.
-    pub(crate) fn circle(
+    /// Writes a circle as one circle if one passes its points within tolerance; returns whether it did.
+    pub(crate) fn write_circle(
         &mut self,
         motion: &Motion,
         arc: &Arc,
-        from: Stand,
+        from: ToolState,
         points: Points<'_>,
     ) -> Result<bool, RobotFault> {
         let statement = &motion.statement;
@@ -31,7 +31,7 @@ impl Writer<'_> {
         };
         let last = points.len() - 1;
         let begin = from.position - start.position;
-        let own = |target: &Target| lead(self.pen.language, statement, target, Some(&start));
+        let own = |target: &Target| target_state(self.pen.language, statement, target, Some(&start));
         let (Some(own_via), Some(own_end)) = (own(via)?, own(target)?) else { return Ok(false) };
         let (via_by, end_by) = match statement.sweep_rad {
             // Its end is not where its pose is: it can only be moved as a whole.
@@ -44,37 +44,38 @@ impl Writer<'_> {
                 (before.1.lerp(&points.correction(k), share), points.correction(last))
             }
         };
-        let goal = |stand: &Stand, by: Vector3<f64>, orientation| Goal {
+        let goal = |stand: &ToolState, by: Vector3<f64>, orientation| Goal {
             position: stand.position + by,
             orientation,
             external: stand.external,
         };
-        let shown_via = self.pen.show(statement, via, &goal(&own_via, via_by, own_via.orientation), Some(&from))?;
+        let shown_via =
+            self.pen.write_pose(statement, via, &goal(&own_via, via_by, own_via.orientation), Some(&from))?;
         let shown_end =
-            self.pen.show(statement, target, &goal(&own_end, end_by, points.orientation(last)), Some(&from))?;
+            self.pen.write_pose(statement, target, &goal(&own_end, end_by, points.orientation(last)), Some(&from))?;
         let (Some(shown_via), Some(mut shown_end)) = (shown_via, shown_end) else { return Ok(false) };
         let through = [from.position, shown_via.stand.position, shown_end.stand.position];
         let Some(written) = Arc::through(through, statement.sweep_rad) else { return Ok(false) };
         if (written.sweep_rad() - arc.sweep_rad()).abs() > TURN_RAD {
             return Ok(false);
         }
-        let way = Way::Circle(written);
+        let way = MotionGeometry::Circle(written);
         shown_end.stand.position = way.at(1.0).map_or(shown_end.stand.position, |(position, _)| position);
-        let Some(places) = self.places(&way, [from, shown_end.stand], motion, points, 0..points.len()) else {
+        let Some(parameters) = self.parameters(&way, [from, shown_end.stand], motion, points, 0..points.len()) else {
             return Ok(false);
         };
-        self.put(via, &shown_via);
-        self.whole(target, &shown_end, places);
+        self.put_target(via, &shown_via);
+        self.write_one_statement(target, &shown_end, parameters);
         Ok(true)
     }
 
-    /// The circle from `from` on that passes most of the first points of `which`: sought in steps that halve, then between the
-    /// last two.
+    /// Returns the circle from `from` on that passes the most of the first points of `which`: halves their number until one does,
+    /// then bisects. `None` if no circle passes two or more.
     pub(crate) fn longest_arc(
         &self,
         motion: &Motion,
         target: &Target,
-        from: Stand,
+        from: ToolState,
         points: Points<'_>,
         which: Range<usize>,
     ) -> Result<Option<Piece>, RobotFault> {
@@ -96,32 +97,33 @@ impl Writer<'_> {
         Ok(best)
     }
 
-    /// A circle from `from` through the points `which`, if there is one.
+    /// Returns a circle from `from` that passes the points `which` within tolerance, if there is one.
     fn arc_piece(
         &self,
         motion: &Motion,
         target: &Target,
-        from: Stand,
+        from: ToolState,
         points: Points<'_>,
         which: Range<usize>,
     ) -> Result<Option<Piece>, RobotFault> {
         let statement = &motion.statement;
-        let (Way::Circle(arc), Some(via), None) = (&motion.way, &statement.via, statement.sweep_rad) else {
+        let (MotionGeometry::Circle(arc), Some(via), None) = (&motion.way, &statement.via, statement.sweep_rad) else {
             return Ok(None);
         };
         let middle = which.start + which.len() / 2 - 1;
-        let show = |target: &Target, k: usize| self.pen.show(statement, target, &points.goal(k, motion), Some(&from));
+        let show =
+            |target: &Target, k: usize| self.pen.write_pose(statement, target, &points.goal(k, motion), Some(&from));
         let (Some(passed), Some(shown)) = (show(via, middle)?, show(target, which.end - 1)?) else { return Ok(None) };
         let through = [from.position, passed.stand.position, shown.stand.position];
         let Some(written) = Arc::through(through, None) else { return Ok(None) };
-        let nominal = points.share(&which) * arc.sweep_rad();
+        let nominal = points.motion_share(&which) * arc.sweep_rad();
         let is_alike = (written.sweep_rad() - nominal).abs() <= nominal * MOST_CHANGE_OF_TURN;
         let chord_mm = (shown.stand.position - from.position).norm();
         if !is_alike || written.sweep_rad() < LEAST_TURN_RAD || chord_mm < LEAST_CHORD_MM {
             return Ok(None);
         }
-        let places = self.places(&Way::Circle(written), [from, shown.stand], motion, points, which);
-        Ok(places.map(|places| Piece { via: Some(passed), shown, places }))
+        let parameters = self.parameters(&MotionGeometry::Circle(written), [from, shown.stand], motion, points, which);
+        Ok(parameters.map(|parameters| Piece { via: Some(passed), shown, parameters }))
     }
 }
 

@@ -1,4 +1,4 @@
-//! The text of a pose that leads somewhere else: numbers changed in their places, and missing ones added.
+//! Rewrites the text of a pose for a corrected goal: changes its numbers in place and adds missing ones.
 
 use nalgebra::Vector3;
 
@@ -6,93 +6,93 @@ use crate::{
     machine::ExternalAxes,
     toolpath::{
         model::{
-            NumberFormat, Orientation, fixed, last_place,
+            NumberFormat, Orientation, format_fixed, last_place,
             robot::{Component, Decimals, Language, Number, RobotFault, Statement, Target, rotation},
         },
-        read::robot::{Stand, lead},
+        read::robot::{ToolState, target_state},
     },
 };
 
-/// Where a pose should lead, in the workpiece frame.
+/// The position, orientation and external axes to which a pose should lead, in the workpiece frame.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Goal {
-    /// mm.
+    /// Position of the tool tip, mm.
     pub position: Vector3<f64>,
     pub orientation: Option<Orientation>,
     pub external: [Option<f64>; ExternalAxes::MOST],
 }
 
-/// A pose as it is written.
+/// A pose as it is written: its text, and where it leads.
 #[derive(Clone, Debug)]
-pub(crate) struct Shown {
+pub(crate) struct WrittenPose {
     pub text: Vec<u8>,
     pub is_changed: bool,
-    /// Where it leads, rounding included.
-    pub stand: Stand,
+    /// Where the pose leads, rounding included.
+    pub stand: ToolState,
 }
 
-/// How poses are written.
+/// How poses are written: language and decimals.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Pen {
+pub(crate) struct PoseFormat {
     pub language: Language,
     pub format: NumberFormat,
     pub decimals: Decimals,
 }
 
-impl Pen {
-    /// Decimals of positions in the unit of the program.
+impl PoseFormat {
+    /// Returns the number of decimals of positions in the unit of the program.
     fn position_decimals(self, unit_mm: f64) -> u8 {
         if unit_mm == 1.0 { self.format.mm_decimals() } else { self.format.inch_decimals() }
     }
 
-    /// A unit of the last decimal of positions, mm.
+    /// Returns one unit of the last decimal of positions, mm.
     pub fn unit_mm(self, statement: &Statement) -> f64 {
         let unit_mm = statement.frames.unit_mm;
         last_place(self.position_decimals(unit_mm)) * unit_mm
     }
 
-    /// Half a unit of the last decimal of rotations, rad.
+    /// Returns half a unit of the last decimal of rotations, rad.
     fn half_turn_unit(self) -> f64 {
         let half = last_place(self.decimals.rotation) * (0.5 + 1e-6);
         if self.language == Language::Krl { half.to_radians() } else { half }
     }
 
-    /// `target` of `statement`, which begins `from` where the tool is, as it leads to `goal`: what it says as it stands
-    /// to half a unit of the last decimal is kept. `None` if it leads nowhere known.
-    pub fn show(
+    /// Rewrites `target` of `statement`, which starts at `from`, so that it leads to `goal`; numbers that are right to half a unit
+    /// of the last decimal stay. `None` if it is unknown where the pose leads.
+    pub fn write_pose(
         self,
         statement: &Statement,
         target: &Target,
         goal: &Goal,
-        from: Option<&Stand>,
-    ) -> Result<Option<Shown>, RobotFault> {
+        from: Option<&ToolState>,
+    ) -> Result<Option<WrittenPose>, RobotFault> {
         let whole;
-        let (target, own, is_whole) = match (lead(self.language, statement, target, from), &goal.orientation) {
+        let (target, own, is_whole) = match (target_state(self.language, statement, target, from), &goal.orientation) {
             // Where a motion is split near B = ±90°, a part of A, B and C does not say how the tool stands: all of them do.
             (Err(RobotFault::PartOfOrientation), Some(wanted)) if !statement.is_step => {
-                whole = self.with(target, &self.rotations(wanted, statement, target));
-                (&whole, lead(self.language, statement, &whole, from)?, true)
+                whole = self.with_numbers(target, &self.rotation_texts(wanted, statement, target));
+                (&whole, target_state(self.language, statement, &whole, from)?, true)
             }
             (own, _) => (target, own?, false),
         };
         let Some(own) = own else { return Ok(None) };
-        let changes = self.changes(statement, target, &own, goal, from)?;
+        let changes = self.changed_numbers(statement, target, &own, goal, from)?;
         if changes.is_empty() {
-            return Ok(Some(Shown { text: target.text.clone(), is_changed: is_whole, stand: own }));
+            return Ok(Some(WrittenPose { text: target.text.clone(), is_changed: is_whole, stand: own }));
         }
-        let written = self.with(target, &changes);
-        let stand = lead(self.language, statement, &written, from)?.unwrap_or(own);
-        Ok(Some(Shown { text: written.text, is_changed: true, stand }))
+        let written = self.with_numbers(target, &changes);
+        let stand = target_state(self.language, statement, &written, from)?.unwrap_or(own);
+        Ok(Some(WrittenPose { text: written.text, is_changed: true, stand }))
     }
 
-    /// The numbers to write, with their texts.
-    fn changes(
+    /// Returns the components that differ from `goal` by more than half a unit of the last decimal, with their new texts.
+    fn changed_numbers(
         self,
         statement: &Statement,
         target: &Target,
-        own: &Stand,
+        own: &ToolState,
         goal: &Goal,
-        from: Option<&Stand>,
+        from: Option<&ToolState>,
     ) -> Result<Vec<(Component, String)>, RobotFault> {
         let frames = &statement.frames;
         let in_base =
@@ -104,7 +104,7 @@ impl Pen {
         let mut changes = Vec::new();
         for axis in 0..3 {
             if (there[axis] - here[axis]).abs() > half {
-                changes.push((Component::Position(axis), fixed(there[axis] - begin[axis], decimals)));
+                changes.push((Component::Position(axis), format_fixed(there[axis] - begin[axis], decimals)));
             }
         }
         if let (Some(own), Some(wanted)) = (own.orientation, goal.orientation)
@@ -116,28 +116,28 @@ impl Pen {
                     expected: "LIN with a pose",
                 });
             }
-            changes.extend(self.rotations(&wanted, statement, target));
+            changes.extend(self.rotation_texts(&wanted, statement, target));
         }
         let half = last_place(self.decimals.external) * (0.5 + 1e-6);
         for (axis, (own, wanted)) in own.external.into_iter().zip(goal.external).enumerate() {
             if let (Some(own), Some(wanted)) = (own, wanted)
                 && (own - wanted).abs() > half
             {
-                changes.push((Component::External(axis), fixed(wanted, self.decimals.external)));
+                changes.push((Component::External(axis), format_fixed(wanted, self.decimals.external)));
             }
         }
         Ok(changes)
     }
 
-    /// The numbers that say `wanted`, with their texts.
-    fn rotations(self, wanted: &Orientation, statement: &Statement, target: &Target) -> Vec<(Component, String)> {
-        let numbers = rotation::numbers(self.language, wanted, &statement.frames, target);
-        let shown = |(entry, value)| (Component::Rotation(entry), fixed(value, self.decimals.rotation));
+    /// Returns the rotation components of `wanted`, with their texts.
+    fn rotation_texts(self, wanted: &Orientation, statement: &Statement, target: &Target) -> Vec<(Component, String)> {
+        let numbers = rotation::rotation_parts(self.language, wanted, &statement.frames, target);
+        let shown = |(entry, value)| (Component::Rotation(entry), format_fixed(value, self.decimals.rotation));
         numbers.into_iter().enumerate().map(shown).collect()
     }
 
-    /// `target` with the numbers of `changes`.
-    fn with(self, target: &Target, changes: &[(Component, String)]) -> Target {
+    /// Returns `target` with the numbers of `changes` replaced or added.
+    fn with_numbers(self, target: &Target, changes: &[(Component, String)]) -> Target {
         let (mut text, mut numbers) = (Vec::with_capacity(target.text.len() + 16), Vec::new());
         let mut put = |text: &mut Vec<u8>, component: Component, shown: &str| {
             // X-5 may become X 5, but not X5, which is another name.
@@ -173,7 +173,7 @@ impl Pen {
                 text.extend_from_slice(separator.as_bytes());
             }
             if self.language == Language::Krl {
-                text.extend_from_slice(name(*component).as_bytes());
+                text.extend_from_slice(krl_name(*component).as_bytes());
                 text.push(b' ');
             }
             put(&mut text, *component, shown);
@@ -183,8 +183,8 @@ impl Pen {
     }
 }
 
-/// The name of a component in KRL.
-fn name(component: Component) -> String {
+/// Returns the name of a component in KRL.
+fn krl_name(component: Component) -> String {
     match component {
         Component::Position(axis) => ["X", "Y", "Z"][axis].into(),
         Component::Rotation(angle) => ["A", "B", "C", ""][angle].into(),

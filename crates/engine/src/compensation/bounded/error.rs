@@ -1,4 +1,4 @@
-//! Why there is no bounded correction: limits that make no sense or exclude one another.
+//! Errors of a bounded correction: limits that make no sense or exclude one another.
 
 use super::{super::outcome::CompensationStatus, limits::LimitKind};
 
@@ -110,6 +110,7 @@ impl From<BoundedError> for crate::input::error::Error {
     }
 }
 
+/// Note on the limits that conflict with a force limit.
 fn conflict_note(conflicts: &[LimitKind]) -> String {
     match conflicts {
         [] => "; no other limit alone is the reason".into(),

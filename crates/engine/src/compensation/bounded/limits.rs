@@ -1,8 +1,7 @@
-//! What the drives are allowed: limits of process and machine, checked, and the corrections that keep to them.
+//! Limits of the drives, by process and machine, checked; and the corrections within them.
 //!
-//! Limits on the correction, the travel and its change from point to point concern each drive by itself and are linear:
-//! whether they can all be kept, and the nearest corrections that keep them, follow from intervals. Only the limits on
-//! forces need the machine.
+//! Limits on the correction, the travel and its change from point to point concern each drive by itself and are linear: whether they can all be
+//! kept, and the nearest corrections that keep them, follow from intervals. Only the limits on forces need the machine.
 
 use std::fmt;
 
@@ -11,8 +10,8 @@ use serde::Serialize;
 use super::{error::BoundedError, program::RowLimit};
 use crate::machine::{Drive, Machine};
 
-/// What a drive is allowed along a path. One entry per drive in machine order where a list is given; an infinite entry is
-/// no limit. The default is what the machine itself sets: its travel and its force limits.
+/// Limits of each drive along a path. One entry per drive in machine order where a list is given; an infinite entry is no limit. The
+/// default is what the machine itself sets: its travel and its force limits.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Limits {
     /// Largest |Δρ|, mm or rad.
@@ -61,7 +60,7 @@ impl fmt::Display for LimitKind {
     }
 }
 
-/// Which end of a limit.
+/// End of a limit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 pub enum Side {
     /// The value is as small as it may be.
@@ -80,23 +79,23 @@ pub(super) struct Bounds {
     /// Largest force of each drive; infinite where there is none.
     pub force: Vec<f64>,
     /// Whether a point follows directly on the one before it in this list.
-    pub follows: Vec<bool>,
+    pub is_consecutive: Vec<bool>,
     /// Index in the path of each point that takes part.
     pub index: Vec<usize>,
 }
 
-/// One end of an interval, and what sets it.
+/// One end of an interval, and the kind of limit that sets it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Bound {
     pub value: f64,
     pub kind: LimitKind,
 }
 
-/// A value is at its limit if it is nearer than this: mm or rad, or a share of the limit of a force.
+/// A value nearer to its limit than this binds: mm or rad, or a share of the limit of a force.
 const TOUCH: f64 = 1e-5;
 
-/// Limits of all drives, checked; infinite where there is none.
-struct Checked {
+/// Limits of all drives after checks, in machine order; infinite where there is none.
+struct CheckedLimits {
     correction: Vec<f64>,
     travel: Vec<(f64, f64)>,
     change: Vec<f64>,
@@ -105,17 +104,18 @@ struct Checked {
 
 impl Limits {
     /// Whether any drive of `machine` has a force limit.
-    pub(super) fn limit_forces(&self, machine: &Machine) -> bool {
+    pub(super) fn has_force_limits(&self, machine: &Machine) -> bool {
         match &self.force {
             Some(limits) => limits.iter().any(|limit| limit.is_finite()),
             None => machine.drives().any(|(_, drive)| drive.force_limit.is_some()),
         }
     }
 
-    fn check(&self, machine: &Machine) -> Result<Checked, BoundedError> {
+    /// The limits of all drives of `machine`, those not given being its own; `Err` for a wrong length or value.
+    fn check(&self, machine: &Machine) -> Result<CheckedLimits, BoundedError> {
         let none = || vec![f64::INFINITY; machine.drive_count()];
         let own_travel = |drive: &Drive| drive.travel.unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
-        let checked = Checked {
+        let checked = CheckedLimits {
             correction: self.correction.clone().unwrap_or_else(none),
             change: self.correction_change.clone().unwrap_or_else(none),
             travel: self.travel.clone().unwrap_or_else(|| machine.drives().map(|(_, d)| own_travel(d)).collect()),
@@ -135,6 +135,7 @@ impl Limits {
     }
 }
 
+/// Checks that `values` has one good value for each drive; `expected` says what is good.
 fn check_values<T: fmt::Debug>(
     machine: &Machine,
     limit: LimitKind,
@@ -163,20 +164,20 @@ impl Bounds {
         index: Vec<usize>,
         nominal: &[&[f64]],
     ) -> Result<Self, BoundedError> {
-        let Checked { correction, travel, change, force } = limits.check(machine)?;
+        let CheckedLimits { correction, travel, change, force } = limits.check(machine)?;
         let mut range = Vec::with_capacity(nominal.len() * correction.len());
         for rho in nominal {
             for (i, rho) in rho.iter().enumerate() {
                 let (low, high) = (travel[i].0 - rho, travel[i].1 - rho);
                 range.push([
-                    tighter(-correction[i], low, low > -correction[i]),
-                    tighter(correction[i], high, high < correction[i]),
+                    tighter_bound(-correction[i], low, low > -correction[i]),
+                    tighter_bound(correction[i], high, high < correction[i]),
                 ]);
             }
         }
-        let follows = (0..index.len()).map(|k| k > 0 && index[k] == index[k - 1] + 1).collect();
-        let bounds = Self { range, change, force, follows, index };
-        bounds.contradictions(machine, nominal, &travel)?;
+        let is_consecutive = (0..index.len()).map(|k| k > 0 && index[k] == index[k - 1] + 1).collect();
+        let bounds = Self { range, change, force, is_consecutive, index };
+        bounds.check_feasible(machine, nominal, &travel)?;
         Ok(bounds)
     }
 
@@ -187,16 +188,17 @@ impl Bounds {
 
     /// Number of points that take part.
     pub fn point_count(&self) -> usize {
-        self.follows.len()
+        self.is_consecutive.len()
     }
 
+    /// Smallest and largest correction of a drive at a point, mm or rad.
     fn range(&self, point: usize, drive: usize) -> [f64; 2] {
         self.range[point * self.drive_count() + drive].map(|bound| bound.value)
     }
 
-    /// The first contradiction among limits on correction, travel and change, by following the reachable interval of each
-    /// drive along the path together with the points that set its ends.
-    fn contradictions(&self, machine: &Machine, nominal: &[&[f64]], travel: &[(f64, f64)]) -> Result<(), BoundedError> {
+    /// Checks that limits on correction, travel and change can be kept together, by the reachable interval of each drive along the path;
+    /// the `Err` names the points that set the ends of the first empty one.
+    fn check_feasible(&self, machine: &Machine, nominal: &[&[f64]], travel: &[(f64, f64)]) -> Result<(), BoundedError> {
         let names = machine.drive_labels();
         for (i, ((_, drive), name)) in machine.drives().zip(names).enumerate() {
             let (mut low, mut high) = ((f64::NEG_INFINITY, 0), (f64::INFINITY, 0));
@@ -209,7 +211,7 @@ impl Bounds {
                     let travel = travel[i];
                     return Err(BoundedError::Travel { drive: name, point, nominal, travel, needed, limit, unit });
                 }
-                let reach = if self.follows[k] { self.change[i] } else { f64::INFINITY };
+                let reach = if self.is_consecutive[k] { self.change[i] } else { f64::INFINITY };
                 (low, high) = ((low.0 - reach, low.1), (high.0 + reach, high.1));
                 let jump = match () {
                     () if lower > high.0 => Some((high.1, lower - self.range(high.1, i)[1])),
@@ -239,14 +241,14 @@ impl Bounds {
         for i in 0..count {
             // From the end: what each point may be, so that all later ones can follow.
             let mut allowed: Vec<[f64; 2]> = (0..points).map(|k| self.range(k, i)).collect();
-            for k in (1..points).rev().filter(|&k| self.follows[k]) {
+            for k in (1..points).rev().filter(|&k| self.is_consecutive[k]) {
                 let [low, high] = allowed[k];
                 allowed[k - 1][0] = allowed[k - 1][0].max(low - self.change[i]);
                 allowed[k - 1][1] = allowed[k - 1][1].min(high + self.change[i]);
             }
             for k in 0..points {
                 let [mut low, mut high] = allowed[k];
-                if self.follows[k] {
+                if self.is_consecutive[k] {
                     let before = corrections[(k - 1) * count + i];
                     low = low.max(before - self.change[i]);
                     high = high.min(before + self.change[i]);
@@ -257,15 +259,14 @@ impl Bounds {
         }
     }
 
-    /// Whether the corrections `own` of point `k` keep the limits on correction, travel and change, the others being
-    /// `corrections`.
-    pub fn allow(&self, k: usize, own: &[f64], corrections: &[f64]) -> bool {
+    /// Whether the corrections `own` of point `k` keep the limits on correction, travel and change, the other points having `corrections`.
+    pub fn allows(&self, k: usize, own: &[f64], corrections: &[f64]) -> bool {
         let count = self.drive_count();
         own.iter().enumerate().all(|(i, &u)| {
             let [low, high] = self.range(k, i);
             let near = |other: usize| (u - corrections[other * count + i]).abs() <= self.change[i];
-            let before = !self.follows[k] || near(k - 1);
-            let after = !self.follows.get(k + 1).is_some_and(|follows| *follows) || near(k + 1);
+            let before = !self.is_consecutive[k] || near(k - 1);
+            let after = !self.is_consecutive.get(k + 1).is_some_and(|is_consecutive| *is_consecutive) || near(k + 1);
             low <= u && u <= high && before && after
         })
     }
@@ -285,8 +286,8 @@ impl Bounds {
         }
     }
 
-    /// Whether the corrections and the drive forces of the limit's point are at the limit, to [`TOUCH`].
-    pub fn touches(&self, limit: &RowLimit, corrections: &[f64], forces: &[f64]) -> bool {
+    /// Whether `limit` binds, to [`TOUCH`], at the `corrections` of the path and the drive `forces` of its point.
+    pub fn is_binding(&self, limit: &RowLimit, corrections: &[f64], forces: &[f64]) -> bool {
         let RowLimit { point, drive, kind, side } = *limit;
         let column = point * self.drive_count() + drive;
         let sign = match side {
@@ -308,12 +309,13 @@ impl Bounds {
     }
 
     /// Whether any drive has a force limit.
-    pub fn limit_forces(&self) -> bool {
+    pub fn has_force_limits(&self) -> bool {
         self.force.iter().any(|limit| limit.is_finite())
     }
 }
 
-fn tighter(correction: f64, travel: f64, travel_is_tighter: bool) -> Bound {
+/// The bound by travel if it is the tighter one, else that by the limit on the correction.
+fn tighter_bound(correction: f64, travel: f64, travel_is_tighter: bool) -> Bound {
     match travel_is_tighter {
         true => Bound { value: travel, kind: LimitKind::Travel },
         false => Bound { value: correction, kind: LimitKind::Correction },

@@ -1,9 +1,8 @@
-//! Corrections of a whole path within limits.
+//! Bounded compensation: corrections of a whole path within limits.
 //!
-//! Limits on the drives can make exact compensation impossible in places. What is then best is a question about the whole
-//! path: a correction that may only change so much from point to point must be prepared before the point that needs it.
-//! With the task error `e_k(ρ_k)` of the loaded nonlinear machine at each point and corrections `Δρ_k = ρ_k − ρ_k⁰` from
-//! the nominal inverse kinematics,
+//! Limits on the drives can make exact compensation impossible in places. What is then best is a question about the whole path: a correction that
+//! may only change so much from point to point must be prepared before the point that needs it. With the task error `e_k(ρ_k)` of the loaded
+//! nonlinear machine at each point and corrections `Δρ_k = ρ_k − ρ_k⁰` from the nominal inverse kinematics,
 //!
 //! ```text
 //! min  √(Σ ‖e_k‖² / N)   or   max ‖e_k‖
@@ -11,11 +10,10 @@
 //! ρ_k within travel            |τ_k(ρ_k)| ≤ force
 //! ```
 //!
-//! is solved as a sequence of sparse convex programs (a quadratic one for the root mean square, a second-order cone
-//! program for the worst), linearised with the exact sensitivities `∂e/∂ρ`, `∂τ/∂ρ` at the equilibria of the last
-//! iterate, until the nonlinear errors stop improving. Where no limit binds the unbounded corrections are returned as
-//! [`Method::Direct`](super::Method::Direct) finds them. Where the drives control more than is compensated, the rest is
-//! free: the drives move as little as serves the errors.
+//! is solved as a sequence of sparse convex programs (a quadratic one for the root mean square, a second-order cone program for the worst),
+//! linearised with the exact sensitivities `∂e/∂ρ`, `∂τ/∂ρ` at the equilibria of the last iterate, until the nonlinear errors stop improving.
+//! Where no limit binds the unbounded corrections are returned as [`Method::Direct`](super::Method::Direct) finds them. Where the drives control
+//! more than is compensated, the rest is free: the drives move as little as serves the errors.
 //!
 //! The least root mean square may cost the worst point more than all corrections would gain it. It then is sought once more
 //! under `‖e_k‖ ≤ max ‖e_k(ρ_k⁰)‖`, from no correction, unless that is outside the limits.
@@ -37,24 +35,23 @@ use limits::Bounds;
 pub use limits::{LimitKind, Limits, Side};
 pub use outcome::{Binding, BoundedPath, BoundedPoint, BoundedStatus, BoundedSummary, CorrectedPoint, Errors, Price};
 use path::{Point, Simulator};
-use search::{Found, Search};
+use search::{Search, SearchResult};
 
-/// What is to be as small as the limits allow.
+/// Measure of the errors along a path that is made as small as the limits allow.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ErrorNorm {
     /// The root mean square of the task errors.
     #[default]
     Rms,
-    /// The largest task error; of all corrections with the same largest error (to some 10⁻⁵ of it), those of least root mean
-    /// square.
+    /// The largest task error; of all corrections with the same largest error (to some 10⁻⁵ of it), those of least root mean square.
     Worst,
 }
 
-/// When the search for bounded corrections stops.
+/// Tolerances and number of iterations of the search for bounded corrections.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BoundedSettings {
-    /// CompensationSettings of the unbounded correction and of each equilibrium.
+    /// Settings of the unbounded correction and of each equilibrium.
     pub point: CompensationSettings,
     /// Most linearisations of the path.
     pub max_iterations: usize,
@@ -68,15 +65,12 @@ impl Default for BoundedSettings {
     }
 }
 
-/// Corrections of the path `tasks` (in order) within `limits` that make `objective` smallest: commands are computed
-/// with the machine `nominal`, answered by `real`.
+/// Corrects the path `tasks` (in order) within `limits` so that `objective` is smallest, with commands by `nominal` and simulation by `real`.
 ///
 /// Limits on correction, travel and change are kept to rounding, limits on forces to
 /// [`BoundedSettings::force_tolerance`] in the nonlinear simulation. Points that cannot be reached or have no equilibrium
-/// are left out and labelled. `progress` is told the number of points done in the present pass over the path.
-///
-/// The travel of `nominal` limits the corrected drives, not the nominal command: a point whose nominal command is
-/// outside may be corrected into it.
+/// are left out and labelled. `progress` is called with the number of points done in the present pass over the path.
+/// The travel of `nominal` limits the corrected drives, not the nominal command: a point outside may be corrected into it.
 ///
 /// # Errors
 /// Limits that make no sense or exclude one another, named with point, drive and values; a failure of the convex solver.
@@ -90,13 +84,13 @@ pub fn compensate_bounded(
     progress: &dyn Fn(usize),
 ) -> Result<BoundedPath, BoundedError> {
     Bounds::new(limits, nominal, Vec::new(), &[])?;
-    let with_forces = limits.limit_forces(nominal);
+    let with_forces = limits.has_force_limits(nominal);
     let free = without_travel(nominal);
     let mut simulator = Simulator::new(&free, real, settings.point, with_forces);
     let mut reasons: Vec<Option<CompensationStatus>> = Vec::with_capacity(tasks.len());
     let (mut points, mut index) = (Vec::new(), Vec::new());
     for (k, task) in tasks.iter().enumerate() {
-        match simulator.point(task) {
+        match simulator.simulate_point(task) {
             Ok(point) => {
                 points.push(point);
                 index.push(k);
@@ -124,11 +118,11 @@ pub fn compensate_bounded(
 
 /// The largest error without correction, mm, if every point has an equilibrium there.
 fn largest_uncorrected(points: &[Point]) -> Option<f64> {
-    let errors = points.iter().map(|point| point.uncorrected.as_ref().map(|answer| answer.error.norm()));
+    let errors = points.iter().map(|point| point.uncorrected.as_ref().map(|result| result.error.norm()));
     errors.collect::<Option<Vec<f64>>>().map(|errors| errors.into_iter().fold(0.0, f64::max))
 }
 
-/// The machine with drives of unlimited travel. Redundant drives keep theirs: it decides where they stand.
+/// The machine with drives of unlimited travel; redundant drives keep theirs, which decides their position.
 fn without_travel(machine: &Machine) -> Machine {
     let mut free = machine.clone();
     if machine.redundancy > 0 {
@@ -140,17 +134,17 @@ fn without_travel(machine: &Machine) -> Machine {
     free
 }
 
-/// The result: points that take part in their places among those left out.
+/// Result for all tasks in order: points that take part, and those left out with their reasons.
 fn conclude(
     machine: &Machine,
     points: &[Point],
     bounds: &Bounds,
-    found: Found,
+    found: SearchResult,
     objective: ErrorNorm,
     reasons: Vec<Option<CompensationStatus>>,
 ) -> BoundedPath {
     let corrected = corrected_points(machine, points, bounds, &found, objective);
-    let before = points.iter().filter_map(|point| point.uncorrected.as_ref().map(|answer| answer.error.norm()));
+    let before = points.iter().filter_map(|point| point.uncorrected.as_ref().map(|result| result.error.norm()));
     let summary = BoundedSummary {
         status: if points.is_empty() { BoundedStatus::Empty } else { found.status },
         before: Errors::of(before),
@@ -169,24 +163,25 @@ fn conclude(
     BoundedPath { points: reasons.into_iter().filter_map(label).collect(), summary }
 }
 
+/// Results at the points that take part, with the limits that bind there.
 fn corrected_points(
     machine: &Machine,
     points: &[Point],
     bounds: &Bounds,
-    found: &Found,
+    found: &SearchResult,
     objective: ErrorNorm,
 ) -> Vec<CorrectedPoint> {
     let iterate = &found.iterate;
     let own = iterate.corrections.chunks_exact(bounds.drive_count());
-    let corrected = points.iter().zip(&iterate.answers).zip(own).map(|((point, answer), correction)| {
-        let (position_error, residual_rotation) = point.errors(machine, &answer.state);
+    let corrected = points.iter().zip(&iterate.results).zip(own).map(|((point, result), correction)| {
+        let (position_error, residual_rotation) = point.errors(machine, &result.state);
         CorrectedPoint {
-            drives: answer.drives.clone(),
+            drives: result.drives.clone(),
             correction: correction.to_vec(),
-            error: answer.error.norm(),
+            error: result.error.norm(),
             position_error,
             residual_rotation,
-            drive_forces: answer.forces.clone(),
+            drive_forces: result.forces.clone(),
             binding: Vec::new(),
         }
     });
@@ -199,7 +194,7 @@ fn corrected_points(
     };
     for multiplier in &found.binding {
         let limit = multiplier.limit;
-        if bounds.touches(&limit, &iterate.corrections, &iterate.answers[limit.point].forces) {
+        if bounds.is_binding(&limit, &iterate.corrections, &iterate.results[limit.point].forces) {
             let price = per_multiplier * multiplier.value;
             let binding = Binding { drive: limit.drive, kind: limit.kind, side: limit.side, price };
             corrected[limit.point].binding.push(binding);
@@ -208,7 +203,7 @@ fn corrected_points(
     corrected
 }
 
-/// Sums of the prices per limit and drive, in that order.
+/// Shadow prices summed along the path, for each kind of limit and drive, in that order.
 fn prices(points: &[CorrectedPoint]) -> Vec<Price> {
     let mut sums = std::collections::BTreeMap::new();
     for binding in points.iter().flat_map(|point| &point.binding) {

@@ -1,4 +1,4 @@
-//! What a bounded correction returns.
+//! Result of a bounded correction.
 
 use nalgebra::Vector3;
 use serde::Serialize;
@@ -11,13 +11,13 @@ use super::{
 /// A corrected path.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct BoundedPath {
-    /// One per task, in order.
+    /// Result for each task, in order.
     pub points: Vec<BoundedPoint>,
     /// The path as a whole.
     pub summary: BoundedSummary,
 }
 
-/// What became of one task.
+/// Result for one task.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub enum BoundedPoint {
     /// It takes part in the correction.
@@ -94,7 +94,7 @@ pub struct Errors {
 }
 
 impl Errors {
-    /// Of errors of these lengths, mm; zero if there are none.
+    /// Errors from the lengths of the points' task errors, mm; zero if there are none.
     pub(super) fn of(lengths: impl Iterator<Item = f64>) -> Self {
         let (mut squares, mut worst, mut count) = (0.0, 0.0f64, 0);
         for length in lengths {
@@ -154,6 +154,6 @@ pub struct BoundedSummary {
     /// Largest excess of a drive's force over its limit, as a share of the limit; at most
     /// [`BoundedSettings::force_tolerance`](super::BoundedSettings::force_tolerance).
     pub force_excess: f64,
-    /// What the limits that bind cost.
+    /// Shadow prices of the limits that bind.
     pub prices: Vec<Price>,
 }

@@ -1,4 +1,4 @@
-//! The points of a path: how the real machine answers to corrections there, and the exact sensitivities of its answer.
+//! Simulation of a path's points: the actual machine's equilibrium at corrected drives, and its exact sensitivities.
 
 use nalgebra::{DMatrix, DVector, Vector3};
 
@@ -14,21 +14,21 @@ use crate::{
     statics::{State, drive_force_sensitivity, drive_forces},
 };
 
-/// A point that takes part in the correction.
+/// A point of the path that takes part in the correction.
 #[derive(Debug, Clone)]
 pub(super) struct Point {
     pub task: TaskPoint,
     /// Nominal inverse kinematics of the task.
     pub command: Configuration,
-    /// The answer to the nominal command; `None` if there is no equilibrium.
-    pub uncorrected: Option<Answer>,
-    /// The answer to the unbounded correction, if there is one that meets the task.
-    pub exact: Option<Answer>,
+    /// Simulation of the nominal command; `None` if there is no equilibrium.
+    pub uncorrected: Option<Simulation>,
+    /// Simulation of the unbounded correction, if there is one that meets the task.
+    pub exact: Option<Simulation>,
 }
 
-/// How the machine answers to the drives at one point, and how that answer changes.
+/// Simulated equilibrium of the actual machine at one point, and its derivatives by the drives.
 #[derive(Debug, Clone)]
-pub(super) struct Answer {
+pub(super) struct Simulation {
     /// Drive positions ρ, mm or rad.
     pub drives: Vec<f64>,
     pub state: State,
@@ -42,28 +42,29 @@ pub(super) struct Answer {
     pub forces_by_drives: Option<DMatrix<f64>>,
 }
 
-/// Simulates points of a path.
+/// Simulator of the points of a path.
 pub(super) struct Simulator {
     session: Session,
     with_forces: bool,
 }
 
 impl Simulator {
+    /// A simulator; `with_forces` has it compute `∂τ/∂ρ`.
     pub fn new(nominal: &Machine, real: &Machine, settings: CompensationSettings, with_forces: bool) -> Self {
         Self { session: Session::new(nominal, real, settings), with_forces }
     }
 
-    /// The point `asked` for, near the point simulated last; the reason if it cannot be reached or has no equilibrium.
-    pub fn point(&mut self, asked: &TaskPoint) -> Result<Point, CompensationStatus> {
-        let task = &self.session.zeroed(asked)?;
+    /// Simulates the point `asked` for, near the point simulated last; the reason if it cannot be reached or has no equilibrium.
+    pub fn simulate_point(&mut self, asked: &TaskPoint) -> Result<Point, CompensationStatus> {
+        let task = &self.session.with_wanted_pose(asked)?;
         let exact = compensate(&mut self.session, asked, Method::Direct);
         let exact_state = self.session.state.clone();
-        self.session.go_to(&task.pose)?;
+        self.session.command_pose(&task.pose)?;
         let command = self.session.command.clone();
         let mut point = Point { task: *task, command, uncorrected: None, exact: None };
-        let uncorrected = self.answer(&point, &point.command.drives, &exact_state);
+        let uncorrected = self.simulate(&point, &point.command.drives, &exact_state);
         if exact.status == CompensationStatus::Converged {
-            point.exact = self.answer(&point, &exact.drives, &exact_state).ok();
+            point.exact = self.simulate(&point, &exact.drives, &exact_state).ok();
             self.session.state = exact_state;
             self.session.drives = exact.drives;
         }
@@ -74,12 +75,12 @@ impl Simulator {
         Ok(point)
     }
 
-    /// The answer to `drives` at `point`, found from the neighbouring equilibrium `start`.
-    pub fn answer(&mut self, point: &Point, drives: &[f64], start: &State) -> Result<Answer, CompensationStatus> {
+    /// Simulates `drives` (mm, rad) at `point`, from the neighbouring equilibrium `start`.
+    pub fn simulate(&mut self, point: &Point, drives: &[f64], start: &State) -> Result<Simulation, CompensationStatus> {
         let session = &mut self.session;
-        session.stand(&point.command, start);
+        session.set_state(&point.command, start);
         session.drives.copy_from_slice(drives);
-        let outcome = session.settle(&point.task)?;
+        let outcome = session.solve_stable(&point.task)?;
         let residual = session.task_error(&point.task);
         let weigh = |i: usize, value: f64| residual.lever[i] * value;
         let slope = residual.slope.rows(0, residual.count) * &outcome.drive_sensitivity;
@@ -91,7 +92,7 @@ impl Simulator {
             }
             false => None,
         };
-        Ok(Answer {
+        Ok(Simulation {
             drives: drives.to_vec(),
             state: session.state.clone(),
             error: DVector::from_fn(residual.count, |i, _| weigh(i, residual.error[i])),
@@ -103,12 +104,12 @@ impl Simulator {
 }
 
 impl Point {
-    /// The answer nearest to what is wanted from which a search can start.
-    pub fn best_known(&self) -> Option<&Answer> {
+    /// The simulation nearest to what is wanted from which a search can start: exact, else uncorrected.
+    pub fn best_start(&self) -> Option<&Simulation> {
         self.exact.as_ref().or(self.uncorrected.as_ref())
     }
 
-    /// Corrections Δρ that `drives` are.
+    /// Corrections Δρ of `drives`: their difference from the nominal command.
     pub fn corrections<'s>(&'s self, drives: &'s [f64]) -> impl Iterator<Item = f64> + 's {
         drives.iter().zip(&self.command.drives).map(|(rho, nominal)| rho - nominal)
     }

@@ -1,5 +1,4 @@
-//! The convex program of one linearisation of the path, objective and limits as its rows: the only place that knows
-//! clarabel.
+//! The convex program of one linearisation of the path, objective and limits as its rows: the only place that knows clarabel.
 //!
 //! With x the step of the drives in units that move the tool by about 1 mm, `e_k + J_k x_k` the linearised task errors of
 //! the points over a length σ and `A x ≤ b` all limits, linearised and scaled row by row:
@@ -23,10 +22,10 @@ use nalgebra::{DMatrix, DVector};
 use super::{
     limits::{Bounds, LimitKind, Side},
     outcome::Errors,
-    path::Answer,
+    path::Simulation,
 };
 
-/// What is to be small.
+/// Objective of the program.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Goal {
     /// Sum of squared errors.
@@ -39,23 +38,23 @@ pub(super) enum Goal {
     Excess,
 }
 
-/// One limit in the program: `coefficients · x ≤ room`.
+/// One limit in the program: `coefficients · x ≤ margin`.
 struct Row {
     limit: RowLimit,
     /// Column and coefficient.
     coefficients: Vec<(usize, f64)>,
-    /// What is left of the limit, may be negative.
-    room: f64,
+    /// Distance to the limit, may be negative.
+    margin: f64,
     /// Unit of the limit per unit of the row.
     scale: f64,
-    /// Both ends of the limit are one: an equation.
+    /// Whether both ends of the limit are one: an equation.
     is_equation: bool,
 }
 
-/// Which limit a row stands for.
+/// The limit that a row stands for.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct RowLimit {
-    /// Among the points that take part.
+    /// Index among the points that take part.
     pub point: usize,
     pub drive: usize,
     pub kind: LimitKind,
@@ -70,11 +69,11 @@ pub(super) struct Multiplier {
     pub value: f64,
 }
 
-/// What the convex solver returned.
-pub(super) struct Solved {
+/// Solution of the convex program.
+pub(super) struct ConvexSolution {
     /// Step of each drive of each point, mm or rad.
     pub step: Vec<f64>,
-    /// Limits that bind.
+    /// Limits that bind, with their multipliers.
     pub binding: Vec<Multiplier>,
     /// Value of the last variable: t in mm, or the relative excess ξ.
     pub extra: f64,
@@ -84,7 +83,7 @@ pub(super) struct Solved {
     pub iterations: usize,
 }
 
-/// Why there is no solution.
+/// Reason why there is no solution.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Failure {
     /// The limits exclude one another.
@@ -102,7 +101,7 @@ const SMALLEST_LENGTH: f64 = 1e-9;
 
 /// The linearised path.
 pub(super) struct Program<'a> {
-    answers: &'a [Answer],
+    results: &'a [Simulation],
     bounds: &'a Bounds,
     /// Drive motion that moves the tool by about 1 mm, mm or rad.
     unit: Vec<f64>,
@@ -112,13 +111,13 @@ pub(super) struct Program<'a> {
 }
 
 impl<'a> Program<'a> {
-    /// From the answers at `corrections` (point-major, mm or rad). `bounds` must hold for them.
-    pub fn new(answers: &'a [Answer], corrections: &[f64], bounds: &'a Bounds) -> Self {
+    /// The program linearised at `corrections` (point-major, mm or rad), which `bounds` must hold for, with the simulated `results` there.
+    pub fn new(results: &'a [Simulation], corrections: &[f64], bounds: &'a Bounds) -> Self {
         let count = bounds.drive_count();
-        let unit = (0..count).map(|i| tool_unit(answers, i)).collect();
-        let largest = answers.iter().map(|answer| answer.error.norm()).fold(SMALLEST_LENGTH, f64::max);
-        let mut program = Self { answers, bounds, unit, length: largest, rows: Vec::new() };
-        for k in 0..answers.len() {
+        let unit = (0..count).map(|i| motion_per_mm(results, i)).collect();
+        let largest = results.iter().map(|result| result.error.norm()).fold(SMALLEST_LENGTH, f64::max);
+        let mut program = Self { results, bounds, unit, length: largest, rows: Vec::new() };
+        for k in 0..results.len() {
             for i in 0..count {
                 program.add_range(k, i, corrections);
                 program.add_change(k, i, corrections);
@@ -128,20 +127,21 @@ impl<'a> Program<'a> {
         program
     }
 
-    /// Errors after a step (point-major, mm or rad), as the linearisation has it.
+    /// Task errors after a step (point-major, mm or rad), by the linearisation.
     pub fn errors_after(&self, step: &[f64]) -> Errors {
         let steps = step.chunks_exact(self.bounds.drive_count());
-        let error = |(answer, step): (&Answer, &[f64])| {
-            (&answer.error + &answer.error_by_drives * DVector::from_column_slice(step)).norm()
+        let error = |(result, step): (&Simulation, &[f64])| {
+            (&result.error + &result.error_by_drives * DVector::from_column_slice(step)).norm()
         };
-        Errors::of(self.answers.iter().zip(steps).map(error))
+        Errors::of(self.results.iter().zip(steps).map(error))
     }
 
+    /// Index of the variable of a drive at a point.
     fn column(&self, point: usize, drive: usize) -> usize {
         point * self.bounds.drive_count() + drive
     }
 
-    /// Correction and travel.
+    /// Adds the limits on correction and travel of a drive at a point.
     fn add_range(&mut self, point: usize, drive: usize, corrections: &[f64]) {
         let (column, scale) = (self.column(point, drive), self.unit[drive]);
         let [low, high] = self.bounds.range[column];
@@ -149,14 +149,15 @@ impl<'a> Program<'a> {
         let ends = [(high.value, high.kind, 1.0, Side::Upper), (low.value, low.kind, -1.0, Side::Lower)];
         for (value, kind, sign, side) in ends.into_iter().take(if is_equation { 1 } else { 2 }) {
             let limit = RowLimit { point, drive, kind, side };
-            let room = sign * (value - corrections[column]) / scale;
-            self.add(Row { limit, coefficients: vec![(column, sign)], room, scale, is_equation });
+            let margin = sign * (value - corrections[column]) / scale;
+            self.add(Row { limit, coefficients: vec![(column, sign)], margin, scale, is_equation });
         }
     }
 
+    /// Adds the limit on the change of a drive's correction from the point before.
     fn add_change(&mut self, point: usize, drive: usize, corrections: &[f64]) {
         let (change, scale) = (self.bounds.change[drive], self.unit[drive]);
-        if !self.bounds.follows[point] {
+        if !self.bounds.is_consecutive[point] {
             return;
         }
         let (column, before) = (self.column(point, drive), self.column(point - 1, drive));
@@ -166,35 +167,37 @@ impl<'a> Program<'a> {
         for (sign, side) in ends.into_iter().take(if is_equation { 1 } else { 2 }) {
             let limit = RowLimit { point, drive, kind: LimitKind::Change, side };
             let coefficients = vec![(column, sign), (before, -sign)];
-            let room = ((if is_equation { 0.0 } else { change }) - sign * present) / scale;
-            self.add(Row { limit, coefficients, room, scale, is_equation });
+            let margin = ((if is_equation { 0.0 } else { change }) - sign * present) / scale;
+            self.add(Row { limit, coefficients, margin, scale, is_equation });
         }
     }
 
+    /// Adds the linearised force limits of a drive at a point.
     fn add_force(&mut self, point: usize, drive: usize) {
         let largest = self.bounds.force[drive];
-        let answer = &self.answers[point];
-        let Some(by_drives) = &answer.forces_by_drives else { return };
+        let result = &self.results[point];
+        let Some(by_drives) = &result.forces_by_drives else { return };
         let slope: Vec<f64> = self.unit.iter().enumerate().map(|(j, unit)| by_drives[(drive, j)] * unit).collect();
         // Where the drives have no influence the force itself is the scale, and the row says whether it is kept.
         let scale = slope.iter().map(|s| s * s).sum::<f64>().sqrt().max(1e-6 * largest);
         for (sign, side) in [(1.0, Side::Upper), (-1.0, Side::Lower)] {
             let limit = RowLimit { point, drive, kind: LimitKind::Force, side };
             let coefficients = (0..slope.len()).map(|j| (self.column(point, j), sign * slope[j] / scale)).collect();
-            let room = (largest - sign * answer.forces[drive]) / scale;
-            self.add(Row { limit, coefficients, room, scale, is_equation: false });
+            let margin = (largest - sign * result.forces[drive]) / scale;
+            self.add(Row { limit, coefficients, margin, scale, is_equation: false });
         }
     }
 
+    /// Adds a row, unless its limit is infinite.
     fn add(&mut self, row: Row) {
-        if row.room.is_finite() {
+        if row.margin.is_finite() {
             self.rows.push(row);
         }
     }
 
-    /// Solves for `goal`.
-    pub fn solve(&self, goal: Goal) -> Result<Solved, Failure> {
-        let steps = self.answers.len() * self.bounds.drive_count();
+    /// Solves the program for `goal`.
+    pub fn solve(&self, goal: Goal) -> Result<ConvexSolution, Failure> {
+        let steps = self.results.len() * self.bounds.drive_count();
         let has_extra = matches!(goal, Goal::Largest | Goal::Excess);
         let variables = steps + usize::from(has_extra);
         let (hessian, gradient) = self.objective(goal, variables);
@@ -220,7 +223,7 @@ impl<'a> Program<'a> {
         let count = self.bounds.drive_count();
         let unscaled = |(column, value): (usize, &f64)| value * self.unit[column % count];
         let multipliers = order.iter().zip(solution.s.iter().zip(&solution.z));
-        Ok(Solved {
+        Ok(ConvexSolution {
             step: solution.x[..steps].iter().enumerate().map(unscaled).collect(),
             binding: multipliers.filter_map(|(row, (slack, dual))| self.multiplier(goal, row, *slack, *dual)).collect(),
             extra: if has_extra { solution.x[steps] * self.extra_scale(goal) } else { 0.0 },
@@ -229,11 +232,11 @@ impl<'a> Program<'a> {
         })
     }
 
-    /// `A x ≤ b`, forces with their excess where that is the goal.
+    /// Constraints `A x ≤ b` of the rows in `order`, forces with their excess where that is the goal.
     fn limits(&self, goal: Goal, steps: usize, order: &[&Row]) -> Constraints {
         let mut constraints = Constraints::default();
         for row in order {
-            constraints.add(row.coefficients.iter().copied(), row.room);
+            constraints.add(row.coefficients.iter().copied(), row.margin);
             if goal == Goal::Excess && row.limit.kind == LimitKind::Force {
                 constraints.append(steps, -self.bounds.force[row.limit.drive] / row.scale);
             }
@@ -244,7 +247,7 @@ impl<'a> Program<'a> {
         constraints
     }
 
-    /// Of a limit that binds: interior points leave either the slack or the multiplier well away from zero.
+    /// Multiplier of a row whose limit binds, else `None`: interior points leave either `slack` or `dual` well away from zero.
     fn multiplier(&self, goal: Goal, row: &Row, slack: f64, dual: f64) -> Option<Multiplier> {
         let mut limit = row.limit;
         if row.is_equation && dual < 0.0 {
@@ -254,7 +257,7 @@ impl<'a> Program<'a> {
         (row.is_equation || dual > slack).then_some(Multiplier { limit, value })
     }
 
-    /// Unit of the objective in mm² or mm.
+    /// Unit of the objective, in mm² or mm.
     fn multiplier_scale(&self, goal: Goal) -> f64 {
         match goal {
             Goal::Squares | Goal::Within(_) => self.length * self.length,
@@ -263,25 +266,27 @@ impl<'a> Program<'a> {
         }
     }
 
+    /// Unit of the last variable: mm for the largest error, else 1.
     fn extra_scale(&self, goal: Goal) -> f64 {
         if goal == Goal::Largest { self.length } else { 1.0 }
     }
 
-    /// `J_k` and `e_k` of point `point` in the program's units.
+    /// Sensitivity `J_k` and error `e_k` of point `point` in the program's units.
     fn scaled(&self, point: usize) -> (DMatrix<f64>, DVector<f64>) {
-        let answer = &self.answers[point];
-        let mut slope = &answer.error_by_drives / self.length;
+        let result = &self.results[point];
+        let mut slope = &result.error_by_drives / self.length;
         for (mut column, unit) in slope.column_iter_mut().zip(&self.unit) {
             column *= *unit;
         }
-        (slope, &answer.error / self.length)
+        (slope, &result.error / self.length)
     }
 
+    /// Hessian and gradient of the objective over so many `variables`.
     fn objective(&self, goal: Goal, variables: usize) -> (CscMatrix<f64>, Vec<f64>) {
         let count = self.bounds.drive_count();
         let mut hessian = Triplets::default();
         let mut gradient = vec![0.0; variables];
-        for point in 0..self.answers.len() {
+        for point in 0..self.results.len() {
             let first = self.column(point, 0);
             let squares = match goal {
                 Goal::Squares | Goal::Within(_) => {
@@ -305,14 +310,14 @@ impl<'a> Program<'a> {
         (hessian.matrix(variables, variables), gradient)
     }
 
-    /// `‖e_k + J_k x_k‖ ≤ t`.
+    /// Adds the cones `‖e_k + J_k x_k‖ ≤ t` of goals that bound the largest error.
     fn add_cones(&self, goal: Goal, steps: usize, constraints: &mut Constraints, cones: &mut Vec<SupportedConeT<f64>>) {
         let fixed = match goal {
             Goal::Largest => None,
             Goal::Within(largest) => Some(largest / self.length),
             Goal::Squares | Goal::Excess => return,
         };
-        for point in 0..self.answers.len() {
+        for point in 0..self.results.len() {
             let (slope, error) = self.scaled(point);
             let first = self.column(point, 0);
             match fixed {
@@ -327,14 +332,14 @@ impl<'a> Program<'a> {
     }
 }
 
-/// Drive motion that moves the tool by about 1 mm: over the root mean square of the sensitivities along the path.
-pub(super) fn tool_unit(answers: &[Answer], drive: usize) -> f64 {
-    let squares: f64 = answers.iter().map(|answer| answer.error_by_drives.column(drive).norm_squared()).sum();
-    let mean = (squares / answers.len().max(1) as f64).sqrt();
+/// Motion of a drive that moves the tool by about 1 mm: over the root mean square of the sensitivities along the path.
+pub(super) fn motion_per_mm(results: &[Simulation], drive: usize) -> f64 {
+    let squares: f64 = results.iter().map(|result| result.error_by_drives.column(drive).norm_squared()).sum();
+    let mean = (squares / results.len().max(1) as f64).sqrt();
     if mean > 0.0 { 1.0 / mean } else { 1.0 }
 }
 
-/// As accurate as clarabel gets: programs with cones end at 10⁻⁸ of the length σ.
+/// Settings of clarabel, as accurate as it gets: programs with cones end at 10⁻⁸ of the length σ.
 fn solver_settings(goal: Goal) -> DefaultSettings<f64> {
     let (tolerance, reduced) = match goal {
         Goal::Squares | Goal::Excess => (1e-10, 1e-6),
@@ -354,6 +359,7 @@ fn solver_settings(goal: Goal) -> DefaultSettings<f64> {
     }
 }
 
+/// Entries of a sparse matrix.
 #[derive(Default)]
 struct Triplets {
     rows: Vec<usize>,
@@ -362,18 +368,20 @@ struct Triplets {
 }
 
 impl Triplets {
+    /// Adds an entry.
     fn push(&mut self, row: usize, column: usize, value: f64) {
         self.rows.push(row);
         self.columns.push(column);
         self.values.push(value);
     }
 
+    /// The sparse matrix of the entries.
     fn matrix(self, rows: usize, columns: usize) -> CscMatrix<f64> {
         CscMatrix::new_from_triplets(rows, columns, self.rows, self.columns, self.values)
     }
 }
 
-/// Rows `b − A x` in cones.
+/// Rows `b − A x` that cones constrain.
 #[derive(Default)]
 struct Constraints {
     entries: Triplets,
@@ -381,6 +389,7 @@ struct Constraints {
 }
 
 impl Constraints {
+    /// Adds a row with these coefficients of A and its entry of b.
     fn add(&mut self, coefficients: impl IntoIterator<Item = (usize, f64)>, right: f64) {
         for (column, value) in coefficients {
             self.entries.push(self.right.len(), column, value);
@@ -388,11 +397,12 @@ impl Constraints {
         self.right.push(right);
     }
 
-    /// Adds an entry to the last row.
+    /// Adds an entry of A to the last row.
     fn append(&mut self, column: usize, value: f64) {
         self.entries.push(self.right.len() - 1, column, value);
     }
 
+    /// The matrix A, whose entries are taken out.
     fn matrix(&mut self, variables: usize) -> CscMatrix<f64> {
         std::mem::take(&mut self.entries).matrix(self.right.len(), variables)
     }

@@ -1,43 +1,42 @@
-//! Sequential convex programming: linearise the path, solve the convex program, go there as far as the nonlinear
-//! simulation confirms.
+//! Sequential convex programming: linearise the path, solve the convex program, go there as far as the nonlinear simulation confirms.
 
 use super::{
     BoundedSettings, ErrorNorm,
     error::BoundedError,
     limits::{Bounds, LimitKind, Limits},
     outcome::{BoundedStatus, Errors},
-    path::{Answer, Point, Simulator},
-    program::{Failure, Goal, Multiplier, Program, Solved, tool_unit},
+    path::{Point, Simulation, Simulator},
+    program::{ConvexSolution, Failure, Goal, Multiplier, Program, motion_per_mm},
 };
 use crate::machine::{Machine, Motion};
 
 /// Steps are halved this many times before a direction is given up.
 const HALVINGS: usize = 10;
-/// The second stage of the worst error may exceed the first's by this share: what interior points need to be inside.
+/// Share by which the second stage of the worst error may exceed the first's: interior points need it to be inside.
 const STAGE_SLACK: f64 = 2e-5;
 /// An improvement by less than this share is none.
 const IMPROVEMENT: f64 = 1e-9;
 /// Errors that are equal to this length are equal, mm.
 const SAME_LENGTH: f64 = 1e-8;
-/// A linearisation that promises to improve the errors by less than this share promises nothing.
+/// A linearisation that promises to improve the errors by less than this share is not worth following.
 const PROMISE: f64 = 1e-5;
-/// Steps for the sake of forces move the tool by at most this share of the machine's characteristic length: farther, the linearisation
-/// says little. They can be long, because forces depend little on where the tool is.
+/// Steps for the sake of forces move the tool by at most this share of the machine's characteristic length: beyond, the linearisation says
+/// little. They can be long, because forces depend little on where the tool is.
 const LONGEST_STEP: f64 = 0.1;
 
-/// Corrections of all points, and the machine's answers.
+/// Corrections of all points, and the simulated machine there.
 #[derive(Debug, Clone)]
 pub(super) struct Iterate {
     /// Δρ, point-major, mm or rad.
     pub corrections: Vec<f64>,
-    pub answers: Vec<Answer>,
+    pub results: Vec<Simulation>,
     pub errors: Errors,
-    /// Largest relative excess of a force.
+    /// Largest excess of a force over its limit, as a share of the limit.
     pub excess: f64,
 }
 
-/// Where a search ended.
-pub(super) struct Found {
+/// Result of a search.
+pub(super) struct SearchResult {
     pub iterate: Iterate,
     pub status: BoundedStatus,
     pub binding: Vec<Multiplier>,
@@ -46,7 +45,7 @@ pub(super) struct Found {
     pub is_accurate: bool,
 }
 
-/// Everything a search needs to know.
+/// Inputs of a search for bounded corrections.
 pub(super) struct Search<'a, 'm> {
     pub points: &'a [Point],
     pub limits: &'a Limits,
@@ -54,26 +53,26 @@ pub(super) struct Search<'a, 'm> {
     pub machine: &'m Machine,
     pub simulator: &'a mut Simulator,
     pub objective: ErrorNorm,
-    /// No error may be larger, mm; of the root mean square.
+    /// Largest error allowed, mm, while the root mean square is the objective.
     pub largest: Option<f64>,
     pub settings: &'a BoundedSettings,
     pub progress: &'a dyn Fn(usize),
 }
 
 impl Search<'_, '_> {
-    /// The best corrections within the limits.
-    pub fn run(&mut self) -> Result<Found, BoundedError> {
-        let found = self.start()?;
+    /// Finds the best corrections within the limits.
+    pub fn run(&mut self) -> Result<SearchResult, BoundedError> {
+        let found = self.start_within_limits()?;
         match found.status {
             BoundedStatus::Unbounded => Ok(found),
             _ => self.run_from(found),
         }
     }
 
-    /// The best corrections within the limits that leave no error larger than `largest`, mm; `None` if no corrections at all
-    /// are not within the limits or leave a larger one.
-    pub fn run_below(&mut self, largest: f64) -> Result<Option<Found>, BoundedError> {
-        let known = self.known();
+    /// Finds the best corrections with no error larger than `largest`, mm; `None` if the uncorrected path breaks the limits or has a larger
+    /// error.
+    pub fn run_below(&mut self, largest: f64) -> Result<Option<SearchResult>, BoundedError> {
+        let known = self.unbounded_iterate();
         let none = vec![0.0; known.corrections.len()];
         let mut within = none.clone();
         self.bounds.project(&mut within);
@@ -85,13 +84,14 @@ impl Search<'_, '_> {
             return Ok(None);
         }
         self.largest = Some(largest);
-        self.run_from(found(start, BoundedStatus::Slow)).map(Some)
+        self.run_from(initial_result(start, BoundedStatus::Slow)).map(Some)
     }
 
-    fn run_from(&mut self, mut found: Found) -> Result<Found, BoundedError> {
+    /// Iterates from `found` until the search ends; `Err` if a force limit cannot be kept.
+    fn run_from(&mut self, mut found: SearchResult) -> Result<SearchResult, BoundedError> {
         while found.iterations < self.settings.max_iterations {
             found.iterations += 1;
-            let is_over = self.iterate(&mut found)?;
+            let is_over = self.iterate_once(&mut found)?;
             if let Some(status) = is_over {
                 found.status = status;
                 break;
@@ -105,17 +105,17 @@ impl Search<'_, '_> {
     }
 
     /// The unbounded corrections, or none where there are no such; they need not be within the limits.
-    fn known(&self) -> Iterate {
-        let known: Vec<&Answer> = self.points.iter().filter_map(Point::best_known).collect();
-        let wanted = self.points.iter().zip(&known).flat_map(|(point, answer)| point.corrections(&answer.drives));
-        let excess = self.bounds.force_excess(known.iter().map(|answer| answer.forces.as_slice()));
-        iterate(wanted.collect(), known.into_iter().cloned().collect(), excess)
+    fn unbounded_iterate(&self) -> Iterate {
+        let known: Vec<&Simulation> = self.points.iter().filter_map(Point::best_start).collect();
+        let wanted = self.points.iter().zip(&known).flat_map(|(point, result)| point.corrections(&result.drives));
+        let excess = self.bounds.force_excess(known.iter().map(|result| result.forces.as_slice()));
+        new_iterate(wanted.collect(), known.into_iter().cloned().collect(), excess)
     }
 
-    /// The unbounded corrections, moved into the limits on correction, travel and change; from no corrections, moved
-    /// likewise, if the machine has no equilibrium there.
-    fn start(&mut self) -> Result<Found, BoundedError> {
-        let known = self.known();
+    /// Start of the search: the unbounded corrections moved into the limits on correction, travel and change, or none moved so, where those
+    /// have no equilibrium.
+    fn start_within_limits(&mut self) -> Result<SearchResult, BoundedError> {
+        let known = self.unbounded_iterate();
         let mut corrections = known.corrections.clone();
         self.bounds.project(&mut corrections);
         let is_exact = self.points.iter().all(|point| point.exact.is_some());
@@ -129,42 +129,42 @@ impl Search<'_, '_> {
             }
         };
         let is_unbounded = is_exact && is_inside && keeps_forces;
-        Ok(found(start, if is_unbounded { BoundedStatus::Unbounded } else { BoundedStatus::Slow }))
+        Ok(initial_result(start, if is_unbounded { BoundedStatus::Unbounded } else { BoundedStatus::Slow }))
     }
 
     /// Simulates the path at `corrections`, near the equilibria of `near`.
     fn simulate(&mut self, corrections: Vec<f64>, near: &Iterate) -> Result<Iterate, BoundedError> {
         let count = self.bounds.drive_count();
-        let mut answers = Vec::with_capacity(self.points.len());
+        let mut results = Vec::with_capacity(self.points.len());
         for (k, (point, own)) in self.points.iter().zip(corrections.chunks_exact(count)).enumerate() {
-            let old = &near.answers[k];
+            let old = &near.results[k];
             // Points that stay where they are need no new simulation.
             if near.corrections[k * count..(k + 1) * count] == *own {
-                answers.push(old.clone());
+                results.push(old.clone());
                 continue;
             }
             let drives: Vec<f64> = point.command.drives.iter().zip(own).map(|(rho, change)| rho + change).collect();
-            let answer = self.simulator.answer(point, &drives, &old.state);
-            answers.push(answer.map_err(|status| BoundedError::Start { point: self.bounds.index[k], status })?);
+            let result = self.simulator.simulate(point, &drives, &old.state);
+            results.push(result.map_err(|status| BoundedError::Start { point: self.bounds.index[k], status })?);
             (self.progress)(k + 1);
         }
-        let excess = self.bounds.force_excess(answers.iter().map(|answer| answer.forces.as_slice()));
-        Ok(iterate(corrections, answers, excess))
+        let excess = self.bounds.force_excess(results.iter().map(|result| result.forces.as_slice()));
+        Ok(new_iterate(corrections, results, excess))
     }
 
-    /// One linearisation; how the search ended, if it did.
-    fn iterate(&mut self, found: &mut Found) -> Result<Option<BoundedStatus>, BoundedError> {
+    /// Linearises the path and steps once; returns the final status if the search is over.
+    fn iterate_once(&mut self, found: &mut SearchResult) -> Result<Option<BoundedStatus>, BoundedError> {
         let now = &found.iterate;
         let mut bounds = self.bounds.clone();
-        if bounds.limit_forces() {
-            self.trust(&mut bounds, now);
+        if bounds.has_force_limits() {
+            self.narrow_to_trusted(&mut bounds, now);
         }
-        let program = Program::new(&now.answers, &now.corrections, &bounds);
-        let aimed = match self.aim(&program) {
+        let program = Program::new(&now.results, &now.corrections, &bounds);
+        let aimed = match self.solve_objective(&program) {
             Ok(aimed) => Some(aimed),
             // There are none with smaller errors than those reached, or none that can be told from them.
             Err(_) if self.largest.is_some() => return Ok(Some(BoundedStatus::Stalled)),
-            Err(Failure::Infeasible) if self.bounds.limit_forces() => None,
+            Err(Failure::Infeasible) if self.bounds.has_force_limits() => None,
             Err(Failure::Infeasible) => return Err(BoundedError::Convex { status: "PrimalInfeasible".into() }),
             // What has been reached keeps all limits.
             Err(Failure::Other(_)) if found.iterations > 1 && now.excess <= self.settings.force_tolerance => {
@@ -202,9 +202,9 @@ impl Search<'_, '_> {
         Ok(None)
     }
 
-    /// The convex program's solution for the objective. The worst error is found first and then, with it given, the least
-    /// sum of squares: so the points that are not the worst are as good as they can be, and the solution is unique.
-    fn aim(&self, program: &Program<'_>) -> Result<Solved, Failure> {
+    /// Solves the program for the objective. The worst error is found first and then, with it given, the least sum of squares: so the
+    /// points that are not the worst are as good as they can be, and the solution is unique.
+    fn solve_objective(&self, program: &Program<'_>) -> Result<ConvexSolution, Failure> {
         match self.objective {
             ErrorNorm::Rms => match self.largest {
                 Some(largest) => program.solve(Goal::Within(largest * (1.0 - STAGE_SLACK))),
@@ -214,7 +214,7 @@ impl Search<'_, '_> {
                 let first = program.solve(Goal::Largest)?;
                 let within = first.extra * (1.0 + STAGE_SLACK) + SAME_LENGTH;
                 Ok(match program.solve(Goal::Within(within)) {
-                    Ok(second) => priced(second, first),
+                    Ok(second) => with_first_prices(second, first),
                     // What the first stage found is right; its best points may be less good than they could be.
                     Err(_) => first,
                 })
@@ -222,7 +222,7 @@ impl Search<'_, '_> {
         }
     }
 
-    /// The first of the full step, half of it and so on that is better than `now`.
+    /// Halves the step until an iterate is better than `now`; `None` if none is.
     fn step_along(&mut self, step: &[f64], now: &Iterate) -> Option<Iterate> {
         let mut share = 1.0;
         for _ in 0..HALVINGS {
@@ -239,7 +239,7 @@ impl Search<'_, '_> {
         None
     }
 
-    /// Forces first: nearer to their limits, or within them with smaller errors.
+    /// Whether `next` is better than `now`: forces nearer to their limits first, then smaller errors within them.
     fn is_better(&self, next: &Iterate, now: &Iterate) -> bool {
         let tolerance = self.settings.force_tolerance;
         if now.excess > tolerance {
@@ -267,7 +267,7 @@ impl Search<'_, '_> {
         }
     }
 
-    /// Whether a linearisation promises so much that it matters if it cannot be had.
+    /// Whether a linearisation promises an improvement that matters.
     fn is_promising(&self, promised: &Errors, now: &Errors) -> bool {
         match self.objective {
             ErrorNorm::Rms => is_less(promised.rms, now.rms, PROMISE),
@@ -275,8 +275,8 @@ impl Search<'_, '_> {
         }
     }
 
-    /// Replaces the corrections of a point by its unbounded ones where the limits and its neighbours allow: its error
-    /// vanishes, nothing else changes. What the convex solver left there is its tolerance.
+    /// Replaces the corrections of a point by its unbounded ones where the limits and its neighbours allow: its error vanishes, nothing
+    /// else changes. What the convex solver left there is its tolerance.
     fn take_exact_points(&mut self, iterate: &mut Iterate) {
         let count = self.bounds.drive_count();
         for k in (0..self.points.len()).chain((0..self.points.len()).rev()) {
@@ -284,26 +284,26 @@ impl Search<'_, '_> {
             let Some(exact) = &point.exact else { continue };
             let own: Vec<f64> = point.corrections(&exact.drives).collect();
             let keeps_forces = self.bounds.force_excess(std::iter::once(exact.forces.as_slice())) <= 0.0;
-            if keeps_forces && self.bounds.allow(k, &own, &iterate.corrections) {
+            if keeps_forces && self.bounds.allows(k, &own, &iterate.corrections) {
                 iterate.corrections[k * count..(k + 1) * count].copy_from_slice(&own);
-                iterate.answers[k] = exact.clone();
+                iterate.results[k] = exact.clone();
             }
         }
-        iterate.errors = Errors::of(iterate.answers.iter().map(|answer| answer.error.norm()));
-        iterate.excess = self.bounds.force_excess(iterate.answers.iter().map(|answer| answer.forces.as_slice()));
+        iterate.errors = Errors::of(iterate.results.iter().map(|result| result.error.norm()));
+        iterate.excess = self.bounds.force_excess(iterate.results.iter().map(|result| result.forces.as_slice()));
     }
 
     /// Narrows `bounds` to where the linearisation at `now` can be trusted.
-    fn trust(&self, bounds: &mut Bounds, now: &Iterate) {
+    fn narrow_to_trusted(&self, bounds: &mut Bounds, now: &Iterate) {
         let length = LONGEST_STEP * self.machine.characteristic_length;
-        let steps: Vec<f64> = (0..bounds.drive_count()).map(|i| length * tool_unit(&now.answers, i)).collect();
+        let steps: Vec<f64> = (0..bounds.drive_count()).map(|i| length * motion_per_mm(&now.results, i)).collect();
         bounds.narrow(&now.corrections, &steps);
     }
 
-    /// Which force cannot be kept, and which other limits stand in the way.
+    /// Error that names the force that cannot be kept, and the other limits that stand in the way.
     fn force_error(&self, iterate: &Iterate) -> BoundedError {
-        let shares = iterate.answers.iter().enumerate().flat_map(|(k, answer)| {
-            let forces = answer.forces.iter().zip(&self.bounds.force).enumerate();
+        let shares = iterate.results.iter().enumerate().flat_map(|(k, result)| {
+            let forces = result.forces.iter().zip(&self.bounds.force).enumerate();
             forces.map(move |(i, (force, limit))| (k, i, force.abs() / limit))
         });
         let (k, i, _) = shares.max_by(|a, b| a.2.total_cmp(&b.2)).unwrap_or((0, 0, 0.0));
@@ -312,14 +312,14 @@ impl Search<'_, '_> {
         BoundedError::Force {
             drive: self.machine.drive_labels()[i].clone(),
             point: self.bounds.index[k],
-            least: iterate.answers[k].forces[i].abs(),
+            least: iterate.results[k].forces[i].abs(),
             limit: self.bounds.force[i],
             unit: motion.shown_force_unit(),
             conflicts: kinds.into_iter().filter(|kind| self.forces_kept_without(*kind, iterate)).collect(),
         }
     }
 
-    /// Whether, by linear sensitivities, a moderate step keeps the force limits once limits of `kind` are taken away.
+    /// Whether a moderate step, by linear sensitivities, would keep the force limits without the limits of `kind`.
     fn forces_kept_without(&self, kind: LimitKind, iterate: &Iterate) -> bool {
         let mut limits = self.limits.clone();
         match kind {
@@ -337,20 +337,21 @@ impl Search<'_, '_> {
         if bounds.range == self.bounds.range && bounds.change == self.bounds.change {
             return false;
         }
-        self.trust(&mut bounds, iterate);
-        let program = Program::new(&iterate.answers, &iterate.corrections, &bounds);
+        self.narrow_to_trusted(&mut bounds, iterate);
+        let program = Program::new(&iterate.results, &iterate.corrections, &bounds);
         program.solve(Goal::Excess).is_ok_and(|solved| solved.extra <= self.settings.force_tolerance)
     }
 }
 
-/// `start`, before anything was searched from it.
-fn found(start: Iterate, status: BoundedStatus) -> Found {
-    Found { iterate: start, status, binding: Vec::new(), iterations: 0, convex_iterations: 0, is_accurate: true }
+/// Result of a search that has not left `start`.
+fn initial_result(start: Iterate, status: BoundedStatus) -> SearchResult {
+    SearchResult { iterate: start, status, binding: Vec::new(), iterations: 0, convex_iterations: 0, is_accurate: true }
 }
 
-fn iterate(corrections: Vec<f64>, answers: Vec<Answer>, excess: f64) -> Iterate {
-    let errors = Errors::of(answers.iter().map(|answer| answer.error.norm()));
-    Iterate { corrections, answers, errors, excess }
+/// Iterate of these corrections, with the errors of its simulations.
+fn new_iterate(corrections: Vec<f64>, results: Vec<Simulation>, excess: f64) -> Iterate {
+    let errors = Errors::of(results.iter().map(|result| result.error.norm()));
+    Iterate { corrections, results, errors, excess }
 }
 
 /// Whether `new` is less than `old` by more than `share` of it.
@@ -358,6 +359,7 @@ fn is_less(new: f64, old: f64, share: f64) -> bool {
     new < old * (1.0 - share)
 }
 
+/// Error of a program without a solution.
 fn convex_error(failure: Failure) -> BoundedError {
     let status = match failure {
         Failure::Infeasible => "PrimalInfeasible".into(),
@@ -366,15 +368,15 @@ fn convex_error(failure: Failure) -> BoundedError {
     BoundedError::Convex { status }
 }
 
-/// The second stage's solution with the first stage's multipliers: those of the worst error.
-fn priced(second: Solved, first: Solved) -> Solved {
+/// Solution of the second stage with the multipliers of the first: those of the worst error.
+fn with_first_prices(second: ConvexSolution, first: ConvexSolution) -> ConvexSolution {
     let price = |limit| first.binding.iter().find(|m| m.limit == limit).map_or(0.0, |m| m.value);
     let mut binding: Vec<Multiplier> =
         second.binding.iter().map(|m| Multiplier { limit: m.limit, value: price(m.limit) }).collect();
     let only_first = first.binding.iter().filter(|m| !binding.iter().any(|other| other.limit == m.limit));
     let only_first: Vec<Multiplier> = only_first.copied().collect();
     binding.extend(only_first);
-    Solved {
+    ConvexSolution {
         binding,
         extra: first.extra,
         is_accurate: first.is_accurate && second.is_accurate,

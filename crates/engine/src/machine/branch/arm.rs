@@ -1,4 +1,4 @@
-//! Which machines are six-axis arms with a spherical wrist, and on which branch they stand.
+//! Six-axis arms with a spherical wrist: which machines are, and on which branch they stand.
 //!
 //! Axes 1 and 2 are perpendicular, 2 and 3 parallel, and 4, 5 and 6 meet in the wrist centre; offsets are free (those of
 //! ortho-parallel arms, Brandstötter, Angerer and Hofbaur 2014). The determinant of such an arm's Jacobian is the product of three factors:
@@ -21,7 +21,7 @@ const NO_LENGTH: f64 = 1e-9;
 /// A posture this near to a singularity stands on both branches that meet there: a share of the characteristic length, or a sine.
 pub(super) const ON_BOTH: f64 = 1e-9;
 
-/// A line about which a joint turns.
+/// Axis of a joint, a line in O axes, mm.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Axis {
     pub direction: Vector3<f64>,
@@ -29,7 +29,8 @@ pub(super) struct Axis {
 }
 
 impl Axis {
-    pub fn turn(&self, angle: f64) -> Rotation3<f64> {
+    /// Rotation about the axis by `angle` rad.
+    pub fn rotation(&self, angle: f64) -> Rotation3<f64> {
         Rotation3::from_axis_angle(&Unit::new_unchecked(self.direction), angle)
     }
 }
@@ -37,7 +38,7 @@ impl Axis {
 /// How far an arm is from the three singularities between its branches.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Clearance {
-    /// The wrist centre is so far ahead of axis 1, mm; negative behind it.
+    /// Distance of the wrist centre ahead of axis 1, mm; negative behind it.
     pub shoulder_mm: f64,
     /// Bend of the elbow, from where shoulder, elbow and wrist centre are in line, degrees; negative on a branch `down`.
     pub elbow_deg: f64,
@@ -45,18 +46,18 @@ pub struct Clearance {
     pub wrist_deg: f64,
 }
 
-/// A six-axis arm, all its joints at zero and what carries it as at home; O axes, mm.
+/// Geometry of a six-axis arm with all its joints at zero and what carries it as at home; O axes, mm.
 #[derive(Debug, Clone)]
 pub(in crate::machine) struct Arm {
     /// Index of the first of its six drives.
     pub(super) first: usize,
     pub(super) axes: [Axis; 6],
     pub(super) wrist_centre: Vector3<f64>,
-    /// Pose of P.
+    /// Pose of P with all joints at zero.
     pub(super) zero: Pose,
-    /// Along axis 1, away from the base.
+    /// Unit vector along axis 1, away from the base.
     pub(super) up: Vector3<f64>,
-    /// Across it, to the front.
+    /// Unit vector across axis 1, to the front.
     pub(super) ahead: Vector3<f64>,
     /// +1 where axes 4 and 6 both lead towards the tool or both away from it, −1 otherwise.
     alignment: f64,
@@ -66,7 +67,7 @@ pub(in crate::machine) struct Arm {
 }
 
 impl Arm {
-    /// The arm that `machine`, assembled at home, is; `None` if it is none, or none with a spherical wrist.
+    /// Recognises `machine`, assembled at home, as an arm; `None` if it is none with a spherical wrist.
     pub fn of(machine: &Machine) -> Option<Self> {
         let [chain] = machine.chains.as_slice() else { return None };
         let first = chain.drives.len().checked_sub(6)?;
@@ -75,8 +76,8 @@ impl Arm {
             return None;
         }
         let mut values = vec![0.0; chain.virtual_count];
-        chain.add_joints(&machine.home.drives, &mut values);
-        let at_home = joints(chain, first, &values);
+        chain.add_joint_positions(&machine.home.drives, &mut values);
+        let at_home = joint_angles(chain, first, &values);
         for drive in &chain.drives[first..] {
             values[drive.coordinate] = 0.0;
         }
@@ -94,18 +95,18 @@ impl Arm {
         let length = |length: f64| if length.abs() > NO_LENGTH * machine.characteristic_length { length } else { 0.0 };
         let offset = length(arm.ahead.dot(&(axes[1].point - axes[0].point)));
         // Where axis 2 meets axis 1, the front is on the side of home.
-        let side = if offset == 0.0 { arm.signs(&at_home)[0] } else { offset };
+        let side = if offset == 0.0 { arm.branch_factors(&at_home)[0] } else { offset };
         if side < 0.0 {
             arm.ahead = -arm.ahead;
         }
-        let forearm = sense(length(axes[3].direction.dot(&arm.forearm())));
-        let hand = sense(length(axes[5].direction.dot(&(zero.translation - arm.wrist_centre))));
+        let forearm = sign_of(length(axes[3].direction.dot(&arm.forearm())));
+        let hand = sign_of(length(axes[5].direction.dot(&(zero.translation - arm.wrist_centre))));
         arm.alignment = forearm * hand;
-        arm.wrist_sense = sense(chain.joint_per_drive(first + 4, first + 4));
+        arm.wrist_sense = sign_of(chain.joint_per_drive(first + 4, first + 4));
         Some(arm)
     }
 
-    /// As far as the axes alone say; `None` where they are not those of such an arm.
+    /// Arm with these `axes`; `None` where they are not those of an arm with a spherical wrist.
     fn with_axes(first: usize, axes: [Axis; 6], zero: Pose, base: Vector3<f64>, scale: f64) -> Option<Self> {
         let [a1, a2, a3, a4, a5, a6] = axes.map(|axis| axis.direction);
         let wrist_centre = meeting_point(&axes[3], &axes[4])?;
@@ -123,16 +124,17 @@ impl Arm {
         (is_arm && shortest > FITS * scale).then_some(arm)
     }
 
+    /// Position of the elbow (axis 3) with all joints at zero, O, mm.
     pub(super) fn elbow(&self) -> Vector3<f64> {
         self.axes[2].point
     }
 
-    /// From the elbow to the wrist centre.
+    /// Vector from the elbow to the wrist centre, mm.
     pub(super) fn forearm(&self) -> Vector3<f64> {
         self.wrist_centre - self.elbow()
     }
 
-    /// From the shoulder to the elbow.
+    /// Vector from the shoulder to the elbow, mm.
     pub(super) fn upper_arm(&self) -> Vector3<f64> {
         self.elbow() - self.axes[1].point
     }
@@ -144,24 +146,24 @@ impl Arm {
 
     /// +1 where a positive turn about `axis` turns "up" into "ahead", −1 otherwise.
     pub(super) fn sense_across(&self, axis: &Axis) -> f64 {
-        sense(axis.direction.dot(&self.across()))
+        sign_of(axis.direction.dot(&self.across()))
     }
 
-    /// Components along up and ahead.
+    /// Components of `vector` along up and ahead.
     pub(super) fn in_plane(&self, vector: Vector3<f64>) -> Vector2<f64> {
         Vector2::new(self.up.dot(&vector), self.ahead.dot(&vector))
     }
 
-    /// The wrist's bend with joint 5 at `angle`, rad: 0 where axis 6 leads on along axis 4.
+    /// Bend of the wrist with joint 5 at `angle`, rad: 0 where axis 6 leads on along axis 4.
     pub(super) fn wrist_bend(&self, angle: f64) -> f64 {
         let [a4, a5] = [self.axes[3].direction, self.axes[4].direction];
-        let a6 = self.axes[4].turn(angle) * self.axes[5].direction;
+        let a6 = self.axes[4].rotation(angle) * self.axes[5].direction;
         let along = a4.dot(&a6) - a5.dot(&a4) * a5.dot(&a6);
         (a5.dot(&a4.cross(&a6)) * self.alignment * self.wrist_sense).atan2(along * self.alignment)
     }
 
-    /// How far it is from its singularities with its joints at `joints`, rad: as a share of the characteristic length, and rad.
-    fn measures(&self, joints: &[f64; 6]) -> [f64; 3] {
+    /// Distances from the shoulder, elbow and wrist singularities at `joints` (rad): a share of the characteristic length, and two angles, rad.
+    fn singularity_distances(&self, joints: &[f64; 6]) -> [f64; 3] {
         let turned = |vector: Vector2<f64>, axis: &Axis, angle: f64| {
             let (sin, cos) = (angle * self.sense_across(axis)).sin_cos();
             Vector2::new(vector.x * cos - vector.y * sin, vector.x * sin + vector.y * cos)
@@ -174,19 +176,19 @@ impl Arm {
         [shoulder / self.scale, elbow, self.wrist_bend(joints[4])]
     }
 
-    /// The factors whose signs are the branch: a share of the characteristic length, and sines.
-    pub(super) fn signs(&self, joints: &[f64; 6]) -> [f64; 3] {
-        let [shoulder, elbow, wrist] = self.measures(joints);
+    /// Factors whose signs are the branch: a share of the characteristic length, and sines.
+    pub(super) fn branch_factors(&self, joints: &[f64; 6]) -> [f64; 3] {
+        let [shoulder, elbow, wrist] = self.singularity_distances(joints);
         [shoulder, elbow.sin(), wrist.sin()]
     }
 }
 
-/// +1 or −1.
-fn sense(value: f64) -> f64 {
+/// Sign of `value`, +1 or −1.
+fn sign_of(value: f64) -> f64 {
     if value < 0.0 { -1.0 } else { 1.0 }
 }
 
-/// Where two axes meet, but for what [`FITS`] allows; `None` where they are parallel.
+/// Point where two axes meet, but for what [`FITS`] allows; `None` where they are parallel.
 fn meeting_point(one: &Axis, other: &Axis) -> Option<Vector3<f64>> {
     let normal = one.direction.cross(&other.direction);
     if normal.norm() < FITS {
@@ -198,41 +200,41 @@ fn meeting_point(one: &Axis, other: &Axis) -> Option<Vector3<f64>> {
     Some((on_one + other.point + other.direction * back) * 0.5)
 }
 
-/// Where the joints of the six drives from `first` on stand, rad.
-pub(super) fn joints(chain: &Chain, first: usize, values: &[f64]) -> [f64; 6] {
+/// Angles of the joints of the six drives from `first` on, at the chain coordinates `values`, rad.
+pub(super) fn joint_angles(chain: &Chain, first: usize, values: &[f64]) -> [f64; 6] {
     std::array::from_fn(|joint| values[chain.drives[first + joint].coordinate])
 }
 
 impl Machine {
-    /// Index of the first of the six drives of a six-axis arm with a spherical wrist; `None` of other machines.
-    pub(crate) fn first_of_arm(&self) -> Option<usize> {
+    /// Index of the first of the six drives of a six-axis arm with a spherical wrist; `None` for other machines.
+    pub(crate) fn first_arm_drive(&self) -> Option<usize> {
         self.arm.as_ref().map(|arm| arm.first)
     }
 
-    /// Where the joints of the arm stand at `at`, rad.
+    /// Angles of the joints of the arm at the configuration `at`, rad.
     fn arm_joints(&self, arm: &Arm, at: &Configuration) -> [f64; 6] {
         let chain = &self.chains[0];
         let mut values = vec![0.0; chain.virtual_count];
-        chain.add_joints(&at.drives, &mut values);
-        joints(chain, arm.first, &values)
+        chain.add_joint_positions(&at.drives, &mut values);
+        joint_angles(chain, arm.first, &values)
     }
 
-    /// The factors whose signs are the branch at `at`; `None` unless the machine is a six-axis arm.
-    pub(super) fn branch_signs(&self, at: &Configuration) -> Option<[f64; 3]> {
+    /// Factors whose signs are the branch at `at`; `None` unless the machine is a six-axis arm.
+    pub(super) fn branch_factors(&self, at: &Configuration) -> Option<[f64; 3]> {
         let arm = self.arm.as_ref()?;
-        Some(arm.signs(&self.arm_joints(arm, at)))
+        Some(arm.branch_factors(&self.arm_joints(arm, at)))
     }
 
     /// The branch on which the machine stands at `at`; `None` unless it is an arm with a spherical wrist: six hinges at the end of a
     /// serial chain, axes 1 and 2 perpendicular, 2 and 3 parallel, 4 to 6 through one point.
     pub fn branch_of(&self, at: &Configuration) -> Option<Branch> {
-        self.branch_signs(at).map(Branch::of_signs)
+        self.branch_factors(at).map(Branch::from_signs)
     }
 
     /// How far the machine at `at` is from the singularities between its branches; `None` unless it is such an arm.
     pub fn clearance(&self, at: &Configuration) -> Option<Clearance> {
         let arm = self.arm.as_ref()?;
-        let [shoulder, elbow, wrist] = arm.measures(&self.arm_joints(arm, at));
+        let [shoulder, elbow, wrist] = arm.singularity_distances(&self.arm_joints(arm, at));
         Some(Clearance {
             shoulder_mm: shoulder * arm.scale,
             elbow_deg: elbow.to_degrees(),

@@ -47,15 +47,15 @@ impl fmt::Display for PostureChange {
 }
 
 impl Machine {
-    /// Whether it has several postures for a pose and nothing that holds it in one: hinges, one chain and no passive joints.
+    /// Whether a pose has several postures and nothing holds the machine in one: hinges, one chain and no passive joints.
     pub fn may_change_posture(&self) -> bool {
         matches!(self.chains.as_slice(), [chain] if chain.passive.is_empty())
             && self.full_turns().any(|turn| turn.is_some())
     }
 
-    /// How the posture changes from one point of a path, where the machine stands as in `before`, to the next, `after`; `None` where
-    /// it stays, and of machines that are no serial chain with hinges. `tracked`: whether the straight line leads there
-    /// ([`Machine::inverse_kinematics_from`]). Postures at a singularity are on both branches that meet there.
+    /// Change of posture from one point of a path, where the machine stands as in `before`, to the next, `after`; `None` where it stays, and for
+    /// machines that are no serial chain with hinges. `tracked`: whether the straight line leads there ([`Machine::inverse_kinematics_from`]).
+    /// Postures at a singularity are on both branches that meet there.
     pub fn posture_change(
         &self,
         before: &Configuration,
@@ -65,23 +65,22 @@ impl Machine {
         if !self.may_change_posture() {
             return None;
         }
-        if let (Some(from), Some(to)) = (self.branch_signs(before), self.branch_signs(after))
+        if let (Some(from), Some(to)) = (self.branch_factors(before), self.branch_factors(after))
             && from.iter().zip(&to).any(|(from, to)| from.abs().min(to.abs()) > ON_BOTH && from * to < 0.0)
         {
-            return Some(PostureChange::Branch { from: Branch::of_signs(from), to: Branch::of_signs(to) });
+            return Some(PostureChange::Branch { from: Branch::from_signs(from), to: Branch::from_signs(to) });
         }
         let most = if tracked { TURNED_BACK } else { SWUNG };
-        self.jump(&before.drives, &after.drives, most)
+        self.find_jump(&before.drives, &after.drives, most)
     }
 
-    /// Whether a hinge that stood as in `from` (drive positions, mm or rad) has been turned back within its travel in `to`, though both
-    /// are the same place or beside one another.
-    pub fn turned_back(&self, from: &[f64], to: &[f64]) -> Option<PostureChange> {
-        self.may_change_posture().then(|| self.jump(from, to, TURNED_BACK)).flatten()
+    /// Hinge turned back within its travel between the drive positions `from` and `to` (mm, rad) of the same or neighbouring points, if any.
+    pub fn full_turn_jump(&self, from: &[f64], to: &[f64]) -> Option<PostureChange> {
+        self.may_change_posture().then(|| self.find_jump(from, to, TURNED_BACK)).flatten()
     }
 
-    /// The first hinge that stands more than this share of a full turn elsewhere.
-    fn jump(&self, from: &[f64], to: &[f64], most: f64) -> Option<PostureChange> {
+    /// The first hinge that moves by more than the share `most` of a full turn.
+    fn find_jump(&self, from: &[f64], to: &[f64], most: f64) -> Option<PostureChange> {
         let moved = self
             .full_turns()
             .zip(from.iter().zip(to))
@@ -93,16 +92,16 @@ impl Machine {
         })
     }
 
-    /// The full turns (mm or rad of the drive) that bring each hinge of `from` nearest to where it stands in `to`.
-    pub fn turns_towards(&self, from: &[f64], to: &[f64]) -> Vec<f64> {
+    /// Full turns (mm or rad of the drive) that bring each hinge of `from` nearest to where it stands in `to`.
+    pub fn full_turns_towards(&self, from: &[f64], to: &[f64]) -> Vec<f64> {
         let turns = |(turn, (from, to)): (Option<f64>, (&f64, &f64))| {
             turn.map_or(0.0, |turn| ((to - from) / turn).round() * turn)
         };
         self.full_turns().zip(from.iter().zip(to)).map(turns).collect()
     }
 
-    /// Whether all drives stand at the same place, but for what a search leaves.
-    pub fn is_beside(&self, a: &Configuration, b: &Configuration) -> bool {
+    /// Whether all drives have the same positions, to within 0.1 % of a full turn or of the characteristic length.
+    pub fn has_same_drives(&self, a: &Configuration, b: &Configuration) -> bool {
         let values = a.drives.iter().zip(&b.drives);
         let length = self.characteristic_length;
         self.full_turns().zip(values).all(|(turn, (a, b))| (a - b).abs() <= BESIDE * turn.unwrap_or(length))

@@ -1,5 +1,4 @@
-//! The joints of a six-axis arm with a spherical wrist on all its branches, in closed form: the wrist centre gives joints 1 to 3, the
-//! orientation that is left the others.
+//! Joints of a six-axis arm with a spherical wrist on all its branches, in closed form: 1 to 3 from the wrist centre, 4 to 6 from the orientation.
 
 use nalgebra::{Matrix3, Rotation2, Vector2, Vector3};
 
@@ -12,16 +11,17 @@ const ROUNDING: f64 = 1e-12;
 const NO_DIRECTION: f64 = 1e-9;
 
 impl Arm {
-    /// Joints 1 to 6 of each posture that puts P on `target`, rad, hinges between −π and π; `free`: where joints 4 and 6 stand if
-    /// the wrist is straight and only their sum is determined. Two postures for each place of joints 1 to 3.
+    /// Joints 1 to 6 (rad, −π to π) of each posture that puts P on `target`, two for each set of joints 1 to 3. `free`: joint 4 where the wrist is
+    /// straight and only the sum of joints 4 and 6 is determined.
     pub fn solutions(&self, target: &Pose, free: f64) -> Vec<[f64; 6]> {
         let centre = target.compose(&self.zero.inverse()).transform(self.wrist_centre);
         let mut found = Vec::with_capacity(8);
         for side in [1.0, -1.0] {
             let Some(first) = self.first_joint(centre, side) else { continue };
             for bend in [1.0, -1.0] {
-                let Some([second, third]) = self.arm_joints(centre, first, bend) else { continue };
-                let turned = self.axes[0].turn(first) * self.axes[1].turn(second) * self.axes[2].turn(third);
+                let Some([second, third]) = self.shoulder_elbow_joints(centre, first, bend) else { continue };
+                let turned =
+                    self.axes[0].rotation(first) * self.axes[1].rotation(second) * self.axes[2].rotation(third);
                 let left = turned.matrix().transpose() * target.rotation * self.zero.rotation.transpose();
                 let wrists = self.wrist_joints(&left, free).into_iter().flatten();
                 found.extend(wrists.map(|[fourth, fifth, sixth]| [first, second, third, fourth, fifth, sixth]));
@@ -30,7 +30,7 @@ impl Arm {
         found
     }
 
-    /// Joint 1 with the wrist centre in front of axis 1 (`side` = 1) or behind it (−1).
+    /// Joint 1, rad, with the wrist centre in front of axis 1 (`side` = 1) or behind it (−1); `None` out of reach.
     fn first_joint(&self, centre: Vector3<f64>, side: f64) -> Option<f64> {
         let axis = &self.axes[0];
         let beside = axis.direction.cross(&self.ahead);
@@ -46,13 +46,13 @@ impl Arm {
         if squared < -ROUNDING * distance * distance {
             return None;
         }
-        Some(wrapped(angle_of(there) - angle_of(Vector2::new(side * squared.max(0.0).sqrt(), offset))))
+        Some(wrap_angle(polar_angle(there) - polar_angle(Vector2::new(side * squared.max(0.0).sqrt(), offset))))
     }
 
-    /// Joints 2 and 3 with the elbow bent up (`bend` = 1) or down (−1), joint 1 at `first`.
-    fn arm_joints(&self, centre: Vector3<f64>, first: f64, bend: f64) -> Option<[f64; 2]> {
+    /// Joints 2 and 3, rad, with the elbow bent up (`bend` = 1) or down (−1), joint 1 at `first`; `None` out of reach.
+    fn shoulder_elbow_joints(&self, centre: Vector3<f64>, first: f64, bend: f64) -> Option<[f64; 2]> {
         let [base, shoulder, elbow] = [&self.axes[0], &self.axes[1], &self.axes[2]];
-        let back = base.turn(-first) * (centre - base.point) + base.point;
+        let back = base.rotation(-first) * (centre - base.point) + base.point;
         let (target, upper, fore) =
             (self.in_plane(back - shoulder.point), self.in_plane(self.upper_arm()), self.in_plane(self.forearm()));
         let product = 2.0 * upper.norm() * fore.norm();
@@ -60,12 +60,12 @@ impl Arm {
         if cosine.abs() > 1.0 + ROUNDING {
             return None;
         }
-        let third = bend * cosine.clamp(-1.0, 1.0).acos() - angle_of(fore) + angle_of(upper);
-        let second = angle_of(target) - angle_of(upper + Rotation2::new(third) * fore);
-        Some([self.sense_across(shoulder) * wrapped(second), self.sense_across(elbow) * wrapped(third)])
+        let third = bend * cosine.clamp(-1.0, 1.0).acos() - polar_angle(fore) + polar_angle(upper);
+        let second = polar_angle(target) - polar_angle(upper + Rotation2::new(third) * fore);
+        Some([self.sense_across(shoulder) * wrap_angle(second), self.sense_across(elbow) * wrap_angle(third)])
     }
 
-    /// Joints 4 to 6 that turn by `rotation`: axis 6 is put in its direction by joints 4 and 5, in two ways.
+    /// Joints 4 to 6, rad, that turn by `rotation`: axis 6 is put in its direction by joints 4 and 5, in two ways.
     fn wrist_joints(&self, rotation: &Matrix3<f64>, free: f64) -> [Option<[f64; 3]>; 2] {
         let [fourth, fifth, sixth] = [&self.axes[3], &self.axes[4], &self.axes[5]];
         let (a4, a5, a6) = (fourth.direction, fifth.direction, sixth.direction);
@@ -78,18 +78,18 @@ impl Arm {
             if share.abs() > 1.0 + ROUNDING {
                 return None;
             }
-            let q5 = wrapped(sine.atan2(cosine) + side * share.clamp(-1.0, 1.0).acos());
-            let bent = fifth.turn(q5) * a6;
-            let q4 = turn_about(fourth, bent, led).unwrap_or(free);
-            let beside = a6.cross(&smallest_axis(a6));
-            let last = (fourth.turn(q4) * fifth.turn(q5)).inverse() * (rotation * beside);
-            Some([q4, q5, turn_about(sixth, beside, last)?])
+            let q5 = wrap_angle(sine.atan2(cosine) + side * share.clamp(-1.0, 1.0).acos());
+            let bent = fifth.rotation(q5) * a6;
+            let q4 = angle_about(fourth, bent, led).unwrap_or(free);
+            let beside = a6.cross(&least_aligned_axis(a6));
+            let last = (fourth.rotation(q4) * fifth.rotation(q5)).inverse() * (rotation * beside);
+            Some([q4, q5, angle_about(sixth, beside, last)?])
         })
     }
 }
 
-/// The turn about `axis` that takes `from` to `to`; `None` where they lie along it.
-fn turn_about(axis: &Axis, from: Vector3<f64>, to: Vector3<f64>) -> Option<f64> {
+/// Angle about `axis`, rad, that takes `from` to `to`; `None` where they lie along it.
+fn angle_about(axis: &Axis, from: Vector3<f64>, to: Vector3<f64>) -> Option<f64> {
     let along = axis.direction;
     let across = |vector: Vector3<f64>| vector - along * along.dot(&vector);
     let (from, to) = (across(from), across(to));
@@ -97,18 +97,18 @@ fn turn_about(axis: &Axis, from: Vector3<f64>, to: Vector3<f64>) -> Option<f64> 
     is_determined.then(|| along.dot(&from.cross(&to)).atan2(from.dot(&to)))
 }
 
-/// The axis that `direction` leans to least.
-fn smallest_axis(direction: Vector3<f64>) -> Vector3<f64> {
+/// Coordinate axis to which `direction` leans least.
+fn least_aligned_axis(direction: Vector3<f64>) -> Vector3<f64> {
     let mut axis = Vector3::zeros();
     axis[direction.iamin()] = 1.0;
     axis
 }
 
-fn angle_of(vector: Vector2<f64>) -> f64 {
+fn polar_angle(vector: Vector2<f64>) -> f64 {
     vector.y.atan2(vector.x)
 }
 
-/// The same angle between −π and π.
-fn wrapped(angle: f64) -> f64 {
+/// The angle wrapped to −π to π, rad.
+fn wrap_angle(angle: f64) -> f64 {
     angle.sin().atan2(angle.cos())
 }

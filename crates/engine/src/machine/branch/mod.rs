@@ -50,15 +50,14 @@ pub enum Wrist {
     Flip,
 }
 
-/// A branch of the inverse kinematics of a six-axis arm, a function of its joints 2, 3 and 5 alone. Between two branches there is
-/// always a singularity.
+/// A branch of the inverse kinematics of a six-axis arm, a function of its joints 2, 3 and 5; between two branches is always a singularity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct Branch {
-    /// Of the wrist centre.
+    /// Side of the wrist centre.
     pub shoulder: Shoulder,
-    /// Of axis 3.
+    /// Bend of axis 3.
     pub elbow: Elbow,
-    /// Of axis 5.
+    /// Bend of axis 5.
     pub wrist: Wrist,
 }
 
@@ -75,7 +74,7 @@ impl Branch {
         [branch(0), branch(1), branch(2), branch(3), branch(4), branch(5), branch(6), branch(7)]
     };
 
-    /// Its words, such as `front-up-noflip`.
+    /// Words of the branch, such as `front-up-noflip`.
     pub const fn label(&self) -> &'static str {
         match (self.shoulder, self.elbow, self.wrist) {
             (Shoulder::Front, Elbow::Up, Wrist::Noflip) => "front-up-noflip",
@@ -90,7 +89,7 @@ impl Branch {
     }
 
     /// The branch with these signs of the wrist centre's distance ahead of axis 1 and of the bends of elbow and wrist.
-    fn of_signs([shoulder, elbow, wrist]: [f64; 3]) -> Self {
+    fn from_signs([shoulder, elbow, wrist]: [f64; 3]) -> Self {
         Self {
             shoulder: if shoulder >= 0.0 { Shoulder::Front } else { Shoulder::Back },
             elbow: if elbow >= 0.0 { Elbow::Up } else { Elbow::Down },
@@ -98,7 +97,7 @@ impl Branch {
         }
     }
 
-    /// Its signs, +1 or −1.
+    /// Signs of the branch factors, +1 or −1.
     fn signs(self) -> [f64; 3] {
         let sign = |is_positive: bool| if is_positive { 1.0 } else { -1.0 };
         [sign(self.shoulder == Shoulder::Front), sign(self.elbow == Elbow::Up), sign(self.wrist == Wrist::Noflip)]
@@ -114,19 +113,16 @@ impl fmt::Display for Branch {
 impl FromStr for Branch {
     type Err = Error;
 
-    /// The branch called so, such as `front-up-noflip`.
-    ///
-    /// # Errors
-    /// Another word; the message lists all.
+    /// Parses the words of a branch, such as `front-up-noflip`; the error lists all.
     fn from_str(word: &str) -> Result<Self> {
         Self::ALL.into_iter().find(|branch| branch.label() == word).ok_or_else(|| Error::Argument {
             argument: "branch".into(),
-            problem: format!("expected one of {}, got \"{word}\"", words(Self::ALL)),
+            problem: format!("expected one of {}, got \"{word}\"", labels(Self::ALL)),
         })
     }
 }
 
-/// Branches by their words.
-fn words(branches: impl IntoIterator<Item = Branch>) -> String {
+/// Words of several branches, separated by commas.
+fn labels(branches: impl IntoIterator<Item = Branch>) -> String {
     branches.into_iter().map(|branch| branch.label()).collect::<Vec<_>>().join(", ")
 }

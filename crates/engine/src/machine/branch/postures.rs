@@ -1,10 +1,10 @@
-//! The postures in which an arm meets a pose, one for each branch, and the machine that stands on a branch that was chosen.
+//! The postures in which an arm meets a pose, one for each branch, and the machine on a chosen branch.
 
 use std::cell::RefCell;
 
 use serde::Serialize;
 
-use super::{Branch, arm::ON_BOTH, words};
+use super::{Branch, arm::ON_BOTH, labels};
 use crate::{
     input::error::{Error, Result},
     machine::{
@@ -14,7 +14,7 @@ use crate::{
     spatial::Pose,
 };
 
-/// A way to stand in a pose.
+/// A configuration of an arm that meets a pose.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Posture {
     /// Its branch.
@@ -26,9 +26,9 @@ pub struct Posture {
 }
 
 impl Machine {
-    /// The postures in which an arm ([`Machine::branch_of`]) meets `target`, at most one for each branch, in the order of
-    /// [`Branch::ALL`], whether or not travel allows them. What carries the arm, such as a rail, is where it is
-    /// at home, unless freedom that is left leads it nearer. Empty for other machines, and where no posture reaches.
+    /// The postures in which an arm ([`Machine::branch_of`]) meets `target`, at most one for each branch, in the order of [`Branch::ALL`], whether
+    /// or not travel allows them. What carries the arm, such as a rail, is where it is at home, unless freedom that is left leads it nearer. Empty
+    /// for other machines, and where no posture reaches.
     ///
     /// Joints are found in closed form and corrected by the machine's own closure equations.
     pub fn postures_at(&self, target: &Pose) -> Vec<Posture> {
@@ -36,7 +36,7 @@ impl Machine {
         let Some(arm) = self.arm.as_ref().filter(|_| is_finite) else { return Vec::new() };
         let chain = &self.chains[0];
         let mut values = vec![0.0; chain.virtual_count];
-        chain.add_joints(&self.home.drives, &mut values);
+        chain.add_joint_positions(&self.home.drives, &mut values);
         let drives = &chain.drives[arm.first..];
         let free = values[drives[3].coordinate];
         let closure = RefCell::new(Closure::new(self));
@@ -44,10 +44,10 @@ impl Machine {
             for (drive, joint) in drives.iter().zip(joints) {
                 values[drive.coordinate] = joint;
             }
-            let start = self.serial_posture(&chain.commanded(&values));
-            let mut at = closure.borrow_mut().met(start, &Command::Task(target))?;
+            let start = self.serial_configuration(&chain.commanded_drives(&values));
+            let mut at = closure.borrow_mut().solve_from(start, &Command::Task(target))?;
             self.turn_nearest_to_home(&mut at);
-            let mut at = self.freed(at, target);
+            let mut at = self.adjust_freely(at, target);
             self.turn_nearest_to_travel(&mut at);
             Some(Posture { branch: self.branch_of(&at)?, limits: self.check_travel(&at), at })
         };
@@ -58,26 +58,26 @@ impl Machine {
             .collect()
     }
 
-    /// The postures in which an arm meets `target`, as its axes alone say: drives as [`Machine::postures_at`] finds them but for full
-    /// turns, to within what an arm may miss a spherical wrist by. For many poses; empty for other machines.
+    /// Branch and drives (mm, rad) of the postures in which an arm meets `target`, computed from its axes alone: as [`Machine::postures_at`] but
+    /// for full turns, to within what an arm may miss a spherical wrist by. For many poses; empty for other machines.
     pub fn postures_in_closed_form(&self, target: &Pose) -> Vec<(Branch, Vec<f64>)> {
         let Some(arm) = self.arm.as_ref() else { return Vec::new() };
         let chain = &self.chains[0];
         let mut values = vec![0.0; chain.virtual_count];
-        chain.add_joints(&self.home.drives, &mut values);
+        chain.add_joint_positions(&self.home.drives, &mut values);
         let drives = &chain.drives[arm.first..];
-        let (free, commanded) = (values[drives[3].coordinate], chain.commanding());
+        let (free, commanded) = (values[drives[3].coordinate], chain.command_solver());
         let posture = |joints: [f64; 6]| {
             for (drive, joint) in drives.iter().zip(joints) {
                 values[drive.coordinate] = joint;
             }
-            (Branch::of_signs(arm.signs(&joints)), commanded(&values))
+            (Branch::from_signs(arm.branch_factors(&joints)), commanded(&values))
         };
         arm.solutions(target, free).into_iter().map(posture).collect()
     }
 
-    /// Where an arm of one chain stands with its drives at `drives`, its hinges turned as often as [`Machine::postures_at`] turns them;
-    /// `None` where travel does not allow it. `full_turns`: those of the machine.
+    /// Configuration of an arm of one chain with its drives at `drives`, hinges turned as often as [`Machine::postures_at`] turns them; `None`
+    /// where travel does not allow it. `full_turns`: those of the machine.
     pub fn posture_within_travel(&self, drives: &mut [f64], full_turns: &[Option<f64>]) -> Option<Configuration> {
         let homes = self.home.drives.iter();
         for ((((_, drive), turn), rho), home) in self.drives().zip(full_turns).zip(drives.iter_mut()).zip(homes) {
@@ -85,23 +85,23 @@ impl Machine {
                 *rho -= ((*rho - home) / turn).round() * turn;
             }
             if let Some(travel) = drive.travel {
-                *rho = kinematics::within_travel(*rho, travel, *turn)?;
+                *rho = kinematics::wrap_into_travel(*rho, travel, *turn)?;
             }
         }
-        Some(self.serial_posture(drives))
+        Some(self.serial_configuration(drives))
     }
 
-    /// The same machine, at home on `branch`: it stands on no other, and what it reaches on others only is unreachable.
+    /// This machine at home on `branch`: it stands on no other, and what it reaches on others only is unreachable.
     ///
     /// # Errors
     /// [`Error::Argument`], `branch`: the machine is no arm with a spherical wrist, or does not stand on this branch at home within its
     /// travel; the message names the branches on which it does.
     pub fn on_branch(&self, branch: Branch) -> Result<Self> {
-        let refused = |problem: String| Error::Argument { argument: "branch".into(), problem };
+        let refusal = |problem: String| Error::Argument { argument: "branch".into(), problem };
         let mut machine = self.clone();
         machine.branch = None;
         let Some(own) = machine.branch_of(&machine.home) else {
-            return Err(refused(format!(
+            return Err(refusal(format!(
                 "{} has no branches: expected a serial chain that ends in six hinges, axes 1 and 2 perpendicular, 2 and 3 parallel, \
                  4 to 6 through one point",
                 self.name
@@ -110,15 +110,15 @@ impl Machine {
         if own != branch {
             let postures = machine.postures_at(&machine.home.pose);
             let allowed =
-                || words(postures.iter().filter(|posture| posture.limits.is_ok()).map(|posture| posture.branch));
+                || labels(postures.iter().filter(|posture| posture.limits.is_ok()).map(|posture| posture.branch));
             let found = postures.iter().find(|posture| posture.branch == branch);
             machine.home = match found.map(|posture| (&posture.at, &posture.limits)) {
                 Some((at, Ok(()))) => at.clone(),
                 Some((_, Err(limit))) => {
-                    return Err(refused(format!("{branch} at home: {limit}; within travel there: {}", allowed())));
+                    return Err(refusal(format!("{branch} at home: {limit}; within travel there: {}", allowed())));
                 }
                 None => {
-                    return Err(refused(format!("{branch} does not reach home; within travel there: {}", allowed())));
+                    return Err(refusal(format!("{branch} does not reach home; within travel there: {}", allowed())));
                 }
             };
             machine.characteristic_length = kinematics::characteristic_length(&machine.chains, &machine.home);
@@ -127,23 +127,23 @@ impl Machine {
         Ok(machine)
     }
 
-    /// As [`Machine::on_branch`], or as it is.
-    pub(in crate::machine) fn on(self, branch: Option<Branch>) -> Result<Self> {
+    /// This machine on `branch`, see [`Machine::on_branch`]; unchanged for `None`.
+    pub(in crate::machine) fn on_branch_if_any(self, branch: Option<Branch>) -> Result<Self> {
         match branch {
             Some(branch) => self.on_branch(branch),
             None => Ok(self),
         }
     }
 
-    /// Whether the machine at `at` is on the branch that was chosen, if one was.
+    /// Checks that the machine at `at` is on the branch that was chosen, if one was.
     pub(in crate::machine) fn check_branch(&self, at: &Configuration) -> std::result::Result<(), Unreachable> {
-        let (Some(chosen), Some(signs)) = (self.branch, self.branch_signs(at)) else { return Ok(()) };
+        let (Some(chosen), Some(signs)) = (self.branch, self.branch_factors(at)) else { return Ok(()) };
         let is_on = signs.iter().zip(chosen.signs()).all(|(own, wanted)| own * wanted >= -ON_BOTH);
-        if is_on { Ok(()) } else { Err(Unreachable::OtherBranch { stands: Branch::of_signs(signs), chosen }) }
+        if is_on { Ok(()) } else { Err(Unreachable::OtherBranch { stands: Branch::from_signs(signs), chosen }) }
     }
 
-    /// The posture on the branch `chosen` that meets `target`, to which the straight line does not lead because of `straight`.
-    pub(in crate::machine) fn posture_on(
+    /// Finds the posture on the branch `chosen` that meets `target`, to which the straight line does not lead because of `straight`.
+    pub(in crate::machine) fn solve_on_branch(
         &self,
         chosen: Branch,
         target: &Pose,
@@ -156,7 +156,7 @@ impl Machine {
             Some(Posture { limits: Err(limit), .. }) => limit,
             None => straight,
         };
-        let branches = words(others.iter().filter(|posture| posture.limits.is_ok()).map(|posture| posture.branch));
+        let branches = labels(others.iter().filter(|posture| posture.limits.is_ok()).map(|posture| posture.branch));
         match branches.is_empty() {
             true => Err(reason),
             false => Err(Unreachable::OnOtherBranches { reason: Box::new(reason), chosen, branches }),

@@ -1,11 +1,11 @@
-//! Whether it is plain, in lanes, that no singularity lies between two near configurations.
+//! A quick test, in lanes, that no singularity lies between two near configurations.
 //!
 //! With J and J' the linearised problem at both, its determinant has the same sign at both where that of `JᵀJ'` is positive: where
 //! elimination finds positive pivots only. Passive joints are eliminated chain by chain, as [`super::normal_step`] does.
 
 use super::{
     equations::task_entry,
-    normal_step::{Place, TWIST, places},
+    normal_step::{ChainBlock, TWIST, chain_blocks},
 };
 use crate::{
     lanes::{Frame, Real, clear, copy, dot, pairs, subtract},
@@ -15,35 +15,35 @@ use crate::{
 /// A pivot below this share of the largest diagonal entry is not plainly positive.
 const PLAIN: f64 = 1e-12;
 
-/// Storage from question to question.
+/// The test that no singularity lies between two configurations, with its storage.
 #[derive(Debug, Clone)]
-pub(super) struct Between<R> {
-    /// Of each chain: its passive joints, twist of P, its drives.
-    chains: Vec<Square<R>>,
-    /// Of all: twist of P, drives.
-    left: Square<R>,
-    commanded: Square<R>,
+pub(super) struct SingularityCheck<R> {
+    /// Product of both Jacobians for each chain: its passive joints, twist of P, its drives.
+    chains: Vec<SquareMatrix<R>>,
+    /// Sum of these without passive joints: twist of P, drives.
+    reduced: SquareMatrix<R>,
+    with_command: SquareMatrix<R>,
     least: R,
 }
 
-/// The linearised problem at both ends of a way.
+/// The linearised problem at both configurations.
 #[derive(Clone, Copy)]
-pub(super) struct Ends<'a, R> {
+pub(super) struct StepEnds<'a, R> {
     /// Jacobians by columns.
     pub jacobians: [&'a [R]; 2],
-    /// Their rows.
+    /// Number of their rows.
     pub rows: usize,
     pub platforms: [&'a Frame<R>; 2],
 }
 
 /// A square matrix by rows.
 #[derive(Debug, Clone)]
-struct Square<R> {
+struct SquareMatrix<R> {
     size: usize,
     entries: Vec<R>,
 }
 
-impl<R: Real> Square<R> {
+impl<R: Real> SquareMatrix<R> {
     fn new(size: usize) -> Self {
         Self { size, entries: vec![R::zero(); size * size] }
     }
@@ -53,7 +53,7 @@ impl<R: Real> Square<R> {
         &mut self.entries[i * self.size + j]
     }
 
-    /// Eliminates the first `count` unknowns; the lanes in which all pivots are greater than `least`.
+    /// Eliminates the first `count` unknowns; returns the lanes in which all pivots are greater than `least`.
     #[inline(always)]
     fn eliminate(&mut self, count: usize, least: R) -> u8 {
         let (size, mut good) = (self.size, R::ALL);
@@ -71,67 +71,66 @@ impl<R: Real> Square<R> {
     }
 }
 
-impl<R: Real> Between<R> {
+impl<R: Real> SingularityCheck<R> {
     pub fn new(machine: &Machine) -> Self {
         let others = TWIST + machine.drive_count();
         Self {
-            chains: places(machine).map(|place| Square::new(place.size() - 1)).collect(),
-            left: Square::new(others),
-            commanded: Square::new(others),
+            chains: chain_blocks(machine).map(|block| SquareMatrix::new(block.size() - 1)).collect(),
+            reduced: SquareMatrix::new(others),
+            with_command: SquareMatrix::new(others),
             least: R::zero(),
         }
     }
 
-    /// The lanes in which plainly no singularity is between `ends`, as far as is asked for: with the drives commanded, with the task
-    /// commanded.
+    /// Returns the lanes in which surely no singularity lies between `ends`, with the drives commanded and with the task commanded, as asked for.
     #[inline(always)]
-    pub fn is_plain(&mut self, machine: &Machine, ends: &Ends<'_, R>, by_drives: bool, by_task: bool) -> u8 {
-        let mut good = self.take_closures(machine, ends);
+    pub fn regular_lanes(&mut self, machine: &Machine, ends: &StepEnds<'_, R>, by_drives: bool, by_task: bool) -> u8 {
+        let mut good = self.eliminate_joints(machine, ends);
         if by_drives {
-            copy(&mut self.commanded.entries, &self.left.entries);
-            for drive in TWIST..self.left.size {
-                *self.commanded.at(drive, drive) += R::splat(1.0);
+            copy(&mut self.with_command.entries, &self.reduced.entries);
+            for drive in TWIST..self.reduced.size {
+                *self.with_command.at(drive, drive) += R::splat(1.0);
             }
-            good &= self.commanded.eliminate(self.left.size, self.least);
+            good &= self.with_command.eliminate(self.reduced.size, self.least);
         }
         if by_task {
-            copy(&mut self.commanded.entries, &self.left.entries);
+            copy(&mut self.with_command.entries, &self.reduced.entries);
             for coordinate in &machine.controls {
                 for i in 0..TWIST {
                     let from = task_entry(*coordinate, ends.platforms[0], i);
                     for j in 0..TWIST {
-                        *self.commanded.at(i, j) += from * task_entry(*coordinate, ends.platforms[1], j);
+                        *self.with_command.at(i, j) += from * task_entry(*coordinate, ends.platforms[1], j);
                     }
                 }
             }
-            good &= self.commanded.eliminate(self.left.size, self.least);
+            good &= self.with_command.eliminate(self.reduced.size, self.least);
         }
         good
     }
 
-    /// Eliminates the passive joints.
+    /// Multiplies both Jacobians and eliminates the passive joints; returns the lanes in which all pivots are positive.
     #[inline(always)]
-    fn take_closures(&mut self, machine: &Machine, ends: &Ends<'_, R>) -> u8 {
+    fn eliminate_joints(&mut self, machine: &Machine, ends: &StepEnds<'_, R>) -> u8 {
         let [from, to] = ends.jacobians;
         // What commands add is 1 at most.
         let mut largest = R::splat(1.0);
-        for (place, square) in pairs(places(machine), &mut self.chains) {
+        for (block, square) in pairs(chain_blocks(machine), &mut self.chains) {
             for i in 0..square.size {
                 for j in 0..square.size {
-                    *square.at(i, j) = dot(own(from, ends.rows, &place, i), own(to, ends.rows, &place, j));
+                    *square.at(i, j) = dot(chain_col(from, ends.rows, &block, i), chain_col(to, ends.rows, &block, j));
                 }
                 largest = largest.larger(*square.at(i, i));
             }
         }
         self.least = R::splat(PLAIN) * largest;
-        clear(&mut self.left.entries);
+        clear(&mut self.reduced.entries);
         let mut good = R::ALL;
-        for (place, square) in pairs(places(machine), &mut self.chains) {
-            good &= square.eliminate(place.joints, self.least);
-            for i in place.joints..square.size {
-                for j in place.joints..square.size {
-                    let (row, column) = (place.column(i), place.column(j));
-                    *self.left.at(row, column) += *square.at(i, j);
+        for (block, square) in pairs(chain_blocks(machine), &mut self.chains) {
+            good &= square.eliminate(block.joints, self.least);
+            for i in block.joints..square.size {
+                for j in block.joints..square.size {
+                    let (row, column) = (block.column(i), block.column(j));
+                    *self.reduced.at(row, column) += *square.at(i, j);
                 }
             }
         }
@@ -141,6 +140,6 @@ impl<R: Real> Between<R> {
 
 /// Rows of a chain in the column of its unknown `i`.
 #[inline(always)]
-fn own<'a, R>(jacobian: &'a [R], rows: usize, place: &Place, i: usize) -> &'a [R] {
-    &jacobian[place.column(i) * rows..][place.rows.clone()]
+fn chain_col<'a, R>(jacobian: &'a [R], rows: usize, block: &ChainBlock, i: usize) -> &'a [R] {
+    &jacobian[block.column(i) * rows..][block.rows.clone()]
 }

@@ -4,9 +4,9 @@ use nalgebra::{DMatrix, DVector};
 
 use super::{
     Configuration, Unreachable,
-    equations::{Asked, Equations, Place, moved, unit},
+    equations::{Equations, LaneCommand, RigidState, mm_per_unit, move_platform},
     normal_step::NormalStep,
-    search::{Judged, MAX_ITERATIONS, MAX_STEP_ROTATION, Search},
+    search::{MAX_ITERATIONS, MAX_STEP_ROTATION, Search, Verdict},
 };
 use crate::{
     lanes::{Frame, dot},
@@ -33,7 +33,7 @@ pub(in crate::machine) fn characteristic_length(chains: &[Chain], start: &Config
     scale
 }
 
-/// What is commanded.
+/// Command that closure is solved for: a pose of P or the drives.
 pub(in crate::machine) enum Command<'a> {
     /// The controlled task coordinates of this pose.
     Task(&'a Pose),
@@ -41,8 +41,8 @@ pub(in crate::machine) enum Command<'a> {
     Drives(&'a [f64]),
 }
 
-/// Where a search stopped.
-pub(in crate::machine) struct Reached {
+/// Configuration at which a search stopped.
+pub(in crate::machine) struct SearchEnd {
     pub at: Configuration,
     /// Whether `at` solves the equations on the branch of the start.
     pub solved: bool,
@@ -55,9 +55,9 @@ pub(in crate::machine) struct Closure<'a> {
     pub jacobian: DMatrix<f64>,
     pub residual: DVector<f64>,
     /// The Jacobian where the last search began.
-    pub(super) begun: DMatrix<f64>,
+    pub(super) start_jacobian: DMatrix<f64>,
     normal_step: NormalStep<f64>,
-    /// Drives of a redundant machine that stay where they are: index and value, mm or rad; first those of [`Machine::locked`](crate::machine::Model::locked).
+    /// Drives of a redundant machine that stay where they are: index and value, mm or rad; first those that the machine has locked.
     pub locked: Vec<(usize, f64)>,
 }
 
@@ -69,20 +69,20 @@ impl<'a> Closure<'a> {
             equations: Equations::new(machine),
             jacobian: DMatrix::zeros(0, 0),
             residual: DVector::zeros(0),
-            begun: DMatrix::zeros(0, 0),
+            start_jacobian: DMatrix::zeros(0, 0),
             normal_step: NormalStep::new(machine),
         }
     }
 
-    /// Residual and Jacobian at `at`, see [`Equations`].
+    /// Computes residual and Jacobian at `at`, see [`Equations`].
     pub fn linearise(&mut self, at: &Configuration, command: &Command<'_>) {
         let platform = Frame::splat(&at.pose);
-        let place = Place { platform: &platform, drives: &at.drives, passive: &at.passive };
+        let state = RigidState { platform: &platform, drives: &at.drives, passive: &at.passive };
         match command {
             Command::Task(target) => {
-                self.equations.linearise(self.machine, &place, &Asked::Task(&Frame::splat(target)));
+                self.equations.linearise(self.machine, &state, &LaneCommand::Task(&Frame::splat(target)));
             }
-            Command::Drives(drives) => self.equations.linearise(self.machine, &place, &Asked::Drives(drives)),
+            Command::Drives(drives) => self.equations.linearise(self.machine, &state, &LaneCommand::Drives(drives)),
         }
         let Equations { rows, unknowns, jacobian, residual, .. } = &self.equations;
         if self.jacobian.shape() != (*rows, *unknowns) {
@@ -93,18 +93,18 @@ impl<'a> Closure<'a> {
         self.residual.copy_from_slice(residual);
     }
 
-    /// Damped Newton from `start`, ended where its result can no longer be a solution close enough to the first-order prediction to
-    /// lie on the same branch; the configuration where it stops, and whether it is one.
-    pub fn newton(&mut self, start: &Configuration, command: &Command<'_>) -> Reached {
+    /// Searches for `command` by damped Newton from `start`; unsolved where it leaves the branch of `start`, see [`Search::has_left_branch`].
+    pub fn newton(&mut self, start: &Configuration, command: &Command<'_>) -> SearchEnd {
         self.iterate(start, command, true)
     }
 
-    /// Where damped Newton from `start` stops, on whatever branch.
+    /// Configuration at which damped Newton from `start` stops, on whatever branch and solved or not.
     pub fn approach(&mut self, start: &Configuration, command: &Command<'_>) -> Configuration {
         self.iterate(start, command, false).at
     }
 
-    fn iterate(&mut self, start: &Configuration, command: &Command<'_>, only_on_branch: bool) -> Reached {
+    /// Damped Newton from `start`; `only_on_branch` ends it where it has left the branch of `start`.
+    fn iterate(&mut self, start: &Configuration, command: &Command<'_>, only_on_branch: bool) -> SearchEnd {
         let scale = self.machine.characteristic_length;
         let closures = 6 * self.machine.closure_count();
         let mut at = start.clone();
@@ -112,26 +112,26 @@ impl<'a> Closure<'a> {
         for iteration in 0..MAX_ITERATIONS {
             self.linearise(&at, command);
             if iteration == 0 {
-                self.begun.clone_from(&self.jacobian);
+                self.start_jacobian.clone_from(&self.jacobian);
             }
             let error = self.residual.iter().fold(0.0, |most, entry| larger(most, entry.abs()));
             match search.judge(error, scale) {
-                Judged::Failed => return Reached { at, solved: false },
-                Judged::Solved => {
+                Verdict::Failed => return SearchEnd { at, solved: false },
+                Verdict::Solved => {
                     let is_near = !search.has_left_branch() && self.rotation_change(start, &at) < MAX_STEP_ROTATION;
-                    return Reached { at, solved: is_near };
+                    return SearchEnd { at, solved: is_near };
                 }
-                Judged::Continue => {}
+                Verdict::Continue => {}
             }
             if only_on_branch && search.has_left_branch() {
-                return Reached { at, solved: false };
+                return SearchEnd { at, solved: false };
             }
-            let damping = search.damp(error);
-            let least_motion;
+            let damping = search.update_damping(error);
+            let min_norm_step;
             let step = match command {
                 Command::Task(_) if self.machine.redundancy > 0 => {
-                    least_motion = self.least_motion(&at);
-                    least_motion.as_ref().map(|step| step.as_slice())
+                    min_norm_step = self.min_norm_step(&at);
+                    min_norm_step.as_ref().map(|step| step.as_slice())
                 }
                 _ => {
                     let Equations { jacobian, residual, .. } = &self.equations;
@@ -139,27 +139,28 @@ impl<'a> Closure<'a> {
                     (step.1 != 0).then_some(step.0)
                 }
             };
-            let Some(step) = step else { return Reached { at, solved: false } };
+            let Some(step) = step else { return SearchEnd { at, solved: false } };
             let length = dot(step, step).sqrt();
             if !length.is_finite() {
-                return Reached { at, solved: false };
+                return SearchEnd { at, solved: false };
             }
-            search.went(length);
+            search.record_step(length);
             advance(self.machine, &mut at, step);
         }
-        Reached { at, solved: false }
+        SearchEnd { at, solved: false }
     }
 
+    /// Moves `at` by a step of the unknowns, mm.
     pub fn advance(&self, at: &mut Configuration, step: &DVector<f64>) {
         advance(self.machine, at, step.as_slice());
     }
 
-    /// What a joint's coordinate is multiplied by to make it a length.
-    pub fn unit(&self, motion: Motion) -> f64 {
-        unit(self.machine, motion)
+    /// Factor from the coordinate of a joint (mm, rad) to a length in mm.
+    pub fn mm_per_unit(&self, motion: Motion) -> f64 {
+        mm_per_unit(self.machine, motion)
     }
 
-    /// Largest change of a revolute joint, rad.
+    /// Largest change of a revolute drive or joint between two configurations, rad.
     fn rotation_change(&self, from: &Configuration, to: &Configuration) -> f64 {
         let values =
             |c: &'_ Configuration| -> Vec<f64> { c.drives.iter().chain(c.passive.iter().flatten()).copied().collect() };
@@ -167,7 +168,7 @@ impl<'a> Closure<'a> {
         changes.filter(|(_, motion)| *motion == Motion::Revolute).fold(0.0, |most, ((a, b), _)| most.max((a - b).abs()))
     }
 
-    /// Why `command` is not met, as seen at `at`, where the search stopped: the chain that closes worst, and its gap.
+    /// Reason why `command` is not met at `at`, where the search stopped: the chain with the largest gap, or another assembly mode.
     pub(super) fn why_not(&mut self, at: &Configuration, command: &Command<'_>) -> Unreachable {
         self.linearise(at, command);
         let gaps = self.machine.closure_names().into_iter().enumerate().map(|(c, name)| {
@@ -181,12 +182,12 @@ impl<'a> Closure<'a> {
     }
 }
 
-/// Moves `at` by a step of the unknowns.
+/// Moves `at` by a step of the unknowns, mm.
 fn advance(machine: &Machine, at: &mut Configuration, step: &[f64]) {
-    at.pose = moved(&Frame::splat(&at.pose), step, machine.characteristic_length).into();
+    at.pose = move_platform(&Frame::splat(&at.pose), step, machine.characteristic_length).into();
     let joints = at.drives.iter_mut().chain(at.passive.iter_mut().flatten());
     for ((value, motion), step) in joints.zip(motions(machine)).zip(&step[6..]) {
-        *value += step / unit(machine, motion);
+        *value += step / mm_per_unit(machine, motion);
     }
 }
 
@@ -204,12 +205,12 @@ impl Machine {
         closure.jacobian.rows(0, 6 * self.closure_count()).into_owned()
     }
 
-    /// Number of routes that must end where another does or where P is: chains and their loops.
+    /// Number of routes that must end at P or at a frame of another route: chains and their loops.
     pub(super) fn closure_count(&self) -> usize {
         self.chains.iter().map(|chain| 1 + chain.route.loop_count()).sum()
     }
 
-    /// Names of these routes, in the order of their equations.
+    /// Names of the chains and their loops, in the order of their equations.
     fn closure_names(&self) -> Vec<String> {
         fn loops(route: &Route, chain: &str, names: &mut Vec<String>) {
             for inner in &route.loops {

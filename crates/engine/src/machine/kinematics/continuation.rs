@@ -2,7 +2,7 @@
 
 use super::{
     Configuration, Unreachable,
-    closure::{Closure, Command, Reached},
+    closure::{Closure, Command, SearchEnd},
     singularity::Barriers,
 };
 use crate::machine::Machine;
@@ -14,15 +14,14 @@ pub(super) const MIN_STEP: f64 = 1.0 / 1024.0;
 const CLOSER: f64 = 0.99;
 
 impl Machine {
-    /// Follows a one-parameter family of commands from s = 0 (solved by `start`) to s = 1 with adaptive steps, down to
-    /// `least_step`.
+    /// Follows a one-parameter family of commands from s = 0 (solved by `start`) to s = 1 with adaptive steps, down to `least_step`.
     pub(super) fn follow<'a>(
         &'a self,
         start: &Configuration,
         least_step: f64,
         barriers: Barriers,
-        mut solve: impl FnMut(f64, &mut Closure<'a>, &Configuration) -> Reached,
-    ) -> Reached {
+        mut solve: impl FnMut(f64, &mut Closure<'a>, &Configuration) -> SearchEnd,
+    ) -> SearchEnd {
         let mut closure = Closure::new(self);
         let (mut at, mut s, mut step) = (start.clone(), 0.0, 1.0f64);
         while s < 1.0 {
@@ -35,14 +34,14 @@ impl Machine {
             } else if step > least_step {
                 step *= 0.5;
             } else {
-                return Reached { at, solved: false };
+                return SearchEnd { at, solved: false };
             }
         }
-        Reached { at, solved: true }
+        SearchEnd { at, solved: true }
     }
 
-    /// The configuration reached, or the chain that closes worst where the search for it stops.
-    pub(super) fn closed(&self, reached: Reached, command: &Command<'_>) -> Result<Configuration, Unreachable> {
+    /// Configuration that a search reached, or why `command` is not met: the chain that closes worst where the search for it stops.
+    pub(super) fn result_of(&self, reached: SearchEnd, command: &Command<'_>) -> Result<Configuration, Unreachable> {
         if reached.solved {
             return Ok(reached.at);
         }

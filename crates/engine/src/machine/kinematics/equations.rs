@@ -6,27 +6,27 @@ use crate::{
     spatial::Pose,
 };
 
-/// What is commanded.
+/// Command in each lane: a pose of P or the drives.
 #[derive(Clone, Copy)]
-pub(super) enum Asked<'a, R> {
+pub(super) enum LaneCommand<'a, R> {
     /// The controlled task coordinates of this pose.
     Task(&'a Frame<R>),
     /// The drives.
     Drives(&'a [R]),
 }
 
-/// Where a machine stands.
+/// Rigid configuration of a machine in each lane.
 #[derive(Clone, Copy)]
-pub(super) struct Place<'a, R> {
+pub(super) struct RigidState<'a, R> {
     pub platform: &'a Frame<R>,
     pub drives: &'a [R],
-    /// Of each chain.
+    /// Passive joint coordinates of each chain.
     pub passive: &'a [Vec<R>],
 }
 
 /// Elementary motions and frames of a route.
 #[derive(Debug, Clone)]
-struct Walk<R> {
+struct RouteMotions<R> {
     screws: Vec<(usize, Screw<R>)>,
     frames: Vec<Frame<R>>,
 }
@@ -34,7 +34,7 @@ struct Walk<R> {
 /// The unknowns that move a chain coordinate, and by how much.
 type Columns = Vec<(usize, f64)>;
 
-/// Residual and Jacobian; all rotations, errors and unknowns alike, are multiplied by the characteristic length and so are in mm.
+/// Residual and Jacobian of the closure equations, in mm: rotations (errors and unknowns alike) are multiplied by the characteristic length.
 ///
 /// Unknowns: twist of P (6), drives, passive joints chain by chain. Rows: six for each route that must end somewhere, a chain's
 /// before those of its loops; then those of what is commanded.
@@ -42,18 +42,20 @@ type Columns = Vec<(usize, f64)>;
 pub(super) struct Equations<R> {
     pub rows: usize,
     pub unknowns: usize,
+    /// Characteristic length, mm.
     scale: f64,
     /// By columns.
     pub jacobian: Vec<R>,
     pub residual: Vec<R>,
+    /// Chain coordinates of the chain under way.
     values: Vec<R>,
-    /// What the rows of a route are made of, one for each depth of loops.
-    walks: Vec<Walk<R>>,
+    /// Motions and frames of routes, one entry for each depth of loops.
+    walks: Vec<RouteMotions<R>>,
     columns: Vec<Vec<Columns>>,
 }
 
-/// Of each chain, the columns of its coordinates; none for those of springs, which stay undeflected.
-fn columns(machine: &Machine) -> Vec<Vec<Columns>> {
+/// Columns of the coordinates of each chain; none for those of springs, which stay undeflected.
+fn coordinate_columns(machine: &Machine) -> Vec<Vec<Columns>> {
     let (mut drive, mut joint) = (6, 6 + machine.drive_count());
     let of_chain = |chain: &Chain| {
         let mut columns = vec![Columns::new(); chain.virtual_count];
@@ -86,18 +88,18 @@ impl<R: Real> Equations<R> {
             residual: Vec::new(),
             values: Vec::new(),
             walks: Vec::new(),
-            columns: columns(machine),
+            columns: coordinate_columns(machine),
         }
     }
 
-    /// Linearises them at `at`.
+    /// Computes residual and Jacobian at `at`, with rows for what is `asked`.
     #[inline(always)]
-    pub fn linearise(&mut self, machine: &Machine, at: &Place<'_, R>, asked: &Asked<'_, R>) {
+    pub fn linearise(&mut self, machine: &Machine, at: &RigidState<'_, R>, asked: &LaneCommand<'_, R>) {
         let closures = 6 * machine.closure_count();
         let rows = closures
             + match asked {
-                Asked::Task(_) => machine.controls.len(),
-                Asked::Drives(_) => machine.drive_count(),
+                LaneCommand::Task(_) => machine.controls.len(),
+                LaneCommand::Drives(_) => machine.drive_count(),
             };
         if self.rows != rows {
             self.rows = rows;
@@ -111,7 +113,7 @@ impl<R: Real> Equations<R> {
             let drives = &at.drives[drive..drive + chain.drives.len()];
             self.values.resize(chain.coordinate_count(), R::zero());
             clear(&mut self.values);
-            chain.add_joints(drives, &mut self.values);
+            chain.add_joint_positions(drives, &mut self.values);
             copy(&mut self.values[chain.virtual_count..], passive);
             for i in 0..6 {
                 self.jacobian[i * rows + row + i] = R::splat(-1.0);
@@ -124,8 +126,7 @@ impl<R: Real> Equations<R> {
         self.command_rows(machine, at, asked, closures);
     }
 
-    /// Rows of a route that starts at `start` and should end at `target`, and behind them those of its loops. `row`: the first
-    /// of them, and then the first behind them.
+    /// Fills the rows from `row` on: of `route`, which starts at `start` and should end at `target`, then of its loops; moves `row` behind them.
     #[inline(always)]
     fn route_rows(
         &mut self,
@@ -134,9 +135,9 @@ impl<R: Real> Equations<R> {
         start: &Frame<R>,
         target: &Frame<R>,
         row: &mut usize,
-        walks: &mut Vec<Walk<R>>,
+        walks: &mut Vec<RouteMotions<R>>,
     ) {
-        let mut walk = walks.pop().unwrap_or(Walk { screws: Vec::new(), frames: Vec::new() });
+        let mut walk = walks.pop().unwrap_or(RouteMotions { screws: Vec::new(), frames: Vec::new() });
         walk.screws.clear();
         walk.frames.clear();
         // Loops ask for the motions by their number.
@@ -169,16 +170,15 @@ impl<R: Real> Equations<R> {
         walks.push(walk);
     }
 
-    /// Rows of the loops of `route`, which ends at `end`. Loops contain loops: what calls itself cannot be inlined, and so is
-    /// compiled for vectors anew.
+    /// Fills the rows of the loops of `route`, which ends at `end`. What calls itself cannot be inlined, and so is compiled for vectors anew.
     fn loop_rows(
         &mut self,
         route: &Route,
         columns: &[Columns],
         end: Vec3<R>,
-        walk: &Walk<R>,
+        walk: &RouteMotions<R>,
         row: &mut usize,
-        walks: &mut Vec<Walk<R>>,
+        walks: &mut Vec<RouteMotions<R>>,
     ) {
         R::vectorized(
             #[inline(always)]
@@ -215,21 +215,23 @@ impl<R: Real> Equations<R> {
         }
     }
 
+    /// Fills the rows from `first` on, those of what is `asked`.
     #[inline(always)]
-    fn command_rows(&mut self, machine: &Machine, at: &Place<'_, R>, asked: &Asked<'_, R>, first: usize) {
+    fn command_rows(&mut self, machine: &Machine, at: &RigidState<'_, R>, asked: &LaneCommand<'_, R>, first: usize) {
         let scale = R::splat(machine.characteristic_length);
         match asked {
-            Asked::Drives(wanted) => {
+            LaneCommand::Drives(wanted) => {
                 let mut d = 0;
                 for chain in &machine.chains {
                     for drive in &chain.drives {
-                        self.residual[first + d] = (at.drives[d] - wanted[d]) * R::splat(unit(machine, drive.motion));
+                        self.residual[first + d] =
+                            (at.drives[d] - wanted[d]) * R::splat(mm_per_unit(machine, drive.motion));
                         self.jacobian[(6 + d) * self.rows + first + d] = R::splat(1.0);
                         d += 1;
                     }
                 }
             }
-            Asked::Task(target) => {
+            LaneCommand::Task(target) => {
                 let [x, y, z] = at.platform.axes;
                 let turn = rotation_log([target.inward(x), target.inward(y), target.inward(z)]);
                 for (row, coordinate) in machine.controls.iter().enumerate() {
@@ -246,12 +248,12 @@ impl<R: Real> Equations<R> {
     }
 }
 
-/// What a joint's coordinate is multiplied by to make it a length.
-pub(super) fn unit(machine: &Machine, motion: Motion) -> f64 {
+/// Factor from the coordinate of a joint (mm, rad) to a length in mm: 1, or the characteristic length.
+pub(super) fn mm_per_unit(machine: &Machine, motion: Motion) -> f64 {
     motion.of(1.0, machine.characteristic_length)
 }
 
-/// What a task coordinate gains by the unknown `i` where the platform `asked` is commanded.
+/// Derivative of a task coordinate by the unknown `i` where the platform pose `asked` is commanded.
 #[inline(always)]
 pub(super) fn task_entry<R: Real>(coordinate: Coordinate, asked: &Frame<R>, i: usize) -> R {
     match coordinate {
@@ -261,9 +263,9 @@ pub(super) fn task_entry<R: Real>(coordinate: Coordinate, asked: &Frame<R>, i: u
     }
 }
 
-/// `platform` moved by a twist of P, rotations multiplied by `scale`.
+/// Moves `platform` by a twist of P whose rotations are multiplied by `scale`, mm.
 #[inline(always)]
-pub(super) fn moved<R: Real>(platform: &Frame<R>, twist: &[R], scale: f64) -> Frame<R> {
+pub(super) fn move_platform<R: Real>(platform: &Frame<R>, twist: &[R], scale: f64) -> Frame<R> {
     let scale = R::splat(scale);
     let rotation = Vec3([twist[3] / scale, twist[4] / scale, twist[5] / scale]);
     let turn = Frame { axes: rotation_exp(rotation), origin: Vec3::zero() };

@@ -12,8 +12,7 @@ use super::{
 use crate::machine::{Machine, Motion};
 
 impl Machine {
-    /// Forward kinematics: the configuration with drives at `drives` (mm, rad), on the assembly mode of home. Limits of
-    /// passive joints are not checked.
+    /// Forward kinematics: the configuration with drives at `drives` (mm, rad) on the assembly mode of home; limits of joints are not checked.
     ///
     /// # Errors
     /// [`Unreachable::Closure`] if the chains cannot close with these drives.
@@ -30,7 +29,7 @@ impl Machine {
             let rho: Vec<f64> = start.drives.iter().zip(drives).map(|(a, b)| a + (b - a) * s).collect();
             closure.newton(from, &Command::Drives(&rho))
         });
-        self.closed(reached, &Command::Drives(drives))
+        self.result_of(reached, &Command::Drives(drives))
     }
 
     /// Closes all chains at the home pose, from the joint values given in the machine file.
@@ -50,7 +49,7 @@ impl Machine {
         Err(closure.why_not(&at, &command))
     }
 
-    /// Takes back full turns that the search has made: of drives and of joints without a spring, to which they are nothing.
+    /// Takes back full turns that the search has made, of hinge drives and of passive hinges without a spring.
     fn unwind(&self, at: &mut Configuration) {
         let nearest = |value: f64, home: f64, turn: f64| value - ((value - home) / turn).round() * turn;
         for (((_, drive), turn), rho) in self.drives().zip(self.full_turns()).zip(&mut at.drives) {

@@ -18,8 +18,7 @@ const WAY_END: f64 = 1e-4;
 const MIN_WAY_STEP: f64 = 1.0 / 16384.0;
 
 impl Machine {
-    /// Inverse kinematics: the configuration that puts the controlled task coordinates of P on those of `target`, on the
-    /// assembly mode of home.
+    /// Inverse kinematics: the configuration that puts the controlled task coordinates of P on those of `target`, on the assembly mode of home.
     ///
     /// It is the one that the straight line from home leads to. Where that does not lead there, or beyond a limit, other
     /// ways are tried: a serial machine takes any posture that its travel allows, the nearest to home of those found, since
@@ -32,21 +31,20 @@ impl Machine {
     /// # Errors
     /// [`Unreachable`] if no such configuration is found, or only beyond a limit or on another branch.
     pub fn inverse_kinematics(&self, target: &Pose) -> Result<Configuration, Unreachable> {
-        self.inverse_kinematics_from(&self.home, target).or_else(|straight| self.way_around(target, straight))
+        self.inverse_kinematics_from(&self.home, target).or_else(|straight| self.try_other_branch(target, straight))
     }
 
-    /// Inverse kinematics continued on the straight line from a known configuration `start` instead of home; no other way
-    /// is tried.
+    /// Inverse kinematics continued on the straight line from a known configuration `start` instead of home; no other way is tried.
     ///
     /// # Errors
     /// As [`Machine::inverse_kinematics`].
     pub fn inverse_kinematics_from(&self, start: &Configuration, target: &Pose) -> Result<Configuration, Unreachable> {
-        self.within_span(target)?;
+        self.check_span(target)?;
         let configuration = self.unlimited_inverse_kinematics_from(start, target)?;
-        self.within_limits(configuration, target)
+        self.adjust_to_limits(configuration, target)
     }
 
-    /// As [`Machine::inverse_kinematics_from`], as if travel and joints had no limits.
+    /// Inverse kinematics continued from a known configuration `start`, as if travel and joints had no limits.
     pub fn unlimited_inverse_kinematics_from(
         &self,
         start: &Configuration,
@@ -66,14 +64,14 @@ impl Machine {
             closure.newton(from, &Command::Task(&pose))
         });
         let end = reached.at.pose;
-        self.closed(reached, &Command::Task(target)).map_err(|unreachable| match unreachable {
-            Unreachable::Closure { chain, .. } => Unreachable::TooFar { chain, short_mm: self.way_left(&end, target) },
+        self.result_of(reached, &Command::Task(target)).map_err(|unreachable| match unreachable {
+            Unreachable::Closure { chain, .. } => Unreachable::TooFar { chain, short_mm: self.distance(&end, target) },
             other => other,
         })
     }
 
-    /// From `at` to `target` in the controlled coordinates, mm, rotations weighted by the characteristic length.
-    fn way_left(&self, at: &Pose, target: &Pose) -> f64 {
+    /// Distance from `at` to `target` in the controlled coordinates, mm, rotations weighted by the characteristic length.
+    fn distance(&self, at: &Pose, target: &Pose) -> f64 {
         let turn = rotation_log(&(at.rotation.transpose() * target.rotation)) * self.characteristic_length;
         let shift = target.translation - at.translation;
         let left = self.controls.iter().map(|coordinate| match *coordinate {
@@ -89,9 +87,9 @@ impl Machine {
     pub fn drive_jacobian(&self, at: &Configuration) -> Option<DMatrix<f64>> {
         let mut closure = Closure::new(self);
         closure.linearise(at, &Command::Task(&at.pose));
-        let right = self.asked_changes(&closure, &DMatrix::identity(self.controls.len(), self.controls.len()));
+        let right = self.equation_changes(&closure, &DMatrix::identity(self.controls.len(), self.controls.len()));
         let by_task = if self.redundancy > 0 {
-            closure.least_motions(&right)?
+            closure.min_norm_motions(&right)?
         } else {
             let transposed = closure.jacobian.transpose();
             let factor = (&transposed * &closure.jacobian).cholesky()?;
@@ -101,24 +99,24 @@ impl Machine {
             }
             unknowns.rows(6, self.drive_count()).into_owned()
         };
-        Some(self.in_units_of_drives(&closure, by_task))
+        Some(self.to_drive_units(&closure, by_task))
     }
 
-    /// Motions of the drives (rows; mm, rad) that change the controlled coordinates as the columns of `changes` say (mm, rad about the axes
-    /// of the platform). In a singularity, `None` only of changes that the drives cannot make there: a fork head whose tool stands along
-    /// its first axis moves its tip as it does elsewhere.
+    /// Motions of the drives (rows; mm, rad) that change the controlled coordinates by the columns of `changes` (mm, rad about the axes of the
+    /// platform). In a singularity, `None` only for changes that the drives cannot make there: a fork head whose tool stands along its first axis
+    /// moves its tip as it does elsewhere.
     pub(crate) fn drive_motions(&self, at: &Configuration, changes: &DMatrix<f64>) -> Option<DMatrix<f64>> {
         if let Some(jacobian) = self.drive_jacobian(at) {
             return Some(jacobian * changes);
         }
         let mut closure = Closure::new(self);
         closure.linearise(at, &Command::Task(&at.pose));
-        let motions = closure.least_motions(&self.asked_changes(&closure, changes))?;
-        Some(self.in_units_of_drives(&closure, motions))
+        let motions = closure.min_norm_motions(&self.equation_changes(&closure, changes))?;
+        Some(self.to_drive_units(&closure, motions))
     }
 
-    /// What the equations of `closure` change by with the controlled coordinates.
-    fn asked_changes(&self, closure: &Closure<'_>, changes: &DMatrix<f64>) -> DMatrix<f64> {
+    /// Right-hand sides by which the equations of `closure` change where the controlled coordinates change by `changes` (mm, rad).
+    fn equation_changes(&self, closure: &Closure<'_>, changes: &DMatrix<f64>) -> DMatrix<f64> {
         let (equations, coordinates) = (closure.jacobian.nrows(), self.controls.len());
         let mut right = DMatrix::zeros(equations, changes.ncols());
         right.rows_mut(equations - coordinates, coordinates).copy_from(changes);
@@ -128,9 +126,10 @@ impl Machine {
         right
     }
 
-    fn in_units_of_drives(&self, closure: &Closure<'_>, mut motions: DMatrix<f64>) -> DMatrix<f64> {
+    /// Converts drive motions (rows) from mm to mm and rad.
+    fn to_drive_units(&self, closure: &Closure<'_>, mut motions: DMatrix<f64>) -> DMatrix<f64> {
         for (mut row, (_, drive)) in motions.row_iter_mut().zip(self.drives()) {
-            row /= closure.unit(drive.motion);
+            row /= closure.mm_per_unit(drive.motion);
         }
         motions
     }

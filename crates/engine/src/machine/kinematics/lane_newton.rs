@@ -5,12 +5,12 @@
 
 use super::{
     Configuration,
-    between::{Between, Ends},
+    between::{SingularityCheck, StepEnds},
     closure::motions,
-    equations::{Asked, Equations, Place, moved, unit},
+    equations::{Equations, LaneCommand, RigidState, mm_per_unit, move_platform},
     normal_step::NormalStep,
-    search::{Judged, MAX_ITERATIONS, MAX_STEP_ROTATION, Search},
-    singularity::{Barriers, judged},
+    search::{MAX_ITERATIONS, MAX_STEP_ROTATION, Search, Verdict},
+    singularity::{Barriers, judged_commands},
 };
 use crate::{
     lanes::{Frame, MAX_LANES, Real, Vec3, dot, pairs},
@@ -18,41 +18,41 @@ use crate::{
     spatial::Pose,
 };
 
-/// What is asked for in a lane.
+/// Goal of the search in one lane.
 #[derive(Clone, Copy)]
-pub(super) enum Wanted<'a> {
+pub(super) enum LaneGoal<'a> {
     /// The controlled task coordinates of this pose.
     Task(&'a Pose),
     /// The drives, mm or rad.
     Drives(&'a [f64]),
 }
 
-/// Storage of searches, and where they stand.
+/// Newton searches in lanes, with their storage.
 #[derive(Debug, Clone)]
 pub(super) struct LaneNewton<R> {
     equations: Equations<R>,
     normal_step: NormalStep<R>,
-    between: Between<R>,
+    between: SingularityCheck<R>,
     /// The Jacobian where the search began.
-    begun: Vec<R>,
-    start: Posture<R>,
-    at: Posture<R>,
-    /// What is asked for: the poses, or the drives.
+    start_jacobian: Vec<R>,
+    start: LaneConfiguration<R>,
+    at: LaneConfiguration<R>,
+    /// Goals of the searches: the poses, or the drives.
     target: Frame<R>,
     wanted: Vec<R>,
-    /// Of each drive, then of each passive joint.
+    /// Motion of each drive, then of each passive joint.
     motions: Vec<Motion>,
 }
 
 /// A configuration in each lane.
 #[derive(Debug, Clone)]
-struct Posture<R> {
+struct LaneConfiguration<R> {
     platform: Frame<R>,
     drives: Vec<R>,
     passive: Vec<Vec<R>>,
 }
 
-impl<R: Real> Posture<R> {
+impl<R: Real> LaneConfiguration<R> {
     fn new(machine: &Machine) -> Self {
         Self {
             platform: Frame::splat(&machine.home.pose),
@@ -62,10 +62,10 @@ impl<R: Real> Posture<R> {
     }
 
     fn set_lane(&mut self, lane: usize, from: &Configuration) {
-        set_pose(&mut self.platform, lane, &from.pose);
-        set_numbers(&mut self.drives, lane, &from.drives);
+        set_lane_pose(&mut self.platform, lane, &from.pose);
+        set_lane_values(&mut self.drives, lane, &from.drives);
         for (own, from) in pairs(&mut self.passive, &from.passive) {
-            set_numbers(own, lane, from);
+            set_lane_values(own, lane, from);
         }
     }
 
@@ -78,8 +78,8 @@ impl<R: Real> Posture<R> {
         }
     }
 
-    /// Copies `from`, of the same machine.
-    fn take(&mut self, from: &Self) {
+    /// Copies the configurations `from`, of the same machine.
+    fn copy_from(&mut self, from: &Self) {
         self.platform = from.platform;
         self.drives.copy_from_slice(&from.drives);
         for (own, from) in pairs(&mut self.passive, &from.passive) {
@@ -88,7 +88,7 @@ impl<R: Real> Posture<R> {
     }
 }
 
-fn set_pose<R: Real>(frame: &mut Frame<R>, lane: usize, pose: &Pose) {
+fn set_lane_pose<R: Real>(frame: &mut Frame<R>, lane: usize, pose: &Pose) {
     for (j, axis) in frame.axes.iter_mut().enumerate() {
         for (i, number) in axis.0.iter_mut().enumerate() {
             number.set_lane(lane, pose.rotation[(i, j)]);
@@ -99,7 +99,7 @@ fn set_pose<R: Real>(frame: &mut Frame<R>, lane: usize, pose: &Pose) {
     }
 }
 
-fn set_numbers<R: Real>(own: &mut [R], lane: usize, from: &[f64]) {
+fn set_lane_values<R: Real>(own: &mut [R], lane: usize, from: &[f64]) {
     for (number, &value) in pairs(own, from) {
         number.set_lane(lane, value);
     }
@@ -110,19 +110,18 @@ impl<R: Real> LaneNewton<R> {
         Self {
             equations: Equations::new(machine),
             normal_step: NormalStep::new(machine),
-            between: Between::new(machine),
-            begun: Vec::new(),
-            start: Posture::new(machine),
-            at: Posture::new(machine),
+            between: SingularityCheck::new(machine),
+            start_jacobian: Vec::new(),
+            start: LaneConfiguration::new(machine),
+            at: LaneConfiguration::new(machine),
             target: Frame::splat(&machine.home.pose),
             wanted: vec![R::zero(); machine.drive_count()],
             motions: motions(machine).collect(),
         }
     }
 
-    /// Where the search from each start for what is wanted, the same kind of it in all, ends in one step; `None` where it needs more.
-    /// Up to [`Real::LANES`] of them.
-    pub fn solve(&mut self, machine: &Machine, asked: &[(&Configuration, Wanted<'_>)]) -> Vec<Option<Configuration>> {
+    /// Searches from each start for its goal, all of one kind, at most [`Real::LANES`]; `None` where that takes more than one continuation step.
+    pub fn solve(&mut self, machine: &Machine, asked: &[(&Configuration, LaneGoal<'_>)]) -> Vec<Option<Configuration>> {
         debug_assert!(asked.len() <= R::LANES);
         let mut is_task = false;
         for lane in 0..R::LANES {
@@ -130,74 +129,74 @@ impl<R: Real> LaneNewton<R> {
             let Some((start, wanted)) = asked.get(lane).or(asked.first()) else { return Vec::new() };
             self.start.set_lane(lane, start);
             match wanted {
-                Wanted::Task(pose) => {
+                LaneGoal::Task(pose) => {
                     is_task = true;
-                    set_pose(&mut self.target, lane, pose);
+                    set_lane_pose(&mut self.target, lane, pose);
                 }
                 // As the scalar search has it at the end of its way.
-                Wanted::Drives(drives) => {
+                LaneGoal::Drives(drives) => {
                     for (number, (&from, &to)) in pairs(&mut self.wanted, pairs(&start.drives, *drives)) {
                         number.set_lane(lane, from + (to - from));
                     }
                 }
             }
         }
-        self.at.take(&self.start);
+        self.at.copy_from(&self.start);
         let solved = self.search(machine, is_task);
-        let solved = if solved == 0 { 0 } else { solved & self.stays_regular(machine, is_task) };
+        let solved = if solved == 0 { 0 } else { solved & self.regular_lanes(machine, is_task) };
         (0..asked.len()).map(|lane| (solved >> lane & 1 == 1).then(|| self.at.lane(lane))).collect()
     }
 
-    /// The lanes in which the iteration converges near its start.
+    /// Iterates; returns the lanes that converge near their start.
     fn search(&mut self, machine: &Machine, is_task: bool) -> u8 {
         let mut searches = [Search::new(); MAX_LANES];
         let (mut active, mut solved) = (R::ALL, 0);
         for iteration in 0..MAX_ITERATIONS {
             let (error, turned) = self.linearise(machine, is_task);
             if iteration == 0 {
-                self.begun.clone_from(&self.equations.jacobian);
+                self.start_jacobian.clone_from(&self.equations.jacobian);
             }
             let mut damping = R::zero();
-            for lane in lanes(active) {
+            for lane in active_lanes(active) {
                 let search = &mut searches[lane];
                 let judged = search.judge(error.lane(lane), machine.characteristic_length);
-                if judged == Judged::Continue && !search.has_left_branch() {
-                    damping.set_lane(lane, search.damp(error.lane(lane)));
+                if judged == Verdict::Continue && !search.has_left_branch() {
+                    damping.set_lane(lane, search.update_damping(error.lane(lane)));
                     continue;
                 }
                 active &= !(1 << lane);
                 let is_near = !search.has_left_branch() && turned.lane(lane) < MAX_STEP_ROTATION;
-                solved |= u8::from(judged == Judged::Solved && is_near) << lane;
+                solved |= u8::from(judged == Verdict::Solved && is_near) << lane;
             }
             if active == 0 {
                 break;
             }
             let (length, good) = self.step(machine, damping, active);
             active &= good;
-            for lane in lanes(active) {
-                searches[lane].went(length.lane(lane));
+            for lane in active_lanes(active) {
+                searches[lane].record_step(length.lane(lane));
             }
         }
         solved
     }
 
-    /// Largest error at the present configurations, and the largest turn of a joint since the start, rad.
+    /// Linearises at the present configurations; returns the largest error, mm, and the largest rotation of a joint since the start, rad.
     fn linearise(&mut self, machine: &Machine, is_task: bool) -> (R, R) {
         R::vectorized(
             #[inline(always)]
             || {
-                let Posture { platform, drives, passive } = &self.at;
-                let place = Place { platform, drives, passive };
-                let asked = if is_task { Asked::Task(&self.target) } else { Asked::Drives(&self.wanted) };
-                self.equations.linearise(machine, &place, &asked);
+                let LaneConfiguration { platform, drives, passive } = &self.at;
+                let state = RigidState { platform, drives, passive };
+                let asked = if is_task { LaneCommand::Task(&self.target) } else { LaneCommand::Drives(&self.wanted) };
+                self.equations.linearise(machine, &state, &asked);
                 let mut error = R::zero();
                 for entry in &self.equations.residual {
                     error = error.larger(entry.abs());
                 }
-                let mut turned = turn_between(&self.motions, &self.start.drives, &self.at.drives);
+                let mut turned = largest_rotation(&self.motions, &self.start.drives, &self.at.drives);
                 let mut first = self.at.drives.len();
                 for (from, to) in pairs(&self.start.passive, &self.at.passive) {
-                    turned = turned.larger(turn_between(&self.motions[first..], from, to));
+                    turned = turned.larger(largest_rotation(&self.motions[first..], from, to));
                     first += from.len();
                 }
                 (error, turned)
@@ -205,7 +204,7 @@ impl<R: Real> LaneNewton<R> {
         )
     }
 
-    /// Takes a step in the active lanes: its length, and the lanes in which there is one.
+    /// Takes a step in the active lanes; returns its length, mm, and the lanes in which there is one.
     fn step(&mut self, machine: &Machine, damping: R, active: u8) -> (R, u8) {
         R::vectorized(
             #[inline(always)]
@@ -216,8 +215,8 @@ impl<R: Real> LaneNewton<R> {
                 let length = dot(step, step).sqrt();
                 let good = good & !R::bits(length.is_nan()) & !length.lanes_greater(f64::MAX);
                 let mask = R::mask(active & good);
-                let Posture { platform, drives, passive } = &mut self.at;
-                let next = moved(platform, step, machine.characteristic_length);
+                let LaneConfiguration { platform, drives, passive } = &mut self.at;
+                let next = move_platform(platform, step, machine.characteristic_length);
                 for (axis, next) in pairs(&mut platform.axes, next.axes) {
                     *axis = Vec3::select(mask, next, *axis);
                 }
@@ -234,30 +233,30 @@ impl<R: Real> LaneNewton<R> {
         )
     }
 
-    /// The lanes in which plainly no singularity lies on the way.
-    fn stays_regular(&mut self, machine: &Machine, is_task: bool) -> u8 {
+    /// Returns the lanes in which surely no singularity lies between start and end.
+    fn regular_lanes(&mut self, machine: &Machine, is_task: bool) -> u8 {
         let barriers = if is_task { Barriers::All } else { Barriers::OfDrives };
-        let (by_drives, by_task) = judged(machine, barriers);
+        let (by_drives, by_task) = judged_commands(machine, barriers);
         if !by_drives && !by_task {
             return R::ALL;
         }
         R::vectorized(
             #[inline(always)]
             || {
-                let ends = Ends {
-                    jacobians: [&self.begun, &self.equations.jacobian],
+                let ends = StepEnds {
+                    jacobians: [&self.start_jacobian, &self.equations.jacobian],
                     rows: self.equations.rows,
                     platforms: [&self.start.platform, &self.at.platform],
                 };
-                self.between.is_plain(machine, &ends, by_drives, by_task)
+                self.between.regular_lanes(machine, &ends, by_drives, by_task)
             },
         )
     }
 }
 
-/// Largest turn of a joint from one place to another, rad.
+/// Largest rotation of a revolute joint between two configurations, rad.
 #[inline(always)]
-fn turn_between<R: Real>(motions: &[Motion], from: &[R], to: &[R]) -> R {
+fn largest_rotation<R: Real>(motions: &[Motion], from: &[R], to: &[R]) -> R {
     let mut turned = R::zero();
     for (&motion, (&from, &to)) in pairs(motions, pairs(from, to)) {
         if motion == Motion::Revolute {
@@ -267,15 +266,15 @@ fn turn_between<R: Real>(motions: &[Motion], from: &[R], to: &[R]) -> R {
     turned
 }
 
-/// Adds the steps, in mm, to the values of joints in the lanes of `mask`.
+/// Adds `steps`, mm, to the values of joints in the lanes of `mask`.
 #[inline(always)]
 fn advance<R: Real>(machine: &Machine, values: &mut [R], motions: &[Motion], steps: &[R], mask: R::Mask) {
     for (value, (&motion, &step)) in pairs(values, pairs(motions, steps)) {
-        *value = R::select(mask, *value + step / R::splat(unit(machine, motion)), *value);
+        *value = R::select(mask, *value + step / R::splat(mm_per_unit(machine, motion)), *value);
     }
 }
 
 /// Indices of the lanes whose bits are set.
-fn lanes(bits: u8) -> impl Iterator<Item = usize> {
+fn active_lanes(bits: u8) -> impl Iterator<Item = usize> {
     (0..MAX_LANES).filter(move |lane| bits >> lane & 1 == 1)
 }

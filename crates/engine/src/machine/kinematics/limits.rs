@@ -11,22 +11,19 @@ use crate::{
 const LIMIT_ROUNDING: f64 = 1e-9;
 
 impl Machine {
-    /// `at`, which meets `target`, moved by what is free: full turns, and the freedom of redundant drives.
-    ///
-    /// # Errors
-    /// A limit that is violated all the same.
-    pub(in crate::machine) fn within_limits(
+    /// Brings `at`, which meets `target`, within the limits by full turns and redundant drives; `Err` if a limit is violated all the same.
+    pub(in crate::machine) fn adjust_to_limits(
         &self,
         at: Configuration,
         target: &Pose,
     ) -> Result<Configuration, Unreachable> {
-        let at = self.freed(at, target);
+        let at = self.adjust_freely(at, target);
         self.check_limits(&at)?;
         Ok(at)
     }
 
-    /// As [`Machine::within_limits`], whether or not a limit is violated all the same.
-    pub(in crate::machine) fn freed(&self, at: Configuration, target: &Pose) -> Configuration {
+    /// Brings `at`, which meets `target`, within travel as far as redundant drives, moved nearest to home, and full turns allow.
+    pub(in crate::machine) fn adjust_freely(&self, at: Configuration, target: &Pose) -> Configuration {
         let mut at = if self.redundancy > 0 { self.nearest_to_home(at, target) } else { at };
         if self.check_travel(&at).is_err() {
             self.turn_within_travel(&mut at);
@@ -36,7 +33,7 @@ impl Machine {
 
     /// Takes hinge drives as many full turns back or on as bring them nearest to home.
     pub(in crate::machine) fn turn_nearest_to_home(&self, at: &mut Configuration) {
-        let turns = self.turns_towards(&at.drives, &self.home.drives);
+        let turns = self.full_turns_towards(&at.drives, &self.home.drives);
         at.drives.iter_mut().zip(turns).for_each(|(rho, turns)| *rho += turns);
     }
 
@@ -57,14 +54,14 @@ impl Machine {
     pub(in crate::machine) fn turn_nearest_to_travel(&self, at: &mut Configuration) {
         for (((_, drive), turn), rho) in self.drives().zip(self.full_turns()).zip(&mut at.drives) {
             if let (Some((low, high)), Some(turn)) = (drive.travel, turn)
-                && beyond(*rho, low, high) > 0.0
+                && overrun(*rho, low, high) > 0.0
             {
                 *rho -= ((*rho - 0.5 * (low + high)) / turn).round() * turn;
             }
         }
     }
 
-    /// Whether a drive's travel, a passive joint or the branch is limited.
+    /// Whether the travel of a drive, a passive joint or the branch is limited.
     pub(crate) fn has_limits(&self) -> bool {
         let drives = self.drives().any(|(_, drive)| drive.travel.is_some());
         drives
@@ -72,29 +69,29 @@ impl Machine {
             || self.chains.iter().flat_map(|chain| &chain.passive).any(|joint| joint.limits.is_some())
     }
 
-    /// Travel and joint limits at a configuration, and the branch that was chosen.
+    /// Checks travel, joint limits and the chosen branch at the configuration `at`.
     pub fn check_limits(&self, at: &Configuration) -> Result<(), Unreachable> {
         self.check_travel(at)?;
         self.check_branch(at)
     }
 
-    /// The first drive that `positions` (mm, rad) have beyond its travel, and what is to be said of it.
+    /// Index of the first drive that `positions` (mm, rad) have beyond its travel, and the error that says so.
     pub fn drive_beyond_travel(&self, positions: &[f64]) -> Option<(usize, Unreachable)> {
         self.drives().zip(positions).enumerate().find_map(|(number, ((c, drive), &rho))| {
             let (low, high) = drive.travel?;
             let fault = || Unreachable::Travel {
                 chain: self.chains[c].name.clone(),
                 drive: drive.name.clone(),
-                value: drive.motion.shown(rho),
-                low: drive.motion.shown(low),
-                high: drive.motion.shown(high),
+                value: drive.motion.to_shown(rho),
+                low: drive.motion.to_shown(low),
+                high: drive.motion.to_shown(high),
                 unit: drive.motion.position_unit().into(),
             };
-            (beyond(rho, low, high) > 0.0).then(|| (number, fault()))
+            (overrun(rho, low, high) > 0.0).then(|| (number, fault()))
         })
     }
 
-    /// Travel and joint limits at a configuration.
+    /// Checks the travel of drives and the limits of passive joints at the configuration `at`.
     pub(in crate::machine) fn check_travel(&self, at: &Configuration) -> Result<(), Unreachable> {
         if let Some((_, fault)) = self.drive_beyond_travel(&at.drives) {
             return Err(fault);
@@ -102,14 +99,14 @@ impl Machine {
         for (chain, values) in self.chains.iter().zip(&at.passive) {
             for (joint, &q) in chain.passive.iter().zip(values) {
                 if let Some((low, high)) = joint.limits
-                    && beyond(q, low, high) > 0.0
+                    && overrun(q, low, high) > 0.0
                 {
                     return Err(Unreachable::JointLimit {
                         chain: chain.name.clone(),
                         joint: joint.name.clone(),
-                        value: joint.motion.shown(q),
-                        low: joint.motion.shown(low),
-                        high: joint.motion.shown(high),
+                        value: joint.motion.to_shown(q),
+                        low: joint.motion.to_shown(low),
+                        high: joint.motion.to_shown(high),
                         unit: joint.motion.position_unit().into(),
                     });
                 }
@@ -118,8 +115,8 @@ impl Machine {
         Ok(())
     }
 
-    /// Ends, motion and coordinate of each drive and then of each joint that has limits, mm or rad.
-    fn limited(&self, at: &Configuration) -> impl Iterator<Item = ((f64, f64), Motion, f64)> {
+    /// Limits, motion and coordinate (mm, rad) of each drive and then of each passive joint that has limits.
+    fn limited_axes(&self, at: &Configuration) -> impl Iterator<Item = ((f64, f64), Motion, f64)> {
         let drives = self.drives().zip(&at.drives).map(|((_, drive), &rho)| (drive.travel, drive.motion, rho));
         let joints = self.chains.iter().zip(&at.passive).flat_map(|(chain, values)| {
             chain.passive.iter().zip(values).map(|(joint, &q)| (joint.limits, joint.motion, q))
@@ -127,31 +124,32 @@ impl Machine {
         drives.chain(joints).filter_map(|(limits, motion, value)| Some((limits?, motion, value)))
     }
 
-    /// How far the drive or joint farthest beyond its limits is beyond them, mm or degrees; 0 within.
+    /// Largest excess of a drive or joint over its limits, mm or degrees; 0 within them.
     pub fn limit_excess(&self, at: &Configuration) -> f64 {
-        let excess = self.limited(at).map(|((low, high), motion, value)| motion.shown(beyond(value, low, high)));
+        let excess =
+            self.limited_axes(at).map(|((low, high), motion, value)| motion.to_shown(overrun(value, low, high)));
         excess.fold(0.0, f64::max)
     }
 
-    /// How far the drive or joint nearest to an end of its limits is from it, mm or degrees; less than 0 beyond, infinite without limits.
-    pub fn limit_room(&self, at: &Configuration) -> f64 {
-        let room = self.limited(at).map(|((low, high), motion, q)| motion.shown(f64::min(q - low, high - q)));
+    /// Smallest margin of a drive or joint to an end of its limits, mm or degrees; negative beyond, infinite without limits.
+    pub fn limit_margin(&self, at: &Configuration) -> f64 {
+        let room = self.limited_axes(at).map(|((low, high), motion, q)| motion.to_shown(f64::min(q - low, high - q)));
         room.fold(f64::INFINITY, f64::min)
     }
 
-    /// Adds to `shares` where each limited drive and joint stands in its range: −1 at the lower end and 1 at the upper one,
-    /// as `Machine::check_limits` takes them.
-    pub fn limit_shares(&self, at: &Configuration, shares: &mut Vec<f64>) {
-        shares.extend(self.limited(at).map(|((low, high), _, value)| {
-            let half = 0.5 * (high - low) + rounding(low, high);
+    /// Appends each limited drive's and joint's position in its range to `shares`: −1 at the lower end that `Machine::check_limits` takes, 1 at the
+    /// upper.
+    pub fn limit_fractions(&self, at: &Configuration, shares: &mut Vec<f64>) {
+        shares.extend(self.limited_axes(at).map(|((low, high), _, value)| {
+            let half = 0.5 * (high - low) + limit_rounding(low, high);
             (value - 0.5 * (low + high)) / half
         }));
     }
 }
 
-/// `value` of a drive taken as many times a full `turn` of it back or on as bring it within its travel, if any do.
-pub(in crate::machine) fn within_travel(value: f64, (low, high): (f64, f64), turn: Option<f64>) -> Option<f64> {
-    if beyond(value, low, high) == 0.0 {
+/// Position of a drive brought from `value` into its travel by multiples of its full `turn`; `None` if none of them is within.
+pub(in crate::machine) fn wrap_into_travel(value: f64, (low, high): (f64, f64), turn: Option<f64>) -> Option<f64> {
+    if overrun(value, low, high) == 0.0 {
         return Some(value);
     }
     let turn = turn?;
@@ -159,16 +157,16 @@ pub(in crate::machine) fn within_travel(value: f64, (low, high): (f64, f64), tur
         true => value + ((low - value) / turn).ceil() * turn,
         false => value - ((value - high) / turn).ceil() * turn,
     };
-    (beyond(back, low, high) == 0.0).then_some(back)
+    (overrun(back, low, high) == 0.0).then_some(back)
 }
 
-/// How far `value` is beyond the limits, in its unit; 0 within them and as far outside as rounding may put it.
-fn beyond(value: f64, low: f64, high: f64) -> f64 {
+/// Excess of `value` over its limits, in its unit; 0 within them and as far outside as rounding may put it.
+fn overrun(value: f64, low: f64, high: f64) -> f64 {
     let excess = f64::max(low - value, value - high);
-    if excess > rounding(low, high) { excess } else { 0.0 }
+    if excess > limit_rounding(low, high) { excess } else { 0.0 }
 }
 
-/// How far beyond its limits rounding may put a value.
-fn rounding(low: f64, high: f64) -> f64 {
+/// Excess over its limits that rounding may give a value.
+fn limit_rounding(low: f64, high: f64) -> f64 {
     LIMIT_ROUNDING * low.abs().max(high.abs()).max(high - low)
 }

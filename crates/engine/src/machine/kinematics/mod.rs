@@ -26,11 +26,11 @@ use std::borrow::Cow;
 use serde::{Deserialize, Serialize};
 
 pub(super) use closure::{Closure, Command, characteristic_length};
-pub(super) use limits::within_travel;
+pub(super) use limits::wrap_into_travel;
 pub(super) use search::CLOSURE_ROUNDING;
-pub use side_by_side::SideBySide;
+pub use side_by_side::BatchKinematics;
 
-use super::{Branch, Chain, task_space::shown};
+use super::{Branch, Chain, task_space::round_off};
 use crate::spatial::Pose;
 
 /// A rigid configuration of the machine.
@@ -49,7 +49,7 @@ impl Clone for Configuration {
         Self { pose: self.pose, drives: self.drives.clone(), passive: self.passive.clone() }
     }
 
-    /// Within the storage that there is.
+    /// Copies `from` into the storage that there is.
     fn clone_from(&mut self, from: &Self) {
         self.pose = from.pose;
         self.drives.clone_from(&from.drives);
@@ -83,8 +83,7 @@ pub enum Unreachable {
     TooFar {
         /// The chain that closes worst.
         chain: String,
-        /// From where the straight way ends to the target in the controlled coordinates, rotations weighted by the machine's
-        /// characteristic length.
+        /// From where the straight way ends to the target in the controlled coordinates, rotations weighted by the machine's characteristic length.
         short_mm: f64,
     },
     /// The chains close there, but the way from home leads through a singularity or to another assembly mode.
@@ -101,7 +100,7 @@ pub enum Unreachable {
     /// A coordinate is asked for that the drives do not control, and the machine is elsewhere in it.
     #[error(
         "{axis}: asked {asked} mm, the machine stays at {stands} mm: difference {} mm; it controls {controls}",
-        shown(.asked - .stands)
+        round_off(.asked - .stands)
     )]
     Uncontrolled {
         /// The coordinate: x, y or z of P.
@@ -193,7 +192,7 @@ pub enum Unreachable {
 }
 
 impl Configuration {
-    /// Joint values from which a machine's home is sought.
+    /// Configuration from which home is sought: drives and joints at the values of the machine file, P at `pose`.
     pub(super) fn start(chains: &[Chain], pose: Pose) -> Self {
         Self {
             pose,

@@ -12,29 +12,29 @@ use crate::{
 /// Coordinates of the twist of P.
 pub(super) const TWIST: usize = 6;
 
-/// Storage from step to step: normal equations as lower triangles, whose last row is the right-hand side.
+/// Solver of the step, with its storage: normal equations as lower triangles, whose last row is the right-hand side.
 #[derive(Debug, Clone)]
 pub(super) struct NormalStep<R> {
-    /// Of each chain: its passive joints, twist of P, its drives.
-    chains: Vec<Normal<R>>,
-    /// Of all: twist of P, drives.
-    left: Normal<R>,
+    /// Normal equations of each chain: its passive joints, twist of P, its drives.
+    chains: Vec<NormalMatrix<R>>,
+    /// Sum of these without passive joints: twist of P, drives.
+    reduced: NormalMatrix<R>,
     /// Diagonal over twist of P and drives before anything is eliminated.
     diagonal: Vec<R>,
-    known: Vec<R>,
+    solution: Vec<R>,
     /// The step: all unknowns of the closure equations.
     step: Vec<R>,
 }
 
 /// A square matrix by columns.
 #[derive(Debug, Clone)]
-struct Normal<R> {
+struct NormalMatrix<R> {
     size: usize,
     entries: Vec<R>,
 }
 
-/// Where the unknowns and rows of a chain are in the closure equations.
-pub(super) struct Place {
+/// Rows and unknowns of a chain in the closure equations.
+pub(super) struct ChainBlock {
     pub rows: std::ops::Range<usize>,
     joint: usize,
     pub joints: usize,
@@ -42,39 +42,39 @@ pub(super) struct Place {
     drives: usize,
 }
 
-impl Place {
-    /// Of the unknowns of the chain and its right-hand side.
+impl ChainBlock {
+    /// Number of the chain's unknowns and its right-hand side.
     pub fn size(&self) -> usize {
         self.joints + TWIST + self.drives + 1
     }
 
-    /// Column in the closure equations of its unknown `i`.
+    /// Column in the closure equations of the chain's unknown `i`.
     pub fn column(&self, i: usize) -> usize {
         match i.checked_sub(self.joints) {
             None => self.joint + i,
-            Some(other) => self.other(other),
+            Some(other) => self.reduced_column(other),
         }
     }
 
-    /// Column of what its joints are eliminated for: twist of P and its drives.
-    fn other(&self, i: usize) -> usize {
+    /// Column of unknown `i` among those that stay when the chain's joints are eliminated: twist of P, then its drives.
+    fn reduced_column(&self, i: usize) -> usize {
         i.checked_sub(TWIST).map_or(i, |drive| self.drive + drive)
     }
 }
 
-/// One per chain of `machine`, in order.
-pub(super) fn places(machine: &Machine) -> impl Iterator<Item = Place> {
+/// Blocks of the chains of `machine`, in order.
+pub(super) fn chain_blocks(machine: &Machine) -> impl Iterator<Item = ChainBlock> {
     let (mut row, mut joint, mut drive) = (0, TWIST + machine.drive_count(), TWIST);
     machine.chains.iter().map(move |chain| {
         let (joints, drives) = (chain.passive.len(), chain.drives.len());
         let end = row + 6 * (1 + chain.route.loop_count());
-        let place = Place { rows: row..end, joint, joints, drive, drives };
+        let block = ChainBlock { rows: row..end, joint, joints, drive, drives };
         (row, joint, drive) = (end, joint + joints, drive + drives);
-        place
+        block
     })
 }
 
-impl<R: Real> Normal<R> {
+impl<R: Real> NormalMatrix<R> {
     fn new(size: usize) -> Self {
         Self { size, entries: vec![R::zero(); size * size] }
     }
@@ -84,7 +84,7 @@ impl<R: Real> Normal<R> {
         self.entries[j * self.size + i]
     }
 
-    /// Column `j`.
+    /// Column `j`, from its first row on.
     #[inline(always)]
     fn column(&self, j: usize) -> &[R] {
         &self.entries[j * self.size..(j + 1) * self.size]
@@ -95,17 +95,16 @@ impl<R: Real> NormalStep<R> {
     pub fn new(machine: &Machine) -> Self {
         let others = TWIST + machine.drive_count();
         Self {
-            chains: places(machine).map(|place| Normal::new(place.size())).collect(),
-            left: Normal::new(others + 1),
+            chains: chain_blocks(machine).map(|block| NormalMatrix::new(block.size())).collect(),
+            reduced: NormalMatrix::new(others + 1),
             diagonal: vec![R::zero(); others],
-            known: Vec::new(),
+            solution: Vec::new(),
             step: Vec::new(),
         }
     }
 
-    /// The `x` with least `|J x + residual|² + damping · d |x|²`, d the largest diagonal entry of `JᵀJ`, in the lanes in which the
-    /// equations say enough. `jacobian`: J by columns, as many as `step` gets entries; its rows from `closures` on are those of what
-    /// is commanded.
+    /// Returns the `x` with least `|J x + residual|² + damping · d |x|²`, d the largest diagonal entry of `JᵀJ`, and the lanes in which the
+    /// equations say enough. `jacobian`: J by columns; its rows from `closures` on are those of what is commanded.
     #[inline(always)]
     pub fn solve(
         &mut self,
@@ -118,27 +117,27 @@ impl<R: Real> NormalStep<R> {
         let (others, rows) = (TWIST + machine.drive_count(), residual.len());
         let right = jacobian.len() / rows;
         let column = |index: usize| if index < right { &jacobian[index * rows..(index + 1) * rows] } else { residual };
-        form(
-            &mut self.left,
+        form_products(
+            &mut self.reduced,
             #[inline(always)]
             |i: usize| &column(if i < others { i } else { right })[closures..],
         );
         for i in 0..others {
-            self.diagonal[i] = self.left.at(i, i);
+            self.diagonal[i] = self.reduced.at(i, i);
         }
         let mut largest = R::zero();
-        for (place, normal) in pairs(places(machine), &mut self.chains) {
-            let last = place.size() - 1;
-            form(
+        for (block, normal) in pairs(chain_blocks(machine), &mut self.chains) {
+            let last = block.size() - 1;
+            form_products(
                 normal,
                 #[inline(always)]
-                |i: usize| &column(if i < last { place.column(i) } else { right })[place.rows.clone()],
+                |i: usize| &column(if i < last { block.column(i) } else { right })[block.rows.clone()],
             );
-            for i in 0..place.joints {
+            for i in 0..block.joints {
                 largest = largest.larger(normal.at(i, i));
             }
-            for i in place.joints..last {
-                self.diagonal[place.column(i)] += normal.at(i, i);
+            for i in block.joints..last {
+                self.diagonal[block.column(i)] += normal.at(i, i);
             }
         }
         for &entry in &self.diagonal {
@@ -146,35 +145,35 @@ impl<R: Real> NormalStep<R> {
         }
         let level = damping * largest;
         let mut good = R::ALL;
-        for (place, normal) in pairs(places(machine), &mut self.chains) {
-            good &= eliminate(normal, place.joints, level);
-            let (joints, rest) = (place.joints, place.size() - place.joints);
-            let target = |i: usize| if i + 1 < rest { place.other(i) } else { others };
+        for (block, normal) in pairs(chain_blocks(machine), &mut self.chains) {
+            good &= eliminate(normal, block.joints, level);
+            let (joints, rest) = (block.joints, block.size() - block.joints);
+            let target = |i: usize| if i + 1 < rest { block.reduced_column(i) } else { others };
             for j in 0..rest {
                 for i in j..rest {
-                    self.left.entries[target(j) * (others + 1) + target(i)] += normal.at(joints + i, joints + j);
+                    self.reduced.entries[target(j) * (others + 1) + target(i)] += normal.at(joints + i, joints + j);
                 }
             }
         }
-        good &= eliminate(&mut self.left, others, level);
+        good &= eliminate(&mut self.reduced, others, level);
         self.step.resize(right, R::zero());
-        self.known.resize(self.left.size.max(right), R::zero());
-        substitute(&self.left, others, &mut self.known);
-        copy(&mut self.step, &self.known[..others]);
-        for (place, normal) in pairs(places(machine), &self.chains) {
-            for i in 0..TWIST + place.drives {
-                self.known[place.joints + i] = self.step[place.other(i)];
+        self.solution.resize(self.reduced.size.max(right), R::zero());
+        back_substitute(&self.reduced, others, &mut self.solution);
+        copy(&mut self.step, &self.solution[..others]);
+        for (block, normal) in pairs(chain_blocks(machine), &self.chains) {
+            for i in 0..TWIST + block.drives {
+                self.solution[block.joints + i] = self.step[block.reduced_column(i)];
             }
-            substitute(normal, place.joints, &mut self.known);
-            copy(&mut self.step[place.joint..], &self.known[..place.joints]);
+            back_substitute(normal, block.joints, &mut self.solution);
+            copy(&mut self.step[block.joint..], &self.solution[..block.joints]);
         }
         (&self.step, good)
     }
 }
 
-/// Products of columns with one another.
+/// Fills the lower triangle of `normal` with the products of columns with one another.
 #[inline(always)]
-fn form<'a, R: Real>(normal: &mut Normal<R>, column: impl Fn(usize) -> &'a [R]) {
+fn form_products<'a, R: Real>(normal: &mut NormalMatrix<R>, column: impl Fn(usize) -> &'a [R]) {
     let size = normal.size;
     for j in 0..size {
         let own = column(j);
@@ -184,10 +183,10 @@ fn form<'a, R: Real>(normal: &mut Normal<R>, column: impl Fn(usize) -> &'a [R]) 
     }
 }
 
-/// Eliminates the first `count` unknowns, `level` added to their diagonal: their columns become those of the Cholesky factor, the
-/// others what is left. The lanes in which that is possible; the others hold no numbers.
+/// Eliminates the first `count` unknowns, `level` added to their diagonal: their columns become those of the Cholesky factor, the others what is
+/// left. Returns the lanes in which that is possible; the others hold no numbers.
 #[inline(always)]
-fn eliminate<R: Real>(normal: &mut Normal<R>, count: usize, level: R) -> u8 {
+fn eliminate<R: Real>(normal: &mut NormalMatrix<R>, count: usize, level: R) -> u8 {
     let size = normal.size;
     let mut good = R::ALL;
     for j in 0..size {
@@ -211,13 +210,13 @@ fn eliminate<R: Real>(normal: &mut Normal<R>, count: usize, level: R) -> u8 {
     good
 }
 
-/// Puts the first `count` unknowns, eliminated in `normal`, before those that are `known` behind them.
+/// Computes the first `count` entries of `solution`, eliminated in `normal`, from those behind them.
 #[inline(always)]
-fn substitute<R: Real>(normal: &Normal<R>, count: usize, known: &mut [R]) {
+fn back_substitute<R: Real>(normal: &NormalMatrix<R>, count: usize, solution: &mut [R]) {
     let right = normal.size - 1;
     for j in (0..count).rev() {
         let column = normal.column(j);
-        let rest = column[right] + dot(&column[j + 1..right], &known[j + 1..right]);
-        known[j] = -rest / column[j];
+        let rest = column[right] + dot(&column[j + 1..right], &solution[j + 1..right]);
+        solution[j] = -rest / column[j];
     }
 }

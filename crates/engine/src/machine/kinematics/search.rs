@@ -1,5 +1,4 @@
-//! How a Newton iteration of the closure equations goes on: when it is over, how its steps are damped, and whether it is still on the
-//! branch of its start.
+//! State of a Newton search of the closure equations: when it ends, how its steps are damped, and whether it is on the branch of its start.
 
 /// Largest closure error accepted, as a fraction of the machine's characteristic length.
 const CLOSURE_TOLERANCE: f64 = 1e-14;
@@ -11,7 +10,7 @@ const NEAR: f64 = 0.5;
 /// Largest change of a rotation within one continuation step, rad.
 pub(super) const MAX_STEP_ROTATION: f64 = 0.5;
 
-/// A search under way.
+/// State of a Newton search: damping, least error and lengths of its steps.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Search {
     iteration: usize,
@@ -23,9 +22,9 @@ pub(super) struct Search {
     later_steps: f64,
 }
 
-/// What the errors of a linearisation say.
+/// Whether a search goes on, has failed or has found a solution.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Judged {
+pub(super) enum Verdict {
     Continue,
     Failed,
     Solved,
@@ -36,31 +35,31 @@ impl Search {
         Self { iteration: 0, damping: 1e-12, best: f64::INFINITY, first_step: 0.0, later_steps: 0.0 }
     }
 
-    /// Whether its steps are too long for a solution close enough to the first-order prediction to lie on the branch of the start.
+    /// Whether its later steps are too long for a solution near the first-order prediction, on the branch of the start.
     pub fn has_left_branch(&self) -> bool {
         self.iteration > 1 && self.later_steps > NEAR * self.first_step
     }
 
-    /// By the largest residual error, mm, or NaN.
-    pub fn judge(&self, error: f64, scale: f64) -> Judged {
+    /// Judges the search by its largest residual `error`, mm or NaN; `scale` is the characteristic length, mm.
+    pub fn judge(&self, error: f64, scale: f64) -> Verdict {
         let stalled = error < CLOSURE_ROUNDING * scale && error > 0.3 * self.best;
         match error {
-            error if !error.is_finite() => Judged::Failed,
-            error if error < CLOSURE_TOLERANCE * scale || stalled => Judged::Solved,
-            _ => Judged::Continue,
+            error if !error.is_finite() => Verdict::Failed,
+            error if error < CLOSURE_TOLERANCE * scale || stalled => Verdict::Solved,
+            _ => Verdict::Continue,
         }
     }
 
-    /// Damping of the step from where `error` is left.
-    pub fn damp(&mut self, error: f64) -> f64 {
+    /// Returns the damping of the next step: more where `error`, mm, has grown, less where it has fallen.
+    pub fn update_damping(&mut self, error: f64) -> f64 {
         let grows = error >= self.best;
         self.damping = if grows { (self.damping * 100.0).max(1e-6) } else { (self.damping * 0.1f64).max(1e-14) };
         self.best = self.best.min(error);
         self.damping
     }
 
-    /// Takes note of a step of this length.
-    pub fn went(&mut self, length: f64) {
+    /// Records a step of this length, mm.
+    pub fn record_step(&mut self, length: f64) {
         match self.iteration {
             0 => self.first_step = length,
             _ => self.later_steps += length,

@@ -1,19 +1,20 @@
-//! Rigid configurations near known ones, as many at a time as the processor's vector registers hold.
+//! Rigid kinematics in batches: as many configurations at a time as the processor's vector registers hold.
 
 use super::Configuration;
 #[cfg(target_arch = "x86_64")]
-use super::lane_newton::{LaneNewton, Wanted};
+use super::lane_newton::{LaneGoal, LaneNewton};
 #[cfg(target_arch = "x86_64")]
 use crate::lanes::{F64x4, F64x8, Real};
 use crate::{lanes::Level, machine::Machine, spatial::Pose};
 
-/// Storage for one machine.
+/// Kinematics of one machine for many targets at once, in vector lanes.
 #[derive(Debug, Clone)]
-pub struct SideBySide {
+pub struct BatchKinematics {
     machine: Machine,
     lanes: Lanes,
 }
 
+/// Searches in as many lanes as there are.
 #[derive(Debug, Clone)]
 enum Lanes {
     /// All is left to the scalar search.
@@ -24,13 +25,13 @@ enum Lanes {
     Eight(Box<LaneNewton<F64x8>>),
 }
 
-impl SideBySide {
-    /// For `machine`, with the widest registers of this processor.
+impl BatchKinematics {
+    /// Kinematics of `machine` with the widest registers of this processor.
     pub fn new(machine: &Machine) -> Self {
         Self::at_level(machine, Level::best())
     }
 
-    /// For `machine` at `level`, or one at a time where this processor does not have it.
+    /// Kinematics of `machine` at `level`, or one at a time where this processor does not have it.
     pub fn at_level(machine: &Machine, level: Level) -> Self {
         let lanes = match level {
             // Redundant drives are moved in another way.
@@ -44,36 +45,37 @@ impl SideBySide {
         Self { machine: machine.clone(), lanes }
     }
 
-    /// [`Machine::inverse_kinematics_from`] of each start and target, to the last bit; `None` is left to it.
+    /// Solves [`Machine::inverse_kinematics_from`] for each start and target, to the last bit; `None` where only that can.
     pub fn inverse_kinematics(&mut self, asked: &[(&Configuration, Pose)]) -> Vec<Option<Configuration>> {
         #[cfg(target_arch = "x86_64")]
         {
-            let wanted: Vec<_> = asked.iter().map(|(start, target)| (*start, Wanted::Task(target))).collect();
+            let wanted: Vec<_> = asked.iter().map(|(start, target)| (*start, LaneGoal::Task(target))).collect();
             let found = self.solve(&wanted).into_iter().zip(asked);
-            let within = |at: Configuration, target: &Pose| self.machine.within_limits(at, target).ok();
+            let within = |at: Configuration, target: &Pose| self.machine.adjust_to_limits(at, target).ok();
             found.map(|(at, (_, target))| within(at?, target)).collect()
         }
         #[cfg(not(target_arch = "x86_64"))]
         vec![None; asked.len()]
     }
 
-    /// [`Machine::forward_kinematics_from`] of each start and drives (mm, rad), to the last bit; `None` is left to it.
+    /// Solves [`Machine::forward_kinematics_from`] for each start and drives (mm, rad), to the last bit; `None` where only that can.
     pub fn forward_kinematics(&mut self, asked: &[(&Configuration, &[f64])]) -> Vec<Option<Configuration>> {
         #[cfg(target_arch = "x86_64")]
         {
-            let wanted: Vec<_> = asked.iter().map(|(start, drives)| (*start, Wanted::Drives(drives))).collect();
+            let wanted: Vec<_> = asked.iter().map(|(start, drives)| (*start, LaneGoal::Drives(drives))).collect();
             self.solve(&wanted)
         }
         #[cfg(not(target_arch = "x86_64"))]
         vec![None; asked.len()]
     }
 
+    /// Searches in lanes from each start for its goal; all `None` without lanes or for a single one.
     #[cfg(target_arch = "x86_64")]
-    fn solve(&mut self, asked: &[(&Configuration, Wanted<'_>)]) -> Vec<Option<Configuration>> {
+    fn solve(&mut self, asked: &[(&Configuration, LaneGoal<'_>)]) -> Vec<Option<Configuration>> {
         fn in_lanes<R: Real>(
             newton: &mut LaneNewton<R>,
             machine: &Machine,
-            asked: &[(&Configuration, Wanted<'_>)],
+            asked: &[(&Configuration, LaneGoal<'_>)],
         ) -> Vec<Option<Configuration>> {
             asked.chunks(R::LANES).flat_map(|asked| newton.solve(machine, asked)).collect()
         }

@@ -1,4 +1,4 @@
-//! Whether a way from one configuration to another leads through a singularity.
+//! Singularities between two near configurations, by the sign of a determinant.
 //!
 //! The linearised problem has the columns twist of P, drives and passive joints. Passive joints move the rows of their own
 //! chain alone, so they are eliminated chain by chain; what is left has as many columns as P and the drives have coordinates.
@@ -32,7 +32,7 @@ impl Machine {
     pub fn passes_singularity(&self, from: &Configuration, to: &Configuration) -> bool {
         let mut closure = Closure::new(self);
         closure.linearise(from, &Command::Task(&from.pose));
-        closure.begun.clone_from(&closure.jacobian);
+        closure.start_jacobian.clone_from(&closure.jacobian);
         closure.linearise(to, &Command::Task(&to.pose));
         closure.has_passed_singularity(from, to, Barriers::All)
     }
@@ -42,9 +42,8 @@ impl Closure<'_> {
     /// Whether a singularity lies between two near configurations: the determinant of the linearised problem changes sign,
     /// with the drives commanded (parallel singularity) or with the task commanded (the end of a chain's reach).
     ///
-    /// The problem has more equations than unknowns where the machine is over-constrained; its determinant is taken on
-    /// the column space at `from`. A machine with idle joints is always singular, and is not judged; one that is singular at
-    /// `from` and not at home does not lead on.
+    /// The problem has more equations than unknowns where the machine is over-constrained; its determinant is taken on the column space at `from`.
+    /// A machine with idle joints is always singular, and is not judged; one that is singular at `from` and not at home does not lead on.
     ///
     /// To be asked behind a search that began at `from` and found `to`, which has linearised the problem at both.
     pub(super) fn has_passed_singularity(
@@ -53,13 +52,13 @@ impl Closure<'_> {
         to: &Configuration,
         barriers: Barriers,
     ) -> bool {
-        let (by_drives, by_task) = judged(self.machine, barriers);
+        let (by_drives, by_task) = judged_commands(self.machine, barriers);
         if !by_drives && !by_task {
             return false;
         }
         let (closures, drives) = (6 * self.machine.closure_count(), self.machine.drive_count());
-        let Some(left) = Left::of(self.machine, [&self.begun, &self.jacobian], closures) else {
-            return self.passes_by_whole_problem(from, to, by_drives, by_task);
+        let Some(left) = ReducedEquations::of(self.machine, [&self.start_jacobian, &self.jacobian], closures) else {
+            return self.has_passed_unreduced(from, to, by_drives, by_task);
         };
         let changes = |commanded: usize, row: &dyn Fn(usize, usize, usize) -> f64| left.sign_change(commanded, row);
         let driven = by_drives.then(|| changes(drives, &|_, i, j| if j == 6 + i { 1.0 } else { 0.0 }));
@@ -68,16 +67,17 @@ impl Closure<'_> {
             let controls = &self.machine.controls;
             changes(controls.len(), &|end, i, j| task_entry(controls[i], &platforms[end], j))
         });
-        let mut passes = |change: Option<Change>, command: &Command<'_>| match change {
-            None | Some(Change::None) => false,
-            Some(Change::OfSign) => true,
-            Some(Change::FromSingular) => !self.is_singular_at_home(command),
+        let mut passes = |change: Option<SignChange>, command: &Command<'_>| match change {
+            None | Some(SignChange::None) => false,
+            Some(SignChange::OfSign) => true,
+            Some(SignChange::FromSingular) => !self.is_singular_at_home(command),
         };
         passes(driven, &Command::Drives(&from.drives)) || passes(tasked, &Command::Task(&from.pose))
     }
 
-    /// The same without eliminating passive joints: where the chain of some stands as it cannot at both ends, such as stretched.
-    fn passes_by_whole_problem(
+    /// Judges as [`Self::has_passed_singularity`] on the whole problem: for chains whose own joints are singular at both ends, such as stretched
+    /// ones.
+    fn has_passed_unreduced(
         &mut self,
         from: &Configuration,
         to: &Configuration,
@@ -97,11 +97,11 @@ impl Closure<'_> {
                 return !self.is_singular_at_home(before);
             }
             let there = both.view((0, count), (count, count)).into_owned().determinant();
-            there * signs(pivots.iter()) < 0.0
+            there * sign_product(pivots.iter()) < 0.0
         })
     }
 
-    /// Whether the linearised problem is singular at home for commands such as this one.
+    /// Whether the linearised problem is singular at home for commands of this kind.
     fn is_singular_at_home(&mut self, command: &Command<'_>) -> bool {
         let home = &self.machine.home;
         match command {
@@ -113,9 +113,8 @@ impl Closure<'_> {
     }
 }
 
-/// Whether ways are judged with the drives commanded, and with the task commanded: not where joints are idle, or unknowns are more
-/// than equations.
-pub(super) fn judged(machine: &Machine, barriers: Barriers) -> (bool, bool) {
+/// Whether to judge with the drives commanded and with the task commanded: not where joints are idle, or unknowns are more than equations.
+pub(super) fn judged_commands(machine: &Machine, barriers: Barriers) -> (bool, bool) {
     let mut chains = machine.chains.iter();
     let is_idle = chains.any(|chain| chain.passive.len() > 6 * (1 + chain.route.loop_count()));
     let passive: usize = machine.chains.iter().map(|chain| chain.passive.len()).sum();
@@ -124,17 +123,17 @@ pub(super) fn judged(machine: &Machine, barriers: Barriers) -> (bool, bool) {
     (is_judged(machine.drive_count()), barriers == Barriers::All && is_judged(machine.controls.len()))
 }
 
-/// What becomes of the sign of a determinant on a way.
+/// Change of the sign of a determinant between two configurations.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Change {
+enum SignChange {
     None,
     OfSign,
-    /// The way begins at a singularity.
+    /// The determinant is zero at the first configuration.
     FromSingular,
 }
 
-/// The closure equations at both ends of a way, without passive joints.
-struct Left {
+/// The closure equations at both ends of a step, without passive joints.
+struct ReducedEquations {
     /// Columns: twist of P and drives at the first end, then at the second.
     rows: DMatrix<f64>,
     /// Pivots of the passive joints at the first end.
@@ -143,8 +142,8 @@ struct Left {
     sign: f64,
 }
 
-impl Left {
-    /// From the linearised problems at both ends, the first `closures` rows; `None` where passive joints at the second end
+impl ReducedEquations {
+    /// Eliminates the passive joints from the first `closures` rows of the linearised problems at both `ends`; `None` where those at the second end
     /// cannot be eliminated by the equations that do so at the first.
     fn of(machine: &Machine, ends: [&DMatrix<f64>; 2], closures: usize) -> Option<Self> {
         let others = 6 + machine.drive_count();
@@ -165,7 +164,7 @@ impl Left {
                 block.columns_mut(other, others).copy_from(&matrix.view((row, 0), (equations, others)));
             }
             let pivots = make_triangular(&mut block, joints);
-            left.sign *= signs(pivots.iter()) * eliminate(&mut block, joints, others)?;
+            left.sign *= sign_product(pivots.iter()) * eliminate_joints(&mut block, joints, others)?;
             left.pivots.extend(pivots.iter());
             let rest = equations - joints;
             left.rows.rows_mut(own_row, rest).copy_from(&block.view((joints, 2 * joints), (rest, 2 * others)));
@@ -174,8 +173,8 @@ impl Left {
         Some(left)
     }
 
-    /// What becomes of the sign of the determinant with `commanded` rows more: their entry at an end (0, 1), row and column.
-    fn sign_change(&self, commanded: usize, entry: &dyn Fn(usize, usize, usize) -> f64) -> Change {
+    /// Change of the sign of the determinant with `commanded` rows more, whose `entry` is given by end (0, 1), row and column.
+    fn sign_change(&self, commanded: usize, entry: &dyn Fn(usize, usize, usize) -> f64) -> SignChange {
         let (closures, others) = (self.rows.nrows(), self.rows.ncols() / 2);
         let mut matrix = DMatrix::zeros(closures + commanded, 2 * others);
         matrix.rows_mut(0, closures).copy_from(&self.rows);
@@ -188,16 +187,16 @@ impl Left {
         }
         let pivots = make_triangular(&mut matrix, others);
         if is_singular(self.pivots.iter().chain(pivots.iter())) {
-            return Change::FromSingular;
+            return SignChange::FromSingular;
         }
         let there = matrix.view((0, others), (others, others)).into_owned().determinant();
-        if self.sign * signs(pivots.iter()) * there < 0.0 { Change::OfSign } else { Change::None }
+        if self.sign * sign_product(pivots.iter()) * there < 0.0 { SignChange::OfSign } else { SignChange::None }
     }
 }
 
-/// Eliminates the joints at the second end, columns `joints` to `2 joints`, from the rows below the first `joints` by those;
-/// the sign of their determinant. `others`: columns behind those of the joints, at each end.
-fn eliminate(block: &mut DMatrix<f64>, joints: usize, others: usize) -> Option<f64> {
+/// Eliminates the joints at the second end, columns `joints` to `2 joints`, from the rows below the first `joints` by those; returns the sign of
+/// their determinant, `None` where it is zero. `others`: columns behind those of the joints, at each end.
+fn eliminate_joints(block: &mut DMatrix<f64>, joints: usize, others: usize) -> Option<f64> {
     let rows = block.nrows();
     let largest = block.view((0, joints), (joints, joints)).amax();
     let mut sign = 1.0;
@@ -226,8 +225,7 @@ fn eliminate(block: &mut DMatrix<f64>, joints: usize, others: usize) -> Option<f
     Some(sign)
 }
 
-/// Turns the first `count` columns of `matrix` so that they become an upper triangle, and all others along with them; the
-/// diagonal. What is below the triangle holds no numbers.
+/// Makes the first `count` columns an upper triangle by reflections of all columns; returns its diagonal. What is below holds no numbers.
 fn make_triangular(matrix: &mut DMatrix<f64>, count: usize) -> DVector<f64> {
     let rows = matrix.nrows();
     let mut pivots = DVector::zeros(count);
@@ -250,11 +248,11 @@ fn make_triangular(matrix: &mut DMatrix<f64>, count: usize) -> DVector<f64> {
     pivots
 }
 
-fn signs<'p>(pivots: impl Iterator<Item = &'p f64>) -> f64 {
+fn sign_product<'p>(pivots: impl Iterator<Item = &'p f64>) -> f64 {
     pivots.map(|pivot| pivot.signum()).product()
 }
 
-/// Whether the triangle with these diagonal entries has a pivot that is zero.
+/// Whether one of the pivots is zero, compared with the largest.
 fn is_singular<'p>(pivots: impl Iterator<Item = &'p f64>) -> bool {
     let (least, largest) = pivots
         .fold((f64::INFINITY, 0.0f64), |(least, largest), pivot| (least.min(pivot.abs()), largest.max(pivot.abs())));

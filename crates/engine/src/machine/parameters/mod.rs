@@ -22,9 +22,9 @@ pub(super) use walk::GRAVITY;
 
 use self::{
     mount_errors::MountErrors,
-    walk::{Found, walk},
+    walk::{FoundParameter, walk},
 };
-use super::{ChainError, Grade, Machine, provenance::is_named, refused, resolve, spec::MachineSpec};
+use super::{ChainError, Grade, Machine, provenance::is_named, refusal, resolve, spec::MachineSpec};
 use crate::input::{
     check::{Check, LARGEST},
     error::{Error, Result},
@@ -48,9 +48,9 @@ pub struct Parameter {
     pub interval: Option<[f64; 2]>,
 }
 
-/// What a machine was made of.
+/// The machine file of a machine, and what was changed since.
 #[derive(Debug, Clone)]
-pub(super) struct Written {
+pub(super) struct Definition {
     spec: Arc<MachineSpec>,
     origin: Arc<str>,
     /// Errors set as parameters, one entry for each chain; empty where none is set.
@@ -60,10 +60,10 @@ pub(super) struct Written {
     /// Drives locked, by name, in shown units.
     pub locked: Vec<(String, f64)>,
     /// Those of them that a path moves, and between which positions.
-    pub along_path: Vec<(String, [f64; 2])>,
+    pub path_axes: Vec<(String, [f64; 2])>,
 }
 
-impl Written {
+impl Definition {
     pub fn new(spec: MachineSpec, origin: &str) -> Self {
         Self {
             spec: Arc::new(spec),
@@ -71,7 +71,7 @@ impl Written {
             errors: Vec::new(),
             built_in: Vec::new(),
             locked: Vec::new(),
-            along_path: Vec::new(),
+            path_axes: Vec::new(),
         }
     }
 
@@ -79,16 +79,17 @@ impl Written {
         &self.spec
     }
 
-    pub fn build_in(&mut self, errors: &[ChainError]) {
+    /// Records errors that are built in otherwise than as parameters.
+    pub fn record_errors(&mut self, errors: &[ChainError]) {
         self.built_in.push(errors.to_vec());
     }
 
-    pub fn without_gravity(&mut self) {
+    pub fn clear_gravity(&mut self) {
         Arc::make_mut(&mut self.spec).gravity = Some([0.0; 3]);
     }
 }
 
-/// Values to be set, and which of them have been found, with their keys.
+/// A parameter value to be set, whether the parameter was found, and its key in the machine file.
 struct Setting<'a> {
     name: &'a str,
     value: f64,
@@ -97,22 +98,22 @@ struct Setting<'a> {
 }
 
 impl Machine {
-    /// Its numbers: those of the machine file but for named points, those that have a usual value where the file leaves them
-    /// out, and the errors of its chains.
+    /// All parameters: of the machine file but for named points, also those that it leaves out and that have a usual value, and the errors of its
+    /// chains.
     ///
     /// Errors that [`Machine::with_errors`] has built in are not among them.
     pub fn parameters(&self) -> Vec<Parameter> {
         self.parameters_called(&|_| true)
     }
 
-    /// Those of them whose name `is_wanted`.
+    /// Parameters whose name `is_wanted`.
     fn parameters_called(&self, is_wanted: &dyn Fn(&str) -> bool) -> Vec<Parameter> {
         let mut parameters = Vec::new();
         let about = |name: &str| {
-            let named = self.provenance.iter().filter_map(|about| about.names(name).map(|part| (part, about)));
+            let named = self.provenance.iter().filter_map(|about| about.match_length(name).map(|part| (part, about)));
             named.max_by_key(|(part, _)| *part).map(|(_, about)| about)
         };
-        walk(&mut MachineSpec::clone(&self.written.spec), &mut |Found { name, key, unit, slot }| {
+        walk(&mut MachineSpec::clone(&self.definition.spec), &mut |FoundParameter { name, key, unit, slot }| {
             if !is_wanted(name) {
                 return;
             }
@@ -143,14 +144,14 @@ impl Machine {
     /// There is none; the message has the nearest names.
     pub fn parameter(&self, name: &str) -> Result<Parameter> {
         let called = self.parameters_called(&|own| own == name).into_iter().next();
-        called.ok_or_else(|| unknown(name, &self.parameter_names()))
+        called.ok_or_else(|| unknown_parameter(name, &self.parameter_names()))
     }
 
     fn parameter_names(&self) -> Vec<String> {
         self.parameters().into_iter().map(|parameter| parameter.name).collect()
     }
 
-    /// This machine with other numbers, checked and assembled anew; all others stay, and so does the branch that was chosen.
+    /// This machine with other parameter values, checked and assembled anew; all others stay, and so does the branch that was chosen.
     ///
     /// Errors of chains are built in as by [`Machine::with_errors`]: what is commanded by the machine without them
     /// ([`Machine::nominal`]) is answered by this one.
@@ -163,12 +164,12 @@ impl Machine {
         for (name, value) in values {
             let name = name.as_ref();
             if settings.iter().any(|other| other.name == name) {
-                return Err(refused(name, "is set twice".into()));
+                return Err(refusal(name, "is set twice".into()));
             }
             settings.push(Setting { name, value: *value, found: false, key: String::new() });
         }
-        let mut spec = MachineSpec::clone(&self.written.spec);
-        walk(&mut spec, &mut |Found { name, key, mut slot, .. }| {
+        let mut spec = MachineSpec::clone(&self.definition.spec);
+        walk(&mut spec, &mut |FoundParameter { name, key, mut slot, .. }| {
             if let Some(setting) = settings.iter_mut().find(|setting| setting.name == name) {
                 slot.set(setting.value);
                 (setting.found, setting.key) = (true, key.into());
@@ -183,29 +184,29 @@ impl Machine {
             });
         }
         if let Some(setting) = settings.iter().find(|setting| !setting.found) {
-            return Err(unknown(setting.name, &self.parameter_names()));
+            return Err(unknown_parameter(setting.name, &self.parameter_names()));
         }
         if let Some(setting) = settings.iter().find(|setting| setting.value.is_nan() || setting.value.abs() > LARGEST) {
             let problem = format!("must be a number between {:e} and {LARGEST:e}, got {:?}", -LARGEST, setting.value);
-            return Err(refused(setting.name, problem));
+            return Err(refusal(setting.name, problem));
         }
-        let machine = self.resolved(spec).map_err(|error| by_name(error, &settings))?;
-        machine.with_all_errors(errors, &settings, &self.written.built_in)
+        let machine = self.resolve_again(spec).map_err(|error| in_parameter_names(error, &settings))?;
+        machine.with_all_errors(errors, &settings, &self.definition.built_in)
     }
 
-    /// This machine made of another file, with the errors that it has.
-    ///
-    /// # Errors
-    /// What is written makes no machine.
-    pub(super) fn remade(&self, spec: MachineSpec) -> Result<Machine> {
-        self.resolved(spec)?.with_all_errors(self.mount_errors(), &[], &self.written.built_in)
+    /// This machine rebuilt from another machine file, with the errors that it has; `Err` where `spec` makes no machine.
+    pub(super) fn rebuild_from(&self, spec: MachineSpec) -> Result<Machine> {
+        self.resolve_again(spec)?.with_all_errors(self.mount_errors(), &[], &self.definition.built_in)
     }
 
-    /// The machine of a file on the branch of this one, with the same drives locked.
-    fn resolved(&self, spec: MachineSpec) -> Result<Machine> {
-        resolve::machine(spec, &self.written.origin)?.on(self.branch)?.with_locked_drives(&self.written.locked)
+    /// The machine of `spec` on the branch of this one, with the same drives locked.
+    fn resolve_again(&self, spec: MachineSpec) -> Result<Machine> {
+        resolve::machine(spec, &self.definition.origin)?
+            .on_branch_if_any(self.branch)?
+            .with_locked_drives(&self.definition.locked)
     }
 
+    /// This machine with the errors set as parameters, `own`, and those built in otherwise.
     fn with_all_errors(
         self,
         own: Vec<MountErrors>,
@@ -221,21 +222,23 @@ impl Machine {
     /// # Errors
     /// None, as long as its numbers make a machine whose drives can be locked where they are.
     pub fn nominal(&self) -> Result<Machine> {
-        self.resolved(MachineSpec::clone(&self.written.spec))
+        self.resolve_again(MachineSpec::clone(&self.definition.spec))
     }
 
     /// Errors of its chains that are set as parameters, for [`Machine::with_errors`]; empty where none is.
     pub fn parameter_errors(&self) -> Vec<ChainError> {
-        self.written.errors.iter().map(|(_, error)| error.clone()).collect()
+        self.definition.errors.iter().map(|(_, error)| error.clone()).collect()
     }
 
+    /// Errors set as parameters, one entry for each chain.
     fn mount_errors(&self) -> Vec<MountErrors> {
-        match self.written.errors.is_empty() {
+        match self.definition.errors.is_empty() {
             true => self.chains.iter().map(MountErrors::none).collect(),
-            false => self.written.errors.iter().map(|(errors, _)| errors.clone()).collect(),
+            false => self.definition.errors.iter().map(|(errors, _)| errors.clone()).collect(),
         }
     }
 
+    /// This machine with `errors` of its chains; `Err` where they turn a chain too far.
     fn with_mount_errors(self, errors: Vec<MountErrors>, settings: &[Setting<'_>]) -> Result<Machine> {
         if errors.iter().zip(&self.chains).all(|(errors, chain)| errors.is_none(chain)) {
             return Ok(self);
@@ -245,36 +248,38 @@ impl Machine {
         for (error, chain) in chain_errors.iter().zip(&self.chains) {
             let is_own = |setting: &&Setting<'_>| setting.key.is_empty() && is_named(setting.name, &chain.name);
             let turns = [error.base.angular.norm(), error.end.angular.norm()];
-            if let Some(problem) = turns.into_iter().find_map(ChainError::too_large) {
-                return Err(refused(&named(settings.iter().filter(is_own)), problem));
+            if let Some(problem) = turns.into_iter().find_map(ChainError::rotation_problem) {
+                return Err(refusal(&setting_names(settings.iter().filter(is_own)), problem));
             }
         }
-        let mut machine = self.with_errors_unnoted(&chain_errors);
-        machine.written.errors = errors.into_iter().zip(chain_errors).collect();
+        let mut machine = self.with_errors_unrecorded(&chain_errors);
+        machine.definition.errors = errors.into_iter().zip(chain_errors).collect();
         Ok(machine)
     }
 }
 
-/// Names of all parameters of `spec`.
+/// Names of all parameters of the machine file `spec`.
 pub(super) fn names(spec: &MachineSpec) -> Vec<String> {
     let mut names = Vec::new();
     walk(&mut spec.clone(), &mut |found| names.push(found.name.to_string()));
     names
 }
 
-/// Refuses a `pattern` in which none of `names` is named.
-pub(super) fn names_some(names: &[String], pattern: &str, check: &Check) -> Result<()> {
+/// Refuses a `pattern` that names none of `names`.
+pub(super) fn check_pattern(names: &[String], pattern: &str, check: &Check) -> Result<()> {
     if names.iter().any(|name| is_named(name, pattern)) {
         return Ok(());
     }
-    check.fail(format!("\"{pattern}\" is no parameter and no beginning of one{}", beside(pattern, names)))
+    check.fail(format!("\"{pattern}\" is no parameter and no beginning of one{}", suggested_names(pattern, names)))
 }
 
-fn unknown(name: &str, names: &[String]) -> Error {
-    refused(name, format!("no parameter is called so{}", beside(name, names)))
+/// Error that no parameter is called `name`, with the nearest of `names`.
+fn unknown_parameter(name: &str, names: &[String]) -> Error {
+    refusal(name, format!("no parameter is called so{}", suggested_names(name, names)))
 }
 
-fn beside(name: &str, names: &[String]) -> String {
+/// End of a message: those of `names` nearest to `name`, or some of them.
+fn suggested_names(name: &str, names: &[String]) -> String {
     let near = nearest(name, names);
     if !near.is_empty() {
         return format!("; there are: {}", near.join(", "));
@@ -283,8 +288,8 @@ fn beside(name: &str, names: &[String]) -> String {
     format!("; there are {}, such as {}", names.len(), some.join(", "))
 }
 
-/// Names of settings, not too many.
-fn named<'s>(settings: impl Iterator<Item = &'s Setting<'s>>) -> String {
+/// Names of up to three settings, and how many more there are.
+fn setting_names<'s>(settings: impl Iterator<Item = &'s Setting<'s>>) -> String {
     let mut names: Vec<&str> = settings.map(|setting| setting.name).collect();
     let count = names.len();
     names.truncate(3);
@@ -294,8 +299,8 @@ fn named<'s>(settings: impl Iterator<Item = &'s Setting<'s>>) -> String {
     }
 }
 
-/// An error of a machine file in the names of the parameters that were set.
-fn by_name(error: Error, settings: &[Setting<'_>]) -> Error {
+/// Rewrites an error of a machine file so that it names the parameters that were set.
+fn in_parameter_names(error: Error, settings: &[Setting<'_>]) -> Error {
     let Error::Value { file, key, problem } = error else { return error };
     let is_within = |part: &str, whole: &str| {
         part.strip_prefix(whole).is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '[']))
@@ -303,7 +308,7 @@ fn by_name(error: Error, settings: &[Setting<'_>]) -> Error {
     let at_fault: Vec<&Setting<'_>> =
         settings.iter().filter(|set| is_within(&set.key, &key) || is_within(&key, &set.key)).collect();
     if at_fault.is_empty() {
-        return refused(&named(settings.iter()), format!("{file}: {key}: {problem}"));
+        return refusal(&setting_names(settings.iter()), format!("{file}: {key}: {problem}"));
     }
-    refused(&named(at_fault.into_iter()), problem)
+    refusal(&setting_names(at_fault.into_iter()), problem)
 }

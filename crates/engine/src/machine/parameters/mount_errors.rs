@@ -13,11 +13,11 @@ const AXES: [&str; 3] = ["x", "y", "z"];
 /// Errors of one mounted chain, zero unless set; mm and degrees.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct MountErrors {
-    /// About the axis of the first drive.
+    /// Rotation about the axis of the first drive.
     turn_deg: f64,
     base: FrameError,
     end: FrameError,
-    /// Of the drives' joints, mm or degrees.
+    /// Zero-point errors of the drives' joints, mm or degrees.
     offsets: Vec<f64>,
 }
 
@@ -36,6 +36,7 @@ impl FrameError {
 }
 
 impl MountErrors {
+    /// Errors of `chain`, all zero.
     pub fn none(chain: &Chain) -> Self {
         let (base, end) = (FrameError::default(), FrameError::default());
         Self { turn_deg: 0.0, base, end, offsets: vec![0.0; chain.drives.len()] }
@@ -45,7 +46,7 @@ impl MountErrors {
         *self == Self::none(chain)
     }
 
-    /// Tells `each` name, unit and number of every error of `chain`.
+    /// Calls `each` with name, unit and value of every error of `chain`.
     pub fn walk(&mut self, chain: &Chain, each: &mut dyn FnMut(String, Unit, &mut f64)) {
         let Self { turn_deg, base, end, offsets } = self;
         if !chain.drives.is_empty() {
@@ -63,7 +64,7 @@ impl MountErrors {
         }
     }
 
-    /// The same for the computation; turns of the base are added as rotation vectors.
+    /// Converts the errors to mm and rad; rotations of the base are added as rotation vectors.
     pub fn chain_error(&self, chain: &Chain) -> ChainError {
         let about_drive = ChainError::turn_about_drive_axis(chain, self.turn_deg.to_radians());
         let own = self.base.twist();

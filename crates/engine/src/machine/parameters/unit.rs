@@ -41,12 +41,12 @@ impl Unit {
     /// Turn of a link's end by a moment.
     pub const RAD_PER_NMM: Unit = Unit { in_files: "rad_per_Nmm", shown: "rad/(N·mm)" };
 
-    /// As names of keys and columns end with it; empty for a plain number.
+    /// Ending of keys and columns with this unit; empty for a plain number.
     pub fn in_files(self) -> &'static str {
         self.in_files
     }
 
-    /// The key of a field with this unit.
+    /// Key of a field with this unit in machine files.
     pub(super) fn key(self, field: &str) -> String {
         if self.in_files.is_empty() || self.in_files == field {
             return field.into();

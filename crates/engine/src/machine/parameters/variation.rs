@@ -3,11 +3,11 @@
 use super::Unit;
 use crate::{
     input::error::{Error, Result},
-    machine::{Machine, refused},
+    machine::{Machine, refusal},
 };
 
-/// Steps of lengths, as a share of the value and of the machine's characteristic length; of angles, degrees; of all else and of backlash, as a share of
-/// the value (of plain numbers, at least of 1).
+/// Steps of lengths, as shares of the value and of the machine's characteristic length; of angles, degrees; of all else and of backlash, as a
+/// share of the value (of plain numbers, at least of 1).
 const SHARE: f64 = 3e-5;
 const SHARE_OF_REACH: f64 = 1e-6;
 const DEGREES: f64 = 0.005;
@@ -33,15 +33,15 @@ impl Variation {
     /// Steps at which [`Variation::machines`] stand.
     pub const STEPS: [f64; 2] = [-1.0, 1.0];
 
-    /// Weights of values at [`Variation::machines`] whose sum is the derivative per unit of the parameter, exact for polynomials of
-    /// the second degree. At a kink (the torsion of a rectangle that is square), it is the mean of both sides.
+    /// Weights of values at [`Variation::machines`] whose sum is the derivative per unit of the parameter, exact for polynomials of the second
+    /// degree. At a kink (the torsion of a rectangle that is square), it is the mean of both sides.
     pub fn weights(&self) -> [f64; 2] {
         Self::STEPS.map(|steps| steps / (2.0 * self.step))
     }
 }
 
 impl Machine {
-    /// The parameters called `names`, each with the machines beside this one.
+    /// Variations of the parameters called `names`: for each, the machines in which it is a step less and a step more.
     ///
     /// # Errors
     /// A name that is unknown or given twice, a value that is unknown, or one that cannot be varied: it stands at the end of what is
@@ -51,17 +51,18 @@ impl Machine {
         for name in names {
             let name = name.as_ref();
             if variations.iter().any(|other| other.name == name) {
-                return Err(refused(name, "is named twice".into()));
+                return Err(refusal(name, "is named twice".into()));
             }
             variations.push(self.variation(name)?);
         }
         Ok(variations)
     }
 
+    /// Variation of one parameter by a step that suits its unit and value.
     fn variation(&self, name: &str) -> Result<Variation> {
         let parameter = self.parameter(name)?;
         let (unit, Some(value)) = (parameter.unit, parameter.value) else {
-            return Err(refused(name, "must have a value to begin with, but the machine file says \"unknown\"".into()));
+            return Err(refusal(name, "must have a value to begin with, but the machine file says \"unknown\"".into()));
         };
         let step = match unit {
             _ if name.ends_with(".backlash") => SHARE * value,
@@ -72,17 +73,18 @@ impl Machine {
             _ if value == 0.0 => {
                 let problem =
                     format!("is 0 {unit}, from where no step is small; give it a value other than 0 to begin with");
-                return Err(refused(name, problem));
+                return Err(refusal(name, problem));
             }
             _ => SHARE * value.abs(),
         };
         let at =
-            |steps: f64| self.with_parameters(&[(name, value + steps * step)]).map_err(|error| cannot(name, error));
+            |steps: f64| self.with_parameters(&[(name, value + steps * step)]).map_err(|error| step_error(name, error));
         let [less, more] = Variation::STEPS;
         Ok(Variation { name: name.into(), value, unit, step, machines: [at(less)?, at(more)?] })
     }
 }
 
-fn cannot(name: &str, error: Error) -> Error {
-    refused(name, format!("cannot be varied alone: {error}"))
+/// Error that a parameter cannot be varied by itself.
+fn step_error(name: &str, error: Error) -> Error {
+    refusal(name, format!("cannot be varied alone: {error}"))
 }

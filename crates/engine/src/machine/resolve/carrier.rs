@@ -1,21 +1,20 @@
-//! What carries the workpiece, from a machine file as written.
+//! The workpiece carrier, from a machine file as written.
 
-use super::{MAX_COORDINATES, at_home, chain::mounted_chain, design};
+use super::{MAX_COORDINATES, at_home, chain::mounted_chain, design_index};
 use crate::{
     input::{check::Check, error::Result},
     machine::{
-        Configuration, Machine, Model, ToolAxisSource, Zeroed,
+        Configuration, Machine, Model, ToolAxisSource, ZeroState,
         spec::{CarrierSpec, FrameSpec, MachineSpec, MountSpec},
     },
     spatial::Pose,
 };
 
-/// The carrier of a `machine` as a machine of its own, whose one chain leads from O to W and whose P is the origin of W; its
-/// home is where its drives stand.
+/// Builds the workpiece carrier as a machine of one chain from O to W, whose P is the origin of W and whose home is where its drives stand.
 pub(super) fn carrier(written: &CarrierSpec, spec: &MachineSpec, machine: &Machine, check: &Check) -> Result<Machine> {
     check.key("name").identifier(&written.name)?;
     check.key("name").unique(&written.name, spec.mount.iter().map(|mount| mount.name.as_str()))?;
-    let design = design(spec, &written.chain, &check.key("chain"))?;
+    let design = design_index(spec, &written.chain, &check.key("chain"))?;
     let mount = MountSpec {
         name: written.name.clone(),
         chain: written.chain.clone(),
@@ -57,15 +56,15 @@ pub(super) fn carrier(written: &CarrierSpec, spec: &MachineSpec, machine: &Machi
         arm: None,
         branch: None,
         redundancy: 0,
-        turns_with_position: false,
+        has_parasitic_rotation: false,
         ..Model::clone(machine)
     });
-    carrier.home = carrier.serial_posture(&carrier.home.drives);
-    carrier.home_sought = carrier.home.pose;
+    carrier.home = carrier.serial_configuration(&carrier.home.drives);
+    carrier.home_target = carrier.home.pose;
     if let Err(beyond) = carrier.check_limits(&carrier.home) {
         return check_chain.key("elements").fail(format!("the carrier's home is beyond a limit: {beyond}"));
     }
-    if carrier.zeroed == Zeroed::AtHome && carrier.has_weight() {
+    if carrier.zeroed == ZeroState::AtHome && carrier.has_weight() {
         let problem = "\"at_home\" offsets the drives of the machine, which cannot hold the workpiece carrier under its \
                        weight: expected \"at_rest\" or \"weightless\", or a carrier without masses";
         return check.root().key("zeroed").fail(problem.into());

@@ -4,7 +4,7 @@ use nalgebra::{Matrix6, Vector3};
 
 use super::{
     TO_RAD,
-    coupling::{self, Shown},
+    coupling::{self, ShownCoordinate},
     frame, material,
     section::section,
 };
@@ -24,7 +24,7 @@ use crate::{
 /// Numbers of passive coordinates begin here until it is known how many virtual ones there are.
 const PASSIVE: usize = 1 << 30;
 
-/// The chain of a mount, whose design is the one with this index.
+/// Builds the chain of `mount` from the chain design number `design`.
 pub(super) fn mounted_chain(
     spec: &MachineSpec,
     design: usize,
@@ -50,7 +50,7 @@ pub(super) fn mounted_chain(
         designs: Vec::new(),
         shown: Vec::new(),
     };
-    builder.route(design, mount, check_mount)?;
+    builder.add_route(design, mount, check_mount)?;
     let chain = builder.finish()?;
     if chain.coordinate_count() == 0 {
         let problem = "the chain has neither a joint nor an elastic element (drive, beam, link, parallelogram)";
@@ -59,7 +59,7 @@ pub(super) fn mounted_chain(
     Ok(chain)
 }
 
-/// Collects the steps and coordinates of one chain.
+/// Collects the steps, coordinates, joints and springs of one chain.
 pub(super) struct ChainBuilder<'a> {
     pub spec: &'a MachineSpec,
     pub chain: Chain,
@@ -73,25 +73,26 @@ pub(super) struct ChainBuilder<'a> {
     pub springs: Vec<(PointSpringSpec, Check)>,
     /// Designs under way, the outermost first.
     pub designs: Vec<usize>,
-    /// Shown coordinates.
-    pub shown: Vec<Shown>,
+    /// ShownCoordinate coordinates.
+    pub shown: Vec<ShownCoordinate>,
 }
 
 impl ChainBuilder<'_> {
-    /// Fills the route under way with the elements of a design, mounted as `mount` says.
-    pub fn route(&mut self, design: usize, mount: &MountSpec, check_mount: &Check) -> Result<()> {
+    /// Fills the route under way with the elements of chain design number `design`, mounted as `mount` says.
+    pub fn add_route(&mut self, design: usize, mount: &MountSpec, check_mount: &Check) -> Result<()> {
         self.route.base = frame(&mount.base, &check_mount.key("base"))?;
         self.route.attachment = frame(&mount.platform, &check_mount.key("platform"))?.inverse();
         self.designs.push(design);
         let check = check_mount.root().key(&format!("chain[{design}]"));
         for (i, element) in self.spec.chain[design].elements.iter().enumerate() {
-            self.element(element, i + 1, &check.key(&format!("elements[{i}]")))?;
+            self.add_element(element, i + 1, &check.key(&format!("elements[{i}]")))?;
         }
         self.designs.pop();
-        self.hang_springs()
+        self.add_springs()
     }
 
-    pub fn fixed(&mut self, pose: Pose) {
+    /// Appends a rigid transform, or composes the last step with it if that is rigid, too.
+    pub fn add_fixed(&mut self, pose: Pose) {
         match self.route.steps.last_mut() {
             Some(Step::Fixed(last)) => *last = last.compose(&pose),
             _ if pose == Pose::identity() => {}
@@ -99,34 +100,37 @@ impl ChainBuilder<'_> {
         }
     }
 
-    fn virtual_move(&mut self, motion: Motion, axis: Axis) -> usize {
+    /// Appends an elastic motion along or about `axis`; returns its new chain coordinate.
+    fn add_virtual_move(&mut self, motion: Motion, axis: Axis) -> usize {
         let coordinate = self.chain.virtual_count;
         self.chain.virtual_count += 1;
         self.route.steps.push(Step::Move { motion, axis, coordinate, sign: 1.0 });
         coordinate
     }
 
-    fn passive_move(&mut self, motion: Motion, axis: Axis, joint: usize, sign: f64) {
+    /// Appends a motion by `sign` times the coordinate of passive joint `joint`.
+    fn add_passive_move(&mut self, motion: Motion, axis: Axis, joint: usize, sign: f64) {
         self.route.steps.push(Step::Move { motion, axis, coordinate: PASSIVE + joint, sign });
     }
 
-    /// Elastic motions of a group, and the spring over them.
-    fn spring(&mut self, name: String, law: SpringLaw, moves: &[(Motion, Axis)]) {
+    /// Appends the elastic motions `moves`, with a spring of stiffness `law` over them.
+    fn add_spring(&mut self, name: String, law: SpringLaw, moves: &[(Motion, Axis)]) {
         let start = self.chain.virtual_count;
         for &(motion, axis) in moves {
-            self.virtual_move(motion, axis);
+            self.add_virtual_move(motion, axis);
         }
         self.chain.springs.push(Spring { name, start, law });
     }
 
-    fn element(&mut self, element: &ElementSpec, number: usize, check: &Check) -> Result<()> {
+    /// Appends element number `number` (from 1) of a chain design.
+    fn add_element(&mut self, element: &ElementSpec, number: usize, check: &Check) -> Result<()> {
         match element {
             ElementSpec::Fixed(fixed) => {
                 let check = check.key("fixed");
                 let mut pose =
                     Pose::from_roll_pitch_yaw(check.key("rotation_deg").finite(fixed.rotation_deg)? * TO_RAD);
                 pose.translation = check.key("translation_mm").finite(fixed.translation_mm)?;
-                self.fixed(pose);
+                self.add_fixed(pose);
             }
             ElementSpec::PrismaticDrive(drive) => {
                 let check = check.key("prismatic_drive");
@@ -144,7 +148,7 @@ impl ChainBuilder<'_> {
                     friction: check.key("friction_N").optional_positive(drive.friction)?.unwrap_or(0.0),
                     home: check.key("home_mm").finite_scalar(drive.home_mm)?,
                 };
-                self.drive(drive_model, drive.axis, drive.shown.as_ref(), &check)?;
+                self.add_drive(drive_model, drive.axis, drive.shown.as_ref(), &check)?;
             }
             ElementSpec::RevoluteDrive(drive) => {
                 let check = check.key("revolute_drive");
@@ -162,7 +166,7 @@ impl ChainBuilder<'_> {
                     friction: check.key("friction_Nmm").optional_positive(drive.friction)?.unwrap_or(0.0),
                     home: check.key("home_deg").finite_scalar(drive.home_deg)? * TO_RAD,
                 };
-                self.drive(drive_model, drive.axis, drive.shown.as_ref(), &check)?;
+                self.add_drive(drive_model, drive.axis, drive.shown.as_ref(), &check)?;
             }
             ElementSpec::PrismaticJoint(joint) => {
                 let check = check.key("prismatic_joint");
@@ -175,8 +179,8 @@ impl ChainBuilder<'_> {
                     home: check.key("home_mm").finite_scalar(joint.home_mm)?,
                     parallelogram_width: None,
                 };
-                let index = self.passive(passive, &check)?;
-                self.passive_move(Motion::Prismatic, axis(joint.axis), index, 1.0);
+                let index = self.add_passive(passive, &check)?;
+                self.add_passive_move(Motion::Prismatic, axis(joint.axis), index, 1.0);
             }
             ElementSpec::RevoluteJoint(joint) => {
                 let check = check.key("revolute_joint");
@@ -189,18 +193,18 @@ impl ChainBuilder<'_> {
                     home: check.key("home_deg").finite_scalar(joint.home_deg)? * TO_RAD,
                     parallelogram_width: None,
                 };
-                let index = self.passive(passive, &check)?;
-                self.passive_move(Motion::Revolute, axis(joint.axis), index, 1.0);
+                let index = self.add_passive(passive, &check)?;
+                self.add_passive_move(Motion::Revolute, axis(joint.axis), index, 1.0);
             }
             ElementSpec::Beam(beam) => {
                 let name = self.spring_name(beam.name.as_deref(), "beam", number);
-                self.beam(name, beam, &check.key("beam"))?
+                self.add_beam(name, beam, &check.key("beam"))?
             }
             ElementSpec::Link(link) => {
                 let name = self.spring_name(link.name.as_deref(), "link", number);
-                self.link(name, link, &check.key("link"))?
+                self.add_link(name, link, &check.key("link"))?
             }
-            ElementSpec::Parallelogram(spec) => self.parallelogram(spec, &check.key("parallelogram"))?,
+            ElementSpec::Parallelogram(spec) => self.add_parallelogram(spec, &check.key("parallelogram"))?,
             ElementSpec::UniversalJoint(joint) => {
                 let check = check.key("universal_joint");
                 let limits = joint.limits_deg.map(|limits| limits.to_vec());
@@ -209,23 +213,23 @@ impl ChainBuilder<'_> {
                     let got = ["x", "y", "z"][first.index()];
                     return check.key("axes").fail(format!("must be two different axes, got {got} twice"));
                 }
-                self.hinges(&joint.name, &joint.axes, &joint.home_deg, limits, &check)?;
+                self.add_hinges(&joint.name, &joint.axes, &joint.home_deg, limits, &check)?;
             }
             ElementSpec::SphericalJoint(joint) => {
                 let check = check.key("spherical_joint");
                 let limits = joint.limits_deg.map(|limits| limits.to_vec());
                 let axes = [AxisSpec::X, AxisSpec::Y, AxisSpec::Z];
-                self.hinges(&joint.name, &axes, &joint.home_deg, limits, &check)?;
+                self.add_hinges(&joint.name, &axes, &joint.home_deg, limits, &check)?;
             }
-            ElementSpec::Mass(mass) => self.mass(mass, &check.key("mass"))?,
+            ElementSpec::Mass(mass) => self.add_mass(mass, &check.key("mass"))?,
             ElementSpec::Frame(name) => self.name_frame(name, &check.key("frame"))?,
             ElementSpec::Spring(spring) => self.springs.push((spring.clone(), check.key("spring"))),
-            ElementSpec::Module(module) => self.module(module, &check.key("module"))?,
+            ElementSpec::Module(module) => self.add_module(module, &check.key("module"))?,
         }
         Ok(())
     }
 
-    /// Name of an elastic link in tables: its own, or its kind and place in the chain.
+    /// Name of an elastic link in tables: its own, or its kind and number in the chain.
     fn spring_name(&self, own: Option<&str>, kind: &str, number: usize) -> String {
         match own {
             Some(own) => format!("{}{own}", self.prefix),
@@ -233,8 +237,8 @@ impl ChainBuilder<'_> {
         }
     }
 
-    /// Crossed hinges, named after their axes.
-    fn hinges(
+    /// Appends crossed passive hinges, named after their axes.
+    fn add_hinges(
         &mut self,
         name: &str,
         axes: &[AxisSpec],
@@ -253,51 +257,54 @@ impl ChainBuilder<'_> {
                 home: check.key("home_deg").item(i).finite_scalar(home)? * TO_RAD,
                 parallelogram_width: None,
             };
-            let index = self.passive(joint, check)?;
-            self.passive_move(Motion::Revolute, axis(along), index, 1.0);
+            let index = self.add_passive(joint, check)?;
+            self.add_passive_move(Motion::Revolute, axis(along), index, 1.0);
         }
         Ok(())
     }
 
-    fn unique_joint_name(&self, name: &str, check: &Check) -> Result<()> {
+    /// Checks that a joint's name is an identifier that no other joint of the chain has.
+    fn check_joint_name(&self, name: &str, check: &Check) -> Result<()> {
         let drives = self.chain.drives.iter().map(|drive| drive.name.as_str());
         let joints = self.chain.passive.iter().map(|joint| joint.name.as_str());
         check.key("name").identifier(name)?;
         check.key("name").unique(name, drives.chain(joints))
     }
 
-    fn drive(&mut self, mut drive: Drive, along: AxisSpec, shown: Option<&ShownSpec>, check: &Check) -> Result<()> {
+    /// Registers a drive and appends its elastic motion, with its stiffness as the spring.
+    fn add_drive(&mut self, mut drive: Drive, along: AxisSpec, shown: Option<&ShownSpec>, check: &Check) -> Result<()> {
         drive.name.insert_str(0, &self.prefix);
-        self.unique_joint_name(&drive.name, check)?;
+        self.check_joint_name(&drive.name, check)?;
         if let Some(shown) = shown {
-            self.shown.push(Shown {
+            self.shown.push(ShownCoordinate {
                 drive: self.chain.drives.len(),
                 prefix: self.prefix.clone(),
                 spec: shown.clone(),
                 check: check.key("shown"),
             });
         }
-        self.spring(drive.name.clone(), SpringLaw::Drive(drive.stiffness), &[(drive.motion, axis(along))]);
+        self.add_spring(drive.name.clone(), SpringLaw::Drive(drive.stiffness), &[(drive.motion, axis(along))]);
         self.chain.drives.push(drive);
         Ok(())
     }
 
-    fn passive(&mut self, mut joint: PassiveJoint, check: &Check) -> Result<usize> {
+    /// Registers a passive joint; returns its index among the chain's.
+    fn add_passive(&mut self, mut joint: PassiveJoint, check: &Check) -> Result<usize> {
         joint.name.insert_str(0, &self.prefix);
-        self.unique_joint_name(&joint.name, check)?;
+        self.check_joint_name(&joint.name, check)?;
         self.chain.passive.push(joint);
         Ok(self.chain.passive.len() - 1)
     }
 
-    fn beam(&mut self, name: String, beam: &BeamSpec, check: &Check) -> Result<()> {
+    fn add_beam(&mut self, name: String, beam: &BeamSpec, check: &Check) -> Result<()> {
         let length = check.key("length_mm").positive(beam.length_mm)?;
         let advance = check.key("advance_mm").finite_scalar(beam.advance_mm.unwrap_or(length))?;
         let material = material(self.spec, &beam.material, &check.key("material"))?;
         let stiffness = beam_stiffness(&section(&beam.section, &check.key("section"))?, &material, length);
-        self.elastic_link(name, advance, stiffness, check)
+        self.add_elastic_link(name, advance, stiffness, check)
     }
 
-    fn link(&mut self, name: String, link: &LinkSpec, check: &Check) -> Result<()> {
+    fn add_link(&mut self, name: String, link: &LinkSpec, check: &Check) -> Result<()> {
         let advance = check.key("advance_mm").finite_scalar(link.advance_mm)?;
         let stiffness = match (&link.stiffness, &link.compliance) {
             (Some(rows), None) => check.key("stiffness_N_mm_rad").positive_definite(rows)?,
@@ -311,22 +318,23 @@ impl ChainBuilder<'_> {
             }
             _ => return check.fail("give exactly one of stiffness_N_mm_rad and compliance_mm_rad_N".into()),
         };
-        self.elastic_link(name, advance, stiffness, check)
+        self.add_elastic_link(name, advance, stiffness, check)
     }
 
-    fn elastic_link(&mut self, name: String, advance: f64, stiffness: Matrix6<f64>, check: &Check) -> Result<()> {
+    /// Appends a rigid advance along x, mm, and six elastic motions with `stiffness` (N, mm, rad).
+    fn add_elastic_link(&mut self, name: String, advance: f64, stiffness: Matrix6<f64>, check: &Check) -> Result<()> {
         use {Axis::*, Motion::*};
         if stiffness.cholesky().is_none() {
             return check.fail("has no stiffness in some direction, by these dimensions".into());
         }
-        self.fixed(Pose::from_translation(Vector3::x() * advance));
+        self.add_fixed(Pose::from_translation(Vector3::x() * advance));
         let moves = [(Prismatic, X), (Prismatic, Y), (Prismatic, Z), (Revolute, X), (Revolute, Y), (Revolute, Z)];
-        self.spring(name, SpringLaw::Link(Box::new(stiffness)), &moves);
+        self.add_spring(name, SpringLaw::Link(Box::new(stiffness)), &moves);
         Ok(())
     }
 
-    /// `Pa(q; θ) = Rz(q) Tx(L) · [Tx(θ1) Tz(θ2) Rx(θ3) Ry(θ4) Rz(θ5)] · Rz(−q)`.
-    fn parallelogram(&mut self, spec: &ParallelogramSpec, check: &Check) -> Result<()> {
+    /// Appends a parallelogram: `Pa(q; θ) = Rz(q) Tx(L) · [Tx(θ1) Tz(θ2) Rx(θ3) Ry(θ4) Rz(θ5)] · Rz(−q)`.
+    fn add_parallelogram(&mut self, spec: &ParallelogramSpec, check: &Check) -> Result<()> {
         use {Axis::*, Motion::*};
         let length = check.key("length_mm").positive(spec.length_mm)?;
         let width = check.key("width_mm").positive(spec.width_mm)?;
@@ -341,23 +349,23 @@ impl ChainBuilder<'_> {
             home: check.key("home_deg").finite_scalar(spec.home_deg)? * TO_RAD,
             parallelogram_width: Some(width),
         };
-        let passive = self.passive(joint, check)?;
-        self.passive_move(Revolute, Z, passive, 1.0);
-        self.fixed(Pose::from_translation(Vector3::x() * length));
+        let passive = self.add_passive(joint, check)?;
+        self.add_passive_move(Revolute, Z, passive, 1.0);
+        self.add_fixed(Pose::from_translation(Vector3::x() * length));
         let law = SpringLaw::Parallelogram {
             passive: PASSIVE + passive,
             terms: Box::new(parallelogram_terms(&bar, length, width)),
         };
-        self.spring(
+        self.add_spring(
             format!("{}{}", self.prefix, spec.name),
             law,
             &[(Prismatic, X), (Prismatic, Z), (Revolute, X), (Revolute, Y), (Revolute, Z)],
         );
-        self.passive_move(Revolute, Z, passive, -1.0);
+        self.add_passive_move(Revolute, Z, passive, -1.0);
         Ok(())
     }
 
-    /// Numbers the passive coordinates behind the virtual ones.
+    /// Returns the chain, its passive coordinates numbered behind the virtual ones and the coupling of its drives resolved.
     fn finish(mut self) -> Result<Chain> {
         let count = self.chain.virtual_count;
         let number = |coordinate: &mut usize| {
@@ -383,7 +391,7 @@ impl ChainBuilder<'_> {
     }
 }
 
-/// Stiffness of a gear and of the shaft behind it, if it is given apart.
+/// Stiffness of a gear in series with the shaft behind it; of the gear alone if no shaft is given.
 fn in_series(gear: f64, shaft: Option<f64>) -> f64 {
     shaft.map_or(gear, |shaft| gear * shaft / (gear + shaft))
 }

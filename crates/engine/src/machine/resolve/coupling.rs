@@ -1,4 +1,4 @@
-//! What a pendant shows and what the joints of the drives are, from a machine file as written.
+//! Coupling of the coordinates that a pendant shows with the joints of the drives, from a machine file as written.
 
 use nalgebra::DMatrix;
 
@@ -11,9 +11,9 @@ use crate::{
 /// A map from joints to shown coordinates is singular below this determinant, its rows being of length 1.
 const SINGULAR: f64 = 1e-9;
 
-/// What a drive shows, as written.
-pub(super) struct Shown {
-    /// The drive, and what stands before the names of the drives of its design.
+/// ShownCoordinate coordinate of a drive, as written in the machine file.
+pub(super) struct ShownCoordinate {
+    /// Index of the drive, and what stands before the names of the drives of its design.
     pub drive: usize,
     pub prefix: String,
     pub spec: ShownSpec,
@@ -21,14 +21,13 @@ pub(super) struct Shown {
     pub check: Check,
 }
 
-/// How joints follow from shown coordinates: the inverse of what `shown` says, drive by drive. `None` where nothing is said.
-/// Drives are known by their names in their design, or else in the chain.
-pub(super) fn resolve(chain: &Chain, shown: &[Shown]) -> Result<Option<Box<Coupling>>> {
-    let Some(Shown { check: first, .. }) = shown.first() else { return Ok(None) };
+/// Coupling of a chain's drives, the inverse of what `shown` says of each, if any; drives are named as in their design, or else as in the chain.
+pub(super) fn resolve(chain: &Chain, shown: &[ShownCoordinate]) -> Result<Option<Box<Coupling>>> {
+    let Some(ShownCoordinate { check: first, .. }) = shown.first() else { return Ok(None) };
     let count = chain.drives.len();
     let mut by_joints: DMatrix<f64> = DMatrix::identity(count, count);
     let mut offsets = vec![0.0; count];
-    for Shown { drive, prefix, spec, check } in shown {
+    for ShownCoordinate { drive, prefix, spec, check } in shown {
         let motion = chain.drives[*drive].motion;
         by_joints.row_mut(*drive).fill(0.0);
         for (name, &factor) in &spec.of {

@@ -13,35 +13,37 @@ use crate::{
 const BASE: &str = "O";
 
 impl ChainBuilder<'_> {
-    /// Number of the frame reached.
-    pub fn frame_reached(&mut self) -> usize {
+    /// Index of the frame reached, marked by a new [`Step::Frame`] unless the last step is one.
+    pub fn ensure_frame(&mut self) -> usize {
         if !matches!(self.route.steps.last(), Some(Step::Frame)) {
             self.route.steps.push(Step::Frame);
         }
         self.route.steps.iter().filter(|step| matches!(step, Step::Frame)).count() - 1
     }
 
-    pub fn mass(&mut self, mass: &NamedMassSpec, check: &Check) -> Result<()> {
+    /// Hangs a mass on the frame reached.
+    pub fn add_mass(&mut self, mass: &NamedMassSpec, check: &Check) -> Result<()> {
         let kilograms = check.key("kg").positive(mass.kg)?;
         let at = check.key("at_mm").finite(mass.at_mm)?;
-        let frame = self.frame_reached();
+        let frame = self.ensure_frame();
         self.route.masses.push(Mass { frame, at, kilograms });
         Ok(())
     }
 
+    /// Gives the frame reached a name that no other of the route has.
     pub fn name_frame(&mut self, name: &str, check: &Check) -> Result<()> {
         check.identifier(name)?;
         if name == BASE {
             return check.fail(format!("\"{BASE}\" is the machine's base: expected another name"));
         }
         check.unique(name, self.frames.iter().map(|(name, _)| name.as_str()))?;
-        let frame = self.frame_reached();
+        let frame = self.ensure_frame();
         self.frames.push((name.into(), frame));
         Ok(())
     }
 
-    /// The springs of the route under way, all of whose frames are named now.
-    pub fn hang_springs(&mut self) -> Result<()> {
+    /// Adds the springs collected for the route under way, all of whose frames are named now.
+    pub fn add_springs(&mut self) -> Result<()> {
         for (number, (spec, check)) in std::mem::take(&mut self.springs).into_iter().enumerate() {
             let mut from = self.anchor(&spec.from, &check.key("from"))?;
             let mut to = self.anchor(&spec.to, &check.key("to"))?;
@@ -74,6 +76,7 @@ impl ChainBuilder<'_> {
         Ok(())
     }
 
+    /// Resolves an anchor: in a named frame of the route or, outside modules, in O.
     fn anchor(&self, spec: &AnchorSpec, check: &Check) -> Result<Anchor> {
         let at = check.key("at_mm").finite(spec.at_mm)?;
         let is_inner = !self.designs.is_empty();

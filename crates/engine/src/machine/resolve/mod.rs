@@ -1,4 +1,4 @@
-//! From a machine file as written to a checked machine.
+//! Machine files resolved: from a file as written to a checked machine.
 
 mod at_home;
 mod carrier;
@@ -11,10 +11,10 @@ mod section;
 use nalgebra::{Matrix3, Matrix6, Vector3};
 
 use super::{
-    Chain, Coordinate, Machine, Model, NamedPoint, PlatformMass, Provenance, ToolAxisSource, WorkspaceBox, Zeroed,
+    Chain, Coordinate, Machine, Model, NamedPoint, PlatformMass, Provenance, ToolAxisSource, WorkspaceBox, ZeroState,
     branch::Arm,
     kinematics::{self, Configuration},
-    parameters::{self, GRAVITY, Written},
+    parameters::{self, Definition, GRAVITY},
     section::{Material, Section, beam_stiffness},
     spec::{
         BeamSpec, ChainSpec, CoordinateSpec, CutterSpec, ElementSpec, FixedSpec, FrameSpec, LinkSpec, MachineSpec,
@@ -26,9 +26,9 @@ use crate::{
     spatial::{Pose, frame_about},
 };
 
-/// Checks `written` and assembles the machine at home; `origin` names the file in errors.
-pub(super) fn machine(written: MachineSpec, origin: &str) -> Result<Machine> {
-    let spec = &written;
+/// Checks the file `definition` and assembles the machine at home; `origin` names the file in errors.
+pub(super) fn machine(definition: MachineSpec, origin: &str) -> Result<Machine> {
+    let spec = &definition;
     let check = Check::new(origin);
     check.schema(spec.schema)?;
     check.key("name").identifier(&spec.name)?;
@@ -53,10 +53,10 @@ pub(super) fn machine(written: MachineSpec, origin: &str) -> Result<Machine> {
         source: spec.source.clone(),
         provenance: provenance(spec, &check)?,
         home: Configuration::start(&chains, home_pose),
-        home_sought: home_pose,
+        home_target: home_pose,
         characteristic_length: kinematics::characteristic_length(&chains, &Configuration::start(&chains, home_pose)),
         redundancy: 0,
-        turns_with_position: false,
+        has_parasitic_rotation: false,
         locked: Vec::new(),
         carrier: None,
         arm: None,
@@ -72,11 +72,11 @@ pub(super) fn machine(written: MachineSpec, origin: &str) -> Result<Machine> {
         tool_compliance: tool_compliance(spec, &check.key("platform.tool"))?,
         platform_mass: platform_mass(spec.platform.mass.as_ref(), &check.key("platform.mass"))?,
         zeroed: match spec.zeroed {
-            ZeroedSpec::AtRest => Zeroed::AtRest,
-            ZeroedSpec::Weightless => Zeroed::Weightless,
-            ZeroedSpec::AtHome => Zeroed::AtHome,
+            ZeroedSpec::AtRest => ZeroState::AtRest,
+            ZeroedSpec::Weightless => ZeroState::Weightless,
+            ZeroedSpec::AtHome => ZeroState::AtHome,
         },
-        written: Written::new(written, origin),
+        definition: Definition::new(definition, origin),
     });
     machine.home = match machine.assemble_at_home() {
         Ok(home) => home,
@@ -85,39 +85,41 @@ pub(super) fn machine(written: MachineSpec, origin: &str) -> Result<Machine> {
     // What was sought is only where the search began.
     machine.characteristic_length = kinematics::characteristic_length(&machine.chains, &machine.home);
     machine.redundancy = machine.redundancy_at_home();
-    machine.turns_with_position = machine.turns_beside_home();
+    machine.has_parasitic_rotation = machine.rotates_parasitically();
     machine.arm = Arm::of(&machine).map(Box::new);
-    at_home::check(&machine, machine.written.spec(), &check)?;
-    if let Some(written) = machine.written.spec().workpiece_carrier.clone() {
+    at_home::check(&machine, machine.definition.spec(), &check)?;
+    if let Some(definition) = machine.definition.spec().workpiece_carrier.clone() {
         let check = check.key("workpiece_carrier");
-        machine.carrier = Some(carrier::carrier(&written, machine.written.spec(), &machine, &check)?);
+        machine.carrier = Some(carrier::carrier(&definition, machine.definition.spec(), &machine, &check)?);
     }
     Ok(machine)
 }
 
+/// Checks the entries of provenance, whose patterns must name parameters.
 fn provenance(spec: &MachineSpec, check: &Check) -> Result<Vec<Provenance>> {
     let names = if spec.provenance.is_empty() { Vec::new() } else { parameters::names(spec) };
-    let told = spec.provenance.iter().enumerate().map(|(i, told)| {
+    let entries = spec.provenance.iter().enumerate().map(|(i, entry)| {
         let check = check.key(&format!("provenance[{i}]"));
-        check.key("what").readable(&told.what)?;
-        check.key("source").readable(&told.source)?;
-        for (n, pattern) in told.parameters.iter().enumerate() {
-            parameters::names_some(&names, pattern, &check.key("parameters").item(n))?;
+        check.key("what").readable(&entry.what)?;
+        check.key("source").readable(&entry.source)?;
+        for (n, pattern) in entry.parameters.iter().enumerate() {
+            parameters::check_pattern(&names, pattern, &check.key("parameters").item(n))?;
         }
         Ok(Provenance {
-            what: told.what.clone(),
-            grade: told.grade,
-            source: told.source.clone(),
-            parameters: told.parameters.clone(),
-            interval: told
+            what: entry.what.clone(),
+            grade: entry.grade,
+            source: entry.source.clone(),
+            parameters: entry.parameters.clone(),
+            interval: entry
                 .interval
-                .map(|ends| interval(ends, &told.parameters, &names, &check.key("interval")))
+                .map(|ends| interval(ends, &entry.parameters, &names, &check.key("interval")))
                 .transpose()?,
         })
     });
-    told.collect()
+    entries.collect()
 }
 
+/// Checks an interval of provenance, which must be about one parameter named in full.
 fn interval(ends: [f64; 2], about: &[String], names: &[String], check: &Check) -> Result<[f64; 2]> {
     let [low, high] = ends;
     if low.partial_cmp(&high).is_none_or(std::cmp::Ordering::is_gt) {
@@ -132,8 +134,8 @@ fn interval(ends: [f64; 2], about: &[String], names: &[String], check: &Check) -
 /// Names of the two ends of a chain among parameters.
 const ENDS: [&str; 2] = ["base", "end"];
 
-/// Names that elements are given where they need none.
-fn element_names(design: &ChainSpec, check: &Check) -> Result<()> {
+/// Checks names of elements that need none: identifiers, unique in the chain and not those of its ends.
+fn check_element_names(design: &ChainSpec, check: &Check) -> Result<()> {
     let names = ElementSpec::names(&design.elements);
     for (i, element) in design.elements.iter().enumerate() {
         let given = match element {
@@ -166,7 +168,7 @@ fn elastic_constants(name: &str, spec: &MaterialSpec, check: &Check) -> Result<M
     })
 }
 
-/// The material of this name.
+/// Elastic constants of the material called `name`.
 fn material(spec: &MachineSpec, name: &str, check: &Check) -> Result<Material> {
     let Some(material) = spec.material.get(name) else {
         let known = spec.material.keys().map(String::as_str).collect::<Vec<_>>().join(", ");
@@ -176,8 +178,8 @@ fn material(spec: &MachineSpec, name: &str, check: &Check) -> Result<Material> {
     elastic_constants(name, material, &check.root())
 }
 
-/// Index of the chain design of this name.
-fn design(spec: &MachineSpec, name: &str, check: &Check) -> Result<usize> {
+/// Index of the chain design called `name`.
+fn design_index(spec: &MachineSpec, name: &str, check: &Check) -> Result<usize> {
     match spec.chain.iter().position(|chain| chain.name == name) {
         Some(index) => Ok(index),
         None => {
@@ -190,6 +192,7 @@ fn design(spec: &MachineSpec, name: &str, check: &Check) -> Result<usize> {
 /// The strongest gravity that is not a mistake of the unit, m/s².
 const STRONGEST_GRAVITY: f64 = 100.0;
 
+/// Checks the acceleration of gravity in O, m/s²; that of the Earth where none is given.
 fn gravity(spec: Option<[f64; 3]>, check: &Check) -> Result<Vector3<f64>> {
     let check = check.key("gravity_m_per_s2");
     let gravity = check.finite(spec.unwrap_or(GRAVITY))?;
@@ -226,6 +229,7 @@ fn tool_axis(spec: &MachineSpec, tip: Vector3<f64>, check: &Check) -> Result<(Ve
 /// A tool tip nearer to P than this has no direction from it, mm.
 const SHORTEST_TOOL_MM: f64 = 1e-9;
 
+/// Checks the task coordinates that the drives control: at least one, each once.
 fn controls(spec: &MachineSpec, check: &Check) -> Result<Vec<Coordinate>> {
     let check = check.key("platform.controls");
     let mut controls = Vec::new();
@@ -270,16 +274,17 @@ fn points(spec: &MachineSpec, check: &Check) -> Result<Vec<NamedPoint>> {
     Ok(points)
 }
 
+/// Checks all chain designs and builds the chain of each mount.
 fn mounted_chains(spec: &MachineSpec, check: &Check) -> Result<Vec<Chain>> {
     for (i, chain) in spec.chain.iter().enumerate() {
         let check_design = check.key(&format!("chain[{i}]"));
         let check = check_design.key("name");
         check.readable(&chain.name)?;
-        element_names(chain, &check_design)?;
+        check_element_names(chain, &check_design)?;
         check.unique(&chain.name, spec.chain[..i].iter().map(|c| c.name.as_str()))?;
         let carries = spec.workpiece_carrier.as_ref().is_some_and(|carrier| carrier.chain == chain.name);
         let is_mounted = carries || spec.mount.iter().any(|mount| mount.chain == chain.name);
-        if !is_mounted && !module::is_used(spec, &chain.name) {
+        if !is_mounted && !module::is_design_used(spec, &chain.name) {
             return check.fail(format!("chain \"{}\" is not mounted; add a [[mount]] or remove it", chain.name));
         }
     }
@@ -295,7 +300,7 @@ fn mounted_chains(spec: &MachineSpec, check: &Check) -> Result<Vec<Chain>> {
         let check_mount = check.key(&format!("mount[{i}]"));
         check_mount.key("name").identifier(&mount.name)?;
         check_mount.key("name").unique(&mount.name, chains.iter().map(|c| c.name.as_str()))?;
-        let index = design(spec, &mount.chain, &check_mount.key("chain"))?;
+        let index = design_index(spec, &mount.chain, &check_mount.key("chain"))?;
         let check_chain = check.key(&format!("chain[{index}]"));
         let chain = chain::mounted_chain(spec, index, mount, &check_chain, &check_mount)?;
         coordinates += chain.coordinate_count();
@@ -311,7 +316,7 @@ fn mounted_chains(spec: &MachineSpec, check: &Check) -> Result<Vec<Chain>> {
     Ok(chains)
 }
 
-/// A frame given by two axes or by angles.
+/// Pose of a frame given by its position and by two axes or roll, pitch and yaw.
 fn frame(spec: &FrameSpec, check: &Check) -> Result<Pose> {
     let translation = check.key("position_mm").finite(spec.position_mm)?;
     let rotation = match (spec.x_axis, spec.y_axis, spec.rotation_deg) {
@@ -333,7 +338,7 @@ fn frame(spec: &FrameSpec, check: &Check) -> Result<Pose> {
     Ok(Pose { rotation, translation })
 }
 
-/// Compliance at T, in its axes; `None` without a tool that bends.
+/// Compliance of the tool at T, in its axes (mm, rad; N, N·mm); `None` without a tool that bends.
 fn tool_compliance(spec: &MachineSpec, check: &Check) -> Result<Option<Box<Matrix6<f64>>>> {
     let Some(tool) = &spec.platform.tool else { return Ok(None) };
     let given = tool.compliance.as_ref().map(|rows| check.key("compliance_mm_rad_N").positive_definite(rows));
@@ -345,7 +350,7 @@ fn tool_compliance(spec: &MachineSpec, check: &Check) -> Result<Option<Box<Matri
     }
 }
 
-/// Compliance of the end of a round cantilever along z.
+/// Compliance of the end of a cutter, a round cantilever along z (mm, rad; N, N·mm).
 fn cantilever(cutter: &CutterSpec, spec: &MachineSpec, check: &Check) -> Result<Matrix6<f64>> {
     let diameter = check.key("diameter_mm").positive(cutter.diameter_mm)?;
     let length = check.key("stick_out_mm").positive(cutter.stick_out_mm)?;

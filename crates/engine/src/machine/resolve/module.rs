@@ -1,10 +1,9 @@
-//! Closed loops within a chain (parallel modules), from a machine file.
+//! Parallel modules (closed loops within a chain), from a machine file as written.
 //!
-//! One of a module's chains becomes part of the route that goes on behind it; each of the others is a loop between the
-//! frames where the module starts and ends. The route takes the chain that leaves its end the least freedom: a rigid one
-//! is then no loop, which could not be condensed.
+//! One of a module's chains becomes part of the route that goes on behind it; each of the others is a loop between the frames where the module
+//! starts and ends. The route takes the chain that leaves its end the least freedom: a rigid one is then no loop, which could not be condensed.
 
-use super::{MAX_COORDINATES, chain::ChainBuilder, design};
+use super::{MAX_COORDINATES, chain::ChainBuilder, design_index};
 use crate::{
     input::{check::Check, error::Result},
     machine::{
@@ -13,8 +12,8 @@ use crate::{
     },
 };
 
-/// Whether a module of some chain design uses the design called `name`.
-pub(super) fn is_used(spec: &MachineSpec, name: &str) -> bool {
+/// Whether a module of any chain design uses the design called `name`.
+pub(super) fn is_design_used(spec: &MachineSpec, name: &str) -> bool {
     let elements = spec.chain.iter().flat_map(|chain| &chain.elements);
     elements
         .filter_map(|element| if let ElementSpec::Module(module) = element { Some(module) } else { None })
@@ -25,7 +24,8 @@ pub(super) fn is_used(spec: &MachineSpec, name: &str) -> bool {
 const DEEPEST: usize = 8;
 
 impl ChainBuilder<'_> {
-    pub fn module(&mut self, module: &ModuleSpec, check: &Check) -> Result<()> {
+    /// Appends a module: its chain with the fewest passive joints continues the route, the others become loops.
+    pub fn add_module(&mut self, module: &ModuleSpec, check: &Check) -> Result<()> {
         if module.mounts.len() < 2 {
             let problem = format!("a module needs two chains or more, got {}", module.mounts.len());
             return check.key("mounts").fail(problem);
@@ -37,22 +37,22 @@ impl ChainBuilder<'_> {
             check.key("name").identifier(&mount.name)?;
             check.key("name").unique(&mount.name, module.mounts[..i].iter().map(|m| m.name.as_str()))?;
             let before = self.chain.passive.len();
-            ways.push((format!("{}{}", self.prefix, mount.name), self.way(mount, &check)?));
+            ways.push((format!("{}{}", self.prefix, mount.name), self.mount_route(mount, &check)?));
             freedoms.push(self.chain.passive.len() - before);
         }
         let least = freedoms.iter().copied().enumerate().min_by_key(|&(i, freedom)| (freedom, i));
         let main = least.map_or(0, |(i, _)| i);
         let (_, route) = ways.remove(main);
-        let from = self.frame_reached();
-        self.go_along(route);
-        let to = self.frame_reached();
+        let from = self.ensure_frame();
+        self.append_route(route);
+        let to = self.ensure_frame();
         self.route.loops.extend(ways.into_iter().map(|(name, route)| Loop { name, from, to, route }));
         Ok(())
     }
 
-    /// The route of a chain of a module.
-    fn way(&mut self, mount: &MountSpec, check: &Check) -> Result<Route> {
-        let design = design(self.spec, &mount.chain, &check.key("chain"))?;
+    /// Builds the route of one chain of a module and keeps the route under way.
+    fn mount_route(&mut self, mount: &MountSpec, check: &Check) -> Result<Route> {
+        let design = design_index(self.spec, &mount.chain, &check.key("chain"))?;
         if self.designs.contains(&design) {
             return check.key("chain").fail(format!("chain \"{}\" would be a part of itself", mount.chain));
         }
@@ -65,7 +65,7 @@ impl ChainBuilder<'_> {
         let outer_springs = std::mem::take(&mut self.springs);
         let prefix = format!("{}{}_", self.prefix, mount.name);
         let outer_prefix = std::mem::replace(&mut self.prefix, prefix);
-        self.route(design, mount, check)?;
+        self.add_route(design, mount, check)?;
         self.prefix = outer_prefix;
         self.springs = outer_springs;
         self.frames = outer_frames;
@@ -84,13 +84,13 @@ impl ChainBuilder<'_> {
         Ok(std::mem::replace(&mut self.route, outer_route))
     }
 
-    /// Makes `inner` the next part of the route under way.
-    fn go_along(&mut self, inner: Route) {
+    /// Appends the route `inner`, its masses, springs and loops to the route under way.
+    fn append_route(&mut self, inner: Route) {
         // Its frames keep their order behind those there are.
         let first = self.route.steps.iter().filter(|step| matches!(step, Step::Frame)).count();
-        self.fixed(inner.base);
+        self.add_fixed(inner.base);
         self.route.steps.extend(inner.steps);
-        self.fixed(inner.attachment);
+        self.add_fixed(inner.attachment);
         self.route.masses.extend(inner.masses.into_iter().map(|mut mass| {
             mass.frame += first;
             mass

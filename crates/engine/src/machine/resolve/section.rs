@@ -5,6 +5,7 @@ use crate::{
     machine::{section::Section, spec::SectionSpec},
 };
 
+/// Checks the dimensions of a cross-section, mm.
 pub(super) fn section(spec: &SectionSpec, check: &Check) -> Result<Section> {
     match spec {
         SectionSpec::Rectangle(spec) => {
@@ -31,7 +32,7 @@ pub(super) fn section(spec: &SectionSpec, check: &Check) -> Result<Section> {
             let check = check.key("i_beam");
             let (width, height) =
                 (check.key("width_mm").positive(spec.width_mm)?, check.key("height_mm").positive(spec.height_mm)?);
-            let flange = below(&check.key("flange_mm"), spec.flange_mm, 0.5 * height, "half the height")?;
+            let flange = bounded(&check.key("flange_mm"), spec.flange_mm, 0.5 * height, "half the height")?;
             let web = check.key("web_mm").positive(spec.web_mm)?;
             if web > width {
                 return check.key("web_mm").fail(format!("must not be wider than the flanges, {width}, got {web}"));
@@ -42,21 +43,21 @@ pub(super) fn section(spec: &SectionSpec, check: &Check) -> Result<Section> {
             let check = check.key("box");
             let (width, height) =
                 (check.key("width_mm").positive(spec.width_mm)?, check.key("height_mm").positive(spec.height_mm)?);
-            let wall = below(&check.key("wall_mm"), spec.wall_mm, 0.5 * width.min(height), "half the smaller side")?;
+            let wall = bounded(&check.key("wall_mm"), spec.wall_mm, 0.5 * width.min(height), "half the smaller side")?;
             Ok(Section::Box { width, height, wall })
         }
         SectionSpec::TaperedTube(spec) => {
             let check = check.key("tapered_tube");
             let start = check.key("start_diameter_mm").positive(spec.start_diameter_mm)?;
             let end = check.key("end_diameter_mm").positive(spec.end_diameter_mm)?;
-            let wall = below(&check.key("wall_mm"), spec.wall_mm, 0.5 * start.min(end), "half the smaller diameter")?;
+            let wall = bounded(&check.key("wall_mm"), spec.wall_mm, 0.5 * start.min(end), "half the smaller diameter")?;
             Ok(Section::TaperedTube { start, end, wall })
         }
     }
 }
 
-/// A thickness that is less than `most`, in words `what`.
-fn below(check: &Check, value: f64, most: f64, what: &str) -> Result<f64> {
+/// Checks that a thickness is positive and less than `most`, which messages call `what`.
+fn bounded(check: &Check, value: f64, most: f64, what: &str) -> Result<f64> {
     let value = check.positive(value)?;
     if value < most { Ok(value) } else { check.fail(format!("must be less than {what}, {most}, got {value}")) }
 }

@@ -1,22 +1,22 @@
-//! A chain's system with those of its loops as one, uncondensed: for the solver that condenses nothing, and for load steps.
+//! System of a chain and its loops as one, uncondensed: for the solver that condenses nothing, and for load steps.
 
 use nalgebra::DMatrix;
 
 use super::{ChainSystem, LoopSystem};
 use crate::lanes::Vec3;
 
-/// What turns the first frame of a loop: rows in the assembled system, and angular velocities.
+/// Rotations that turn the first frame of a loop: rows in the assembled system, and angular velocities.
 type Turns = Vec<(usize, Vec3<f64>)>;
 
 impl ChainSystem<f64> {
-    /// Number of unknowns: dθ, dF, dq of the route, and behind them those of its loops.
+    /// Number of unknowns: dθ, −dF̂, dq of the route, and behind them those of its loops.
     pub fn unknown_count(&self) -> usize {
-        self.own_unknown_count() + self.loops.iter().map(|inner| inner.system.unknown_count()).sum::<usize>()
+        self.route_unknown_count() + self.loops.iter().map(|inner| inner.system.unknown_count()).sum::<usize>()
     }
 
-    /// The loops, each with its first unknown.
-    fn placed_loops(&self, start: usize) -> impl Iterator<Item = (&LoopSystem<f64>, usize)> {
-        let mut first = start + self.own_unknown_count();
+    /// The loops, each with the row of its first unknown.
+    fn loops_with_rows(&self, start: usize) -> impl Iterator<Item = (&LoopSystem<f64>, usize)> {
+        let mut first = start + self.route_unknown_count();
         self.loops.iter().map(move |inner| {
             let own = first;
             first += inner.system.unknown_count();
@@ -24,8 +24,8 @@ impl ChainSystem<f64> {
         })
     }
 
-    /// Writes the symmetric system over the unknowns, before elimination, into `matrix` from row `start` on; and for a chain that ends
-    /// on the platform, whose twist begins at row `platform`, what couples them.
+    /// Writes the symmetric system before elimination into `matrix` from row `start` on, coupled with the platform's twist from row
+    /// `platform` on.
     pub fn assemble(&self, matrix: &mut DMatrix<f64>, start: usize, platform: usize) {
         self.assemble_route(matrix, start, &Vec::new());
         for i in 0..6 {
@@ -35,8 +35,9 @@ impl ChainSystem<f64> {
         }
     }
 
+    /// Writes the system of a route and its loops into `matrix` from row `start` on; `turned_by` turns its first frame.
     fn assemble_route(&self, matrix: &mut DMatrix<f64>, start: usize, turned_by: &Turns) {
-        let count = self.own_unknown_count();
+        let count = self.route_unknown_count();
         for i in 0..count {
             for j in 0..count {
                 matrix[(start + i, start + j)] += self.matrix.get(i.min(j), i.max(j));
@@ -48,11 +49,11 @@ impl ChainSystem<f64> {
                 matrix[(row, start + i)] += value;
             }
         }
-        for (inner, first) in self.placed_loops(start) {
-            let own = inner.before.iter().filter(|(row, _)| *row < count).map(|&(row, turn)| (start + row, turn));
+        for (inner, first) in self.loops_with_rows(start) {
+            let own = inner.turns_before.iter().filter(|(row, _)| *row < count).map(|&(row, turn)| (start + row, turn));
             let turns: Turns = own.chain(turned_by.iter().copied()).collect();
             inner.system.assemble_route(matrix, first, &turns);
-            for (row, twist) in &inner.between {
+            for (row, twist) in &inner.motions_between {
                 for (i, part) in twist.to_array().into_iter().enumerate() {
                     let closure = first + inner.system.wrench_row() + i;
                     matrix[(closure, start + row)] -= part;
@@ -65,10 +66,10 @@ impl ChainSystem<f64> {
     /// Right-hand sides before elimination: `S z + rhs − [dt in the wrench rows] = 0`, in the order of the unknowns.
     pub fn right_hand_sides(&self) -> Vec<f64> {
         let rhs = self.rhs_column();
-        let mut right: Vec<f64> = (0..self.own_unknown_count()).map(|row| self.matrix.get(row, rhs)).collect();
+        let mut right: Vec<f64> = (0..self.route_unknown_count()).map(|row| self.matrix.get(row, rhs)).collect();
         for inner in &self.loops {
             let moment = inner.system.closure_moment();
-            for (row, twist) in &inner.between {
+            for (row, twist) in &inner.motions_between {
                 right[*row] += twist.angular.dot(moment);
             }
         }
@@ -78,43 +79,43 @@ impl ChainSystem<f64> {
         right
     }
 
-    /// The same of the route alone, without what its loops' closure errors do to it.
-    pub fn own_right_hand_sides(&self) -> Vec<f64> {
-        (0..self.own_unknown_count()).map(|row| self.matrix.get(row, self.rhs_column())).collect()
+    /// Right-hand sides of the route alone before elimination, without what its loops' closure errors do to it.
+    pub fn route_right_hand_sides(&self) -> Vec<f64> {
+        (0..self.route_unknown_count()).map(|row| self.matrix.get(row, self.rhs_column())).collect()
     }
 
-    /// Takes `amounts` off the right-hand sides of the route before elimination, but for its closure.
-    pub fn release(&mut self, amounts: &[f64], share: f64) {
+    /// Subtracts `share` of `amounts` from the right-hand sides of the route before elimination, but for those of its closure.
+    pub fn subtract_share(&mut self, amounts: &[f64], share: f64) {
         let (rhs, wrench) = (self.rhs_column(), self.wrench_row());
-        for row in (0..wrench).chain(wrench + 6..self.own_unknown_count()) {
+        for row in (0..wrench).chain(wrench + 6..self.route_unknown_count()) {
             *self.matrix.at(row, rhs) -= share * amounts[row];
         }
     }
 
-    /// Rows of all closure equations where the first unknown is `start`.
+    /// Rows of all closure equations, loops included, where the first unknown is in row `start`.
     pub fn closure_rows(&self, start: usize) -> Vec<usize> {
         let own = start + self.wrench_row();
-        let inner = self.placed_loops(start).flat_map(|(inner, first)| inner.system.closure_rows(first));
+        let inner = self.loops_with_rows(start).flat_map(|(inner, first)| inner.system.closure_rows(first));
         (own..own + 6).chain(inner).collect()
     }
 
-    /// Row of a chain coordinate where the first unknown is `start`.
+    /// Row of a chain coordinate where the first unknown is in row `start`; `None` if neither the route nor its loops move it.
     pub fn row_of(&self, coordinate: usize, start: usize) -> Option<usize> {
         match self.rows[coordinate] {
-            usize::MAX => self.placed_loops(start).find_map(|(inner, first)| inner.system.row_of(coordinate, first)),
+            usize::MAX => self.loops_with_rows(start).find_map(|(inner, first)| inner.system.row_of(coordinate, first)),
             row => Some(start + row),
         }
     }
 
-    /// Takes over unknowns found by another solver, in the order of [`ChainSystem::assemble`].
+    /// Sets the unknowns found by another solver, in the order of [`ChainSystem::assemble`].
     pub fn set_solution(&mut self, unknowns: &[f64]) {
-        let (own, mut rest) = unknowns.split_at(self.own_unknown_count());
+        let (own, mut rest) = unknowns.split_at(self.route_unknown_count());
         self.solution[..own.len()].copy_from_slice(own);
         for inner in &mut self.loops {
             let (within, others) = rest.split_at(inner.system.unknown_count());
             inner.system.set_solution(within);
             inner.twist = [0.0; 6];
-            for &(row, twist) in &inner.between {
+            for &(row, twist) in &inner.motions_between {
                 for (entry, part) in inner.twist.iter_mut().zip(twist.to_array()) {
                     *entry += part * own[row];
                 }
@@ -123,9 +124,9 @@ impl ChainSystem<f64> {
         }
     }
 
-    /// The unknowns found last, in the order of [`ChainSystem::assemble`].
+    /// The unknowns last solved for, in the order of [`ChainSystem::assemble`].
     pub fn unknowns(&self) -> Vec<f64> {
-        let mut unknowns = self.solution[..self.own_unknown_count()].to_vec();
+        let mut unknowns = self.solution[..self.route_unknown_count()].to_vec();
         unknowns.extend(self.loops.iter().flat_map(|inner| inner.system.unknowns()));
         unknowns
     }

@@ -1,5 +1,5 @@
 //! The linearised equilibrium of one chain and its condensation to the platform: unknowns, elimination, back-substitution.
-//! What the unknowns meet is filled in by `springs`, `weight`, `point_springs` and `loops`.
+//! Forces and stiffness are filled in by `springs`, `weight`, `point_springs` and `loops`.
 
 mod assembly;
 mod loops;
@@ -12,7 +12,7 @@ use nalgebra::{Matrix6, Vector3, Vector6};
 use super::{
     bordered::Bordered,
     state::ChainState,
-    transmission::{Known, Scale, Transmission},
+    transmission::{KnownStep, Scale, Transmission},
 };
 use crate::{
     lanes::{Frame, Real, Screw, Vec3, clear, copy, pairs, rotation_log},
@@ -20,7 +20,7 @@ use crate::{
     spatial::{Pose, Wrench},
 };
 pub(super) use loops::LoopSystem;
-use weight::Hung;
+use weight::HungMass;
 
 /// Linear system of one chain.
 ///
@@ -34,10 +34,9 @@ use weight::Hung;
 /// ∂/∂q                    A_qq    r_q   ·     −L_q  ·
 /// ```
 ///
-/// with `A = ∂²U − H`, H the wrench-weighted Hessian `∂(JᵀF)/∂x` made symmetric: its antisymmetric part is
-/// `½ J_ωᵀ [m]× J_ω`, which the closure `J dx = dt − c` turns into a term of the platform, so that
-/// `dF = dF̂ − (0, ½ m × (dω − c_ω))`. Eliminating the unknowns leaves, against the dt columns, the condensed stiffness
-/// K_i of eqs. (4), (5), the wrench at held platform, and the wrench per unit of drive motion.
+/// with `A = ∂²U − H`, H the wrench-weighted Hessian `∂(JᵀF)/∂x` made symmetric: its antisymmetric part is `½ J_ωᵀ [m]× J_ω`, which the closure
+/// `J dx = dt − c` turns into a term of the platform, so that `dF = dF̂ − (0, ½ m × (dω − c_ω))`. Eliminating the unknowns leaves, against the dt
+/// columns, the condensed stiffness K_i of eqs. (4), (5), the wrench at held platform, and the wrench per unit of drive motion.
 ///
 /// Chains without an elastic link are eliminated in the order of [`Transmission`] instead, which may leave slacks to the
 /// platform. A loop is a chain of its own between two frames of the route, condensed in the same way ([`loops`]).
@@ -45,10 +44,10 @@ use weight::Hung;
 pub(super) struct ChainSystem<R = f64> {
     virtual_count: usize,
     passive_count: usize,
-    /// The chain coordinates that the route moves, in the order of their rows; and the row of each chain coordinate.
-    own: Vec<usize>,
+    /// Chain coordinates that the route moves, in the order of their rows; and the row of each chain coordinate.
+    coordinates: Vec<usize>,
     rows: Vec<usize>,
-    /// The chain's drives that have a column, and its springs and sprung joints that belong to the route.
+    /// Indices of the chain's drives that have a column, and of its springs and sprung joints that belong to the route.
     drives: Vec<usize>,
     springs: Vec<usize>,
     joints: Vec<usize>,
@@ -62,19 +61,19 @@ pub(super) struct ChainSystem<R = f64> {
     values: Vec<R>,
     /// Elementary motions: coordinate, and twist of the chain's end.
     screws: Vec<(usize, Screw<R>)>,
-    /// The frames on which something hangs, and the number of elementary motions before each.
+    /// Frames on which something is mounted, and the number of elementary motions before each.
     frames: Vec<Frame<R>>,
     moves_before: Vec<usize>,
     end: Vec3<R>,
-    /// What has weight, from the end of the route on, and what it does to each elementary motion.
-    hung: Vec<Hung>,
+    /// Masses on the route, from its end on, and their weight's lever `L_j` on each elementary motion.
+    hung_masses: Vec<HungMass>,
     levers: Vec<Vec3<R>>,
     /// All masses: their sum, kg, and their first moment about O, kg·mm.
     mass: f64,
     moment_of_mass: Vec3<R>,
     loops: Vec<LoopSystem<R>>,
     /// Storage: steps of the drives that have a column, in a loop; wrenches of the loops.
-    moved: Vec<R>,
+    drive_steps: Vec<R>,
     loop_wrenches: Vec<Screw<R>>,
     /// Closure error c: twist from the platform to the chain's end.
     pub closure: Screw<R>,
@@ -83,9 +82,9 @@ pub(super) struct ChainSystem<R = f64> {
     solution: Vec<R>,
 }
 
-/// Where a chain and its loops stand, and what they carry: positions of the chain's drives, its coordinates, its wrench and
-/// those of its loops (as [`ChainState`] has them), and the weight of a kilogram.
-pub(super) struct Carried<'a, R> {
+/// Inputs of a chain's system: positions of the chain's drives (mm, rad), its coordinates, its wrench and those of its loops (as
+/// [`ChainState`] has them), and the weight of a kilogram in O axes (N).
+pub(super) struct ChainInput<'a, R> {
     pub drives: &'a [R],
     pub coordinates: &'a [R],
     pub wrench: Screw<R>,
@@ -93,7 +92,7 @@ pub(super) struct Carried<'a, R> {
     pub gravity: Vec3<R>,
 }
 
-/// Largest residuals of a chain, in its units and made dimensionless by the caller.
+/// Largest residuals of a chain, which the caller makes dimensionless.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct ChainResidual<R> {
     /// Closure gap, mm (rotations times the characteristic length).
@@ -103,18 +102,19 @@ pub(super) struct ChainResidual<R> {
 }
 
 impl<R: Real> ChainSystem<R> {
-    /// One per chain of `machine`.
+    /// Systems of the chains of `machine`, in its order.
     pub fn all(machine: &Machine) -> Vec<Self> {
         let scale = Scale::of(machine);
         machine.chains.iter().map(|chain| Self::new(chain, scale)).collect()
     }
 
+    /// System of a chain that ends on the platform.
     fn new(chain: &Chain, scale: Scale) -> Self {
-        Self::of_route(chain, &chain.route, (0..chain.drives.len()).collect(), false, scale)
+        Self::for_route(chain, &chain.route, (0..chain.drives.len()).collect(), false, scale)
     }
 
-    /// Of a route of `chain`, with columns for these of its drives; a loop turns against gravity.
-    fn of_route(chain: &Chain, route: &Route, drives: Vec<usize>, is_loop: bool, scale: Scale) -> Self {
+    /// System of a `route` of `chain`, with columns for `drives`; that of a loop with masses also has columns for its turn against gravity.
+    fn for_route(chain: &Chain, route: &Route, drives: Vec<usize>, is_loop: bool, scale: Scale) -> Self {
         let own = route.coordinates();
         let virtual_count = own.iter().filter(|&&coordinate| coordinate < chain.virtual_count).count();
         let passive_count = own.len() - virtual_count;
@@ -147,13 +147,13 @@ impl<R: Real> ChainSystem<R> {
         }
         let moves_before = route.moves_before_frames();
         let loops: Vec<_> = route.loops.iter().map(|inner| LoopSystem::new(chain, inner, scale)).collect();
-        let hung = weight::hung(route, &moves_before);
+        let hung_masses = weight::hung_masses(route, &moves_before);
         let extra = drives.len() + turn_count;
         Self {
             virtual_count,
             passive_count,
             transmission: Transmission::new(chain, route, &own, extra, turn_count + loops.len() > 0, scale),
-            own,
+            coordinates: own,
             rows,
             drives,
             springs,
@@ -167,12 +167,12 @@ impl<R: Real> ChainSystem<R> {
             frames: Vec::with_capacity(moves_before.len()),
             moves_before,
             end: Vec3::zero(),
-            levers: vec![Vec3::zero(); if hung.is_empty() { 0 } else { route.move_count() }],
-            hung,
+            levers: vec![Vec3::zero(); if hung_masses.is_empty() { 0 } else { route.move_count() }],
+            hung_masses,
             mass: 0.0,
             moment_of_mass: Vec3::zero(),
             loops,
-            moved: Vec::new(),
+            drive_steps: Vec::new(),
             loop_wrenches: Vec::new(),
             closure: Screw::zero(),
             moment: Vec3::zero(),
@@ -180,24 +180,27 @@ impl<R: Real> ChainSystem<R> {
         }
     }
 
+    /// Column of the right-hand side.
     fn rhs_column(&self) -> usize {
         self.virtual_count + 6 + self.passive_count
     }
 
+    /// First column of the turn of the first frame against gravity.
     fn turn_column(&self) -> usize {
         self.rhs_column() + 1 + self.drives.len()
     }
 
+    /// First column of dt.
     fn twist_column(&self) -> usize {
         self.turn_column() + self.turn_count
     }
 
-    /// Number of unknowns without those of loops: dθ, dF, dq.
-    fn own_unknown_count(&self) -> usize {
+    /// Number of unknowns without those of loops: dθ, −dF̂, dq.
+    fn route_unknown_count(&self) -> usize {
         self.rhs_column()
     }
 
-    /// Number of drives.
+    /// Number of drives that have a column.
     pub fn drive_count(&self) -> usize {
         self.drives.len()
     }
@@ -207,19 +210,19 @@ impl<R: Real> ChainSystem<R> {
         self.virtual_count
     }
 
-    /// Row of chain coordinate `coordinate`, which the route moves: virtual ones first, passive ones behind the wrench.
+    /// Row of chain coordinate `coordinate`, which the route must move: virtual ones first, passive ones behind the wrench.
     #[inline(always)]
     fn row(&self, coordinate: usize) -> usize {
         self.rows[coordinate]
     }
 
-    /// Fills the system of a chain that stands and carries as `carried` says, the platform at `platform`.
+    /// Fills the system of a chain from its inputs `input`, the platform at `platform`.
     #[inline(always)]
-    pub fn fill(&mut self, chain: &Chain, platform: &Frame<R>, carried: &Carried<'_, R>) {
-        self.fill_route(chain, &chain.route, &Frame::splat(&chain.route.base), platform, carried);
+    pub fn fill(&mut self, chain: &Chain, platform: &Frame<R>, input: &ChainInput<'_, R>) {
+        self.fill_route(chain, &chain.route, &Frame::splat(&chain.route.base), platform, input);
     }
 
-    /// Fills the system of a route from a first frame at `first` to a target at `target`.
+    /// Fills the system of a `route` whose first frame is at `first` and whose end belongs at `target`.
     #[inline(always)]
     fn fill_route(
         &mut self,
@@ -227,10 +230,10 @@ impl<R: Real> ChainSystem<R> {
         route: &Route,
         first: &Frame<R>,
         target: &Frame<R>,
-        carried: &Carried<'_, R>,
+        input: &ChainInput<'_, R>,
     ) {
-        copy(&mut self.values, carried.coordinates);
-        chain.add_joints(carried.drives, &mut self.values);
+        copy(&mut self.values, input.coordinates);
+        chain.add_joint_positions(input.drives, &mut self.values);
         self.screws.clear();
         self.frames.clear();
         let end = route.propagate(
@@ -249,18 +252,18 @@ impl<R: Real> ChainSystem<R> {
             }
         }
         self.end = end.origin;
-        self.moment = carried.wrench.angular;
+        self.moment = input.wrench.angular;
         self.closure = Screw { linear: end.origin - target.origin, angular: rotation_log(end.rotation_from(target)) };
         self.matrix.clear();
         if !self.loops.is_empty() {
-            self.fill_loops(chain, route, carried);
+            self.fill_loops(chain, route, input);
         }
-        if !self.hung.is_empty() {
-            self.weigh(route, carried.gravity);
+        if !self.hung_masses.is_empty() {
+            self.add_weight(route, input.gravity);
         }
-        self.fill_jacobian_and_residual(carried.wrench);
-        self.fill_hessian(carried.wrench);
-        self.fill_springs(chain, carried.coordinates);
+        self.fill_jacobian_and_residual(input.wrench);
+        self.fill_hessian(input.wrench);
+        self.fill_springs(chain, input.coordinates);
         self.fill_point_springs(route);
         let (wrench_row, twist_column) = (self.virtual_count, self.twist_column());
         for i in 0..6 {
@@ -271,6 +274,7 @@ impl<R: Real> ChainSystem<R> {
         }
     }
 
+    /// Fills in the Jacobian, the closure error and the generalised forces `−Jᵀ F` of `wrench`.
     #[inline(always)]
     fn fill_jacobian_and_residual(&mut self, wrench: Screw<R>) {
         let (first, rhs) = (self.virtual_count, self.rhs_column());
@@ -287,8 +291,7 @@ impl<R: Real> ChainSystem<R> {
         }
     }
 
-    /// Subtracts the symmetric wrench-weighted Hessian: for k before or at j in the chain,
-    /// `H_jk = ω_k · (v_j × f + ½ ω_j × m)`.
+    /// Subtracts the symmetric wrench-weighted Hessian: for k before or at j in the chain, `H_jk = ω_k · (v_j × f + ½ ω_j × m)`.
     #[inline(always)]
     fn fill_hessian(&mut self, wrench: Screw<R>) {
         let half_moment = wrench.angular.scale(R::splat(0.5));
@@ -317,23 +320,23 @@ impl<R: Real> ChainSystem<R> {
         }
     }
 
-    /// Present residual, before elimination; `scale` in mm makes rotations and moments comparable.
+    /// Largest closure gap and force out of balance at present, before elimination; `scale` in mm makes rotations and moments comparable.
     #[inline(always)]
     pub fn residual(&self, scale: f64) -> ChainResidual<R> {
         let rhs = self.rhs_column();
         let per_length = R::splat(1.0 / scale);
         let mut force = R::zero();
-        for &coordinate in &self.own {
+        for &coordinate in &self.coordinates {
             let entry = self.matrix.get(self.row(coordinate), rhs).abs();
             force = force.larger(if self.is_rotation[coordinate] { entry * per_length } else { entry });
         }
         let gap = self.closure.linear.norm().larger(self.closure.angular.norm() * R::splat(scale));
         let own = ChainResidual { gap, force };
-        if self.loops.is_empty() { own } else { self.with_loops(own, scale) }
+        if self.loops.is_empty() { own } else { self.residual_with_loops(own, scale) }
     }
 
-    /// Eliminates the chain's unknowns but for its slacks; the lanes in which that works. In the others a pivot has the wrong
-    /// sign: the chain, held at its end, is not stable, has an idle joint or stands in a singular configuration.
+    /// Eliminates the chain's unknowns but for its slacks; returns the lanes in which that works. In the others a pivot has the wrong sign:
+    /// the chain, held at its end, is not stable, has an idle joint or is in a singular configuration.
     #[inline(always)]
     pub fn eliminate(&mut self) -> u8 {
         let (theta, rhs, twist) = (self.virtual_count, self.rhs_column(), self.twist_column());
@@ -346,18 +349,18 @@ impl<R: Real> ChainSystem<R> {
         good & self.matrix.eliminate(theta + 6..rhs, twist + 6, 1.0, 0.0)
     }
 
-    /// What is left after [`ChainSystem::eliminate`], and its right-hand column, behind which are drives and dt.
+    /// The matrix that [`ChainSystem::eliminate`] leaves, and its right-hand column, behind which are drives, turn and dt.
     #[inline(always)]
-    fn condensed(&self) -> (&Bordered<R>, usize) {
+    fn condensed_matrix(&self) -> (&Bordered<R>, usize) {
         match &self.transmission {
             Some(transmission) => (transmission.reduced(), transmission.rhs_column()),
             None => (&self.matrix, self.rhs_column()),
         }
     }
 
-    /// Column of dt where the right-hand side is column `rhs`.
+    /// First column of dt in a matrix whose right-hand side is column `rhs`.
     #[inline(always)]
-    fn twist_behind(&self, rhs: usize) -> usize {
+    fn twist_column_from(&self, rhs: usize) -> usize {
         rhs + 1 + self.drives.len() + self.turn_count
     }
 
@@ -367,54 +370,54 @@ impl<R: Real> ChainSystem<R> {
         self.transmission.as_ref().map_or(0, Transmission::wrench_count)
     }
 
-    /// Stiffness of the slack springs; `None` without slacks.
+    /// Stiffness of the slack springs, N/mm; `None` without slacks.
     pub fn slack_stiffness(&self) -> Option<f64> {
         self.transmission.as_ref().map(Transmission::slack_stiffness)
     }
 
-    /// After [`ChainSystem::eliminate`]: wrench F̂ per unit of slack `slack`, the platform held.
+    /// Wrench F̂ on the held platform per unit of slack `slack`, after [`ChainSystem::eliminate`].
     #[inline(always)]
     pub fn slack_wrench(&self, slack: usize) -> [R; 6] {
         self.transmission.as_ref().map_or([R::zero(); 6], |transmission| transmission.slack_wrench(slack))
     }
 
-    /// After [`ChainSystem::eliminate`]: what is left of slack `slack` per unit of slack `other`, the platform held, N/mm.
+    /// Part of slack `slack` left per unit of slack `other`, the platform held, after [`ChainSystem::eliminate`], N/mm.
     #[inline(always)]
     pub fn slack_response(&self, slack: usize, other: usize) -> R {
         self.transmission.as_ref().map_or(R::zero(), |transmission| transmission.slack_response(slack, other))
     }
 
-    /// After [`ChainSystem::eliminate`]: force in slack `slack` by the present residual, or per unit motion of `drive`.
+    /// Force in slack `slack` by the present residual, or per unit motion of `drive`, after [`ChainSystem::eliminate`].
     #[inline(always)]
     pub fn slack_force(&self, slack: usize, drive: Option<usize>) -> R {
         self.transmission.as_ref().map_or(R::zero(), |transmission| transmission.slack_force(slack, drive))
     }
 
-    /// After [`ChainSystem::eliminate`]: symmetric part K_i of the chain's stiffness, with its slack springs.
+    /// Entry of the symmetric part K_i of the chain's stiffness, with its slack springs, after [`ChainSystem::eliminate`].
     #[inline(always)]
     pub fn stiffness(&self, i: usize, j: usize) -> R {
-        let (matrix, rhs) = self.condensed();
-        let twist = self.twist_behind(rhs);
+        let (matrix, rhs) = self.condensed_matrix();
+        let twist = self.twist_column_from(rhs);
         matrix.get(twist + i.min(j), twist + i.max(j))
     }
 
-    /// After [`ChainSystem::eliminate`]: change of the chain wrench F̂ when the platform is held.
+    /// Change of the chain wrench F̂ with the platform held, after [`ChainSystem::eliminate`].
     #[inline(always)]
     pub fn held_wrench(&self) -> [R; 6] {
-        self.wrench_by(0)
+        self.wrench_by_column(0)
     }
 
-    /// After [`ChainSystem::eliminate`]: wrench F̂ per unit motion of drive `drive` with the platform held.
+    /// Wrench F̂ per unit motion of drive `drive` with the platform held, after [`ChainSystem::eliminate`].
     #[inline(always)]
     pub fn drive_wrench(&self, drive: usize) -> [R; 6] {
-        self.wrench_by(1 + drive)
+        self.wrench_by_column(1 + drive)
     }
 
-    /// Wrench by the known column `column` behind the unknowns.
+    /// Wrench F̂ by a known column, counted from the right-hand side (0) on, with the platform held.
     #[inline(always)]
-    fn wrench_by(&self, column: usize) -> [R; 6] {
-        let (matrix, rhs) = self.condensed();
-        let (row, twist) = (rhs + column, self.twist_behind(rhs));
+    fn wrench_by_column(&self, column: usize) -> [R; 6] {
+        let (matrix, rhs) = self.condensed_matrix();
+        let (row, twist) = (rhs + column, self.twist_column_from(rhs));
         let mut wrench = [R::zero(); 6];
         for (i, entry) in wrench.iter_mut().enumerate() {
             *entry = matrix.get(row, twist + i);
@@ -422,15 +425,14 @@ impl<R: Real> ChainSystem<R> {
         wrench
     }
 
-    /// What the closure error contributes to the platform's moment balance: `½ m × c_ω`.
+    /// Moment that the closure error adds to the platform's balance, `½ m × c_ω`, N·mm.
     #[inline(always)]
     pub fn closure_moment(&self) -> Vec3<R> {
         self.moment.cross(self.closure.angular).scale(R::splat(0.5))
     }
 
-    /// After [`ChainSystem::eliminate`]: the chain's unknowns for the platform step `dt`, the step `drives` of its drives and
-    /// its `slacks`, with the present residual times `residual`. Without slacks, after [`ChainSystem::condense`], they follow
-    /// from the chain alone.
+    /// Computes the chain's unknowns, after [`ChainSystem::eliminate`], for the platform step `dt`, the step `drives` of its drives and its
+    /// `slacks`, with the present residual times `residual`. Without slacks, after [`ChainSystem::condense`], they follow from the chain alone.
     #[inline(always)]
     pub fn substitute(&mut self, residual: f64, dt: &[R; 6], drives: &[R], slacks: Option<&[R]>) {
         self.substitute_route(residual, dt, drives, &[], slacks);
@@ -439,14 +441,13 @@ impl<R: Real> ChainSystem<R> {
         }
     }
 
-    /// The same for the unknowns of the route itself, its first frame turned by `turn` against gravity; `drives` are those that
-    /// have a column.
+    /// Computes the unknowns of the route itself, its first frame turned by `turn` against gravity; `drives`: steps of those that have a column.
     #[inline(always)]
     fn substitute_route(&mut self, residual: f64, dt: &[R; 6], drives: &[R], turn: &[R], slacks: Option<&[R]>) {
         let (rhs, turn_column, twist) = (self.rhs_column(), self.turn_column(), self.twist_column());
         copy(&mut self.solution[turn_column..], turn);
         if let Some(transmission) = &mut self.transmission {
-            let known = Known { residual, dt, drives, turn };
+            let known = KnownStep { residual, dt, drives, turn };
             return transmission.substitute(known, slacks, self.virtual_count, &mut self.solution);
         }
         clear(&mut self.solution[rhs..turn_column]);
@@ -456,7 +457,7 @@ impl<R: Real> ChainSystem<R> {
         self.matrix.back_substitute(rhs, &mut self.solution);
     }
 
-    /// Step of chain coordinate `coordinate`; of a drive's, the step of its joint ρ + θ_a.
+    /// Step of chain coordinate `coordinate`; for a drive's, the step of its joint ρ + θ_a.
     #[inline(always)]
     pub fn coordinate_step(&self, coordinate: usize) -> R {
         match self.rows[coordinate] {
@@ -465,7 +466,7 @@ impl<R: Real> ChainSystem<R> {
         }
     }
 
-    /// Step of the wrench for the platform step `dt`. Between dF̂ and dF lies the moment `½ m × (dω − c_ω)`.
+    /// Step of the chain's wrench F for the platform step `dt`. Between dF̂ and dF lies the moment `½ m × (dω − c_ω)`.
     #[inline(always)]
     pub fn wrench_step(&self, dt: &[R; 6]) -> [R; 6] {
         let mut step = [R::zero(); 6];
@@ -480,12 +481,11 @@ impl<R: Real> ChainSystem<R> {
         step
     }
 
-    /// After [`ChainSystem::eliminate`]: eliminates the slacks as well; the lanes in which the chain is elastic in all wrenches that
-    /// it transmits.
+    /// Eliminates the slacks as well; returns the lanes in which the chain is elastic in all wrenches that it transmits.
     #[inline(always)]
-    fn settle(&mut self) -> u8 {
+    fn eliminate_slacks(&mut self) -> u8 {
         match &mut self.transmission {
-            Some(transmission) => transmission.settle(),
+            Some(transmission) => transmission.eliminate_slacks(),
             None => R::ALL,
         }
     }
@@ -494,7 +494,7 @@ impl<R: Real> ChainSystem<R> {
     #[inline(always)]
     pub fn largest_rotation(&self) -> R {
         let mut largest = R::zero();
-        for &coordinate in &self.own {
+        for &coordinate in &self.coordinates {
             if self.is_rotation[coordinate] {
                 largest = largest.larger(self.solution[self.rows[coordinate]].abs());
             }
@@ -504,8 +504,7 @@ impl<R: Real> ChainSystem<R> {
 }
 
 impl ChainSystem<f64> {
-    /// Fills the system at `state` with drives at `drives` (this chain's) and the platform at `platform`, masses having the
-    /// weight `gravity` per kg.
+    /// Fills the system in `state`, this chain's drives at `drives` (mm, rad), the platform at `platform`, a kilogram weighing `gravity` (N).
     pub fn linearise(
         &mut self,
         chain: &Chain,
@@ -517,25 +516,25 @@ impl ChainSystem<f64> {
         let mut loops = std::mem::take(&mut self.loop_wrenches);
         loops.clear();
         loops.extend(state.loops.iter().map(|&wrench| Screw::from(wrench)));
-        let carried = Carried {
+        let input = ChainInput {
             drives,
             coordinates: &state.coordinates,
             wrench: state.wrench.into(),
             loops: &loops,
             gravity: Vec3::splat(gravity),
         };
-        self.fill(chain, &Frame::splat(platform), &carried);
+        self.fill(chain, &Frame::splat(platform), &input);
         self.loop_wrenches = loops;
     }
 
-    /// Eliminates all unknowns of the chain; the symmetric part K_i of its stiffness. `None` as [`ChainSystem::eliminate`],
-    /// and for a chain that is rigid in some direction.
+    /// Eliminates all unknowns of the chain; returns the symmetric part K_i of its stiffness, `None` where it is unstable, idle, singular
+    /// or rigid.
     pub fn condense(&mut self) -> Option<Matrix6<f64>> {
-        let good = self.eliminate() == 1 && self.settle() == 1;
+        let good = self.eliminate() == 1 && self.eliminate_slacks() == 1;
         good.then(|| Matrix6::from_fn(|i, j| self.stiffness(i, j)))
     }
 
-    /// Adds the step to `state`.
+    /// Adds the step, `dt` being that of the platform, to `state`.
     pub fn apply(&self, dt: &Vector6<f64>, state: &mut ChainState) {
         for (coordinate, value) in state.coordinates.iter_mut().enumerate() {
             *value += self.coordinate_step(coordinate);

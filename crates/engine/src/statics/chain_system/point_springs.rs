@@ -14,12 +14,13 @@ use crate::{
 };
 
 impl<R: Real> ChainSystem<R> {
+    /// Adds forces and stiffness of the springs between points to the system.
     #[inline(always)]
     pub(super) fn fill_point_springs(&mut self, route: &Route) {
         let rhs = self.rhs_column();
         for spring in &route.point_springs {
-            let (near, first) = self.anchored(&spring.from);
-            let (far, last) = self.anchored(&spring.to);
+            let (near, first) = self.locate_anchor(&spring.from);
+            let (far, last) = self.locate_anchor(&spring.to);
             let way = far - near;
             let stiffness = R::splat(spring.stiffness);
             let left = spring.tension_at_zero_length();
@@ -43,22 +44,22 @@ impl<R: Real> ChainSystem<R> {
                     if self.is_rotation[coordinate] {
                         value += pull.dot(twist.angular.cross(velocity_j));
                     }
-                    self.add_pair(j, k, value);
+                    self.add_second_derivative(j, k, value);
                 }
             }
         }
     }
 
-    /// Where an anchor is, and the number of elementary motions before it.
+    /// Position of an anchor in O (mm), and the number of elementary motions before it.
     #[inline(always)]
-    fn anchored(&self, anchor: &Anchor) -> (Vec3<R>, usize) {
+    fn locate_anchor(&self, anchor: &Anchor) -> (Vec3<R>, usize) {
         match anchor.frame {
-            Some(frame) => (self.frames[frame].place(&anchor.at), self.moves_before[frame]),
+            Some(frame) => (self.frames[frame].transform(&anchor.at), self.moves_before[frame]),
             None => (Vec3::splat(&anchor.at), 0),
         }
     }
 
-    /// Velocity that elementary motion `j` gives to the point at `place` in O.
+    /// Velocity that elementary motion `j` gives to the point at `place` in O (mm).
     #[inline(always)]
     pub(super) fn velocity_at(&self, j: usize, place: Vec3<R>) -> Vec3<R> {
         let (coordinate, twist) = self.screws[j];
@@ -67,7 +68,7 @@ impl<R: Real> ChainSystem<R> {
 
     /// Adds the second derivative by the elementary motions `j` and `k`, k before or at j, to the entry of their coordinates.
     #[inline(always)]
-    pub(super) fn add_pair(&mut self, j: usize, k: usize, value: R) {
+    pub(super) fn add_second_derivative(&mut self, j: usize, k: usize, value: R) {
         let (row_j, row_k) = (self.rows[self.screws[j].0], self.rows[self.screws[k].0]);
         // A coordinate that drives two motions (parallelogram) meets itself twice, from either side.
         let twice = row_j == row_k && k != j;

@@ -1,4 +1,4 @@
-//! What springs on the coordinates of a route do: drives, links, parallelograms, sprung joints.
+//! Springs on the coordinates of a route: drives, links, parallelograms, sprung joints.
 
 use super::ChainSystem;
 use crate::{
@@ -7,6 +7,7 @@ use crate::{
 };
 
 impl<R: Real> ChainSystem<R> {
+    /// Adds forces and stiffness of drives, links, parallelograms and sprung joints to the system.
     #[inline(always)]
     pub(super) fn fill_springs(&mut self, chain: &Chain, coordinates: &[R]) {
         let rhs = self.rhs_column();
@@ -51,7 +52,7 @@ impl<R: Real> ChainSystem<R> {
         }
     }
 
-    /// `U = ½ θᵀ K(q) θ` with the first of `theta` at row `start` and `q` the passive coordinate `passive`.
+    /// Adds a parallelogram's spring `U = ½ θᵀ K(q) θ`, the first of `theta` at row `start` and `q` the passive coordinate `passive`.
     #[inline(always)]
     fn fill_parallelogram(
         &mut self,

@@ -11,32 +11,32 @@ use crate::{
     statics::{ChainState, State, platform::SquareTask},
 };
 
-/// What a step is given besides the state.
+/// Input of a step besides the state and the wrench.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Given {
-    /// Where the tool tip is to stand: the drives are found.
+pub enum StepInput {
+    /// Position of the tool tip, mm in O: the step finds the drives.
     Tip,
-    /// Nothing: the drives stand where the state has them, and the platform is found.
+    /// Nothing: the drives stay as the state has them, and the step finds the platform.
     Drives,
 }
 
-impl Given {
-    /// How many numbers a step is given besides the state: a position, mm, and the wrench.
+impl StepInput {
+    /// Number of inputs besides the state: of a position (mm), if there is one, and of the wrench (N, N·mm).
     pub fn count(self) -> usize {
         match self {
-            Given::Tip => 3 + 6,
-            Given::Drives => 6,
+            StepInput::Tip => 3 + 6,
+            StepInput::Drives => 6,
         }
     }
 }
 
-/// First of the numbers of the platform's origin, mm, of a machine with so many drives.
-pub fn origin(drives: usize) -> usize {
+/// Index of the platform's origin (mm) in the numbers of a state, for a machine with so many drives.
+pub fn origin_index(drives: usize) -> usize {
     drives + 9
 }
 
-/// A state as a row of numbers.
-pub fn numbers(drives: &[f64], state: &State) -> Vec<f64> {
+/// Drive positions (mm, rad) and a state as a row of numbers.
+pub fn state_numbers(drives: &[f64], state: &State) -> Vec<f64> {
     let pose = state.platform();
     let mut numbers = drives.to_vec();
     numbers.extend(pose.rotation.iter().chain(pose.translation.iter()));
@@ -49,8 +49,8 @@ pub fn numbers(drives: &[f64], state: &State) -> Vec<f64> {
     numbers
 }
 
-/// Drives and state of a row of numbers.
-pub fn state_of(machine: &Machine, numbers: &[f64]) -> (Vec<f64>, State) {
+/// Drive positions and state from a row of numbers.
+pub fn state_from_numbers(machine: &Machine, numbers: &[f64]) -> (Vec<f64>, State) {
     let mut rest = numbers.iter().copied();
     let mut take = |count: usize| rest.by_ref().take(count).collect::<Vec<f64>>();
     let drives = take(machine.drive_count());
@@ -72,24 +72,23 @@ pub fn state_of(machine: &Machine, numbers: &[f64]) -> (Vec<f64>, State) {
     (drives, State { pose, chains, body: None })
 }
 
-/// A Newton step of `machine`, whose drives control its three translations, as a list of operations: of the numbers of a state and what is
-/// `given` to those of the next. The wrench is a dead one about the tool tip, the platform turned as at home.
-///
-/// `postures` are rows of such numbers, which show the ways that the step takes; `None` where it cannot be written down.
-pub fn step_program(machine: &Machine, given: Given, postures: &[Vec<f64>]) -> Option<Program> {
+/// Records a Newton step of `machine`, whose drives control its three translations, as operations from the numbers of a state and the
+/// inputs `given` to the numbers of the next state. The wrench is a dead one about the tool tip, the platform oriented as at home.
+/// `postures` are rows of inputs that decide which branches are recorded; `None` where the step cannot be written as one list of operations.
+pub fn step_program(machine: &Machine, given: StepInput, postures: &[Vec<f64>]) -> Option<Program> {
     record(postures, |inputs| step(machine, given, inputs))
 }
 
-/// The step itself; `None` where it takes more than a full step over condensed chains.
-pub fn step<R: Real>(machine: &Machine, given: Given, inputs: &[R]) -> Option<Vec<R>> {
+/// Computes the Newton step that [`step_program`] records; `None` where it takes more than a full step over condensed chains.
+pub fn step<R: Real>(machine: &Machine, given: StepInput, inputs: &[R]) -> Option<Vec<R>> {
     let (state, asked) = inputs.split_at(inputs.len() - given.count());
     let (position, wrench) = asked.split_at(asked.len() - 6);
     let mut solver: LaneSolver<R> = LaneSolver::new(machine);
     let gravity = Vec3::splat(&machine.gravity);
-    solver.take(state);
+    solver.set_numbers(state);
     solver.linearise(machine, gravity);
-    let task = (given == Given::Tip).then(|| solver.tip_task(machine, position));
-    let imbalance = solver.imbalance(machine, gravity, at_platform(machine, wrench));
+    let task = (given == StepInput::Tip).then(|| solver.tip_error(machine, position));
+    let imbalance = solver.imbalance(machine, gravity, wrench_at_platform(machine, wrench));
     let mut progress = Progress {
         iterations: [Iteration::new(); MAX_LANES],
         residuals: [0.0; MAX_LANES],
@@ -97,11 +96,11 @@ pub fn step<R: Real>(machine: &Machine, given: Given, inputs: &[R]) -> Option<Ve
         solved: 0,
     };
     solver.step_lanes(machine, imbalance, task.as_ref(), &mut progress);
-    (progress.active == R::ALL).then(|| solver.give())
+    (progress.active == R::ALL).then(|| solver.numbers())
 }
 
-/// The wrench at P of one about the tool tip, the platform turned as at home.
-fn at_platform<R: Real>(machine: &Machine, wrench: &[R]) -> [R; 6] {
+/// Wrench at P of `wrench` about the tool tip, the platform oriented as at home (N, N·mm).
+fn wrench_at_platform<R: Real>(machine: &Machine, wrench: &[R]) -> [R; 6] {
     let mut numbers = [R::zero(); 6];
     numbers.copy_from_slice(wrench);
     let mut own = Screw::from_array(numbers);
@@ -111,8 +110,8 @@ fn at_platform<R: Real>(machine: &Machine, wrench: &[R]) -> [R; 6] {
 }
 
 impl<R: Real> LaneSolver<R> {
-    /// Takes up a state.
-    fn take(&mut self, numbers: &[R]) {
+    /// Sets drives, platform and chains from the numbers of a state.
+    fn set_numbers(&mut self, numbers: &[R]) {
         let mut rest = numbers.iter().copied();
         let mut put = |number: &mut R| {
             if let Some(value) = rest.next() {
@@ -131,8 +130,8 @@ impl<R: Real> LaneSolver<R> {
         }
     }
 
-    /// The state.
-    fn give(&self) -> Vec<R> {
+    /// Drives, platform and chains as the numbers of a state.
+    fn numbers(&self) -> Vec<R> {
         let mut numbers = self.drives.clone();
         numbers.extend(self.platform.axes.iter().flat_map(|axis| axis.0));
         numbers.extend(self.platform.origin.0);
@@ -145,8 +144,8 @@ impl<R: Real> LaneSolver<R> {
         numbers
     }
 
-    /// Where the tool tip is, less `wanted`, along the axes that the drives control.
-    fn tip_task(&self, machine: &Machine, wanted: &[R]) -> SquareTask<R> {
+    /// Position of the tool tip less `wanted` (mm, O axes), along the axes that the drives control, and its derivative by the twist of P.
+    fn tip_error(&self, machine: &Machine, wanted: &[R]) -> SquareTask<R> {
         let Frame { axes: _, origin } = self.platform;
         let lever = self.platform.outward(Vec3::splat(&machine.tool_tip));
         let tip = origin + lever;

@@ -1,12 +1,12 @@
-//! Block numbers of Heidenhain's programs, which must be different and rise.
+//! Block numbers of Heidenhain's programs, which must rise.
 
 use std::ops::Range;
 
 use crate::toolpath::read::gcode::lines::{self, Lines};
 
-/// `written`, in which the lines that a block was split into begin with the number of the block: each of them is counted on, and
-/// so are all that follow. Numbers are not what jumps go to. A program of as many lines as `source` is as it was.
-pub(crate) fn rising(source: &[u8], written: Vec<u8>) -> Vec<u8> {
+/// `written` with rising block numbers: the lines that a block was split into begin with its number, and are counted on with all that follow.
+/// A program of as many lines as `source` stays as it is.
+pub(crate) fn renumber_blocks(source: &[u8], written: Vec<u8>) -> Vec<u8> {
     let lines = Lines::of(&written);
     if lines.len() == Lines::of(source).len() {
         return written;
@@ -30,10 +30,10 @@ pub(crate) fn rising(source: &[u8], written: Vec<u8>) -> Vec<u8> {
     out
 }
 
-/// The number that a block begins with, and where.
+/// The range and value of the number that a block begins with.
 pub(crate) fn number(content: &[u8]) -> Option<(Range<usize>, u64)> {
     let blanks = |from: usize| from + content[from..].iter().take_while(|byte| lines::is_blank(**byte)).count();
-    let start = lines::blanks(content);
+    let start = lines::blank_len(content);
     let start = if content.get(start) == Some(&b'/') { blanks(start + 1) } else { start };
     let length = content[start..].iter().take_while(|byte| byte.is_ascii_digit()).count();
     let ends = content.get(start + length).is_none_or(|byte| lines::is_blank(*byte) || *byte == b'/');

@@ -1,4 +1,4 @@
-//! Which dialect a program is in, as its text shows.
+//! Detects the dialect of a program by its text.
 
 use crate::toolpath::{
     model::gcode::Dialect,
@@ -17,9 +17,9 @@ impl Dialect {
     #[must_use]
     pub fn of(source: &[u8]) -> Dialect {
         let lines = || source.split(|byte| matches!(byte, b'\r' | b'\n'));
-        if lines().any(begins_heidenhain) {
+        if lines().any(is_heidenhain_begin) {
             Dialect::Heidenhain
-        } else if lines().any(shows_sinumerik) {
+        } else if lines().any(is_sinumerik_line) {
             Dialect::Sinumerik
         } else {
             Dialect::Iso
@@ -27,18 +27,20 @@ impl Dialect {
     }
 }
 
-fn begins_heidenhain(line: &[u8]) -> bool {
-    let start = block_numbers::number(line).map_or(lines::blanks(line), |(range, _)| range.end);
+/// Whether a line is `BEGIN PGM`.
+fn is_heidenhain_begin(line: &[u8]) -> bool {
+    let start = block_numbers::number(line).map_or(lines::blank_len(line), |(range, _)| range.end);
     let mut scan = Scan::of_line(line, start);
     let mut word = || {
         scan.next();
-        scan.letters()
+        scan.take_letters()
     };
     word() == "BEGIN" && word() == "PGM"
 }
 
-fn shows_sinumerik(line: &[u8]) -> bool {
-    let start = lines::prefix(line);
+/// Whether a line has what only Sinumerik has.
+fn is_sinumerik_line(line: &[u8]) -> bool {
+    let start = lines::prefix_len(line);
     if line[start..].starts_with(b"%_N_") {
         return true;
     }
@@ -50,18 +52,20 @@ fn shows_sinumerik(line: &[u8]) -> bool {
     while let Some(byte) = scan.next() {
         if byte == b'(' {
             // A comment of ISO.
-            if scan.closed(b'(', b')').is_err() {
+            if scan.skip_closed(b'(', b')').is_err() {
                 return false;
             }
         } else if byte.is_ascii_alphabetic() {
-            let letters = scan.letters();
+            let letters = scan.take_letters();
             let name = match letters.len() {
-                2.. => letters + &String::from_utf8_lossy(&scan.line[scan.run(|byte| byte.is_ascii_alphanumeric())]),
+                2.. => {
+                    letters + &String::from_utf8_lossy(&scan.line[scan.take_while(|byte| byte.is_ascii_alphanumeric())])
+                }
                 _ => letters,
             };
-            let number = scan.run(|byte| byte.is_ascii_digit() || byte == b'.');
-            let is_own_g = name == "G" && sinumerik_words::is_own_g(&scan.upper(number));
-            if is_own_g || scan.takes(b'=') || sinumerik_words::is_own(&name, scan.peek() == Some(b'(')) {
+            let number = scan.take_while(|byte| byte.is_ascii_digit() || byte == b'.');
+            let is_own_g = name == "G" && sinumerik_words::is_sinumerik_g(&scan.upper_text(number));
+            if is_own_g || scan.takes(b'=') || sinumerik_words::is_sinumerik_name(&name, scan.peek() == Some(b'(')) {
                 return true;
             }
         } else {

@@ -1,9 +1,9 @@
-//! Blocks of Heidenhain's conversational programs: what each begins with says what it is.
+//! Heidenhain's conversational programs, block by block: the first words of a block say what it is.
 
 use crate::toolpath::{
     model::{
         Plane,
-        gcode::{Fault, Foreign, GWord, LengthUnit, Refusal, Setting, Unsupported, Vocable, Word},
+        gcode::{Fault, Foreign, ForeignWord, GWord, LengthUnit, Refusal, Setting, Unsupported, Word},
     },
     read::{
         gcode::{
@@ -18,69 +18,70 @@ use crate::toolpath::{
     },
 };
 
-/// Reads blocks, one after the other.
+/// A reader of the blocks of a Heidenhain program.
 #[derive(Default)]
 pub(crate) struct Reader {
-    /// The block that goes on in this line, as `~` at its end says.
+    /// The block that the next line continues, as `~` at the end of a line says.
     continued: Option<Continued>,
-    /// The feed of the last TOOL CALL.
+    /// Feed of the last TOOL CALL.
     tool_feed: Option<f64>,
 }
 
-/// A block of several lines.
+/// Kind of a block of several lines.
 #[derive(Clone, Copy, PartialEq)]
 enum Continued {
-    /// One that does not change where the tool goes.
+    /// A block that does not change where the tool goes.
     Passive,
-    /// CYCL DEF 247.
+    /// CYCL DEF 247, which sets a preset.
     Preset,
 }
 
-static MILLIMETRE: Vocable = Vocable { name: "MM", asks: GWord::Unit(LengthUnit::Millimetre) };
-static INCH: Vocable = Vocable { name: "INCH", asks: GWord::Unit(LengthUnit::Inch) };
-static END: Vocable = Vocable { name: "END PGM", asks: GWord::End };
-static TOOL_Z: Vocable = Vocable { name: "Z", asks: GWord::Plane(Plane::Xy) };
-static TOOL_Y: Vocable = Vocable { name: "Y", asks: GWord::Plane(Plane::Zx) };
-static TOOL_X: Vocable = Vocable { name: "X", asks: GWord::Plane(Plane::Yz) };
-static SHIFT: Vocable = Vocable { name: "CYCL DEF 7", asks: GWord::Setting(Setting::Translation { afresh: false }) };
-static PRESET: Vocable = Vocable { name: "CYCL DEF 247", asks: GWord::Preset };
+static MILLIMETRE: ForeignWord = ForeignWord { name: "MM", meaning: GWord::Unit(LengthUnit::Millimetre) };
+static INCH: ForeignWord = ForeignWord { name: "INCH", meaning: GWord::Unit(LengthUnit::Inch) };
+static END: ForeignWord = ForeignWord { name: "END PGM", meaning: GWord::End };
+static TOOL_Z: ForeignWord = ForeignWord { name: "Z", meaning: GWord::Plane(Plane::Xy) };
+static TOOL_Y: ForeignWord = ForeignWord { name: "Y", meaning: GWord::Plane(Plane::Zx) };
+static TOOL_X: ForeignWord = ForeignWord { name: "X", meaning: GWord::Plane(Plane::Yz) };
+static SHIFT: ForeignWord =
+    ForeignWord { name: "CYCL DEF 7", meaning: GWord::Setting(Setting::Translation { afresh: false }) };
+static PRESET: ForeignWord = ForeignWord { name: "CYCL DEF 247", meaning: GWord::Preset };
 
-/// What FUNCTION TCPM may say behind it.
+/// Accepted forms of FUNCTION TCPM.
 const TCPM: [&str; 2] = ["F TCP AXIS POS PATHCTRL AXIS", "F TCP AXIS POS PATHCTRL AXIS REFPNT TIP-TIP"];
 
 impl Reader {
-    /// What `line` says.
+    /// Parses the next line into words; lines that do not change where the tool goes have none.
     pub fn statement(&mut self, line: &[u8]) -> Result<Statement, Refusal> {
         let goes_on = line.trim_ascii_end().ends_with(b"~");
         if let Some(block) = self.continued {
             self.continued = self.continued.filter(|_| goes_on);
-            let words = if block == Continued::Preset { preset(Scan::of_line(line, 0))? } else { Vec::new() };
+            let words = if block == Continued::Preset { preset_words(Scan::of_line(line, 0))? } else { Vec::new() };
             return Ok(Statement::Words { words, prefix: 0 });
         }
-        let start = block_numbers::number(line).map_or_else(|| lines::prefix(line), |(range, _)| range.end);
+        let start = block_numbers::number(line).map_or_else(|| lines::prefix_len(line), |(range, _)| range.end);
         let mut scan = Scan::of_line(line, start);
         scan.next();
         let prefix = scan.at;
         // A heading of the program's outline.
         let is_empty = matches!(scan.peek(), None | Some(b'*'));
-        let words = if is_empty { Vec::new() } else { self.block(scan, goes_on)? };
+        let words = if is_empty { Vec::new() } else { self.block_words(scan, goes_on)? };
         if goes_on && !is_empty {
             self.continued.get_or_insert(Continued::Passive);
         }
         Ok(Statement::Words { words, prefix })
     }
 
-    /// The words of a block.
-    fn block(&mut self, mut scan: Scan, goes_on: bool) -> Result<Vec<Word>, Refusal> {
+    /// Words of a block.
+    fn block_words(&mut self, mut scan: Scan, goes_on: bool) -> Result<Vec<Word>, Refusal> {
         let start = scan.at;
-        let name = scan.letters();
+        let name = scan.take_letters();
         let verb = match name.as_str() {
             "L" => Verb::Line,
             "C" => Verb::Arc,
             "CR" => Verb::ArcByRadius,
             "CC" => Verb::Centre,
             "M" => Verb::None,
-            _ => return self.statement_called(&name, scan, start),
+            _ => return self.other_block_words(&name, scan, start),
         };
         if goes_on {
             return Err(scan.refuse_all(start, Foreign::Continued));
@@ -88,30 +89,30 @@ impl Reader {
         if verb == Verb::None {
             scan.at = start;
         }
-        heidenhain_words::words(scan, verb, start, self.tool_feed)
+        heidenhain_words::motion_words(scan, verb, start, self.tool_feed)
     }
 
-    /// A block that is no motion.
-    fn statement_called(&mut self, name: &str, mut scan: Scan, start: usize) -> Result<Vec<Word>, Refusal> {
+    /// Words of a block called `name` that is no motion.
+    fn other_block_words(&mut self, name: &str, mut scan: Scan, start: usize) -> Result<Vec<Word>, Refusal> {
         scan.next();
         let scan = scan;
         let mut rest = scan;
-        let second = rest.letters();
+        let second = rest.take_letters();
         let refuse = |foreign: Foreign| Err(scan.refuse_all(start, foreign));
         match (name, second.as_str()) {
-            ("BEGIN", "PGM") => begin(scan, start),
-            ("END", "PGM") => Ok(vec![Word { asks: Some(&END), ..Word::plain('G', 0.0, start..rest.at) }]),
+            ("BEGIN", "PGM") => unit_word(scan, start),
+            ("END", "PGM") => Ok(vec![Word { meaning: Some(&END), ..Word::plain('G', 0.0, start..rest.at) }]),
             ("BLK", _) | ("TOOL", "DEF") | ("STOP" | "LBL", _) => Ok(Vec::new()),
-            ("FUNCTION", "RESET") if ends_with(&rest, "TCPM") => Ok(vec![word_of(&OF_MACHINE, start..scan.line.len())]),
+            ("FUNCTION", "RESET") if ends_with(&rest, "TCPM") => Ok(vec![g_word(&OF_MACHINE, start..scan.line.len())]),
             ("FUNCTION", "RESET") => Ok(Vec::new()),
             // Rotary axes turn evenly to their own angles; with others the tool would turn otherwise.
-            ("FUNCTION", "TCPM") if TCPM.contains(&said(&rest).as_str()) => {
-                Ok(vec![word_of(&OF_TIP, start..scan.line.len())])
+            ("FUNCTION", "TCPM") if TCPM.contains(&rest_of_line(&rest).as_str()) => {
+                Ok(vec![g_word(&OF_TIP, start..scan.line.len())])
             }
             ("FUNCTION", "MODE") if ends_with(&rest, "MILL") => Ok(Vec::new()),
             ("PLANE", "RESET") if ends_with(&rest, "STAY") => Ok(Vec::new()),
-            ("TOOL", "CALL") => self.tool(rest),
-            ("CYCL", "DEF") => self.cycle(rest, start),
+            ("TOOL", "CALL") => self.tool_call_words(rest),
+            ("CYCL", "DEF") => self.cycle_words(rest, start),
             ("CALL", "LBL") | ("IF", _) => refuse(Foreign::Flow),
             ("CALL" | "SEL", _) => refuse(Foreign::Call),
             ("FN", _) if matches!(scan.line.get(scan.at..), Some([b'9', ..] | [b'1', b'0'..=b'2', ..])) => {
@@ -129,25 +130,25 @@ impl Reader {
         }
     }
 
-    /// TOOL CALL: the tool, the plane by its axis, S and F.
-    fn tool(&mut self, mut scan: Scan) -> Result<Vec<Word>, Refusal> {
+    /// Words of TOOL CALL: the tool, the plane by its axis, S and F.
+    fn tool_call_words(&mut self, mut scan: Scan) -> Result<Vec<Word>, Refusal> {
         let mut words = Vec::new();
         scan.next();
-        if let Some((number, range)) = scan.decimal()? {
+        if let Some((number, range)) = scan.take_decimal()? {
             words.push(Word::plain('T', number, range.clone()));
             words.push(Word::plain('M', 6.0, range));
         }
         while let Some(byte) = scan.next() {
             let start = scan.at;
             if byte == b'"' {
-                scan.closed(b'"', b'"')?;
+                scan.skip_closed(b'"', b'"')?;
                 continue;
             }
-            if scan.decimal()?.is_some() {
+            if scan.take_decimal()?.is_some() {
                 // How much it is longer or thicker than its table says.
                 continue;
             }
-            let letters = scan.letters();
+            let letters = scan.take_letters();
             let plane = match letters.as_str() {
                 "Z" => &TOOL_Z,
                 "Y" => &TOOL_Y,
@@ -155,13 +156,14 @@ impl Reader {
                 "DL" | "DR" => continue,
                 "S" | "F" => {
                     scan.next();
-                    let (value, number) =
-                        scan.decimal()?.ok_or_else(|| scan.refuse(start, heidenhain_words::no_number(&scan)))?;
+                    let (value, number) = scan
+                        .take_decimal()?
+                        .ok_or_else(|| scan.refuse(start, heidenhain_words::number_fault(&scan)))?;
                     if letters == "F" {
                         self.tool_feed = Some(value);
                     }
                     let letter = if letters == "S" { 'S' } else { 'F' };
-                    words.push(heidenhain_words::word(letter, value, start, number)?);
+                    words.push(heidenhain_words::numbered_word(letter, value, start, number)?);
                     continue;
                 }
                 "U" | "V" | "W" => {
@@ -170,30 +172,30 @@ impl Reader {
                 "Q" | "QL" | "QR" | "QS" | "SQ" | "FQ" => return Err(scan.refuse(start, Foreign::Parameter)),
                 _ => return Err(scan.refuse(start, Foreign::Unknown)),
             };
-            words.push(Word { asks: Some(plane), ..Word::plain('G', 0.0, start..scan.at) });
+            words.push(Word { meaning: Some(plane), ..Word::plain('G', 0.0, start..scan.at) });
         }
         Ok(words)
     }
 
-    /// CYCL DEF: a datum shift, a preset, and what does not move the tool.
-    fn cycle(&mut self, mut scan: Scan, start: usize) -> Result<Vec<Word>, Refusal> {
+    /// Words of CYCL DEF: a datum shift, a preset, or none for cycles that do not move the tool.
+    fn cycle_words(&mut self, mut scan: Scan, start: usize) -> Result<Vec<Word>, Refusal> {
         scan.next();
         let refuse = |foreign: Foreign| Err(scan.refuse_all(start, foreign));
         let mut rest = scan;
-        let Some((number, range)) = rest.decimal()? else { return refuse(Foreign::Cycle) };
+        let Some((number, range)) = rest.take_decimal()? else { return refuse(Foreign::Cycle) };
         match number.trunc() as u32 {
-            7 if scan.upper(range).ends_with(".0") => Ok(Vec::new()),
+            7 if scan.upper_text(range).ends_with(".0") => Ok(Vec::new()),
             7 => {
                 if rest.next() == Some(b'#') {
                     return refuse(Foreign::DatumTable);
                 }
-                let mut words = vec![Word { asks: Some(&SHIFT), ..Word::plain('G', 0.0, start..start + 4) }];
-                words.extend(heidenhain_words::coordinates(rest)?);
+                let mut words = vec![Word { meaning: Some(&SHIFT), ..Word::plain('G', 0.0, start..start + 4) }];
+                words.extend(heidenhain_words::coordinate_words(rest)?);
                 Ok(words)
             }
             247 => {
                 self.continued = Some(Continued::Preset);
-                let words = preset(rest)?;
+                let words = preset_words(rest)?;
                 if !scan.line.trim_ascii_end().ends_with(b"~") && !words.is_empty() {
                     self.continued = None;
                 }
@@ -208,21 +210,21 @@ impl Reader {
     }
 }
 
-/// BEGIN PGM: the unit is its last word.
-fn begin(scan: Scan, start: usize) -> Result<Vec<Word>, Refusal> {
+/// The unit of BEGIN PGM, its last word.
+fn unit_word(scan: Scan, start: usize) -> Result<Vec<Word>, Refusal> {
     let text = scan.line.trim_ascii_end();
     let length = text.iter().rev().take_while(|byte| byte.is_ascii_alphabetic()).count();
     let span = text.len() - length..text.len();
-    let unit = match scan.upper(span.clone()).as_str() {
+    let unit = match scan.upper_text(span.clone()).as_str() {
         "MM" => &MILLIMETRE,
         "INCH" => &INCH,
         _ => return Err(scan.refuse_all(start, Foreign::NoUnit)),
     };
-    Ok(vec![Word { asks: Some(unit), ..Word::plain('G', 0.0, span) }])
+    Ok(vec![Word { meaning: Some(unit), ..Word::plain('G', 0.0, span) }])
 }
 
-/// The number of the preset behind `Q339=`, if it is on the line.
-fn preset(mut scan: Scan) -> Result<Vec<Word>, Refusal> {
+/// The preset number behind `Q339=`, if it is on the line.
+fn preset_words(mut scan: Scan) -> Result<Vec<Word>, Refusal> {
     let Some(at) = scan.line.windows(4).position(|text| text.eq_ignore_ascii_case(b"Q339")) else {
         return Ok(Vec::new());
     };
@@ -231,20 +233,22 @@ fn preset(mut scan: Scan) -> Result<Vec<Word>, Refusal> {
         return Err(scan.refuse(at, Foreign::NoNumber));
     }
     scan.next();
-    let (value, number) = scan.decimal()?.ok_or_else(|| scan.refuse(at, heidenhain_words::no_number(&scan)))?;
-    Ok(vec![Word { asks: Some(&PRESET), ..heidenhain_words::word('G', value, at, number)? }])
+    let (value, number) = scan.take_decimal()?.ok_or_else(|| scan.refuse(at, heidenhain_words::number_fault(&scan)))?;
+    Ok(vec![Word { meaning: Some(&PRESET), ..heidenhain_words::numbered_word('G', value, at, number)? }])
 }
 
-/// What is left of the line, in upper case, with single blanks.
-fn said(scan: &Scan) -> String {
-    let rest = scan.upper(scan.at..scan.line.len());
+/// The rest of the line, in upper case with single blanks.
+fn rest_of_line(scan: &Scan) -> String {
+    let rest = scan.upper_text(scan.at..scan.line.len());
     rest.split_ascii_whitespace().collect::<Vec<_>>().join(" ")
 }
 
-fn word_of(asks: &'static Vocable, span: std::ops::Range<usize>) -> Word {
-    Word { asks: Some(asks), ..Word::plain('G', 0.0, span) }
+/// A G word with this meaning that spans `span`.
+fn g_word(meaning: &'static ForeignWord, span: std::ops::Range<usize>) -> Word {
+    Word { meaning: Some(meaning), ..Word::plain('G', 0.0, span) }
 }
 
+/// Whether the rest of the line ends with `word`, which is upper case.
 fn ends_with(scan: &Scan, word: &str) -> bool {
-    scan.upper(scan.at..scan.line.len()).trim_end().ends_with(word)
+    scan.upper_text(scan.at..scan.line.len()).trim_end().ends_with(word)
 }

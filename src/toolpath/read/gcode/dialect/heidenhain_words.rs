@@ -1,58 +1,62 @@
-//! Words of Heidenhain's blocks of motion: coordinates, radius, feed, sense and M functions.
+//! Words of Heidenhain's motion blocks: coordinates, radius, feed, direction of arcs and M functions.
 
 use std::ops::Range;
 
 use crate::toolpath::{
     model::{
-        Turn,
-        gcode::{Distance, Fault, FeedMode, Foreign, GWord, MotionCode, Refusal, Setting, Unsupported, Vocable, Word},
+        TurnDirection,
+        gcode::{
+            Distance, Fault, FeedMode, Foreign, ForeignWord, GWord, MotionCode, Refusal, Setting, Unsupported, Word,
+        },
     },
     read::scan::Scan,
 };
 
-/// What a block begins with.
+/// First word of a block.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Verb {
-    /// L.
+    /// L, a straight line.
     Line,
-    /// C.
+    /// C, an arc about the centre in force.
     Arc,
-    /// CR.
+    /// CR, an arc by its radius.
     ArcByRadius,
-    /// CC.
+    /// CC, the centre of arcs.
     Centre,
-    /// M functions alone.
+    /// No verb: M functions alone.
     None,
 }
 
-static LINE: Vocable = Vocable { name: "L", asks: GWord::Motion(MotionCode::Line) };
-static RAPID: Vocable = Vocable { name: "L", asks: GWord::Motion(MotionCode::Rapid) };
-static CLOCKWISE: Vocable = Vocable { name: "C", asks: GWord::Motion(MotionCode::Arc(Turn::Clockwise)) };
-static COUNTER_CLOCKWISE: Vocable = Vocable { name: "C", asks: GWord::Motion(MotionCode::Arc(Turn::CounterClockwise)) };
-static CENTRE: Vocable = Vocable { name: "CC", asks: GWord::Setting(Setting::Pole) };
-static SENSE: Vocable = Vocable { name: "DR", asks: GWord::Auxiliary };
-static FEED_OF_TOOL: Vocable = Vocable { name: "F AUTO", asks: GWord::FeedOfTool };
-static OTHER_M: Vocable = Vocable { name: "M", asks: GWord::Auxiliary };
-static END: Vocable = Vocable { name: "M30", asks: GWord::End };
-static MACHINE: Vocable = Vocable { name: "M91", asks: GWord::Machine };
-static RETRACT: Vocable = Vocable { name: "M140", asks: GWord::Retract };
-/// M128.
-pub(crate) static OF_TIP: Vocable = Vocable { name: "M128", asks: GWord::TipControl };
-/// M129.
-pub(crate) static OF_MACHINE: Vocable = Vocable { name: "M129", asks: GWord::TipControlEnds };
-static PER_TURN: Vocable = Vocable { name: "M136", asks: GWord::Feed(FeedMode::PerRevolution) };
-static PER_MINUTE: Vocable = Vocable { name: "M137", asks: GWord::Feed(FeedMode::PerMinute) };
+static LINE: ForeignWord = ForeignWord { name: "L", meaning: GWord::Motion(MotionCode::Line) };
+static RAPID: ForeignWord = ForeignWord { name: "L", meaning: GWord::Motion(MotionCode::Rapid) };
+static CLOCKWISE: ForeignWord =
+    ForeignWord { name: "C", meaning: GWord::Motion(MotionCode::Arc(TurnDirection::Clockwise)) };
+static COUNTER_CLOCKWISE: ForeignWord =
+    ForeignWord { name: "C", meaning: GWord::Motion(MotionCode::Arc(TurnDirection::CounterClockwise)) };
+static CENTRE: ForeignWord = ForeignWord { name: "CC", meaning: GWord::Setting(Setting::Pole) };
+static SENSE: ForeignWord = ForeignWord { name: "DR", meaning: GWord::Auxiliary };
+static FEED_OF_TOOL: ForeignWord = ForeignWord { name: "F AUTO", meaning: GWord::FeedOfTool };
+static OTHER_M: ForeignWord = ForeignWord { name: "M", meaning: GWord::Auxiliary };
+static END: ForeignWord = ForeignWord { name: "M30", meaning: GWord::End };
+static MACHINE: ForeignWord = ForeignWord { name: "M91", meaning: GWord::Machine };
+static RETRACT: ForeignWord = ForeignWord { name: "M140", meaning: GWord::Retract };
+/// M128: coordinates are those of the tip (TCPM).
+pub(crate) static OF_TIP: ForeignWord = ForeignWord { name: "M128", meaning: GWord::TipControl };
+/// M129: coordinates are no longer those of the tip.
+pub(crate) static OF_MACHINE: ForeignWord = ForeignWord { name: "M129", meaning: GWord::TipControlEnds };
+static PER_TURN: ForeignWord = ForeignWord { name: "M136", meaning: GWord::Feed(FeedMode::PerRevolution) };
+static PER_MINUTE: ForeignWord = ForeignWord { name: "M137", meaning: GWord::Feed(FeedMode::PerMinute) };
 
-/// The word `letter` from `start` to the end of its `number`.
-pub(crate) fn word(letter: char, value: f64, start: usize, number: Range<usize>) -> Result<Word, Refusal> {
+/// The word of `letter` from `start` to the end of its `number`.
+pub(crate) fn numbered_word(letter: char, value: f64, start: usize, number: Range<usize>) -> Result<Word, Refusal> {
     let word = Word::plain(letter, value, start..number.end);
     // Nobody writes a number that far from its letter.
     let before = u8::try_from(number.start - start).map_err(|_| word.refuse(Fault::NotAWord))?;
     Ok(Word { around: [before, 0], ..word })
 }
 
-/// Why no number comes next: a parameter, or nothing.
-pub(crate) fn no_number(scan: &Scan) -> Foreign {
+/// Why no number comes next: a parameter stands there, or nothing.
+pub(crate) fn number_fault(scan: &Scan) -> Foreign {
     let rest = scan.line[scan.at..].trim_ascii_start();
     let rest = rest.strip_prefix(b"+").or_else(|| rest.strip_prefix(b"-")).unwrap_or(rest);
     match rest.first() {
@@ -61,24 +65,24 @@ pub(crate) fn no_number(scan: &Scan) -> Foreign {
     }
 }
 
-/// The words of a block whose verb stands from `start` to where `scan` is; `tool_feed` is what F AUTO means.
-pub(crate) fn words(scan: Scan, verb: Verb, start: usize, tool_feed: Option<f64>) -> Result<Vec<Word>, Refusal> {
+/// Words of a block whose verb spans from `start` to where `scan` is; `tool_feed` is the feed of F AUTO.
+pub(crate) fn motion_words(scan: Scan, verb: Verb, start: usize, tool_feed: Option<f64>) -> Result<Vec<Word>, Refusal> {
     let verb_span = start..scan.at;
     let mut block = Block { scan, verb, words: Vec::new(), sense: None, is_rapid: false, tool_feed };
     while block.scan.next().is_some() {
-        block.word()?;
+        block.read_word()?;
     }
-    block.finished(verb_span)
+    block.into_words(verb_span)
 }
 
-/// The coordinates of a block that has nothing else.
-pub(crate) fn coordinates(mut scan: Scan) -> Result<Vec<Word>, Refusal> {
+/// Words of a block of coordinates alone.
+pub(crate) fn coordinate_words(mut scan: Scan) -> Result<Vec<Word>, Refusal> {
     let mut words = Vec::new();
     while scan.next().is_some() {
         let start = scan.at;
-        let letters = scan.letters();
-        match axis(&letters) {
-            Some((letter @ 'X'..='Z', distance)) => words.push(coordinate(&mut scan, letter, distance, start)?),
+        let letters = scan.take_letters();
+        match parse_axis(&letters) {
+            Some((letter @ 'X'..='Z', distance)) => words.push(coordinate_word(&mut scan, letter, distance, start)?),
             Some(_) => return Err(scan.refuse(start, Foreign::Frame)),
             None if letters.starts_with('Q') => return Err(scan.refuse(start, Foreign::Parameter)),
             None => return Err(scan.refuse(start, Foreign::Unknown)),
@@ -87,8 +91,8 @@ pub(crate) fn coordinates(mut scan: Scan) -> Result<Vec<Word>, Refusal> {
     Ok(words)
 }
 
-/// The axis that letters name, and whether as a step.
-fn axis(letters: &str) -> Option<(char, Option<Distance>)> {
+/// The axis that `letters` name, and whether they make it incremental.
+fn parse_axis(letters: &str) -> Option<(char, Option<Distance>)> {
     let (name, distance) = match letters.strip_prefix('I') {
         Some(name) => (name, Some(Distance::Incremental)),
         None => (letters, None),
@@ -99,36 +103,40 @@ fn axis(letters: &str) -> Option<(char, Option<Distance>)> {
     }
 }
 
-fn coordinate(scan: &mut Scan, letter: char, distance: Option<Distance>, start: usize) -> Result<Word, Refusal> {
+/// Takes the number of a coordinate whose letters begin at `start`.
+fn coordinate_word(scan: &mut Scan, letter: char, distance: Option<Distance>, start: usize) -> Result<Word, Refusal> {
     scan.next();
-    let (value, number) = scan.decimal()?.ok_or_else(|| scan.refuse(start, no_number(scan)))?;
-    Ok(Word { distance, ..word(letter, value, start, number)? })
+    let (value, number) = scan.take_decimal()?.ok_or_else(|| scan.refuse(start, number_fault(scan)))?;
+    Ok(Word { distance, ..numbered_word(letter, value, start, number)? })
 }
 
+/// A motion block that is being read.
 struct Block<'a> {
     scan: Scan<'a>,
     verb: Verb,
     words: Vec<Word>,
-    sense: Option<Turn>,
+    sense: Option<TurnDirection>,
     is_rapid: bool,
     tool_feed: Option<f64>,
 }
 
 impl Block<'_> {
+    /// Whether the block is an arc.
     fn is_arc(&self) -> bool {
         matches!(self.verb, Verb::Arc | Verb::ArcByRadius)
     }
 
-    fn word(&mut self) -> Result<(), Refusal> {
+    /// Reads the next word of the block.
+    fn read_word(&mut self) -> Result<(), Refusal> {
         let start = self.scan.at;
-        let letters = self.scan.letters();
-        if let Some((letter, distance)) = axis(&letters).filter(|_| self.verb != Verb::None) {
-            let word = coordinate(&mut self.scan, letter, distance, start)?;
+        let letters = self.scan.take_letters();
+        if let Some((letter, distance)) = parse_axis(&letters).filter(|_| self.verb != Verb::None) {
+            let word = coordinate_word(&mut self.scan, letter, distance, start)?;
             self.words.push(word);
             return Ok(());
         }
         if letters == "M" {
-            return self.m_function(start);
+            return self.read_m_word(start);
         }
         let refuse = |scan: &Scan, fault: Fault| Err(scan.refuse(start, fault));
         match letters.as_str() {
@@ -138,18 +146,18 @@ impl Block<'_> {
             // How far M140 goes, and how far M120 looks ahead.
             "MB" | "LA" => {
                 if self.scan.next().is_some_and(|byte| byte.is_ascii_alphabetic()) {
-                    self.scan.letters();
+                    self.scan.take_letters();
                 } else {
-                    self.scan.decimal()?;
+                    self.scan.take_decimal()?;
                 }
             }
-            "R" if matches!(self.verb, Verb::Line | Verb::Arc | Verb::ArcByRadius) => self.radius(start)?,
+            "R" if matches!(self.verb, Verb::Line | Verb::Arc | Verb::ArcByRadius) => self.read_radius(start)?,
             "RL" | "RR" => return refuse(&self.scan, Foreign::Compensation { off: "R0" }.into()),
-            "F" | "FMAX" | "FAUTO" if self.verb == Verb::Line || self.is_arc() => self.feed(&letters, start)?,
+            "F" | "FMAX" | "FAUTO" if self.verb == Verb::Line || self.is_arc() => self.read_feed(&letters, start)?,
             "DR" if self.is_arc() => {
                 let turn = match self.scan.next() {
-                    Some(b'+') => Turn::CounterClockwise,
-                    Some(b'-') => Turn::Clockwise,
+                    Some(b'+') => TurnDirection::CounterClockwise,
+                    Some(b'-') => TurnDirection::Clockwise,
                     _ => return refuse(&self.scan, Foreign::NoSense.into()),
                 };
                 self.scan.at += 1;
@@ -157,7 +165,7 @@ impl Block<'_> {
                     return refuse(&self.scan, Foreign::Twice.into());
                 }
                 let sense = Word::plain(Word::SENSE, 0.0, start..self.scan.at);
-                self.words.push(Word { asks: Some(&SENSE), ..sense });
+                self.words.push(Word { meaning: Some(&SENSE), ..sense });
             }
             "FQ" | "Q" | "QL" | "QR" | "QS" => return refuse(&self.scan, Foreign::Parameter.into()),
             "PA" | "PR" | "IPA" | "IPR" => return refuse(&self.scan, Foreign::Frame.into()),
@@ -166,11 +174,11 @@ impl Block<'_> {
         Ok(())
     }
 
-    /// R: the radius of CR; otherwise whether the control takes the tool's radius into account.
-    fn radius(&mut self, start: usize) -> Result<(), Refusal> {
-        match self.scan.decimal()? {
+    /// Reads R: the radius of CR, else R0 (tool radius compensation off).
+    fn read_radius(&mut self, start: usize) -> Result<(), Refusal> {
+        match self.scan.take_decimal()? {
             Some((value, number)) if self.verb == Verb::ArcByRadius && value != 0.0 => {
-                self.words.push(word('R', value, start, number)?);
+                self.words.push(numbered_word('R', value, start, number)?);
                 Ok(())
             }
             Some((0.0, _)) => Ok(()),
@@ -180,13 +188,13 @@ impl Block<'_> {
         }
     }
 
-    /// F with a number, MAX or AUTO; without any of them it is as before.
-    fn feed(&mut self, letters: &str, start: usize) -> Result<(), Refusal> {
+    /// Reads F with a number, MAX or AUTO; F alone changes nothing.
+    fn read_feed(&mut self, letters: &str, start: usize) -> Result<(), Refusal> {
         let mut kind = letters[1..].to_owned();
         if kind.is_empty() {
             let mut rest = self.scan;
             rest.next();
-            kind = rest.letters();
+            kind = rest.take_letters();
             match kind.as_str() {
                 "MAX" | "AUTO" => self.scan = rest,
                 "Q" | "QL" | "QR" => return Err(self.scan.refuse(start, Foreign::Parameter)),
@@ -196,16 +204,16 @@ impl Block<'_> {
         match (kind.as_str(), self.tool_feed) {
             ("MAX", _) if self.is_arc() => return Err(self.scan.refuse(start, Foreign::RapidArc)),
             ("MAX", _) => self.is_rapid = true,
-            ("AUTO", Some(feed)) => self.words.push(word('F', feed, start, self.scan.at..self.scan.at)?),
+            ("AUTO", Some(feed)) => self.words.push(numbered_word('F', feed, start, self.scan.at..self.scan.at)?),
             ("AUTO", None) => {
                 let feed = Word::plain('G', 0.0, start..self.scan.at);
-                self.words.push(Word { asks: Some(&FEED_OF_TOOL), ..feed });
+                self.words.push(Word { meaning: Some(&FEED_OF_TOOL), ..feed });
             }
             _ => {
                 self.scan.next();
-                match self.scan.decimal()? {
-                    Some((value, number)) => self.words.push(word('F', value, start, number)?),
-                    None if no_number(&self.scan) == Foreign::Parameter => {
+                match self.scan.take_decimal()? {
+                    Some((value, number)) => self.words.push(numbered_word('F', value, start, number)?),
+                    None if number_fault(&self.scan) == Foreign::Parameter => {
                         return Err(self.scan.refuse(start, Foreign::Parameter));
                     }
                     None => {}
@@ -215,19 +223,19 @@ impl Block<'_> {
         Ok(())
     }
 
-    /// M with a number; without one it is none.
-    fn m_function(&mut self, start: usize) -> Result<(), Refusal> {
+    /// Reads an M function; M without a number is none.
+    fn read_m_word(&mut self, start: usize) -> Result<(), Refusal> {
         self.scan.next();
-        let Some((value, number)) = self.scan.decimal()? else { return Ok(()) };
-        let mut word = word('M', value, start, number)?;
-        let asks = match word.whole()? {
+        let Some((value, number)) = self.scan.take_decimal()? else { return Ok(()) };
+        let mut word = numbered_word('M', value, start, number)?;
+        let meaning = match word.whole_number()? {
             2 | 30 => &END,
             91 | 92 => &MACHINE,
             136 => &PER_TURN,
             137 => &PER_MINUTE,
             140 => &RETRACT,
             128 => {
-                self.feed_of_compensation()?;
+                self.skip_feed_of_m128()?;
                 &OF_TIP
             }
             129 => &OF_MACHINE,
@@ -239,29 +247,29 @@ impl Block<'_> {
             114 | 130 | 144 => return Err(word.refuse(Fault::Foreign(Foreign::Kinematics))),
             _ => return Err(word.refuse(Fault::Foreign(Foreign::MFunction))),
         };
-        word.asks = Some(asks);
+        word.meaning = Some(meaning);
         self.words.push(word);
         Ok(())
     }
 
-    /// The F that M128 may have: how fast the other axes follow.
-    fn feed_of_compensation(&mut self) -> Result<(), Refusal> {
+    /// Skips the F of M128, the feed of its compensating moves.
+    fn skip_feed_of_m128(&mut self) -> Result<(), Refusal> {
         let mut rest = self.scan;
         rest.next();
-        if rest.letters() == "F" {
+        if rest.take_letters() == "F" {
             rest.next();
-            if rest.decimal()?.is_some() {
+            if rest.take_decimal()?.is_some() {
                 self.scan = rest;
             }
         }
         Ok(())
     }
 
-    /// The words, the verb first.
-    fn finished(mut self, span: Range<usize>) -> Result<Vec<Word>, Refusal> {
+    /// Words of the block, the verb first. `Err` if an arc lacks its direction, end or radius.
+    fn into_words(mut self, span: Range<usize>) -> Result<Vec<Word>, Refusal> {
         let has = |test: fn(char) -> bool| self.words.iter().any(|word| test(word.letter));
         let refuse = |foreign: Foreign| Err(self.scan.refuse(span.start, foreign));
-        let (asks, value) = match (self.verb, self.sense) {
+        let (meaning, value) = match (self.verb, self.sense) {
             (Verb::None, _) => return Ok(self.words),
             (Verb::Centre, _) => (&CENTRE, 0.0),
             (Verb::Line, _) if self.is_rapid => (&RAPID, 0.0),
@@ -269,10 +277,10 @@ impl Block<'_> {
             (_, None) => return refuse(Foreign::NoSense),
             _ if !has(|letter| matches!(letter, 'X' | 'Y' | 'Z')) => return refuse(Foreign::NoEnd),
             (Verb::ArcByRadius, _) if !has(|letter| letter == 'R') => return refuse(Foreign::NoRadius),
-            (_, Some(Turn::Clockwise)) => (&CLOCKWISE, 2.0),
-            (_, Some(Turn::CounterClockwise)) => (&COUNTER_CLOCKWISE, 3.0),
+            (_, Some(TurnDirection::Clockwise)) => (&CLOCKWISE, 2.0),
+            (_, Some(TurnDirection::CounterClockwise)) => (&COUNTER_CLOCKWISE, 3.0),
         };
-        self.words.insert(0, Word { asks: Some(asks), ..Word::plain('G', value, span) });
+        self.words.insert(0, Word { meaning: Some(meaning), ..Word::plain('G', value, span) });
         Ok(self.words)
     }
 }

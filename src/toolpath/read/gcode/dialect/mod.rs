@@ -1,5 +1,4 @@
-//! Dialects of G-code: what differs is how the words of a line are found, what they ask for, and how new words look. Words are
-//! followed and changed alike.
+//! Dialects of G-code: how the words of a line are found, what they mean, and how new words look.
 
 use crate::toolpath::{
     model::gcode::{Dialect, Fault, GWord, GcodeError, LengthUnit, Refusal, Word},
@@ -17,11 +16,11 @@ pub(crate) mod scan;
 pub(crate) mod sinumerik;
 mod sinumerik_words;
 
-/// Whether all of them are read. The engine of pages, which is to be small, reads ISO alone.
+/// Whether all dialects are read. The engine of pages is small and reads ISO alone.
 const READS_ALL: bool = !cfg!(target_family = "wasm");
 
 impl Dialect {
-    /// What `word`, a G word, asks for.
+    /// Meaning of `word`, a G word.
     pub(crate) fn g_word(self, word: &Word) -> Result<GWord, Refusal> {
         match self {
             Dialect::Sinumerik if READS_ALL => sinumerik_words::g_word(word),
@@ -29,7 +28,7 @@ impl Dialect {
         }
     }
 
-    /// mm in a unit of the feed. Heidenhain's feed is in tenths of an inch.
+    /// Unit of the feed, mm; Heidenhain's is 0.1 inch in inch programs.
     pub(crate) fn feed_unit_mm(self, unit: LengthUnit) -> f64 {
         match (self, unit) {
             (Dialect::Heidenhain, LengthUnit::Inch) => 2.54,
@@ -37,12 +36,13 @@ impl Dialect {
         }
     }
 
-    /// The line that says how many `written` lines stand for the `lines` of a program, and how many lines of `bytes` come before it.
+    /// The comment that `written` lines stand for a program of `lines` lines, and the number of lines of `bytes` that come before it.
     pub(crate) fn header(self, bytes: &[u8], written: usize, lines: usize) -> (String, usize) {
         let text = format!("written out by kinetostat: {written} lines for {lines}");
         let all = Lines::of(bytes);
-        let begins =
-            |line: &usize, marks: &[u8]| lines::first(&bytes[all.content(*line)]).is_some_and(|b| marks.contains(&b));
+        let begins = |line: &usize, marks: &[u8]| {
+            lines::first_byte(&bytes[all.content(*line)]).is_some_and(|b| marks.contains(&b))
+        };
         match self {
             _ if self.is_iso() => (format!("({text})\n"), usize::from(all.len() > 0 && begins(&0, b"%"))),
             Dialect::Sinumerik => {
@@ -57,16 +57,16 @@ impl Dialect {
         }
     }
 
-    /// A program as it is written, its block numbers rising if the dialect has such.
-    pub(crate) fn numbered(self, source: &[u8], written: Vec<u8>) -> Vec<u8> {
+    /// `written` with rising block numbers, if the dialect has such.
+    pub(crate) fn renumbered(self, source: &[u8], written: Vec<u8>) -> Vec<u8> {
         match self {
-            Dialect::Heidenhain => block_numbers::rising(source, written),
+            Dialect::Heidenhain => block_numbers::renumber_blocks(source, written),
             _ => written,
         }
     }
 }
 
-/// What a line says.
+/// Content of a line: words, a `%`, or a command to the control.
 pub(crate) enum Statement {
     /// A `%` that opens or closes the program.
     Percent,
@@ -75,35 +75,36 @@ pub(crate) enum Statement {
         /// Whether it may move the machine.
         moves: bool,
     },
-    /// Words; all else is kept as it is.
+    /// Words; all else stays as it is.
     Words {
         words: Vec<Word>,
-        /// Length of what new lines of the block begin with as well.
+        /// Length of what new lines of the block begin with too.
         prefix: usize,
     },
 }
 
-/// Reads lines, one after the other.
-pub(crate) enum Language {
+/// A reader of lines in one dialect.
+pub(crate) enum LineReader {
     Iso,
     Sinumerik,
     Heidenhain(heidenhain::Reader),
 }
 
-impl Language {
-    pub fn new(dialect: Dialect) -> Language {
+impl LineReader {
+    /// Starts before the first line.
+    pub fn new(dialect: Dialect) -> LineReader {
         match dialect {
-            Dialect::Sinumerik => Language::Sinumerik,
-            Dialect::Heidenhain => Language::Heidenhain(heidenhain::Reader::default()),
-            _ => Language::Iso,
+            Dialect::Sinumerik => LineReader::Sinumerik,
+            Dialect::Heidenhain => LineReader::Heidenhain(heidenhain::Reader::default()),
+            _ => LineReader::Iso,
         }
     }
 
-    /// What `line` says.
+    /// Parses the next line.
     pub fn statement(&mut self, line: &[u8]) -> Result<Statement, Refusal> {
         match self {
-            Language::Sinumerik if READS_ALL => sinumerik::statement(line),
-            Language::Heidenhain(reader) if READS_ALL => reader.statement(line),
+            LineReader::Sinumerik if READS_ALL => sinumerik::statement(line),
+            LineReader::Heidenhain(reader) if READS_ALL => reader.statement(line),
             _ => match lines::code(line)? {
                 Code::Percent => Ok(Statement::Percent),
                 Code::Command { moves } => Ok(Statement::Command { moves }),
@@ -113,26 +114,24 @@ impl Language {
     }
 }
 
-/// The dialect of `source`: the one `given`, or the one that it shows.
-///
-/// # Errors
-/// One that is not read.
-pub(crate) fn chosen(source: &[u8], name: &str, given: Option<Dialect>) -> Result<Dialect, GcodeError> {
+/// Dialect of `source`: the one `given`, or the one that its text shows. `Err` if it is not read.
+pub(crate) fn resolve_dialect(source: &[u8], name: &str, given: Option<Dialect>) -> Result<Dialect, GcodeError> {
     match given {
         Some(dialect) if READS_ALL || dialect.is_iso() => Ok(dialect),
-        Some(dialect) => Err(on_first_line(source, name, dialect, Fault::Language)),
+        Some(dialect) => Err(first_line_error(source, name, dialect, Fault::Language)),
         None if READS_ALL => Ok(Dialect::of(source)),
         None => Ok(Dialect::Iso),
     }
 }
 
-/// That a program is not in ISO code and cannot be written out.
-pub(crate) fn not_written_out(source: &[u8], name: &str, dialect: Dialect) -> GcodeError {
-    on_first_line(source, name, dialect, Fault::NotWrittenOut)
+/// The error that a program is not in ISO code and cannot be expanded.
+pub(crate) fn expansion_error(source: &[u8], name: &str, dialect: Dialect) -> GcodeError {
+    first_line_error(source, name, dialect, Fault::NotWrittenOut)
 }
 
-fn on_first_line(source: &[u8], name: &str, dialect: Dialect, fault: Fault) -> GcodeError {
+/// The error that `fault` is on the first line of `source`.
+fn first_line_error(source: &[u8], name: &str, dialect: Dialect, fault: Fault) -> GcodeError {
     let lines = Lines::of(source);
     let first = if lines.len() > 0 { &source[lines.content(0)] } else { &[] };
-    Refusal::new(0..first.len(), fault).locate(name, 1, first).read_as(dialect)
+    Refusal::new(0..first.len(), fault).locate(name, 1, first).with_dialect(dialect)
 }

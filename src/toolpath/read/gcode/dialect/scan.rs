@@ -1,4 +1,4 @@
-//! What lines of dialects are read by: letters, numbers and what brackets close.
+//! Letters, numbers and brackets in lines of dialects.
 
 use std::ops::Range;
 
@@ -8,7 +8,7 @@ use crate::toolpath::{
 };
 
 impl<'a> Scan<'a> {
-    /// `line` from `at` on, as far as a comment behind `;`, which does not begin within quotes.
+    /// A cursor over `line` from `at` on, without the comment behind a `;` outside quotes.
     pub fn of_line(line: &'a [u8], at: usize) -> Scan<'a> {
         let mut quoted = false;
         let comment = line.iter().position(|byte| {
@@ -19,30 +19,29 @@ impl<'a> Scan<'a> {
         Scan { line: &line[..end], at: at.min(end), is_blank }
     }
 
-    /// Steps over letters and gives them in upper case.
-    pub fn letters(&mut self) -> String {
-        let range = self.run(|byte| byte.is_ascii_alphabetic());
-        self.upper(range)
+    /// Takes letters, and returns them in upper case.
+    pub fn take_letters(&mut self) -> String {
+        let range = self.take_while(|byte| byte.is_ascii_alphabetic());
+        self.upper_text(range)
     }
 
-    /// What stands in `range`, in upper case.
-    pub fn upper(&self, range: Range<usize>) -> String {
+    /// The text in `range`, in upper case.
+    pub fn upper_text(&self, range: Range<usize>) -> String {
         String::from_utf8_lossy(&self.line[range]).to_ascii_uppercase()
     }
 
-    /// Steps over a number and gives it with its place: sign, digits, and a point or a comma among them. Where none comes next,
-    /// nothing is read.
-    pub fn decimal(&mut self) -> Result<Option<(f64, Range<usize>)>, Refusal> {
+    /// Takes a number with its range: sign, digits, and a point or a comma among them; `None` if none comes next.
+    pub fn take_decimal(&mut self) -> Result<Option<(f64, Range<usize>)>, Refusal> {
         let start = self.at;
         let mut probe = *self;
         if matches!(probe.peek(), Some(b'+' | b'-')) {
             probe.at += 1;
         }
-        let whole = probe.run(|byte| byte.is_ascii_digit());
+        let whole = probe.take_while(|byte| byte.is_ascii_digit());
         let mut fraction = 0..0;
         if matches!(probe.peek(), Some(b'.' | b',')) {
             probe.at += 1;
-            fraction = probe.run(|byte| byte.is_ascii_digit());
+            fraction = probe.take_while(|byte| byte.is_ascii_digit());
         }
         if whole.is_empty() && fraction.is_empty() {
             return Ok(None);
@@ -52,13 +51,13 @@ impl<'a> Scan<'a> {
                 return Err(Refusal::new(digits.clone(), Fault::TooManyDigits { digits: digits.len() }));
             }
         }
-        let text = self.upper(start..probe.at).replace(',', ".");
+        let text = self.upper_text(start..probe.at).replace(',', ".");
         self.at = probe.at;
         Ok(text.parse().ok().map(|value| (value, start..probe.at)))
     }
 
-    /// Steps over a string or a bracket that begins here, as far as what closes it; brackets may hold strings and brackets.
-    pub fn closed(&mut self, open: u8, close: u8) -> Result<(), Refusal> {
+    /// Skips a string or bracket that begins here, up to what closes it; brackets may hold strings and brackets.
+    pub fn skip_closed(&mut self, open: u8, close: u8) -> Result<(), Refusal> {
         let (start, mut depth, mut quoted) = (self.at, 0usize, false);
         while let Some(byte) = self.peek() {
             self.at += 1;
@@ -77,14 +76,14 @@ impl<'a> Scan<'a> {
         Err(Refusal::new(start..self.line.len(), fault))
     }
 
-    /// `fault` at the text from `start` as far as the next blank.
+    /// Refusal with `fault` of the text from `start` up to the next blank.
     pub fn refuse(&self, start: usize, fault: impl Into<Fault>) -> Refusal {
         let rest = &self.line[start..];
         let length = rest.iter().position(|byte| is_blank(*byte)).unwrap_or(rest.len());
         Refusal::new(start..start + length, fault.into())
     }
 
-    /// `fault` at the whole rest from `start`.
+    /// Refusal with `fault` of the whole rest from `start`.
     pub fn refuse_all(&self, start: usize, fault: impl Into<Fault>) -> Refusal {
         let length = self.line[start..].trim_ascii_end().len();
         Refusal::new(start..start + length, fault.into())

@@ -1,5 +1,4 @@
-//! Lines of Sinumerik programs: addresses with numbers (`X10`, `X=10`, `X=IC(5)`, `S1=900`), names, and names with values or
-//! arguments.
+//! Lines of Sinumerik programs: addresses with numbers (`X10`, `X=IC(5)`, `S1=900`), and names, alone or with values or arguments.
 
 use crate::toolpath::{
     model::gcode::{Distance, Fault, Foreign, Refusal, Unsupported, Word},
@@ -13,56 +12,57 @@ use crate::toolpath::{
     },
 };
 
-/// What `line` says.
+/// Parses `line` into words, or as a `%`.
 pub(crate) fn statement(line: &[u8]) -> Result<Statement, Refusal> {
-    let prefix = lines::prefix(line);
+    let prefix = lines::prefix_len(line);
     if line.get(prefix) == Some(&b'%') {
         return Ok(Statement::Percent);
     }
     let mut block = Block { scan: Scan::of_line(line, prefix), words: Vec::new(), adds: false, machine_axis: None };
     while let Some(byte) = block.scan.next() {
-        block.token(byte)?;
+        block.read_token(byte)?;
     }
-    Ok(Statement::Words { words: block.finished()?, prefix })
+    Ok(Statement::Words { words: block.into_words()?, prefix })
 }
 
+/// A block that is being read.
 struct Block<'a> {
     scan: Scan<'a>,
     words: Vec<Word>,
-    /// Coordinates are added to the zero in force (ATRANS).
+    /// Whether coordinates add to the zero in force (ATRANS).
     adds: bool,
-    /// Where a coordinate of the machine stands.
+    /// Refusal of a coordinate of the machine, if there is one.
     machine_axis: Option<Refusal>,
 }
 
 impl Block<'_> {
-    /// Reads what begins with `byte`.
-    fn token(&mut self, byte: u8) -> Result<(), Refusal> {
+    /// Reads the token that begins with `byte`.
+    fn read_token(&mut self, byte: u8) -> Result<(), Refusal> {
         let start = self.scan.at;
         match byte {
-            b'(' => self.scan.closed(b'(', b')'),
+            b'(' => self.scan.skip_closed(b'(', b')'),
             b'$' => Err(self.scan.refuse(start, Foreign::Parameter)),
             b':' if self.words.is_empty() => {
                 self.scan.at += 1;
-                self.scan.run(|byte| byte.is_ascii_digit());
+                self.scan.take_while(|byte| byte.is_ascii_digit());
                 Ok(())
             }
             _ if byte.is_ascii_alphabetic() || byte == b'_' => {
                 let after = self.scan.line.get(start + 1);
                 match after.is_some_and(|byte| byte.is_ascii_alphabetic() || *byte == b'_') || byte == b'_' {
-                    true => self.name(),
-                    false => self.address(char::from(byte.to_ascii_uppercase())),
+                    true => self.read_name(),
+                    false => self.read_address(char::from(byte.to_ascii_uppercase())),
                 }
             }
             _ => Err(self.scan.refuse(start, Fault::Character)),
         }
     }
 
-    /// A name, alone or with what belongs to it.
-    fn name(&mut self) -> Result<(), Refusal> {
+    /// Reads a name with its arguments or value.
+    fn read_name(&mut self) -> Result<(), Refusal> {
         let start = self.scan.at;
-        let range = self.scan.run(|byte| byte.is_ascii_alphanumeric() || byte == b'_');
-        let name = self.scan.upper(range.clone());
+        let range = self.scan.take_while(|byte| byte.is_ascii_alphanumeric() || byte == b'_');
+        let name = self.scan.upper_text(range.clone());
         if self.scan.peek() == Some(b':') && self.words.iter().all(|word| word.letter == 'N') {
             // A label; jumps to it are refused.
             self.scan.at += 1;
@@ -71,44 +71,44 @@ impl Block<'_> {
         let refuse = |scan: &Scan, foreign: Foreign| Err(scan.refuse(start, foreign));
         let is_indexed = self.scan.peek() == Some(b'[');
         if is_indexed {
-            self.scan.closed(b'[', b']')?;
+            self.scan.skip_closed(b'[', b']')?;
         }
         if self.scan.takes(b'=') {
-            match sinumerik_words::assigned(&name) {
-                Ok(Assigned::Radius) => return self.value('R', start),
+            match sinumerik_words::assigned_name(&name) {
+                Ok(Assigned::Radius) => return self.read_value('R', start),
                 Ok(Assigned::Passive) => return self.skip_value(),
                 Err(foreign) => return refuse(&self.scan, foreign),
             }
         }
         let has_arguments = !is_indexed && self.scan.next() == Some(b'(');
-        match sinumerik_words::name(&name, has_arguments) {
+        match sinumerik_words::plain_name(&name, has_arguments) {
             Err(foreign) => refuse(&self.scan, foreign),
-            Ok(Name::Passive) if has_arguments => self.scan.closed(b'(', b')'),
+            Ok(Name::Passive) if has_arguments => self.scan.skip_closed(b'(', b')'),
             Ok(Name::Passive) => Ok(()),
             Ok(Name::Word(vocable)) if has_arguments && vocable.name != sinumerik_words::TRANSFORMED => {
                 refuse(&self.scan, Foreign::Call)
             }
             Ok(Name::Word(vocable)) => {
                 if has_arguments {
-                    self.scan.closed(b'(', b')')?;
+                    self.scan.skip_closed(b'(', b')')?;
                 }
                 self.adds |= vocable.name == "ATRANS";
-                self.words.push(Word { asks: Some(vocable), ..Word::plain('G', 0.0, range) });
+                self.words.push(Word { meaning: Some(vocable), ..Word::plain('G', 0.0, range) });
                 Ok(())
             }
         }
     }
 
-    /// An address: a letter, alone or with a number of its own (`S1=`).
-    fn address(&mut self, letter: char) -> Result<(), Refusal> {
+    /// Reads an address: a letter, alone or with a number of its own (`S1=`).
+    fn read_address(&mut self, letter: char) -> Result<(), Refusal> {
         let start = self.scan.at;
         self.scan.at += 1;
         let mut extension = self.scan;
-        let digits = extension.run(|byte| byte.is_ascii_digit());
+        let digits = extension.take_while(|byte| byte.is_ascii_digit());
         if !digits.is_empty() && extension.takes(b'=') {
-            let is_master = extension.upper(digits).parse::<u32>().is_ok_and(|number| number < 2);
+            let is_master = extension.upper_text(digits).parse::<u32>().is_ok_and(|number| number < 2);
             self.scan.at = extension.at;
-            return self.extended(letter, is_master, start);
+            return self.read_numbered_address(letter, is_master, start);
         }
         match letter {
             'R' => return Err(self.scan.refuse(start, Foreign::Parameter)),
@@ -116,7 +116,7 @@ impl Block<'_> {
             'U' | 'V' | 'W' => {
                 return Err(self.scan.refuse(start, Fault::Unsupported(Unsupported::SecondaryAxis)));
             }
-            _ if !sinumerik_words::is_letter(letter) => return Err(self.scan.refuse(start, Fault::NotAWord)),
+            _ if !sinumerik_words::is_address(letter) => return Err(self.scan.refuse(start, Fault::NotAWord)),
             _ => {}
         }
         let assigns = self.scan.takes(b'=');
@@ -124,14 +124,14 @@ impl Block<'_> {
             // Tools may have names.
             'T' if assigns && !self.scan.next().is_some_and(|byte| byte.is_ascii_digit()) => self.skip_value(),
             'D' | 'H' if assigns => self.skip_value(),
-            _ => self.value(letter, start),
+            _ => self.read_value(letter, start),
         }
     }
 
-    /// An address with a number of its own, which stands before its `=`.
-    fn extended(&mut self, letter: char, is_master: bool, start: usize) -> Result<(), Refusal> {
+    /// Reads the value of an address with a number of its own; `is_master`: the number is below 2.
+    fn read_numbered_address(&mut self, letter: char, is_master: bool, start: usize) -> Result<(), Refusal> {
         match letter {
-            'S' if is_master => return self.value('S', start),
+            'S' if is_master => return self.read_value('S', start),
             'S' | 'M' | 'T' | 'D' | 'H' => return self.skip_value(),
             'X' | 'Y' | 'Z' => {
                 self.machine_axis = Some(self.scan.refuse(start, Foreign::MachineAxis));
@@ -149,12 +149,12 @@ impl Block<'_> {
         ))
     }
 
-    /// The number of the word `letter` that begins at `start`.
-    fn value(&mut self, letter: char, start: usize) -> Result<(), Refusal> {
+    /// Reads the number of the word `letter` that begins at `start`.
+    fn read_value(&mut self, letter: char, start: usize) -> Result<(), Refusal> {
         self.scan.next();
-        let (distance, closes) = self.mode();
+        let (distance, closes) = self.read_mode();
         self.scan.next();
-        let Some((value, number)) = self.scan.decimal()? else {
+        let Some((value, number)) = self.scan.take_decimal()? else {
             let foreign = match self.scan.peek() {
                 Some(byte) if byte.is_ascii_graphic() => Foreign::Parameter,
                 _ => Foreign::NoNumber,
@@ -178,17 +178,17 @@ impl Block<'_> {
         let mut word = Word { around: [before, behind], distance, ..Word::plain(letter, value, span) };
         match letter {
             'D' | 'H' => return Ok(()),
-            'M' => word.asks = Some(sinumerik_words::m_word(word.whole()?)),
+            'M' => word.meaning = Some(sinumerik_words::m_word(word.whole_number()?)),
             _ => {}
         }
         self.words.push(word);
         Ok(())
     }
 
-    /// `IC(`, `AC(` and the ways in which rotary axes go, if one begins here, and whether it is to be closed.
-    fn mode(&mut self) -> (Option<Distance>, bool) {
+    /// Takes `IC(`, `AC(` or a mode of rotary axes, if one comes next; and whether a bracket is to be closed.
+    fn read_mode(&mut self) -> (Option<Distance>, bool) {
         let mut probe = self.scan;
-        let distance = match probe.letters().as_str() {
+        let distance = match probe.take_letters().as_str() {
             "IC" => Distance::Incremental,
             "AC" | "DC" | "ACP" | "ACN" => Distance::Absolute,
             _ => return (None, false),
@@ -200,25 +200,25 @@ impl Block<'_> {
         (Some(distance), true)
     }
 
-    /// Steps over a value that does not matter.
+    /// Skips a value that does not matter.
     fn skip_value(&mut self) -> Result<(), Refusal> {
         self.scan.next();
         while let Some(byte) = self.scan.peek().filter(|byte| !lines::is_blank(*byte)) {
             match byte {
-                b'"' => self.scan.closed(b'"', b'"')?,
-                b'(' => self.scan.closed(b'(', b')')?,
-                b'[' => self.scan.closed(b'[', b']')?,
+                b'"' => self.scan.skip_closed(b'"', b'"')?,
+                b'(' => self.scan.skip_closed(b'(', b')')?,
+                b'[' => self.scan.skip_closed(b'[', b']')?,
                 _ => self.scan.at += 1,
             }
         }
         Ok(())
     }
 
-    /// The words of the block.
-    fn finished(mut self) -> Result<Vec<Word>, Refusal> {
+    /// Words of the block, once it is complete.
+    fn into_words(mut self) -> Result<Vec<Word>, Refusal> {
         let has = |numbers: [u32; 2]| {
-            let is_one = |word: &Word| word.whole().is_ok_and(|number| numbers.contains(&number));
-            self.words.iter().any(|word| word.letter == 'G' && word.asks.is_none() && is_one(word))
+            let is_one = |word: &Word| word.whole_number().is_ok_and(|number| numbers.contains(&number));
+            self.words.iter().any(|word| word.letter == 'G' && word.meaning.is_none() && is_one(word))
         };
         if let Some(refusal) = self.machine_axis.take().filter(|_| !has([74, 75])) {
             return Err(refusal);

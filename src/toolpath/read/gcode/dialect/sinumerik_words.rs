@@ -1,12 +1,12 @@
-//! What Sinumerik's words ask for: G words, names, and names with a value.
+//! Meanings of Sinumerik's words: G words, names, and names with a value.
 
 use crate::toolpath::model::gcode::{
-    Dialect, Fault, Foreign, GWord, LengthUnit, Refusal, Setting, Unsupported, Vocable, Word, WorkOffset,
+    Dialect, Fault, Foreign, ForeignWord, GWord, LengthUnit, Refusal, Setting, Unsupported, Word, WorkOffset,
 };
 
-/// What a G word asks for. Those that Sinumerik shares with ISO mean the same.
+/// Meaning of a G word; those that Sinumerik shares with ISO mean the same.
 pub(crate) fn g_word(word: &Word) -> Result<GWord, Refusal> {
-    let number = word.whole()?;
+    let number = word.whole_number()?;
     Ok(match number {
         0..=4 | 9 | 17..=19 | 40 | 53..=57 | 64 | 90 | 91 | 93..=95 | 97 => return GWord::of(word, Dialect::Sinumerik),
         60 | 641..=645 => GWord::PathControl,
@@ -31,33 +31,35 @@ pub(crate) fn g_word(word: &Word) -> Result<GWord, Refusal> {
     })
 }
 
-static SUPA: Vocable = Vocable { name: "SUPA", asks: GWord::Machine };
-static TRANS: Vocable = Vocable { name: "TRANS", asks: GWord::Setting(Setting::Translation { afresh: true }) };
-static ATRANS: Vocable = Vocable { name: "ATRANS", asks: GWord::Setting(Setting::Translation { afresh: false }) };
-static TRAORI: Vocable = Vocable { name: TRANSFORMED, asks: GWord::TipControl };
-static TRAFOOF: Vocable = Vocable { name: "TRAFOOF", asks: GWord::Passive("tool length") };
-static RET: Vocable = Vocable { name: "RET", asks: GWord::End };
-static END: Vocable = Vocable { name: "M", asks: GWord::End };
-static OTHER: Vocable = Vocable { name: "M", asks: GWord::Auxiliary };
+static SUPA: ForeignWord = ForeignWord { name: "SUPA", meaning: GWord::Machine };
+static TRANS: ForeignWord =
+    ForeignWord { name: "TRANS", meaning: GWord::Setting(Setting::Translation { afresh: true }) };
+static ATRANS: ForeignWord =
+    ForeignWord { name: "ATRANS", meaning: GWord::Setting(Setting::Translation { afresh: false }) };
+static TRAORI: ForeignWord = ForeignWord { name: TRANSFORMED, meaning: GWord::TipControl };
+static TRAFOOF: ForeignWord = ForeignWord { name: "TRAFOOF", meaning: GWord::Passive("tool length") };
+static RET: ForeignWord = ForeignWord { name: "RET", meaning: GWord::End };
+static END: ForeignWord = ForeignWord { name: "M", meaning: GWord::End };
+static OTHER: ForeignWord = ForeignWord { name: "M", meaning: GWord::Auxiliary };
 
-/// The transformation that keeps the tip in its place; it may have its number in brackets.
+/// The transformation that keeps the tip in place (TCP); its number may stand in brackets.
 pub(crate) const TRANSFORMED: &str = "TRAORI";
 
-/// What an M word asks for.
-pub(crate) fn m_word(number: u32) -> &'static Vocable {
+/// Meaning of an M word.
+pub(crate) fn m_word(number: u32) -> &'static ForeignWord {
     if matches!(number, 2 | 17 | 30) { &END } else { &OTHER }
 }
 
-/// A name as it stands alone.
+/// Meaning of a name that stands alone.
 pub(crate) enum Name {
-    /// One that is followed.
-    Word(&'static Vocable),
-    /// One that does not change where the tool goes.
+    /// A word that is followed.
+    Word(&'static ForeignWord),
+    /// A name that does not change where the tool goes.
     Passive,
 }
 
-/// What `name`, in upper case, with or without arguments behind it, asks for.
-pub(crate) fn name(name: &str, has_arguments: bool) -> Result<Name, Foreign> {
+/// Meaning of `name` (upper case), with or without arguments behind it.
+pub(crate) fn plain_name(name: &str, has_arguments: bool) -> Result<Name, Foreign> {
     Ok(match name {
         "SUPA" => Name::Word(&SUPA),
         "TRANS" => Name::Word(&TRANS),
@@ -75,11 +77,12 @@ pub(crate) fn name(name: &str, has_arguments: bool) -> Result<Name, Foreign> {
         {
             Name::Passive
         }
-        _ => return Err(refused(name)),
+        _ => return Err(refusal_of_name(name)),
     })
 }
 
-fn refused(name: &str) -> Foreign {
+/// Why a name that is not followed is refused.
+fn refusal_of_name(name: &str) -> Foreign {
     match name {
         "ROT" | "AROT" | "ROTS" | "AROTS" | "CROTS" | "SCALE" | "ASCALE" | "MIRROR" | "AMIRROR" | "TOFRAME"
         | "TOROT" | "PAROT" => Foreign::Frame,
@@ -98,16 +101,16 @@ fn refused(name: &str) -> Foreign {
     }
 }
 
-/// A name with a value behind `=`.
+/// Meaning of a name with a value behind `=`.
 pub(crate) enum Assigned {
     /// The radius of an arc.
     Radius,
-    /// One that does not change where the tool goes.
+    /// A value that does not change where the tool goes.
     Passive,
 }
 
-/// What `NAME=` in upper case gives a value to.
-pub(crate) fn assigned(name: &str) -> Result<Assigned, Foreign> {
+/// Meaning of `NAME=`, in upper case.
+pub(crate) fn assigned_name(name: &str) -> Result<Assigned, Foreign> {
     match name {
         "CR" => Ok(Assigned::Radius),
         "ADIS" | "ADISPOS" | "CTOL" | "OTOL" | "ATOL" | "SPOS" | "SPOSA" | "LIMS" | "ACC" | "OVR" | "VELOLIM"
@@ -120,22 +123,22 @@ pub(crate) fn assigned(name: &str) -> Result<Assigned, Foreign> {
     }
 }
 
-/// Whether a letter is followed by a plain number only: those that ISO has as well.
-pub(crate) fn is_letter(letter: char) -> bool {
+/// Whether `letter` is an address with a plain number, as in ISO.
+pub(crate) fn is_address(letter: char) -> bool {
     matches!(
         letter,
         'A' | 'B' | 'C' | 'D' | 'F' | 'G' | 'H' | 'I' | 'J' | 'K' | 'M' | 'N' | 'S' | 'T' | 'X' | 'Y' | 'Z'
     )
 }
 
-/// Whether no other control has `name`, which stands in upper case and with arguments behind it or not.
-pub(crate) fn is_own(called: &str, has_arguments: bool) -> bool {
+/// Whether the name `called` (upper case, with arguments or not) is Sinumerik's alone.
+pub(crate) fn is_sinumerik_name(called: &str, has_arguments: bool) -> bool {
     let flow = ["IF", "ELSE", "ENDIF", "GOTO", "REPEAT", "WHILE", "ENDWHILE", "REAL", "INT", "RET", "CT"];
-    let is_known = name(called, has_arguments).is_ok() || !matches!(refused(called), Foreign::Call);
+    let is_known = plain_name(called, has_arguments).is_ok() || !matches!(refusal_of_name(called), Foreign::Call);
     called.len() > 1 && is_known && !flow.contains(&called)
 }
 
-/// Whether no other mill has a G word of this number.
-pub(crate) fn is_own_g(number: &str) -> bool {
+/// Whether a G word of this number is Sinumerik's alone, among mills.
+pub(crate) fn is_sinumerik_g(number: &str) -> bool {
     matches!(number.parse(), Ok(70 | 71 | 153 | 500 | 505..=599 | 641..=645 | 700 | 710))
 }

@@ -5,13 +5,13 @@ use std::ops::Range;
 use nalgebra::Isometry3;
 
 use crate::toolpath::{
-    model::robot::{Component, Number, RobotFault, Target, of_abc},
+    model::robot::{Component, Number, RobotFault, Target, rotation_of_abc},
     read::scan::Scan,
 };
 
-/// The bytes of the braces that come next, with all within them.
-pub(crate) fn braces(scan: &mut Scan<'_>, bytes: &[u8]) -> Result<Range<usize>, RobotFault> {
-    let start = scan.blanks().at;
+/// Takes the next braces with all within them, and returns their range.
+pub(crate) fn brace_span(scan: &mut Scan<'_>, bytes: &[u8]) -> Result<Range<usize>, RobotFault> {
+    let start = scan.skip_blanks().at;
     let mut depth = 0usize;
     for (at, byte) in bytes.iter().enumerate().skip(start) {
         match byte {
@@ -27,17 +27,17 @@ pub(crate) fn braces(scan: &mut Scan<'_>, bytes: &[u8]) -> Result<Range<usize>, 
     Err(RobotFault::Form { expected: "} on the same line" })
 }
 
-/// A pose, or positions of joints.
+/// Value of a point: a pose, or joint positions.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Value {
     Pose(Vec<Number>),
     Joints,
 }
 
-/// What `text`, in braces, says of a point; places of numbers are those in `text`.
-pub(crate) fn value(text: &[u8]) -> Result<Value, RobotFault> {
+/// Parses a point in braces; numbers have their ranges in `text`.
+pub(crate) fn parse_point(text: &[u8]) -> Result<Value, RobotFault> {
     let (mut numbers, mut joints) = (Vec::new(), false);
-    each(text, |name, scan| {
+    for_all(text, |name, scan| {
         let name = name.to_ascii_uppercase();
         if matches!(name.as_str(), "S" | "T") {
             // Status and turn may be binary: 'B110'.
@@ -75,10 +75,10 @@ pub(crate) fn value(text: &[u8]) -> Result<Value, RobotFault> {
     }
 }
 
-/// The frame `text` gives, with all of X, Y, Z, A, B, C.
-pub(crate) fn frame(text: &[u8]) -> Result<Isometry3<f64>, RobotFault> {
+/// Parses a frame in braces, which must have all of X, Y, Z (mm), A, B, C (degrees).
+pub(crate) fn parse_frame(text: &[u8]) -> Result<Isometry3<f64>, RobotFault> {
     let expected = RobotFault::Form { expected: "numbers for X, Y, Z, A, B and C" };
-    let Value::Pose(numbers) = value(text)? else { return Err(expected) };
+    let Value::Pose(numbers) = parse_point(text)? else { return Err(expected) };
     let target = Target { at: 0..0, text: Vec::new(), numbers };
     let all = |component: fn(usize) -> Component| -> Option<[f64; 3]> {
         Some([target.number(component(0))?, target.number(component(1))?, target.number(component(2))?])
@@ -86,16 +86,16 @@ pub(crate) fn frame(text: &[u8]) -> Result<Isometry3<f64>, RobotFault> {
     let (Some([x, y, z]), Some(abc)) = (all(Component::Position), all(Component::Rotation)) else {
         return Err(expected);
     };
-    Ok(Isometry3::from_parts(nalgebra::Translation3::new(x, y, z), of_abc(abc)))
+    Ok(Isometry3::from_parts(nalgebra::Translation3::new(x, y, z), rotation_of_abc(abc)))
 }
 
-/// Numbers of the tool and of the base in `{TOOL_NO 1, BASE_NO 2, IPO_FRAME #BASE}`.
-pub(crate) fn numbers_of_frames(text: &[u8]) -> Result<[Option<usize>; 2], RobotFault> {
+/// Parses the numbers of tool and base in `{TOOL_NO 1, BASE_NO 2, IPO_FRAME #BASE}`.
+pub(crate) fn frame_numbers(text: &[u8]) -> Result<[Option<usize>; 2], RobotFault> {
     let mut found = [None; 2];
-    each(text, |name, scan| {
+    for_all(text, |name, scan| {
         let which = ["TOOL_NO", "BASE_NO"].iter().position(|own| name.eq_ignore_ascii_case(own));
         let Some(which) = which else {
-            let start = scan.blanks().at;
+            let start = scan.skip_blanks().at;
             skip_value(scan)?;
             let value = &text[start..scan.at];
             if name.eq_ignore_ascii_case("IPO_FRAME") && !value.trim_ascii().eq_ignore_ascii_case(b"#BASE") {
@@ -111,7 +111,7 @@ pub(crate) fn numbers_of_frames(text: &[u8]) -> Result<[Option<usize>; 2], Robot
 }
 
 /// Gives each name in braces to `take`, which reads its value.
-fn each(text: &[u8], mut take: impl FnMut(&str, &mut Scan<'_>) -> Result<(), RobotFault>) -> Result<(), RobotFault> {
+fn for_all(text: &[u8], mut take: impl FnMut(&str, &mut Scan<'_>) -> Result<(), RobotFault>) -> Result<(), RobotFault> {
     let mut scan = Scan::new(text);
     scan.expect(b'{', "{")?;
     // The type may be named: {E6POS: X 1, …}.
@@ -138,7 +138,7 @@ fn each(text: &[u8], mut take: impl FnMut(&str, &mut Scan<'_>) -> Result<(), Rob
     }
 }
 
-/// Passes a value up to the next comma or brace; texts and values in braces whole.
+/// Skips a value up to the next comma or brace; strings and nested braces count as one.
 fn skip_value(scan: &mut Scan<'_>) -> Result<(), RobotFault> {
     let (mut depth, mut in_text) = (0usize, false);
     while let Some(byte) = scan.peek() {

@@ -1,7 +1,7 @@
 //! KUKA Robot Language: lines of a `.src`, with the points that it or the `.dat` beside it declares.
 //!
-//! Followed are LIN, CIRC, PTP, LIN_REL and PTP_REL, `$BASE`, `$TOOL`, `$VEL.CP` and what inline forms set; all else
-//! that does not move the tool is passed by, and what may move it, or change what a motion means, is refused.
+//! Followed are LIN, CIRC, PTP, LIN_REL and PTP_REL, `$BASE`, `$TOOL`, `$VEL.CP` and what inline forms set. What else may move the tool, or
+//! change what a motion means, is refused; the rest is ignored.
 
 use std::ops::Range;
 
@@ -18,11 +18,11 @@ mod motion;
 mod points;
 mod state;
 
-/// Tools that stand still with the part in the hand of the robot.
+/// Refusal of fixed tools, for which the robot carries the part.
 const FIXED_TOOL: RobotFault =
     RobotFault::NotFollowed { what: "fixed tools ($IPO_MODE #TCP) are", expected: "a tool that the robot carries" };
 
-/// Goes through a program from its first line on.
+/// A reader of KRL lines with the modes in force.
 #[derive(Debug)]
 pub(crate) struct Reader<'a> {
     source: &'a [u8],
@@ -34,20 +34,20 @@ pub(crate) struct Reader<'a> {
     base: Option<Base>,
     tool: Option<Tool>,
     feed_mm_per_min: Option<f64>,
-    /// What FDAT_ACT was set to last: numbers of tool and base.
+    /// Numbers of tool and base in the last FDAT_ACT.
     frame_data: [Option<usize>; 2],
-    /// Branches and loops around the line, and where they begin.
-    around: Vec<(String, usize)>,
-    /// Where routines begin, from 1.
+    /// Keywords and lines of the open branches and loops.
+    enclosing: Vec<(String, usize)>,
+    /// Lines on which routines begin, from 1.
     routines: Vec<usize>,
-    /// Where the program ends.
-    ended: Option<usize>,
-    /// Where circles were told to carry the orientation along.
-    carried_on_circles: Option<usize>,
+    /// Line on which the program ends.
+    end_line: Option<usize>,
+    /// Line that set $CIRC_TYPE to carry the orientation along circles.
+    circ_type_line: Option<usize>,
 }
 
 impl<'a> Reader<'a> {
-    /// `beside`: name and bytes of the `.dat`.
+    /// Starts at the first line; `beside` is name and bytes of the `.dat`.
     pub fn new(source: &'a [u8], beside: Option<(&'a str, &'a [u8])>, options: &'a RobotOptions) -> Self {
         Self {
             source,
@@ -60,22 +60,22 @@ impl<'a> Reader<'a> {
             tool: None,
             feed_mm_per_min: None,
             frame_data: [None; 2],
-            around: Vec::new(),
+            enclosing: Vec::new(),
             routines: Vec::new(),
-            ended: None,
-            carried_on_circles: None,
+            end_line: None,
+            circ_type_line: None,
         }
     }
 
-    /// The tools that motions used so far.
+    /// Tools that motions have used so far.
     pub fn tools(&self) -> &Tools<'a> {
         &self.tools
     }
 
-    /// The next statement that moves the tool.
+    /// The next statement that moves the tool; `None` at the end.
     pub fn next(&mut self) -> Result<Option<Statement>, Refusal> {
         while let Some(line) = self.lines.advance() {
-            let code = code(self.source, line);
+            let code = code_range(self.source, line);
             if code.is_empty() || self.source[code.start] == b'&' {
                 continue;
             }
@@ -83,7 +83,7 @@ impl<'a> Reader<'a> {
             if self.source[code.clone()].ends_with(b"\\") {
                 return Err(refuse(RobotFault::Form { expected: "a statement on one line" }));
             }
-            let found = self.line(code.clone());
+            let found = self.follow_line(code.clone());
             if let Some(statement) = found.map_err(|fault| Refusal { line: self.lines.line, at: code, fault })? {
                 return Ok(Some(statement));
             }
@@ -91,7 +91,8 @@ impl<'a> Reader<'a> {
         Ok(None)
     }
 
-    fn line(&mut self, code: Range<usize>) -> Result<Option<Statement>, RobotFault> {
+    /// Follows a line of code: returns the statement if it moves the tool, or sets the mode.
+    fn follow_line(&mut self, code: Range<usize>) -> Result<Option<Statement>, RobotFault> {
         let text = &self.source[code.clone()];
         let mut scan = Scan::new(text);
         let (word, _) = scan.name();
@@ -100,24 +101,24 @@ impl<'a> Reader<'a> {
             && !matches!(word.as_str(), "DEF" | "DEFFCT" | "GLOBAL")
         {
             // Whether and when other routines run is not known.
-            return if is_motion(&word) { Err(RobotFault::SecondRoutine { line, first }) } else { Ok(None) };
+            return if is_motion_word(&word) { Err(RobotFault::SecondRoutine { line, first }) } else { Ok(None) };
         }
         match word.as_str() {
-            _ if is_motion(&word) => return self.motion(&word, code),
+            _ if is_motion_word(&word) => return self.motion(&word, code),
             "" => return Err(RobotFault::Unknown { expected: "a statement of KRL" }),
             "DEF" | "DEFFCT" => self.routines.push(self.lines.line),
-            "END" | "ENDFCT" | "RETURN" if self.around.is_empty() => self.ended = Some(self.lines.line),
-            "GLOBAL" => return self.global(scan),
-            "IF" | "FOR" | "WHILE" | "LOOP" | "REPEAT" | "SWITCH" => self.around.push((word, self.lines.line)),
-            "ENDIF" | "ENDFOR" | "ENDWHILE" | "ENDLOOP" | "UNTIL" | "ENDSWITCH" => drop(self.around.pop()),
+            "END" | "ENDFCT" | "RETURN" if self.enclosing.is_empty() => self.end_line = Some(self.lines.line),
+            "GLOBAL" => return self.follow_global(scan),
+            "IF" | "FOR" | "WHILE" | "LOOP" | "REPEAT" | "SWITCH" => self.enclosing.push((word, self.lines.line)),
+            "ENDIF" | "ENDFOR" | "ENDWHILE" | "ENDLOOP" | "UNTIL" | "ENDSWITCH" => drop(self.enclosing.pop()),
             "GOTO" => {
                 return Err(RobotFault::NotFollowed {
                     what: "jumps are",
                     expected: "the motions in the order they run",
                 });
             }
-            "INTERRUPT" => interrupt(scan, text)?,
-            "TRIGGER" => self.trigger(scan, text)?,
+            "INTERRUPT" => check_interrupt(scan, text)?,
+            "TRIGGER" => self.check_trigger(scan, text)?,
             "DECL" | "CONST" | "INT" | "REAL" | "BOOL" | "CHAR" | "FRAME" | "POS" | "E6POS" | "AXIS" | "E6AXIS" => {
                 self.points.declare(code, self.lines.line);
             }
@@ -127,26 +128,26 @@ impl<'a> Reader<'a> {
             "RETURN" | "ELSE" | "CASE" | "DEFAULT" | "DEFDAT" | "ENDDAT" | "PUBLIC" | "INI" | "WAIT" | "HALT"
             | "PULSE" | "ANIN" | "ANOUT" | "DIGIN" | "SIGNAL" | "EXT" | "EXTFCT" | "IMPORT" | "ENUM" | "STRUC"
             | "CONTINUE" | "EXIT" | "CONFIRM" | "CHANNEL" => {}
-            "BAS" => self.bas(scan)?,
+            "BAS" => self.follow_bas(scan)?,
             _ => self.assignment_or_call(code)?,
         }
         Ok(None)
     }
 
-    /// What follows GLOBAL.
-    fn global(&mut self, mut scan: Scan<'_>) -> Result<Option<Statement>, RobotFault> {
+    /// Follows what comes after GLOBAL.
+    fn follow_global(&mut self, mut scan: Scan<'_>) -> Result<Option<Statement>, RobotFault> {
         let text = scan;
         let (word, _) = scan.name();
         match word.to_ascii_uppercase().as_str() {
             "DEF" | "DEFFCT" => self.routines.push(self.lines.line),
-            "INTERRUPT" => interrupt(scan, text.rest())?,
+            "INTERRUPT" => check_interrupt(scan, text.rest())?,
             _ => {}
         }
         Ok(None)
     }
 
-    /// A trigger acts at the begin of the next motion, which stays its begin.
-    fn trigger(&mut self, mut scan: Scan<'_>, text: &[u8]) -> Result<(), RobotFault> {
+    /// Checks that a trigger acts at the start of the next motion, and what it calls.
+    fn check_trigger(&mut self, mut scan: Scan<'_>, text: &[u8]) -> Result<(), RobotFault> {
         let at_start = scan.name().0.eq_ignore_ascii_case("WHEN")
             && scan.name().0.eq_ignore_ascii_case("DISTANCE")
             && scan.takes(b'=')
@@ -165,21 +166,23 @@ impl<'a> Reader<'a> {
         }
     }
 
+    /// Refuses a call of `name` unless the options say that it moves nothing.
     fn check_call(&self, name: &str) -> Result<(), RobotFault> {
         let known = self.options.calls_kept.iter().any(|kept| kept.eq_ignore_ascii_case(name));
         if known { Ok(()) } else { Err(RobotFault::Call { name: name.to_owned() }) }
     }
 
-    /// Whether the line stands where it runs once.
+    /// Refuses a line within a branch or loop.
     fn check_runs_once(&self) -> Result<(), RobotFault> {
-        match self.around.first() {
+        match self.enclosing.first() {
             Some((keyword, line)) => Err(RobotFault::Branch { keyword: keyword.clone(), line: *line }),
             None => Ok(()),
         }
     }
 }
 
-fn is_motion(word: &str) -> bool {
+/// Whether `word` moves the tool.
+fn is_motion_word(word: &str) -> bool {
     matches!(
         word,
         "LIN"
@@ -200,8 +203,8 @@ fn is_motion(word: &str) -> bool {
     )
 }
 
-/// What an interrupt may run: it stops the robot as the standard says.
-fn interrupt(mut scan: Scan<'_>, text: &[u8]) -> Result<(), RobotFault> {
+/// Refuses an interrupt that does more than stop the robot.
+fn check_interrupt(mut scan: Scan<'_>, text: &[u8]) -> Result<(), RobotFault> {
     let is_declared = scan.name().0.eq_ignore_ascii_case("DECL");
     let stops = String::from_utf8_lossy(text).to_ascii_uppercase().contains("IR_STOPM");
     match is_declared && !stops {
@@ -210,8 +213,8 @@ fn interrupt(mut scan: Scan<'_>, text: &[u8]) -> Result<(), RobotFault> {
     }
 }
 
-/// The code of a line, without comment and blanks around it.
-fn code(source: &[u8], line: Range<usize>) -> Range<usize> {
+/// Code of a line without its comment and the blanks around it.
+fn code_range(source: &[u8], line: Range<usize>) -> Range<usize> {
     let mut in_text = false;
     let comment = source[line.clone()].iter().position(|byte| {
         in_text ^= *byte == b'"';

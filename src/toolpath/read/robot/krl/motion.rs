@@ -3,49 +3,50 @@
 use std::ops::Range;
 
 use crate::toolpath::{
-    model::robot::{Component, Frames, Kind, RobotFault, Statement, Target},
+    model::robot::{Component, Frames, MotionKind, RobotFault, Statement, Target},
     read::{
         robot::{
-            krl::{Reader, frame, state::place},
+            krl::{Reader, frame, state::variable_name},
             trimmed,
         },
         scan::Scan,
     },
 };
 
-/// Where a motion leads.
-enum Leads {
+/// Destination of a motion.
+enum Waypoint {
+    /// A pose.
     To(Target),
-    /// To positions of joints, or to a point that nothing here says.
-    Somewhere,
-    /// Nowhere: where the robot is.
-    Nowhere,
+    /// Joint positions, or a point that the program does not give.
+    Unknown,
+    /// The present position.
+    Here,
 }
 
 impl Reader<'_> {
-    /// The motion `word` in the bytes `code`.
+    /// The statement of the motion `word` in the bytes `code`; `None` if it stays where the robot is.
     pub(crate) fn motion(&mut self, word: &str, code: Range<usize>) -> Result<Option<Statement>, RobotFault> {
         let (kind, is_step) = match word {
-            "LIN" => (Kind::Line, false),
-            "LIN_REL" => (Kind::Line, true),
-            "PTP" => (Kind::PointToPoint, false),
-            "PTP_REL" => (Kind::PointToPoint, true),
-            "CIRC" => (Kind::Circle, false),
+            "LIN" => (MotionKind::Line, false),
+            "LIN_REL" => (MotionKind::Line, true),
+            "PTP" => (MotionKind::PointToPoint, false),
+            "PTP_REL" => (MotionKind::PointToPoint, true),
+            "CIRC" => (MotionKind::Circle, false),
             "CIRC_REL" => {
                 return Err(RobotFault::NotFollowed { what: "circles by steps are", expected: "CIRC" });
             }
             _ => return Err(RobotFault::NotFollowed { what: "splines are", expected: "LIN, CIRC and PTP" }),
         };
         self.check_runs_once()?;
-        if let Some(end) = self.ended {
+        if let Some(end) = self.end_line {
             return Err(RobotFault::AfterEnd { end });
         }
         let text = &self.source[code.clone()];
         let mut scan = Scan::new(text);
         let (_, keyword) = scan.name();
         let via = match kind {
-            Kind::Circle => {
-                let Leads::To(via) = self.leads(kind, &mut scan, text, code.start)? else {
+            MotionKind::Circle => {
+                let Waypoint::To(via) = self.waypoint(kind, &mut scan, text, code.start)? else {
                     return Err(RobotFault::Form { expected: "a point on the circle" });
                 };
                 scan.expect(b',', ", and the end of the circle")?;
@@ -53,16 +54,16 @@ impl Reader<'_> {
             }
             _ => None,
         };
-        let end = match self.leads(kind, &mut scan, text, code.start)? {
-            Leads::To(target) => Some(target),
-            Leads::Somewhere => None,
-            Leads::Nowhere => return Ok(None),
+        let end = match self.waypoint(kind, &mut scan, text, code.start)? {
+            Waypoint::To(target) => Some(target),
+            Waypoint::Unknown => None,
+            Waypoint::Here => return Ok(None),
         };
-        let is_angle_next = kind == Kind::Circle && scan.takes(b',');
+        let is_angle_next = kind == MotionKind::Circle && scan.takes(b',');
         let sweep_rad = if is_angle_next { Some(circle_angle(&mut scan)?) } else { None };
         let pose_end = end.as_ref().map_or(code.end, |end| end.at.end);
         let suffix = if is_angle_next { code.start + scan.at } else { pose_end }..code.end;
-        let in_tool = behind(scan)?;
+        let in_tool = is_in_tool_axes(scan)?;
         if is_step {
             let turns = |target: &Target| {
                 (0..3).any(|angle| target.number(Component::Rotation(angle)).is_some_and(|a| a != 0.0))
@@ -76,13 +77,13 @@ impl Reader<'_> {
                 });
             }
         }
-        if let (Kind::Circle, Some(_)) = (kind, self.carried_on_circles) {
+        if let (MotionKind::Circle, Some(_)) = (kind, self.circ_type_line) {
             return Err(RobotFault::NotFollowed {
                 what: "circles that carry the orientation along ($CIRC_TYPE) are",
                 expected: "$CIRC_TYPE=#BASE before it",
             });
         }
-        let end = end.map(|end| if is_step { without_turns(end) } else { end });
+        let end = end.map(|end| if is_step { without_rotation(end) } else { end });
         let frames = match &end {
             Some(_) => Frames {
                 base: self.bases.pose(self.base.as_ref())?,
@@ -108,48 +109,56 @@ impl Reader<'_> {
         }))
     }
 
-    /// Where the point leads that comes next in `text`, which begins at byte `start` of the source.
-    fn leads(&self, kind: Kind, scan: &mut Scan<'_>, text: &[u8], start: usize) -> Result<Leads, RobotFault> {
-        let from = scan.blanks().at;
+    /// Takes the next point of `text`, which begins at byte `start` of the source.
+    fn waypoint(
+        &self,
+        kind: MotionKind,
+        scan: &mut Scan<'_>,
+        text: &[u8],
+        start: usize,
+    ) -> Result<Waypoint, RobotFault> {
+        let from = scan.skip_blanks().at;
         let written: &[u8] = match scan.peek() {
             Some(b'{') => {
-                let braces = frame::braces(scan, text)?;
+                let braces = frame::brace_span(scan, text)?;
                 &text[braces]
             }
             _ => {
-                let name = place(scan).map_err(|_| RobotFault::Form { expected: "a point" })?;
+                let name = variable_name(scan).map_err(|_| RobotFault::Form { expected: "a point" })?;
                 match self.points.find(&name)? {
                     Some(written) => written,
-                    None if matches!(name.as_str(), "$AXIS_ACT" | "$POS_ACT") => return Ok(Leads::Nowhere),
-                    None if kind == Kind::PointToPoint => {
-                        return if operator(*scan) { Err(OPERATOR) } else { Ok(Leads::Somewhere) };
+                    None if matches!(name.as_str(), "$AXIS_ACT" | "$POS_ACT") => return Ok(Waypoint::Here),
+                    None if kind == MotionKind::PointToPoint => {
+                        return if has_operator(*scan) { Err(OPERATOR) } else { Ok(Waypoint::Unknown) };
                     }
-                    None => return Err(self.points.missing(&name)),
+                    None => return Err(self.points.missing_point(&name)),
                 }
             }
         };
-        if operator(*scan) {
+        if has_operator(*scan) {
             return Err(OPERATOR);
         }
-        match (frame::value(written)?, kind) {
+        match (frame::parse_point(written)?, kind) {
             (frame::Value::Pose(numbers), _) => {
                 let at = trimmed(self.source, start + from..start + scan.at);
-                Ok(Leads::To(Target { at, text: written.to_vec(), numbers }))
+                Ok(Waypoint::To(Target { at, text: written.to_vec(), numbers }))
             }
-            (frame::Value::Joints, Kind::PointToPoint) => Ok(Leads::Somewhere),
+            (frame::Value::Joints, MotionKind::PointToPoint) => Ok(Waypoint::Unknown),
             (frame::Value::Joints, _) => Err(RobotFault::Form { expected: "a pose, not positions of joints" }),
         }
     }
 }
 
+/// Refusal of an operator on points.
 const OPERATOR: RobotFault =
     RobotFault::NotFollowed { what: "operators on points are", expected: "a point whose numbers the file gives" };
 
-fn operator(mut scan: Scan<'_>) -> bool {
+/// Whether an operator follows the point.
+fn has_operator(mut scan: Scan<'_>) -> bool {
     scan.is_in_expression()
 }
 
-/// `CA 90` or `CA=90` behind a circle, rad.
+/// Takes `CA 90` or `CA=90` of a circle, rad.
 fn circle_angle(scan: &mut Scan<'_>) -> Result<f64, RobotFault> {
     let expected = RobotFault::Form { expected: "CA and the angle of the circle, not 0" };
     if !scan.name().0.eq_ignore_ascii_case("CA") {
@@ -160,11 +169,11 @@ fn circle_angle(scan: &mut Scan<'_>) -> Result<f64, RobotFault> {
     if degrees == 0.0 || degrees.abs() > MOST_DEGREES { Err(expected) } else { Ok(degrees.to_radians()) }
 }
 
-/// A hundred turns.
+/// Largest angle of a circle: a hundred revolutions.
 const MOST_DEGREES: f64 = 36_000.0;
 
-/// Reads what stands behind the last point; whether its axes are those of the tool.
-fn behind(mut scan: Scan<'_>) -> Result<bool, RobotFault> {
+/// Takes the modes behind the last point; whether `#TOOL`, the axes of the tool, is among them.
+fn is_in_tool_axes(mut scan: Scan<'_>) -> Result<bool, RobotFault> {
     let mut in_tool = false;
     while !scan.is_done() {
         let is_mode = scan.takes(b'#');
@@ -181,8 +190,8 @@ fn behind(mut scan: Scan<'_>) -> Result<bool, RobotFault> {
     Ok(in_tool)
 }
 
-/// A step whose angles, all 0, keep the orientation.
-fn without_turns(mut target: Target) -> Target {
+/// The step without its angles, which are all 0, so that it keeps the orientation.
+fn without_rotation(mut target: Target) -> Target {
     target.numbers.retain(|number| !matches!(number.component, Component::Rotation(_)));
     target
 }

@@ -1,4 +1,4 @@
-//! Points and frames that a `.src` or the `.dat` beside it declares or assigns.
+//! Points and frames that a KRL program or the `.dat` beside it declares or assigns.
 
 use std::{collections::HashMap, ops::Range};
 
@@ -10,43 +10,44 @@ use crate::toolpath::{
     },
 };
 
-/// What a name stands for.
+/// Value of a variable.
 #[derive(Clone, Debug)]
 enum Value {
-    /// What stands in these bytes of the `.src`, or of the file beside it.
+    /// The text in these bytes of the `.src`, or of the `.dat` beside it.
     Written { beside: bool, at: Range<usize> },
-    /// What nobody but the controller knows, from this line on.
+    /// Unknown to the reader since this line.
     Computed(usize),
 }
 
-/// Names and what they stand for.
+/// Variables and their values.
 #[derive(Debug)]
 pub(crate) struct Points<'a> {
     source: &'a [u8],
     beside: Option<(&'a str, &'a [u8])>,
-    /// By names in capitals, indices as they are written: `XP1`, `XP[3]`.
+    /// By name in upper case, with the index as written: `XP1`, `XP[3]`.
     values: HashMap<String, Value>,
 }
 
 impl<'a> Points<'a> {
+    /// Reads the declarations of the `.dat`, if there is one.
     pub fn new(source: &'a [u8], beside: Option<(&'a str, &'a [u8])>) -> Self {
         let mut points = Self { source, beside, values: HashMap::new() };
         let Some((_, bytes)) = beside else { return points };
         let mut lines = LineCursor::new(bytes);
         while let Some(line) = lines.advance() {
-            let code = super::code(bytes, line);
-            if let Some((name, value)) = declared(bytes, code) {
+            let code = super::code_range(bytes, line);
+            if let Some((name, value)) = name_and_braces(bytes, code) {
                 points.values.insert(name, Value::Written { beside: true, at: value });
             }
         }
         points
     }
 
-    /// Takes a declaration of the `.src`, in the bytes `code`.
+    /// Adds a declaration of the `.src`, in the bytes `code`.
     pub fn declare(&mut self, code: Range<usize>, line: usize) {
-        if let Some((name, at)) = declared(self.source, code.clone()) {
+        if let Some((name, at)) = name_and_braces(self.source, code.clone()) {
             self.values.insert(name, Value::Written { beside: false, at });
-        } else if let Some((name, value)) = named(self.source, code) {
+        } else if let Some((name, value)) = name_and_value(self.source, code) {
             // Without a value it is not known until one is assigned.
             match value.is_empty() {
                 true => drop(self.values.remove(&name)),
@@ -55,7 +56,7 @@ impl<'a> Points<'a> {
         }
     }
 
-    /// Takes an assignment of what stands in the bytes `value` to `name`, in line `line`.
+    /// Adds the assignment of the bytes `value` to `name` on line `line`.
     pub fn assign(&mut self, name: String, value: Range<usize>, line: usize, runs_once: bool) {
         // Of `XP1.Z` and `XP[I]` it is not known what is left of XP1 and XP.
         let end = name.find(['.', '[']).unwrap_or(name.len());
@@ -70,7 +71,7 @@ impl<'a> Points<'a> {
         self.values.insert(key, entry);
     }
 
-    /// The text in braces that `name` (capitals) stands for, if it is known at all.
+    /// The text in braces that `name` (upper case) stands for; `None` if it is not declared, `Err` if it is computed.
     pub fn find(&self, name: &str) -> Result<Option<&'a [u8]>, RobotFault> {
         let root = &name[..name.find('[').unwrap_or(name.len())];
         let computed = |line: usize| RobotFault::Computed { name: name.to_owned(), line };
@@ -87,8 +88,8 @@ impl<'a> Points<'a> {
         }
     }
 
-    /// That there is no point `name`.
-    pub fn missing(&self, name: &str) -> RobotFault {
+    /// The fault that there is no point `name`.
+    pub fn missing_point(&self, name: &str) -> RobotFault {
         let beside = self.beside.map_or_else(
             || " (there is no .dat beside it)".to_owned(),
             |(beside, _)| format!(" or beside it in {beside}"),
@@ -97,8 +98,8 @@ impl<'a> Points<'a> {
     }
 }
 
-/// The name that a declaration declares or an assignment assigns, and the bytes behind its `=`.
-fn named(source: &[u8], code: Range<usize>) -> Option<(String, Range<usize>)> {
+/// Name in a declaration or assignment, and the bytes behind its `=`, which may be none.
+fn name_and_value(source: &[u8], code: Range<usize>) -> Option<(String, Range<usize>)> {
     let text = &source[code.clone()];
     let equals = text.iter().position(|byte| *byte == b'=').unwrap_or(text.len());
     let value = (code.start + equals + 1).min(code.end)..code.end;
@@ -114,14 +115,14 @@ fn named(source: &[u8], code: Range<usize>) -> Option<(String, Range<usize>)> {
     Some((format!("{name}{index}"), value))
 }
 
-/// The same where the value stands in braces, with the bytes of the braces.
-fn declared(source: &[u8], code: Range<usize>) -> Option<(String, Range<usize>)> {
-    let (name, value) = named(source, code)?;
+/// Name that a declaration or assignment gives a value in braces, and the bytes of the braces.
+fn name_and_braces(source: &[u8], code: Range<usize>) -> Option<(String, Range<usize>)> {
+    let (name, value) = name_and_value(source, code)?;
     let value = trimmed(source, value);
     is_in_braces(&source[value.clone()]).then_some((name, value))
 }
 
-/// Whether `text` is one value in braces.
+/// Whether `text` is a single value in braces.
 fn is_in_braces(text: &[u8]) -> bool {
-    text.starts_with(b"{") && frame::braces(&mut Scan::new(text), text).is_ok_and(|braces| braces.end == text.len())
+    text.starts_with(b"{") && frame::brace_span(&mut Scan::new(text), text).is_ok_and(|braces| braces.end == text.len())
 }

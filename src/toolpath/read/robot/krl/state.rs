@@ -1,4 +1,4 @@
-//! What lines of KRL set: bases, tools, velocity, modes.
+//! KRL lines that set a mode: bases, tools, velocity, variables.
 
 use std::ops::Range;
 
@@ -14,7 +14,7 @@ use crate::toolpath::{
     },
 };
 
-/// mm/min in 1 m/s.
+/// 1 m/s in mm/min.
 const PER_METRE_PER_SECOND: f64 = 60_000.0;
 
 const FRAME_VALUE: RobotFault = RobotFault::Form {
@@ -22,11 +22,11 @@ const FRAME_VALUE: RobotFault = RobotFault::Form {
 };
 
 impl Reader<'_> {
-    /// A line that begins with no word of the language.
+    /// Follows a line that begins with no keyword: an assignment, a call or a label.
     pub(crate) fn assignment_or_call(&mut self, code: Range<usize>) -> Result<(), RobotFault> {
         let text = &self.source[code.clone()];
         let mut scan = Scan::new(text);
-        let name = place(&mut scan)?;
+        let name = variable_name(&mut scan)?;
         if scan.takes(b'=') {
             let value = trimmed(self.source, code.start + scan.at..code.end);
             return self.assign(name, value);
@@ -42,13 +42,14 @@ impl Reader<'_> {
         }
     }
 
+    /// Follows the assignment of the bytes `value` to `name` (upper case).
     fn assign(&mut self, name: String, value: Range<usize>) -> Result<(), RobotFault> {
         let text = &self.source[value.clone()];
         let is = |word: &str| text.eq_ignore_ascii_case(word.as_bytes());
         match name.as_str() {
             "$BASE" | "$TOOL" => {
                 self.check_runs_once()?;
-                let (frame_name, frame) = self.frame_of(text)?;
+                let (frame_name, frame) = self.frame_value(text)?;
                 match name.as_str() {
                     "$BASE" => self.base = Some(Base { name: frame_name, in_world: frame }),
                     _ => self.tool = Some(Tool { name: frame_name, in_flange: frame }),
@@ -66,36 +67,40 @@ impl Reader<'_> {
                     expected: "#VAR",
                 });
             }
-            "$CIRC_TYPE" => self.carried_on_circles = (!is("#BASE")).then_some(self.lines.line),
+            "$CIRC_TYPE" => self.circ_type_line = (!is("#BASE")).then_some(self.lines.line),
             "FDAT_ACT" => {
                 let data = match text.starts_with(b"{") {
                     true => Some(text),
                     false => self.points.find(&String::from_utf8_lossy(text).to_ascii_uppercase())?,
                 };
-                let data = data.ok_or_else(|| self.points.missing(&String::from_utf8_lossy(text)))?;
-                self.frame_data = frame::numbers_of_frames(data)?;
+                let data = data.ok_or_else(|| self.points.missing_point(&String::from_utf8_lossy(text)))?;
+                self.frame_data = frame::frame_numbers(data)?;
             }
             _ if name.starts_with("$BASE.") || name.starts_with("$TOOL.") || name.starts_with("$BASE_C") => {
                 return Err(RobotFault::NotFollowed { what: "parts of frames are", expected: "a whole frame" });
             }
             _ if name.starts_with('$') => {}
             _ => {
-                let runs_once = self.around.is_empty();
+                let runs_once = self.enclosing.is_empty();
                 self.points.assign(name, value, self.lines.line, runs_once);
             }
         }
         Ok(())
     }
 
-    /// Name and pose of a frame in its parent as `text` says it.
-    fn frame_of(&self, text: &[u8]) -> Result<(String, Option<nalgebra::Isometry3<f64>>), RobotFault> {
+    /// Name and pose (mm, in its parent) of the frame that `text` names or gives; no pose if only the controller knows it.
+    fn frame_value(&self, text: &[u8]) -> Result<(String, Option<nalgebra::Isometry3<f64>>), RobotFault> {
         let mut scan = Scan::new(text);
         if scan.peek() == Some(b'{') {
-            let braces = frame::braces(&mut scan, text)?;
-            let shown = String::from_utf8_lossy(&text[braces.clone()]).into_owned();
-            return if scan.is_done() { Ok((shown, Some(frame::frame(&text[braces])?))) } else { Err(FRAME_VALUE) };
+            let braces = frame::brace_span(&mut scan, text)?;
+            let name = String::from_utf8_lossy(&text[braces.clone()]).into_owned();
+            return if scan.is_done() {
+                Ok((name, Some(frame::parse_frame(&text[braces])?)))
+            } else {
+                Err(FRAME_VALUE)
+            };
         }
-        let name = place(&mut scan)?;
+        let name = variable_name(&mut scan)?;
         if scan.takes(b'(') {
             return Err(RobotFault::NotFollowed {
                 what: "bases that move with external axes (EK, EB) are",
@@ -113,14 +118,14 @@ impl Reader<'_> {
         let written = self.points.find(&name)?;
         let is_data = name.starts_with("BASE_DATA[") || name.starts_with("TOOL_DATA[");
         match written {
-            Some(written) => Ok((name.to_ascii_lowercase(), Some(frame::frame(written)?))),
+            Some(written) => Ok((name.to_ascii_lowercase(), Some(frame::parse_frame(written)?))),
             None if is_data => Ok((name.to_ascii_lowercase(), None)),
-            None => Err(self.points.missing(&name)),
+            None => Err(self.points.missing_point(&name)),
         }
     }
 
-    /// `BAS(#…, …)`, by which inline forms set what motions need.
-    pub(crate) fn bas(&mut self, mut scan: Scan<'_>) -> Result<(), RobotFault> {
+    /// Follows `BAS(#…, …)`, by which inline forms set velocity, tool and base.
+    pub(crate) fn follow_bas(&mut self, mut scan: Scan<'_>) -> Result<(), RobotFault> {
         scan.expect(b'(', "(")?;
         scan.expect(b'#', "# and a word")?;
         let word = scan.name().0.to_ascii_uppercase();
@@ -150,19 +155,20 @@ impl Reader<'_> {
         Ok(())
     }
 
+    /// Sets the feed; `None`, or a line within a branch or loop, makes it unknown.
     fn set_speed(&mut self, metres_per_second: Option<f64>) {
-        let speed = metres_per_second.filter(|speed| *speed > 0.0 && self.around.is_empty());
+        let speed = metres_per_second.filter(|speed| *speed > 0.0 && self.enclosing.is_empty());
         self.feed_mm_per_min = speed.map(|speed| speed * PER_METRE_PER_SECOND);
     }
 
-    /// Tool and base by their numbers; number 0 is the flange, and the world.
+    /// Sets tool and base by their numbers; 0 is the flange or the world.
     fn set_frames(&mut self, [tool, base]: [Option<usize>; 2]) -> Result<(), RobotFault> {
         if tool.is_some() || base.is_some() {
             self.check_runs_once()?;
         }
         let named = |kind: &str, number: usize| match number {
             0 => Ok(("$nullframe".to_owned(), Some(nalgebra::Isometry3::identity()))),
-            _ => self.frame_of(format!("{kind}[{number}]").as_bytes()),
+            _ => self.frame_value(format!("{kind}[{number}]").as_bytes()),
         };
         let tool = tool.map(|number| named("TOOL_DATA", number)).transpose()?;
         let base = base.map(|number| named("BASE_DATA", number)).transpose()?;
@@ -176,8 +182,8 @@ impl Reader<'_> {
     }
 }
 
-/// The name of what is assigned or used, with indices and parts, in capitals and without blanks: `XP[3]`, `$VEL.CP`.
-pub(crate) fn place(scan: &mut Scan<'_>) -> Result<String, RobotFault> {
+/// Takes a variable with indices and parts, in upper case without blanks: `XP[3]`, `$VEL.CP`.
+pub(crate) fn variable_name(scan: &mut Scan<'_>) -> Result<String, RobotFault> {
     let mut name = scan.name().0.to_ascii_uppercase();
     if name.is_empty() {
         return Err(RobotFault::Unknown { expected: "a statement of KRL" });

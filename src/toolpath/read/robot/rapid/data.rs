@@ -1,4 +1,4 @@
-//! Data of a RAPID module: targets, tools, work objects and speeds, declared or written where they are used.
+//! Data of a RAPID module: targets, tools, work objects and speeds, declared or written in place.
 
 use std::{collections::HashMap, ops::Range};
 
@@ -9,52 +9,55 @@ use crate::toolpath::{
     read::{
         robot::{
             Refusal,
-            rapid::lex::{Unit, Units},
+            rapid::lex::{CodeUnit, CodeUnits},
             trimmed,
         },
         scan::Scan,
     },
 };
 
-/// External axes at 9E9 are not used.
+/// External axes at or above this are not in use (RAPID writes 9E9).
 const NOT_USED: f64 = 9e8;
 
-/// What a declared name stands for.
+/// Value of a declared name.
 #[derive(Clone, Debug)]
 enum Value {
-    /// What stands in these bytes, of this type.
-    Written(Type, Range<usize>),
-    /// What only the controller knows, by this line.
+    /// The text in these bytes, of this type.
+    Written(DataType, Range<usize>),
+    /// Unknown to the reader because of this line.
     Computed(usize),
 }
 
+/// RAPID types of data that motions use.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Type {
+pub(crate) enum DataType {
     Target,
     Tool,
     WorkObject,
     Speed,
 }
 
-/// What a module declares.
+/// Declarations of a module.
 #[derive(Debug, Default)]
-pub(crate) struct Data {
+pub(crate) struct ModuleData {
+    /// By name in upper case.
     values: HashMap<String, Value>,
-    /// Names of procedures, in capitals.
+    /// Names of procedures in upper case.
     pub procedures: Vec<String>,
 }
 
-impl Data {
-    /// Goes through the whole source once.
-    pub fn of(source: &[u8]) -> Result<Data, Refusal> {
-        let (mut data, mut units) = (Data::default(), Units::new(source));
+impl ModuleData {
+    /// Reads all declarations of `source`.
+    pub fn of(source: &[u8]) -> Result<ModuleData, Refusal> {
+        let (mut data, mut units) = (ModuleData::default(), CodeUnits::new(source));
         while let Some(unit) = units.next()? {
-            data.see(source, &unit);
+            data.add(source, &unit);
         }
         Ok(data)
     }
 
-    fn see(&mut self, source: &[u8], unit: &Unit) {
+    /// Adds what `unit` declares, or marks what it assigns as computed.
+    fn add(&mut self, source: &[u8], unit: &CodeUnit) {
         let mut scan = Scan::new(&source[unit.at.clone()]);
         let mut word = scan.name().0.to_ascii_uppercase();
         if !unit.is_statement {
@@ -73,10 +76,10 @@ impl Data {
         let kind = if is_declared { scan.name().0.to_ascii_uppercase() } else { String::new() };
         let name = if is_declared { scan.name().0.to_ascii_uppercase() } else { word };
         let kind = match kind.as_str() {
-            "ROBTARGET" => Some(Type::Target),
-            "TOOLDATA" => Some(Type::Tool),
-            "WOBJDATA" => Some(Type::WorkObject),
-            "SPEEDDATA" => Some(Type::Speed),
+            "ROBTARGET" => Some(DataType::Target),
+            "TOOLDATA" => Some(DataType::Tool),
+            "WOBJDATA" => Some(DataType::WorkObject),
+            "SPEEDDATA" => Some(DataType::Speed),
             _ => None,
         };
         let is_whole = scan.takes(b':') && scan.takes(b'=');
@@ -99,8 +102,8 @@ impl Data {
         self.values.insert(name, entry);
     }
 
-    /// The text of the `kind` that is called `name` (capitals), if it is known at all.
-    pub fn find<'a>(&self, source: &'a [u8], kind: Type, name: &str) -> Result<Option<&'a [u8]>, RobotFault> {
+    /// The text of the datum `name` (upper case) of type `kind`; `None` if it is not declared, `Err` if it is computed.
+    pub fn find<'a>(&self, source: &'a [u8], kind: DataType, name: &str) -> Result<Option<&'a [u8]>, RobotFault> {
         match self.values.get(name) {
             Some(Value::Written(of, at)) if *of == kind => Ok(Some(&source[at.clone()])),
             Some(Value::Computed(line)) => Err(RobotFault::Computed { name: name.to_owned(), line: *line }),
@@ -109,12 +112,13 @@ impl Data {
     }
 }
 
+/// Whether `:=` stands in `text` outside strings and comments.
 fn is_assignment(text: &[u8]) -> bool {
-    super::lex::code(text).any(|(at, byte)| byte == b':' && text.get(at + 1) == Some(&b'='))
+    super::lex::code_bytes(text).any(|(at, byte)| byte == b':' && text.get(at + 1) == Some(&b'='))
 }
 
-/// `[a, b, …]` of `N` plain numbers, with where they stand.
-fn numbers<const N: usize>(scan: &mut Scan<'_>) -> Result<[(f64, Range<usize>); N], RobotFault> {
+/// Takes `[a, b, …]` of `N` plain numbers, each with its range.
+fn parse_numbers<const N: usize>(scan: &mut Scan<'_>) -> Result<[(f64, Range<usize>); N], RobotFault> {
     scan.expect(b'[', "[ and plain numbers")?;
     let mut found = std::array::from_fn(|_| (0.0, 0..0));
     for (entry, number) in found.iter_mut().enumerate() {
@@ -127,17 +131,17 @@ fn numbers<const N: usize>(scan: &mut Scan<'_>) -> Result<[(f64, Range<usize>); 
     Ok(found)
 }
 
-/// The numbers of `[[x,y,z],[q1,q2,q3,q4],[cf1,cf4,cf6,cfx],[six external axes]]`, places in `text`.
-pub(crate) fn target(text: &[u8]) -> Result<Vec<Number>, RobotFault> {
+/// Parses `[[x,y,z],[q1,q2,q3,q4],[cf1,cf4,cf6,cfx],[six external axes]]`; numbers have their ranges in `text`.
+pub(crate) fn parse_target(text: &[u8]) -> Result<Vec<Number>, RobotFault> {
     let mut scan = Scan::new(text);
     scan.expect(b'[', "[[x,y,z],[q1,q2,q3,q4],[cf1,cf4,cf6,cfx],[six external axes]]")?;
-    let position = numbers::<3>(&mut scan)?;
+    let position = parse_numbers::<3>(&mut scan)?;
     scan.expect(b',', ", and [q1,q2,q3,q4]")?;
-    let rotation = numbers::<4>(&mut scan)?;
+    let rotation = parse_numbers::<4>(&mut scan)?;
     scan.expect(b',', ", and [cf1,cf4,cf6,cfx]")?;
-    numbers::<4>(&mut scan)?;
+    parse_numbers::<4>(&mut scan)?;
     scan.expect(b',', ", and [six external axes]")?;
-    let external = numbers::<6>(&mut scan)?;
+    let external = parse_numbers::<6>(&mut scan)?;
     scan.expect(b']', "]")?;
     if !scan.is_done() {
         return Err(RobotFault::Form { expected: "nothing behind the target" });
@@ -151,12 +155,12 @@ pub(crate) fn target(text: &[u8]) -> Result<Vec<Number>, RobotFault> {
     Ok(position.chain(rotation).chain(used.map(named(Component::External))).collect())
 }
 
-/// `[[x,y,z],[q1,q2,q3,q4]]`.
-fn pose(scan: &mut Scan<'_>) -> Result<Isometry3<f64>, RobotFault> {
+/// Takes `[[x,y,z],[q1,q2,q3,q4]]`, mm and a unit quaternion.
+fn parse_pose(scan: &mut Scan<'_>) -> Result<Isometry3<f64>, RobotFault> {
     scan.expect(b'[', "[[x,y,z],[q1,q2,q3,q4]]")?;
-    let [x, y, z] = numbers::<3>(scan)?.map(|(value, _)| value);
+    let [x, y, z] = parse_numbers::<3>(scan)?.map(|(value, _)| value);
     scan.expect(b',', ", and [q1,q2,q3,q4]")?;
-    let [w, i, j, k] = numbers::<4>(scan)?.map(|(value, _)| value);
+    let [w, i, j, k] = parse_numbers::<4>(scan)?.map(|(value, _)| value);
     scan.expect(b']', "] behind a pose")?;
     let quaternion = Quaternion::new(w, i, j, k);
     let length = quaternion.norm();
@@ -167,7 +171,8 @@ fn pose(scan: &mut Scan<'_>) -> Result<Isometry3<f64>, RobotFault> {
     Ok(Isometry3::from_parts(Translation3::from(at), UnitQuaternion::from_quaternion(quaternion)))
 }
 
-fn truth(scan: &mut Scan<'_>) -> Result<bool, RobotFault> {
+/// Takes TRUE or FALSE.
+fn parse_bool(scan: &mut Scan<'_>) -> Result<bool, RobotFault> {
     match scan.name().0.to_ascii_uppercase().as_str() {
         "TRUE" => Ok(true),
         "FALSE" => Ok(false),
@@ -175,27 +180,27 @@ fn truth(scan: &mut Scan<'_>) -> Result<bool, RobotFault> {
     }
 }
 
-/// The frame of a tool in the flange: `[TRUE,[[x,y,z],[q1,q2,q3,q4]],…]`.
+/// Parses tool data `[TRUE,[[x,y,z],[q1,q2,q3,q4]],…]`: the frame of the tool in the flange, mm.
 pub(crate) fn tool_frame(text: &[u8]) -> Result<Isometry3<f64>, RobotFault> {
     let mut scan = Scan::new(text);
     scan.expect(b'[', "[TRUE,[[x,y,z],[q1,q2,q3,q4]],…]")?;
-    if !truth(&mut scan)? {
+    if !parse_bool(&mut scan)? {
         return Err(RobotFault::NotFollowed {
             what: "tools that stand still are",
             expected: "a tool that the robot holds",
         });
     }
     scan.expect(b',', ", and the frame of the tool")?;
-    pose(&mut scan)
+    parse_pose(&mut scan)
 }
 
-/// Where a work object stands in the world: `[FALSE,TRUE,"",[user frame],[object frame]]`.
+/// Parses a work object `[FALSE,TRUE,"",[user frame],[object frame]]`: its frame in the world, mm.
 pub(crate) fn work_object_frame(text: &[u8]) -> Result<Isometry3<f64>, RobotFault> {
     let mut scan = Scan::new(text);
     scan.expect(b'[', "[FALSE,TRUE,\"\",[user frame],[object frame]]")?;
-    let is_held = truth(&mut scan)?;
+    let is_held = parse_bool(&mut scan)?;
     scan.expect(b',', ",")?;
-    let is_fixed = truth(&mut scan)?;
+    let is_fixed = parse_bool(&mut scan)?;
     if is_held || !is_fixed {
         return Err(RobotFault::NotFollowed {
             what: "work objects that move are",
@@ -206,13 +211,13 @@ pub(crate) fn work_object_frame(text: &[u8]) -> Result<Isometry3<f64>, RobotFaul
     scan.expect(b'"', "\"\"")?;
     scan.expect(b'"', "\"\", no mechanical unit")?;
     scan.expect(b',', ", and the user frame")?;
-    let user = pose(&mut scan)?;
+    let user = parse_pose(&mut scan)?;
     scan.expect(b',', ", and the object frame")?;
-    Ok(user * pose(&mut scan)?)
+    Ok(user * parse_pose(&mut scan)?)
 }
 
-/// The velocity of the tip, mm/s: `[v_tcp,v_ori,v_leax,v_reax]`.
-pub(crate) fn speed(text: &[u8]) -> Result<f64, RobotFault> {
+/// Parses speed data `[v_tcp,v_ori,v_leax,v_reax]`: velocity of the tip, mm/s.
+pub(crate) fn parse_speed(text: &[u8]) -> Result<f64, RobotFault> {
     let mut scan = Scan::new(text);
-    Ok(numbers::<4>(&mut scan)?[0].0)
+    Ok(parse_numbers::<4>(&mut scan)?[0].0)
 }

@@ -1,4 +1,4 @@
-//! A RAPID module as units: statements up to their `;`, and words of structure.
+//! Splits a RAPID module into units: statements up to their `;`, and words of structure.
 
 use std::ops::Range;
 
@@ -7,35 +7,37 @@ use crate::toolpath::{
     read::{robot::Refusal, scan::Scan},
 };
 
-/// A statement, or what opens or closes a part of a module.
+/// A statement, or a word of structure that opens or closes a part of a module.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Unit {
-    /// The bytes of the source, with the `;`.
+pub(crate) struct CodeUnit {
+    /// Bytes of the source, with the `;`.
     pub at: Range<usize>,
-    /// The line it begins on, from 1.
+    /// Line on which it begins, from 1.
     pub line: usize,
-    /// Its first word in capitals; empty if it begins with none.
+    /// First word in upper case; empty if there is none.
     pub word: String,
-    /// Whether it ends in `;`.
+    /// Whether it is a statement, which ends in `;`.
     pub is_statement: bool,
 }
 
-/// Goes through the units of a source.
+/// An iterator over the units of a source.
 #[derive(Clone, Debug)]
-pub(crate) struct Units<'a> {
+pub(crate) struct CodeUnits<'a> {
     source: &'a [u8],
     at: usize,
     line: usize,
 }
 
-impl<'a> Units<'a> {
+impl<'a> CodeUnits<'a> {
+    /// Starts at the first unit, behind a byte order mark.
     pub fn new(source: &'a [u8]) -> Self {
         let at = if source.starts_with(b"\xef\xbb\xbf") { 3 } else { 0 };
         Self { source, at, line: 1 }
     }
 
-    pub fn next(&mut self) -> Result<Option<Unit>, Refusal> {
-        self.skip();
+    /// The next unit; `None` at the end, `Err` for a statement without `;`.
+    pub fn next(&mut self) -> Result<Option<CodeUnit>, Refusal> {
+        self.skip_blanks();
         let Some(first) = self.source.get(self.at).copied() else { return Ok(None) };
         let (start, line) = (self.at, self.line);
         let mut scan = Scan::new(&self.source[start..]);
@@ -52,22 +54,23 @@ impl<'a> Units<'a> {
             }
             "ENDMODULE" | "ENDPROC" | "ENDFUNC" | "ENDTRAP" | "ENDRECORD" | "ENDIF" | "ENDFOR" | "ENDWHILE"
             | "ENDTEST" | "ELSE" | "ERROR" | "UNDO" | "BACKWARD" => Some(behind),
-            "CASE" => self.behind(b':'),
-            "IF" | "ELSEIF" => self.behind_word("THEN"),
-            "FOR" | "WHILE" => self.behind_word("DO"),
+            "CASE" => self.end_after(b':'),
+            "IF" | "ELSEIF" => self.end_after_word("THEN"),
+            "FOR" | "WHILE" => self.end_after_word("DO"),
             _ => None,
         };
         let is_statement = end.is_none();
-        let end = end.or_else(|| self.behind(b';'));
+        let end = end.or_else(|| self.end_after(b';'));
         let at = start..end.unwrap_or(self.source.len());
         if end.is_none() {
             return Err(Refusal { line, at, fault: RobotFault::Form { expected: "; at the end of the statement" } });
         }
-        self.go_to(at.end);
-        Ok(Some(Unit { at, line, word, is_statement }))
+        self.advance_to(at.end);
+        Ok(Some(CodeUnit { at, line, word, is_statement }))
     }
 
-    fn go_to(&mut self, end: usize) {
+    /// Moves on to byte `end` and counts the lines passed.
+    fn advance_to(&mut self, end: usize) {
         let passed = &self.source[self.at..end];
         // \r\n is one ending.
         let endings = passed.iter().enumerate().filter(|(at, byte)| {
@@ -78,34 +81,35 @@ impl<'a> Units<'a> {
     }
 
     /// Skips blanks, comments and empty statements.
-    fn skip(&mut self) {
+    fn skip_blanks(&mut self) {
         loop {
             let rest = &self.source[self.at..];
             let blanks =
                 rest.iter().position(|byte| !byte.is_ascii_whitespace() && *byte != b';').unwrap_or(rest.len());
-            self.go_to(self.at + blanks);
+            self.advance_to(self.at + blanks);
             if self.source.get(self.at) != Some(&b'!') {
                 return;
             }
-            self.go_to(self.end_of_line());
+            self.advance_to(self.end_of_line());
         }
     }
 
+    /// Index of the next line ending.
     fn end_of_line(&self) -> usize {
         let rest = &self.source[self.at..];
         self.at + rest.iter().position(|byte| matches!(byte, b'\r' | b'\n')).unwrap_or(rest.len())
     }
 
-    /// Behind the next byte `wanted` that is in no text and no comment.
-    fn behind(&self, wanted: u8) -> Option<usize> {
-        code(&self.source[self.at..]).find(|(_, byte)| *byte == wanted).map(|(at, _)| self.at + at + 1)
+    /// Index behind the next byte `wanted` outside strings and comments.
+    fn end_after(&self, wanted: u8) -> Option<usize> {
+        code_bytes(&self.source[self.at..]).find(|(_, byte)| *byte == wanted).map(|(at, _)| self.at + at + 1)
     }
 
-    /// Behind the next `word`, if it comes before `;`.
-    fn behind_word(&self, word: &str) -> Option<usize> {
+    /// Index behind the next `word`, if it comes before `;`.
+    fn end_after_word(&self, word: &str) -> Option<usize> {
         let rest = &self.source[self.at..];
         let is_of_name = |byte: Option<&u8>| byte.is_some_and(|byte| byte.is_ascii_alphanumeric() || *byte == b'_');
-        for (at, byte) in code(rest) {
+        for (at, byte) in code_bytes(rest) {
             if byte == b';' {
                 return None;
             }
@@ -122,8 +126,8 @@ impl<'a> Units<'a> {
     }
 }
 
-/// The bytes of `text` that are in no text in quotes and no comment, with their places.
-pub(crate) fn code(text: &[u8]) -> impl Iterator<Item = (usize, u8)> {
+/// Bytes of `text` outside strings and comments, with their indices.
+pub(crate) fn code_bytes(text: &[u8]) -> impl Iterator<Item = (usize, u8)> {
     let (mut in_text, mut in_comment) = (false, false);
     text.iter().copied().enumerate().filter(move |(_, byte)| {
         match byte {
@@ -139,10 +143,10 @@ pub(crate) fn code(text: &[u8]) -> impl Iterator<Item = (usize, u8)> {
     })
 }
 
-/// `text`, which begins at byte `start` of the source, at its commas that stand in no brackets.
-pub(crate) fn arguments(text: &[u8], start: usize) -> Vec<Range<usize>> {
+/// Ranges of the arguments in `text`, split at commas outside brackets; `text` begins at byte `start` of the source.
+pub(crate) fn split_arguments(text: &[u8], start: usize) -> Vec<Range<usize>> {
     let (mut depth, mut from, mut found) = (0usize, 0, Vec::new());
-    for (at, byte) in code(text) {
+    for (at, byte) in code_bytes(text) {
         match byte {
             b'[' | b'(' | b'{' => depth += 1,
             b']' | b')' | b'}' => depth = depth.saturating_sub(1),

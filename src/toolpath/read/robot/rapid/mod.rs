@@ -1,8 +1,7 @@
 //! ABB RAPID: statements of a module, with the targets, tools, work objects and speeds that it declares.
 //!
-//! Followed are MoveL, MoveC, MoveJ and MoveAbsJ; what is known not to move the tool is passed by, and all else is
-//! refused. All motions stand in one routine; from where it is called does not matter, since every motion names its
-//! tool, work object and speed.
+//! Followed are MoveL, MoveC, MoveJ and MoveAbsJ. What is known not to move the tool is ignored, and all else is refused. All motions
+//! must be in one routine; its caller does not matter, as each motion names its tool, work object and speed.
 
 use crate::toolpath::{
     model::robot::{RobotFault, RobotOptions, Statement},
@@ -10,8 +9,8 @@ use crate::toolpath::{
         robot::{
             Bases, Refusal, Tools,
             rapid::{
-                data::Data,
-                lex::{Unit, Units},
+                data::ModuleData,
+                lex::{CodeUnit, CodeUnits},
             },
         },
         scan::Scan,
@@ -22,57 +21,57 @@ mod data;
 mod lex;
 mod motion;
 
-/// Goes through a module from its begin on.
+/// A reader of RAPID statements with the modes in force.
 #[derive(Debug)]
 pub(crate) struct Reader<'a> {
     source: &'a [u8],
     options: &'a RobotOptions,
-    units: Units<'a>,
-    /// `None` before the first statement is asked for.
-    data: Option<Data>,
+    units: CodeUnits<'a>,
+    data: Option<ModuleData>,
     bases: Bases<'a>,
     tools: Tools<'a>,
-    /// Branches and loops around the statement, and where they begin.
-    around: Vec<(String, usize)>,
-    /// Where the routine begins, and its name in capitals.
+    /// Keywords and lines of the open branches and loops.
+    enclosing: Vec<(String, usize)>,
+    /// Line of the present routine, and its name in upper case.
     routine: (usize, String),
-    /// Where the routine with the motions begins.
-    moving: Option<usize>,
-    /// Where the routine ends, if before its end.
-    ended: Option<usize>,
-    /// Whether VelSet leaves velocities as they are programmed.
-    speeds_hold: bool,
+    /// Line of the routine that has the motions.
+    motion_routine: Option<usize>,
+    /// Line that leaves the routine before its end.
+    end_line: Option<usize>,
+    /// Whether VelSet leaves velocities as programmed.
+    is_speed_unscaled: bool,
 }
 
 impl<'a> Reader<'a> {
+    /// Starts at the first statement of `source`.
     pub fn new(source: &'a [u8], options: &'a RobotOptions) -> Self {
         Self {
             source,
             options,
-            units: Units::new(source),
+            units: CodeUnits::new(source),
             data: None,
             bases: Bases::new(options),
             tools: Tools::new(options),
-            around: Vec::new(),
+            enclosing: Vec::new(),
             routine: (1, String::new()),
-            moving: None,
-            ended: None,
-            speeds_hold: true,
+            motion_routine: None,
+            end_line: None,
+            is_speed_unscaled: true,
         }
     }
 
-    /// The tools that motions used so far.
+    /// Tools that motions have used so far.
     pub fn tools(&self) -> &Tools<'a> {
         &self.tools
     }
 
-    /// The next statement that moves the tool.
+    /// The next statement that moves the tool; `None` at the end.
     pub fn next(&mut self) -> Result<Option<Statement>, Refusal> {
         if self.data.is_none() {
-            self.data = Some(Data::of(self.source)?);
+            self.data = Some(ModuleData::of(self.source)?);
         }
         while let Some(unit) = self.units.next()? {
-            let found = if unit.is_statement { self.statement(&unit) } else { self.structure(&unit) };
+            let found = if unit.is_statement { self.follow_statement(&unit) } else { self.follow_structure(&unit) };
             let refuse = |fault| Refusal { line: unit.line, at: unit.at.clone(), fault };
             if let Some(statement) = found.map_err(refuse)? {
                 return Ok(Some(statement));
@@ -81,7 +80,8 @@ impl<'a> Reader<'a> {
         Ok(None)
     }
 
-    fn structure(&mut self, unit: &Unit) -> Result<Option<Statement>, RobotFault> {
+    /// Follows a word of structure: routines, branches and loops.
+    fn follow_structure(&mut self, unit: &CodeUnit) -> Result<Option<Statement>, RobotFault> {
         let mut scan = Scan::new(&self.source[unit.at.clone()]);
         let mut word = scan.name().0.to_ascii_uppercase();
         if word == "LOCAL" {
@@ -90,22 +90,23 @@ impl<'a> Reader<'a> {
         match word.as_str() {
             "PROC" | "FUNC" | "TRAP" => {
                 self.routine = (unit.line, scan.name().0.to_ascii_uppercase());
-                (self.ended, self.around) = (None, Vec::new());
+                (self.end_line, self.enclosing) = (None, Vec::new());
                 if word == "TRAP" {
-                    self.around.push((word, unit.line));
+                    self.enclosing.push((word, unit.line));
                 }
             }
-            "ENDPROC" | "ENDFUNC" | "ENDTRAP" => self.around.clear(),
-            "IF" | "FOR" | "WHILE" | "TEST" => self.around.push((word, unit.line)),
-            "ENDIF" | "ENDFOR" | "ENDWHILE" | "ENDTEST" => drop(self.around.pop()),
+            "ENDPROC" | "ENDFUNC" | "ENDTRAP" => self.enclosing.clear(),
+            "IF" | "FOR" | "WHILE" | "TEST" => self.enclosing.push((word, unit.line)),
+            "ENDIF" | "ENDFOR" | "ENDWHILE" | "ENDTEST" => drop(self.enclosing.pop()),
             // What handles errors runs if there are any.
-            "ERROR" | "UNDO" | "BACKWARD" => self.around.push((word, unit.line)),
+            "ERROR" | "UNDO" | "BACKWARD" => self.enclosing.push((word, unit.line)),
             _ => {}
         }
         Ok(None)
     }
 
-    fn statement(&mut self, unit: &Unit) -> Result<Option<Statement>, RobotFault> {
+    /// Follows a statement: returns it if it moves the tool, or sets the mode.
+    fn follow_statement(&mut self, unit: &CodeUnit) -> Result<Option<Statement>, RobotFault> {
         match unit.word.as_str() {
             "MOVEL" | "MOVEC" | "MOVEJ" | "MOVEABSJ" => return self.motion(unit).map(Some),
             word if is_other_motion(word) => {
@@ -114,14 +115,14 @@ impl<'a> Reader<'a> {
                     expected: "MoveL, MoveC, MoveJ and MoveAbsJ",
                 });
             }
-            "IF" => self.if_with_statement(unit)?,
+            "IF" => self.check_one_line_if(unit)?,
             "GOTO" => {
                 return Err(RobotFault::NotFollowed {
                     what: "jumps are",
                     expected: "the motions in the order they run",
                 });
             }
-            "RETURN" | "EXIT" if self.around.is_empty() => self.ended = Some(unit.line),
+            "RETURN" | "EXIT" if self.enclosing.is_empty() => self.end_line = Some(unit.line),
             "PDISPON" | "PDISPSET" | "EOFFSON" | "EOFFSSET" | "SOFTACT" | "CORRCON" | "CORRWRITE" | "WORLDACCLIM" => {
                 return Err(RobotFault::NotFollowed {
                     what: "displaced programs are",
@@ -136,15 +137,15 @@ impl<'a> Reader<'a> {
             }
             "VELSET" => {
                 let first = Scan::new(&self.text(unit).as_bytes()[unit.word.len()..]).number();
-                self.speeds_hold = first.is_ok_and(|(share, _)| share == 100.0);
+                self.is_speed_unscaled = first.is_ok_and(|(share, _)| share == 100.0);
             }
             "CONST" | "PERS" | "VAR" | "LOCAL" | "TASK" | "ALIAS" => {}
-            word if KEPT.split_whitespace().any(|kept| kept == word) => {}
+            word if IGNORED.split_whitespace().any(|kept| kept == word) => {}
             "" => return Err(RobotFault::Unknown { expected: "a statement of RAPID" }),
             word => {
                 let text = self.text(unit);
                 let mut behind = Scan::new(&text.as_bytes()[word.len()..]);
-                let is_assignment = lex::code(text.as_bytes())
+                let is_assignment = lex::code_bytes(text.as_bytes())
                     .any(|(at, byte)| byte == b':' && text.as_bytes().get(at + 1) == Some(&b'='));
                 let is_place = matches!(behind.next(), Some(b':' | b'.' | b'{'));
                 if !(is_assignment && is_place) {
@@ -155,12 +156,13 @@ impl<'a> Reader<'a> {
         Ok(None)
     }
 
-    fn text(&self, unit: &Unit) -> String {
+    /// The text of a unit.
+    fn text(&self, unit: &CodeUnit) -> String {
         String::from_utf8_lossy(&self.source[unit.at.clone()]).into_owned()
     }
 
-    /// `IF condition statement;`, without THEN.
-    fn if_with_statement(&self, unit: &Unit) -> Result<(), RobotFault> {
+    /// Refuses `IF condition statement;` if the statement moves or jumps.
+    fn check_one_line_if(&self, unit: &CodeUnit) -> Result<(), RobotFault> {
         let text = self.text(unit).to_ascii_uppercase();
         let words = || text.split(|c: char| !(c.is_ascii_alphanumeric() || c == '_'));
         let moves = |word: &str| matches!(word, "MOVEL" | "MOVEC" | "MOVEJ" | "MOVEABSJ") || is_other_motion(word);
@@ -170,6 +172,7 @@ impl<'a> Reader<'a> {
         }
     }
 
+    /// Refuses a call of `name` unless the module has it or the options say that it moves nothing.
     fn check_call(&self, name: &str) -> Result<(), RobotFault> {
         let kept = self.options.calls_kept.iter().any(|kept| kept.eq_ignore_ascii_case(name));
         // All motions are in one routine, so that a routine of the module that another calls moves nothing, or is the
@@ -178,15 +181,15 @@ impl<'a> Reader<'a> {
         if kept || (known && name != self.routine.1) { Ok(()) } else { Err(RobotFault::Call { name: name.to_owned() }) }
     }
 
-    /// Whether a motion stands where it runs once, in the one routine that moves the tool.
+    /// Refuses a motion within a branch or loop, behind the end, or in a second routine.
     fn check_runs_once(&mut self) -> Result<(), RobotFault> {
-        if let Some((keyword, line)) = self.around.first() {
+        if let Some((keyword, line)) = self.enclosing.first() {
             return Err(RobotFault::Branch { keyword: keyword.clone(), line: *line });
         }
-        if let Some(end) = self.ended {
+        if let Some(end) = self.end_line {
             return Err(RobotFault::AfterEnd { end });
         }
-        let first = *self.moving.get_or_insert(self.routine.0);
+        let first = *self.motion_routine.get_or_insert(self.routine.0);
         match first == self.routine.0 {
             true => Ok(()),
             false => Err(RobotFault::SecondRoutine { line: self.routine.0, first }),
@@ -194,12 +197,13 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// Instructions that neither move the tool nor change what a motion means.
-const KEPT: &str = "SET RESET SETDO SETAO SETGO PULSEDO INVERTDO WAITTIME WAITDI WAITDO WAITAI WAITGI WAITUNTIL WAITROB \
+/// Instructions that are ignored: they neither move the tool nor change what a motion means.
+const IGNORED: &str = "SET RESET SETDO SETAO SETGO PULSEDO INVERTDO WAITTIME WAITDI WAITDO WAITAI WAITGI WAITUNTIL WAITROB \
     WAITSYNCTASK TPWRITE TPERASE TPREADFK TPREADNUM CONFL CONFJ SINGAREA ACCSET PATHACCLIM PATHRESOL PDISPOFF \
     EOFFSOFF SOFTDEACT GRIPLOAD ACTUNIT DEACTUNIT INCR DECR ADD CLEAR CLKRESET CLKSTART CLKSTOP OPEN CLOSE WRITE \
     STOP BREAK CIRPATHMODE RETURN";
 
+/// Whether `word` moves the tool in a way that is not followed.
 fn is_other_motion(word: &str) -> bool {
     let begins = [
         "MOVE", "TRIGGL", "TRIGGC", "TRIGGJ", "SEARCH", "ARCL", "ARCC", "PAINT", "SPOT", "DISPL", "DISPC", "CAPL",
