@@ -7,7 +7,7 @@ use nalgebra::Vector6;
 use super::{
     Method, compensate, direct,
     outcome::{Compensation, CompensationStatus},
-    session::{Progress, Session},
+    session::{Ending, Progress, Session},
     task_point::TaskPoint,
 };
 use crate::{
@@ -40,11 +40,26 @@ pub fn compensate_batch(
         let solved = sessions.iter_mut().zip(&outcomes).filter(|(_, outcome)| outcome.is_some());
         find_targets(&mut solved.map(|(session, _)| &mut **session).collect::<Vec<_>>());
     }
+    let mut in_part = vec![None; sessions.len()];
+    if method == Method::Direct && sessions.len() > 1 {
+        let chosen = sessions.iter_mut().zip(tasks).zip(&zeroed).zip(&mut in_part);
+        let chosen =
+            chosen.filter(|(((session, task), zeroed), _)| zeroed.is_ok() && !direct::is_complete(session, task));
+        between_equilibria(
+            chosen.map(|(((session, task), _), ending)| InPart::new(session, task, ending)).collect(),
+            batch,
+        );
+    }
     let mut answers = Vec::with_capacity(sessions.len());
-    let answered = sessions.iter_mut().zip(asked.iter().zip(tasks)).zip(outcomes).zip(histories).zip(zeroed);
-    for ((((session, (asked, task)), outcome), history), zeroed) in answered {
+    let answered =
+        sessions.iter_mut().zip(asked.iter().zip(tasks)).zip(outcomes).zip(histories).zip(zeroed).zip(in_part);
+    for (((((session, (asked, task)), outcome), history), zeroed), in_part) in answered {
         if let Err(status) = zeroed {
             answers.push(session.conclude(task, Err(status), Vec::new()));
+            continue;
+        }
+        if let Some((ending, history)) = in_part {
+            answers.push(session.conclude(task, ending, history));
             continue;
         }
         let Some(outcome) = outcome else {
@@ -108,6 +123,77 @@ pub fn simulate_batch(
         answers.push(answer);
     }
     answers
+}
+
+/// A task that leaves controlled coordinates as commanded, and its session.
+struct InPart<'a> {
+    session: &'a mut Session,
+    task: &'a TaskPoint,
+    shift: direct::Shift,
+    progress: Progress,
+    ending: &'a mut Option<(Ending, Vec<f64>)>,
+}
+
+impl<'a> InPart<'a> {
+    fn new(session: &'a mut Session, task: &'a TaskPoint, ending: &'a mut Option<(Ending, Vec<f64>)>) -> Self {
+        Self { shift: direct::Shift::new(session, task), session, task, progress: Progress::new(), ending }
+    }
+
+    fn end(&mut self, ending: Ending) {
+        *self.ending = Some((ending, std::mem::take(&mut self.progress.history)));
+    }
+}
+
+/// The iteration of the direct method between equilibria, all of `parts` at a time: with the bits that each has alone.
+fn between_equilibria(mut parts: Vec<InPart<'_>>, batch: &mut Batch) {
+    let mut far: Vec<&mut InPart<'_>> =
+        parts.iter_mut().filter(|own| !direct::is_near(own.session, own.task)).collect();
+    let poses: Vec<Pose> = far.iter().map(|own| own.task.pose).collect();
+    let outcomes = equilibria_at(&mut far, &poses, batch);
+    for (own, outcome) in far.into_iter().zip(outcomes) {
+        if let Err(status) = outcome.and_then(|outcome| own.session.accept_or_settle_anew(own.task, outcome)) {
+            own.end(Err(status));
+        }
+    }
+    loop {
+        let mut going: Vec<&mut InPart<'_>> = parts.iter_mut().filter(|own| own.ending.is_none()).collect();
+        if going.is_empty() {
+            return;
+        }
+        let poses: Vec<Pose> =
+            going.iter().map(|own| own.task.shifted(&own.session.nominal, &own.shift.shift)).collect();
+        let outcomes = equilibria_at(&mut going, &poses, batch);
+        for (own, outcome) in going.into_iter().zip(outcomes) {
+            let InPart { session, task, shift, progress, .. } = own;
+            let next = session.answered(task, &shift.shift, outcome).and_then(|(residual, outcome)| {
+                Ok(shift.corrected(session, &residual, &outcome, progress)?.map(|status| (status, outcome)))
+            });
+            match next {
+                Ok(None) => {}
+                Ok(Some(ending)) => own.end(Ok(ending)),
+                Err(status) => own.end(Err(status)),
+            }
+        }
+    }
+}
+
+/// Commands each session its pose and lets it come to an equilibrium, or says why it cannot go there.
+fn equilibria_at(
+    parts: &mut [&mut InPart<'_>],
+    poses: &[Pose],
+    batch: &mut Batch,
+) -> Vec<Result<Outcome, CompensationStatus>> {
+    let mut sessions: Vec<&mut Session> = parts.iter_mut().map(|own| &mut *own.session).collect();
+    let Some(settings) = sessions.first().map(|session| session.settings.equilibrium) else { return Vec::new() };
+    know_poses(&mut sessions, poses);
+    let gone: Vec<_> = sessions.iter_mut().zip(poses).map(|(session, pose)| session.go_to(pose)).collect();
+    let mut cases: Vec<Case<'_>> = Vec::with_capacity(sessions.len());
+    for (own, _) in parts.iter_mut().zip(&gone).filter(|(_, gone)| gone.is_ok()) {
+        let Session { drives, state, .. } = &mut *own.session;
+        cases.push(Case { drives, load: own.task.load, state, task: None });
+    }
+    let mut outcomes = batch.equilibria(&mut cases, &settings).into_iter();
+    gone.into_iter().filter_map(|gone| gone.map(|()| outcomes.next()).transpose()).collect()
 }
 
 /// Sizes of the task errors of an iteration, mm.

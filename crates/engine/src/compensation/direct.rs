@@ -5,7 +5,7 @@
 
 use std::cell::RefCell;
 
-use nalgebra::Vector6;
+use nalgebra::{DMatrix, Vector6};
 
 use super::{
     outcome::CompensationStatus,
@@ -15,7 +15,7 @@ use super::{
 use crate::{
     machine::Unreachable,
     spatial::Pose,
-    statics::{self, Outcome, equilibrium_at_task},
+    statics::{self, Outcome, TaskError, equilibrium_at_task},
 };
 
 /// Farther than this share of the machine's characteristic length from the last point, the nominal command is the better start.
@@ -88,19 +88,50 @@ fn in_one_iteration(session: &mut Session, task: &TaskPoint, progress: &mut Prog
 
 /// From the nominal command: equilibrium, then the target shifted by the sensitivity, and so on.
 fn between_equilibria(session: &mut Session, task: &TaskPoint, progress: &mut Progress) -> Ending {
-    let changes = task.control_changes(&session.nominal);
-    let mut shift = Vector6::zeros();
+    let mut shift = Shift::new(session, task);
     loop {
-        let (residual, outcome) = session.answer(task, &shift)?;
-        if let Some(status) = session.is_over(progress, residual.size()) {
+        let (residual, outcome) = session.answer(task, &shift.shift)?;
+        if let Some(status) = shift.corrected(session, &residual, &outcome, progress)? {
             return Ok((status, outcome));
         }
-        let by_shift = session.nominal.drive_motions(&session.command, &changes).ok_or(CompensationStatus::Singular)?;
-        let response = residual.slope.rows(0, residual.count) * &outcome.drive_sensitivity * by_shift;
-        let correction =
-            response.lu().solve(&residual.error.rows(0, residual.count)).ok_or(CompensationStatus::Singular)?;
-        for (value, change) in shift.iter_mut().zip(correction.iter()) {
+    }
+}
+
+/// By how much the target of a task is shifted so far.
+pub(super) struct Shift {
+    /// Of each compensated coordinate, mm or rad.
+    pub shift: Vector6<f64>,
+    changes: DMatrix<f64>,
+}
+
+impl Shift {
+    /// No shift yet, of `task` by the nominal machine of `session`.
+    pub(super) fn new(session: &Session, task: &TaskPoint) -> Self {
+        Self { shift: Vector6::zeros(), changes: task.control_changes(&session.nominal) }
+    }
+
+    /// Corrects the shift by the `residual` at the equilibrium `outcome`, or gives the status with which the iteration is over.
+    ///
+    /// # Errors
+    /// [`CompensationStatus::Singular`]: the compensated coordinates do not follow the drives.
+    pub(super) fn corrected(
+        &mut self,
+        session: &Session,
+        residual: &TaskError,
+        outcome: &Outcome,
+        progress: &mut Progress,
+    ) -> Result<Option<CompensationStatus>, CompensationStatus> {
+        if let Some(status) = session.is_over(progress, residual.size()) {
+            return Ok(Some(status));
+        }
+        let by_shift = session.nominal.drive_motions(&session.command, &self.changes);
+        let response = residual.slope.rows(0, residual.count)
+            * &outcome.drive_sensitivity
+            * by_shift.ok_or(CompensationStatus::Singular)?;
+        let correction = response.lu().solve(&residual.error.rows(0, residual.count));
+        for (value, change) in self.shift.iter_mut().zip(correction.ok_or(CompensationStatus::Singular)?.iter()) {
             *value -= change;
         }
+        Ok(None)
     }
 }

@@ -346,8 +346,8 @@ impl Session {
         task: &TaskPoint,
         shift: &Vector6<f64>,
     ) -> Result<(TaskError, Outcome), CompensationStatus> {
-        let gone = self.go_to(&task.shifted(&self.nominal, shift));
-        self.answered(task, shift, gone)
+        let found = self.go_to(&task.shifted(&self.nominal, shift)).map(|()| self.equilibrium(task));
+        self.answered(task, shift, found)
     }
 
     /// As [`Session::answer`], where a platform that turns with its position is tracked so that it is the compensated point which is
@@ -362,22 +362,25 @@ impl Session {
         }
         let target = task.shifted(&self.nominal, shift);
         let led = self.nominal.lead(task.offset(&self.nominal), &target, &self.command);
-        let gone = led.map_err(CompensationStatus::Unreachable).map(|at| {
+        let found = led.map_err(CompensationStatus::Unreachable).map(|at| {
             self.drives.clone_from(&at.drives);
             self.command = at;
+            self.equilibrium(task)
         });
-        self.answered(task, shift, gone)
+        self.answered(task, shift, found)
     }
 
-    fn answered(
+    /// How far the machine is from what is wanted with its target shifted by `shift`, from the equilibrium there, or why it cannot go
+    /// there.
+    pub(super) fn answered(
         &mut self,
         task: &TaskPoint,
         shift: &Vector6<f64>,
-        gone: Result<(), CompensationStatus>,
+        found: Result<Outcome, CompensationStatus>,
     ) -> Result<(TaskError, Outcome), CompensationStatus> {
         let is_far = shift.norm() > self.nominal.characteristic_length;
-        gone.map_err(|status| if is_far { CompensationStatus::Diverged } else { status })?;
-        let outcome = self.settle(task)?;
+        let outcome = found.map_err(|status| if is_far { CompensationStatus::Diverged } else { status })?;
+        let outcome = self.accept_or_settle_anew(task, outcome)?;
         Ok((self.task_error(task), outcome))
     }
 
