@@ -13,7 +13,7 @@ use super::{
 use crate::{
     machine::{Configuration, Machine, SideBySide},
     spatial::Pose,
-    statics::{Batch, Case, Outcome, TaskError},
+    statics::{Batch, Case, Level, Outcome, TaskError},
 };
 
 /// [`compensate`] of each task by its session, with the same results to the last bit.
@@ -40,15 +40,13 @@ pub fn compensate_batch(
         let solved = sessions.iter_mut().zip(&outcomes).filter(|(_, outcome)| outcome.is_some());
         find_targets(&mut solved.map(|(session, _)| &mut **session).collect::<Vec<_>>());
     }
-    let mut in_part = vec![None; sessions.len()];
-    if method == Method::Direct && sessions.len() > 1 {
+    let mut in_part: Vec<Option<(Ending, Vec<f64>)>> = vec![None; sessions.len()];
+    if method == Method::Direct {
         let chosen = sessions.iter_mut().zip(tasks).zip(&zeroed).zip(&mut in_part);
-        let chosen =
-            chosen.filter(|(((session, task), zeroed), _)| zeroed.is_ok() && !direct::is_complete(session, task));
-        between_equilibria(
-            chosen.map(|(((session, task), _), ending)| InPart::new(session, task, ending)).collect(),
-            batch,
-        );
+        let chosen = chosen.filter(|(((own, task), zeroed), _)| zeroed.is_ok() && !direct::is_complete(own, task));
+        let mut parts: Vec<InPart<'_>> =
+            chosen.map(|(((session, task), _), ending)| InPart::new(session, task, ending)).collect();
+        self::in_part(&mut parts, batch);
     }
     let mut answers = Vec::with_capacity(sessions.len());
     let answered =
@@ -125,18 +123,17 @@ pub fn simulate_batch(
     answers
 }
 
-/// A task that leaves controlled coordinates as commanded, and its session.
-struct InPart<'a> {
+/// A task whose target is shifted, or that leaves controlled coordinates as commanded, and its session.
+pub(super) struct InPart<'a> {
     session: &'a mut Session,
     task: &'a TaskPoint,
-    shift: direct::Shift,
     progress: Progress,
     ending: &'a mut Option<(Ending, Vec<f64>)>,
 }
 
 impl<'a> InPart<'a> {
     fn new(session: &'a mut Session, task: &'a TaskPoint, ending: &'a mut Option<(Ending, Vec<f64>)>) -> Self {
-        Self { shift: direct::Shift::new(session, task), session, task, progress: Progress::new(), ending }
+        Self { session, task, progress: Progress::new(), ending }
     }
 
     fn end(&mut self, ending: Ending) {
@@ -144,8 +141,26 @@ impl<'a> InPart<'a> {
     }
 }
 
-/// The iteration of the direct method between equilibria, all of `parts` at a time: with the bits that each has alone.
-fn between_equilibria(mut parts: Vec<InPart<'_>>, batch: &mut Batch) {
+/// What `find` finds for one session alone, with the bits that it has among others.
+pub(super) fn alone(
+    session: &mut Session,
+    task: &TaskPoint,
+    progress: &mut Progress,
+    find: impl FnOnce(&mut [InPart<'_>], &mut Batch),
+) -> Ending {
+    let own = session.alone.take();
+    let mut batch = own.unwrap_or_else(|| Box::new(Batch::at_level(&session.real, Level::One)));
+    let mut ending = None;
+    find(&mut [InPart::new(session, task, &mut ending)], &mut batch);
+    session.alone = Some(batch);
+    let (ending, history) = ending.unwrap_or((Err(CompensationStatus::Slow), Vec::new()));
+    progress.history = history;
+    ending
+}
+
+/// The direct method for tasks that leave controlled coordinates as commanded: in one iteration with the nominal machine, or, where
+/// that fails, between equilibria.
+pub(super) fn in_part(parts: &mut [InPart<'_>], batch: &mut Batch) {
     let mut far: Vec<&mut InPart<'_>> =
         parts.iter_mut().filter(|own| !direct::is_near(own.session, own.task)).collect();
     let poses: Vec<Pose> = far.iter().map(|own| own.task.pose).collect();
@@ -155,16 +170,65 @@ fn between_equilibria(mut parts: Vec<InPart<'_>>, batch: &mut Batch) {
             own.end(Err(status));
         }
     }
+    at_position(parts, batch);
+    between_equilibria(parts, batch);
+}
+
+/// Largest difference of a drive from that of the rigid machine at the command found with it, as a share of the characteristic length.
+const SAME_COMMAND: f64 = 1e-9;
+
+/// Loaded machine and command in one iteration, as far as it converges; the command is that of the inverse kinematics.
+fn at_position(parts: &mut [InPart<'_>], batch: &mut Batch) {
+    let is_open = |own: &&mut InPart<'_>| own.ending.is_none() && direct::determines_drives(own.session);
+    let mut parts: Vec<&mut InPart<'_>> = parts.iter_mut().filter(is_open).collect();
+    let Some(first) = parts.first() else { return };
+    let (nominal, settings) = ((*first.session.nominal).clone(), first.session.settings.equilibrium);
+    let tasks: Vec<TaskPoint> = parts.iter().map(|own| *own.task).collect();
+    let histories: Vec<History> = parts.iter().map(|_| History::default()).collect();
+    let errors: Vec<_> =
+        tasks.iter().zip(&histories).map(|(task, history)| error_of(&nominal, task, history)).collect();
+    let mut poses: Vec<Pose> = tasks.iter().map(|task| task.pose).collect();
+    let (mut cases, mut starts) = (Vec::with_capacity(parts.len()), Vec::with_capacity(parts.len()));
+    for ((own, task), error) in parts.iter_mut().zip(&tasks).zip(&errors) {
+        let Session { drives, state, command, .. } = &mut *own.session;
+        cases.push(Case { drives, load: task.load, state, task: Some(error) });
+        starts.push(&*command);
+    }
+    let outcomes = batch.equilibria_at_position(&nominal, &mut cases, &starts, &mut poses, &settings);
+    drop(errors);
+    let found = parts.into_iter().zip(outcomes).zip(poses).zip(histories);
+    let found = found.filter_map(|(((own, outcome), pose), history)| Some((own, outcome?, pose, history.into_inner())));
+    let mut found: Vec<(&mut InPart<'_>, Outcome, Pose, Vec<f64>)> = found.collect();
+    let poses: Vec<Pose> = found.iter().map(|(_, _, pose, _)| *pose).collect();
+    know_poses(&mut found.iter_mut().map(|(own, ..)| &mut *own.session).collect::<Vec<_>>(), &poses);
+    for (own, outcome, pose, history) in found {
+        let drives = own.session.drives.clone();
+        let is_same = own.session.go_to(&pose).is_ok() && own.session.differs_by(&drives) <= SAME_COMMAND;
+        if is_same && own.session.task_error(own.task).size() <= own.session.tolerance_mm() {
+            own.session.command.drives.clone_from(&drives);
+            own.session.drives = drives;
+            own.progress.history = history;
+            own.end(Ok((CompensationStatus::Converged, outcome)));
+        } else if let Err(status) = own.session.begin_again(own.task) {
+            own.end(Err(status));
+        }
+    }
+}
+
+/// From the nominal command: equilibrium, then the target shifted by the sensitivity, and so on, until each has ended.
+pub(super) fn between_equilibria(parts: &mut [InPart<'_>], batch: &mut Batch) {
+    let mut shifts: Vec<direct::Shift> = parts.iter().map(|own| direct::Shift::new(own.session, own.task)).collect();
     loop {
-        let mut going: Vec<&mut InPart<'_>> = parts.iter_mut().filter(|own| own.ending.is_none()).collect();
+        let going = parts.iter_mut().zip(&mut shifts).filter(|(own, _)| own.ending.is_none());
+        let (mut going, shifts): (Vec<&mut InPart<'_>>, Vec<&mut direct::Shift>) = going.unzip();
         if going.is_empty() {
             return;
         }
-        let poses: Vec<Pose> =
-            going.iter().map(|own| own.task.shifted(&own.session.nominal, &own.shift.shift)).collect();
+        let poses = going.iter().zip(&shifts).map(|(own, shift)| own.task.shifted(&own.session.nominal, &shift.shift));
+        let poses: Vec<Pose> = poses.collect();
         let outcomes = equilibria_at(&mut going, &poses, batch);
-        for (own, outcome) in going.into_iter().zip(outcomes) {
-            let InPart { session, task, shift, progress, .. } = own;
+        for ((own, shift), outcome) in going.into_iter().zip(shifts).zip(outcomes) {
+            let InPart { session, task, progress, .. } = own;
             let next = session.answered(task, &shift.shift, outcome).and_then(|(residual, outcome)| {
                 Ok(shift.corrected(session, &residual, &outcome, progress)?.map(|status| (status, outcome)))
             });

@@ -1,13 +1,15 @@
 //! Newton on the drives ρ themselves, with the exact sensitivities of the loaded machine.
 //!
 //! Where the drives control more than is compensated (a six-drive machine whose tool tip is compensated), the rest of the
-//! command stays as it was, and the target is shifted instead.
+//! command stays as it was: drives, equilibrium and the nominal machine, whose command moves, are found in one iteration; where
+//! that fails, the target is shifted between equilibria.
 
 use std::cell::RefCell;
 
 use nalgebra::{DMatrix, Vector6};
 
 use super::{
+    batch,
     outcome::CompensationStatus,
     session::{Ending, Progress, Session},
     task_point::TaskPoint,
@@ -23,11 +25,14 @@ const NEAR: f64 = 0.05;
 
 /// Drives and equilibrium in one Newton iteration; where that fails, the target corrected between equilibria.
 pub(super) fn compensate(session: &mut Session, task: &TaskPoint, progress: &mut Progress) -> Ending {
+    if !is_complete(session, task) {
+        return batch::alone(session, task, progress, batch::in_part);
+    }
     if !is_near(session, task) {
         session.go_to(&task.pose)?;
         session.settle(task)?;
     }
-    let outcome = if is_complete(session, task) { in_one_iteration(session, task, progress) } else { None };
+    let outcome = in_one_iteration(session, task, progress);
     conclude(session, task, outcome, progress)
 }
 
@@ -42,6 +47,11 @@ pub(super) fn is_near(session: &Session, task: &TaskPoint) -> bool {
 pub(super) fn is_complete(session: &Session, task: &TaskPoint) -> bool {
     let nominal = (*session.nominal).clone();
     nominal.redundancy == 0 && task.coordinates(&nominal).count() == nominal.controls.len()
+}
+
+/// Whether there is one drive for each controlled coordinate, locked ones not left out.
+pub(super) fn determines_drives(session: &Session) -> bool {
+    session.nominal.redundancy == 0 && session.nominal.drive_count() == session.nominal.controls.len()
 }
 
 /// Takes the equilibrium that one iteration found if it is stable and meets the task; else goes between equilibria.
@@ -62,8 +72,7 @@ pub(super) fn conclude(
             Err(limit) => return Err(CompensationStatus::Unreachable(limit)),
         }
     }
-    progress.history.clear();
-    between_equilibria(session, task, progress)
+    batch::alone(session, task, progress, batch::between_equilibria)
 }
 
 /// `None` if the iteration fails.
@@ -84,17 +93,6 @@ fn in_one_iteration(session: &mut Session, task: &TaskPoint, progress: &mut Prog
         &mut session.workspace,
         &session.settings.equilibrium,
     )
-}
-
-/// From the nominal command: equilibrium, then the target shifted by the sensitivity, and so on.
-fn between_equilibria(session: &mut Session, task: &TaskPoint, progress: &mut Progress) -> Ending {
-    let mut shift = Shift::new(session, task);
-    loop {
-        let (residual, outcome) = session.answer(task, &shift.shift)?;
-        if let Some(status) = shift.corrected(session, &residual, &outcome, progress)? {
-            return Ok((status, outcome));
-        }
-    }
 }
 
 /// By how much the target of a task is shifted so far.

@@ -10,7 +10,7 @@ use super::{
 use crate::{
     machine::{Configuration, Machine, SideBySide, Standing, Unreachable, Zeroed},
     spatial::{Pose, Wrench, product, rotation_log},
-    statics::{self, Outcome, State, TaskError, Workspace, equilibrium},
+    statics::{self, Batch, Outcome, State, TaskError, Workspace, equilibrium},
 };
 
 /// How a method ended: with a status and the equilibrium at its command, or with the reason why there is none.
@@ -80,6 +80,8 @@ pub struct Session {
     known: Option<Known>,
     /// Storage for several sessions at a time.
     pub(super) side_by_side: Option<Box<SideBySide>>,
+    /// Storage for what is computed as in a batch, of this session alone.
+    pub(super) alone: Option<Box<Batch>>,
 }
 
 /// What the nominal inverse kinematics gives for `pose`, sought from `from`.
@@ -114,6 +116,7 @@ impl Session {
             workpiece: Workpiece::new(nominal, real),
             known: None,
             side_by_side: None,
+            alone: None,
         }
     }
 
@@ -279,6 +282,15 @@ impl Session {
         }
         self.drives.clone_from(&self.command.drives);
         Ok(())
+    }
+
+    /// By how much `drives` differ from the present ones at most, as a share of the characteristic length, at which rotations count.
+    pub(super) fn differs_by(&self, drives: &[f64]) -> f64 {
+        let scale = self.nominal.characteristic_length;
+        let units = self.nominal.drives().map(|(_, drive)| drive.motion.of(1.0, scale) / scale);
+        let differences =
+            self.drives.iter().zip(drives).zip(units).map(|((own, other), unit)| (own - other).abs() * unit);
+        differences.fold(0.0, f64::max)
     }
 
     /// Loaded equilibrium at the present drives, sought from the present state and then from the nominal one.

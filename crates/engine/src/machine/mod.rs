@@ -43,6 +43,7 @@ pub use branch::{Branch, Clearance, Elbow, Posture, PostureChange, Shoulder, Wri
 pub use chain::{Chain, Coupling, Drive, Motion, MoveScrew, PassiveJoint, Spring, SpringLaw};
 pub use errors::ChainError;
 pub use external_axes::{ExternalAxes, Standing};
+pub(crate) use kinematics::{CommandStep, DriveMotions};
 pub use kinematics::{Configuration, SideBySide, Unreachable};
 pub use mobility::Mobility;
 pub use parameters::{Parameter, Unit, Variation};

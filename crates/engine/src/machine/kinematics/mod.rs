@@ -9,6 +9,7 @@
 #[cfg(target_arch = "x86_64")]
 mod between;
 mod closure;
+mod command_step;
 mod continuation;
 mod equations;
 mod forward;
@@ -17,6 +18,7 @@ mod inverse;
 mod lane_newton;
 mod limits;
 mod normal_step;
+mod posture;
 mod search;
 mod side_by_side;
 mod singularity;
@@ -26,6 +28,7 @@ use std::borrow::Cow;
 use serde::{Deserialize, Serialize};
 
 pub(super) use closure::{Closure, Command, characteristic_length};
+pub(crate) use command_step::{CommandStep, DriveMotions};
 pub(super) use limits::within_travel;
 pub(super) use search::CLOSURE_ROUNDING;
 pub use side_by_side::SideBySide;

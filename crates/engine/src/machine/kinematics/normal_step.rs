@@ -2,7 +2,7 @@
 //!
 //! Passive joints move the rows of their own chain alone. So the normal equations of a chain's rows are formed over its passive
 //! joints, the twist of P, its drives and the right-hand side, and its joints eliminated; what is left of all chains, and of the
-//! rows of what is commanded, has as many unknowns as P and the drives have coordinates.
+//! rows of what is commanded, has as many unknowns as P and the drives have coordinates. Several right-hand sides share the work.
 
 use crate::{
     lanes::{Real, copy, dot, pairs, subtract},
@@ -12,9 +12,11 @@ use crate::{
 /// Coordinates of the twist of P.
 pub(super) const TWIST: usize = 6;
 
-/// Storage from step to step: normal equations as lower triangles, whose last row is the right-hand side.
+/// Storage from step to step: normal equations as lower triangles, whose last rows are the right-hand sides.
 #[derive(Debug, Clone)]
 pub(super) struct NormalStep<R> {
+    /// Right-hand sides.
+    rights: usize,
     /// Of each chain: its passive joints, twist of P, its drives.
     chains: Vec<Normal<R>>,
     /// Of all: twist of P, drives.
@@ -22,8 +24,8 @@ pub(super) struct NormalStep<R> {
     /// Diagonal over twist of P and drives before anything is eliminated.
     diagonal: Vec<R>,
     known: Vec<R>,
-    /// The step: all unknowns of the closure equations.
-    step: Vec<R>,
+    /// The steps: all unknowns of the closure equations, for each right-hand side.
+    steps: Vec<R>,
 }
 
 /// A square matrix by columns.
@@ -43,7 +45,7 @@ pub(super) struct Place {
 }
 
 impl Place {
-    /// Of the unknowns of the chain and its right-hand side.
+    /// Of the unknowns of the chain and one right-hand side.
     pub fn size(&self) -> usize {
         self.joints + TWIST + self.drives + 1
     }
@@ -92,36 +94,41 @@ impl<R: Real> Normal<R> {
 }
 
 impl<R: Real> NormalStep<R> {
-    pub fn new(machine: &Machine) -> Self {
+    /// For `machine` and so many right-hand sides at a time.
+    pub fn new(machine: &Machine, rights: usize) -> Self {
         let others = TWIST + machine.drive_count();
         Self {
-            chains: places(machine).map(|place| Normal::new(place.size())).collect(),
-            left: Normal::new(others + 1),
+            rights,
+            chains: places(machine).map(|place| Normal::new(place.size() - 1 + rights)).collect(),
+            left: Normal::new(others + rights),
             diagonal: vec![R::zero(); others],
             known: Vec::new(),
-            step: Vec::new(),
+            steps: Vec::new(),
         }
     }
 
-    /// The `x` with least `|J x + residual|² + damping · d |x|²`, d the largest diagonal entry of `JᵀJ`, in the lanes in which the
-    /// equations say enough. `jacobian`: J by columns, as many as `step` gets entries; its rows from `closures` on are those of what
-    /// is commanded.
+    /// The `x` with least `|J x + residual|² + damping · d |x|²`, d the largest diagonal entry of `JᵀJ`, one behind the other for each of
+    /// the `residuals`, in the lanes in which the equations say enough. `jacobian`: J by columns, one per unknown; its rows from
+    /// `closures` on are those of what is commanded.
     #[inline(always)]
     pub fn solve(
         &mut self,
         machine: &Machine,
         jacobian: &[R],
-        residual: &[R],
+        residuals: &[R],
         closures: usize,
         damping: R,
     ) -> (&[R], u8) {
-        let (others, rows) = (TWIST + machine.drive_count(), residual.len());
-        let right = jacobian.len() / rows;
-        let column = |index: usize| if index < right { &jacobian[index * rows..(index + 1) * rows] } else { residual };
+        let (others, rows) = (TWIST + machine.drive_count(), residuals.len() / self.rights);
+        let unknowns = jacobian.len() / rows;
+        let column = |index: usize| match index.checked_sub(unknowns) {
+            None => &jacobian[index * rows..(index + 1) * rows],
+            Some(right) => &residuals[right * rows..(right + 1) * rows],
+        };
         form(
             &mut self.left,
             #[inline(always)]
-            |i: usize| &column(if i < others { i } else { right })[closures..],
+            |i: usize| &column(if i < others { i } else { unknowns + i - others })[closures..],
         );
         for i in 0..others {
             self.diagonal[i] = self.left.at(i, i);
@@ -132,7 +139,7 @@ impl<R: Real> NormalStep<R> {
             form(
                 normal,
                 #[inline(always)]
-                |i: usize| &column(if i < last { place.column(i) } else { right })[place.rows.clone()],
+                |i: usize| &column(if i < last { place.column(i) } else { unknowns + i - last })[place.rows.clone()],
             );
             for i in 0..place.joints {
                 largest = largest.larger(normal.at(i, i));
@@ -148,27 +155,30 @@ impl<R: Real> NormalStep<R> {
         let mut good = R::ALL;
         for (place, normal) in pairs(places(machine), &mut self.chains) {
             good &= eliminate(normal, place.joints, level);
-            let (joints, rest) = (place.joints, place.size() - place.joints);
-            let target = |i: usize| if i + 1 < rest { place.other(i) } else { others };
-            for j in 0..rest {
-                for i in j..rest {
-                    self.left.entries[target(j) * (others + 1) + target(i)] += normal.at(joints + i, joints + j);
+            let (joints, own) = (place.joints, TWIST + place.drives);
+            let target = |i: usize| if i < own { place.other(i) } else { others + i - own };
+            for j in 0..own + self.rights {
+                for i in j..own + self.rights {
+                    let entry = target(j) * self.left.size + target(i);
+                    self.left.entries[entry] += normal.at(joints + i, joints + j);
                 }
             }
         }
         good &= eliminate(&mut self.left, others, level);
-        self.step.resize(right, R::zero());
-        self.known.resize(self.left.size.max(right), R::zero());
-        substitute(&self.left, others, &mut self.known);
-        copy(&mut self.step, &self.known[..others]);
-        for (place, normal) in pairs(places(machine), &self.chains) {
-            for i in 0..TWIST + place.drives {
-                self.known[place.joints + i] = self.step[place.other(i)];
+        self.steps.resize(self.rights * unknowns, R::zero());
+        self.known.resize(self.left.size.max(unknowns), R::zero());
+        for (right, step) in self.steps.chunks_exact_mut(unknowns).enumerate() {
+            substitute(&self.left, others, others, right, &mut self.known);
+            copy(step, &self.known[..others]);
+            for (place, normal) in pairs(places(machine), &self.chains) {
+                for i in 0..TWIST + place.drives {
+                    self.known[place.joints + i] = step[place.other(i)];
+                }
+                substitute(normal, place.joints, place.size() - 1, right, &mut self.known);
+                copy(&mut step[place.joint..], &self.known[..place.joints]);
             }
-            substitute(normal, place.joints, &mut self.known);
-            copy(&mut self.step[place.joint..], &self.known[..place.joints]);
         }
-        (&self.step, good)
+        (&self.steps, good)
     }
 }
 
@@ -211,13 +221,13 @@ fn eliminate<R: Real>(normal: &mut Normal<R>, count: usize, level: R) -> u8 {
     good
 }
 
-/// Puts the first `count` unknowns, eliminated in `normal`, before those that are `known` behind them.
+/// Puts the first `count` unknowns, eliminated in `normal`, before those that are `known` behind them, of so many `unknowns` by one of the
+/// right-hand sides.
 #[inline(always)]
-fn substitute<R: Real>(normal: &Normal<R>, count: usize, known: &mut [R]) {
-    let right = normal.size - 1;
+fn substitute<R: Real>(normal: &Normal<R>, count: usize, unknowns: usize, right: usize, known: &mut [R]) {
     for j in (0..count).rev() {
         let column = normal.column(j);
-        let rest = column[right] + dot(&column[j + 1..right], &known[j + 1..right]);
+        let rest = column[unknowns + right] + dot(&column[j + 1..unknowns], &known[j + 1..unknowns]);
         known[j] = -rest / column[j];
     }
 }
