@@ -1,12 +1,20 @@
 //! A machine whose drives control all six coordinates: position alone, or the full pose, may be put right.
 
-use crate::support::{arm::ARM, engine::machine_from};
+use std::time::Instant;
+
+use crate::support::{
+    arm::ARM,
+    engine::machine_from,
+    machines::{some_errors, some_load},
+};
 use kinetostat::{
     compensation::{
         Compensation, CompensationSettings, CompensationStatus, Method, Session, Target, TaskPoint, compensate,
+        compensate_batch,
     },
-    machine::{ChainError, Machine},
+    machine::{ChainError, Machine, catalogue},
     spatial::{Pose, Twist, Wrench, rotation_log},
+    statics::{Batch, Level},
 };
 use nalgebra::Vector3;
 
@@ -79,4 +87,99 @@ fn the_linear_correction_of_the_full_pose_leaves_what_is_not_linear() {
     };
     let (plain, linear) = (error(Method::None), error(Method::Linear));
     assert!(linear.0 < 0.01 * plain.0 && linear.1 < 0.01 * plain.1, "{plain:?}, {linear:?}");
+}
+
+/// Built-in machines with six drives, and those with chain errors.
+fn six_drives() -> impl Iterator<Item = (Machine, Machine)> {
+    let machines = catalogue::names().map(|name| Machine::named(name).unwrap());
+    machines.filter(|machine| machine.controls.len() == 6).map(|nominal| {
+        let real = nominal.with_errors(&some_errors(&nominal, 2));
+        (nominal, real)
+    })
+}
+
+/// Nine tasks around a place beside home under loads of so many newtons, their platforms turned otherwise at each.
+fn tasks(machine: &Machine, newtons: f64, target: Target) -> Vec<TaskPoint> {
+    let home = machine.home.pose;
+    let task = |seed: usize| {
+        let share = |i: usize| 2.0 * (0.37 + 0.618_034 * (seed * 7 + i) as f64).fract() - 1.0;
+        let vector = |first: usize| Vector3::from_fn(|i, _| share(first + i));
+        let turned = Pose::from_rotation_vector(vector(0) * 0.1);
+        let translation = home.translation + vector(3) * 40.0 - Vector3::new(30.0, 20.0, 50.0);
+        let pose = Pose { rotation: home.rotation * turned.rotation, translation };
+        TaskPoint { pose, load: some_load(machine, newtons, seed), target, wanted: None, external: None }
+    };
+    (0..9).map(task).collect()
+}
+
+/// Newton on the target goes from equilibrium to equilibrium and knows nothing of an iteration of drives and command.
+#[test]
+fn tool_tips_are_met_with_the_drives_of_another_method_and_the_rotation_commanded() {
+    for (nominal, real) in six_drives() {
+        let session = Session::new(&nominal, &real, CompensationSettings::default());
+        let mut batch = Batch::new(&real);
+        let mut together = vec![session.clone(); 9];
+        for newtons in [200.0, 2000.0] {
+            let tasks = tasks(&nominal, newtons, Target::ToolTip);
+            let mut sessions: Vec<&mut Session> = together.iter_mut().collect();
+            let found = compensate_batch(&mut sessions, &tasks, Method::Direct, &mut batch);
+            for (task, own) in tasks.iter().zip(&found) {
+                assert_eq!(own.status, CompensationStatus::Converged, "{}", nominal.name);
+                let other = compensate(&mut session.clone(), task, Method::Newton);
+                assert_eq!(other.status, CompensationStatus::Converged, "{}", nominal.name);
+                for (a, b) in own.drives.iter().zip(&other.drives) {
+                    assert!((a - b).abs() < 1e-9 * b.abs().max(1.0), "{}: {a} differs from {b}", nominal.name);
+                }
+                let mut at = session.clone();
+                at.stand(&nominal.inverse_kinematics(&task.pose).unwrap(), session.state());
+                let command = nominal.forward_kinematics_from(at.command(), &own.drives).unwrap();
+                let turned = rotation_log(&(task.pose.rotation.transpose() * command.pose.rotation)).norm();
+                assert!(turned < 1e-11, "{}: the command is turned by {turned:e} rad", nominal.name);
+            }
+        }
+    }
+}
+
+/// At every level of the processor and alone the same bits, also from where the last task ended.
+#[test]
+fn tool_tips_have_the_bits_that_each_has_alone() {
+    for (nominal, real) in six_drives() {
+        let session = Session::new(&nominal, &real, CompensationSettings::default());
+        let (mut alone, mut ended) = (vec![session.clone(); 9], Vec::new());
+        let rounds = [300.0, 600.0].map(|newtons| tasks(&nominal, newtons, Target::ToolTip));
+        for tasks in &rounds {
+            let pairs = alone.iter_mut().zip(tasks);
+            ended.push(pairs.map(|(own, task)| compensate(own, task, Method::Direct)).collect::<Vec<_>>());
+        }
+        for level in Level::available() {
+            let (mut together, mut batch) = (vec![session.clone(); 9], Batch::at_level(&real, level));
+            for (tasks, expected) in rounds.iter().zip(&ended) {
+                let mut sessions: Vec<&mut Session> = together.iter_mut().collect();
+                let found = compensate_batch(&mut sessions, tasks, Method::Direct, &mut batch);
+                assert_eq!(&found, expected, "{}, {level:?}", nominal.name);
+            }
+        }
+    }
+}
+
+/// `cargo bench --bench targets` holds this against 2; a computer that does other things as well gets more.
+#[test]
+fn tool_tips_cost_little_more_than_full_poses() {
+    for (nominal, real) in six_drives() {
+        let best = [Target::ToolTip, Target::FullPose].map(|target| {
+            let rounds = [200.0, 220.0, 240.0, 260.0, 280.0].map(|newtons| tasks(&nominal, newtons, target));
+            let mut together = vec![Session::new(&nominal, &real, CompensationSettings::default()); 9];
+            let mut batch = Batch::new(&real);
+            let seconds = (0..60).map(|i| {
+                let mut sessions: Vec<&mut Session> = together.iter_mut().collect();
+                let started = Instant::now();
+                let found = compensate_batch(&mut sessions, &rounds[i % 5], Method::Direct, &mut batch);
+                let seconds = started.elapsed().as_secs_f64();
+                assert!(found.iter().all(|own| own.status.is_success()), "{}", nominal.name);
+                seconds
+            });
+            seconds.skip(10).fold(f64::INFINITY, f64::min)
+        });
+        assert!(best[0] < 3.0 * best[1], "{}: {:.1} times as long", nominal.name, best[0] / best[1]);
+    }
 }

@@ -7,13 +7,13 @@ use nalgebra::Vector6;
 use super::{
     Method, compensate, direct,
     outcome::{Compensation, CompensationStatus},
-    session::{Progress, Session},
+    session::{Ending, Progress, Session},
     task_point::TaskPoint,
 };
 use crate::{
     machine::{BatchKinematics, Configuration, Machine},
     spatial::Pose,
-    statics::{Batch, Case, Outcome, TaskError},
+    statics::{Batch, Case, Level, Outcome, TaskError},
 };
 
 /// Compensates each task by its session as [`compensate`] does, with the same results to the last bit.
@@ -40,11 +40,24 @@ pub fn compensate_batch(
         let solved = sessions.iter_mut().zip(&outcomes).filter(|(_, outcome)| outcome.is_some());
         find_targets(&mut solved.map(|(session, _)| &mut **session).collect::<Vec<_>>());
     }
+    let mut endings: Vec<Option<(Ending, Vec<f64>)>> = vec![None; sessions.len()];
+    if method == Method::Direct {
+        let chosen = sessions.iter_mut().zip(tasks).zip(&wanted).zip(&mut endings);
+        let chosen = chosen.filter(|(((own, task), wanted), _)| wanted.is_ok() && !direct::determines_drives(own, task));
+        let mut parts: Vec<PartialTask<'_>> =
+            chosen.map(|(((session, task), _), ending)| PartialTask::new(session, task, ending)).collect();
+        solve_partial(&mut parts, batch);
+    }
     let mut results = Vec::with_capacity(sessions.len());
-    let finished = sessions.iter_mut().zip(asked.iter().zip(tasks)).zip(outcomes).zip(histories).zip(wanted);
-    for ((((session, (asked, task)), outcome), history), wanted) in finished {
+    let finished =
+        sessions.iter_mut().zip(asked.iter().zip(tasks)).zip(outcomes).zip(histories).zip(wanted).zip(endings);
+    for (((((session, (asked, task)), outcome), history), wanted), ending) in finished {
         if let Err(status) = wanted {
             results.push(session.conclude(task, Err(status), Vec::new()));
+            continue;
+        }
+        if let Some((ending, history)) = ending {
+            results.push(session.conclude(task, ending, history));
             continue;
         }
         let Some(outcome) = outcome else {
@@ -109,7 +122,144 @@ pub fn simulate_batch(
     results
 }
 
-/// Lengths of the task errors of an iteration, mm.
+/// A task that leaves some controlled coordinates as commanded, its session, and how its iteration ended.
+pub(super) struct PartialTask<'a> {
+    session: &'a mut Session,
+    task: &'a TaskPoint,
+    progress: Progress,
+    ending: &'a mut Option<(Ending, Vec<f64>)>,
+}
+
+impl<'a> PartialTask<'a> {
+    fn new(session: &'a mut Session, task: &'a TaskPoint, ending: &'a mut Option<(Ending, Vec<f64>)>) -> Self {
+        Self { session, task, progress: Progress::new(), ending }
+    }
+
+    fn end(&mut self, ending: Ending) {
+        *self.ending = Some((ending, std::mem::take(&mut self.progress.history)));
+    }
+}
+
+/// Runs `solve` for one session alone, with the bits that it has among others; `progress` gets the history of its errors.
+pub(super) fn solve_alone(
+    session: &mut Session,
+    task: &TaskPoint,
+    progress: &mut Progress,
+    solve: impl FnOnce(&mut [PartialTask<'_>], &mut Batch),
+) -> Ending {
+    let own = session.alone.take();
+    let mut batch = own.unwrap_or_else(|| Box::new(Batch::at_level(&session.real, Level::One)));
+    let mut ending = None;
+    solve(&mut [PartialTask::new(session, task, &mut ending)], &mut batch);
+    session.alone = Some(batch);
+    let (ending, history) = ending.unwrap_or((Err(CompensationStatus::Slow), Vec::new()));
+    progress.history = history;
+    ending
+}
+
+/// Solves tasks that leave controlled coordinates as commanded: in one iteration with the nominal machine, or, where that fails, between
+/// equilibria.
+pub(super) fn solve_partial(parts: &mut [PartialTask<'_>], batch: &mut Batch) {
+    let mut far: Vec<&mut PartialTask<'_>> =
+        parts.iter_mut().filter(|own| !direct::is_near_last_point(own.session, own.task)).collect();
+    let poses: Vec<Pose> = far.iter().map(|own| own.task.pose).collect();
+    let outcomes = equilibria_at_poses(&mut far, &poses, batch);
+    for (own, outcome) in far.into_iter().zip(outcomes) {
+        if let Err(status) = outcome.and_then(|outcome| own.session.accept_or_solve_anew(own.task, outcome)) {
+            own.end(Err(status));
+        }
+    }
+    solve_with_command(parts, batch);
+    correct_targets(parts, batch);
+}
+
+/// Largest accepted difference of the drives found from those of the inverse kinematics, as a share of the characteristic length.
+const SAME_COMMAND: f64 = 1e-9;
+
+/// Solves the loaded machine and its command in one iteration, as far as it converges and the inverse kinematics gives the same drives.
+fn solve_with_command(parts: &mut [PartialTask<'_>], batch: &mut Batch) {
+    let is_open = |own: &&mut PartialTask<'_>| own.ending.is_none() && direct::has_drive_per_control(own.session);
+    let mut parts: Vec<&mut PartialTask<'_>> = parts.iter_mut().filter(is_open).collect();
+    let Some(first) = parts.first() else { return };
+    let (nominal, settings) = ((*first.session.nominal).clone(), first.session.settings.equilibrium);
+    let tasks: Vec<TaskPoint> = parts.iter().map(|own| *own.task).collect();
+    let histories: Vec<History> = parts.iter().map(|_| History::default()).collect();
+    let errors: Vec<_> =
+        tasks.iter().zip(&histories).map(|(task, history)| error_fn(&nominal, task, history)).collect();
+    let mut poses: Vec<Pose> = tasks.iter().map(|task| task.pose).collect();
+    let (mut cases, mut starts) = (Vec::with_capacity(parts.len()), Vec::with_capacity(parts.len()));
+    for ((own, task), error) in parts.iter_mut().zip(&tasks).zip(&errors) {
+        let Session { drives, state, command, .. } = &mut *own.session;
+        cases.push(Case { drives, load: task.load, state, task: Some(error) });
+        starts.push(&*command);
+    }
+    let outcomes = batch.equilibria_at_position(&nominal, &mut cases, &starts, &mut poses, &settings);
+    drop(errors);
+    let found = parts.into_iter().zip(outcomes).zip(poses).zip(histories);
+    let found = found.filter_map(|(((own, outcome), pose), history)| Some((own, outcome?, pose, history.into_inner())));
+    let mut found: Vec<(&mut PartialTask<'_>, Outcome, Pose, Vec<f64>)> = found.collect();
+    let poses: Vec<Pose> = found.iter().map(|(_, _, pose, _)| *pose).collect();
+    seed_sessions(&mut found.iter_mut().map(|(own, ..)| &mut *own.session).collect::<Vec<_>>(), &poses);
+    for (own, outcome, pose, history) in found {
+        let drives = own.session.drives.clone();
+        let is_same = own.session.command_pose(&pose).is_ok() && own.session.drive_difference(&drives) <= SAME_COMMAND;
+        if is_same && own.session.task_error(own.task).size() <= own.session.tolerance_mm() {
+            own.session.command.drives.clone_from(&drives);
+            own.session.drives = drives;
+            own.progress.history = history;
+            own.end(Ok((CompensationStatus::Converged, outcome)));
+        } else if let Err(status) = own.session.reset_to_nominal(own.task) {
+            own.end(Err(status));
+        }
+    }
+}
+
+/// Corrects the target of each task by the sensitivities between equilibria, from the nominal command, until its iteration is over.
+pub(super) fn correct_targets(parts: &mut [PartialTask<'_>], batch: &mut Batch) {
+    let mut shifts: Vec<direct::TargetShift> = parts.iter().map(|own| direct::TargetShift::new(own.session, own.task)).collect();
+    loop {
+        let going = parts.iter_mut().zip(&mut shifts).filter(|(own, _)| own.ending.is_none());
+        let (mut going, shifts): (Vec<&mut PartialTask<'_>>, Vec<&mut direct::TargetShift>) = going.unzip();
+        if going.is_empty() {
+            return;
+        }
+        let poses = going.iter().zip(&shifts).map(|(own, shift)| own.task.shifted_pose(&own.session.nominal, &shift.shift));
+        let poses: Vec<Pose> = poses.collect();
+        let outcomes = equilibria_at_poses(&mut going, &poses, batch);
+        for ((own, shift), outcome) in going.into_iter().zip(shifts).zip(outcomes) {
+            let PartialTask { session, task, progress, .. } = own;
+            let next = session.simulated(task, &shift.shift, outcome).and_then(|(residual, outcome)| {
+                Ok(shift.correct(session, &residual, &outcome, progress)?.map(|status| (status, outcome)))
+            });
+            match next {
+                Ok(None) => {}
+                Ok(Some(ending)) => own.end(Ok(ending)),
+                Err(status) => own.end(Err(status)),
+            }
+        }
+    }
+}
+
+/// Commands each session its pose and solves the equilibrium there; `Err` where the pose cannot be commanded.
+fn equilibria_at_poses(
+    parts: &mut [&mut PartialTask<'_>],
+    poses: &[Pose],
+    batch: &mut Batch,
+) -> Vec<Result<Outcome, CompensationStatus>> {
+    let mut sessions: Vec<&mut Session> = parts.iter_mut().map(|own| &mut *own.session).collect();
+    let Some(settings) = sessions.first().map(|session| session.settings.equilibrium) else { return Vec::new() };
+    seed_sessions(&mut sessions, poses);
+    let gone: Vec<_> = sessions.iter_mut().zip(poses).map(|(session, pose)| session.command_pose(pose)).collect();
+    let mut cases: Vec<Case<'_>> = Vec::with_capacity(sessions.len());
+    for (own, _) in parts.iter_mut().zip(&gone).filter(|(_, gone)| gone.is_ok()) {
+        let Session { drives, state, .. } = &mut *own.session;
+        cases.push(Case { drives, load: own.task.load, state, task: None });
+    }
+    let mut outcomes = batch.equilibria(&mut cases, &settings).into_iter();
+    gone.into_iter().filter_map(|gone| gone.map(|()| outcomes.next()).transpose()).collect()
+}
+
+/// Sizes of the task errors of an iteration, mm.
 type History = RefCell<Vec<f64>>;
 
 /// Equilibria at the nominal commands, or (direct method) at drives that meet the tasks in one iteration, whose errors go into `histories`.

@@ -1,13 +1,15 @@
 //! The direct method: Newton's iteration on the drives ρ, with the exact sensitivities of the loaded machine.
 //!
 //! Where the drives control more than is compensated (a six-drive machine whose tool tip is compensated), the rest of the
-//! command stays as it was, and the target is shifted instead.
+//! command stays as it was: drives, equilibrium and the nominal machine, whose command moves, are found in one iteration; where
+//! that fails, the target is shifted between equilibria.
 
 use std::cell::RefCell;
 
-use nalgebra::Vector6;
+use nalgebra::{DMatrix, Vector6};
 
 use super::{
+    batch,
     outcome::CompensationStatus,
     session::{Ending, Progress, Session},
     task_point::TaskPoint,
@@ -15,7 +17,7 @@ use super::{
 use crate::{
     machine::Unreachable,
     spatial::Pose,
-    statics::{self, Outcome, equilibrium_at_task},
+    statics::{self, Outcome, TaskError, equilibrium_at_task},
 };
 
 /// Farther than this share of the machine's characteristic length from the last point, the nominal command is the better start.
@@ -23,11 +25,14 @@ const NEAR: f64 = 0.05;
 
 /// Finds drives and equilibrium in one Newton iteration; where that fails, corrects the target between equilibria.
 pub(super) fn compensate(session: &mut Session, task: &TaskPoint, progress: &mut Progress) -> Ending {
+    if !determines_drives(session, task) {
+        return batch::solve_alone(session, task, progress, batch::solve_partial);
+    }
     if !is_near_last_point(session, task) {
         session.command_pose(&task.pose)?;
         session.solve_stable(task)?;
     }
-    let outcome = if determines_drives(session, task) { solve_together(session, task, progress) } else { None };
+    let outcome = solve_together(session, task, progress);
     accept_or_correct(session, task, outcome, progress)
 }
 
@@ -43,7 +48,12 @@ pub(super) fn determines_drives(session: &Session, task: &TaskPoint) -> bool {
     nominal.redundancy == 0 && task.coordinates(&nominal).count() == nominal.controls.len()
 }
 
-/// Accepts the equilibrium `outcome` of one iteration if it is stable, within limits and meets the task; else corrects between equilibria.
+/// Whether the machine has one drive for each controlled coordinate, locked ones included.
+pub(super) fn has_drive_per_control(session: &Session) -> bool {
+    session.nominal.redundancy == 0 && session.nominal.drive_count() == session.nominal.controls.len()
+}
+
+/// Takes the equilibrium that one iteration found if it is stable and meets the task; else goes between equilibria.
 pub(super) fn accept_or_correct(
     session: &mut Session,
     task: &TaskPoint,
@@ -61,8 +71,7 @@ pub(super) fn accept_or_correct(
             Err(limit) => return Err(CompensationStatus::Unreachable(limit)),
         }
     }
-    progress.history.clear();
-    correct_target(session, task, progress)
+    batch::solve_alone(session, task, progress, batch::correct_targets)
 }
 
 /// Solves for drives and equilibrium together; `None` if the iteration fails.
@@ -85,21 +94,41 @@ fn solve_together(session: &mut Session, task: &TaskPoint, progress: &mut Progre
     )
 }
 
-/// Corrects the target by the sensitivities between equilibria, from the nominal command, until the iteration is over.
-fn correct_target(session: &mut Session, task: &TaskPoint, progress: &mut Progress) -> Ending {
-    let changes = task.control_changes(&session.nominal);
-    let mut shift = Vector6::zeros();
-    loop {
-        let (residual, outcome) = session.simulate_shifted(task, &shift)?;
+/// Shift of the target of a task, as corrected so far.
+pub(super) struct TargetShift {
+    /// Of each compensated coordinate, mm or rad.
+    pub shift: Vector6<f64>,
+    changes: DMatrix<f64>,
+}
+
+impl TargetShift {
+    /// No shift yet of the target of `task`.
+    pub(super) fn new(session: &Session, task: &TaskPoint) -> Self {
+        Self { shift: Vector6::zeros(), changes: task.control_changes(&session.nominal) }
+    }
+
+    /// Corrects the shift by the `residual` at the equilibrium `outcome`; returns the status where the iteration is over instead.
+    ///
+    /// # Errors
+    /// [`CompensationStatus::Singular`]: the compensated coordinates do not follow the drives.
+    pub(super) fn correct(
+        &mut self,
+        session: &Session,
+        residual: &TaskError,
+        outcome: &Outcome,
+        progress: &mut Progress,
+    ) -> Result<Option<CompensationStatus>, CompensationStatus> {
         if let Some(status) = session.status_if_over(progress, residual.size()) {
-            return Ok((status, outcome));
+            return Ok(Some(status));
         }
-        let by_shift = session.nominal.drive_motions(&session.command, &changes).ok_or(CompensationStatus::Singular)?;
-        let response = residual.slope.rows(0, residual.count) * &outcome.drive_sensitivity * by_shift;
-        let correction =
-            response.lu().solve(&residual.error.rows(0, residual.count)).ok_or(CompensationStatus::Singular)?;
-        for (value, change) in shift.iter_mut().zip(correction.iter()) {
+        let by_shift = session.nominal.drive_motions(&session.command, &self.changes);
+        let response = residual.slope.rows(0, residual.count)
+            * &outcome.drive_sensitivity
+            * by_shift.ok_or(CompensationStatus::Singular)?;
+        let correction = response.lu().solve(&residual.error.rows(0, residual.count));
+        for (value, change) in self.shift.iter_mut().zip(correction.ok_or(CompensationStatus::Singular)?.iter()) {
             *value -= change;
         }
+        Ok(None)
     }
 }

@@ -8,9 +8,9 @@ use super::{
     workpiece::Workpiece,
 };
 use crate::{
-    machine::{BatchKinematics, Configuration, Machine, PositionedMachine, Unreachable, ZeroState},
+    machine::{Configuration, Machine, BatchKinematics, PositionedMachine, Unreachable, ZeroState},
     spatial::{Pose, Wrench, matrix_product, rotation_log},
-    statics::{self, Outcome, State, TaskError, Workspace, equilibrium},
+    statics::{self, Batch, Outcome, State, TaskError, Workspace, equilibrium},
 };
 
 /// End of a method: a status and the equilibrium at its command, or the reason why there is none.
@@ -79,6 +79,8 @@ pub struct Session {
     seeded: Option<SeededInverse>,
     /// Storage for several sessions at a time.
     pub(super) side_by_side: Option<Box<BatchKinematics>>,
+    /// Storage for what is computed as in a batch, of this session alone.
+    pub(super) alone: Option<Box<Batch>>,
 }
 
 /// Nominal inverse kinematics `at` for `pose`, searched from `from`.
@@ -114,6 +116,7 @@ impl Session {
             workpiece: Workpiece::new(nominal, real),
             seeded: None,
             side_by_side: None,
+            alone: None,
         }
     }
 
@@ -277,7 +280,16 @@ impl Session {
         Ok(())
     }
 
-    /// Stable loaded equilibrium at the present drives, searched from the present state and then from the nominal one.
+    /// Largest difference of `drives` from the present ones, as a share of the characteristic length; rotations count at that length.
+    pub(super) fn drive_difference(&self, drives: &[f64]) -> f64 {
+        let scale = self.nominal.characteristic_length;
+        let units = self.nominal.drives().map(|(_, drive)| drive.motion.of(1.0, scale) / scale);
+        let differences =
+            self.drives.iter().zip(drives).zip(units).map(|((own, other), unit)| (own - other).abs() * unit);
+        differences.fold(0.0, f64::max)
+    }
+
+    /// Loaded equilibrium at the present drives, sought from the present state and then from the nominal one.
     pub(super) fn solve_stable(&mut self, task: &TaskPoint) -> Result<Outcome, CompensationStatus> {
         let outcome = self.solve_near_state(task);
         self.accept_or_solve_anew(task, outcome)
@@ -344,8 +356,8 @@ impl Session {
         task: &TaskPoint,
         shift: &Vector6<f64>,
     ) -> Result<(TaskError, Outcome), CompensationStatus> {
-        let gone = self.command_pose(&task.shifted_pose(&self.nominal, shift));
-        self.equilibrium_after_move(task, shift, gone)
+        let found = self.command_pose(&task.shifted_pose(&self.nominal, shift)).map(|()| self.solve_near_state(task));
+        self.simulated(task, shift, found)
     }
 
     /// Does as [`Session::simulate_shifted`], but tracks a platform with parasitic rotation so that the compensated point is shifted, not P.
@@ -358,24 +370,26 @@ impl Session {
             return self.simulate_shifted(task, shift);
         }
         let target = task.shifted_pose(&self.nominal, shift);
-        let led = self.nominal.track(task.offset(&self.nominal), &target, &self.command);
-        let gone = led.map_err(CompensationStatus::Unreachable).map(|at| {
+        let tracked = self.nominal.track(task.offset(&self.nominal), &target, &self.command);
+        let found = tracked.map_err(CompensationStatus::Unreachable).map(|at| {
             self.drives.clone_from(&at.drives);
             self.command = at;
+            self.solve_near_state(task)
         });
-        self.equilibrium_after_move(task, shift, gone)
+        self.simulated(task, shift, found)
     }
 
-    /// Task error and outcome of the equilibrium after the move `gone`, whose failure after a far `shift` is divergence.
-    fn equilibrium_after_move(
+    /// How far the machine is from what is wanted with its target shifted by `shift`, from the equilibrium there, or why it cannot go
+    /// there.
+    pub(super) fn simulated(
         &mut self,
         task: &TaskPoint,
         shift: &Vector6<f64>,
-        gone: Result<(), CompensationStatus>,
+        found: Result<Outcome, CompensationStatus>,
     ) -> Result<(TaskError, Outcome), CompensationStatus> {
         let is_far = shift.norm() > self.nominal.characteristic_length;
-        gone.map_err(|status| if is_far { CompensationStatus::Diverged } else { status })?;
-        let outcome = self.solve_stable(task)?;
+        let outcome = found.map_err(|status| if is_far { CompensationStatus::Diverged } else { status })?;
+        let outcome = self.accept_or_solve_anew(task, outcome)?;
         Ok((self.task_error(task), outcome))
     }
 

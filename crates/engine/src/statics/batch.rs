@@ -2,7 +2,7 @@
 
 use super::{
     equilibrium::equilibrium,
-    lane_solver::LaneSolver,
+    lane_solver::{Commands, LaneSolver},
     outcome::{Outcome, Settings, TaskError},
     state::{State, Workspace},
 };
@@ -10,7 +10,7 @@ use super::{
 use crate::lanes::{F64x4, F64x8};
 use crate::{
     lanes::{Level, MAX_LANES, Real},
-    machine::Machine,
+    machine::{Configuration, Machine},
     spatial::{Pose, Wrench},
 };
 
@@ -71,7 +71,7 @@ impl Batch {
         for case in cases.iter_mut() {
             case.task = None;
         }
-        let outcomes = self.solve(cases, settings);
+        let outcomes = self.solve(cases, None, settings);
         let complete = cases.iter_mut().zip(outcomes).map(|(case, outcome)| {
             outcome.unwrap_or_else(|| {
                 equilibrium(&self.machine, case.drives, &case.load, case.state, &mut self.scalar, settings)
@@ -83,17 +83,39 @@ impl Batch {
     /// Solves [`super::equilibrium_at_task`] for each case, with the same outcomes to the last bit. `None` for cases that full steps in
     /// lanes cannot solve, which are left as they were, and for all cases if one has no task.
     pub fn equilibria_at_task(&mut self, cases: &mut [Case<'_>], settings: &Settings) -> Vec<Option<Outcome>> {
-        if cases.iter().all(|case| case.task.is_some()) { self.solve(cases, settings) } else { vec![None; cases.len()] }
+        match cases.iter().all(|case| case.task.is_some()) {
+            true => self.solve(cases, None, settings),
+            false => vec![None; cases.len()],
+        }
     }
 
-    /// Solves the cases that full steps in lanes can solve; `None` for the others, which are left as they were.
-    fn solve(&mut self, cases: &mut [Case<'_>], settings: &Settings) -> Vec<Option<Outcome>> {
+    /// As [`Batch::equilibria_at_task`] where the tasks are fewer than the drives, the position of a point: the drives are those of
+    /// rigid configurations of `nominal`, whose rotations are those of `poses`, and whose positions are found and left there. `starts`:
+    /// the configuration from which each is sought.
+    pub(crate) fn equilibria_at_position(
+        &mut self,
+        nominal: &Machine,
+        cases: &mut [Case<'_>],
+        starts: &[&Configuration],
+        poses: &mut [Pose],
+        settings: &Settings,
+    ) -> Vec<Option<Outcome>> {
+        self.solve(cases, Some(Commands { nominal, starts, poses }), settings)
+    }
+
+    /// Solves what lanes can solve.
+    fn solve(
+        &mut self,
+        cases: &mut [Case<'_>],
+        commands: Option<Commands<'_>>,
+        settings: &Settings,
+    ) -> Vec<Option<Outcome>> {
         match &mut self.solvers {
-            Solvers::One(solvers) => solve_in_rows(solvers, &self.machine, cases, settings),
+            Solvers::One(solvers) => solve_in_rows(solvers, &self.machine, cases, commands, settings),
             #[cfg(target_arch = "x86_64")]
-            Solvers::Four(solvers) => solve_in_rows(solvers, &self.machine, cases, settings),
+            Solvers::Four(solvers) => solve_in_rows(solvers, &self.machine, cases, commands, settings),
             #[cfg(target_arch = "x86_64")]
-            Solvers::Eight(solvers) => solve_in_rows(solvers, &self.machine, cases, settings),
+            Solvers::Eight(solvers) => solve_in_rows(solvers, &self.machine, cases, commands, settings),
         }
     }
 }
@@ -108,12 +130,16 @@ fn solve_in_rows<R: Real>(
     solvers: &mut [LaneSolver<R>],
     machine: &Machine,
     cases: &mut [Case<'_>],
+    mut commands: Option<Commands<'_>>,
     settings: &Settings,
 ) -> Vec<Option<Outcome>> {
     let mut outcomes = Vec::with_capacity(cases.len());
+    let mut first = 0;
     for row in cases.chunks_mut(MAX_LANES) {
         for (cases, solver) in row.chunks_mut(R::LANES).zip(&mut *solvers) {
-            solver.solve(machine, cases, settings, &mut outcomes);
+            let own = first..first + cases.len();
+            first = own.end;
+            solver.solve_commanded(machine, cases, commands.as_mut().map(|all| all.part(own)), settings, &mut outcomes);
         }
     }
     outcomes

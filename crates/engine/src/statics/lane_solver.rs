@@ -22,8 +22,8 @@ use super::{
 };
 use crate::{
     lanes::{Frame, MAX_LANES, Real, Screw, Vec3, clear, pairs, rotation_exp},
-    machine::{Chain, Machine},
-    spatial::Wrench,
+    machine::{Chain, CommandStep, Configuration, Machine},
+    spatial::{Pose, Wrench},
 };
 
 /// One case per lane, and the linearised machine at their states. States and linearisation are kept from solve to solve, so that a case which
@@ -44,7 +44,10 @@ pub struct LaneSolver<R = f64> {
     pub(super) condensed: u8,
     pub(super) tangent: Square<R>,
     drive_step: Vec<R>,
-    /// Wrench per unit motion of each drive with the platform held; at the end, twist of P under constant load instead.
+    /// Of the command, where it is sought, see [`LaneSolver::solve`].
+    command_step: [R; 6],
+    command: Option<CommandStep<R>>,
+    /// Of each drive: wrench with the platform held, and at the end the twist under constant load.
     pub(super) drive_wrenches: Vec<[R; 6]>,
 }
 
@@ -58,12 +61,26 @@ struct LaneChain<R> {
     drives: Range<usize>,
 }
 
-/// Task errors of the lanes at their poses.
+/// A nominal machine, and for each case where it stands and what is commanded: a pose whose rotation stays.
+pub(super) struct Commands<'a> {
+    pub nominal: &'a Machine,
+    pub starts: &'a [&'a Configuration],
+    pub poses: &'a mut [Pose],
+}
+
+impl Commands<'_> {
+    /// Those of some cases.
+    pub fn part(&mut self, cases: Range<usize>) -> Commands<'_> {
+        Commands { nominal: self.nominal, starts: &self.starts[cases.clone()], poses: &mut self.poses[cases] }
+    }
+}
+
+/// What tasks make of the poses, one per lane.
 struct Tasks<R> {
     square: SquareTask<R>,
     /// Length of each lane's task error, mm.
     sizes: [f64; MAX_LANES],
-    /// Lanes with as many coordinates as drives.
+    /// Lanes with as many coordinates as may move.
     fitting: u8,
 }
 
@@ -105,6 +122,8 @@ impl<R: Real> LaneSolver<R> {
             condensed: 0,
             tangent: [[R::zero(); 6]; 6],
             drive_step: vec![R::zero(); machine.drive_count()],
+            command_step: [R::zero(); 6],
+            command: None,
             drive_wrenches: Vec::with_capacity(machine.drive_count()),
         }
     }
@@ -117,12 +136,34 @@ impl<R: Real> LaneSolver<R> {
         settings: &Settings,
         outcomes: &mut Vec<Option<Outcome>>,
     ) {
+        self.solve_commanded(machine, cases, None, settings, outcomes);
+    }
+
+    /// The same; with `commands` the drives move as those of the nominal machine while P is commanded elsewhere, its rotation as commanded.
+    /// What is commanded then is left in them.
+    pub(super) fn solve_commanded(
+        &mut self,
+        machine: &Machine,
+        cases: &mut [Case<'_>],
+        mut commands: Option<Commands<'_>>,
+        settings: &Settings,
+        outcomes: &mut Vec<Option<Outcome>>,
+    ) {
         debug_assert!(cases.len() <= R::LANES);
         for (lane, case) in cases.iter().enumerate() {
             let bends_otherwise = machine.tool_compliance.is_some() && self.loads[lane] != case.load;
             self.loads[lane] = case.load;
             self.set_state(lane, case.drives, case.state);
             self.is_linearised &= !bends_otherwise;
+        }
+        if let Some(commands) = &commands {
+            let own = self.command.take().filter(|own| own.is_for(commands.nominal));
+            let own = self.command.insert(own.unwrap_or_else(|| CommandStep::new(commands.nominal)));
+            for lane in 0..R::LANES {
+                // Lanes to spare do what the first one does.
+                let from = if lane < cases.len() { lane } else { 0 };
+                own.put(lane, commands.starts[from], cases[from].drives, &commands.poses[from]);
+            }
         }
         let gravity = Vec3::splat(&machine.gravity);
         let mut progress = Progress {
@@ -135,7 +176,14 @@ impl<R: Real> LaneSolver<R> {
             if !self.is_linearised {
                 self.linearise(machine, gravity);
             }
-            let tasks = self.tasks(machine, cases, progress.active);
+            let count = match (&commands, &self.command) {
+                (Some(_), Some(command)) => command.count(),
+                _ => self.drives.len(),
+            };
+            let mut tasks = self.tasks(machine, cases, progress.active, count);
+            if let (Some(commands), Some(tasks)) = (&commands, &mut tasks) {
+                self.command_motions(commands.nominal, tasks);
+            }
             let imbalance = self.judge_lanes(machine, cases, tasks.as_ref(), &mut progress, settings);
             if iteration == 0 {
                 progress.active &= self.plainly_stable(machine);
@@ -145,8 +193,34 @@ impl<R: Real> LaneSolver<R> {
             }
             let task = tasks.as_ref().map(|tasks| &tasks.square);
             self.step_lanes(machine, imbalance, task, &mut progress);
+            if let (Some(commands), Some(own)) = (&commands, &mut self.command) {
+                let (step, mask) = (&self.command_step, R::mask(progress.active));
+                R::vectorized(
+                    #[inline(always)]
+                    || own.advance(commands.nominal, step, mask),
+                );
+            }
         }
         self.append_outcomes(machine, cases, &progress, outcomes);
+        if let (Some(commands), Some(own)) = (&mut commands, &self.command) {
+            for (lane, pose) in commands.poses.iter_mut().enumerate() {
+                pose.translation = own.position(lane);
+            }
+        }
+    }
+
+    /// Has `tasks` say how the drives move with the command, and be no smaller than what the nominal machine is from it.
+    fn command_motions(&mut self, nominal: &Machine, tasks: &mut Tasks<R>) {
+        let Some(command) = &mut self.command else { return };
+        let (error, motions, good) = R::vectorized(
+            #[inline(always)]
+            || command.linearise(nominal),
+        );
+        tasks.fitting &= good;
+        tasks.square.command = Some(motions);
+        for (lane, size) in tasks.sizes.iter_mut().enumerate().take(R::LANES) {
+            *size = size.larger(error.lane(lane));
+        }
     }
 
     /// Copies drive positions (mm, rad) and a state into `lane`; the linearisation is kept if they are there already.
@@ -255,15 +329,15 @@ impl<R: Real> LaneSolver<R> {
         )
     }
 
-    /// Task errors of the active lanes at their poses; `None` without tasks.
-    fn tasks(&self, machine: &Machine, cases: &[Case<'_>], active: u8) -> Option<Tasks<R>> {
-        let nothing = SquareTask { count: self.drives.len(), error: [R::zero(); 6], slope: [[R::zero(); 6]; 6] };
+    /// What each active lane with a task of `count` coordinates makes of its pose; `None` without tasks.
+    fn tasks(&self, machine: &Machine, cases: &[Case<'_>], active: u8, count: usize) -> Option<Tasks<R>> {
+        let nothing = SquareTask { count, error: [R::zero(); 6], slope: [[R::zero(); 6]; 6], command: None };
         let mut tasks = Tasks { square: nothing, sizes: [0.0; MAX_LANES], fitting: 0 };
         for lane in lanes(active) {
             let body = self.platform.lane(lane);
             let task = cases[lane].task?(&tool::bent_pose(machine, &body, &cases[lane].load));
             tasks.sizes[lane] = task.size();
-            let Some(square) = SquareTask::new(&task, self.drives.len()) else { continue };
+            let Some(square) = SquareTask::new(&task, count) else { continue };
             tasks.fitting |= 1 << lane;
             for (row, from) in pairs(&mut tasks.square.slope, &square.slope) {
                 for (number, &value) in pairs(row, from) {
@@ -390,7 +464,10 @@ impl<R: Real> LaneSolver<R> {
             None => platform::step(systems, rigid, self.tangent, right),
             Some(task) => {
                 platform::drive_wrenches(systems, wrenches);
-                platform::step_to_task(systems, rigid, self.tangent, right, wrenches, task, &mut self.drive_step)
+                let (twist, command, regular) =
+                    platform::step_to_task(systems, rigid, self.tangent, right, wrenches, task, &mut self.drive_step);
+                self.command_step = command;
+                (twist, regular)
             }
         };
         let mut slacks = rigid.slacks();

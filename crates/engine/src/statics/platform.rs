@@ -5,6 +5,7 @@ use nalgebra::Matrix6;
 use super::{chain_system::ChainSystem, outcome::TaskError, rigid_directions::RigidDirections};
 use crate::{
     lanes::{Real, pairs, solve, subtract},
+    machine::DriveMotions,
     spatial::{Wrench, skew},
 };
 
@@ -135,24 +136,26 @@ pub(super) fn dot<R: Real>(a: &[R; 6], b: &[R; 6]) -> R {
     sum
 }
 
-/// Error of as many task coordinates as there are drives, and its derivative (`slope`) by the twist of P.
+/// Error of as many task coordinates as the drives may move, and its derivative by the twist of P.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct SquareTask<R> {
     pub count: usize,
     pub error: [R; 6],
     pub slope: Square<R>,
+    /// How the drives move with the coordinates of a command; without it each moves by itself.
+    pub command: Option<DriveMotions<R>>,
 }
 
 impl SquareTask<f64> {
-    /// The error of `task`; `None` unless it has as many coordinates as there are drives.
-    pub fn new(task: &TaskError, drive_count: usize) -> Option<Self> {
-        let own = || Self { count: task.count, error: task.error.into(), slope: to_rows(&task.slope) };
-        (task.count == drive_count).then(own)
+    /// `None` unless `task` has `count` coordinates.
+    pub fn new(task: &TaskError, count: usize) -> Option<Self> {
+        let own = || Self { count, error: task.error.into(), slope: to_rows(&task.slope), command: None };
+        (task.count == count).then(own)
     }
 }
 
-/// Computes the step in which drives move too, so that the task error vanishes to first order: `P dt + D dρ = right`, `S dt = −e`. Returns
-/// the twist dt of P and the lanes in which there is one; writes dρ into `drive_step`.
+/// The step in which the drives move as well, by `drive_step`, so that the task error vanishes to first order:
+/// `P dt + D dρ = right`, `S dt = −e`. The twist, the coordinates of the command (or the drives) and the lanes in which there is one.
 #[inline(always)]
 pub(super) fn step_to_task<R: Real>(
     chains: &[ChainSystem<R>],
@@ -162,29 +165,49 @@ pub(super) fn step_to_task<R: Real>(
     drive_wrenches: &[[R; 6]],
     task: &SquareTask<R>,
     drive_step: &mut [R],
-) -> ([R; 6], u8) {
-    let count = task.count;
+) -> ([R; 6], [R; 6], u8) {
+    let (count, drives) = (task.count, drive_wrenches.len());
     // Twist with the drives held, then twist per motion of each drive.
     let mut twists = [right; 7];
-    twists[1..=count].copy_from_slice(drive_wrenches);
-    let regular = solve(tangent, 6, &mut twists[..=count]);
-    rigid.correct_task_twists(chains, &mut twists[..=count]);
+    twists[1..=drives].copy_from_slice(drive_wrenches);
+    let regular = solve(tangent, 6, &mut twists[..=drives]);
+    rigid.correct_task_twists(chains, &mut twists[..=drives]);
     let mut response = [[R::zero(); 6]; 6];
     let mut wanted = [[R::zero(); 6]];
     for row in 0..count {
-        for (drive, entry) in response[row][..count].iter_mut().enumerate() {
+        let mut by_drive = [R::zero(); 6];
+        for (drive, entry) in by_drive[..drives].iter_mut().enumerate() {
             *entry = dot(&task.slope[row], &twists[1 + drive]);
         }
         wanted[0][row] = dot(&task.slope[row], &twists[0]) + task.error[row];
+        response[row] = by_drive;
+        if let Some(command) = &task.command {
+            response[row] = [R::zero(); 6];
+            for drive in 0..drives {
+                wanted[0][row] -= by_drive[drive] * command.fixed[drive];
+                for (entry, &motion) in pairs(response[row].iter_mut(), &command.per_coordinate[drive]) {
+                    *entry += by_drive[drive] * motion;
+                }
+            }
+        }
     }
     let controllable = solve(response, count, &mut wanted);
     let mut step = twists[0];
     for (drive, motion) in drive_step.iter_mut().enumerate() {
-        *motion = wanted[0][drive];
+        *motion = match &task.command {
+            None => wanted[0][drive],
+            Some(command) => {
+                let mut motion = command.fixed[drive];
+                for coordinate in 0..count {
+                    motion += command.per_coordinate[drive][coordinate] * wanted[0][coordinate];
+                }
+                motion
+            }
+        };
         subtract(&mut step, *motion, &twists[1 + drive]);
     }
     rigid.combine_task_slacks(drive_step);
-    (step, regular & controllable)
+    (step, wanted[0], regular & controllable)
 }
 
 /// Lanes in which the symmetric part of `tangent` is clearly positive definite: no pivot near zero, rotations taken at `scale` mm. A free

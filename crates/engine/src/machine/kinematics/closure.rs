@@ -70,7 +70,7 @@ impl<'a> Closure<'a> {
             jacobian: DMatrix::zeros(0, 0),
             residual: DVector::zeros(0),
             start_jacobian: DMatrix::zeros(0, 0),
-            normal_step: NormalStep::new(machine),
+            normal_step: NormalStep::new(machine, 1),
         }
     }
 

@@ -7,13 +7,14 @@ use super::{
     Configuration,
     between::{SingularityCheck, StepEnds},
     closure::motions,
-    equations::{Equations, LaneCommand, RigidState, mm_per_unit, move_platform},
+    equations::{Equations, LaneCommand, RigidState},
+    lane_configuration::{LaneConfiguration, set_lane_pose},
     normal_step::NormalStep,
     search::{MAX_ITERATIONS, MAX_STEP_ROTATION, Search, Verdict},
     singularity::{Barriers, judged_commands},
 };
 use crate::{
-    lanes::{Frame, MAX_LANES, Real, Vec3, dot, pairs},
+    lanes::{Frame, MAX_LANES, Real, dot, pairs},
     machine::{Machine, Motion},
     spatial::Pose,
 };
@@ -44,72 +45,11 @@ pub(super) struct LaneNewton<R> {
     motions: Vec<Motion>,
 }
 
-/// A configuration in each lane.
-#[derive(Debug, Clone)]
-struct LaneConfiguration<R> {
-    platform: Frame<R>,
-    drives: Vec<R>,
-    passive: Vec<Vec<R>>,
-}
-
-impl<R: Real> LaneConfiguration<R> {
-    fn new(machine: &Machine) -> Self {
-        Self {
-            platform: Frame::splat(&machine.home.pose),
-            drives: vec![R::zero(); machine.drive_count()],
-            passive: machine.chains.iter().map(|chain| vec![R::zero(); chain.passive.len()]).collect(),
-        }
-    }
-
-    fn set_lane(&mut self, lane: usize, from: &Configuration) {
-        set_lane_pose(&mut self.platform, lane, &from.pose);
-        set_lane_values(&mut self.drives, lane, &from.drives);
-        for (own, from) in pairs(&mut self.passive, &from.passive) {
-            set_lane_values(own, lane, from);
-        }
-    }
-
-    fn lane(&self, lane: usize) -> Configuration {
-        let numbers = |own: &Vec<R>| own.iter().map(|number| number.lane(lane)).collect();
-        Configuration {
-            pose: self.platform.lane(lane),
-            drives: numbers(&self.drives),
-            passive: self.passive.iter().map(numbers).collect(),
-        }
-    }
-
-    /// Copies the configurations `from`, of the same machine.
-    fn copy_from(&mut self, from: &Self) {
-        self.platform = from.platform;
-        self.drives.copy_from_slice(&from.drives);
-        for (own, from) in pairs(&mut self.passive, &from.passive) {
-            own.copy_from_slice(from);
-        }
-    }
-}
-
-fn set_lane_pose<R: Real>(frame: &mut Frame<R>, lane: usize, pose: &Pose) {
-    for (j, axis) in frame.axes.iter_mut().enumerate() {
-        for (i, number) in axis.0.iter_mut().enumerate() {
-            number.set_lane(lane, pose.rotation[(i, j)]);
-        }
-    }
-    for (i, number) in frame.origin.0.iter_mut().enumerate() {
-        number.set_lane(lane, pose.translation[i]);
-    }
-}
-
-fn set_lane_values<R: Real>(own: &mut [R], lane: usize, from: &[f64]) {
-    for (number, &value) in pairs(own, from) {
-        number.set_lane(lane, value);
-    }
-}
-
 impl<R: Real> LaneNewton<R> {
     pub fn new(machine: &Machine) -> Self {
         Self {
             equations: Equations::new(machine),
-            normal_step: NormalStep::new(machine),
+            normal_step: NormalStep::new(machine, 1),
             between: SingularityCheck::new(machine),
             start_jacobian: Vec::new(),
             start: LaneConfiguration::new(machine),
@@ -214,20 +154,7 @@ impl<R: Real> LaneNewton<R> {
                 let (step, good) = self.normal_step.solve(machine, jacobian, residual, closures, damping);
                 let length = dot(step, step).sqrt();
                 let good = good & !R::bits(length.is_nan()) & !length.lanes_greater(f64::MAX);
-                let mask = R::mask(active & good);
-                let LaneConfiguration { platform, drives, passive } = &mut self.at;
-                let next = move_platform(platform, step, machine.characteristic_length);
-                for (axis, next) in pairs(&mut platform.axes, next.axes) {
-                    *axis = Vec3::select(mask, next, *axis);
-                }
-                platform.origin = Vec3::select(mask, next.origin, platform.origin);
-                let (mut motions, mut step) = (&self.motions[..], &step[6..]);
-                advance(machine, drives, motions, step, mask);
-                (motions, step) = (&motions[drives.len()..], &step[drives.len()..]);
-                for passive in passive {
-                    advance(machine, passive, motions, step, mask);
-                    (motions, step) = (&motions[passive.len()..], &step[passive.len()..]);
-                }
+                self.at.advance(machine, &self.motions, step, R::mask(active & good));
                 (length, good)
             },
         )
@@ -264,14 +191,6 @@ fn largest_rotation<R: Real>(motions: &[Motion], from: &[R], to: &[R]) -> R {
         }
     }
     turned
-}
-
-/// Adds `steps`, mm, to the values of joints in the lanes of `mask`.
-#[inline(always)]
-fn advance<R: Real>(machine: &Machine, values: &mut [R], motions: &[Motion], steps: &[R], mask: R::Mask) {
-    for (value, (&motion, &step)) in pairs(values, pairs(motions, steps)) {
-        *value = R::select(mask, *value + step / R::splat(mm_per_unit(machine, motion)), *value);
-    }
 }
 
 /// Indices of the lanes whose bits are set.

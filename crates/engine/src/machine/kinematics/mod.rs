@@ -9,10 +9,12 @@
 #[cfg(target_arch = "x86_64")]
 mod between;
 mod closure;
+mod command_step;
 mod continuation;
 mod equations;
 mod forward;
 mod inverse;
+mod lane_configuration;
 #[cfg(target_arch = "x86_64")]
 mod lane_newton;
 mod limits;
@@ -26,6 +28,7 @@ use std::borrow::Cow;
 use serde::{Deserialize, Serialize};
 
 pub(super) use closure::{Closure, Command, characteristic_length};
+pub(crate) use command_step::{CommandStep, DriveMotions};
 pub(super) use limits::wrap_into_travel;
 pub(super) use search::CLOSURE_ROUNDING;
 pub use side_by_side::BatchKinematics;

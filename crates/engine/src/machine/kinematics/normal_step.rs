@@ -2,7 +2,7 @@
 //!
 //! Passive joints move the rows of their own chain alone. So the normal equations of a chain's rows are formed over its passive
 //! joints, the twist of P, its drives and the right-hand side, and its joints eliminated; what is left of all chains, and of the
-//! rows of what is commanded, has as many unknowns as P and the drives have coordinates.
+//! rows of what is commanded, has as many unknowns as P and the drives have coordinates. Several right-hand sides share the work.
 
 use crate::{
     lanes::{Real, copy, dot, pairs, subtract},
@@ -12,18 +12,20 @@ use crate::{
 /// Coordinates of the twist of P.
 pub(super) const TWIST: usize = 6;
 
-/// Solver of the step, with its storage: normal equations as lower triangles, whose last row is the right-hand side.
+/// Storage from step to step: normal equations as lower triangles, whose last rows are the right-hand sides.
 #[derive(Debug, Clone)]
 pub(super) struct NormalStep<R> {
-    /// Normal equations of each chain: its passive joints, twist of P, its drives.
+    /// Right-hand sides.
+    rights: usize,
+    /// Of each chain: its passive joints, twist of P, its drives.
     chains: Vec<NormalMatrix<R>>,
-    /// Sum of these without passive joints: twist of P, drives.
+    /// Of all: twist of P, drives.
     reduced: NormalMatrix<R>,
     /// Diagonal over twist of P and drives before anything is eliminated.
     diagonal: Vec<R>,
     solution: Vec<R>,
-    /// The step: all unknowns of the closure equations.
-    step: Vec<R>,
+    /// The steps: all unknowns of the closure equations, for each right-hand side.
+    steps: Vec<R>,
 }
 
 /// A square matrix by columns.
@@ -43,7 +45,7 @@ pub(super) struct ChainBlock {
 }
 
 impl ChainBlock {
-    /// Number of the chain's unknowns and its right-hand side.
+    /// Of the unknowns of the chain and one right-hand side.
     pub fn size(&self) -> usize {
         self.joints + TWIST + self.drives + 1
     }
@@ -92,35 +94,41 @@ impl<R: Real> NormalMatrix<R> {
 }
 
 impl<R: Real> NormalStep<R> {
-    pub fn new(machine: &Machine) -> Self {
+    /// For `machine` and so many right-hand sides at a time.
+    pub fn new(machine: &Machine, rights: usize) -> Self {
         let others = TWIST + machine.drive_count();
         Self {
-            chains: chain_blocks(machine).map(|block| NormalMatrix::new(block.size())).collect(),
-            reduced: NormalMatrix::new(others + 1),
+            rights,
+            chains: chain_blocks(machine).map(|block| NormalMatrix::new(block.size() - 1 + rights)).collect(),
+            reduced: NormalMatrix::new(others + rights),
             diagonal: vec![R::zero(); others],
             solution: Vec::new(),
-            step: Vec::new(),
+            steps: Vec::new(),
         }
     }
 
-    /// Returns the `x` with least `|J x + residual|² + damping · d |x|²`, d the largest diagonal entry of `JᵀJ`, and the lanes in which the
-    /// equations say enough. `jacobian`: J by columns; its rows from `closures` on are those of what is commanded.
+    /// The `x` with least `|J x + residual|² + damping · d |x|²`, d the largest diagonal entry of `JᵀJ`, one behind the other for each of
+    /// the `residuals`, in the lanes in which the equations say enough. `jacobian`: J by columns, one per unknown; its rows from
+    /// `closures` on are those of what is commanded.
     #[inline(always)]
     pub fn solve(
         &mut self,
         machine: &Machine,
         jacobian: &[R],
-        residual: &[R],
+        residuals: &[R],
         closures: usize,
         damping: R,
     ) -> (&[R], u8) {
-        let (others, rows) = (TWIST + machine.drive_count(), residual.len());
-        let right = jacobian.len() / rows;
-        let column = |index: usize| if index < right { &jacobian[index * rows..(index + 1) * rows] } else { residual };
+        let (others, rows) = (TWIST + machine.drive_count(), residuals.len() / self.rights);
+        let unknowns = jacobian.len() / rows;
+        let column = |index: usize| match index.checked_sub(unknowns) {
+            None => &jacobian[index * rows..(index + 1) * rows],
+            Some(right) => &residuals[right * rows..(right + 1) * rows],
+        };
         form_products(
             &mut self.reduced,
             #[inline(always)]
-            |i: usize| &column(if i < others { i } else { right })[closures..],
+            |i: usize| &column(if i < others { i } else { unknowns + i - others })[closures..],
         );
         for i in 0..others {
             self.diagonal[i] = self.reduced.at(i, i);
@@ -131,7 +139,7 @@ impl<R: Real> NormalStep<R> {
             form_products(
                 normal,
                 #[inline(always)]
-                |i: usize| &column(if i < last { block.column(i) } else { right })[block.rows.clone()],
+                |i: usize| &column(if i < last { block.column(i) } else { unknowns + i - last })[block.rows.clone()],
             );
             for i in 0..block.joints {
                 largest = largest.larger(normal.at(i, i));
@@ -147,27 +155,30 @@ impl<R: Real> NormalStep<R> {
         let mut good = R::ALL;
         for (block, normal) in pairs(chain_blocks(machine), &mut self.chains) {
             good &= eliminate(normal, block.joints, level);
-            let (joints, rest) = (block.joints, block.size() - block.joints);
-            let target = |i: usize| if i + 1 < rest { block.reduced_column(i) } else { others };
-            for j in 0..rest {
-                for i in j..rest {
-                    self.reduced.entries[target(j) * (others + 1) + target(i)] += normal.at(joints + i, joints + j);
+            let (joints, own) = (block.joints, TWIST + block.drives);
+            let target = |i: usize| if i < own { block.reduced_column(i) } else { others + i - own };
+            for j in 0..own + self.rights {
+                for i in j..own + self.rights {
+                    let entry = target(j) * self.reduced.size + target(i);
+                    self.reduced.entries[entry] += normal.at(joints + i, joints + j);
                 }
             }
         }
         good &= eliminate(&mut self.reduced, others, level);
-        self.step.resize(right, R::zero());
-        self.solution.resize(self.reduced.size.max(right), R::zero());
-        back_substitute(&self.reduced, others, &mut self.solution);
-        copy(&mut self.step, &self.solution[..others]);
-        for (block, normal) in pairs(chain_blocks(machine), &self.chains) {
-            for i in 0..TWIST + block.drives {
-                self.solution[block.joints + i] = self.step[block.reduced_column(i)];
+        self.steps.resize(self.rights * unknowns, R::zero());
+        self.solution.resize(self.reduced.size.max(unknowns), R::zero());
+        for (right, step) in self.steps.chunks_exact_mut(unknowns).enumerate() {
+            back_substitute(&self.reduced, others, others, right, &mut self.solution);
+            copy(step, &self.solution[..others]);
+            for (block, normal) in pairs(chain_blocks(machine), &self.chains) {
+                for i in 0..TWIST + block.drives {
+                    self.solution[block.joints + i] = step[block.reduced_column(i)];
+                }
+                back_substitute(normal, block.joints, block.size() - 1, right, &mut self.solution);
+                copy(&mut step[block.joint..], &self.solution[..block.joints]);
             }
-            back_substitute(normal, block.joints, &mut self.solution);
-            copy(&mut self.step[block.joint..], &self.solution[..block.joints]);
         }
-        (&self.step, good)
+        (&self.steps, good)
     }
 }
 
@@ -210,13 +221,13 @@ fn eliminate<R: Real>(normal: &mut NormalMatrix<R>, count: usize, level: R) -> u
     good
 }
 
-/// Computes the first `count` entries of `solution`, eliminated in `normal`, from those behind them.
+/// Puts the first `count` unknowns, eliminated in `normal`, before those that are `known` behind them, of so many `unknowns` by one of the
+/// right-hand sides.
 #[inline(always)]
-fn back_substitute<R: Real>(normal: &NormalMatrix<R>, count: usize, solution: &mut [R]) {
-    let right = normal.size - 1;
+fn back_substitute<R: Real>(normal: &NormalMatrix<R>, count: usize, unknowns: usize, right: usize, solution: &mut [R]) {
     for j in (0..count).rev() {
         let column = normal.column(j);
-        let rest = column[right] + dot(&column[j + 1..right], &solution[j + 1..right]);
+        let rest = column[unknowns + right] + dot(&column[j + 1..unknowns], &solution[j + 1..unknowns]);
         solution[j] = -rest / column[j];
     }
 }

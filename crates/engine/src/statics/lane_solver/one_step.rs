@@ -159,6 +159,6 @@ impl<R: Real> LaneSolver<R> {
                 *entry = part;
             }
         }
-        SquareTask { count: 3, error, slope }
+        SquareTask { count: 3, error, slope, command: None }
     }
 }

@@ -1,0 +1,133 @@
+//! The rigid machine whose command is sought together with the equilibrium of the loaded one, in each lane: its Newton step as a function
+//! of the coordinates that the command may still move, while the others stay as commanded.
+
+use super::{
+    Configuration,
+    equations::{Equations, LaneCommand, RigidState, mm_per_unit},
+    normal_step::{NormalStep, TWIST},
+    lane_configuration::{LaneConfiguration, set_lane_pose},
+};
+use crate::{
+    lanes::{Frame, Real, clear, pairs},
+    machine::{Coordinate, Machine, Motion},
+    spatial::Pose,
+};
+
+/// Motions of the drives, mm and rad: those that they make in any case, and those per mm of each coordinate that the command may move.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct DriveMotions<R> {
+    pub fixed: [R; 6],
+    /// By drives.
+    pub per_coordinate: [[R; 6]; 6],
+}
+
+/// Storage for one machine, whose translations the command moves.
+#[derive(Debug, Clone)]
+pub(crate) struct CommandStep<R> {
+    scale: f64,
+    equations: Equations<R>,
+    normal_step: NormalStep<R>,
+    at: LaneConfiguration<R>,
+    /// The rotation commanded.
+    target: Frame<R>,
+    /// What moves are among the controlled coordinates.
+    moves: Vec<usize>,
+    /// Right-hand sides: the residual, then a unit of each coordinate that moves.
+    rights: Vec<R>,
+    /// Steps of all unknowns, by right-hand sides.
+    steps: Vec<R>,
+    /// Of each drive, then of each passive joint.
+    motions: Vec<Motion>,
+}
+
+impl<R: Real> CommandStep<R> {
+    pub fn new(machine: &Machine) -> Self {
+        let controls = machine.controls.iter().enumerate();
+        let moves: Vec<usize> =
+            controls.filter(|(_, own)| matches!(own, Coordinate::Translation(_))).map(|(row, _)| row).collect();
+        Self {
+            scale: machine.characteristic_length,
+            equations: Equations::new(machine),
+            normal_step: NormalStep::new(machine, 1 + moves.len()),
+            at: LaneConfiguration::new(machine),
+            target: Frame::splat(&machine.home.pose),
+            moves,
+            rights: Vec::new(),
+            steps: Vec::new(),
+            motions: super::closure::motions(machine).collect(),
+        }
+    }
+
+    /// Whether lengths and rotations of `machine` compare as those that it was made for.
+    pub fn is_for(&self, machine: &Machine) -> bool {
+        self.scale == machine.characteristic_length
+    }
+
+    /// How many coordinates move.
+    pub fn count(&self) -> usize {
+        self.moves.len()
+    }
+
+    /// Stands at `start` with the drives at `drives`; the rotation of `target` is commanded.
+    pub fn put(&mut self, lane: usize, start: &Configuration, drives: &[f64], target: &Pose) {
+        self.at.set_lane(lane, start);
+        for (number, &value) in pairs(&mut self.at.drives, drives) {
+            number.set_lane(lane, value);
+        }
+        set_lane_pose(&mut self.target, lane, target);
+    }
+
+    /// Linearises the machine where it stands: the largest of its errors, mm, the motions of the drives, and the lanes in which the
+    /// equations say enough.
+    #[inline(always)]
+    pub fn linearise(&mut self, machine: &Machine) -> (R, DriveMotions<R>, u8) {
+        let LaneConfiguration { platform, drives, passive } = &self.at;
+        self.equations.linearise(machine, &RigidState { platform, drives, passive }, &LaneCommand::Task(&self.target));
+        let (rows, closures) = (self.equations.rows, 6 * machine.closure_count());
+        for &row in &self.moves {
+            self.equations.residual[closures + row] = R::zero();
+        }
+        let mut error = R::zero();
+        for entry in &self.equations.residual {
+            error = error.larger(entry.abs());
+        }
+        self.rights.resize((1 + self.moves.len()) * rows, R::zero());
+        clear(&mut self.rights);
+        self.rights[..rows].copy_from_slice(&self.equations.residual);
+        for (i, &row) in self.moves.iter().enumerate() {
+            self.rights[(1 + i) * rows + closures + row] = R::splat(-1.0);
+        }
+        let Equations { jacobian, .. } = &self.equations;
+        let (steps, good) = self.normal_step.solve(machine, jacobian, &self.rights, closures, R::zero());
+        self.steps.clear();
+        self.steps.extend_from_slice(steps);
+        let unknowns = self.equations.unknowns;
+        let mut motions = DriveMotions { fixed: [R::zero(); 6], per_coordinate: [[R::zero(); 6]; 6] };
+        for (drive, &motion) in self.motions[..self.at.drives.len()].iter().enumerate() {
+            let length = R::splat(mm_per_unit(machine, motion));
+            motions.fixed[drive] = self.steps[TWIST + drive] / length;
+            for i in 0..self.moves.len() {
+                motions.per_coordinate[drive][i] = self.steps[(1 + i) * unknowns + TWIST + drive] / length;
+            }
+        }
+        (error, motions, good)
+    }
+
+    /// Takes the step in which the command moves by `coordinates`, mm, in the lanes of `mask`.
+    #[inline(always)]
+    pub fn advance(&mut self, machine: &Machine, coordinates: &[R; 6], mask: R::Mask) {
+        let unknowns = self.equations.unknowns;
+        let (step, others) = self.steps.split_at_mut(unknowns);
+        for (other, &coordinate) in others.chunks_exact(unknowns).zip(coordinates) {
+            for (entry, &part) in pairs(&mut *step, other) {
+                *entry += part * coordinate;
+            }
+        }
+        self.at.advance(machine, &self.motions, step, mask);
+    }
+
+    /// Where P is commanded to in a lane.
+    pub fn position(&self, lane: usize) -> nalgebra::Vector3<f64> {
+        self.at.platform.lane(lane).translation
+    }
+}
