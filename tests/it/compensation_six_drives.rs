@@ -131,7 +131,7 @@ fn tool_tips_are_met_with_the_drives_of_another_method_and_the_rotation_commande
                     assert!((a - b).abs() < 1e-9 * b.abs().max(1.0), "{}: {a} differs from {b}", nominal.name);
                 }
                 let mut at = session.clone();
-                at.stand(&nominal.inverse_kinematics(&task.pose).unwrap(), session.state());
+                at.set_state(&nominal.inverse_kinematics(&task.pose).unwrap(), session.state());
                 let command = nominal.forward_kinematics_from(at.command(), &own.drives).unwrap();
                 let turned = rotation_log(&(task.pose.rotation.transpose() * command.pose.rotation)).norm();
                 assert!(turned < 1e-11, "{}: the command is turned by {turned:e} rad", nominal.name);

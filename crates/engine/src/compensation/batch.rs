@@ -43,7 +43,8 @@ pub fn compensate_batch(
     let mut endings: Vec<Option<(Ending, Vec<f64>)>> = vec![None; sessions.len()];
     if method == Method::Direct {
         let chosen = sessions.iter_mut().zip(tasks).zip(&wanted).zip(&mut endings);
-        let chosen = chosen.filter(|(((own, task), wanted), _)| wanted.is_ok() && !direct::determines_drives(own, task));
+        let chosen =
+            chosen.filter(|(((own, task), wanted), _)| wanted.is_ok() && !direct::determines_drives(own, task));
         let mut parts: Vec<PartialTask<'_>> =
             chosen.map(|(((session, task), _), ending)| PartialTask::new(session, task, ending)).collect();
         solve_partial(&mut parts, batch);
@@ -216,14 +217,16 @@ fn solve_with_command(parts: &mut [PartialTask<'_>], batch: &mut Batch) {
 
 /// Corrects the target of each task by the sensitivities between equilibria, from the nominal command, until its iteration is over.
 pub(super) fn correct_targets(parts: &mut [PartialTask<'_>], batch: &mut Batch) {
-    let mut shifts: Vec<direct::TargetShift> = parts.iter().map(|own| direct::TargetShift::new(own.session, own.task)).collect();
+    let mut shifts: Vec<direct::TargetShift> =
+        parts.iter().map(|own| direct::TargetShift::new(own.session, own.task)).collect();
     loop {
         let going = parts.iter_mut().zip(&mut shifts).filter(|(own, _)| own.ending.is_none());
         let (mut going, shifts): (Vec<&mut PartialTask<'_>>, Vec<&mut direct::TargetShift>) = going.unzip();
         if going.is_empty() {
             return;
         }
-        let poses = going.iter().zip(&shifts).map(|(own, shift)| own.task.shifted_pose(&own.session.nominal, &shift.shift));
+        let poses =
+            going.iter().zip(&shifts).map(|(own, shift)| own.task.shifted_pose(&own.session.nominal, &shift.shift));
         let poses: Vec<Pose> = poses.collect();
         let outcomes = equilibria_at_poses(&mut going, &poses, batch);
         for ((own, shift), outcome) in going.into_iter().zip(shifts).zip(outcomes) {

@@ -8,7 +8,7 @@ use super::{
     workpiece::Workpiece,
 };
 use crate::{
-    machine::{Configuration, Machine, BatchKinematics, PositionedMachine, Unreachable, ZeroState},
+    machine::{BatchKinematics, Configuration, Machine, PositionedMachine, Unreachable, ZeroState},
     spatial::{Pose, Wrench, matrix_product, rotation_log},
     statics::{self, Batch, Outcome, State, TaskError, Workspace, equilibrium},
 };

@@ -42,8 +42,8 @@ pub use branch::{Branch, Clearance, Elbow, Posture, PostureChange, Shoulder, Wri
 pub use chain::{Chain, Coupling, Drive, Motion, MoveScrew, PassiveJoint, Spring, SpringLaw};
 pub use errors::ChainError;
 pub use external_axes::{ExternalAxes, PositionedMachine};
+pub use kinematics::{BatchKinematics, Configuration, Unreachable};
 pub(crate) use kinematics::{CommandStep, DriveMotions};
-pub use kinematics::{Configuration, BatchKinematics, Unreachable};
 pub use mobility::Mobility;
 pub use parameters::{Parameter, Unit, Variation};
 pub use provenance::{Grade, Provenance};

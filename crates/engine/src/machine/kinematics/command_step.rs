@@ -4,8 +4,8 @@
 use super::{
     Configuration,
     equations::{Equations, LaneCommand, RigidState, mm_per_unit},
-    normal_step::{NormalStep, TWIST},
     lane_configuration::{LaneConfiguration, set_lane_pose},
+    normal_step::{NormalStep, TWIST},
 };
 use crate::{
     lanes::{Frame, Real, clear, pairs},
