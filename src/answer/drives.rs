@@ -18,7 +18,8 @@ pub struct DriveQuantities<E> {
 }
 
 impl<E: 'static> DriveQuantities<E> {
-    /// Makes the drive quantities of `machine` from functions for correction (mm or rad) and force of a drive by its index.
+    /// Makes the quantities of the drives of `machine`. `correction` (mm or rad) and `force` (N or N·mm) read them from an entry by drive
+    /// index, `None` where they are not known; `better` says which correction is better.
     pub fn new(
         machine: &Machine,
         better: Better,

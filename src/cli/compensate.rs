@@ -210,8 +210,7 @@ fn header_text(job: &ProgramJob) -> Result<String> {
     ))
 }
 
-const TABLE: &str =
-    "Distance of the tool from its path, where it cuts, by what is commanded (steps: corrections per point):";
+const TABLE: &str = "Error of the tool's path while it cuts, by drive command (steps: correction steps per point):";
 
 /// Returns the table of passes and the failures of their commands.
 fn pass_table(passes: &[Pass]) -> String {

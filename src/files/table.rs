@@ -26,7 +26,7 @@ pub(crate) fn force_columns(machine: &Machine) -> impl Iterator<Item = String> {
     each_drive(machine).map(|(label, motion)| format!("drive_{}_{label}_{}", motion.force_word(), motion.force_unit()))
 }
 
-/// Yields those of `columns`, one for each drive, that belong to drives of one kind.
+/// Yields those of `columns`, of which there is one for each drive in order, whose drive is of the kind `motion`.
 pub(crate) fn columns_of_kind<'m>(
     machine: &'m Machine,
     motion: Motion,

@@ -1,4 +1,4 @@
-//! Which of several results is best at each node, by how much, and below which size a number counts as rounding and has no winner.
+//! Which of several results is best at each node, and by how much; differences as small as rounding give no winner.
 
 use std::cmp::Ordering;
 
@@ -207,7 +207,7 @@ impl Winners {
         self.at.iter().filter(|at| **at == NodeWinner::Same).count() as f64 / self.compared_count().max(1) as f64
     }
 
-    /// Returns the results, the one that is best at most nodes first.
+    /// Returns the indices of the results, the one that is best at most nodes first; ties in their order.
     pub fn order_by_wins(&self) -> Vec<usize> {
         let mut order: Vec<usize> = (0..self.results).collect();
         order.sort_by_key(|who| std::cmp::Reverse(self.leads(*who).count()));

@@ -1,4 +1,4 @@
-//! Parts shared by studies over the workspace: the box, its grid, the cutting force over φ, and which process keys need a path.
+//! What studies over the workspace share: the box and its grid, the cutting force in each direction φ, and process keys that need a path.
 
 use nalgebra::Vector3;
 

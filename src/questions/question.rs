@@ -233,8 +233,8 @@ impl StudyContext<'_> {
     pub(crate) fn refuse_carrier(&self, why: &str) -> Result<()> {
         let Some(carrier) = &self.machine.carrier else { return Ok(()) };
         self.check.root().key("machine").fail(format!(
-            "the workpiece carrier {} of machine {} bends as well, which {why}: expected a machine without [workpiece_carrier]",
-            carrier.name, self.machine.name
+            "machine {} has an elastic workpiece carrier ({}), which {why}: expected one without [workpiece_carrier]",
+            self.machine.name, carrier.name
         ))
     }
 

@@ -44,7 +44,7 @@ pub(crate) const RENAMED: [(&str, &str); 5] = [
 
 /// Checks the version of a study file. `Err` if it is not [`SCHEMA`].
 pub(crate) fn check_schema(schema: u32, check: &Check) -> Result<()> {
-    let more = if schema == 2 { "; packaging/convert.py changes files of version 2" } else { "" };
+    let more = if schema == 2 { "; packaging/convert.py converts files of version 2" } else { "" };
     match schema {
         SCHEMA => Ok(()),
         _ => check.key("schema").fail(format!("this program reads studies of version {SCHEMA}, got {schema}{more}")),

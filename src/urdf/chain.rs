@@ -251,7 +251,7 @@ fn local_drive_axis(direction: [f64; 3]) -> (Axis, Vec<Element>, Vec<Element>) {
     }
 }
 
-/// Returns the travel in mm or degrees; `None` for continuous joints and where the limits are missing or equal.
+/// Returns the travel in mm or degrees; `None` for continuous joints and where the limits are missing, equal or endless.
 fn travel(joint: &Joint, motion: Motion) -> Option<[f64; 2]> {
     let limit = joint.limit.filter(|_| joint.kind != JointKind::Continuous)?;
     // What is not given is zero in a URDF.
@@ -277,7 +277,7 @@ fn note_limits(robot: &Robot, way: &[usize], elements: &[Element], notes: &mut I
             pairs.iter().filter(|(joint, drive)| is_it(joint, drive)).map(|(joint, _)| joint.name.as_str()),
         );
     };
-    named("joints whose lower and upper limits are missing or equal, so without travel", &|joint, drive| {
+    named("joints whose lower and upper limits are missing, equal or endless, so without travel", &|joint, drive| {
         drive.travel.is_none() && joint.kind != JointKind::Continuous
     });
     named("continuous joints, so without travel", &|joint, _| joint.kind == JointKind::Continuous);

@@ -78,6 +78,11 @@ impl JointKind {
     pub fn word(self) -> &'static str {
         Self::ALL.iter().find(|(_, kind)| *kind == self).map_or("", |(word, _)| word)
     }
+
+    /// Whether an `<axis>` means anything.
+    fn has_axis(self) -> bool {
+        !matches!(self, Self::Fixed | Self::Floating | Self::Spherical)
+    }
 }
 
 /// Pose of a joint's frame: translation, m, then roll, pitch, yaw about fixed axes, rad.
@@ -290,7 +295,8 @@ impl Reader<'_> {
             parent: end("parent")?,
             child: end("child")?,
             origin: self.read_origin(node, &place)?,
-            axis: self.read_axis(node, &place)?,
+            // A joint that does not move has no axis, whatever stands there.
+            axis: if kind.has_axis() { self.read_axis(node, &place)? } else { None },
             limit: self.read_limit(node, &place)?,
             mimic: self.read_mimic(node, &place)?,
         })
@@ -317,18 +323,26 @@ impl Reader<'_> {
         Ok(axis)
     }
 
-    /// Reads the limits of a joint; fails if the lower one is above the upper.
+    /// Reads the limits of a joint, those beyond any machine left out; fails if the lower one is above the upper.
     fn read_limit(&self, joint: Element<'_>, place: &str) -> Result<Option<Limit>> {
         let Some(node) = self.only_child(joint, "limit", place)? else { return Ok(None) };
-        let number = |name| self.read_number(node, name, place);
-        let limit = Limit { lower: number("lower")?, upper: number("upper")?, effort: number("effort")? };
-        if let (Some(lower), Some(upper)) = (limit.lower, limit.upper)
+        let number = |name| {
+            Ok::<_, crate::input::error::Error>(
+                self.read_numbers(node, name, place, f64::INFINITY)?.map(|[number]| number),
+            )
+        };
+        let (mut lower, mut upper, effort) = (number("lower")?, number("upper")?, number("effort")?);
+        if let (Some(lower), Some(upper)) = (lower, upper)
             && lower > upper
         {
             let problem = format!("lower={lower:?} of <limit> is above upper={upper:?}");
             return self.fail(node, place, problem);
         }
-        Ok(Some(limit))
+        // Writers that know no limit give one of 1e16 or so.
+        if lower.into_iter().chain(upper).any(|end| end.abs() > LARGEST_PLACE) {
+            (lower, upper) = (None, None);
+        }
+        Ok(Some(Limit { lower, upper, effort: effort.filter(|effort| *effort <= LARGEST) }))
     }
 
     /// Reads which joint a joint follows.

@@ -381,7 +381,7 @@ fn a_run_has_the_path_as_it_was_turned() {
     assert!(text.contains("Rotated about the tool axis by γ = "), "{text}");
     let turns = &summary["redundancy"];
     let rms = |key: &str| turns["gammas"][key]["rms_mm"].as_f64().unwrap();
-    assert_eq!((turns["redundancy"].as_str(), turns["branch"].is_string()), (Some("best"), true));
+    assert_eq!((turns["gamma"].as_str(), turns["branch"].is_string()), (Some("best"), true));
     assert!(rms("best") <= rms("best_constant") && rms("best_constant") < rms("as_programmed"));
     let table = std::fs::read_to_string(out.join("redundancy.csv")).unwrap();
     assert_eq!(table.lines().count(), 18);

@@ -103,7 +103,7 @@ fn functions_that_may_change_where_the_tool_goes_are_refused_by_name() {
         (vec!["M21", "M22", "M23"], "mirrors axes on some controls", vec![iso, linuxcnc, fanuc], vec![haas]),
         (
             vec!["M128", "M129", "M428", "M429", "M430"],
-            "whether X, Y and Z are those of the tip",
+            "tool-tip programming (X, Y and Z of the tip)",
             vec![iso, linuxcnc],
             vec![fanuc, haas],
         ),
@@ -136,4 +136,54 @@ fn functions_that_may_change_where_the_tool_goes_are_refused_by_name() {
     assert!(read_as("G0 X0 Y0 Z0\nG2 X0 Y0 I5 P2 M8 F9\n", None).unwrap_err().to_string().contains("`P2`"));
     // Machines heat, and say what they do, as before.
     assert!(read_as("M109 S200\nM104 S210\nM106 P1 S255\nG0 X0 Y0 Z0\nM8\nM46\nG1 X1 F9\nM221 S95\n", None).is_ok());
+}
+
+/// To LinuxCNC no motion is in force behind G80, and it refuses a place then; to the others the motion before the cycles is.
+#[test]
+fn g80_gives_back_the_motion_before_the_cycles() {
+    let source = "G21 G90 F100\nG0 X0 Y0 Z5\nG1 X1\nG81 X2 Y2 Z-1 R1\nX3\nG80\nX5 Y5\nM30\n";
+    for dialect in [None, Some(Dialect::Iso), Some(Dialect::Fanuc), Some(Dialect::Haas)] {
+        let options = GcodeOptions { dialect, ..GcodeOptions::default() };
+        let program = Program::parse(source, "part.nc", &options).unwrap();
+        let path = program.toolpath(Sampling::new(1.0, 1e6).unwrap()).unwrap();
+        let last = path.points().last().unwrap();
+        assert_eq!(last.position_mm, Vector3::new(5.0, 5.0, 5.0), "{dialect:?}");
+        assert!(!last.is_rapid, "{dialect:?}: the feed motion before the cycle is in force again");
+    }
+    let refused = read_as(source, Some(Dialect::LinuxCnc)).unwrap_err().to_string();
+    assert!(refused.starts_with("part.nc:7:1: `X5`: coordinate without a motion"), "{refused}");
+    // Written out, the moves of the cycle set another motion, so that the line says its own.
+    let program = Program::parse_expanded(source, "part.nc", &GcodeOptions::default(), &|_| None).unwrap();
+    let text = String::from_utf8(program.source().to_vec()).unwrap();
+    assert!(text.contains("G80\nG1 X5 Y5\n"), "{text}");
+    let path = program.toolpath(Sampling::new(1.0, 1e6).unwrap()).unwrap();
+    assert!(!path.points().last().unwrap().is_rapid);
+}
+
+/// What posts write that says nothing of where the tool goes, and numbers as they come.
+#[test]
+fn words_of_posts_that_move_nothing_are_read() {
+    for line in ["G61.1 ,K80", "G61.1,K5 (corners)", "G05.1 Q1 R5", "G69.1", "G5.1 Q0"] {
+        let source = format!("G21 G90 F100\nG0 X0 Y0 Z5\n{line}\nG1 X4\n");
+        let path = read_as(&source, None).unwrap_or_else(|error| panic!("{line}: {error}"));
+        assert_eq!(path.last(), Some(&Vector3::new(4.0, 0.0, 5.0)), "{line}");
+    }
+    for line in ["G1 X5 ,K80", "G61.1 ,R5", "G61 ,K80"] {
+        let refused = read_as(&format!("G21 G90 F100\nG0 X0 Y0 Z5\n{line}\n"), None).unwrap_err().to_string();
+        assert!(refused.contains("corners that the control rounds or bevels"), "{line}: {refused}");
+    }
+    let path = read_as("G21 G90 F100\nG0 X0 Y0 Z5\nG1 X1.123456789012345678901234567890\n", None).unwrap();
+    assert_eq!(path.last(), Some(&Vector3::new(1.123_456_789_012_345_678_9, 0.0, 5.0)));
+}
+
+/// As rs274 has it: 0.0005 inch in programs in inches, 0.005 mm in others.
+#[test]
+fn radii_of_arcs_in_inches_may_differ_as_inches_round() {
+    let end = |off: f64| format!("G2 X0.1 Y{} I0.1 J0", 0.1 + off);
+    let read = |unit: &str, off: f64| read_as(&format!("{unit} G90 F10\nG0 X0 Y0 Z0\n{}\n", end(off)), None);
+    assert!(read("G20", 0.0004).is_ok());
+    let refused = read("G20", 0.0006).unwrap_err().to_string();
+    assert!(refused.ends_with("expected equal radii to 0.0127 mm or 0.1 %"), "{refused}");
+    assert!(read("G21", 0.004).is_ok());
+    assert!(read("G21", 0.006).unwrap_err().to_string().ends_with("expected equal radii to 0.005 mm or 0.1 %"));
 }

@@ -218,8 +218,7 @@ fn krl_that_is_not_followed_is_refused_by_line_and_statement() {
         ("SLIN {X 0} ; x\n", "p.src:1: `SLIN {X 0}`: splines are not followed; expected LIN, CIRC and PTP"),
         (
             "FOR i=1 TO 3\nLIN_REL {X 1}\nENDFOR\n",
-            "p.src:2: `LIN_REL {X 1}`: in FOR of line 1, so that it may run never or more than once; expected it outside, once in the \
-             order it runs",
+            "p.src:2: `LIN_REL {X 1}`: in FOR of line 1, where it may be skipped or repeated; expected outside, where it runs once",
         ),
         ("GOTO again\n", "p.src:1: `GOTO again`: jumps are not followed; expected the motions in the order they run"),
         (
@@ -405,11 +404,11 @@ fn rapid_that_is_not_followed_is_refused_by_line_and_statement() {
         ),
         (
             format!("FOR i FROM 1 TO 3 DO\n{one}ENDFOR"),
-            ": in FOR of line 2, so that it may run never or more than once; expected it outside, once in the order it runs",
+            ": in FOR of line 2, where it may be skipped or repeated; expected outside, where it runs once",
         ),
         (
             format!("IF di1=1 {one}"),
-            ": in IF of line 2, so that it may run never or more than once; expected it outside, once in the order it runs",
+            ": in IF of line 2, where it may be skipped or repeated; expected outside, where it runs once",
         ),
         (
             "Part_5;".into(),

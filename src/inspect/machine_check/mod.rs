@@ -212,8 +212,8 @@ fn tool_sign_warning(machine: &Machine) -> Option<String> {
     let angle = machine.tool_axes.column(2).dot(&towards_tip).clamp(-1.0, 1.0).acos().to_degrees();
     (machine.tool_axis_source == ToolAxisSource::Given && angle > RIGHT_ANGLE_DEG).then(|| {
         format!(
-            "tool axis: platform.tool_axis is {angle:.0}° from the direction from P to the tool tip: it is the one from the \
-             spindle to the tip, and axial forces follow it; is its sign wrong?"
+            "tool axis: platform.tool_axis is {angle:.0}° off the direction from P to the tool tip; is its sign wrong? It points from the \
+             spindle to the tip, and axial forces follow it"
         )
     })
 }

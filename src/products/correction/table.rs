@@ -161,8 +161,8 @@ pub enum ForceTerms {
 const MIXED: [[usize; 2]; 3] = [[0, 1], [0, 2], [1, 2]];
 
 impl ForceTerms {
-    /// Returns the names of the terms with the power of N by which their coefficients are divided.
-    pub fn names(self) -> &'static [(&'static str, u8)] {
+    /// Returns the column name of each term and the power n of the force in it: its coefficient is per Nⁿ.
+    pub fn names_and_powers(self) -> &'static [(&'static str, u8)] {
         const ALL: [(&str, u8); 10] = [
             ("1", 0),
             ("Fx", 1),

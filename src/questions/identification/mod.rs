@@ -228,7 +228,7 @@ fn profiles(
     let profile = if study.profile { Profile::new(*search, fit, all, quantile) } else { None };
     let Some(profile) = profile else { return Ok(()) };
     let known: Vec<usize> = (0..found.len()).filter(|&k| found[k].open.is_none()).collect();
-    for (&k, ends) in known.iter().zip(profile.ends(&known, work)?) {
+    for (&k, ends) in known.iter().zip(profile.interval_ends(&known, work)?) {
         let unknown = &study.unknowns[k];
         // Where the profile does not say an end, the linear interval does.
         let value = |side: usize| match ends[side] {

@@ -61,8 +61,9 @@ impl<'a> Profile<'a> {
         is_likelihood.then_some(Self { search, fit, measurements, quantile })
     }
 
-    /// Returns both ends of the interval of each of `unknowns` (by index), on the current rayon pool; `Err` if the work was stopped.
-    pub fn ends(&self, unknowns: &[usize], work: &Work) -> Result<Vec<[IntervalEnd; 2]>> {
+    /// Returns lower and upper end of the profile-likelihood interval of each of `unknowns` (by index), on the current rayon pool; `Err` if
+    /// the work was stopped.
+    pub fn interval_ends(&self, unknowns: &[usize], work: &Work) -> Result<Vec<[IntervalEnd; 2]>> {
         let of = |&k: &usize| {
             work.check()?;
             Ok([-1.0, 1.0].map(|side| self.find_end(k, side)))

@@ -1,4 +1,4 @@
-//! A workspace map as written: raw, units in the keys, unknown keys refused. Checked by [`crate::questions::Study`].
+//! A workspace map as its file gives it, before it is checked: units in the keys, unknown keys refused.
 
 use serde::Deserialize;
 

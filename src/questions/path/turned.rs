@@ -46,10 +46,10 @@ impl PathGammaSearch {
 }
 
 impl PathStudy {
-    /// Returns the study with machine and tasks at the γ found along the path, if one is sought; as programmed where none is possible.
+    /// Returns the study with machine and tasks at the best γ found along the path; unchanged where none is sought or possible.
     ///
     /// # Errors
-    /// A machine that cannot rotate its tool freely, and those of `work`.
+    /// A machine that cannot rotate its tool about its axis, or stopped `work`.
     pub fn with_gamma(&self, work: &Work) -> Result<Cow<'_, Self>> {
         let Some(search) = self.gamma_search.as_ref().filter(|search| search.found.is_none()) else {
             return Ok(Cow::Borrowed(self));

@@ -57,7 +57,7 @@ pub(super) fn unit_suffix(coordinate: usize) -> &'static str {
     if is_angle(coordinate) { "°" } else { " mm" }
 }
 
-/// Converts a distance along a coordinate from mm or rad to its unit, mm or degrees.
+/// Converts a distance along the site coordinate with this index from mm or rad to mm or degrees, as shown.
 #[cfg(feature = "report")]
 pub(super) fn in_unit(coordinate: usize, distance: f64) -> f64 {
     if is_angle(coordinate) { distance.to_degrees() } else { distance }

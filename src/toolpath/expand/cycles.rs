@@ -47,6 +47,7 @@ impl Program {
         let (mut bytes, mut origins) = (Vec::new(), Vec::new());
         let mut parameters = HoleParameters::default();
         let mut blocks = blocks.iter().enumerate().peekable();
+        let mut is_behind_cycle = false;
         for index in 0..self.lines.len() {
             let ending = match &self.source[self.lines.ending(index)] {
                 [] => b"\n",
@@ -57,8 +58,15 @@ impl Program {
                 Some((_, block)) => self
                     .cycle_lines(block, &mut parameters)
                     .map_err(|refusal| refusal.locate(&self.name, index + 1, self.content(index)))?,
-                None => vec![self.content(index).to_vec()],
+                None => vec![
+                    block
+                        .filter(|_| is_behind_cycle)
+                        .map_or_else(|| self.content(index).to_vec(), |(_, block)| self.line_with_motion(block)),
+                ],
             };
+            if let Some(first) = block.and_then(|(_, block)| block.motions.first()) {
+                is_behind_cycle = matches!(first.code, MotionCode::Cycle(_));
+            }
             for line in lines {
                 bytes.extend(line);
                 bytes.extend_from_slice(ending);
@@ -66,6 +74,17 @@ impl Program {
             }
         }
         Ok(Some((bytes, origins)))
+    }
+
+    /// The line of a block behind a cycle, its motion said: the moves of the cycle have set another one.
+    fn line_with_motion(&self, block: &Block) -> Vec<u8> {
+        let content = self.content(block.line);
+        let Some(first) = block.motions.first().filter(|_| block.motion_word.is_none()) else {
+            return content.to_vec();
+        };
+        let style = LineEdit::new(content, &first.words, self.style).style();
+        let word = style.motion(first.code) + style.separator();
+        [&content[..block.prefix], word.as_bytes(), &content[block.prefix..]].concat()
     }
 
     /// Lines that do what the cycle of `block` does.

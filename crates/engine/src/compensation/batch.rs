@@ -338,7 +338,7 @@ pub fn find_targets(sessions: &mut [&mut Session]) {
     }
 }
 
-/// Runs `find` with kinematics storage shared by the sessions, which have the same nominal machine; returns nothing for a single session.
+/// Calls `find` with the sessions, all of one nominal machine, and one kinematics storage for them; an empty result for a single session.
 fn with_shared_storage(
     sessions: &mut [&mut Session],
     find: impl FnOnce(&mut BatchKinematics, &[&mut Session]) -> Vec<Option<Configuration>>,

@@ -1,4 +1,4 @@
-//! Alternative solution branches for a target to which the straight line from home does not lead.
+//! Other rigid configurations for a pose that cannot be reached by following the straight line from home.
 //!
 //! The drives of a serial machine can be moved one by one from any posture to any other, so every posture that meets the target within travel will
 //! do: it is sought from home with the first hinge turned towards the target, then with each other hinge turned. A machine with closed loops must

@@ -76,7 +76,10 @@ impl Machine {
         let mut machine = machine.with_locked_drives(positions)?;
         if machine.rotates_beside_locked() {
             let names = positions.iter().map(|(name, _)| name.as_ref()).collect::<Vec<_>>().join(", ");
-            let problem = format!("locked, the platform of machine {} turns as the others move it", machine.name);
+            let problem = format!(
+                "with it locked, the other drives of machine {} rotate the platform as they move it",
+                machine.name
+            );
             return Err(refusal(&names, problem));
         }
         machine.has_parasitic_rotation = false;

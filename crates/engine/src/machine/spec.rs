@@ -289,13 +289,13 @@ impl ElementSpec {
     pub(super) fn names(elements: &[Self]) -> Vec<String> {
         let of = |(i, element): (usize, &Self)| {
             let (kind, own) = element.kind_and_name();
-            own.map_or_else(|| Self::numbered(kind, &elements[..i]), String::from)
+            own.map_or_else(|| Self::default_name(kind, &elements[..i]), String::from)
         };
         elements.iter().enumerate().map(of).collect()
     }
 
-    /// Default name of an element: its kind, and its number among those of this kind behind the elements `before`.
-    fn numbered(kind: &str, before: &[Self]) -> String {
+    /// Default name of an element behind the elements `before`: its kind, and its number among those of this kind.
+    fn default_name(kind: &str, before: &[Self]) -> String {
         format!("{kind}_{}", 1 + before.iter().filter(|element| element.kind_and_name().0 == kind).count())
     }
 }

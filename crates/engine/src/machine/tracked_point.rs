@@ -80,10 +80,10 @@ impl Machine {
         }
     }
 
-    /// Checks that the platform at `at`, which meets the pose `asked` as far as the drives control, has its tool tip where that pose has it.
+    /// Checks that the tool tip at `at`, which meets the pose `asked` as far as the drives control, is where that pose has it.
     ///
     /// # Errors
-    /// [`Unreachable::Uncontrolled`] as [`Machine::check_uncontrolled`], and [`Unreachable::Turned`].
+    /// [`Unreachable::Uncontrolled`] if P is off in an uncontrolled direction, [`Unreachable::Turned`] if the rotation takes the tip away.
     pub fn check_tracked(&self, asked: &Pose, at: &Configuration) -> Result<(), Unreachable> {
         self.check_uncontrolled(asked.translation, at)?;
         let beside_mm = ((at.pose.rotation - asked.rotation) * self.tool_tip).norm();

@@ -1,4 +1,4 @@
-//! Equilibrium of the whole machine under a prescribed wrench, eqs. (3) and (7), as one condensed Newton iteration;
+//! Equilibrium of the whole machine under a prescribed wrench (eqs. (3) and (7) of the paper), by Newton's iteration on few unknowns;
 //! load steps, and whether what they reach is stable, `snap_through` or singular.
 
 use nalgebra::{Matrix6, Matrix6xX, Vector3};

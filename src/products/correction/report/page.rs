@@ -113,7 +113,7 @@ pub(super) fn figures(report: &Report<'_>) -> Vec<(String, Figure)> {
         "Error without correction",
         "Residual error with the table",
         "Residual error with exact corrections",
-        "Residual error with a table for each joint",
+        "Residual error where each joint has a table of its own",
     ];
     let ways = report.residuals.first().map_or(0, |point| point.residual_mm.len());
     let map = |way: usize| Figure::Slices(slice_figure(report, plane, way, titles[way]));

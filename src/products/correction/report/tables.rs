@@ -33,7 +33,7 @@ pub(super) fn coefficient_columns(machine: &Machine, terms: ForceTerms) -> Vec<S
     let labelled = machine.drive_labels().into_iter().zip(motions(machine));
     let of_drive = |(label, motion): (String, Motion)| {
         let unit = motion.position_unit();
-        terms.names().iter().map(move |(term, power)| match power {
+        terms.names_and_powers().iter().map(move |(term, power)| match power {
             0 => format!("delta_rho_{label}_{unit}"),
             1 => format!("delta_rho_{label}_{term}_{unit}_per_N"),
             _ => format!("delta_rho_{label}_{term}_{unit}_per_N2"),
@@ -69,7 +69,7 @@ const SCHEMA: u32 = 2;
 /// Returns the table as JSON: axes, units, values, inputs and residual errors.
 pub(super) fn correction_json(report: &Report<'_>, inputs: &Inputs) -> Value {
     let (question, table) = (report.question, &report.answer.table);
-    let (machine, terms) = (&question.machine, table.terms.names());
+    let (machine, terms) = (&question.machine, table.terms.names_and_powers());
     let motions = motions(machine);
     let drives = machine.drive_labels().into_iter().zip(&motions).map(|(label, motion)| {
         let unit = motion.position_unit();

@@ -121,7 +121,7 @@ fn use_section(report: &Report<'_>) -> Section {
 /// Returns the section on the simulated passes.
 fn proof_section(report: &Report<'_>) -> Section {
     let (header, rows) = passes_table(&report.proved.passes, false, shown);
-    let caption = "Distance of the tool from its path, where it cuts, by what is commanded".into();
+    let caption = "Error of the tool's path while it cuts, by drive command".into();
     let table = SmallTable { caption, header: header.into_iter().map(String::from).collect(), rows };
     Section::new("How is it proved?", "the written program, read back and simulated point by point, beside other ways")
         .text("The last row is the program as it was written, read back, rounding included, and simulated.")

@@ -251,7 +251,7 @@ fn outlier_words(report: &Report<'_>) -> Option<String> {
     let what = counted(all.len(), "reading");
     let are = if all.len() == 1 { "is an outlier" } else { "are outliers" };
     let advice = match report.study.loss {
-        LossSpec::Squares => "; look there, or let such count less (loss = \"cauchy\")",
+        LossSpec::Squares => "; check these measurements, or give outliers less weight (loss = \"cauchy\")",
         LossSpec::Huber | LossSpec::Cauchy => "",
     };
     (!all.is_empty()).then(|| format!("{what} {are}: {}{advice}.", listed_up_to(NAMED, all.iter().map(said))))

@@ -80,7 +80,7 @@ pub(super) fn figures(report: &Report<'_>) -> Vec<(String, Figure)> {
 
 /// Draws half intervals over the number of measurements, as far as they are narrow enough to draw.
 fn widths_figure(report: &Report<'_>) -> LineFigure {
-    let Some(reached) = report.final_widths() else { return line_figure(report, Vec::new()) };
+    let Some(reached) = report.final_widths() else { return interval_figure(report, Vec::new()) };
     let mut order: Vec<usize> = (0..reached.each.len()).collect();
     order.sort_by(|&a, &b| reached.each[b].total_cmp(&reached.each[a]));
     let drawn = |all: &[HalfWidths], of: &dyn Fn(&HalfWidths) -> f64| -> Vec<(f64, f64)> {
@@ -94,14 +94,14 @@ fn widths_figure(report: &Report<'_>) -> LineFigure {
     }
     series.push(LineSeries::new("widest, random measurements (median)", drawn(&report.plan.random, &widest), true));
     series.retain(|series| !series.points.is_empty());
-    line_figure(report, series)
+    interval_figure(report, series)
 }
 
 /// Widest half interval that is drawn.
 const DRAWN: f64 = 10.0;
 
-/// Makes the figure of half intervals over the number of measurements from its lines.
-fn line_figure(report: &Report<'_>, series: Vec<LineSeries>) -> LineFigure {
+/// Makes the figure of half the 95 % intervals over the number of measurements, a line for each of `series`.
+fn interval_figure(report: &Report<'_>, series: Vec<LineSeries>) -> LineFigure {
     let study = report.study;
     let note = format!("intervals wider than {DRAWN} are not drawn");
     LineFigure {

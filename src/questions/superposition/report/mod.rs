@@ -107,7 +107,10 @@ fn page(summary: &Summary<'_>, locations: &[LocationResult]) -> Description {
         tables: vec![
             TableNote::new("largest_factors.csv", "Largest factors on load, errors and both within tolerance."),
             TableNote::new("locations.csv", &format!("Locations: {meaning}.")),
-            TableNote::new("slopes.csv", "Exponents with which the superposition error grows."),
+            TableNote::new(
+                "slopes.csv",
+                "Exponent n of the superposition error: it grows as load and errors to the power n.",
+            ),
             TableNote::ranked("map.csv", &format!("Grid points: {meaning}."), largest),
             TableNote::new("safe_load.csv", "Grid points: whether effects may be added, and up to which load."),
             TableNote::new("scaling.csv", "Superposition error at each factor on load, errors and both."),

@@ -4,7 +4,10 @@ use std::f64::consts::TAU;
 
 use nalgebra::Vector3;
 
-use crate::toolpath::model::{Plane, TurnDirection, direction, gcode::ArcFault};
+use crate::toolpath::model::{
+    Plane, TurnDirection, direction,
+    gcode::{ArcFault, LengthUnit},
+};
 
 /// The centre of an arc as the program gives it, mm, in the order of the plane's two axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,14 +44,15 @@ impl Arc {
     /// Creates the arc from `start` to `end`, mm in the workpiece frame.
     ///
     /// # Errors
-    /// When no such arc exists. Radii may differ as LinuxCNC and the defaults of other controllers allow: by
-    /// 0.005 mm, or by 0.1 % of the radius up to 0.5 mm.
+    /// When no such arc exists. Radii may differ as LinuxCNC and the defaults of other controllers allow: by 0.005 mm (0.0005 inch in
+    /// programs in inches), or by 0.1 % of the radius up to 0.5 mm (0.05 inch).
     pub fn new(
         plane: Plane,
         turn: TurnDirection,
         start: Vector3<f64>,
         end: Vector3<f64>,
         centre: Centre,
+        unit: LengthUnit,
     ) -> Result<Arc, ArcFault> {
         let [first, second, _] = plane.axes();
         let from = [start[first], start[second]];
@@ -60,7 +64,7 @@ impl Arc {
         };
         let arm = |p: [f64; 2]| [p[0] - centre[0], p[1] - centre[1]];
         let radii = [arm(from), arm(to)].map(|[a, b]| a.hypot(b));
-        check_radii(radii)?;
+        check_radii(radii, unit)?;
         let [start_angle_rad, end_angle_rad] = [arm(from), arm(to)].map(|[a, b]| b.atan2(a));
         let full = (to[0] - from[0]).hypot(to[1] - from[1]) < SAME_POINT_MM;
         let sweep_rad = signed_sweep_rad(if full { 0.0 } else { end_angle_rad - start_angle_rad }, turn);
@@ -115,14 +119,19 @@ fn signed_sweep_rad(difference_rad: f64, turn: TurnDirection) -> f64 {
     }
 }
 
-/// Checks that the radii at start and end are above 0 and equal to within 0.005 mm, or 0.1 % up to 0.5 mm.
-fn check_radii([start_mm, end_mm]: [f64; 2]) -> Result<(), ArcFault> {
+/// Checks that the radii at start and end are above 0 and equal to within what the last decimals of a program in `unit` leave, or 0.1 % up
+/// to a hundred times that.
+fn check_radii([start_mm, end_mm]: [f64; 2], unit: LengthUnit) -> Result<(), ArcFault> {
     if start_mm < SAME_POINT_MM {
         return Err(ArcFault::NoRadius);
     }
     let difference = (start_mm - end_mm).abs();
-    if difference > 0.5 || (difference > 0.005 && difference > 1e-3 * start_mm) {
-        return Err(ArcFault::Radii { start_mm, end_mm });
+    let rounding_mm = match unit {
+        LengthUnit::Millimetre => 0.005,
+        LengthUnit::Inch => 0.0127,
+    };
+    if difference > 100.0 * rounding_mm || (difference > rounding_mm && difference > 1e-3 * start_mm) {
+        return Err(ArcFault::Radii { start_mm, end_mm, rounding_mm });
     }
     Ok(())
 }

@@ -260,7 +260,7 @@ pub enum Fault {
     #[error("{0}")]
     Macro(MacroFault),
     /// G93 and no F.
-    #[error("feed by time (G93) without an F on the line; expected one on each line with G1, G2 or G3")]
+    #[error("inverse time feed (G93) without an F on the line; expected one on each line with G1, G2 or G3")]
     NoInverseTime,
     /// A cycle before its height or depth is said.
     #[error("cycle G{number} without {letter}; expected R and Z on this line or one before it")]
@@ -314,8 +314,8 @@ pub enum Fault {
 }
 
 impl Fault {
-    /// The most digits in a row a number may have; 17 identify any `f64`.
-    pub const MAX_DIGITS: usize = 17;
+    /// The most digits in a row a number may have: more than any post-processor writes.
+    pub const MAX_DIGITS: usize = 64;
     /// The largest coordinate followed, mm.
     pub const MAX_COORDINATE_MM: f64 = MAX_COORDINATE_MM;
 

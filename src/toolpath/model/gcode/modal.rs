@@ -242,7 +242,7 @@ impl GWord {
             540..=593 | 1100 | 1110 | 1140..=1290 => GWord::WorkOffset(Some(WorkOffset::from_g_tenths(tenths)?)),
             610 | 611 | 640 => GWord::PathControl,
             670 => GWord::Passive("macro"),
-            690 => GWord::Passive("rotation"),
+            690 | 691 => GWord::Passive("rotation"),
             920 => GWord::Setting(Setting::Origin),
             921 | 922 => GWord::Setting(Setting::OriginOff { keeps: tenths == 922 }),
             923 => GWord::Setting(Setting::OriginOn),

@@ -47,8 +47,8 @@ pub enum Unsupported {
     Mirror,
     /// M128, M129, M428 to M430.
     #[error(
-        "switches on some controls whether X, Y and Z are those of the tip; expected G43.4 and G49, or dialect = \"fanuc\" or \"haas\" \
-         in [gcode], to which it is another function"
+        "turns tool-tip programming (X, Y and Z of the tip) on or off on some controls; expected G43.4 and G49, or, where it is another \
+         function of Fanuc or Haas, that dialect in [gcode]"
     )]
     TipFunction,
     /// Marlin's M206, M218, M290, M428.
@@ -126,13 +126,15 @@ pub enum Contradiction {
 pub enum ArcFault {
     /// Start and end at different distances from the centre.
     #[error(
-        "arc starts {start_mm:.4} mm and ends {end_mm:.4} mm from its centre; expected equal radii to 0.005 mm or 0.1 %"
+        "arc starts {start_mm:.4} mm and ends {end_mm:.4} mm from its centre; expected equal radii to {rounding_mm} mm or 0.1 %"
     )]
     Radii {
         /// Distance from centre to start, mm.
         start_mm: f64,
         /// Distance from centre to end, mm.
         end_mm: f64,
+        /// How far they may differ in any case, mm.
+        rounding_mm: f64,
     },
     /// The centre is the start.
     #[error("arc of radius zero; expected a centre away from the start")]

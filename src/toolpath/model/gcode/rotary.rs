@@ -175,7 +175,7 @@ pub(crate) struct RotaryMotion {
 }
 
 impl RotaryMotion {
-    /// Returns the angles, degrees, at the share `t` of the motion, from 0 to 1.
+    /// Returns the angles of the rotary axes, degrees, at the share `t` of the motion: 0 at its start, from 1 on its end.
     pub fn at(&self, t: f64) -> Angles {
         std::array::from_fn(|axis| {
             if t < 1.0 { self.from[axis] + (self.to[axis] - self.from[axis]) * t } else { self.to[axis] }

@@ -42,9 +42,7 @@ pub enum RobotFault {
         expected: &'static str,
     },
     /// A motion that need not run, or not once.
-    #[error(
-        "in {keyword} of line {line}, so that it may run never or more than once; expected it outside, once in the order it runs"
-    )]
+    #[error("in {keyword} of line {line}, where it may be skipped or repeated; expected outside, where it runs once")]
     Branch {
         /// Keyword of the branch or loop around the motion.
         keyword: String,

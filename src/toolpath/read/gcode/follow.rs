@@ -23,9 +23,9 @@ impl Interpreter {
         }
         let coordinate = axes.iter().flatten().copied().next();
         let angle = || request.rotary_words().into_iter().flatten().find(|word| self.rotary_axes.has_axis(word.letter));
-        let Some(first) = coordinate.or_else(|| request.arc_words().next()).or_else(angle) else {
-            return Ok(None);
-        };
+        let is_smoothing = request.find_g(GWord::Smoothing).is_some();
+        let of_arc = || request.arc_words().next().filter(|_| !is_smoothing);
+        let Some(first) = coordinate.or_else(of_arc).or_else(angle) else { return Ok(None) };
         if self.modal.motion.is_none() && coordinate.is_none() && !self.turning().turns() {
             return Ok(None);
         }
@@ -34,7 +34,7 @@ impl Interpreter {
             let is_time = axes[1].is_none() && axes[2].is_none() && request.motion_word().is_none();
             return if is_time { Ok(None) } else { Err(first.refuse(Fault::NotACoordinate { word: "G4" })) };
         }
-        if request.find_g(GWord::Smoothing).is_some() {
+        if is_smoothing {
             return Err(first.refuse(Fault::Unsupported(Unsupported::Motion)));
         }
         // Its coordinates name axes, or set the origin of a lathe.
@@ -157,7 +157,7 @@ pub(crate) fn route(
 ) -> Result<MotionGeometry, ArcFault> {
     match (code, centre) {
         (MotionCode::Arc(turn), Some(centre)) => {
-            Ok(MotionGeometry::Arc(Arc::new(modal.plane, turn, start, end, centre)?))
+            Ok(MotionGeometry::Arc(Arc::new(modal.plane, turn, start, end, centre, modal.unit)?))
         }
         _ => Ok(MotionGeometry::Line(start, end)),
     }

@@ -20,6 +20,8 @@ pub(crate) struct Interpreter {
     pub(crate) pole: Option<[f64; 2]>,
     /// Parameters of the cycle in force.
     pub(crate) cycle: Option<Cycle>,
+    /// The motion in force before the cycles, which G80 gives back on most controls.
+    motion_before_cycle: Option<MotionCode>,
     /// Axes along which the position has been known.
     pub(crate) ever_known: [bool; 3],
     /// Line that last made the position unknown.
@@ -84,6 +86,7 @@ impl Interpreter {
             dialect,
             pole: None,
             cycle: None,
+            motion_before_cycle: None,
             ever_known: start.map(|p| p.is_some()),
             position_lost_in: None,
             ended_in: None,
@@ -188,12 +191,20 @@ impl Interpreter {
     /// Sets the modes of the line in the order of RS-274 controllers: units before feed.
     fn apply_modal(&mut self, request: &Request) -> Result<(), Refusal> {
         if request.find_g(GWord::CancelMotion).is_some() {
-            self.modal.motion = None;
+            // To LinuxCNC and Grbl no motion is in force then; to others the one before the cycles.
+            self.modal.motion = match self.modal.motion {
+                _ if self.dialect == Dialect::LinuxCnc => None,
+                Some(MotionCode::Cycle(_)) => self.motion_before_cycle,
+                own => own,
+            };
             self.cycle = None;
         }
         for &(word, g) in &request.g_words {
             match g {
                 GWord::Motion(code) => {
+                    if !matches!(self.modal.motion, Some(MotionCode::Cycle(_))) {
+                        self.motion_before_cycle = self.modal.motion;
+                    }
                     self.modal.motion = Some(code);
                     self.cycle = self.cycle.filter(|_| matches!(code, MotionCode::Cycle(_)));
                 }

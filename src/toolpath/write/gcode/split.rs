@@ -161,7 +161,7 @@ impl Writer<'_> {
             return None;
         }
         let at = centre_through(plane, &start, &end, stretch.goals().map(|goal| goal.position))?;
-        let fitted = Arc::new(plane, turn, start, end, Centre::At(at)).ok()?;
+        let fitted = Arc::new(plane, turn, start, end, Centre::At(at), motion.modal.unit).ok()?;
         let is_long = fitted.sweep_rad().abs() > std::f64::consts::PI;
         let (centre, words) = format.write_centre(motion, &start, at, is_long)?;
         Some((route(motion.code, motion.modal, start, end, Some(centre)).ok()?, words))

@@ -17,7 +17,8 @@ use crate::toolpath::{
 const TURN_RAD: f64 = 0.5;
 
 impl Writer<'_> {
-    /// Writes a circle as one circle if one passes its points within tolerance; returns whether it did.
+    /// Writes the corrected points of `arc` as one circle statement if a circle passes them within tolerance; returns whether it did, else
+    /// nothing is written.
     pub(crate) fn write_circle(
         &mut self,
         motion: &Motion,

@@ -47,7 +47,7 @@ impl Points<'_> {
         parameter(which.end - 1) - which.start.checked_sub(1).map_or(0.0, parameter)
     }
 
-    /// Returns the correction of point `k` in the workpiece frame, mm.
+    /// Returns the commanded less the programmed tool position of point `k`, in the workpiece frame, mm.
     pub(crate) fn correction(&self, k: usize) -> Vector3<f64> {
         self.corrected[k] - self.points[k].position_mm
     }

@@ -194,8 +194,8 @@ impl ReducedEquations {
     }
 }
 
-/// Eliminates the joints at the second end, columns `joints` to `2 joints`, from the rows below the first `joints` by those; returns the sign of
-/// their determinant, `None` where it is zero. `others`: columns behind those of the joints, at each end.
+/// Eliminates the joints at the second end (columns `joints` to `2 joints`) with the first `joints` rows as pivots, in place. Returns the sign
+/// of the pivots' determinant; `None` where it is zero. `others`: columns at each end behind those of the joints.
 fn eliminate_joints(block: &mut DMatrix<f64>, joints: usize, others: usize) -> Option<f64> {
     let rows = block.nrows();
     let largest = block.view((0, joints), (joints, joints)).amax();

@@ -1,4 +1,4 @@
-//! Checks of the assembled machine at home: its springs have a direction, and no module is rigid in itself.
+//! Checks of the assembled machine in its home pose: the ends of each spring are apart, and each module has some compliance.
 
 use nalgebra::{DMatrix, Matrix6, Vector6};
 

@@ -48,7 +48,10 @@ impl ChainBuilder<'_> {
             let mut from = self.anchor(&spec.from, &check.key("from"))?;
             let mut to = self.anchor(&spec.to, &check.key("to"))?;
             if from.frame == to.frame {
-                let problem = format!("is the frame of `from` too, \"{}\": such a spring moves nothing", spec.to.frame);
+                let problem = format!(
+                    "is the frame of `from` too, \"{}\": a spring between a frame and itself has no effect",
+                    spec.to.frame
+                );
                 return check.key("to.frame").fail(problem);
             }
             if from.frame > to.frame {
