@@ -148,7 +148,7 @@ fn g80_gives_back_the_motion_before_the_cycles() {
         let path = program.toolpath(Sampling::new(1.0, 1e6).unwrap()).unwrap();
         let last = path.points().last().unwrap();
         assert_eq!(last.position_mm, Vector3::new(5.0, 5.0, 5.0), "{dialect:?}");
-        assert!(!last.is_rapid, "{dialect:?}: the feed motion before the cycle is in force again");
+        assert!(last.cutting, "{dialect:?}: the feed motion before the cycle is in force again");
     }
     let refused = read_as(source, Some(Dialect::LinuxCnc)).unwrap_err().to_string();
     assert!(refused.starts_with("part.nc:7:1: `X5`: coordinate without a motion"), "{refused}");
@@ -157,7 +157,7 @@ fn g80_gives_back_the_motion_before_the_cycles() {
     let text = String::from_utf8(program.source().to_vec()).unwrap();
     assert!(text.contains("G80\nG1 X5 Y5\n"), "{text}");
     let path = program.toolpath(Sampling::new(1.0, 1e6).unwrap()).unwrap();
-    assert!(!path.points().last().unwrap().is_rapid);
+    assert!(path.points().last().unwrap().cutting);
 }
 
 /// What posts write that says nothing of where the tool goes, and numbers as they come.
