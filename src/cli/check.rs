@@ -37,7 +37,6 @@ pub struct CheckArguments {
     branch: Option<Branch>,
 }
 
-/// Runs `kinetostat check`: checks a machine file and prints the findings.
 pub fn check(arguments: &CheckArguments) -> Result<Ending> {
     let geometry = on_machine::machine(&arguments.machine, &arguments.set, arguments.branch)?;
     if !geometry.kinematics().parameter_errors().is_empty() {

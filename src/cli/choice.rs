@@ -25,7 +25,6 @@ fn one_of<T: Copy + Send + Sync + 'static>(
     })
 }
 
-/// Returns the parser of `--format`.
 pub fn format() -> impl TypedValueParser<Value = Format> {
     one_of(Format::ALL, Format::label, |format| match format {
         Format::Csv => "Tables as CSV (RFC 4180)",
@@ -43,7 +42,6 @@ pub fn correction_format() -> impl TypedValueParser<Value = CorrectionFormat> {
     })
 }
 
-/// Returns the parser of `--colours`.
 pub fn colours() -> impl TypedValueParser<Value = Colours> {
     one_of(Colours::ALL, Colours::label, |colours| match colours {
         Colours::Viridis => "Perceptually uniform, from dark violet to yellow",
@@ -54,7 +52,6 @@ pub fn colours() -> impl TypedValueParser<Value = Colours> {
     })
 }
 
-/// Returns the parser of `--law`.
 pub fn law() -> impl TypedValueParser<Value = ForceLaw> {
     one_of(ForceLaw::ALL, ForceLaw::label, |law| match law {
         ForceLaw::Printed => {
@@ -95,7 +92,6 @@ pub fn redundancy() -> impl TypedValueParser<Value = GammaChoice> {
     })
 }
 
-/// Returns the parser of `--branch`.
 pub fn branch() -> impl TypedValueParser<Value = Branch> {
     let name = |branch: Branch| branch.label();
     one_of(Branch::ALL, name, |branch| match (branch.shoulder, branch.elbow, branch.wrist) {

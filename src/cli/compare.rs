@@ -68,7 +68,6 @@ pub struct CompareArguments {
     csv: bool,
 }
 
-/// Runs `kinetostat compare`: prints what a path costs at each place, or writes the page that compares results.
 pub fn compare(arguments: &CompareArguments) -> Result<Ending> {
     let (Some(machine), Some(process), Some(path)) = (&arguments.machine, &arguments.process, &arguments.path) else {
         let CompareArguments { results, out, force, tolerance, .. } = arguments;

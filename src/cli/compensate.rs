@@ -80,7 +80,6 @@ pub struct CompensateArguments {
     reporting: Reporting,
 }
 
-/// Runs `kinetostat compensate`: writes the compensated program and prints its residual errors.
 pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
     let reporting = &arguments.reporting;
     reporting.start_log()?;

@@ -49,7 +49,6 @@ pub struct ExploreArguments {
     force: bool,
 }
 
-/// Runs `kinetostat explore`: writes the interactive page of a machine and, if given, of a workpiece.
 pub fn explore(arguments: &ExploreArguments) -> Result<Ending> {
     let scene = read_scene(arguments)?;
     // What is wrong with the machine or the process is said here, not by the page.

@@ -59,7 +59,6 @@ pub struct ExportCorrectionArguments {
     reporting: Reporting,
 }
 
-/// Runs `kinetostat export-correction`: writes a correction table with its page and prints its residual errors.
 pub fn export_correction(arguments: &ExportCorrectionArguments) -> Result<Ending> {
     let reporting = &arguments.reporting;
     reporting.start_log()?;

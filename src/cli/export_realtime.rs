@@ -55,7 +55,6 @@ pub struct ExportRealtimeArguments {
     replace: bool,
 }
 
-/// Runs `kinetostat export-realtime`: generates the code of a machine's loaded kinematics and writes it into a folder.
 pub fn export_realtime(arguments: &ExportRealtimeArguments) -> Result<Ending> {
     let nominal = Machine::named_or_file(&arguments.machine)?;
     let (nominal, errors) = match &arguments.process {

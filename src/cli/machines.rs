@@ -86,7 +86,6 @@ fn parse_tool(text: &str) -> std::result::Result<Tool, String> {
     Ok(([x, y, z], Some([roll, pitch, yaw])))
 }
 
-/// Runs `kinetostat machines`: lists, shows, imports or begins machine files, as the arguments say.
 pub fn machines(arguments: &MachinesArguments) -> Result<Ending> {
     match arguments {
         MachinesArguments { name: Some(name), json, .. } => list_parameters(name, *json)?,

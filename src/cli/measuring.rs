@@ -86,12 +86,10 @@ pub struct DesignArguments {
     one: OneStudy,
 }
 
-/// Runs `kinetostat identify`: computes an identification study.
 pub fn identify(arguments: &IdentifyArguments) -> Result<Ending> {
     run_study_of(&arguments.one, "[identification]", |kind| matches!(kind, StudyKind::Identification(..)))
 }
 
-/// Runs `kinetostat predict`: predicts readings at poses with the parameters that a study identifies.
 pub fn predict(arguments: &PredictArguments) -> Result<Ending> {
     arguments.out.as_deref().map(new_file).transpose()?;
     let opened = Study::open(&arguments.study, &Overrides::default()).map_err(as_option_error)?;
@@ -135,7 +133,6 @@ fn wrong_kind(study: &Path, table: &str) -> Error {
     Error::argument(study.display().to_string(), problem)
 }
 
-/// Runs `kinetostat design-measurements`: computes a measurement design study.
 pub fn design(arguments: &DesignArguments) -> Result<Ending> {
     run_study_of(&arguments.one, "[measurement_design]", |kind| matches!(kind, StudyKind::MeasurementDesign(..)))
 }

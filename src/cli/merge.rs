@@ -44,7 +44,6 @@ pub struct MergeArguments {
     computing: Computing,
 }
 
-/// Runs `kinetostat merge`: computes the results of a study from the parts that `run --part` left.
 pub fn merge(arguments: &MergeArguments) -> Result<Ending> {
     let MergeArguments { writing, computing, .. } = arguments;
     computing.reporting.start_log()?;

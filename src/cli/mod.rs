@@ -131,7 +131,6 @@ struct CompletionsArguments {
     shell: Shell,
 }
 
-/// Runs `kinetostat completions`: prints the completion script of a shell.
 fn completions(arguments: &CompletionsArguments) -> Result<Ending> {
     let mut script = Vec::new();
     generate(arguments.shell, &mut Arguments::command(), "kinetostat", &mut script);

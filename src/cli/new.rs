@@ -31,7 +31,6 @@ pub struct NewArguments {
 
 const README: &str = include_str!("templates/README.md");
 
-/// Runs `kinetostat new`: writes a study folder to start from.
 pub fn new(arguments: &NewArguments) -> Result<Ending> {
     let folder = &arguments.name;
     let name = study_name(folder)?;

@@ -92,7 +92,6 @@ pub struct PointArguments {
     json: bool,
 }
 
-/// Runs `kinetostat point`: solves one location and prints the result as text or JSON.
 pub fn point(arguments: &PointArguments) -> Result<Ending> {
     let changed = on_machine::machine(&arguments.machine, &arguments.set, arguments.branch)?.machine()?;
     let set_errors = changed.parameter_errors();

@@ -40,7 +40,6 @@ pub struct ReportArguments {
     pub(super) tolerance: Option<f64>,
 }
 
-/// Runs `kinetostat report`: writes the page of one result folder, or one that compares several.
 pub fn report(arguments: &ReportArguments) -> Result<Ending> {
     super::check_tolerance(arguments.tolerance)?;
     if arguments.tolerance.is_some() && arguments.results.len() < 2 {

@@ -91,7 +91,6 @@ pub(super) fn parse_grid(text: &str) -> std::result::Result<[usize; 3], String> 
     }
 }
 
-/// Runs `kinetostat run`: computes studies, or one part of a study.
 pub fn run(arguments: &RunArguments) -> Result<Ending> {
     let RunArguments { computing, writing, .. } = arguments;
     computing.reporting.start_log()?;

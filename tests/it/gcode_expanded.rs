@@ -292,3 +292,16 @@ fn expressions_without_a_value_are_refused() {
     assert!(value(&"[".repeat(100_000)).is_err());
     assert!(value(&"-".repeat(100_000)).is_err());
 }
+
+/// What macros compute has eight digits, and what is corrected the decimals that the file has, not those of computed numbers.
+#[test]
+fn decimals_are_those_of_the_file_and_not_of_what_macros_compute() {
+    let source = "G21 G90 F100\n#1=10.\nG0 X0 Y0 Z5.\nG1 X[#1*COS[33.]] Y[#1*100.*SIN[33.]]\nG1 X5.25 Y5.\n";
+    let program = Program::parse_expanded(source, "part.nc", &GcodeOptions::default(), &|_| None).unwrap();
+    let text = String::from_utf8(program.source().to_vec()).unwrap();
+    assert!(text.contains("G1 X8.3867057 Y544.63904\n"), "{text}");
+    assert_eq!((program.own_format().mm_decimals(), program.own_format().inch_decimals()), (3, 4));
+    let fine = source.replace("X5.25", "X5.25000");
+    let program = Program::parse_expanded(fine, "part.nc", &GcodeOptions::default(), &|_| None).unwrap();
+    assert_eq!(program.own_format().mm_decimals(), 5);
+}

@@ -11,6 +11,9 @@ pub const SCHEMA: u32 = 1;
 /// the inverse. Products of a few such numbers stay finite.
 pub const LARGEST: f64 = 1e18;
 
+/// No machine is longer, mm: a thousand kilometres. Beyond, positions have no decimals left and searches no end.
+const LONGEST_MM: f64 = 1e9;
+
 /// Longest part of a file name that a file may ask for: no system has less than 255 bytes for the whole name.
 const LONGEST_IN_A_FILE_NAME: usize = 100;
 
@@ -110,6 +113,23 @@ impl Check {
             return Ok(value.into());
         }
         self.fail(format!("components must be numbers between {:e} and {LARGEST:e}, got {value:?}", -LARGEST))
+    }
+
+    /// Checks that a position, mm, is one that a machine can have.
+    pub fn position(&self, value: [f64; 3]) -> Result<Vector3<f64>> {
+        if value.iter().all(|v| v.abs() <= LONGEST_MM) {
+            return Ok(value.into());
+        }
+        self.fail(format!("components must be numbers between {:e} and {LONGEST_MM:e} mm, got {value:?}", -LONGEST_MM))
+    }
+
+    /// Checks that a length, mm, is above zero and one that a machine can have.
+    pub fn length(&self, value: f64) -> Result<f64> {
+        if value > LONGEST_MM {
+            self.fail(format!("must be at most {LONGEST_MM:e} mm, got {value:?}"))
+        } else {
+            self.positive(value)
+        }
     }
 
     /// Checks that a direction is not zero and returns it as a unit vector.

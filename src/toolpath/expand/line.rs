@@ -23,6 +23,23 @@ pub(crate) struct SourceLine {
 }
 
 impl SourceLine {
+    /// Most decimals of a coordinate of the line that is written as a number; 0 if there is none.
+    pub fn decimals(&self) -> usize {
+        let words = self
+            .code
+            .as_bytes()
+            .split_inclusive(|byte| byte.is_ascii_alphabetic())
+            .zip(self.code.as_bytes().split(|byte| byte.is_ascii_alphabetic()).skip(1));
+        let coordinates = words.filter(|(before, _)| matches!(before.last(), Some(b'X'..=b'Z' | b'I'..=b'K' | b'R')));
+        let decimals = coordinates.filter_map(|(_, number)| {
+            let number = number.trim_ascii();
+            let is_plain = number.iter().all(|byte| matches!(byte, b'0'..=b'9' | b'.' | b'+' | b'-'));
+            let point = number.iter().position(|byte| *byte == b'.').filter(|_| is_plain)?;
+            Some(number.len() - point - 1)
+        });
+        decimals.max().unwrap_or(0)
+    }
+
     /// Finds the labels and the code of a line.
     pub fn new(bytes: &[u8]) -> SourceLine {
         let code = code_text(bytes);
@@ -197,9 +214,15 @@ pub(crate) fn evaluate_line(line: &SourceLine, variables: &mut Variables) -> Res
     Ok(out)
 }
 
-/// A value as the word of `letter` takes it: whole, or with a decimal point.
+/// Most digits of a computed number: what controls read.
+const MOST_DIGITS: usize = 8;
+
+/// A value as the word of `letter` takes it: whole, or with a decimal point and at most eight digits.
 fn word_number(letter: u8, value: f64) -> String {
     let least = u8::from(!matches!(letter, b'G' | b'M' | b'N' | b'T' | b'H' | b'D' | b'O' | b'P' | b'L'));
-    let text = crate::toolpath::model::number::format_shortest(value, least);
+    // Controls read eight digits.
+    let whole = format!("{:.0}", value.abs().trunc()).len();
+    let scale = 10f64.powi(i32::try_from(MOST_DIGITS.saturating_sub(whole)).unwrap_or(0));
+    let text = crate::toolpath::model::number::format_shortest((value * scale).round() / scale + 0.0, least);
     if least == 0 { text.trim_end_matches('.').to_owned() } else { text }
 }

@@ -35,6 +35,8 @@ pub(crate) struct Run<'a> {
     /// Saved modes of the main program and of each call.
     pub(crate) call_frames: Vec<CallFrame>,
     bytes: Vec<u8>,
+    /// Most decimals of a coordinate that is written as a number.
+    decimals: usize,
     origins: Vec<Origin>,
     /// Whether a % opened the program.
     has_tape_marks: bool,
@@ -67,6 +69,7 @@ impl<'a> Run<'a> {
             modes: Modes::new(options),
             call_frames: vec![CallFrame::default()],
             bytes: Vec::new(),
+            decimals: 0,
             origins: Vec::new(),
             has_tape_marks: false,
         }
@@ -107,7 +110,17 @@ impl<'a> Run<'a> {
             self.bytes.extend_from_slice(b"%\n");
             self.origins.push(Origin { file: 0, line: lines - 1 });
         }
-        Ok((self.bytes, Expansion { origins: self.origins, files: self.files, lines, header: 0, keeps_calls: false }))
+        Ok((
+            self.bytes,
+            Expansion {
+                origins: self.origins,
+                files: self.files,
+                lines,
+                header: 0,
+                keeps_calls: false,
+                decimals: self.decimals,
+            },
+        ))
     }
 
     /// The error that a subprogram has run to the end of its file without return.
@@ -193,6 +206,7 @@ impl<'a> Run<'a> {
 
     /// Writes a line that steers nothing, with values in place of its expressions.
     pub(crate) fn write_evaluated(&mut self, line: &SourceLine) -> Result<(), (usize, Fault)> {
+        self.decimals = self.decimals.max(line.decimals());
         let bytes = evaluate_line(line, &mut self.variables)?;
         let bytes = self.save_or_restore(line, bytes)?;
         if !bytes.trim_ascii().is_empty() || line.bytes.trim_ascii().is_empty() {

@@ -49,6 +49,11 @@ impl NumberFormat {
         NumberFormat { mm: clamp(mm, 3), inch: clamp(inch, 4) }
     }
 
+    /// Returns the format with no more than `decimals`, but at least those of [`NumberFormat::of_source`].
+    pub(crate) fn at_most(self, decimals: usize) -> NumberFormat {
+        NumberFormat::of_source(decimals.min(self.mm.into()), decimals.min(self.inch.into()))
+    }
+
     /// Returns the number of decimals of a coordinate in mm.
     #[must_use]
     pub fn mm_decimals(self) -> u8 {

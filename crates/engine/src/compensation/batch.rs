@@ -175,7 +175,7 @@ pub(super) fn solve_partial(parts: &mut [PartialTask<'_>], batch: &mut Batch) {
 }
 
 /// Largest accepted difference of the drives found from those of the inverse kinematics, as a share of the characteristic length.
-const SAME_COMMAND: f64 = 1e-9;
+const SAME_COMMAND: f64 = 1e-11;
 
 /// Solves the loaded machine and its command in one iteration, as far as it converges and the inverse kinematics gives the same drives.
 fn solve_with_command(parts: &mut [PartialTask<'_>], batch: &mut Batch) {

@@ -18,6 +18,8 @@ pub(crate) struct Expansion {
     pub(crate) header: usize,
     /// Whether a rewritten program gets its calls back where it can.
     pub(crate) keeps_calls: bool,
+    /// Most decimals of a coordinate that is written as a number, not computed.
+    pub(crate) decimals: usize,
 }
 
 /// A file that is run, or called.
@@ -38,6 +40,7 @@ impl Expansion {
             files: vec![CalledFile { name: name.to_owned(), bytes }],
             header: 0,
             keeps_calls: false,
+            decimals: usize::MAX,
         }
     }
 

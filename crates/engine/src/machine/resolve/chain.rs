@@ -129,7 +129,7 @@ impl ChainBuilder<'_> {
                 let check = check.key("fixed");
                 let mut pose =
                     Pose::from_roll_pitch_yaw(check.key("rotation_deg").finite(fixed.rotation_deg)? * TO_RAD);
-                pose.translation = check.key("translation_mm").finite(fixed.translation_mm)?;
+                pose.translation = check.key("translation_mm").position(fixed.translation_mm)?;
                 self.add_fixed(pose);
             }
             ElementSpec::PrismaticDrive(drive) => {
@@ -297,7 +297,7 @@ impl ChainBuilder<'_> {
     }
 
     fn add_beam(&mut self, name: String, beam: &BeamSpec, check: &Check) -> Result<()> {
-        let length = check.key("length_mm").positive(beam.length_mm)?;
+        let length = check.key("length_mm").length(beam.length_mm)?;
         let advance = check.key("advance_mm").finite_scalar(beam.advance_mm.unwrap_or(length))?;
         let material = material(self.spec, &beam.material, &check.key("material"))?;
         let stiffness = beam_stiffness(&section(&beam.section, &check.key("section"))?, &material, length);
@@ -336,7 +336,7 @@ impl ChainBuilder<'_> {
     /// Appends a parallelogram: `Pa(q; θ) = Rz(q) Tx(L) · [Tx(θ1) Tz(θ2) Rx(θ3) Ry(θ4) Rz(θ5)] · Rz(−q)`.
     fn add_parallelogram(&mut self, spec: &ParallelogramSpec, check: &Check) -> Result<()> {
         use {Axis::*, Motion::*};
-        let length = check.key("length_mm").positive(spec.length_mm)?;
+        let length = check.key("length_mm").length(spec.length_mm)?;
         let width = check.key("width_mm").positive(spec.width_mm)?;
         let material = material(self.spec, &spec.material, &check.key("material"))?;
         let bar = beam_stiffness(&section(&spec.bar_section, &check.key("bar_section"))?, &material, length);

@@ -24,7 +24,7 @@ impl ChainBuilder<'_> {
     /// Hangs a mass on the frame reached.
     pub fn add_mass(&mut self, mass: &NamedMassSpec, check: &Check) -> Result<()> {
         let kilograms = check.key("kg").positive(mass.kg)?;
-        let at = check.key("at_mm").finite(mass.at_mm)?;
+        let at = check.key("at_mm").position(mass.at_mm)?;
         let frame = self.ensure_frame();
         self.route.masses.push(Mass { frame, at, kilograms });
         Ok(())
@@ -81,7 +81,7 @@ impl ChainBuilder<'_> {
 
     /// Resolves an anchor: in a named frame of the route or, outside modules, in O.
     fn anchor(&self, spec: &AnchorSpec, check: &Check) -> Result<Anchor> {
-        let at = check.key("at_mm").finite(spec.at_mm)?;
+        let at = check.key("at_mm").position(spec.at_mm)?;
         let is_inner = !self.designs.is_empty();
         let frame = match self.frames.iter().find(|(name, _)| *name == spec.frame) {
             Some((_, frame)) => Some(*frame),

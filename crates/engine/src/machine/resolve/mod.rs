@@ -44,8 +44,8 @@ pub(super) fn machine(definition: MachineSpec, origin: &str) -> Result<Machine> 
     let home_check = check.key("home");
     let mut home_pose =
         Pose::from_roll_pitch_yaw(home_check.key("rotation_deg").finite(spec.home.rotation_deg)? * TO_RAD);
-    home_pose.translation = home_check.key("position_mm").finite(spec.home.position_mm)?;
-    let tool_tip = check.key("platform.tool_tip_mm").finite(spec.platform.tool_tip_mm)?;
+    home_pose.translation = home_check.key("position_mm").position(spec.home.position_mm)?;
+    let tool_tip = check.key("platform.tool_tip_mm").position(spec.platform.tool_tip_mm)?;
     let (tool_axis, tool_axis_source) = tool_axis(spec, tool_tip, &check.key("platform.tool_axis"))?;
     let mut machine = Machine::of(Model {
         name: spec.name.clone(),
@@ -205,7 +205,7 @@ fn gravity(spec: Option<[f64; 3]>, check: &Check) -> Result<Vector3<f64>> {
 
 fn platform_mass(spec: Option<&MassSpec>, check: &Check) -> Result<Option<PlatformMass>> {
     let mass = spec.map(|mass| {
-        Ok(PlatformMass { kilograms: check.key("kg").positive(mass.kg)?, at: check.key("at_mm").finite(mass.at_mm)? })
+        Ok(PlatformMass { kilograms: check.key("kg").positive(mass.kg)?, at: check.key("at_mm").position(mass.at_mm)? })
     });
     mass.transpose()
 }
@@ -254,8 +254,8 @@ fn controls(spec: &MachineSpec, check: &Check) -> Result<Vec<Coordinate>> {
 
 fn workspace(spec: &MachineSpec, check: &Check) -> Result<WorkspaceBox> {
     let check = check.key("workspace");
-    let min = check.key("min_mm").finite(spec.workspace.min_mm)?;
-    let max = check.key("max_mm").finite(spec.workspace.max_mm)?;
+    let min = check.key("min_mm").position(spec.workspace.min_mm)?;
+    let max = check.key("max_mm").position(spec.workspace.max_mm)?;
     check.ordered_box(min, max)?;
     Ok(WorkspaceBox { min, max })
 }
@@ -268,7 +268,7 @@ fn points(spec: &MachineSpec, check: &Check) -> Result<Vec<NamedPoint>> {
         check.key("name").unique(&point.name, points.iter().map(|p| p.name.as_str()))?;
         points.push(NamedPoint {
             name: point.name.clone(),
-            position: check.key("position_mm").finite(point.position_mm)?,
+            position: check.key("position_mm").position(point.position_mm)?,
         });
     }
     Ok(points)
@@ -318,7 +318,7 @@ fn mounted_chains(spec: &MachineSpec, check: &Check) -> Result<Vec<Chain>> {
 
 /// Pose of a frame given by its position and by two axes or roll, pitch and yaw.
 fn frame(spec: &FrameSpec, check: &Check) -> Result<Pose> {
-    let translation = check.key("position_mm").finite(spec.position_mm)?;
+    let translation = check.key("position_mm").position(spec.position_mm)?;
     let rotation = match (spec.x_axis, spec.y_axis, spec.rotation_deg) {
         (None, None, None) => Matrix3::identity(),
         (None, None, Some(angles)) => {
