@@ -208,7 +208,7 @@ fn the_process_file_says_what_programs_leave_open() {
     )
     .robot_program;
     let about_y = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), std::f64::consts::FRAC_PI_2);
-    assert!(options.tool_rotation.angle_to(&about_y) < 1e-7);
+    assert!(options.tool_rotation.unwrap().angle_to(&about_y) < 1e-7);
     let base = options.bases["wobj1"];
     assert!((base * nalgebra::Point3::new(1.0, 0.0, 0.0) - nalgebra::Point3::new(1.0, 3.0, 3.0)).norm() < 1e-12);
     assert_eq!(

@@ -26,7 +26,7 @@ fn options(name: &str) -> RobotOptions {
         options.external_axes = vec!["external_rail_mm".into()];
     }
     if name.contains("tool_data") {
-        options.tool_rotation = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), FRAC_PI_2);
+        options.tool_rotation = Some(UnitQuaternion::from_axis_angle(&Vector3::y_axis(), FRAC_PI_2));
     }
     options
 }
@@ -781,17 +781,17 @@ fn base(name: &str, x: Option<f64>) -> Base {
 #[test]
 fn the_first_base_is_the_workpiece_and_others_stand_to_it() {
     let mut options = RobotOptions::default();
-    let mut bases = Bases::new(&options);
+    let mut bases = Bases::new(&options, b"");
     assert_eq!(bases.pose(Some(&base("a", Some(100.0)))).unwrap(), Isometry3::identity());
     assert_eq!(bases.pose(Some(&base("b", Some(130.0)))).unwrap(), Isometry3::translation(30.0, 0.0, 0.0));
     assert!(bases.pose(Some(&base("c", None))).is_err());
     assert!(bases.pose(None).is_err());
-    let mut bases = Bases::new(&options);
+    let mut bases = Bases::new(&options, b"");
     assert_eq!(bases.pose(Some(&base("a", None))).unwrap(), Isometry3::identity());
     // The same name is another base once it is said where it is.
     assert!(bases.pose(Some(&base("a", Some(1.0)))).is_err());
     options.bases.insert("b".into(), Isometry3::translation(5.0, 0.0, 0.0));
-    let mut bases = Bases::new(&options);
+    let mut bases = Bases::new(&options, b"$BASE=B");
     assert!(bases.pose(Some(&base("a", Some(1.0)))).is_err());
     assert_eq!(bases.pose(Some(&base("b", Some(3.0)))).unwrap(), Isometry3::translation(5.0, 0.0, 0.0));
     assert_eq!(bases.pose(Some(&base("a", Some(1.0)))).unwrap(), Isometry3::translation(3.0, 0.0, 0.0));
@@ -824,4 +824,39 @@ fn numbers_end_where_they_end() {
     assert!(scan.is_done() && scan.number().is_err());
     assert!(Scan::new(b"123456789012345678").number().is_err());
     assert!(Scan::new(b"1e999").number().is_err());
+}
+
+/// A base that is given for other programs says nothing of one that writes its own.
+#[test]
+fn bases_given_for_other_programs_leave_an_explicit_base_known() {
+    let mut options = RobotOptions::default();
+    options.bases.insert("base_data[7]".into(), Isometry3::translation(5.0, 0.0, 0.0));
+    let motions =
+        "$TOOL={X 0,Y 0,Z 100,A 0,B 0,C 0}\nLIN {X 10,Y 0,Z 5,A 0,B 0,C 0}\nLIN {X 20,Y 0,Z 5,A 0,B 0,C 0}\nEND\n";
+    let explicit = format!("DEF a ( )\n$BASE={{X 1,Y 0,Z 0,A 0,B 0,C 0}}\n{motions}");
+    let path = parse(Language::Krl, &explicit, &options).unwrap().toolpath(coarse()).unwrap();
+    assert_eq!(path.points()[0].position_mm, Vector3::new(10.0, 0.0, 5.0));
+    let rapid = "MODULE m\nPERS tooldata t:=[TRUE,[[0,0,100],[1,0,0,0]],[1,[0,0,1],[1,0,0,0],0,0,0]];\nPROC main()\n\
+                 MoveL [[10,0,5],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v100,fine,t\\WObj:=wobj0;\nENDPROC\nENDMODULE\n";
+    assert!(parse(Language::Rapid, rapid, &options).is_ok());
+    // Named and given nowhere, it is asked for, and beside one that is given so is an explicit one.
+    let named = format!("DEF a ( )\n$BASE=BASE_DATA[3]\n{motions}");
+    assert!(parse(Language::Krl, &named, &options).unwrap_err().contains("base_data[3] stands to the base"));
+    let both = format!("{}\n", explicit.replace("END\n", "$BASE=BASE_DATA[7]\nLIN {X 1,Y 0,Z 5,A 0,B 0,C 0}\nEND\n"));
+    assert!(parse(Language::Krl, &both, &options).is_err());
+}
+
+/// The orientation of a tool decides all poses: where nothing gives it, that is said.
+#[test]
+fn a_tool_without_a_frame_is_said_to_be_assumed() {
+    let source =
+        "DEF a ( )\n$BASE={X 1,Y 0,Z 0,A 0,B 0,C 0}\n$TOOL=TOOL_DATA[2]\nLIN {X 10,Y 0,Z 5,A 0,B 0,C 0}\nEND\n";
+    let mut options = RobotOptions::default();
+    let assumed = |options: &RobotOptions, source: &str| {
+        parse(Language::Krl, source, options).unwrap().notes().assumed_tool.clone()
+    };
+    assert_eq!(assumed(&options, source).as_deref(), Some("tool_data[2]"));
+    assert_eq!(assumed(&options, &source.replace("TOOL_DATA[2]", "{X 0,Y 0,Z 9,A 0,B 0,C 0}")), None);
+    options.tool_rotation = Some(UnitQuaternion::identity());
+    assert_eq!(assumed(&options, source), None);
 }

@@ -68,7 +68,10 @@ pub(super) fn options(spec: &RobotSpec, check: &Check) -> Result<RobotOptions> {
         }
     }
     Ok(RobotOptions {
-        tool_rotation: rotation(&check.key("tool_rotation_deg"), spec.tool_rotation_deg.unwrap_or_default())?,
+        tool_rotation: match spec.tool_rotation_deg {
+            Some(angles) => Some(rotation(&check.key("tool_rotation_deg"), angles)?),
+            None => None,
+        },
         bases,
         external_axes: spec.external_axes.clone(),
         calls_kept: spec.calls_kept.iter().map(|name| name.to_ascii_lowercase()).collect(),

@@ -158,7 +158,14 @@ fn calls_text(calls: &WrittenCalls, lines: usize, written: usize) -> String {
 
 /// Returns the notes on a robot or APT program: language, unchanged lines, named points.
 fn robot_notes(program: &RobotProgram) -> String {
-    let (notes, mut text) = (program.notes(), format!("Read as a program in {}.\n", program.language().name()));
+    let (notes, mut text) = (program.notes(), String::new());
+    if let Some(tool) = &notes.assumed_tool {
+        text += &format!(
+            "The orientation of the tool is assumed: the program does not give the frame of {tool}, and tool_rotation_deg in [robot_program] \
+             is not given, so that it is taken as the flange has it. Every pose of the tool depends on it: give tool_rotation_deg.\n"
+        );
+    }
+    text += &format!("Read as a program in {}.\n", program.language().name());
     if !notes.unlocated_lines.is_empty() {
         text += &format!(
             "Left as written: {}, where it is not known where the tool is: motions to positions of joints, or without a full pose \

@@ -67,8 +67,8 @@ fn first_words(bytes: &[u8]) -> impl Iterator<Item = String> {
 #[derive(Clone, Debug, PartialEq, Default)]
 pub struct RobotOptions {
     /// Orientation of the frame of the tool, as the program has it, in the platform or flange: `R_PN`. Of a tool that
-    /// the program defines itself, its own counts.
-    pub tool_rotation: UnitQuaternion<f64>,
+    /// the program defines itself, its own counts; that of the flange if `None`.
+    pub tool_rotation: Option<UnitQuaternion<f64>>,
     /// Poses in the workpiece frame W, mm, of bases or work objects by their names, small letters: `base_data[3]`,
     /// `wobj1`; `world` is the frame in which the program itself says where its bases are.
     pub bases: BTreeMap<String, Isometry3<f64>>,

@@ -21,13 +21,18 @@ pub struct Bases<'a> {
     world: Option<Isometry3<f64>>,
     /// The base of the first motion.
     first: Option<Base>,
+    /// Whether the program names one of the bases that the options give.
+    names_given: bool,
 }
 
 impl<'a> Bases<'a> {
-    /// Starts before the first motion.
+    /// Starts before the first motion of the program `source`.
     #[must_use]
-    pub fn new(options: &'a RobotOptions) -> Self {
-        Self { options, world: options.bases.get(RobotOptions::WORLD).copied(), first: None }
+    pub fn new(options: &'a RobotOptions, source: &[u8]) -> Self {
+        let names =
+            |name: &String| source.windows(name.len().max(1)).any(|text| text.eq_ignore_ascii_case(name.as_bytes()));
+        let names_given = options.bases.keys().filter(|name| *name != RobotOptions::WORLD).any(names);
+        Self { options, world: options.bases.get(RobotOptions::WORLD).copied(), first: None, names_given }
     }
 
     /// `X_WB` of the base of a motion (`None`: no base is named); the first one is W if nothing else is given. `Err` if unknown.
@@ -36,7 +41,8 @@ impl<'a> Bases<'a> {
         let base = base.unwrap_or(&unnamed);
         let given = self.options.bases.get(&base.name).copied();
         let is_first = self.first.get_or_insert_with(|| base.clone()) == base;
-        let nothing_given = self.options.bases.is_empty() || base.name.is_empty();
+        let is_explicit = base.in_world.is_some() && !self.names_given;
+        let nothing_given = self.options.bases.is_empty() || base.name.is_empty() || is_explicit;
         let by_world = || Some(self.world? * base.in_world?);
         let pose = given
             .or_else(by_world)
@@ -79,7 +85,7 @@ impl<'a> Tools<'a> {
 
     /// `R_PN` of the tool of a motion (`None`: no tool is named yet). `Err` if its tip is not that of the first tool.
     pub fn rotation(&mut self, tool: Option<&Tool>) -> Result<UnitQuaternion<f64>, RobotFault> {
-        let own = self.options.tool_rotation;
+        let own = self.options.tool_rotation.unwrap_or_default();
         let Some(tool) = tool else { return Ok(own) };
         let first = self.first.get_or_insert_with(|| tool.clone());
         let tip = |tool: &Tool| tool.in_flange.map(|frame| frame.translation.vector);
@@ -91,6 +97,13 @@ impl<'a> Tools<'a> {
             true => Ok(tool.in_flange.map_or(own, |frame| frame.rotation)),
             false => Err(RobotFault::SecondTool { name: tool.name.clone(), before: first.name.clone() }),
         }
+    }
+
+    /// Name of the first tool, if nothing gives its rotation: that of the flange is taken.
+    #[must_use]
+    pub fn assumed_rotation(&self) -> Option<&str> {
+        let tool = self.first.as_ref().filter(|tool| tool.in_flange.is_none())?;
+        self.options.tool_rotation.is_none().then_some(&tool.name)
     }
 
     /// Name of the first tool and its tip in the flange, mm, if the program gives it.

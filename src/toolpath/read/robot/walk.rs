@@ -7,7 +7,7 @@ use crate::toolpath::{
         MotionGeometry, NumberFormat, decimals_in,
         robot::{Component, Decimals, Language, RobotError, RobotFault, Statement, Target},
     },
-    read::robot::{Follower, Motion, Refusal, RobotProgram, apt, krl, rapid},
+    read::robot::{Follower, Motion, Refusal, RobotProgram, Tools, apt, krl, rapid},
 };
 
 /// Line and byte at which a motion begins.
@@ -26,6 +26,8 @@ pub struct RobotNotes {
     pub unlocated_lines: Vec<usize>,
     /// Name of the tool and its tip in the flange, mm, where the program gives them.
     pub tool_tip_mm: Option<(String, Vector3<f64>)>,
+    /// Name of the tool, where neither the program nor the options give its rotation: that of the flange is taken.
+    pub assumed_tool: Option<String>,
     /// Whether some motion leads to a point declared elsewhere; corrected, it has its numbers in the motion.
     pub named_points: bool,
 }
@@ -49,7 +51,8 @@ impl RobotProgram {
             notes.named_points |= self.targets(&motion.statement).any(|(_, is_named)| is_named);
             visit(&motion)?;
         }
-        notes.tool_tip_mm = reader.tool_tip_mm();
+        notes.tool_tip_mm = reader.tools().and_then(Tools::tip_mm);
+        notes.assumed_tool = reader.tools().and_then(Tools::assumed_rotation).map(str::to_owned);
         Ok(notes)
     }
 
@@ -124,11 +127,11 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Name and tip (mm, in the flange) of the first tool that motions used, if the program gives it.
-    pub fn tool_tip_mm(&self) -> Option<(String, Vector3<f64>)> {
+    /// The tools that motions used so far; `None` of a language that names none.
+    pub fn tools(&self) -> Option<&Tools<'_>> {
         match self {
-            Reader::Krl(reader) => reader.tools().tip_mm(),
-            Reader::Rapid(reader) => reader.tools().tip_mm(),
+            Reader::Krl(reader) => Some(reader.tools()),
+            Reader::Rapid(reader) => Some(reader.tools()),
             Reader::Apt(_) => None,
         }
     }

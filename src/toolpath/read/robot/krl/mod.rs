@@ -54,7 +54,7 @@ impl<'a> Reader<'a> {
             options,
             lines: LineCursor::new(source),
             points: Points::new(source, beside),
-            bases: Bases::new(options),
+            bases: Bases::new(options, source),
             tools: Tools::new(options),
             base: None,
             tool: None,

@@ -50,7 +50,7 @@ impl<'a> Reader<'a> {
             options,
             units: CodeUnits::new(source),
             data: None,
-            bases: Bases::new(options),
+            bases: Bases::new(options, source),
             tools: Tools::new(options),
             enclosing: Vec::new(),
             routine: (1, String::new()),
