@@ -250,7 +250,8 @@ fn checked_box(min: [f64; 3], max: [f64; 3], check: &Check) -> Result<Extent> {
     check.corners(min, max).map(|[min, max]| Extent { min, max })
 }
 
-/// Checks that the box of the workpiece holds every point to which the tool cuts, except on the side from which the tool comes.
+/// Checks that the box of the workpiece holds every point to which the tool cuts; where the tool is beyond the side that it comes from, it is
+/// in air.
 fn check_holds_paths(extent: &Extent, features: &[FeatureJob], check: &Check) -> Result<()> {
     for job in features {
         let tool = job.machine().home.pose.rotation * job.machine().tool_tip;
@@ -262,12 +263,14 @@ fn check_holds_paths(extent: &Extent, features: &[FeatureJob], check: &Check) ->
         let points = job.feature.path.points();
         let never_cuts = points.iter().all(|point| !point.cutting);
         for (k, point) in points.iter().enumerate().filter(|(_, point)| point.cutting || never_cuts) {
-            let is_out = |axis: usize| {
-                let p = point.position_mm[axis];
-                let (below, above) = (p < extent.min[axis] - OUTSIDE_MM, p > extent.max[axis] + OUTSIDE_MM);
-                below && !comes_from(axis, -1.0) || above && !comes_from(axis, 1.0)
+            // On which side of the box the point is, along an axis.
+            let beyond = |axis: usize| match point.position_mm[axis] {
+                p if p < extent.min[axis] - OUTSIDE_MM => Some(-1.0),
+                p if p > extent.max[axis] + OUTSIDE_MM => Some(1.0),
+                _ => None,
             };
-            if (0..3).any(is_out) {
+            let is_in_air = (0..3).any(|axis| beyond(axis).is_some_and(|side| comes_from(axis, side)));
+            if !is_in_air && (0..3).any(|axis| beyond(axis).is_some()) {
                 let corner = |p: Vector3<f64>| format!("({}, {}, {})", p.x, p.y, p.z);
                 let [x, y, z]: [f64; 3] = point.position_mm.into();
                 return check.fail(format!(
