@@ -133,7 +133,12 @@ fn poses(robot: &Robot, tip: &str, values: &[f64]) -> BTreeMap<String, Isometry3
             let is_slide = joint.joint_type == JointType::Prismatic;
             let scale = if is_slide { 1000.0 } else { 1.0 };
             let at = placed(joint.origin.xyz.0.map(|v| v * 1000.0), joint.origin.rpy.0);
-            pose = at * moved(joint.axis.xyz.0, is_slide, value * scale) * pose;
+            // The axis of a joint that does not move may be zero.
+            let motion = match joint.joint_type {
+                JointType::Fixed => Isometry3::identity(),
+                _ => moved(joint.axis.xyz.0, is_slide, value * scale),
+            };
+            pose = at * motion * pose;
             link.clone_from(&joint.parent.link);
         }
         pose

@@ -16,8 +16,8 @@ pub(super) const SAME_PLACE: f64 = 1e-6;
 /// Orientations nearer to each other are the same, rad: angles are given with so many digits.
 const SAME_ORIENTATION: f64 = 1e-5;
 
-/// A position between the corners of the workspace box but for rounding, as a share of the machine's characteristic length.
-const ROUNDING: f64 = 1e-9;
+/// A position outside the workspace box by less is within it but for rounding, mm: less than any machine is positioned to.
+const ROUNDING_MM: f64 = 1e-4;
 
 impl Coordinate {
     /// Name of the coordinate in machine files.
@@ -153,7 +153,7 @@ impl Machine {
         let (min, max) = (self.workspace.min, self.workspace.max);
         let excess = |axis: usize| (min[axis] - position[axis]).max(position[axis] - max[axis]);
         let axis = (0..3).max_by(|&a, &b| excess(a).total_cmp(&excess(b)))?;
-        let is_outside = excess(axis) > ROUNDING * self.characteristic_length;
+        let is_outside = excess(axis) > ROUNDING_MM;
         is_outside.then(|| OutsideWorkspace { axis, value: position[axis], ends: [min[axis], max[axis]] })
     }
 }

@@ -135,12 +135,16 @@ fn sentence(report: &Report<'_>) -> String {
             "No γ is possible for the {name} at any grid point and direction; redundancy_map.csv says why."
         );
     };
-    let met = report.share_within().words(report.study.scene.tolerance_mm, "at … of the grid points");
+    let (of, where_to) = match report.study.axes.len() {
+        1 => ("at … of the grid points", ""),
+        _ => ("at … of the grid points and directions", " over all grid points and directions"),
+    };
+    let met = report.share_within().words(report.study.scene.tolerance_mm, of);
     let met = met.map_or_else(String::new, |met| format!(" So rotated, it is {met}."));
     let times = |widest: FoundValue<'_>| format!(" At the worst γ it moves up to {:.1} times as far.", widest.value);
     let gain = report.largest_gain().map_or_else(String::new, times);
     format!(
-        "At the best rotation γ about its tool, the {name} moves by {} at best and {} at worst.{met}{gain}",
+        "At the best rotation γ about its tool, the {name} moves by {} to {}{where_to}.{met}{gain}",
         millimetres(least.value, 3),
         millimetres(most.value, 3),
     )

@@ -160,12 +160,12 @@ impl<'a> Report<'a> {
         largest_value(found.collect::<Option<Vec<_>>>()?)
     }
 
-    /// Returns the share of the grid points at which every direction has a γ within tolerance; an empty share without a tolerance.
+    /// Returns the share of grid points and directions at which the best γ is within tolerance; an empty share without a tolerance.
     pub fn share_within(&self) -> ShareWithin {
         let mut share = ShareWithin::default();
         if let Some(tolerance) = self.study.scene.tolerance_mm {
-            for place in 0..self.study.grid.len() {
-                share.add(1.0, self.worst_direction(place).is_some_and(|found| found.value <= tolerance));
+            for point in &self.map.points {
+                share.add(1.0, FoundValue::of(&BEST, point).is_some_and(|found| found.value <= tolerance));
             }
         }
         share
