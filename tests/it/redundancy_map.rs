@@ -106,7 +106,26 @@ fn a_map_of_turns_is_a_study_with_tables_pictures_and_a_page() {
     // Two directions and the worst of them, at eight places.
     assert_eq!(table.lines().count(), 1 + 3 * 8);
     assert!(table.starts_with("x_mm,y_mm,z_mm,direction,tool_axis_x,"));
+    // "From … to … over all grid points and directions" and the share within tolerance are counted over the same.
     let text = std::fs::read_to_string(format!("{place}/t/study.toml")).unwrap();
+    std::fs::write(
+        format!("{place}/t/study.toml"),
+        text.replacen("# process.tolerance_mm = 0.5", "process.tolerance_mm = 1.9", 1),
+    )
+    .unwrap();
+    let (code, said, faults) = run(&["--grid", "2", "--no-figures", "--restart"]);
+    assert!(matches!(code, Some(0 | 1)), "{said}{faults}");
+    // x, y, z, "direction", its three components, status, reason, best; the rows of the worst direction have no quotes.
+    let best = |line: &str| line.split('"').nth(2).and_then(|rest| rest.split(',').nth(6)?.parse::<f64>().ok());
+    assert_eq!(table.lines().filter(|line| line.contains('"')).count(), 16);
+    let within = table.lines().filter_map(best).filter(|mm| *mm <= 1.9).count();
+    assert!((1..16).contains(&within), "{within}");
+    let summary: serde_json::Value =
+        serde_json::from_str(&std::fs::read_to_string(format!("{place}/out/summary.json")).unwrap()).unwrap();
+    let share = summary["share_within_tolerance"].as_f64().unwrap();
+    assert!((share - within as f64 / 16.0).abs() < 1e-12, "{share} of {within}\n{table}");
+    assert!(said.replace('\n', " ").contains("over all grid points and directions"), "{said}");
+    std::fs::write(format!("{place}/t/study.toml"), &text).unwrap();
     for (given, wrong, expected) in [
         ("\"fanuc_r2000ic\"", "\"orthoglide\"", "machine orthoglide controls 3 coordinates"),
         ("[-0.5, 0.0, 0.866]", "[0.0, 0.0, 0.0]", "redundancy_map.tool_axes[1]: has no length: expected a direction"),
