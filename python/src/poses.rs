@@ -1,5 +1,7 @@
 //! What is asked: poses of P and wrenches there, one for all or one each.
 
+use std::collections::HashMap;
+
 use kinetostat::{
     Machine, Pose, Wrench,
     machine::{Configuration, Unreachable},
@@ -7,6 +9,7 @@ use kinetostat::{
 };
 use numpy::{PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::prelude::*;
+use rayon::prelude::*;
 
 use crate::error::refused;
 
@@ -25,6 +28,17 @@ pub enum Place {
 }
 
 impl Place {
+    /// Bits of its numbers, those that are not given as zero.
+    fn bits(&self) -> [u64; 13] {
+        let numbers: Vec<f64> = match self {
+            Place::Position(position) => position.iter().copied().collect(),
+            Place::Pose(pose) => {
+                std::iter::once(1.0).chain(pose.translation.iter().chain(pose.rotation.iter()).copied()).collect()
+            }
+        };
+        std::array::from_fn(|i| numbers.get(i).map_or(0, |number| number.to_bits()))
+    }
+
     /// Where the nominal machine stands when it is commanded there.
     ///
     /// # Errors
@@ -39,6 +53,23 @@ impl Place {
                 Ok(at)
             }
         }
+    }
+}
+
+/// Places are computed once where each is asked for so many times.
+const REPEATED: usize = 2;
+
+/// Where the nominal machine stands at the places of all cases.
+pub struct Commands {
+    found: Vec<Result<Configuration, Unreachable>>,
+    /// Number of what was found for each case; one for all.
+    of_case: Vec<usize>,
+}
+
+impl Commands {
+    /// Where it stands in a case.
+    pub fn of(&self, case: usize) -> &Result<Configuration, Unreachable> {
+        &self.found[if self.of_case.len() == 1 { 0 } else { self.of_case[case] }]
     }
 }
 
@@ -78,9 +109,22 @@ impl Asked {
         &self.places[if self.places.len() == 1 { 0 } else { case }]
     }
 
-    /// Whether all cases have the same place.
-    pub fn is_one_place(&self) -> bool {
-        self.places.len() == 1
+    /// Where the nominal machine stands at the places of all cases, each computed once, if most of them are asked for several times.
+    pub fn commands(&self, machine: &Machine) -> Option<Commands> {
+        let mut numbers = HashMap::new();
+        let mut firsts = Vec::new();
+        let of_case: Vec<usize> = (0..if self.places.len() == 1 { 1 } else { self.len() })
+            .map(|case| {
+                *numbers.entry(self.place(case).bits()).or_insert_with(|| {
+                    firsts.push(case);
+                    firsts.len() - 1
+                })
+            })
+            .collect();
+        (REPEATED * firsts.len() <= self.len() || self.places.len() == 1).then(|| Commands {
+            found: firsts.par_iter().map(|case| self.place(*case).command(machine)).collect(),
+            of_case,
+        })
     }
 
     /// The load of a case.

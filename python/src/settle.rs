@@ -1,21 +1,23 @@
 //! Many independent cases: commanded with or without compensation, settled under their loads, several at a time on each processor.
 //! Each case begins at its own rigid configuration, so no result depends on other cases or on the number of threads.
 
-use std::sync::{
-    Mutex, PoisonError,
-    atomic::{AtomicBool, Ordering},
+use std::{
+    borrow::Cow,
+    sync::{
+        Mutex, PoisonError,
+        atomic::{AtomicBool, Ordering},
+    },
 };
 
 use kinetostat::{
     Compensation, Error, Machine, Method, Result, Session, Source, Target, TaskPoint,
     compensation::{CompensationStatus, compensate_batch},
-    machine::{Configuration, Unreachable},
     simulation::Machines,
     statics::{Batch, State},
 };
 use rayon::prelude::*;
 
-use crate::poses::{Asked, write_pose};
+use crate::poses::{Asked, Commands, write_pose};
 
 /// Words of statuses by their numbers.
 pub const STATUSES: [&str; 15] = [
@@ -158,7 +160,7 @@ pub fn settle(machines: &Machines, asked: &Asked, commanded: Commanded, stop: &A
     let drives = machine.drive_count();
     let mut settled = Settled::new(asked.len(), drives, &commanded);
     let reasons = Mutex::new(Vec::new());
-    let one = asked.is_one_place().then(|| asked.place(0).command(machine));
+    let commands = asked.commands(machine);
     let mut rows = settled.rows(drives);
     let groups = std::iter::from_fn(|| {
         Some(rows.by_ref().take(Batch::WIDTH).collect::<Vec<_>>()).filter(|group| !group.is_empty())
@@ -169,7 +171,7 @@ pub fn settle(machines: &Machines, asked: &Asked, commanded: Commanded, stop: &A
         if stop.load(Ordering::Relaxed) {
             return Err(Error::Stopped);
         }
-        let found = group.settle(asked, number * Batch::WIDTH, rows, one.as_ref());
+        let found = group.settle(asked, number * Batch::WIDTH, rows, commands.as_ref());
         if !found.is_empty() {
             reasons.lock().unwrap_or_else(PoisonError::into_inner).extend(found);
         }
@@ -202,19 +204,22 @@ impl<'a> Group<'a> {
         Self { machine: &machines.nominal, commanded, sessions, batch }
     }
 
-    /// Answers to cases that follow one another, of which the first at `first`; `one` is where the machine stands if that is the same
-    /// for all. Those without an answer, and why.
+    /// Answers to cases that follow one another, of which the first at `first`; `commands` are where the machine stands, if that was
+    /// computed before. Those without an answer, and why.
     fn settle(
         &mut self,
         asked: &Asked,
         first: usize,
         rows: Vec<Row<'_>>,
-        one: Option<&std::result::Result<Configuration, Unreachable>>,
+        commands: Option<&Commands>,
     ) -> Vec<(usize, String)> {
         let mut reasons = Vec::new();
         let mut reached = Vec::with_capacity(rows.len());
         for (case, row) in (first..).zip(rows) {
-            let own = one.cloned().unwrap_or_else(|| asked.place(case).command(self.machine));
+            let own = commands.map_or_else(
+                || asked.place(case).command(self.machine).map(Cow::Owned),
+                |found| found.of(case).as_ref().map(Cow::Borrowed).map_err(Clone::clone),
+            );
             match own {
                 Ok(at) => {
                     row.nominal_drives.copy_from_slice(&at.drives);
