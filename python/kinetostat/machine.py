@@ -101,6 +101,28 @@ class Machine:
         toml, notes = given
         return cls._of(_kinetostat.Machine.from_toml(toml, fspath(path)), notes)
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        own = self._machine
+        return _restored, (own.toml, own.origin, own.set_parameters, self.notes)
+
+    def __copy__(self) -> Machine:
+        return self
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Machine:
+        return self
+
+    def __eq__(self, other: object) -> bool:
+        """Whether its file and the numbers that were set are the same; where it was read and what an import said do not count."""
+        if not isinstance(other, Machine):
+            return NotImplemented
+        return self._numbers() == other._numbers()
+
+    def __hash__(self) -> int:
+        return hash(self._numbers())
+
+    def _numbers(self) -> tuple[str, tuple[tuple[str, float], ...]]:
+        return self._machine.toml, tuple(self._machine.set_parameters)
+
     @property
     def name(self) -> str:
         """Its short name."""
@@ -176,19 +198,65 @@ class Machine:
         set_values = [(name, float(value)) for name, value in values.items()]
         return self._of(self._machine.with_parameters(set_values), self.notes)
 
-    def equilibrium(self, pose: ArrayLike, wrench: ArrayLike | None = None, *, stiffness: bool = False) -> Equilibrium:
+    def forward_kinematics(self, drives: ArrayLike) -> NDArray[np.float64]:
+        """``[n, 4, 4]``: pose of P in O of the nominal, unloaded machine with its drives at `drives`, ``[n, d]``, mm or rad in
+        the order of :attr:`drive_names`; ``[4, 4]`` of ``[d]``. NaN where its chains cannot close.
+        """
+        cases = Cases.of_drives(drives, len(self.drive_names), None)
+        return cases.shaped(self._machine.forward(cases.pose))
+
+    def inverse_kinematics(self, pose: ArrayLike, *, branch: str | None = None) -> NDArray[np.float64]:
+        """``[n, d]``: drives of the nominal, unloaded machine, mm or rad, that put P to `pose` as in :meth:`equilibrium`.
+
+        `branch` is the one that an arm is to stand on, such as "front-up-flip"; any if it is None. NaN where the pose
+        cannot be reached, or the machine does not control it. Raises :class:`Error` for a branch that the machine has not.
+        """
+        cases = Cases.of(pose, None)
+        return cases.shaped(self._machine.inverse(cases.pose, branch, False))
+
+    def jacobian(self, pose: ArrayLike, *, branch: str | None = None) -> NDArray[np.float64]:
+        """``[n, d, k]``: derivative of the drives (mm, rad) by the controlled coordinates of P (mm, rad about the axes of the
+        platform) where :meth:`inverse_kinematics` has them. NaN where it has none, and at a singularity.
+        """
+        cases = Cases.of(pose, None)
+        return cases.shaped(self._machine.inverse(cases.pose, branch, True))
+
+    def equilibrium_at_drives(
+        self,
+        drives: ArrayLike,
+        wrench: ArrayLike | None = None,
+        *,
+        stiffness: bool = False,
+        at: Literal["P", "tip"] = "P",
+    ) -> Equilibrium:
+        """How the machine settles under a load with its drives at `drives`, ``[d]`` or ``[n, d]``, mm or rad in the order of
+        :attr:`drive_names`; all else as in :meth:`equilibrium`.
+        """
+        cases = Cases.of_drives(drives, len(self.drive_names), wrench)
+        found = self._machine.equilibria_at_drives(cases.pose, cases.wrench, stiffness, _is_tip(at))
+        kept: dict[str, Any] = {name: cases.shaped(found[name]) for name in ("stiffness", "compliance") if stiffness}
+        return Equilibrium(**shared(found, cases, self.drive_names, self.hinges), **kept)
+
+    def equilibrium(
+        self,
+        pose: ArrayLike,
+        wrench: ArrayLike | None = None,
+        *,
+        stiffness: bool = False,
+        at: Literal["P", "tip"] = "P",
+    ) -> Equilibrium:
         """How the machine settles under a load where it is commanded to `pose`, without compensation.
 
         `pose` is a position of P in O, mm (``[3]`` or ``[n, 3]``, oriented as at home), or a homogeneous matrix (``[4,
         4]`` or ``[n, 4, 4]``); `wrench` a dead wrench at P in the axes of O, ``[6]`` or ``[n, 6]``: force in N, then
         moment in N·mm; none is no load. One of them serves for all of the other. With `stiffness`, those of P under the
-        load are kept, too.
+        load are kept, too. With `at` "tip" the wrench acts at the tool tip, where the unloaded machine has it.
 
         Raises :class:`Error` for numbers that are none or no rotation, ValueError for shapes; what cannot be reached or
         has no stable equilibrium is a status.
         """
         cases = Cases.of(pose, wrench)
-        found = self._machine.equilibria(cases.pose, cases.wrench, stiffness)
+        found = self._machine.equilibria(cases.pose, cases.wrench, stiffness, _is_tip(at))
         kept: dict[str, Any] = {name: cases.shaped(found[name]) for name in ("stiffness", "compliance") if stiffness}
         return Equilibrium(**shared(found, cases, self.drive_names, self.hinges), **kept)
 
@@ -204,9 +272,15 @@ class Machine:
         return found
 
     def compensate(
-        self, pose: ArrayLike, wrench: ArrayLike | None = None, *, method: str = "direct", target: Target = "tool_tip"
+        self,
+        pose: ArrayLike,
+        wrench: ArrayLike | None = None,
+        *,
+        method: str = "direct",
+        target: Target = "tool_tip",
+        at: Literal["P", "tip"] = "P",
     ) -> Compensation:
-        """What to command so that the loaded tool is where `pose` would have it; `pose` and `wrench` as in
+        """What to command so that the loaded tool is where `pose` would have it; `pose`, `wrench` and `at` as in
         :meth:`equilibrium`.
 
         `method` is none, linear, mirror, mirror_N, matrix_free, fixed_matrix, procedure, newton or direct; `target`
@@ -215,7 +289,7 @@ class Machine:
         Raises :class:`Error` for a method or target that is none; a command that is not found is a status.
         """
         cases = Cases.of(pose, wrench)
-        found = self._machine.compensations(cases.pose, cases.wrench, method, target)
+        found = self._machine.compensations(cases.pose, cases.wrench, method, target, _is_tip(at))
         own: dict[str, Any] = {
             name: cases.shaped(found[name]) for name in ("nominal_drives", "command", "error", "corrections")
         }
@@ -254,3 +328,16 @@ class Machine:
         vectors = self._machine.deflections(rows, list(names), cases.pose, cases.wrench, no_machine == "nan")
         found = vectors.reshape(len(rows), -1) if output == "vector" else np.linalg.norm(vectors, axis=-1)
         return np.asarray(found[0] if sets.ndim == 1 else found)
+
+
+def _restored(toml: str, origin: str, parameters: Sequence[tuple[str, float]], notes: Sequence[str]) -> Machine:
+    """The machine that :mod:`pickle` kept."""
+    own = _kinetostat.Machine.from_toml(toml, origin)
+    return Machine._of(own.with_parameters(parameters) if parameters else own, notes)
+
+
+def _is_tip(at: str) -> bool:
+    """Whether a wrench acts at the tool tip."""
+    if at not in ("P", "tip"):
+        raise ValueError(f'at: expected "P" or "tip", got "{at}"')
+    return at == "tip"

@@ -9,14 +9,14 @@ use kinetostat::{
     simulation::Machines,
     urdf,
 };
-use numpy::{PyReadonlyArray2, PyUntypedArrayMethods};
+use numpy::{PyArray2, PyArrayMethods, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::{prelude::*, types::PyDict};
 
 use crate::{
     arrays::array,
     error::{raised, refused},
     parameters::{Sets, deflections, machines_of},
-    poses::{Asked, write_pose},
+    poses::{Asked, Commands, write_pose},
     settle::{Commanded, STATUSES, Settled, settle},
     waiting::wait_for,
 };
@@ -56,12 +56,11 @@ impl Machine {
     fn settled<'py>(
         &self,
         py: Python<'py>,
-        pose: &PyReadonlyArray2<'py, f64>,
-        wrench: &PyReadonlyArray2<'py, f64>,
+        asked: &Asked,
+        given: Option<Commands>,
         commanded: Commanded,
     ) -> PyResult<Bound<'py, PyDict>> {
-        let asked = Asked::new(pose, wrench)?;
-        let settled = wait_for(py, |_| Ok(()), |stop| settle(&self.machines, &asked, commanded, stop))?;
+        let settled = wait_for(py, |_| Ok(()), |stop| settle(&self.machines, asked, given, commanded, stop))?;
         as_dict(py, settled.map_err(raised)?, self.own.drive_count())
     }
 }
@@ -267,9 +266,69 @@ impl Machine {
         pose: PyReadonlyArray2<'py, f64>,
         wrench: PyReadonlyArray2<'py, f64>,
         stiffness: bool,
+        at_tip: bool,
     ) -> PyResult<Bound<'py, PyDict>> {
-        let commanded = Commanded { method: Method::None, target: Target::ToolTip, stiffness, command: false };
-        self.settled(py, &pose, &wrench, commanded)
+        let commanded = Commanded { method: Method::None, target: Target::ToolTip, stiffness, command: false, at_tip };
+        self.settled(py, &Asked::new(&pose, &wrench)?, None, commanded)
+    }
+
+    /// With the drives where they are given: see `kinetostat.Machine.equilibrium_at_drives`.
+    fn equilibria_at_drives<'py>(
+        &self,
+        py: Python<'py>,
+        drives: PyReadonlyArray2<'py, f64>,
+        wrench: PyReadonlyArray2<'py, f64>,
+        stiffness: bool,
+        at_tip: bool,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let commanded = Commanded { method: Method::None, target: Target::ToolTip, stiffness, command: false, at_tip };
+        let asked = Asked::of_loads(drives.shape()[0], &wrench)?;
+        let given = Commands::of_drives(&self.machines.nominal, &drives)?;
+        self.settled(py, &asked, Some(given), commanded)
+    }
+
+    /// Poses of P, `[n, 4, 4]`: see `kinetostat.Machine.forward_kinematics`.
+    fn forward<'py>(&self, py: Python<'py>, drives: PyReadonlyArray2<'py, f64>) -> PyResult<Bound<'py, PyAny>> {
+        let found = Commands::of_drives(&self.machines.nominal, &drives)?;
+        let mut poses = vec![f64::NAN; 16 * found.found().len()];
+        for (into, at) in poses.chunks_mut(16).zip(found.found()) {
+            if let Ok(at) = at {
+                write_pose(&at.pose, into);
+            }
+        }
+        array(py, poses, [found.found().len(), 4, 4])
+    }
+
+    /// Drives, `[n, d]`, and their derivatives by the controlled coordinates, `[n, d, k]`: see `kinetostat.Machine.inverse_kinematics`.
+    fn inverse<'py>(
+        &self,
+        py: Python<'py>,
+        pose: PyReadonlyArray2<'py, f64>,
+        branch: Option<&str>,
+        jacobian: bool,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let nominal = &self.machines.nominal;
+        let own = match branch {
+            Some(name) => nominal.on_branch(name.parse().map_err(raised)?).map_err(raised)?,
+            None => nominal.clone(),
+        };
+        let asked = Asked::new(&pose, &PyArray2::zeros(py, [1, 6], false).readonly())?;
+        let found = Commands::of_places(&own, &asked);
+        let (cases, drives, controls) = (found.found().len(), own.drive_count(), own.controls.len());
+        let width = if jacobian { drives * controls } else { drives };
+        let mut rows = vec![f64::NAN; cases * width];
+        for (into, at) in rows.chunks_mut(width.max(1)).zip(found.found()) {
+            let Ok(at) = at else { continue };
+            match jacobian {
+                false => into.copy_from_slice(&at.drives),
+                true => {
+                    if let Some(matrix) = own.drive_jacobian(at) {
+                        into.copy_from_slice(matrix.transpose().as_slice());
+                    }
+                }
+            }
+        }
+        if jacobian { array(py, rows, [cases, drives, controls]) } else { array(py, rows, [cases, drives]) }
     }
 
     /// Commanded by a method: see `kinetostat.Machine.compensate`.
@@ -280,9 +339,11 @@ impl Machine {
         wrench: PyReadonlyArray2<'py, f64>,
         method: &str,
         target: &str,
+        at_tip: bool,
     ) -> PyResult<Bound<'py, PyDict>> {
         let (method, target) = (method_named(method)?, target_named(target)?);
-        self.settled(py, &pose, &wrench, Commanded { method, target, stiffness: false, command: true })
+        let commanded = Commanded { method, target, stiffness: false, command: true, at_tip };
+        self.settled(py, &Asked::new(&pose, &wrench)?, None, commanded)
     }
 
     /// Displacement of the tool tip, `[sets, cases, 3]`: see `kinetostat.Machine.deflection`.

@@ -27,7 +27,8 @@ pub struct Sets<'a> {
 /// A set that makes no machine, with its row; [`Error::Stopped`] once `stop` is set.
 pub fn deflections(machine: &Machine, sets: &Sets<'_>, asked: &Asked, stop: &AtomicBool) -> Result<Vec<f64>> {
     let (columns, width) = (sets.names.len(), 3 * asked.len());
-    let commanded = Commanded { method: Method::None, target: Target::ToolTip, stiffness: false, command: false };
+    let commanded =
+        Commanded { method: Method::None, target: Target::ToolTip, stiffness: false, command: false, at_tip: false };
     let mut found = vec![f64::NAN; sets.values.len() / columns.max(1) * width];
     let rows = found.par_chunks_mut(width.max(1)).zip(sets.values.par_chunks(columns.max(1)));
     rows.enumerate().try_for_each(|(row, (found, values))| {
@@ -38,7 +39,7 @@ pub fn deflections(machine: &Machine, sets: &Sets<'_>, asked: &Asked, stop: &Ato
         let machines = machine.with_parameters(&set).and_then(|own| machines_of(&own));
         match machines {
             Ok(machines) => {
-                found.copy_from_slice(&settle(&machines, asked, commanded, stop)?.deflection);
+                found.copy_from_slice(&settle(&machines, asked, None, commanded, stop)?.deflection);
                 Ok(())
             }
             Err(_) if sets.skips_no_machine => Ok(()),

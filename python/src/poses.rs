@@ -67,6 +67,24 @@ pub struct Commands {
 }
 
 impl Commands {
+    /// Where the nominal machine stands with its drives at each row of `drives`, mm or rad.
+    pub fn of_drives(machine: &Machine, drives: &PyReadonlyArray2<'_, f64>) -> PyResult<Self> {
+        let rows: Vec<&[f64]> = rows(drives, "drives")?.collect();
+        let found: Vec<_> = rows.par_iter().map(|drives| machine.forward_kinematics(drives)).collect();
+        Ok(Self { of_case: (0..found.len()).collect(), found })
+    }
+
+    /// Of rows of places, one each.
+    pub fn of_places(machine: &Machine, asked: &Asked) -> Self {
+        let found: Vec<_> = asked.places.par_iter().map(|place| place.command(machine)).collect();
+        Self { of_case: (0..found.len()).collect(), found }
+    }
+
+    /// What was found, in order.
+    pub fn found(&self) -> &[Result<Configuration, Unreachable>] {
+        &self.found
+    }
+
     /// Where it stands in a case.
     pub fn of(&self, case: usize) -> &Result<Configuration, Unreachable> {
         &self.found[if self.of_case.len() == 1 { 0 } else { self.of_case[case] }]
@@ -94,6 +112,12 @@ impl Asked {
         let places = places.collect::<PyResult<Vec<_>>>()?;
         let loads = rows(wrench, "wrench")?.map(|numbers| Wrench::new(std::array::from_fn(|i| numbers[i]))).collect();
         Ok(Self { places, loads })
+    }
+
+    /// Of so many cases whose places are given otherwise, and `wrench` as in [`Asked::new`].
+    pub fn of_loads(cases: usize, wrench: &PyReadonlyArray2<'_, f64>) -> PyResult<Self> {
+        let loads = rows(wrench, "wrench")?.map(|numbers| Wrench::new(std::array::from_fn(|i| numbers[i]))).collect();
+        Ok(Self { places: vec![Place::Position(Vector3::zeros()); cases], loads })
     }
 
     /// Number of cases.

@@ -49,6 +49,8 @@ pub struct Commanded {
     pub stiffness: bool,
     /// Whether the poses are wanted that command the drives.
     pub command: bool,
+    /// Whether wrenches act at the tool tip, where the nominal machine has it, and not at P.
+    pub at_tip: bool,
 }
 
 /// What came of cases: a row each, NaN where there is no answer.
@@ -151,16 +153,23 @@ impl Settled {
     }
 }
 
-/// Commands the nominal machine of `machines` to all cases and lets the real one settle, on the threads of the present pool.
+/// Commands the nominal machine of `machines` to all cases, or to `given` configurations, and lets the real one settle, on the threads of
+/// the present pool.
 ///
 /// # Errors
 /// [`Error::Stopped`] once `stop` is set.
-pub fn settle(machines: &Machines, asked: &Asked, commanded: Commanded, stop: &AtomicBool) -> Result<Settled> {
+pub fn settle(
+    machines: &Machines,
+    asked: &Asked,
+    given: Option<Commands>,
+    commanded: Commanded,
+    stop: &AtomicBool,
+) -> Result<Settled> {
     let machine = &machines.nominal;
     let drives = machine.drive_count();
     let mut settled = Settled::new(asked.len(), drives, &commanded);
     let reasons = Mutex::new(Vec::new());
-    let commands = asked.commands(machine);
+    let commands = given.or_else(|| asked.commands(machine));
     let mut rows = settled.rows(drives);
     let groups = std::iter::from_fn(|| {
         Some(rows.by_ref().take(Batch::WIDTH).collect::<Vec<_>>()).filter(|group| !group.is_empty())
@@ -235,7 +244,10 @@ impl<'a> Group<'a> {
         let mut tasks = Vec::with_capacity(reached.len());
         for (session, (case, _, at)) in self.sessions.iter_mut().zip(&reached) {
             session.set_state(at, &State::rigid(self.machine, at));
-            let (pose, load, target) = (at.pose, asked.load(*case), self.commanded.target);
+            let (pose, mut load, target) = (at.pose, asked.load(*case), self.commanded.target);
+            if self.commanded.at_tip {
+                load.moment += (pose.rotation * self.machine.tool_tip).cross(&load.force);
+            }
             tasks.push(TaskPoint { pose, load, target, wanted: None, external: None });
         }
         let mut sessions: Vec<&mut Session> = self.sessions.iter_mut().take(reached.len()).collect();

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import copy
 import doctest
 import hashlib
 import multiprocessing
 import os
+import pickle
 import signal
 import subprocess
 import sys
@@ -246,3 +248,74 @@ def test_ctrl_c_stops_a_batch() -> None:
         assert process.stdout.readline() == "stopped\n"
         assert time.monotonic() - begun < 10
     assert process.returncode == 0
+
+
+def test_repeated_poses_are_what_each_is_alone(machine: Machine) -> None:
+    places, loads = positions(machine, 4), WRENCH * np.linspace(0.1, 2.0, 6)[:, None]
+    grid = machine.equilibrium(np.repeat(places, 6, axis=0), np.tile(loads, (4, 1)))
+    tiled = machine.equilibrium(np.tile(places, (6, 1)), np.repeat(loads, 4, axis=0))
+    for k in range(24):
+        one = machine.equilibrium(places[k // 6], loads[k % 6])
+        assert np.array_equal(one.deflection, grid.deflection[k])
+        assert np.array_equal(one.deflection, tiled.deflection[4 * (k % 6) + k // 6])
+
+
+@pytest.mark.parametrize("name", ["orthoglide", "kr270", "hexapod"])
+def test_kinematics_there_and_back(name: str) -> None:
+    machine = Machine(name)
+    pose = np.tile(machine.home, (5, 1, 1))
+    pose[:, :3, 3] += np.random.default_rng(1).uniform(-40, 40, (5, 3))
+    drives = machine.inverse_kinematics(pose)
+    assert drives.shape == (5, len(machine.drive_names)) and np.all(np.isfinite(drives))
+    assert np.allclose(machine.forward_kinematics(drives), pose, atol=1e-8)
+    assert np.array_equal(machine.inverse_kinematics(pose[2]), drives[2])
+    # The derivative is the slope of the inverse kinematics.
+    step = pose.copy()
+    step[:, 0, 3] += 1e-4
+    slope = (machine.inverse_kinematics(step) - drives) / 1e-4
+    assert np.allclose(machine.jacobian(pose)[:, :, 0], slope, rtol=1e-4, atol=1e-7)
+    far = machine.inverse_kinematics([1e7, 0.0, 0.0])
+    assert np.all(np.isnan(far))
+    with pytest.raises(ValueError, match="drives: expected the shape"):
+        machine.forward_kinematics([1.0])
+
+
+def test_an_arm_stands_on_the_branch_that_is_asked_for() -> None:
+    arm = Machine("kr270")
+    own = arm.inverse_kinematics(arm.home)
+    other = arm.inverse_kinematics(arm.home, branch="front-up-flip")
+    again = arm.inverse_kinematics(arm.home, branch="front-up-noflip")
+    assert not np.allclose(other, again)
+    assert np.allclose(own, other) or np.allclose(own, again)
+    assert np.allclose(arm.forward_kinematics(other), arm.home, atol=1e-8)
+    with pytest.raises(Error, match="branch"):
+        Machine("orthoglide").inverse_kinematics([0.0, 0.0, 0.0], branch="front-up-flip")
+
+
+def test_loaded_at_drives_and_at_the_tip(machine: Machine) -> None:
+    places = positions(machine, 3)
+    at_pose = machine.equilibrium(places, WRENCH)
+    at_drives = machine.equilibrium_at_drives(at_pose.drives, WRENCH)
+    assert np.allclose(at_drives.deflection, at_pose.deflection, atol=1e-10)
+    many = machine.equilibrium_at_drives(at_pose.drives[0], np.stack([WRENCH, 2 * WRENCH]))
+    assert np.allclose(many.deflection[0], at_pose.deflection[0], atol=1e-10)
+    # A force at the tip is one at P with its moment about P.
+    arm = Machine("kr270")
+    force = np.array([100.0, -50.0, 80.0])
+    lever = arm.home[:3, :3] @ arm.tool_tip_mm
+    at_p = arm.equilibrium(arm.home, np.concatenate([force, np.cross(lever, force)]))
+    at_tip = arm.equilibrium(arm.home, np.concatenate([force, np.zeros(3)]), at="tip")
+    assert np.allclose(at_tip.deflection, at_p.deflection, atol=1e-12)
+    with pytest.raises(ValueError, match='at: expected "P" or "tip"'):
+        arm.equilibrium(arm.home, at="T")  # type: ignore[arg-type]
+
+
+def test_machines_are_pickled_copied_and_compared(machine: Machine) -> None:
+    other = machine.with_parameters({"platform.tool_tip.z": -40.0})
+    for own in (machine, other):
+        back = pickle.loads(pickle.dumps(own))
+        assert back == own and hash(back) == hash(own) and back.name == own.name
+        assert np.array_equal(back.equilibrium([0, 0, 0], WRENCH).deflection, own.equilibrium([0, 0, 0], WRENCH).deflection)
+        assert copy.copy(own) == own and copy.deepcopy(own) == own
+    assert machine != other and machine != "orthoglide"
+    assert machine == Machine.from_toml(machine.toml)
