@@ -325,10 +325,10 @@ fn what_is_no_word_is_refused_where_it_stands() {
         assert_eq!((refused.column, refused.found.as_str()), (1 + found.start, &line[found]), "{line}");
     }
     assert!(Program::parse("G21 G90 F100\nG1 X1.5 E-.5\n", "part.nc", &GcodeOptions::default()).is_ok());
-    let long = format!("X{}.9", "7".repeat(29));
+    let long = format!("X{}.9", "7".repeat(69));
     let refused = fault(&long);
-    assert_eq!(refused.fault, Fault::TooManyDigits { digits: 29 });
-    assert_eq!((refused.column, refused.found.as_str()), (2, &long[1..30]));
+    assert_eq!(refused.fault, Fault::TooManyDigits { digits: 69 });
+    assert_eq!((refused.column, refused.found.as_str()), (2, &long[1..70]));
 }
 
 #[test]

@@ -54,7 +54,8 @@ impl Program {
                 own => own,
             };
             let block = blocks.next_if(|(_, block)| block.line == index);
-            let lines = match block.filter(|(number, _)| expandable.contains(number)) {
+            let expanded = block.filter(|(number, _)| expandable.contains(number));
+            let lines = match expanded {
                 Some((_, block)) => self
                     .cycle_lines(block, &mut parameters)
                     .map_err(|refusal| refusal.locate(&self.name, index + 1, self.content(index)))?,
@@ -64,8 +65,8 @@ impl Program {
                         .map_or_else(|| self.content(index).to_vec(), |(_, block)| self.line_with_motion(block)),
                 ],
             };
-            if let Some(first) = block.and_then(|(_, block)| block.motions.first()) {
-                is_behind_cycle = matches!(first.code, MotionCode::Cycle(_));
+            if block.is_some_and(|(_, block)| !block.motions.is_empty()) {
+                is_behind_cycle = expanded.is_some();
             }
             for line in lines {
                 bytes.extend(line);
