@@ -221,15 +221,15 @@ fn what_a_program_needs_is_at_the_top_of_the_crate() {
 /// ARCHITECTURE.md why; what has become shorter lowers its number.
 const MOST_LINES: [(&[&str], usize); 10] = [
     (&["crates/engine/src"], 20_984),
-    (&["src/toolpath"], 15_767),
-    (&["src/process", "crates/input/src", "src/input", "src/urdf"], 6_730),
+    (&["src/toolpath"], 15_832),
+    (&["src/process", "crates/input/src", "src/input", "src/urdf"], 6_753),
     (&["src/simulation", "src/redundancy"], 3_657),
     (&["src/answer", "src/files", "src/work", "src/run"], 4_879),
     (&["src/figures", "src/page"], 9_159),
-    (&["src/questions"], 21_362),
-    (&["src/products", "src/inspect", "src/explore"], 8_911),
+    (&["src/questions"], 21_369),
+    (&["src/products", "src/inspect", "src/explore"], 8_918),
     (&["src/cli"], 2_900),
-    (&["crates/engine/src", "crates/input/src", "src"], 94_552),
+    (&["crates/engine/src", "crates/input/src", "src"], 94_654),
 ];
 
 #[test]
