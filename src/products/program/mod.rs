@@ -10,13 +10,16 @@ mod part;
 mod prove;
 #[cfg(feature = "report")]
 pub mod report;
+#[cfg(not(target_family = "wasm"))]
 mod turned;
 
 use std::{path::Path, sync::OnceLock};
 
 use serde::Serialize;
 
-use self::{part::TrackPart, turned::with_best_gamma};
+use self::part::TrackPart;
+#[cfg(not(target_family = "wasm"))]
+use self::turned::with_best_gamma;
 pub use compensate::{Asked, CommandSource, Compensated, InMemory, ProvedProgram, Receiver, Refusal};
 pub use corrected::{CorrectedPath, ProgramAsWritten, WrittenCalls};
 pub use part::Part;
@@ -104,6 +107,10 @@ impl ProgramJob {
     /// A target that a program cannot command, a program that moves nowhere or has too many points, or a path that lacks what the cutting
     /// force needs; no γ that is possible along the whole path, or a format that cannot express it; errors of `work`.
     pub fn new(process: Process, program: ProgramFile, name: &str, work: &Work) -> Result<Self> {
+        // Pages get programs at the γ that was found.
+        #[cfg(target_family = "wasm")]
+        let (_, redundancy) = (work, None);
+        #[cfg(not(target_family = "wasm"))]
         let (process, program, redundancy) = match process.redundancy.is_sought() {
             true => with_best_gamma(&process, &program, name, work)?,
             false => (process, program, None),
