@@ -130,7 +130,7 @@ fn main() {
     for name in ["Q0", "Q1"] {
         compare_levels(name, if is_test { 1 } else { 200 });
     }
-    share_of_peak(is_test);
+    operations_per_second(is_test);
     rigid_links(if is_test { 1 } else { 100 });
     random_poses(if is_test { (8, 1) } else { (2000, 20) });
     linear_cost(if is_test { &[16, 32] } else { &[64, 128, 256, 512, 1024, 2048, 4096] }, if is_test { 1 } else { 60 });
@@ -284,81 +284,18 @@ fn random_shares() -> impl FnMut() -> f64 {
     }
 }
 
-/// Operations per second that equilibria make at each level over those that registers alone could: products and sums in
-/// equal numbers, without waiting for memory or for one another.
-fn share_of_peak(is_test: bool) {
+/// Floating-point operations per second of the warm equilibria at Q1, at each level.
+fn operations_per_second(is_test: bool) {
     let setting = around("Q1");
-    let rounds = if is_test { 1 } else { 200 };
     for level in Level::available() {
         let (mut states, mut batch) = (setting.states(), Batch::at_level(&setting.real, level));
-        let (mut solving, mut peak) = (f64::INFINITY, 0.0f64);
-        for _ in 0..rounds {
+        let mut solving = f64::INFINITY;
+        for _ in 0..if is_test { 1 } else { 200 } {
             solving = solving.min(seconds(|| {
                 setting.turn_together(&mut states, &mut batch);
             }));
-            peak = peak.max(registers::operations_per_second(level));
         }
-        let reached = OPERATIONS * setting.equilibria() / solving;
-        println!(
-            "{level:?}: {:.1} of {:.1} billion operations per second, {:.0} %",
-            1e-9 * reached,
-            1e-9 * peak,
-            100.0 * reached / peak
-        );
-    }
-}
-
-/// Products and sums on registers.
-mod registers {
-    use std::{hint::black_box, time::Instant};
-
-    use kinetostat::statics::Level;
-
-    const ROUNDS: u32 = 20_000;
-
-    macro_rules! chains {
-        ($name:ident, $features:literal, $splat:path, $mul:path, $add:path) => {
-            /// Six independent products and six independent sums per round.
-            #[cfg(target_arch = "x86_64")]
-            #[target_feature(enable = $features)]
-            fn $name() {
-                let (one, zero) = ($splat(black_box(1.0)), $splat(black_box(0.0)));
-                let (mut products, mut sums) = ([one; 6], [zero; 6]);
-                for _ in 0..ROUNDS {
-                    for (product, sum) in products.iter_mut().zip(&mut sums) {
-                        *product = $mul(*product, one);
-                        *sum = $add(*sum, zero);
-                    }
-                }
-                black_box((products, sums));
-            }
-        };
-    }
-
-    #[cfg(target_arch = "x86_64")]
-    use std::arch::x86_64::*;
-    chains!(four, "avx2", _mm256_set1_pd, _mm256_mul_pd, _mm256_add_pd);
-    chains!(eight, "avx512f", _mm512_set1_pd, _mm512_mul_pd, _mm512_add_pd);
-    chains!(two, "sse2", _mm_set1_pd, _mm_mul_pd, _mm_add_pd);
-
-    /// Best of the registers that code for `level` is compiled for.
-    pub fn operations_per_second(level: Level) -> f64 {
-        let started = Instant::now();
-        // SAFETY: a level that is available has its instructions, and every x86-64 has SSE2.
-        #[cfg(target_arch = "x86_64")]
-        let lanes = unsafe {
-            match level {
-                Level::Eight => (eight(), 8.0).1,
-                Level::Four => (four(), 4.0).1,
-                Level::One => (two(), 2.0).1,
-            }
-        };
-        #[cfg(not(target_arch = "x86_64"))]
-        let lanes = {
-            let _ = level;
-            f64::NAN
-        };
-        12.0 * lanes * f64::from(ROUNDS) / started.elapsed().as_secs_f64()
+        println!("{level:?}: {:.1} billion operations per second", 1e-9 * OPERATIONS * setting.equilibria() / solving);
     }
 }
 
