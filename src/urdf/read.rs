@@ -391,8 +391,8 @@ impl Reader<'_> {
         }
         let expected = if COUNT == 1 { "a number".into() } else { format!("{COUNT} numbers") };
         let tag = node.tag_name().name();
-        let problem =
-            format!("{name}={} of <{tag}>, expected {expected} between {:e} and {largest:e}", quoted(text), -largest);
+        let range = if largest.is_finite() { format!(" between {:e} and {largest:e}", -largest) } else { String::new() };
+        let problem = format!("{name}={} of <{tag}>, expected {expected}{range}", quoted(text));
         self.fail(node, place, problem)
     }
 }
