@@ -74,12 +74,16 @@ fn describe_volume(figure: &VolumeFigure) -> String {
 
 /// Describes a figure of curves in words.
 fn describe_lines(figure: &LineFigure) -> String {
+    // Beside the largest value, rounding is none.
+    let all = figure.series.iter().flat_map(|series| series.points.iter().map(|point| point.1.abs()));
+    let least = if figure.log_y { 0.0 } else { 1e-8 * all.fold(0.0, f64::max) };
     let curves: Vec<String> = figure
         .series
         .iter()
         .filter(|series| !series.points.is_empty())
         .map(|series| {
-            let values = range_in_words(series.points.iter().map(|point| point.1));
+            let values =
+                range_in_words(series.points.iter().map(|point| if point.1.abs() < least { 0.0 } else { point.1 }));
             if series.label.is_empty() { values } else { format!("{} ({values})", series.label) }
         })
         .collect();

@@ -391,7 +391,8 @@ impl Reader<'_> {
         }
         let expected = if COUNT == 1 { "a number".into() } else { format!("{COUNT} numbers") };
         let tag = node.tag_name().name();
-        let range = if largest.is_finite() { format!(" between {:e} and {largest:e}", -largest) } else { String::new() };
+        let range =
+            if largest.is_finite() { format!(" between {:e} and {largest:e}", -largest) } else { String::new() };
         let problem = format!("{name}={} of <{tag}>, expected {expected}{range}", quoted(text));
         self.fail(node, place, problem)
     }
