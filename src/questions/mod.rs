@@ -15,7 +15,11 @@ pub use question::{Overrides, Question, Resolved, StudyContext, Template};
 
 use std::{cell::Cell, path::Path};
 
-use crate::input::{Folder, Inputs, check::Check, error::Result};
+use crate::input::{
+    Folder, Inputs,
+    check::Check,
+    error::{Error, Result},
+};
 
 question::questions! {
     workspace_map: WorkspaceMap(map::WorkspaceMapStudy),
@@ -65,6 +69,11 @@ impl Study {
     /// # Errors
     /// A file that cannot be read, is not of the expected form, or holds values that make no sense.
     pub fn open(path: &Path, overrides: &Overrides) -> Result<Study> {
+        if !path.exists() {
+            let problem = "there is no such study: `kinetostat new KIND NAME` writes one, and examples are in `studies` of the source and of the \
+                           archive with the program";
+            return Err(Error::argument(path.display().to_string(), problem));
+        }
         let file = if path.is_dir() { path.join("study.toml") } else { path.to_path_buf() };
         let text = crate::input::toml_file::read(&file)?;
         let folder = file.parent().map(Path::to_path_buf).unwrap_or_default();

@@ -183,10 +183,11 @@ pub(super) fn step_to_task<R: Real>(
         response[row] = by_drive;
         if let Some(command) = &task.command {
             response[row] = [R::zero(); 6];
-            for drive in 0..drives {
-                wanted[0][row] -= by_drive[drive] * command.fixed[drive];
-                for (entry, &motion) in pairs(response[row].iter_mut(), &command.per_coordinate[drive]) {
-                    *entry += by_drive[drive] * motion;
+            let motions = pairs(&command.fixed[..drives], &command.per_coordinate[..drives]);
+            for (&by, (&fixed, per_coordinate)) in pairs(&by_drive[..drives], motions) {
+                wanted[0][row] -= by * fixed;
+                for (entry, &motion) in pairs(response[row].iter_mut(), per_coordinate) {
+                    *entry += by * motion;
                 }
             }
         }
@@ -198,8 +199,8 @@ pub(super) fn step_to_task<R: Real>(
             None => wanted[0][drive],
             Some(command) => {
                 let mut motion = command.fixed[drive];
-                for coordinate in 0..count {
-                    motion += command.per_coordinate[drive][coordinate] * wanted[0][coordinate];
+                for (&share, &coordinate) in pairs(&command.per_coordinate[drive][..count], &wanted[0][..count]) {
+                    motion += share * coordinate;
                 }
                 motion
             }
