@@ -123,7 +123,7 @@ pub fn simulate_batch(
     results
 }
 
-/// A task that leaves some controlled coordinates as commanded, its session, and how its iteration ended.
+/// A task whose target is corrected, its session, and how its iteration ended.
 pub(super) struct PartialTask<'a> {
     session: &'a mut Session,
     task: &'a TaskPoint,
@@ -202,14 +202,21 @@ fn solve_with_command(parts: &mut [PartialTask<'_>], batch: &mut Batch) {
     let poses: Vec<Pose> = found.iter().map(|(_, _, pose, _)| *pose).collect();
     seed_sessions(&mut found.iter_mut().map(|(own, ..)| &mut *own.session).collect::<Vec<_>>(), &poses);
     for (own, outcome, pose, history) in found {
-        let drives = own.session.drives.clone();
+        let (drives, before) = (own.session.drives.clone(), own.session.command.clone());
         let is_same = own.session.command_pose(&pose).is_ok() && own.session.drive_difference(&drives) <= SAME_COMMAND;
-        if is_same && own.session.task_error(own.task).size() <= own.session.tolerance_mm() {
+        // A soft machine may stand beside a singular place, which the equilibria one by one tell.
+        let is_met =
+            own.session.task_error(own.task).size() <= own.session.tolerance_mm() && !outcome.is_soft(&nominal);
+        if is_same && is_met {
             own.session.command.drives.clone_from(&drives);
             own.session.drives = drives;
             own.progress.history = history;
             own.end(Ok((CompensationStatus::Converged, outcome)));
-        } else if let Err(status) = own.session.reset_to_nominal(own.task) {
+            continue;
+        }
+        own.session.drives.clone_from(&before.drives);
+        own.session.command = before;
+        if let Err(status) = own.session.reset_to_nominal(own.task) {
             own.end(Err(status));
         }
     }

@@ -9,7 +9,7 @@ use super::{
 };
 use crate::{
     machine::{BatchKinematics, Configuration, Machine, PositionedMachine, Unreachable, ZeroState},
-    spatial::{Pose, Wrench, matrix_product, rotation_log},
+    spatial::{Pose, Wrench, larger, matrix_product, rotation_log},
     statics::{self, Batch, Outcome, State, TaskError, Workspace, equilibrium},
 };
 
@@ -57,7 +57,7 @@ pub struct Session {
     /// The nominal machine.
     pub(crate) nominal: PositionedMachine,
     /// The machine with its errors.
-    pub real: Machine,
+    pub(crate) real: Machine,
     /// Tolerances and numbers of iterations.
     pub settings: CompensationSettings,
     pub(super) workspace: Workspace,
@@ -286,7 +286,7 @@ impl Session {
         let units = self.nominal.drives().map(|(_, drive)| drive.motion.of(1.0, scale) / scale);
         let differences =
             self.drives.iter().zip(drives).zip(units).map(|((own, other), unit)| (own - other).abs() * unit);
-        differences.fold(0.0, f64::max)
+        differences.fold(0.0, larger)
     }
 
     /// Loaded equilibrium at the present drives, sought from the present state and then from the nominal one.

@@ -89,9 +89,9 @@ impl Batch {
         }
     }
 
-    /// As [`Batch::equilibria_at_task`] where the tasks are fewer than the drives, the position of a point: the drives are those of
-    /// rigid configurations of `nominal`, whose rotations are those of `poses`, and whose positions are found and left there. `starts`:
-    /// the configuration from which each is sought.
+    /// Solves equilibria at the position of a point, as [`Batch::equilibria_at_task`] with fewer task coordinates than drives: the drives are
+    /// those of rigid configurations of `nominal`, always the same machine, sought from `starts`. They have the rotations of `poses`, which
+    /// get the positions found; those of `None` mean nothing. All cases must have a task.
     pub(crate) fn equilibria_at_position(
         &mut self,
         nominal: &Machine,

@@ -44,7 +44,7 @@ pub struct LaneSolver<R = f64> {
     pub(super) condensed: u8,
     pub(super) tangent: Square<R>,
     drive_step: Vec<R>,
-    /// Of the command, where it is sought, see [`LaneSolver::solve`].
+    /// Step of the command, where it is sought (see [`LaneSolver::solve_commanded`]); else that of the drives.
     command_step: [R; 6],
     command: Option<CommandStep<R>>,
     /// Of each drive: wrench with the platform held, and at the end the twist under constant load.
@@ -157,8 +157,7 @@ impl<R: Real> LaneSolver<R> {
             self.is_linearised &= !bends_otherwise;
         }
         if let Some(commands) = &commands {
-            let own = self.command.take().filter(|own| own.is_for(commands.nominal));
-            let own = self.command.insert(own.unwrap_or_else(|| CommandStep::new(commands.nominal)));
+            let own = self.command.get_or_insert_with(|| CommandStep::new(commands.nominal));
             for lane in 0..R::LANES {
                 // Lanes to spare do what the first one does.
                 let from = if lane < cases.len() { lane } else { 0 };

@@ -155,7 +155,8 @@ impl SquareTask<f64> {
 }
 
 /// The step in which the drives move as well, by `drive_step`, so that the task error vanishes to first order:
-/// `P dt + D dρ = right`, `S dt = −e`. The twist, the coordinates of the command (or the drives) and the lanes in which there is one.
+/// `P dt + D dρ = right`, `S dt = −e`, and with a command `dρ = fixed + C ds`. The twist dt of P, ds (or dρ) and the lanes in which there is
+/// one.
 #[inline(always)]
 pub(super) fn step_to_task<R: Real>(
     chains: &[ChainSystem<R>],
@@ -180,15 +181,15 @@ pub(super) fn step_to_task<R: Real>(
             *entry = dot(&task.slope[row], &twists[1 + drive]);
         }
         wanted[0][row] = dot(&task.slope[row], &twists[0]) + task.error[row];
-        response[row] = by_drive;
-        if let Some(command) = &task.command {
-            response[row] = [R::zero(); 6];
-            let motions = pairs(&command.fixed[..drives], &command.per_coordinate[..drives]);
-            for (&by, (&fixed, per_coordinate)) in pairs(&by_drive[..drives], motions) {
-                wanted[0][row] -= by * fixed;
-                for (entry, &motion) in pairs(response[row].iter_mut(), per_coordinate) {
-                    *entry += by * motion;
-                }
+        let Some(command) = &task.command else {
+            response[row] = by_drive;
+            continue;
+        };
+        let motions = pairs(&command.fixed[..drives], &command.per_coordinate[..drives]);
+        for (&by, (&fixed, per_coordinate)) in pairs(&by_drive[..drives], motions) {
+            wanted[0][row] -= by * fixed;
+            for (entry, &motion) in pairs(response[row].iter_mut(), per_coordinate) {
+                *entry += by * motion;
             }
         }
     }

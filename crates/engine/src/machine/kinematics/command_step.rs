@@ -8,7 +8,7 @@ use super::{
     normal_step::{NormalStep, TWIST},
 };
 use crate::{
-    lanes::{Frame, Real, clear, pairs},
+    lanes::{Frame, Real, pairs},
     machine::{Coordinate, Machine, Motion},
     spatial::Pose,
 };
@@ -21,10 +21,12 @@ pub(crate) struct DriveMotions<R> {
     pub per_coordinate: [[R; 6]; 6],
 }
 
+/// Damping of the step, as that of the inverse kinematics where it converges: an idle joint has a pivot then.
+const LEAST_DAMPING: f64 = 1e-14;
+
 /// Storage for one machine, whose translations the command moves.
 #[derive(Debug, Clone)]
 pub(crate) struct CommandStep<R> {
-    scale: f64,
     equations: Equations<R>,
     normal_step: NormalStep<R>,
     at: LaneConfiguration<R>,
@@ -34,8 +36,6 @@ pub(crate) struct CommandStep<R> {
     moves: Vec<usize>,
     /// Right-hand sides: the residual, then a unit of each coordinate that moves.
     rights: Vec<R>,
-    /// Steps of all unknowns, by right-hand sides.
-    steps: Vec<R>,
     /// Of each drive, then of each passive joint.
     motions: Vec<Motion>,
 }
@@ -45,22 +45,20 @@ impl<R: Real> CommandStep<R> {
         let controls = machine.controls.iter().enumerate();
         let moves: Vec<usize> =
             controls.filter(|(_, own)| matches!(own, Coordinate::Translation(_))).map(|(row, _)| row).collect();
+        let (closures, rows) = (6 * machine.closure_count(), 6 * machine.closure_count() + machine.controls.len());
+        let mut rights = vec![R::zero(); (1 + moves.len()) * rows];
+        for (i, &row) in moves.iter().enumerate() {
+            rights[(1 + i) * rows + closures + row] = R::splat(-1.0);
+        }
         Self {
-            scale: machine.characteristic_length,
             equations: Equations::new(machine),
             normal_step: NormalStep::new(machine, 1 + moves.len()),
             at: LaneConfiguration::new(machine),
             target: Frame::splat(&machine.home.pose),
             moves,
-            rights: Vec::new(),
-            steps: Vec::new(),
+            rights,
             motions: super::closure::motions(machine).collect(),
         }
-    }
-
-    /// Whether lengths and rotations of `machine` compare as those that it was made for.
-    pub fn is_for(&self, machine: &Machine) -> bool {
-        self.scale == machine.characteristic_length
     }
 
     /// How many coordinates move.
@@ -83,31 +81,23 @@ impl<R: Real> CommandStep<R> {
     pub fn linearise(&mut self, machine: &Machine) -> (R, DriveMotions<R>, u8) {
         let LaneConfiguration { platform, drives, passive } = &self.at;
         self.equations.linearise(machine, &RigidState { platform, drives, passive }, &LaneCommand::Task(&self.target));
-        let (rows, closures) = (self.equations.rows, 6 * machine.closure_count());
+        let Equations { rows, unknowns, jacobian, residual, .. } = &self.equations;
+        let closures = 6 * machine.closure_count();
+        self.rights[..*rows].copy_from_slice(residual);
         for &row in &self.moves {
-            self.equations.residual[closures + row] = R::zero();
+            self.rights[closures + row] = R::zero();
         }
         let mut error = R::zero();
-        for entry in &self.equations.residual {
+        for entry in &self.rights[..*rows] {
             error = error.larger(entry.abs());
         }
-        self.rights.resize((1 + self.moves.len()) * rows, R::zero());
-        clear(&mut self.rights);
-        self.rights[..rows].copy_from_slice(&self.equations.residual);
-        for (i, &row) in self.moves.iter().enumerate() {
-            self.rights[(1 + i) * rows + closures + row] = R::splat(-1.0);
-        }
-        let Equations { jacobian, .. } = &self.equations;
-        let (steps, good) = self.normal_step.solve(machine, jacobian, &self.rights, closures, R::zero());
-        self.steps.clear();
-        self.steps.extend_from_slice(steps);
-        let unknowns = self.equations.unknowns;
+        let (steps, good) = self.normal_step.solve(machine, jacobian, &self.rights, closures, R::splat(LEAST_DAMPING));
         let mut motions = DriveMotions { fixed: [R::zero(); 6], per_coordinate: [[R::zero(); 6]; 6] };
         for (drive, &motion) in self.motions[..self.at.drives.len()].iter().enumerate() {
             let length = R::splat(mm_per_unit(machine, motion));
-            motions.fixed[drive] = self.steps[TWIST + drive] / length;
+            motions.fixed[drive] = steps[TWIST + drive] / length;
             for i in 0..self.moves.len() {
-                motions.per_coordinate[drive][i] = self.steps[(1 + i) * unknowns + TWIST + drive] / length;
+                motions.per_coordinate[drive][i] = steps[(1 + i) * unknowns + TWIST + drive] / length;
             }
         }
         (error, motions, good)
@@ -117,7 +107,7 @@ impl<R: Real> CommandStep<R> {
     #[inline(always)]
     pub fn advance(&mut self, machine: &Machine, coordinates: &[R; 6], mask: R::Mask) {
         let unknowns = self.equations.unknowns;
-        let (step, others) = self.steps.split_at_mut(unknowns);
+        let (step, others) = self.normal_step.steps.split_at_mut(unknowns);
         for (other, &coordinate) in others.chunks_exact(unknowns).zip(coordinates) {
             for (entry, &part) in pairs(&mut *step, other) {
                 *entry += part * coordinate;

@@ -25,7 +25,7 @@ pub(super) struct NormalStep<R> {
     diagonal: Vec<R>,
     solution: Vec<R>,
     /// The steps: all unknowns of the closure equations, for each right-hand side.
-    steps: Vec<R>,
+    pub(super) steps: Vec<R>,
 }
 
 /// A square matrix by columns.
