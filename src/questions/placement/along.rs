@@ -56,7 +56,7 @@ pub struct PlacePoint {
 const MOST_REFUSALS: usize = 3;
 
 impl Evaluator {
-    /// Solves every point at which the tool cuts, or every `stride`-th and the last; ends a feature after [`MOST_REFUSALS`] infeasible points.
+    /// Solves every point at which the tool cuts, or every `stride`-th and the last; ends a feature after `MOST_REFUSALS` infeasible points.
     pub fn solve_points(&self, site: &Site, stride: usize) -> PlaceResults {
         let whole = stride <= 1;
         let opened = self.open_anywhere(site);
