@@ -220,7 +220,7 @@ fn what_a_program_needs_is_at_the_top_of_the_crate() {
 /// Most lines of folders, and of them all: no more than there were when this was written. What must have more says in
 /// ARCHITECTURE.md why; what has become shorter lowers its number.
 const MOST_LINES: [(&[&str], usize); 10] = [
-    (&["crates/engine/src"], 20_985),
+    (&["crates/engine/src"], 20_982),
     (&["src/toolpath"], 15_832),
     (&["src/process", "crates/input/src", "src/input", "src/urdf"], 6_754),
     (&["src/simulation", "src/redundancy"], 3_657),
@@ -229,7 +229,7 @@ const MOST_LINES: [(&[&str], usize); 10] = [
     (&["src/questions"], 21_378),
     (&["src/products", "src/inspect", "src/explore"], 8_925),
     (&["src/cli"], 2_900),
-    (&["crates/engine/src", "crates/input/src", "src"], 94_676),
+    (&["crates/engine/src", "crates/input/src", "src"], 94_673),
 ];
 
 #[test]
