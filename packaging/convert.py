@@ -37,10 +37,11 @@ class Refused(Exception):
 
 def renamed_process(tables):
     """The tables of a process with the names of now."""
-    if "tool_turn" not in tables:
+    old = next((key for key in ("tool_turn", "redundancy") if key in tables), None)
+    if old is None:
         return tables
-    own = {"gamma" if key == "redundancy" else key: value for key, value in tables["tool_turn"].items()}
-    return {"redundancy" if key == "tool_turn" else key: own if key == "tool_turn" else value for key, value in tables.items()}
+    own = {"gamma" if key == "redundancy" else key: value for key, value in tables[old].items()}
+    return {"redundancy" if key == old else key: own if key == old else value for key, value in tables.items()}
 
 
 def renamed(tree):
@@ -98,14 +99,14 @@ def renamed_file(text):
             header = found[1]
         line = re.sub(r"^(\s*\[\s*(?:process\.)?)tool_turn\b", r"\1redundancy", line)
         line = re.sub(r"^(\s*(?:process\.)?)tool_turn(?=\s*[.=])", r"\1redundancy", line)
-        if header in ("tool_turn", "process.tool_turn"):
+        if header in ("tool_turn", "process.tool_turn", "redundancy", "process.redundancy"):
             line = re.sub(r"^(\s*)redundancy(?=\s*=)", r"\1gamma", line)
         line = re.sub(r"^(\s*(?:process\.)?redundancy\s*(?:\.|=\s*\{\s*))redundancy(?=\s*=)", r"\1gamma", line)
         lines.append(line_of_version_3(line) if version == 2 else line)
     new = "".join(lines)
     try:
         is_right = tomllib.loads(new) == renamed(tree)
-    except tomllib.TOMLDecodeError:
+    except (tomllib.TOMLDecodeError, AttributeError, TypeError, ValueError):
         is_right = False
     if not is_right:
         raise Refused("is written in a way that is not changed without a doubt: change it by hand, as CHANGELOG.md lists")
@@ -154,7 +155,7 @@ def main():
         except Refused as fault:
             print(f"{path}: {fault}; left as it is")
             code = max(code, 1)
-        except (OSError, UnicodeDecodeError) as fault:
+        except (OSError, RuntimeError, UnicodeDecodeError) as fault:
             print(f"error: {path}: {fault}", file=sys.stderr)
             code = 2
     return code

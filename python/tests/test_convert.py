@@ -71,6 +71,7 @@ def test_process_files_and_studies_with_one_get_the_keys_of_now(tmp_path: Path) 
         (PROCESS_OLD, PROCESS_NEW),
         ("schema = 1\ntool_turn = { redundancy = 'best' }\n", "schema = 1\nredundancy = { gamma = 'best' }\n"),
         ("schema = 1\ntool_turn.redundancy = 'best'\n", "schema = 1\nredundancy.gamma = 'best'\n"),
+        ("schema = 1\n[redundancy]\nredundancy = 'best'\n", "schema = 1\n[redundancy]\ngamma = 'best'\n"),
         (head + inner, head + PROCESS_NEW.removeprefix("schema = 1 ").replace("[", "[process.")),
         (head.replace("3", "2") + inner, head + PROCESS_NEW.removeprefix("schema = 1 ").replace("[", "[process.")),
     ]
@@ -89,6 +90,9 @@ def test_what_is_no_file_of_ours_or_doubtful_stays(tmp_path: Path) -> None:
         assert code == 1
         assert "left as it is" in said
         assert machine.read_text(encoding="utf-8") == text
+    for text in ("schema = 1\ntool_turn = 5\n", 'schema = 2\nquestion = "q"\nturn_map = 5\n', "schema = 1\n[[tool_turn]]\n"):
+        machine.write_text(text, encoding="utf-8")
+        assert converted(machine)[0] == 1 and machine.read_text(encoding="utf-8") == text
     doubts = PROCESS_OLD.replace("[tool_turn]", '["tool_turn"]')
     machine.write_text(doubts, encoding="utf-8")
     assert "change it by hand" in converted(machine)[1]

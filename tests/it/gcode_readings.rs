@@ -152,6 +152,11 @@ fn g80_gives_back_the_motion_before_the_cycles() {
     }
     let refused = read_as(source, Some(Dialect::LinuxCnc)).unwrap_err().to_string();
     assert!(refused.starts_with("part.nc:7:1: `X5`: coordinate without a motion"), "{refused}");
+    // Beside a cycle, controls differ.
+    for line in ["G81 X12 Y2 Z-5 R2 G80", "G80 G81 X12 Y2 Z-5 R2"] {
+        let refused = read_as(&format!("G21 G90 F100\nG0 X0 Y0 Z9\n{line}\n"), None).unwrap_err().to_string();
+        assert!(refused.starts_with("part.nc:3:"), "{refused}");
+    }
     // Written out, the moves of the cycle set another motion, so that the line says its own.
     let program = Program::parse_expanded(source, "part.nc", &GcodeOptions::default(), &|_| None).unwrap();
     let text = String::from_utf8(program.source().to_vec()).unwrap();

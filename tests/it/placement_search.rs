@@ -265,6 +265,15 @@ fn a_workpiece_box_holds_its_paths() {
     let above = "x_mm,y_mm,z_mm,force_x_N,force_y_N,force_z_N\n-10,0,9,1,0,0\n10,0,0,1,0,0\n";
     write("line.csv", above);
     assert!(study_in(folder.path(), &format!("{STUDY}{rest}")).is_ok());
+    // Above is where the axis of the tool says, wherever the tip is beside P.
+    let aside = GANTRY
+        .replace("tool_tip_mm = [0.0, 0.0, -50.0]", "tool_tip_mm = [150.0, 0.0, -50.0], tool_axis = [0.0, 0.0, -1.0]");
+    assert_ne!(aside, GANTRY);
+    write("gantry.toml", &aside);
+    assert!(study_in(folder.path(), &format!("{STUDY}{rest}")).is_ok());
+    write("line.csv", &above.replace("-10,0,9", "-60,0,-4"));
+    assert!(study_in(folder.path(), &format!("{STUDY}{rest}")).is_err());
+    write("gantry.toml", GANTRY);
     // Above the part it is in air, wherever it is.
     write("line.csv", &above.replace("-10,0,9,1,0,0", "-30,0,9,1,0,0\n-10,0,9,1,0,0"));
     assert!(study_in(folder.path(), &format!("{STUDY}{rest}")).is_ok());

@@ -839,6 +839,10 @@ fn bases_given_for_other_programs_leave_an_explicit_base_known() {
     let rapid = "MODULE m\nPERS tooldata t:=[TRUE,[[0,0,100],[1,0,0,0]],[1,[0,0,1],[1,0,0,0],0,0,0]];\nPROC main()\n\
                  MoveL [[10,0,5],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v100,fine,t\\WObj:=wobj0;\nENDPROC\nENDMODULE\n";
     assert!(parse(Language::Rapid, rapid, &options).is_ok());
+    // A part of another name is not the name.
+    let mut short = RobotOptions::default();
+    short.bases.insert("base".into(), Isometry3::translation(5.0, 0.0, 0.0));
+    assert!(parse(Language::Krl, &explicit.replace("DEF a", "DEF base_of"), &short).is_ok());
     // Named and given nowhere, it is asked for, and beside one that is given so is an explicit one.
     let named = format!("DEF a ( )\n$BASE=BASE_DATA[3]\n{motions}");
     assert!(parse(Language::Krl, &named, &options).unwrap_err().contains("base_data[3] stands to the base"));
@@ -857,6 +861,29 @@ fn a_tool_without_a_frame_is_said_to_be_assumed() {
     };
     assert_eq!(assumed(&options, source).as_deref(), Some("tool_data[2]"));
     assert_eq!(assumed(&options, &source.replace("TOOL_DATA[2]", "{X 0,Y 0,Z 9,A 0,B 0,C 0}")), None);
+    assert_eq!(assumed(&options, &source.replace("$TOOL=TOOL_DATA[2]\n", "")).as_deref(), Some("the tool"));
     options.tool_rotation = Some(UnitQuaternion::identity());
     assert_eq!(assumed(&options, source), None);
+}
+
+/// The same words are other frames each time.
+#[test]
+fn frames_with_computed_indices_are_refused() {
+    let options = RobotOptions::default();
+    let motion = "LIN {X 10,Y 0,Z 5,A 0,B 0,C 0}\n";
+    for line in ["$BASE=BASE_DATA[i]", "$TOOL=TOOL_DATA[n+1]"] {
+        let refused = parse(Language::Krl, &format!("DEF a ( )\n{line}\n{motion}END\n"), &options).unwrap_err();
+        assert!(
+            refused.contains("whose index is computed are not followed; expected the index as a number"),
+            "{refused}"
+        );
+    }
+    let rapid = |wobj: &str, tool: &str| {
+        let line =
+            format!("MoveL [[10,0,5],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v100,fine,{tool}\\WObj:={wobj};");
+        parse(Language::Rapid, &format!("MODULE m\nPROC main()\n{line}\nENDPROC\nENDMODULE\n"), &options)
+    };
+    assert!(rapid("w{i}", "tool0").unwrap_err().contains("whose index is computed"));
+    assert!(rapid("wobj0", "t{i}").unwrap_err().contains("whose index is computed"));
+    assert!(rapid("wobj0", "tool0").is_ok());
 }

@@ -16,7 +16,7 @@ use crate::{
         error::{Error, Result},
         toml_file::renamed_hint,
     },
-    machine::Machine,
+    machine::{Machine, ToolAxisSource},
     process::{Extent, Feature, ForbiddenBox, PathReference, Process, cutting::LoadError, tilt::TiltAngles},
     questions::{
         Overrides, Question, Resolved, StudyContext, Template,
@@ -29,7 +29,7 @@ use crate::{
         spec::RENAMED,
     },
     simulation::{Machines, within_limits},
-    toolpath::Orientation,
+    toolpath::{Orientation, PathPoint},
     work::Work,
 };
 
@@ -254,11 +254,18 @@ fn checked_box(min: [f64; 3], max: [f64; 3], check: &Check) -> Result<Extent> {
 /// in air.
 fn check_holds_paths(extent: &Extent, features: &[FeatureJob], check: &Check) -> Result<()> {
     for job in features {
-        let tool = job.machine().home.pose.rotation * job.machine().tool_tip;
-        // Without a length of the tool, either side along z may be the one it comes from.
-        let comes_from = |axis: usize, side: f64| match tool.norm() > 0.0 {
-            true => side * tool[axis] < -0.5 * tool.norm(),
-            false => axis == 2,
+        let machine = job.machine();
+        let at_home = machine.home.pose.rotation * machine.tool_axes.column(2);
+        // Without a length or an axis of the tool, either side along z may be the one it comes from.
+        let is_known = machine.tool_tip.norm() > 0.0 || machine.tool_axis_source == ToolAxisSource::Given;
+        let comes_from = |point: &PathPoint, axis: usize, side: f64| {
+            let to_spindle = match point.orientation {
+                Some(Orientation::ToolAxis(to_spindle)) => to_spindle,
+                Some(Orientation::Platform(rotation)) => -(rotation * machine.tool_axes.column(2)),
+                None if is_known => -at_home,
+                None => return axis == 2,
+            };
+            side * to_spindle[axis] > 0.5
         };
         let points = job.feature.path.points();
         let never_cuts = points.iter().all(|point| !point.cutting);
@@ -269,7 +276,7 @@ fn check_holds_paths(extent: &Extent, features: &[FeatureJob], check: &Check) ->
                 p if p > extent.max[axis] + OUTSIDE_MM => Some(1.0),
                 _ => None,
             };
-            let is_in_air = (0..3).any(|axis| beyond(axis).is_some_and(|side| comes_from(axis, side)));
+            let is_in_air = (0..3).any(|axis| beyond(axis).is_some_and(|side| comes_from(point, axis, side)));
             if !is_in_air && (0..3).any(|axis| beyond(axis).is_some()) {
                 let corner = |p: Vector3<f64>| format!("({}, {}, {})", p.x, p.y, p.z);
                 let [x, y, z]: [f64; 3] = point.position_mm.into();

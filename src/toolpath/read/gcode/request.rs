@@ -43,7 +43,13 @@ impl<'w> Request<'w> {
         if matches!(g, GWord::End | GWord::Auxiliary) {
             return Ok(());
         }
-        if let Some((other, _)) = self.g_words.iter().find(|(_, other)| other.modal_group() == g.modal_group()) {
+        // Which of them counts differs from control to control.
+        let ends_own_cycle =
+            |a: GWord, b: GWord| a == GWord::CancelMotion && matches!(b, GWord::Motion(MotionCode::Cycle(_)));
+        let contradicts = |other: GWord| {
+            other.modal_group() == g.modal_group() || ends_own_cycle(other, g) || ends_own_cycle(g, other)
+        };
+        if let Some((other, _)) = self.g_words.iter().find(|(_, other)| contradicts(*other)) {
             let other = other.meaning.map_or_else(|| format!("G{}", other.value), |vocable| vocable.name.to_owned());
             return Err(word.refuse(Fault::Conflict { other }));
         }

@@ -29,8 +29,15 @@ impl<'a> Bases<'a> {
     /// Starts before the first motion of the program `source`.
     #[must_use]
     pub fn new(options: &'a RobotOptions, source: &[u8]) -> Self {
-        let names =
-            |name: &String| source.windows(name.len().max(1)).any(|text| text.eq_ignore_ascii_case(name.as_bytes()));
+        // As a whole name: "base" is not in "base_data".
+        let is_part =
+            |at: Option<&u8>| at.is_some_and(|byte| byte.is_ascii_alphanumeric() || matches!(byte, b'_' | b'$'));
+        let names = |name: &String| {
+            source.windows(name.len().max(1)).enumerate().any(|(at, text)| {
+                let (before, behind) = (at.checked_sub(1).and_then(|at| source.get(at)), source.get(at + name.len()));
+                text.eq_ignore_ascii_case(name.as_bytes()) && !is_part(before) && !is_part(behind)
+            })
+        };
         let names_given = options.bases.keys().filter(|name| *name != RobotOptions::WORLD).any(names);
         Self { options, world: options.bases.get(RobotOptions::WORLD).copied(), first: None, names_given }
     }
@@ -74,19 +81,24 @@ pub struct Tool {
 pub struct Tools<'a> {
     options: &'a RobotOptions,
     first: Option<Tool>,
+    /// Whether a motion was made before any tool was named.
+    is_unnamed: bool,
 }
 
 impl<'a> Tools<'a> {
     /// Starts before the first motion.
     #[must_use]
     pub fn new(options: &'a RobotOptions) -> Self {
-        Self { options, first: None }
+        Self { options, first: None, is_unnamed: false }
     }
 
     /// `R_PN` of the tool of a motion (`None`: no tool is named yet). `Err` if its tip is not that of the first tool.
     pub fn rotation(&mut self, tool: Option<&Tool>) -> Result<UnitQuaternion<f64>, RobotFault> {
         let own = self.options.tool_rotation.unwrap_or_default();
-        let Some(tool) = tool else { return Ok(own) };
+        let Some(tool) = tool else {
+            self.is_unnamed = true;
+            return Ok(own);
+        };
         let first = self.first.get_or_insert_with(|| tool.clone());
         let tip = |tool: &Tool| tool.in_flange.map(|frame| frame.translation.vector);
         let is_same = match (tip(first), tip(tool)) {
@@ -99,11 +111,11 @@ impl<'a> Tools<'a> {
         }
     }
 
-    /// Name of the first tool, if nothing gives its rotation: that of the flange is taken.
+    /// Name of the first tool, if nothing gives its rotation: that of the flange is taken. "the tool" where motions have none.
     #[must_use]
     pub fn assumed_rotation(&self) -> Option<&str> {
-        let tool = self.first.as_ref().filter(|tool| tool.in_flange.is_none())?;
-        self.options.tool_rotation.is_none().then_some(&tool.name)
+        let unknown = self.first.as_ref().filter(|tool| tool.in_flange.is_none()).map(|tool| tool.name.as_str());
+        unknown.or(self.is_unnamed.then_some("the tool")).filter(|_| self.options.tool_rotation.is_none())
     }
 
     /// Name of the first tool and its tip in the flange, mm, if the program gives it.
@@ -111,6 +123,18 @@ impl<'a> Tools<'a> {
     pub fn tip_mm(&self) -> Option<(String, Vector3<f64>)> {
         let tool = self.first.as_ref()?;
         Some((tool.name.clone(), tool.in_flange?.translation.vector))
+    }
+}
+
+/// Refuses the name of a base or tool with an index between `open` and `close` that is computed: it may be another each time.
+pub(crate) fn check_index(name: &str, open: char, close: char) -> Result<(), RobotFault> {
+    let index = name.split_once(open).map_or("", |(_, rest)| rest.split(close).next().unwrap_or_default());
+    match index.bytes().all(|byte| byte.is_ascii_digit() || byte == b' ') {
+        true => Ok(()),
+        false => Err(RobotFault::NotFollowed {
+            what: "bases and tools whose index is computed are",
+            expected: "the index as a number",
+        }),
     }
 }
 

@@ -6,7 +6,7 @@ use crate::toolpath::{
     model::robot::RobotFault,
     read::{
         robot::{
-            Base, Tool,
+            Base, Tool, check_index,
             krl::{FIXED_TOOL, Reader, frame},
             trimmed,
         },
@@ -117,6 +117,7 @@ impl Reader<'_> {
         }
         let written = self.points.find(&name)?;
         let is_data = name.starts_with("BASE_DATA[") || name.starts_with("TOOL_DATA[");
+        check_index(&name, '[', ']')?;
         match written {
             Some(written) => Ok((name.to_ascii_lowercase(), Some(frame::parse_frame(written)?))),
             None if is_data => Ok((name.to_ascii_lowercase(), None)),

@@ -11,7 +11,7 @@ use crate::toolpath::{
     },
     read::{
         robot::{
-            Base, Tool,
+            Base, Tool, check_index,
             rapid::{
                 Reader,
                 data::{self, DataType},
@@ -208,6 +208,7 @@ impl Reader<'_> {
             match option.split_once(":=") {
                 Some(("WOBJ", "WOBJ0")) | Some(("TLOAD", _)) => {}
                 Some(("WOBJ", name)) => {
+                    check_index(name, '{', '}')?;
                     let in_world = self.datum(DataType::WorkObject, name)?.map(data::work_object_frame).transpose()?;
                     base = Base { name: name.to_ascii_lowercase(), in_world };
                 }
@@ -220,6 +221,7 @@ impl Reader<'_> {
             }
         }
         let name = String::from_utf8_lossy(&self.source[at]).to_ascii_uppercase();
+        check_index(&name, '{', '}')?;
         let in_flange = match name.as_str() {
             "TOOL0" => Some(Isometry3::identity()),
             _ => self.datum(DataType::Tool, &name)?.map(data::tool_frame).transpose()?,
