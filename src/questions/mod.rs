@@ -69,11 +69,6 @@ impl Study {
     /// # Errors
     /// A file that cannot be read, is not of the expected form, or holds values that make no sense.
     pub fn open(path: &Path, overrides: &Overrides) -> Result<Study> {
-        if !path.exists() {
-            let problem = "cannot be read: it is not there; `kinetostat new KIND NAME` writes a study, and examples are in `studies` of the \
-                           source and of the archive with the program";
-            return Err(Error::argument(path.display().to_string(), problem));
-        }
         let file = if path.is_dir() { path.join("study.toml") } else { path.to_path_buf() };
         let text = crate::input::toml_file::read(&file)?;
         let folder = file.parent().map(Path::to_path_buf).unwrap_or_default();
