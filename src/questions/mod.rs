@@ -15,11 +15,7 @@ pub use question::{Overrides, Question, Resolved, StudyContext, Template};
 
 use std::{cell::Cell, path::Path};
 
-use crate::input::{
-    Folder, Inputs,
-    check::Check,
-    error::{Error, Result},
-};
+use crate::input::{Folder, Inputs, check::Check, error::Result};
 
 question::questions! {
     workspace_map: WorkspaceMap(map::WorkspaceMapStudy),
