@@ -31,7 +31,7 @@ class Cases:
 
     @staticmethod
     def of_drives(drives: ArrayLike, count: int, wrench: ArrayLike | None) -> Cases:
-        """Of `drives`, ``[d]`` or ``[n, d]`` of `count` drives, as :attr:`pose`, and `wrench` as in :meth:`of`; a row each."""
+        """Of `drives`, ``[d]`` or ``[n, d]`` of `count` drives, as :attr:`pose`, and `wrench` as in :meth:`of`."""
         places = numbers("drives", drives)
         if places.shape[-1:] != (count,) or places.ndim not in (1, 2):
             raise ValueError(f"drives: expected the shape [{count}] or [n, {count}], got {list(places.shape)}")

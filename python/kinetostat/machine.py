@@ -112,7 +112,7 @@ class Machine:
         return self
 
     def __eq__(self, other: object) -> bool:
-        """Whether its file and the numbers that were set are the same; where it was read and what an import said do not count."""
+        """Whether its file and the numbers that were set are the same."""
         if not isinstance(other, Machine):
             return NotImplemented
         return self._numbers() == other._numbers()
@@ -199,24 +199,27 @@ class Machine:
         return self._of(self._machine.with_parameters(set_values), self.notes)
 
     def forward_kinematics(self, drives: ArrayLike) -> NDArray[np.float64]:
-        """``[n, 4, 4]``: pose of P in O of the nominal, unloaded machine with its drives at `drives`, ``[n, d]``, mm or rad in
-        the order of :attr:`drive_names`; ``[4, 4]`` of ``[d]``. NaN where its chains cannot close.
+        """``[n, 4, 4]``: pose of P in O of the nominal, unloaded machine with its drives at `drives`, ``[n, d]``.
+
+        Drives are in mm or rad in the order of :attr:`drive_names`. NaN where the chains cannot close.
         """
         cases = Cases.of_drives(drives, len(self.drive_names), None)
         return cases.shaped(self._machine.forward(cases.pose))
 
     def inverse_kinematics(self, pose: ArrayLike, *, branch: str | None = None) -> NDArray[np.float64]:
-        """``[n, d]``: drives of the nominal, unloaded machine, mm or rad, that put P to `pose` as in :meth:`equilibrium`.
+        """``[n, d]``: drives of the nominal, unloaded machine, mm or rad, that put P to `pose`.
 
-        `branch` is the one that an arm is to stand on, such as "front-up-flip"; any if it is None. NaN where the pose
-        cannot be reached, or the machine does not control it. Raises :class:`Error` for a branch that the machine has not.
+        `pose` is as in :meth:`equilibrium`; `branch` is the one that an arm is to stand on, such as "front-up-flip", any
+        if it is None. NaN where the pose cannot be reached, or the machine does not control it.
+
+        Raises :class:`Error` for a branch that the machine has not.
         """
         cases = Cases.of(pose, None)
         return cases.shaped(self._machine.inverse(cases.pose, branch, False))
 
     def jacobian(self, pose: ArrayLike, *, branch: str | None = None) -> NDArray[np.float64]:
-        """``[n, d, k]``: derivative of the drives (mm, rad) by the controlled coordinates of P (mm, rad about the axes of the
-        platform) where :meth:`inverse_kinematics` has them. NaN where it has none, and at a singularity.
+        """``[n, d, k]``: derivative of the drives by the controlled coordinates of P where :meth:`inverse_kinematics` has
+        them: mm or rad, by mm or rad about the axes of the platform. NaN where it has none, and at a singularity.
         """
         cases = Cases.of(pose, None)
         return cases.shaped(self._machine.inverse(cases.pose, branch, True))
@@ -229,8 +232,9 @@ class Machine:
         stiffness: bool = False,
         at: Literal["P", "tip"] = "P",
     ) -> Equilibrium:
-        """How the machine settles under a load with its drives at `drives`, ``[d]`` or ``[n, d]``, mm or rad in the order of
-        :attr:`drive_names`; all else as in :meth:`equilibrium`.
+        """How the machine settles under a load with its drives at `drives`, ``[d]`` or ``[n, d]``.
+
+        Drives are in mm or rad in the order of :attr:`drive_names`; all else is as in :meth:`equilibrium`.
         """
         cases = Cases.of_drives(drives, len(self.drive_names), wrench)
         found = self._machine.equilibria_at_drives(cases.pose, cases.wrench, stiffness, _is_tip(at))

@@ -90,7 +90,11 @@ def test_what_is_no_file_of_ours_or_doubtful_stays(tmp_path: Path) -> None:
         assert code == 1
         assert "left as it is" in said
         assert machine.read_text(encoding="utf-8") == text
-    for text in ("schema = 1\ntool_turn = 5\n", 'schema = 2\nquestion = "q"\nturn_map = 5\n', "schema = 1\n[[tool_turn]]\n"):
+    for text in (
+        "schema = 1\ntool_turn = 5\n",
+        'schema = 2\nquestion = "q"\nturn_map = 5\n',
+        "schema = 1\n[[tool_turn]]\n",
+    ):
         machine.write_text(text, encoding="utf-8")
         assert converted(machine)[0] == 1 and machine.read_text(encoding="utf-8") == text
     doubts = PROCESS_OLD.replace("[tool_turn]", '["tool_turn"]')

@@ -315,7 +315,9 @@ def test_machines_are_pickled_copied_and_compared(machine: Machine) -> None:
     for own in (machine, other):
         back = pickle.loads(pickle.dumps(own))
         assert back == own and hash(back) == hash(own) and back.name == own.name
-        assert np.array_equal(back.equilibrium([0, 0, 0], WRENCH).deflection, own.equilibrium([0, 0, 0], WRENCH).deflection)
+        assert np.array_equal(
+            back.equilibrium([0, 0, 0], WRENCH).deflection, own.equilibrium([0, 0, 0], WRENCH).deflection
+        )
         assert copy.copy(own) == own and copy.deepcopy(own) == own
     assert machine != other and machine != "orthoglide"
     assert machine == Machine.from_toml(machine.toml)
