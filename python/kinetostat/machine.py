@@ -209,8 +209,8 @@ class Machine:
     def inverse_kinematics(self, pose: ArrayLike, *, branch: str | None = None) -> NDArray[np.float64]:
         """``[n, d]``: drives of the nominal, unloaded machine, mm or rad, that put P to `pose`.
 
-        `pose` is as in :meth:`equilibrium`; `branch` is the one that an arm is to stand on, such as "front-up-flip", any
-        if it is None. NaN where the pose cannot be reached, or the machine does not control it.
+        `pose` is as in :meth:`equilibrium`; `branch` is the one that an arm is to stand on, such as "front-up-flip";
+        any if it is None. NaN where the pose cannot be reached, or the machine does not control it.
 
         Raises :class:`Error` for a branch that the machine has not.
         """
@@ -218,8 +218,10 @@ class Machine:
         return cases.shaped(self._machine.inverse(cases.pose, branch, False))
 
     def jacobian(self, pose: ArrayLike, *, branch: str | None = None) -> NDArray[np.float64]:
-        """``[n, d, k]``: derivative of the drives by the controlled coordinates of P where :meth:`inverse_kinematics` has
-        them: mm or rad, by mm or rad about the axes of the platform. NaN where it has none, and at a singularity.
+        """``[n, d, k]``: derivative of the drives by the controlled coordinates of P at `pose`.
+
+        In mm or rad of the drives per mm, or per rad about the axes of the platform; `pose` and `branch` as in
+        :meth:`inverse_kinematics`. NaN where it has no answer, and at a singularity.
         """
         cases = Cases.of(pose, None)
         return cases.shaped(self._machine.inverse(cases.pose, branch, True))
