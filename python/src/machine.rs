@@ -268,7 +268,7 @@ impl Machine {
         stiffness: bool,
         at_tip: bool,
     ) -> PyResult<Bound<'py, PyDict>> {
-        let commanded = Commanded { method: Method::None, target: Target::ToolTip, stiffness, command: false, at_tip };
+        let commanded = Commanded::uncompensated(stiffness, at_tip);
         self.settled(py, &Asked::new(&pose, &wrench)?, None, commanded)
     }
 
@@ -281,7 +281,7 @@ impl Machine {
         stiffness: bool,
         at_tip: bool,
     ) -> PyResult<Bound<'py, PyDict>> {
-        let commanded = Commanded { method: Method::None, target: Target::ToolTip, stiffness, command: false, at_tip };
+        let commanded = Commanded::uncompensated(stiffness, at_tip);
         let asked = Asked::of_loads(drives.shape()[0], &wrench)?;
         let given = Commands::of_drives(&self.machines.nominal, &drives)?;
         self.settled(py, &asked, Some(given), commanded)

@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use kinetostat::{Error, Machine, Method, Result, Target, simulation::Machines};
+use kinetostat::{Error, Machine, Result, simulation::Machines};
 use rayon::prelude::*;
 
 use crate::{
@@ -27,8 +27,7 @@ pub struct Sets<'a> {
 /// A set that makes no machine, with its row; [`Error::Stopped`] once `stop` is set.
 pub fn deflections(machine: &Machine, sets: &Sets<'_>, asked: &Asked, stop: &AtomicBool) -> Result<Vec<f64>> {
     let (columns, width) = (sets.names.len(), 3 * asked.len());
-    let commanded =
-        Commanded { method: Method::None, target: Target::ToolTip, stiffness: false, command: false, at_tip: false };
+    let commanded = Commanded::uncompensated(false, false);
     let mut found = vec![f64::NAN; sets.values.len() / columns.max(1) * width];
     let rows = found.par_chunks_mut(width.max(1)).zip(sets.values.par_chunks(columns.max(1)));
     rows.enumerate().try_for_each(|(row, (found, values))| {

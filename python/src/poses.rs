@@ -110,14 +110,12 @@ impl Asked {
             _ => homogeneous(row, numbers).map(Place::Pose),
         });
         let places = places.collect::<PyResult<Vec<_>>>()?;
-        let loads = rows(wrench, "wrench")?.map(|numbers| Wrench::new(std::array::from_fn(|i| numbers[i]))).collect();
-        Ok(Self { places, loads })
+        Ok(Self { places, loads: loads_of(wrench)? })
     }
 
     /// Of so many cases whose places are given otherwise, and `wrench` as in [`Asked::new`].
     pub fn of_loads(cases: usize, wrench: &PyReadonlyArray2<'_, f64>) -> PyResult<Self> {
-        let loads = rows(wrench, "wrench")?.map(|numbers| Wrench::new(std::array::from_fn(|i| numbers[i]))).collect();
-        Ok(Self { places: vec![Place::Position(Vector3::zeros()); cases], loads })
+        Ok(Self { places: vec![Place::Position(Vector3::zeros()); cases], loads: loads_of(wrench)? })
     }
 
     /// Number of cases.
@@ -155,6 +153,10 @@ impl Asked {
     pub fn load(&self, case: usize) -> Wrench {
         self.loads[if self.loads.len() == 1 { 0 } else { case }]
     }
+}
+
+fn loads_of(wrench: &PyReadonlyArray2<'_, f64>) -> PyResult<Vec<Wrench>> {
+    Ok(rows(wrench, "wrench")?.map(|numbers| Wrench::new(std::array::from_fn(|i| numbers[i]))).collect())
 }
 
 /// The rows of an array of finite numbers.

@@ -53,6 +53,13 @@ pub struct Commanded {
     pub at_tip: bool,
 }
 
+impl Commanded {
+    /// Without compensation.
+    pub fn uncompensated(stiffness: bool, at_tip: bool) -> Self {
+        Self { method: Method::None, target: Target::ToolTip, stiffness, command: false, at_tip }
+    }
+}
+
 /// What came of cases: a row each, NaN where there is no answer.
 #[derive(Debug)]
 pub struct Settled {

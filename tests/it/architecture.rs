@@ -221,15 +221,15 @@ fn what_a_program_needs_is_at_the_top_of_the_crate() {
 /// ARCHITECTURE.md why; what has become shorter lowers its number.
 const MOST_LINES: [(&[&str], usize); 10] = [
     (&["crates/engine/src"], 20_982),
-    (&["src/toolpath"], 15_865),
+    (&["src/toolpath"], 15_863),
     (&["src/process", "crates/input/src", "src/input", "src/urdf"], 6_754),
     (&["src/simulation", "src/redundancy"], 3_657),
     (&["src/answer", "src/files", "src/work", "src/run"], 4_879),
     (&["src/figures", "src/page"], 9_163),
-    (&["src/questions"], 21_376),
+    (&["src/questions"], 21_375),
     (&["src/products", "src/inspect", "src/explore"], 8_925),
     (&["src/cli"], 2_900),
-    (&["crates/engine/src", "crates/input/src", "src"], 94_704),
+    (&["crates/engine/src", "crates/input/src", "src"], 94_701),
 ];
 
 #[test]

@@ -109,26 +109,26 @@ impl Check {
 
     /// Checks that the magnitude of each component is at most [`LARGEST`].
     pub fn finite(&self, value: [f64; 3]) -> Result<Vector3<f64>> {
-        if value.iter().all(|v| v.abs() <= LARGEST) {
-            return Ok(value.into());
-        }
-        self.fail(format!("components must be numbers between {:e} and {LARGEST:e}, got {value:?}", -LARGEST))
+        self.components(value, LARGEST, "")
     }
 
     /// Checks that a position, mm, is one that a machine can have.
     pub fn position(&self, value: [f64; 3]) -> Result<Vector3<f64>> {
-        if value.iter().all(|v| v.abs() <= LONGEST_MM) {
+        self.components(value, LONGEST_MM, " mm")
+    }
+
+    fn components(&self, value: [f64; 3], largest: f64, unit: &str) -> Result<Vector3<f64>> {
+        if value.iter().all(|v| v.abs() <= largest) {
             return Ok(value.into());
         }
-        self.fail(format!("components must be numbers between {:e} and {LONGEST_MM:e} mm, got {value:?}", -LONGEST_MM))
+        self.fail(format!("components must be numbers between {:e} and {largest:e}{unit}, got {value:?}", -largest))
     }
 
     /// Checks that a length, mm, is above zero and one that a machine can have.
     pub fn length(&self, value: f64) -> Result<f64> {
-        if value > LONGEST_MM {
-            self.fail(format!("must be at most {LONGEST_MM:e} mm, got {value:?}"))
-        } else {
-            self.positive(value)
+        match value > LONGEST_MM {
+            true => self.fail(format!("must be at most {LONGEST_MM:e} mm, got {value:?}")),
+            false => self.positive(value),
         }
     }
 

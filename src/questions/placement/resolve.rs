@@ -255,17 +255,11 @@ fn checked_box(min: [f64; 3], max: [f64; 3], check: &Check) -> Result<Extent> {
 fn check_holds_paths(extent: &Extent, features: &[FeatureJob], check: &Check) -> Result<()> {
     for job in features {
         let machine = job.machine();
-        let at_home = machine.home.pose.rotation * machine.tool_axes.column(2);
         // Without a length or an axis of the tool, either side along z may be the one it comes from.
         let is_known = machine.tool_tip.norm() > 0.0 || machine.tool_axis_source == ToolAxisSource::Given;
-        let comes_from = |point: &PathPoint, axis: usize, side: f64| {
-            let to_spindle = match point.orientation {
-                Some(Orientation::ToolAxis(to_spindle)) => to_spindle,
-                Some(Orientation::Platform(rotation)) => -(rotation * machine.tool_axes.column(2)),
-                None if is_known => -at_home,
-                None => return axis == 2,
-            };
-            side * to_spindle[axis] > 0.5
+        let comes_from = |point: &PathPoint, axis: usize, side: f64| match point.orientation {
+            None if !is_known => axis == 2,
+            _ => side * spindle_to_tip(machine, point)[axis] < -0.5,
         };
         let points = job.feature.path.points();
         let never_cuts = points.iter().all(|point| !point.cutting);
@@ -293,16 +287,21 @@ fn check_holds_paths(extent: &Extent, features: &[FeatureJob], check: &Check) ->
     Ok(())
 }
 
+/// Returns the direction of the tool at a point of a path, from the spindle to the tip; that at home where the path gives none.
+fn spindle_to_tip(machine: &Machine, point: &PathPoint) -> Vector3<f64> {
+    let in_platform = machine.tool_axes.column(2);
+    match point.orientation {
+        Some(Orientation::ToolAxis(to_spindle)) => -to_spindle,
+        Some(Orientation::Platform(rotation)) => rotation * in_platform,
+        None => machine.home.pose.rotation * in_platform,
+    }
+}
+
 /// Returns whether the tool points up, on average over the points it cuts, so that the workpiece is above its tip.
 fn tool_points_up(features: &[FeatureJob]) -> bool {
     let axes = features.iter().flat_map(|job| {
-        let machine = job.machine();
-        let along = machine.tool_axes.column(2).into_owned();
-        job.feature.path.points().iter().filter(|point| point.cutting).map(move |point| match point.orientation {
-            Some(Orientation::ToolAxis(to_spindle)) => -to_spindle,
-            Some(Orientation::Platform(rotation)) => rotation * along,
-            None => machine.home.pose.rotation * along,
-        })
+        let cutting = job.feature.path.points().iter().filter(|point| point.cutting);
+        cutting.map(|point| spindle_to_tip(job.machine(), point))
     });
     let sum: Vector3<f64> = axes.sum();
     sum.z > 0.5 * sum.norm()

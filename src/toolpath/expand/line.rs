@@ -4,7 +4,10 @@ use std::ops::Range;
 
 use crate::toolpath::{
     expand::{expression::Reader, variables::Variables},
-    model::gcode::{Contradiction, Dialect, Fault, MacroFault},
+    model::{
+        decimals_in,
+        gcode::{Contradiction, Dialect, Fault, MacroFault},
+    },
     read::gcode::lines,
 };
 
@@ -25,19 +28,12 @@ pub(crate) struct SourceLine {
 impl SourceLine {
     /// Most decimals of a coordinate of the line that is written as a number; 0 if there is none.
     pub fn decimals(&self) -> usize {
-        let words = self
-            .code
-            .as_bytes()
-            .split_inclusive(|byte| byte.is_ascii_alphabetic())
-            .zip(self.code.as_bytes().split(|byte| byte.is_ascii_alphabetic()).skip(1));
-        let coordinates = words.filter(|(before, _)| matches!(before.last(), Some(b'X'..=b'Z' | b'I'..=b'K' | b'R')));
-        let decimals = coordinates.filter_map(|(_, number)| {
-            let number = number.trim_ascii();
-            let is_plain = number.iter().all(|byte| matches!(byte, b'0'..=b'9' | b'.' | b'+' | b'-'));
-            let point = number.iter().position(|byte| *byte == b'.').filter(|_| is_plain)?;
-            Some(number.len() - point - 1)
-        });
-        decimals.max().unwrap_or(0)
+        let is_letter = |c: char| c.is_ascii_alphabetic();
+        let letters = self.code.chars().filter(|c| is_letter(*c));
+        let words = letters.zip(self.code.split(is_letter).skip(1).map(str::trim));
+        let coordinates = words.filter(|(letter, _)| matches!(letter, 'X'..='Z' | 'I'..='K' | 'R'));
+        let is_plain = |number: &&str| number.bytes().all(|byte| matches!(byte, b'0'..=b'9' | b'.' | b'+' | b'-'));
+        coordinates.map(|(_, number)| number).filter(is_plain).map(decimals_in).max().unwrap_or(0)
     }
 
     /// Finds the labels and the code of a line.

@@ -83,9 +83,7 @@ impl Program {
         if let Some((_, line)) = &mut program.notes.assumed_unit {
             *line = expansion.line_of(*line);
         }
-        if dialect.is_iso() {
-            program.own_format = program.own_format.at_most(expansion.decimals);
-        }
+        program.own_format = program.own_format.at_most(expansion.decimals);
         program.notes.written_out = Some([expansion.lines, expansion.origins.len()]);
         program.expansion = Some(expansion);
         Ok(program)

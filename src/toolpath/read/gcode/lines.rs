@@ -93,21 +93,21 @@ pub(crate) fn code(line: &[u8]) -> Result<Code, Refusal> {
             // A program number, as tapes have it.
             b':' if text.trim().is_empty() && line.get(at + 1).is_some_and(u8::is_ascii_digit) => text.push('O'),
             b'+' | b'-' | b'.' => text.push(char::from(byte)),
-            b',' if corner_rate_length(line, at) > 0 => {
-                text.extend(std::iter::repeat_n(' ', corner_rate_length(line, at)));
-            }
             _ if byte.is_ascii_alphanumeric() => text.push(char::from(byte)),
-            _ => return Err(unexpected_byte(line, at)),
+            _ => match corner_rate_length(line, at) {
+                0 => return Err(unexpected_byte(line, at)),
+                length => text.extend(std::iter::repeat_n(' ', length)),
+            },
         }
     }
     Ok(Code::Words { text, prefix })
 }
 
-/// Length of the word at `at` if it is `,K80` behind G61.1: how much of the feed is kept at corners. Else 0.
+/// Length of the word at `at` if it is `,K80` behind G61.1, which says how much of the feed is kept at corners; else 0.
 fn corner_rate_length(line: &[u8], at: usize) -> usize {
     let digits = line.get(at + 2..).map_or(0, |rest| rest.iter().take_while(|byte| byte.is_ascii_digit()).count());
     let is_exact = line[..at].windows(5).any(|word| word.eq_ignore_ascii_case(b"G61.1"));
-    if is_exact && matches!(line.get(at + 1), Some(b'K' | b'k')) && digits > 0 { 2 + digits } else { 0 }
+    if is_exact && matches!(line[at..], [b',', b'K' | b'k', ..]) && digits > 0 { 2 + digits } else { 0 }
 }
 
 /// Length of the leading blanks and the block-delete mark.

@@ -21,15 +21,19 @@ pub struct Bases<'a> {
     world: Option<Isometry3<f64>>,
     /// The base of the first motion.
     first: Option<Base>,
-    /// Whether the program names one of the bases that the options give.
-    names_given: bool,
+    source: &'a [u8],
 }
 
 impl<'a> Bases<'a> {
     /// Starts before the first motion of the program `source`.
     #[must_use]
-    pub fn new(options: &'a RobotOptions, source: &[u8]) -> Self {
-        // As a whole name: "base" is not in "base_data".
+    pub fn new(options: &'a RobotOptions, source: &'a [u8]) -> Self {
+        Self { options, world: options.bases.get(RobotOptions::WORLD).copied(), first: None, source }
+    }
+
+    /// Whether the program names one of the bases that the options give, as a whole name: "base" is not in "base_data".
+    fn names_given(&self) -> bool {
+        let source = self.source;
         let is_part =
             |at: Option<&u8>| at.is_some_and(|byte| byte.is_ascii_alphanumeric() || matches!(byte, b'_' | b'$'));
         let names = |name: &String| {
@@ -38,8 +42,7 @@ impl<'a> Bases<'a> {
                 text.eq_ignore_ascii_case(name.as_bytes()) && !is_part(before) && !is_part(behind)
             })
         };
-        let names_given = options.bases.keys().filter(|name| *name != RobotOptions::WORLD).any(names);
-        Self { options, world: options.bases.get(RobotOptions::WORLD).copied(), first: None, names_given }
+        self.options.bases.keys().filter(|name| *name != RobotOptions::WORLD).any(names)
     }
 
     /// `X_WB` of the base of a motion (`None`: no base is named); the first one is W if nothing else is given. `Err` if unknown.
@@ -48,12 +51,13 @@ impl<'a> Bases<'a> {
         let base = base.unwrap_or(&unnamed);
         let given = self.options.bases.get(&base.name).copied();
         let is_first = self.first.get_or_insert_with(|| base.clone()) == base;
-        let is_explicit = base.in_world.is_some() && !self.names_given;
-        let nothing_given = self.options.bases.is_empty() || base.name.is_empty() || is_explicit;
+        let is_open = self.options.bases.is_empty() || base.name.is_empty();
+        // Looked for where it decides: once, as the world is known behind an explicit base.
+        let nothing_given = || is_open || base.in_world.is_some() && !self.names_given();
         let by_world = || Some(self.world? * base.in_world?);
         let pose = given
             .or_else(by_world)
-            .or_else(|| (is_first && nothing_given).then(Isometry3::identity))
+            .or_else(|| (is_first && nothing_given()).then(Isometry3::identity))
             .ok_or_else(|| RobotFault::NoBase { name: shown_name(&base.name) })?;
         if self.world.is_none() {
             self.world = base.in_world.map(|in_world| pose * in_world.inverse());
