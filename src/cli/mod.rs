@@ -1,4 +1,4 @@
-//! The command line: a file for each command, arguments, terminal, exit codes.
+//! The command line: a file for each command, arguments, terminal, Ctrl-C, exit codes.
 
 mod check;
 mod choice;

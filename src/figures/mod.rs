@@ -1,4 +1,4 @@
-//! Figures of the results: plain data in, SVG or PNG bytes out.
+//! Figures of the results in one style: plain data in, SVG or PNG bytes out.
 //!
 //! Each kind of figure lays itself out as a scene of lines, shapes, texts and images in floating-point
 //! pixels; `svg` writes it, and `png` has plotters draw it. The same data give the same bytes.

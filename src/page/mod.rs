@@ -1,4 +1,4 @@
-//! Results as one HTML file, readable without this program or a network: everything a result folder says.
+//! Results, or a comparison of results, as one HTML file that needs no network: everything result folders say.
 //!
 //! A run leaves a [`Description`]; [`ResultFolder`] reads it; [`page()`] makes a report of one folder, [`comparison()`] of several.
 

@@ -1,4 +1,4 @@
-//! The process: cutting forces along a toolpath, where the workpiece stands, the process file.
+//! The process: cutting forces along a toolpath, where the workpiece stands, whether a machine can follow, the process file.
 
 pub mod cutting;
 mod cutting_rule;

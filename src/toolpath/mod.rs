@@ -1,4 +1,4 @@
-//! Toolpaths and programs: G-code, robot languages, APT and CSV, read and written back with moved points.
+//! Toolpaths and programs: lines and circles, G-code, robot languages, APT and CSV, read and written back with moved points.
 //!
 //! A [`Toolpath`] is a list of [`PathPoint`]s. It comes from a generator ([`Circle`], [`Toolpath::line`]), from a
 //! polyline in a CSV file ([`polyline`]) or from a G-code program ([`gcode`]). A path from a file remembers where each
