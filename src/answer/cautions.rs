@@ -84,7 +84,7 @@ pub fn zeroing(machine: &Machine) -> String {
     let Some(own) = machine.own_load_words() else { return String::new() };
     let from = match machine.zeroed {
         ZeroState::AtRest => {
-            format!("from where it rests under its {own}, calibrated there (zeroed = \"at_rest\")")
+            format!("from the machine at rest under its {own}, calibrated there (zeroed = \"at_rest\")")
         }
         ZeroState::Weightless => format!("from the rigid model, without {own} (zeroed = \"weightless\")"),
         ZeroState::AtHome => {
@@ -113,7 +113,7 @@ pub fn large_errors(machine: &Machine, errors: &[ChainError]) -> String {
         let turn = error.base.angular.norm().max(error.end.angular.norm());
         if turn > LARGE_ROTATION {
             text += &format!(
-                "Chain {} is turned by {:.1}\u{b0} by its errors: more than what assembly leaves; is it meant?\n",
+                "Chain {} is turned by {:.1}\u{b0} by its errors: more than assembly leaves; is that rotation intended?\n",
                 chain.name,
                 turn.to_degrees()
             );

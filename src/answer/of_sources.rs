@@ -37,16 +37,16 @@ impl Source {
     /// Returns the beginning of a sentence that says how far this source moves the tool.
     pub(crate) fn moves(self, machine: &Machine) -> String {
         let own = machine.own_load_words().unwrap_or("weight");
-        let moves = if own == "weight" { "moves it" } else { "move it" };
+        let (moves, are) = if own == "weight" { ("moves the tool", "is") } else { ("move the tool", "are") };
         match self {
             Source::Cutting => "The cutting force alone moves the tool".into(),
             Source::Weight if machine.zeroed == ZeroState::AtRest => {
-                format!("Its {own}, which {} taken as zeroed, {moves}", if own == "weight" { "is" } else { "are" })
+                format!("The machine's {own}, which {are} taken as zeroed, {moves}")
             }
-            Source::Weight => format!("Its {own} alone {moves}"),
-            Source::Errors => "Chain errors alone move it".into(),
-            Source::All if Self::parts(machine).len() > 2 => "All together move it".into(),
-            Source::All => "Both together move it".into(),
+            Source::Weight => format!("The machine's {own} alone {moves}"),
+            Source::Errors => "Chain errors alone move the tool".into(),
+            Source::All if Self::parts(machine).len() > 2 => "All sources together move the tool".into(),
+            Source::All => "Both sources together move the tool".into(),
         }
     }
 }

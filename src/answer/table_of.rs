@@ -66,13 +66,13 @@ impl<'a, B: ?Sized> Streams<'a, B> {
         Ok(self)
     }
 
-    /// Writes the rows of the next block into all tables; `Err` if they cannot be written.
-    pub fn add(&mut self, block: &B) -> Result<()> {
-        for (_, of_block, streamed, whole) in &mut self.tables {
-            let table = of_block(block);
+    /// Writes the rows of the next block into all tables; keeps the rows where an image is made of them; `Err` if they cannot be written.
+    pub fn write_block(&mut self, block: &B) -> Result<()> {
+        for (_, make_table, streamed, image_table) in &mut self.tables {
+            let table = make_table(block);
             streamed.add(&table)?;
             if self.image.is_some() {
-                whole.append(table);
+                image_table.append(table);
             }
         }
         Ok(())

@@ -1,4 +1,4 @@
-//! A tolerance on the position of the tool: in words, and where it is met.
+//! Position tolerance of the tool: its wording, and the share of a workspace or path that is within it.
 
 use crate::files::words::percent;
 

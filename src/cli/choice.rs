@@ -21,7 +21,7 @@ fn one_of<T: Copy + Send + Sync + 'static>(
     let values = PossibleValuesParser::new(all.iter().map(|&value| PossibleValue::new(name(value)).help(about(value))));
     values.try_map(move |given| {
         let chosen = all.iter().copied().find(|value| name(*value) == given);
-        chosen.ok_or_else(|| format!("\"{given}\" is none of them"))
+        chosen.ok_or_else(|| format!("\"{given}\" is none of these values"))
     })
 }
 
@@ -59,7 +59,7 @@ pub fn law() -> impl TypedValueParser<Value = ForceLaw> {
              the in-plane force varies between 205 N and 225 N"
         }
         ForceLaw::Rotated => {
-            "A rotation: F_x = F_r cos φ − F_t sin φ, F_y = F_r sin φ + F_t cos φ. What is meant where no law is named"
+            "A rotation: F_x = F_r cos φ − F_t sin φ, F_y = F_r sin φ + F_t cos φ. The law where none is named"
         }
     })
 }

@@ -93,8 +93,8 @@ pub(super) fn check_movable(file: &Path, process: &Process, path: &Toolpath) -> 
     if !process.gcode.commands_rotary_drives(path) {
         return Ok(());
     }
-    let problem = "tells rotary drives where to stand, and where their axes pass in it changes with the place: expected the place of its \
-                   process alone, as in compensate, run or compare without --at";
+    let problem = "commands rotary drives, whose axes lie elsewhere in the program at each place: expected the place of the process \
+                   alone, as in compensate, run or compare without --at";
     Err(Error::argument(file.display().to_string(), problem))
 }
 
@@ -118,8 +118,7 @@ fn placement_study(arguments: &CompareArguments, machine: &str, process: &Path, 
         return Err(no_motion_error(file));
     };
     if process.redundancy.is_sought() {
-        let problem =
-            "is sought by the process: here the tool stands as programmed; a placement study seeks it at each place";
+        let problem = "is sought by the process: here the tool stands as programmed; a placement study seeks the rotation at each place";
         return Err(Error::argument("redundancy", problem));
     }
     let reference = process.placement.reference;

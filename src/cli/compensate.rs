@@ -29,8 +29,8 @@ use super::{Ending, choice, headline, on_machine::OnMachine, reporting::Reportin
 #[derive(Debug, Args)]
 #[command(after_help = "\
 The program keeps its format: in G-code only motion words change; comments, line numbers, other words and the feed stay.
-Beside the program, its points and errors are written to OUT.points.csv and OUT.report.json, and a page of what it does to
-OUT.html, and so are files that it calls if their calls stay. Files of these names are only replaced if they are as this command left
+Beside the program, its points and errors are written to OUT.points.csv and OUT.report.json, a page about the program to OUT.html, and
+the files that the program calls if their calls stay. Files of these names are only replaced if they are as this command left
 them, or with --force.
 
 Examples:

@@ -22,7 +22,7 @@ use super::{
 The table gives, at each node of a grid over positions of P and for each drive, its correction as a polynomial in the force on the
 tool tip: one table for predicted and for measured forces. Between nodes the controller interpolates linearly along each axis.
 FOLDER holds correction.csv and correction.json, joint_LABEL.comp (LinuxCNC's COMP_FILE) where each joint is an axis and such a table is
-of use, and a page with maps of the residual error. Other commands' files in it are not replaced.
+of use, and a page with maps of the residual error. Other commands' files in FOLDER are not replaced.
 
 Examples:
   kinetostat export-correction --machine orthoglide --process milling.toml --out correction

@@ -20,7 +20,7 @@ use super::{Ending, number, numbers, print};
 #[command(after_help = "\
 The code is the program's own solver for this machine, written down operation by operation: a fixed number of Newton steps
 from a start by polynomials, without allocation, loops of unknown length or panics. A search over box and forces says how
-far it is from the program's own answers; that stands in OUT/README.md and in the header. Files in OUT are only replaced if
+far the code is from the solver; OUT/README.md and the header state this error. Files in OUT are only replaced if
 this command wrote them, or with --force.
 
 Examples:
@@ -97,7 +97,7 @@ fn summary_text(realtime: &Realtime, folder: &Path) -> String {
     }
     if realtime.functions().iter().any(|(_, own)| own.errors.stated_mm() > AIM_MM) {
         text +=
-            &format!("That is above {AIM_MM:e} mm: more --steps, a smaller --box or smaller forces make it less.\n");
+            &format!("An error is above {AIM_MM:e} mm: more --steps, a smaller --box or smaller forces reduce it.\n");
     }
     let shown = folder.display();
     text + &format!("Written to {shown}; next: cd {shown} && cargo build --release\n")

@@ -59,8 +59,8 @@ Examples:
   kinetostat predict mine --poses others.csv
   kinetostat predict mine --poses others.csv --out predicted.csv
 
-The file of poses has the columns of the study's measurements: readings in it are predicted and set beside, and displacements of the
-tool tip are where a row has none. The interval holds what is known of the parameters, the residual of the model, and the noise of the reading.")]
+The file of poses has the columns of the study's measurements. Its readings are predicted and set beside the predictions; for a row
+without readings, displacements of the tool tip are predicted. The interval holds what is known of the parameters, the residual of the model, and the noise of the reading.")]
 pub struct PredictArguments {
     /// Study folder (with a study.toml) of an identification, or study file
     study: PathBuf,

@@ -25,7 +25,7 @@ Examples:
   kinetostat merge node1/parts node2/parts/part_0002_of_0003.kpart node3/parts
   kinetostat merge parts --study /home/me/01_workspace_map     (where the study is here, if it was elsewhere there)
 
-All parts must be there, each once, computed by this very program from the study as it is now; what is not so is refused by
+All parts must be there, each once, computed by this very program from the study as it is now; any other file is refused by
 name. A placement goes in rounds, each of which needs all parts of the one before: merge computes what no part has, and
 run --part I/N --round 2 shares the second round, and so on.")]
 pub struct MergeArguments {

@@ -181,7 +181,7 @@ impl Progress {
             return;
         }
         state.is_warned = true;
-        let text = format!("{}: {unsolved} of the first {computed} {} not solved; it goes on", self.study, self.of);
+        let text = format!("{}: {unsolved} of the first {computed} {} not solved; going on", self.study, self.of);
         self.warn(&text);
     }
 

@@ -220,7 +220,7 @@ fn part_report(
 ) -> String {
     let (share, round, file) = (asked.share, asked.round, part.file.display());
     if part.was_there {
-        return format!("Part {share} of {} is there already: {file}. --restart computes it anew.\n", study.name);
+        return format!("Part {share} of {} is there already: {file}. Use --restart to compute anew.\n", study.name);
     }
     let mut text = match round {
         1 => {

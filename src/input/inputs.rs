@@ -66,7 +66,7 @@ impl Inputs {
     /// Describes in words the first difference of these inputs from those `before`; `None` if they are the same.
     pub fn change_since(&self, before: &Inputs) -> Option<String> {
         if !self.0.iter().map(|(name, _)| name).eq(before.0.iter().map(|(name, _)| name)) {
-            return Some(format!("its inputs were {}, they are {}", before.names(), self.names()));
+            return Some(format!("the inputs were {}, and are {}", before.names(), self.names()));
         }
         let mut pairs = self.0.iter().zip(&before.0);
         let ((name, now), (_, before)) = pairs.find(|(now, before)| now != before)?;

@@ -107,11 +107,11 @@ impl Aligned {
             }
             (0, _) => format!("{own} and none in common: their numbers are not compared."),
             (common, Shape::Curve) => format!(
-                "{own}, {common} of them in common: differences and who is better where are taken at these; {of_curves}."
+                "{own}, {common} of them in common: differences and who is better where are taken at the common ones; {of_curves}."
             ),
             (common, _) => format!(
                 "{own}, {common} of them in common: smallest, mean and largest values, differences and who is better \
-                 where are taken at these."
+                 where are taken at the common ones."
             ),
         })
     }
@@ -152,7 +152,7 @@ fn shared_part(explorer: &Explorer, own: &[&Explorer], letters: &[char], remarks
         let missing = own.iter().position(|e| !e.quantities.iter().any(|q| is_same(q, quantity)));
         if let Some(missing) = missing {
             let with_unit = label_with_unit(&quantity.label, &quantity.unit);
-            remarks.push(format!("{} does not have {with_unit}; it is not compared.", letters[missing]));
+            remarks.push(format!("{} does not have {with_unit}, which is not compared.", letters[missing]));
         }
         missing.is_none()
     });
@@ -161,7 +161,7 @@ fn shared_part(explorer: &Explorer, own: &[&Explorer], letters: &[char], remarks
             let has = |e: &&Explorer| e.group.as_ref().is_some_and(|g| g.values.contains(value));
             let missing = own.iter().position(|e| !has(e));
             if let Some(missing) = missing {
-                remarks.push(format!("{} does not have \"{}\"; it is not compared.", letters[missing], value.label));
+                remarks.push(format!("{} does not have \"{}\", which is not compared.", letters[missing], value.label));
             }
             missing.is_none()
         });

@@ -135,7 +135,7 @@ fn shared_question(folders: &[ResultFolder]) -> String {
     if folders.iter().all(|folder| own(folder) == first) {
         first
     } else {
-        "Which of these is better, where, by how much, and does it matter?".into()
+        "Which result is better, where, by how much, and does the difference matter?".into()
     }
 }
 
@@ -152,7 +152,7 @@ fn kind_line(kind: &str, headline: Option<&Aligned>) -> String {
 /// Returns sentences on what counts as rounding, and on the tolerance that decides whether a difference matters.
 fn rules(floors: &Floors, tolerance: Option<&(f64, String)>) -> Vec<String> {
     let matters = match tolerance {
-        Some((mm, whose)) => format!("Whether a difference matters is held against {mm} mm ({whose})."),
+        Some((mm, whose)) => format!("A difference matters if it is larger than {mm} mm ({whose})."),
         None => "No tolerance is given: with --tolerance MM this page says whether a difference matters.".into(),
     };
     vec![floors.rule_sentence(), matters]

@@ -1,4 +1,4 @@
-//! The engine in a page: a reader moves machine and workpiece by hand, and the page computes.
+//! The engine as WebAssembly in an HTML page: the reader drags machine and workpiece, and the page computes the deflection.
 
 use std::sync::OnceLock;
 

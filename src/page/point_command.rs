@@ -91,12 +91,12 @@ fn omission_note(keys: &Keys) -> String {
             left.push(table);
         }
     }
-    let mut note = String::new();
-    if !left.is_empty() {
-        note += &format!("It leaves out {} of the process.", left.join(", "));
-    }
+    let mut note = match left.join(", ") {
+        none if none.is_empty() => none,
+        all => format!("The command leaves out these keys of the process: {all}; its numbers differ from those above."),
+    };
     if keys.get(&("study".into(), "machine".into())).is_some_and(|machine| machine.ends_with(".toml")) {
-        note += " Run it in the folder of the study.";
+        note += " Run the command in the folder of the study.";
     }
     note.trim().to_string()
 }

@@ -141,8 +141,8 @@ pub(super) fn input_changes(folders: &[ResultFolder], letters: &[char]) -> Resul
     if !without.is_empty() {
         let known = if hashes.len() == 1 { "Their inputs are the same, by their hash" } else { "Their inputs differ" };
         let sentence = format!(
-            "{known}; what differs key by key is not known, as {} {} computed by a version that did not record it: run \
-             the study again.",
+            "{known}; what differs key by key is not known, as {} {} computed by a version that did not record keys: \
+             run the study again.",
             without.join(" and "),
             if without.len() == 1 { "was" } else { "were" }
         );
@@ -185,9 +185,9 @@ fn change_sentence(rows: &[Change], is_other_text: bool) -> String {
             None => parts.push((&row.part, 1)),
         }
     }
-    let parts: Vec<String> =
+    let all: Vec<String> =
         parts.iter().map(|(part, count)| format!("{} of the {part}", counted(*count, "value"))).collect();
-    format!("They differ in {}, listed under Why.", join_words(&parts.iter().map(String::as_str).collect::<Vec<_>>()))
+    format!("Inputs differ in {}, listed under Why.", join_words(&all.iter().map(String::as_str).collect::<Vec<_>>()))
 }
 
 /// Returns the values of a result's inputs by part and key; empty if none are recorded, `Err` if they have not the expected form.

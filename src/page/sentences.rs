@@ -90,9 +90,11 @@ impl VerdictWriter<'_> {
         match winners.share_same() {
             0.0 => format!("{better} everywhere in {extent}, {by}."),
             share => format!(
-                "{better} in {} of {extent}, {by}; in the other {} they are the same.",
+                "{better} in {} of {extent}, {by}; in the other {} {} and {} are equal.",
                 percent(winners.win_share(first)),
-                percent(share)
+                percent(share),
+                self.full_name(first),
+                self.full_name(second)
             ),
         }
         .replace("everywhere in the path", "everywhere along the path")

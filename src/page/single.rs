@@ -327,7 +327,7 @@ const TERMS: [(&str, &str, &str); 3] = [
     (
         "Tool angle φ",
         "tool angle",
-        "immersion direction: that of the radial cutting force about the tool, from the x axis; it follows the direction of feed",
+        "immersion direction: that of the radial cutting force about the tool, from the x axis; the angle follows the direction of feed",
     ),
     ("Superposition error", "superposition error", "displacements by single sources added, less that by all at once"),
 ];

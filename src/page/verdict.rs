@@ -151,11 +151,11 @@ impl VerdictWriter<'_> {
         let matters = differences.iter().filter(|(_, by)| *by > tolerance).count();
         verdict.lines.push(match matters {
             0 => format!(
-                "Nowhere do they differ by more than the tolerance of {tolerance} mm: for it, the difference does not \
+                "Nowhere do the results differ by more than the tolerance of {tolerance} mm: the difference does not \
                  matter."
             ),
             count => format!(
-                "They differ by more than the tolerance of {tolerance} mm in {} of {}: there the difference matters.",
+                "The results differ by more than the tolerance of {tolerance} mm in {} of {}: there the difference matters.",
                 percent(count as f64 / differences.len() as f64),
                 self.extent_words()
             ),
@@ -178,7 +178,7 @@ impl VerdictWriter<'_> {
                 }
             },
             against: match is_length {
-                true => "no tolerance is given to hold it against".into(),
+                true => "no tolerance is given for the difference".into(),
                 false => String::new(),
             },
         });

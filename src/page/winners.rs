@@ -49,8 +49,8 @@ impl Floors {
     pub fn rule_sentence(&self) -> String {
         let named = self.0.iter().filter(|(unit, most)| !unit.is_empty() && *most > 0.0);
         let floors: Vec<String> = named.map(|(unit, most)| with_unit(&format_floor(RESOLVED * most), unit)).collect();
-        let rule = "What is smaller than a ten-millionth of the largest number compared in the same unit counts as \
-                    rounding: it has no winner and sets no axis";
+        let rule = "A difference below a ten-millionth of the largest number compared in the same unit counts as \
+                    rounding: the difference has no winner and sets no axis";
         if floors.is_empty() { format!("{rule}.") } else { format!("{rule} (here {}).", floors.join(", ")) }
     }
 }

@@ -191,8 +191,8 @@ impl Study {
         Ok(PartInFolder { file, was_there: false, is_complete })
     }
 
-    /// Merges `parts`, those of one division in any order, into results in the folder `out`, as [`Study::run_into`] writes them. What they leave
-    /// open of a study that goes in rounds is computed. The results are those of a single run, byte for byte.
+    /// Merges all `parts` of one division, in any order, into results in the folder `out`, as [`Study::run_into`] writes them. Rounds that the
+    /// parts do not contain yet are computed here. The results are those of a single run, byte for byte.
     ///
     /// # Errors
     /// As [`Study::run_into`]; parts of other inputs or of another build, parts that are missing or there twice.
@@ -240,7 +240,7 @@ fn parts_before(out: &Path, round: u32, share: Share, origin: &Origin) -> Result
 
 /// Refuses a `share` of another number of parts than in the rounds before.
 fn check_same_division(before: &Parts, share: Share) -> Result<()> {
-    let of = before.of();
+    let of = before.part_count();
     let fault = || Error::argument("part", format!("expected one of {of} parts, as in the rounds before, got {share}"));
     if of == share.of() { Ok(()) } else { Err(fault()) }
 }

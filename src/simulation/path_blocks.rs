@@ -104,7 +104,7 @@ fn solve_group(
             let checked = with_points.map(|(((session, task), target), simulated)| {
                 match case.nominal.check_tracked(target, session.command()) {
                     Err(unreachable) if simulated.outcome.is_some() => {
-                        session.refuse(task, CompensationStatus::Unreachable(unreachable))
+                        session.refused(task, CompensationStatus::Unreachable(unreachable))
                     }
                     _ => simulated,
                 }
@@ -121,9 +121,9 @@ fn solve_group(
     }
     let mut solved = solved.into_iter();
     let answers = blocks.iter().zip(asked).map(|(block, task)| match &block.track[point].tracked {
-        Err(reason) => Some(block.session.refuse(task, reason.clone())),
+        Err(reason) => Some(block.session.refused(task, reason.clone())),
         Ok(()) => solved.next().map(|found| match block.full_turn_jump(case.nominal, point, commands, &found) {
-            Some(change) => block.session.refuse(task, change),
+            Some(change) => block.session.refused(task, change),
             None => found,
         }),
     });

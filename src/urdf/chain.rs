@@ -1,4 +1,4 @@
-//! The chain from base to tip as elements of a machine file: fixed transforms, drives and masses.
+//! The chain from base to tip as elements of a machine file: fixed transforms, drives and masses; its reach.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -84,9 +84,10 @@ fn in_mm(xyz: [f64; 3]) -> [f64; 3] {
     xyz.map(|v| times_thousand(v) + 0.0)
 }
 
-/// Returns the length of the chain along `joints`, m, with slides at the far end of their travel.
-pub(super) fn chain_length(robot: &Robot, joints: &[usize]) -> f64 {
-    let way = |joint: &Joint| {
+/// Returns an upper bound of the reach of the chain along `joints`, m: distances between successive joint frames added, each slide at its
+/// larger absolute limit (0 without limits).
+pub(super) fn reach_bound(robot: &Robot, joints: &[usize]) -> f64 {
+    let joint_reach = |joint: &Joint| {
         let slide = match (&joint.limit, joint.kind) {
             (Some(limit), JointKind::Prismatic) => {
                 limit.lower.unwrap_or_default().abs().max(limit.upper.unwrap_or_default().abs())
@@ -95,38 +96,38 @@ pub(super) fn chain_length(robot: &Robot, joints: &[usize]) -> f64 {
         };
         Vector3::from(joint.origin.xyz).norm() + slide
     };
-    joints.iter().map(|&joint| way(&robot.joints[joint])).sum()
+    joints.iter().map(|&joint| joint_reach(&robot.joints[joint])).sum()
 }
 
 /// Most drives of a chain: many times those of any robot.
 const MAX_DRIVES: usize = 100;
 
-/// Builds the elements of the chain from the root along the joints `way`; fails if one of these moves and cannot be a drive.
+/// Builds the elements of the chain from the root along `joints_to_tip`; fails if one of these moves and cannot be a drive.
 pub(super) fn chain_elements(
     robot: &Robot,
     tree: &Tree,
-    way: &[usize],
+    joints_to_tip: &[usize],
     masses: &[Option<Mass>],
     source: &Source<'_>,
     notes: &mut ImportNotes,
 ) -> Result<Vec<Element>> {
-    let count = way.iter().filter(|&&joint| is_movable(&robot.joints[joint])).count();
+    let count = joints_to_tip.iter().filter(|&&joint| is_movable(&robot.joints[joint])).count();
     if count > MAX_DRIVES {
         return source
             .fail_whole_file(format!("{count} movable joints lead to the tip, expected at most {MAX_DRIVES}"));
     }
     let mut on_way = vec![false; robot.joints.len()];
-    way.iter().for_each(|&joint| on_way[joint] = true);
+    joints_to_tip.iter().for_each(|&joint| on_way[joint] = true);
     let mut builder = Builder { robot, tree, on_way, masses, source, notes, elements: Vec::new(), hanging: Vec::new() };
     builder.add_link(tree.root);
-    for &joint in way {
+    for &joint in joints_to_tip {
         builder.add_joint(&robot.joints[joint])?;
         builder.add_link(tree.child_link[joint]);
     }
     let Builder { elements, hanging, notes, .. } = builder;
     notes.add_names("movable joints beside the chain, held at zero", hanging.iter().map(String::as_str));
-    note_limits(robot, way, &elements, notes);
-    note_angles(robot, way, notes);
+    note_limits(robot, joints_to_tip, &elements, notes);
+    note_angles(robot, joints_to_tip, notes);
     Ok(elements)
 }
 
@@ -264,8 +265,9 @@ fn travel(joint: &Joint, motion: Motion) -> Option<[f64; 2]> {
 }
 
 /// Notes joints whose travel, effort or axis is missing.
-fn note_limits(robot: &Robot, way: &[usize], elements: &[Element], notes: &mut ImportNotes) {
-    let joints: Vec<&Joint> = way.iter().map(|&joint| &robot.joints[joint]).filter(|joint| is_movable(joint)).collect();
+fn note_limits(robot: &Robot, joints_to_tip: &[usize], elements: &[Element], notes: &mut ImportNotes) {
+    let joints: Vec<&Joint> =
+        joints_to_tip.iter().map(|&joint| &robot.joints[joint]).filter(|joint| is_movable(joint)).collect();
     let drives = elements.iter().filter_map(|element| match element {
         Element::Drive(drive) => Some(drive),
         _ => None,
@@ -290,12 +292,12 @@ const MEANT: f64 = 2e-3;
 const EXACT: f64 = 2e-5;
 
 /// Notes joints whose angles are almost right angles, as if written with few digits.
-fn note_angles(robot: &Robot, way: &[usize], notes: &mut ImportNotes) {
+fn note_angles(robot: &Robot, joints_to_tip: &[usize], notes: &mut ImportNotes) {
     let is_rounded = |angle: f64| {
         let right_angles = (angle / FRAC_PI_2).round();
         right_angles != 0.0 && (EXACT..MEANT).contains(&(angle - right_angles * FRAC_PI_2).abs())
     };
-    let joints = way.iter().map(|&joint| &robot.joints[joint]);
+    let joints = joints_to_tip.iter().map(|&joint| &robot.joints[joint]);
     let rounded = joints.filter(|joint| joint.origin.rpy.into_iter().any(is_rounded));
     notes.add_names(
         "joints whose rpy is almost a right angle, such as 1.57, taken as written",

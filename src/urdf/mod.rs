@@ -80,12 +80,12 @@ pub fn import(text: &str, origin: &str, options: &ImportOptions) -> Result<Impor
     let robot = read::robot(&source)?;
     let tree = Tree::of(&robot, &source)?;
     let tip = tree.tip(options.tip.as_deref(), &robot, &source)?;
-    let way = tree.joints_to(tip);
-    let length = chain::chain_length(&robot, &way);
+    let joints_to_tip = tree.joints_to(tip);
+    let reach = chain::reach_bound(&robot, &joints_to_tip);
     let mut notes = ImportNotes::default();
     note_ends(&robot, &tree, tip, &mut notes);
-    let masses = masses::plausible_masses(&robot, &tree, length, &mut notes);
-    let elements = chain::chain_elements(&robot, &tree, &way, &masses, &source, &mut notes)?;
+    let masses = masses::plausible_masses(&robot, &tree, reach, &mut notes);
+    let elements = chain::chain_elements(&robot, &tree, &joints_to_tip, &masses, &source, &mut notes)?;
     note_weight(&elements, &mut notes);
     note_unread(&robot, &mut notes);
     let drives: Vec<_> = home::drives(&elements).collect();
@@ -95,8 +95,8 @@ pub fn import(text: &str, origin: &str, options: &ImportOptions) -> Result<Impor
         notes.add_names("stiffness unknown, to be written below or given with --stiffness or --like, of drives", names);
     }
     let name = if robot.name.is_empty() { "robot".into() } else { identifier(&robot.name) };
-    let length_mm = (1000.0 * length).max(1.0);
-    let home = home::choose_home(&elements, length_mm);
+    let reach_mm = (1000.0 * reach).max(1.0);
+    let home = home::choose_home(&elements, reach_mm);
     let (tool_axis, tool_axis_from) = tool_axis(options);
     let file = MachineFile {
         title: format!(
@@ -118,7 +118,7 @@ pub fn import(text: &str, origin: &str, options: &ImportOptions) -> Result<Impor
         stiffness,
         elements,
     };
-    complete_file(file, origin, length_mm)
+    complete_file(file, origin, reach_mm)
 }
 
 /// Completes the file by its own kinematics: which coordinates the drives control, and a reachable workspace box; `length` in mm.

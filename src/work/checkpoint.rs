@@ -41,7 +41,7 @@ impl Origin {
     /// Says what differs from the origin `before`; `None` if nothing does.
     fn change_since(&self, before: &Origin) -> Option<String> {
         if before.program != self.program {
-            return Some(format!("it was made by {}, this is {}", before.program, self.program));
+            return Some(format!("the run was made by {}, this program is {}", before.program, self.program));
         }
         self.inputs.change_since(&before.inputs)
     }

@@ -1,4 +1,4 @@
-//! Part files, which hold the pieces that a part of a computation has found, and all parts of a computation together.
+//! Part files (the pieces that one part of a computation has found), and the collection of all parts.
 //!
 //! After eight bytes that name the format come records (`records.rs`): the first says which part of what it is and how many pieces there are, each
 //! other one holds the key of a piece and the piece, in the order of the keys. The same part has the same bytes whatever the number of threads. A
@@ -72,16 +72,16 @@ impl PartSource {
         match self {
             Self::File(path) => {
                 let opened = file::open(path)?;
-                let length = opened.metadata().map_err(|source| self.read_error(source))?.len();
+                let length = opened.metadata().map_err(|cause| self.read_error(cause))?.len();
                 Ok((Box::new(opened), length))
             }
             Self::Bytes(_, bytes) => Ok((Box::new(Cursor::new(bytes)), bytes.len() as u64)),
         }
     }
 
-    /// Error that the source cannot be read.
-    fn read_error(&self, source: std::io::Error) -> Error {
-        Error::Read { file: self.name().into(), source }
+    /// Error that this part cannot be read because of `cause`.
+    fn read_error(&self, cause: std::io::Error) -> Error {
+        Error::Read { file: self.name().into(), source: cause }
     }
 
     /// Refuses the source because of `problem`.
@@ -96,7 +96,7 @@ pub struct Part {
     source: PartSource,
     head: PartHead,
     /// Keys, and where their pieces are: offset and length.
-    places: Vec<(Vec<u8>, u64, u32)>,
+    piece_locations: Vec<(Vec<u8>, u64, u32)>,
 }
 
 impl Part {
@@ -124,28 +124,28 @@ impl Part {
         };
         let head = next(&mut at)?.and_then(|head| postcard::from_bytes::<PartHead>(&head).ok());
         let Some(head) = head else { return source.refuse("is cut short or damaged where it says which part it is") };
-        let mut places = Vec::new();
+        let mut piece_locations = Vec::new();
         for number in 0..head.pieces {
             let before = at;
             let content = next(&mut at)?;
-            let place = content.as_ref().and_then(|content| {
+            let location = content.as_ref().and_then(|content| {
                 let (key, piece) = postcard::take_from_bytes::<Vec<u8>>(content).ok()?;
                 Some((key, before + (HEAD + content.len() - piece.len()) as u64, piece.len() as u32))
             });
-            let Some(place) = place else {
+            let Some(location) = location else {
                 let (share, pieces) = (head.share, head.pieces);
                 return source.refuse(format!(
                     "is cut short or damaged: {number} of the {pieces} pieces of part {share} are whole; \
                      compute that part again"
                 ));
             };
-            places.push(place);
+            piece_locations.push(location);
         }
         drop(reader);
         if at != length {
             return source.refuse(format!("has {} bytes behind its end: it was damaged", length - at));
         }
-        Ok(Self { source, head, places })
+        Ok(Self { source, head, piece_locations })
     }
 
     /// Round and number of the part.
@@ -175,7 +175,7 @@ impl Part {
     pub fn check(&self, origin: &Origin) -> Result<()> {
         let PartHead { program, inputs, study, .. } = &self.head;
         if *program != origin.program {
-            return self.source.refuse(format!("was computed by {program}, this is {}", origin.program));
+            return self.source.refuse(format!("was computed by {program}, this program is {}", origin.program));
         }
         let expected = origin.inputs.digests();
         if !inputs.iter().map(|(name, _)| name).eq(expected.iter().map(|(name, _)| name)) {
@@ -222,8 +222,8 @@ pub fn write(mut head: PartHead, checkpoint: &mut Checkpoint, to: &mut impl Writ
 pub struct Parts {
     sources: Vec<PartSource>,
     /// Where the piece of each key is: number of the source, offset and length.
-    places: HashMap<Vec<u8>, (usize, u64, u32)>,
-    of: u32,
+    piece_locations: HashMap<Vec<u8>, (usize, u64, u32)>,
+    part_count: u32,
     rounds: u32,
 }
 
@@ -234,7 +234,7 @@ impl Parts {
     /// Collects all `parts`, in any order, of the computation from `origin`.
     ///
     /// # Errors
-    /// A part of another computation or division, a part that is missing or there twice; the message names them.
+    /// `parts` is empty; a part belongs to another computation or another division; a part is missing or given twice.
     pub fn new(mut parts: Vec<Part>, origin: &Origin) -> Result<Self> {
         let Some(first) = parts.first() else {
             return Err(Error::argument("parts", "expected all parts of a study, got none"));
@@ -255,19 +255,19 @@ impl Parts {
         }
         let rounds = parts.last().map_or(0, |part| part.head.round);
         (1..=rounds).try_for_each(|round| check_complete(&parts, round, share.of()))?;
-        let mut places = HashMap::new();
+        let mut piece_locations = HashMap::new();
         let mut sources = Vec::with_capacity(parts.len());
-        for (number, Part { source, places: own, .. }) in parts.into_iter().enumerate() {
+        for (number, Part { source, piece_locations: locations, .. }) in parts.into_iter().enumerate() {
             sources.push(source);
-            places.extend(own.into_iter().map(|(key, offset, length)| (key, (number, offset, length))));
+            piece_locations.extend(locations.into_iter().map(|(key, offset, length)| (key, (number, offset, length))));
         }
-        Ok(Self { sources, places, of: share.of(), rounds })
+        Ok(Self { sources, piece_locations, part_count: share.of(), rounds })
     }
 
     /// Number of parts in a round.
     #[must_use]
-    pub fn of(&self) -> u32 {
-        self.of
+    pub fn part_count(&self) -> u32 {
+        self.part_count
     }
 
     /// Number of rounds.
@@ -281,7 +281,7 @@ impl Parts {
     /// # Errors
     /// It cannot be read any more.
     pub(super) fn bytes(&self, key: &[u8]) -> Result<Option<Vec<u8>>> {
-        let Some(&(source, offset, length)) = self.places.get(key) else { return Ok(None) };
+        let Some(&(source, offset, length)) = self.piece_locations.get(key) else { return Ok(None) };
         let source = &self.sources[source];
         let (mut reader, _) = source.open()?;
         let mut bytes = vec![0; length as usize];

@@ -403,8 +403,8 @@ fn force_limits_that_cannot_be_kept_are_named() {
     let limits = Limits { correction: Some(vec![0.1; 3]), ..force(largest_force - 3.0) };
     assert_eq!(
         message(&case, &limits),
-        "drive x at point 11: its force cannot be brought below 400.424 N, the force limit is 399.438 N; it could be \
-         kept without the limit on the correction"
+        "drive x at point 11: its force cannot be brought below 400.424 N, the force limit is 399.438 N; the force \
+         limit could be kept without the limit on the correction"
     );
     assert_eq!(
         message(&Case::tripteron(12), &force(200.0)),

@@ -107,7 +107,7 @@ fn another_origin_is_refused_with_what_differs() {
     assert_eq!(Checkpoint::find(&path, &origin("a")).unwrap(), ExistingPieces::Other(change.into()));
     refused(&format!("belongs to another run: {change}"));
     Checkpoint::create(&path, &Origin { program: "0".into(), ..origin("a") }).unwrap();
-    refused("it was made by 0, this is 1");
+    refused("the run was made by 0, this program is 1");
     std::fs::write(&path, b"nothing of the kind").unwrap();
     refused("is not a file of an unfinished run");
 }

@@ -130,7 +130,7 @@ fn check_says_the_same_of_a_machine_and_of_its_printed_file() {
             "round trip",
             "tool stiffness",
             "K_C at home",
-            "where its parameters come from",
+            "where the parameters come from",
         ] {
             assert!(findings.contains(expected), "{name}: {expected} is missing in\n{findings}");
         }
@@ -263,7 +263,7 @@ fn point_reads_well_and_knows_named_points() {
     let by_name = printed(0, &["point", "--machine", "orthoglide", "--at", "Q1", "--phi", "130"]);
     let by_position = ["point", "--machine", "orthoglide", "--position", "126.35,126.35,126.35", "--phi", "130"];
     assert_eq!(by_name, printed(0, &by_position));
-    for expected in ["The tool moves by ", "to keep it there, command x +", "mrad", "compensated ρ"] {
+    for expected in ["The tool moves by ", "to keep the tool there, command x +", "mrad", "compensated ρ"] {
         assert!(by_name.contains(expected), "{expected} is missing in\n{by_name}");
     }
 }
@@ -514,7 +514,7 @@ fn mistakes_on_the_command_line_are_refused() {
             vec!["machines", "--show", "delta"],
             "--show: no built-in machine \"delta\"; there are: orthoglide, tripteron, delta_3puu, delta_3prpar, rotary_delta, hexapod, fanuc_r2000ic, kr270, kr500, irb7600, hybrid_3ups",
         ),
-        (vec!["check", "delta"], "machine: no built-in machine \"delta\" and no such file"),
+        (vec!["check", "delta"], "machine: no built-in machine \"delta\" and no file of this name"),
         (vec!["check", "nowhere.toml"], "nowhere.toml: cannot be read: "),
         (vec!["check", env!("CARGO_BIN_EXE_kinetostat")], "kinetostat: cannot be read: "),
         (vec!["check", env!("CARGO_MANIFEST_DIR")], "cannot be read: "),
@@ -810,7 +810,7 @@ fn a_hopeless_map_says_so_while_it_runs() {
     let arguments = ["run", path(&study), "--grid", "4", "--no-figures", "--restart", "--out", path(&out)];
     let said = stderr(&kinetostat(&arguments));
     let (_, counts) = said.split_once(": ").unwrap();
-    assert!(counts.contains(" of the first ") && counts.ends_with("points not solved; it goes on\n"), "{said}");
+    assert!(counts.contains(" of the first ") && counts.ends_with("points not solved; going on\n"), "{said}");
     let said = stderr(&kinetostat(&[&arguments[..], &["--progress", "json"]].concat()));
     let events: Vec<Value> = said.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
     assert_eq!(events.iter().filter(|event| event["event"] == "warning").count(), 1, "{said}");

@@ -81,8 +81,12 @@ fn a_program_outside_the_workspace_box_is_not_to_be_loaded() {
         let shown = unwrapped(&text(&output.stdout));
         assert_eq!(shown.starts_with("As placed, groove.nc cannot be run"), !can_run, "{shown}");
         for said in [&shown, &page] {
-            assert_eq!(said.contains("Load it in place of groove.nc"), can_run, "{process}");
-            assert_eq!(said.contains("Do not load it: the Orthoglide cannot run it as placed."), !can_run, "{process}");
+            assert_eq!(said.contains("Load the program in place of groove.nc"), can_run, "{process}");
+            assert_eq!(
+                said.contains("Do not load the program: the Orthoglide cannot run it as placed."),
+                !can_run,
+                "{process}"
+            );
         }
     }
 }
@@ -311,7 +315,7 @@ const FORCE: &str = "[force.path_frame]\nradial_force_N = 215.0\ntangential_forc
                      law = \"rotated\"\n";
 
 const NOT_CONTROLLED: &str = "Not controlled by this machine: z of the base, taken where the machine stands; words of a \
-                              program for it stay.";
+                              program for z stay.";
 
 fn machine_file(name: &str) -> String {
     format!("{}/tests/machines/{name}", env!("CARGO_MANIFEST_DIR"))
@@ -591,8 +595,8 @@ fn calls_stay_where_their_corrections_are_the_same() {
     let said = unwrapped(&text(&output.stdout));
     assert!(
         said.contains(
-            "What the program calls and computes stays: no line needs other corrections each time that it runs. It calls \
-             O0070.nc beside it."
+            "What the program calls and computes stays: no line needs other corrections each time that it runs. The \
+             program calls O0070.nc beside the file."
         ),
         "{said}"
     );

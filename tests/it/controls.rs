@@ -14,7 +14,7 @@ fn a_planar_machine_refuses_another_height_and_names_it() {
     machine.command(Vector3::new(20.0, 440.0, 0.0)).unwrap();
     let refused = machine.command(Vector3::new(20.0, 440.0, 50.0)).unwrap_err();
     assert!(matches!(refused, Unreachable::Uncontrolled { .. }), "{refused:?}");
-    let expected = "z: asked 50 mm, the machine stays at 0 mm: difference 50 mm; it controls x, y";
+    let expected = "z: asked 50 mm, the machine stays at 0 mm: difference 50 mm; the machine controls x, y";
     assert_eq!(refused.to_string(), expected);
     let found = machine.uncontrolled_difference(Vector3::new(0.0, 450.0, -3.0), machine.home.pose.translation).unwrap();
     assert_eq!((found.axis, found.asked, found.stands), (2, -3.0, 0.0));

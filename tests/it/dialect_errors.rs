@@ -92,7 +92,7 @@ fn what_sinumerik_has_and_is_not_followed_is_named() {
         (
             "G4 X5",
             "4: `X5`",
-            "coordinate on a line with G4, which is no motion to it; expected it on a line of its own",
+            "coordinate on a line with G4, which is no motion; expected the coordinate on a line of its own",
         ),
         (
             "TRANS C30",
@@ -204,7 +204,11 @@ fn what_heidenhain_has_and_is_not_followed_is_named() {
             "1: `CC`",
             "expected both coordinates of the plane that TOOL CALL chooses by the axis of the tool, or none",
         ),
-        ("L X+5 ~", "1: `L X+5 ~`", "a move that goes on in the next line; expected it in one line"),
+        (
+            "L X+5 ~",
+            "1: `L X+5 ~`",
+            "a block that continues in the next line (`~`); expected the whole block in one line",
+        ),
         ("X+5 R0 FMAX", "1: `X+5 R0 FMAX`", UNKNOWN),
         ("G1 X5", "1: `G1 X5`", UNKNOWN),
         ("L X+5 K3", "7: `K3`", UNKNOWN),

@@ -120,8 +120,8 @@ fn others_have_the_force_of_all() {
 fn what_has_no_force_is_named() {
     assert_eq!(
         fault(FORCES, &PROGRAM.replace("T1 M6", "T9 M6")),
-        "tool 9 cuts on move 2 and has no force: expected [force_of_tool.9], or [force] for all that have none of their \
-         own"
+        "tool 9 cuts on move 2 and has no force: expected [force_of_tool.9], or [force] for all tools without a force of \
+         their own"
     );
     assert_eq!(
         fault(FORCES, &PROGRAM.replace("(Finish)", "(Finishing)")),

@@ -128,8 +128,8 @@ fn words_that_do_not_go_together_are_refused() {
         ("G20 G21", "part.nc:3:5: `G21`: contradicts G20 on the same line; expected one of them"),
         (
             "G4 Y2",
-            "part.nc:3:4: `Y2`: coordinate on a line with G4, which is no motion to it; \
-             expected it on a line of its own",
+            "part.nc:3:4: `Y2`: coordinate on a line with G4, which is no motion; \
+             expected the coordinate on a line of its own",
         ),
         ("G1 X5 I2", "part.nc:3:7: `I2`: arc word on a line that is no arc; expected G2 or G3 in force"),
         (

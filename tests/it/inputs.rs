@@ -20,7 +20,7 @@ fn a_change_is_told_by_input_and_line() {
             Inputs::of("study.toml", "a\nb").and(Inputs::of("feet.toml", "k = 1")),
             "feet.toml: the ends of its lines differ",
         ),
-        (Inputs::of("study.toml", "a\nb"), "its inputs were study.toml, feet.toml, they are study.toml"),
+        (Inputs::of("study.toml", "a\nb"), "the inputs were study.toml, feet.toml, and are study.toml"),
     ] {
         assert_eq!(now.change_since(&before).unwrap(), change);
     }

@@ -119,7 +119,7 @@ fn payload_of_a_bent_arm_counts_how_far_it_bends() {
 fn a_drive_too_weak_for_the_machine_itself_is_asked_about() {
     let findings = check(&gantry(", force_limit_N = 0.5"));
     assert_eq!(payload(&findings).kilograms, 0.0);
-    let asked = "arm_Z: cannot hold the machine's own weight at (-100, -50, 0) mm within its limit; is that 1000 times too small (unit)?";
+    let asked = "arm_Z: cannot hold the machine's own weight at (-100, -50, 0) mm within its limit; is the limit 1000 times too small (unit)?";
     assert!(findings.warnings.iter().any(|warning| warning == asked), "{:#?}", findings.warnings);
 }
 
@@ -139,7 +139,7 @@ fn numbers_a_thousand_times_off_are_asked_about() {
         ("hybrid_3ups", "material.steel.youngs_modulus", 1e6, "material.steel.youngs_modulus = 210000000000"),
         ("fanuc_r2000ic", "platform.mass.kg", 1e3, "platform.mass.kg = 41450"),
         ("fanuc_r2000ic", "platform.mass.kg", 1e3, "weight moves the tool by "),
-        ("fanuc_r2000ic", "gravity.z", 3.2808, "gravity_m_per_s2: its length is 32.185 m/s²"),
+        ("fanuc_r2000ic", "gravity.z", 3.2808, "gravity_m_per_s2: the magnitude is 32.185 m/s²"),
     ];
     for (name, parameter, factor, begin) in cases {
         let warnings = asked_of(name, parameter, factor);

@@ -97,7 +97,7 @@ fn a_machine_with_springs_alone_says_so() {
     let said = said.split_whitespace().collect::<Vec<_>>().join(" ");
     assert!(said.contains("are measured from the rigid model, without springs (zeroed = \"weightless\")"), "{said}");
     assert!(said.contains("The cutting force alone moves the tool by 0.100 mm"), "{said}");
-    assert!(said.contains("Its springs alone move it by 0.989 mm"), "{said}");
+    assert!(said.contains("The machine's springs alone move the tool by 0.989 mm"), "{said}");
     assert!(!said.contains("Chain errors alone"), "{said}");
 }
 
@@ -156,7 +156,7 @@ fn an_orientation_that_cannot_be_had_is_refused() {
     assert!(
         said.contains("unreachable: orientation: ")
             && said.contains(
-                "degrees from the one in which the platform stands there, roll, pitch and yaw (0, 0, 0); it controls x, y, z"
+                "degrees from that of the platform there, roll, pitch and yaw (0, 0, 0); the machine controls x, y, z"
             ),
         "{said}"
     );

@@ -258,7 +258,10 @@ fn a_point_is_asked_for_with_force_and_errors_of_its_source() {
     assert_eq!(all.phi, Some(8));
     assert!(errors.text.ends_with("{position} --wrench 0,0,0,0,0,0 --set x.turn=1.0") && errors.phi.is_none());
     assert_eq!(told(None, &keys).0[0], None);
-    assert_eq!(left, "It leaves out tool of the process. Run it in the folder of the study.");
+    assert_eq!(
+        left,
+        "The command leaves out these keys of the process: tool; its numbers differ from those above. Run the command in the folder of the study."
+    );
 }
 
 /// The library that draws charts, as it is kept.

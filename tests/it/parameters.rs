@@ -245,7 +245,10 @@ fn what_makes_no_machine_is_refused_by_name() {
             "y.base.x_axis.z: orthoglide: mount[1].base.y_axis: must be perpendicular to x_axis",
         ),
         (&[("workspace.min.x", 500.0)], "workspace.min.x: min_mm must not exceed max_mm, but along x 500 > 126.35"),
-        (&[("gravity.x", 500.0)], "gravity.x: expected at most 100 m/s² in all, got [500.0, 0.0, -9.81]"),
+        (
+            &[("gravity.x", 500.0)],
+            "gravity.x: expected a magnitude of at most 100 m/s², got the vector [500.0, 0.0, -9.81]; is it in mm/s²?",
+        ),
         (
             &[
                 ("leg.foot.length", 100.0),

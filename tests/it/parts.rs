@@ -299,7 +299,7 @@ fn what_does_not_belong_together_is_named() {
     let foreign = study.part(share(2, 3), Vec::new(), Some("version 0"), stop(), |_| ()).unwrap();
     let mut mixed = all(&[1, 3]);
     mixed.push(named(2, &foreign).unwrap());
-    refused(mixed, &study, "part_2: was computed by version 0, this is these tests");
+    refused(mixed, &study, "part_2: was computed by version 0, this program is these tests");
     // Files that are not whole.
     let whole = &parts[0];
     let fault = |bytes: &[u8]| named(1, bytes).unwrap_err().to_string();

@@ -145,8 +145,8 @@ fn heights_that_a_planar_machine_does_not_control_are_taken_where_it_stands_and_
         assert_eq!(deep.summary, level.summary);
     }
     let said = said(&deep).cautions;
-    let expected = "Not controlled by this machine: z of the base, taken where the machine stands; words of a program for it \
-                    stay.\n";
+    let expected = "Not controlled by this machine: z of the base, taken where the machine stands; words of a program for \
+                    z stay.\n";
     assert!(said.contains(expected), "{said}");
     assert!(deep.study.facts.iter().any(|(label, _)| *label == "not controlled by this machine"));
 }

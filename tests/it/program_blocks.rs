@@ -249,7 +249,7 @@ fn lines_that_stay_and_units_that_are_taken_are_named() {
     assert_eq!(
         told("G90 G17\nM3 S1000\nG0 Z5\nM8\nG0 X1\n"),
         "The program names no unit before line 3: mm is taken; G20, G21 or unit in [gcode] says which it is.\n\
-         Left as written: 2 motions, lines 3 and 5, where it is not known in X, Y and Z where the tool is; start_mm in \
+         Left as written: 2 motions, lines 3 and 5, where the position of the tool in X, Y and Z is not known; start_mm in \
          [gcode] says where the program begins.\n"
     );
     assert_eq!(told("G21 G90 G17\n"), "");

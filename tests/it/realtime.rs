@@ -147,7 +147,7 @@ fn machines_with_weight_are_corrected_as_they_are_zeroed() {
     let at_rest =
         generate(question_of(Machine::from_toml(&heavy, "heavy.toml").unwrap(), &[], 2)).unwrap_err().to_string();
     assert!(
-        at_rest.contains("it has weight and is zeroed where it rests") && at_rest.contains("\"at_home\""),
+        at_rest.contains("the machine has weight and is zeroed at rest") && at_rest.contains("\"at_home\""),
         "{at_rest}"
     );
 }

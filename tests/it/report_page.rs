@@ -230,7 +230,7 @@ fn two_maps_are_compared_node_by_node() {
         "Who is better where",
         "B against A",
         "Who is best where: worst tool deflection, all at once",
-        "no tolerance is given to hold it against",
+        "no tolerance is given for the difference",
     ] {
         assert!(body.contains(expected), "{expected} is missing");
     }

@@ -290,7 +290,7 @@ fn krl_that_is_not_followed_is_refused_by_line_and_statement() {
         ),
         (
             "LIN {X 1,E1 3}\nLIN {X 2,E1 4}\n",
-            ": external axis 1 goes from 3 to 4; expected it to stand still, or the drive it is in robot_program.external_axes",
+            ": external axis 1 goes from 3 to 4; expected the axis to stand still, or its drive in robot_program.external_axes",
         ),
         (
             "$CIRC_TYPE=#PATH\nCIRC {X 1,Y 1},{X 2}\n",

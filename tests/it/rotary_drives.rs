@@ -314,9 +314,9 @@ fn what_would_lead_a_drive_elsewhere_than_its_words_say_is_refused() {
         (format!("G52 A45\n{end}"), "sets where A is 0"),
         (format!("G92 A45\n{end}"), "sets where A is 0"),
         (format!("G0 A10\nG92 A0\n{end}"), "sets where A is 0"),
-        (format!("G0 A10\nG28 A0\n{end}"), "it is not known where A stands"),
-        (format!("G28 A0\nG91 G0 A5\nG90\n{end}"), "it is not known where A stands"),
-        ("G0 X0 Y0 Z50 C0\nG28 A0\nG1 X20 A5 F500".into(), "it is not known where A stands"),
+        (format!("G0 A10\nG28 A0\n{end}"), "the position of A is not known"),
+        (format!("G28 A0\nG91 G0 A5\nG90\n{end}"), "the position of A is not known"),
+        ("G0 X0 Y0 Z50 C0\nG28 A0\nG1 X20 A5 F500".into(), "the position of A is not known"),
     ] {
         let refused = read(&gantry, "", &program).unwrap_err();
         assert!(refused.contains(expected), "{program}: {refused}");
@@ -463,6 +463,6 @@ fn the_command_reads_a_head_from_the_machine_file() {
     for command in [compared.as_slice(), &["explore", &machine]] {
         let (code, _, said) = told(&[command, inputs.as_slice()].concat());
         assert_eq!(code, Some(2), "{command:?}: {said}");
-        assert!(said.contains("part.nc: tells rotary drives where to stand"), "{command:?}: {said}");
+        assert!(said.contains("part.nc: commands rotary drives"), "{command:?}: {said}");
     }
 }

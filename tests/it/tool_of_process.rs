@@ -136,7 +136,7 @@ fn wrong_tools_are_refused_by_their_own_keys() {
         let found = refused(&machine, tool);
         assert!(found.starts_with(expected), "{tool}: {found}");
     }
-    let elsewhere = "p.toml: tool: the machine file's tool is elastic, and this is another one: give its cutter or compliance_mm_rad_N as well";
+    let elsewhere = "p.toml: tool: the machine file's tool is elastic, and the process has another tool: give the cutter or compliance_mm_rad_N of that tool as well";
     assert_eq!(refused(&bent, "tip_mm = [0.0, 0.0, 100.0]"), elsewhere);
     let twice = refused(&bent, &format!("[tool.material.carbide]\n{CARBIDE}"));
     assert_eq!(twice, "p.toml: tool.material.carbide: is a material of the machine file: choose another name");

@@ -200,7 +200,7 @@ fn ellipse(a: f64, b: f64, turn: f64, middle: [f64; 2]) -> Vec<Vector2<f64>> {
 #[test]
 fn the_axes_of_an_ellipse_are_found() {
     let shape = Shape::of(&ellipse(3.0, 1.0, 0.4, [5.0, -2.0])).unwrap();
-    assert!((shape.middle - Vector2::new(5.0, -2.0)).norm() < 1e-12);
+    assert!((shape.centre - Vector2::new(5.0, -2.0)).norm() < 1e-12);
     assert!(angle_deg(&shape.longest, &Vector2::new(0.4f64.cos(), 0.4f64.sin())) < 1e-9);
     assert!((angle_deg(&shape.longest, &shape.shortest) - 90.0).abs() < 1e-9);
     assert!(!shape.is_round && Shape::of(&ellipse(2.0, 2.0, 0.4, [5.0, -2.0])).unwrap().is_round);

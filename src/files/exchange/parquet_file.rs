@@ -81,7 +81,7 @@ fn parquet_field(column: &Column) -> Result<Type> {
         .build()
 }
 
-/// Writes cells as the next column of `group`.
+/// Writes `cells` as the next column of `group`, `Cell::Missing` as null. Fails where the schema has no further column, or a count exceeds i64.
 fn write_column<'a, W: Write + Send>(
     group: &mut SerializedRowGroupWriter<'_, W>,
     cells: impl Iterator<Item = &'a Cell> + Clone,
@@ -90,23 +90,23 @@ fn write_column<'a, W: Write + Send>(
         return Err(ParquetError::General("more columns than the schema has".into()));
     };
     let present: Vec<i16> = cells.clone().map(|cell| i16::from(*cell != Cell::Missing)).collect();
-    let levels = Some(present.as_slice());
+    let definition_levels = Some(present.as_slice());
     match column.untyped() {
         ColumnWriter::DoubleColumnWriter(writer) => {
             let values: Vec<f64> =
                 cells.filter_map(|c| if let Cell::Number(v) = c { Some(*v) } else { None }).collect();
-            writer.write_batch(&values, levels, None)?;
+            writer.write_batch(&values, definition_levels, None)?;
         }
         ColumnWriter::Int64ColumnWriter(writer) => {
             let counts = cells.filter_map(|c| if let Cell::Count(v) = c { Some(i64::try_from(*v)) } else { None });
             let values = counts.collect::<std::result::Result<Vec<_>, _>>();
             let values = values.map_err(|e| ParquetError::General(e.to_string()))?;
-            writer.write_batch(&values, levels, None)?;
+            writer.write_batch(&values, definition_levels, None)?;
         }
         ColumnWriter::ByteArrayColumnWriter(writer) => {
             let texts =
                 cells.filter_map(|c| if let Cell::Text(v) = c { Some(ByteArray::from(v.as_str())) } else { None });
-            writer.write_batch(&texts.collect::<Vec<_>>(), levels, None)?;
+            writer.write_batch(&texts.collect::<Vec<_>>(), definition_levels, None)?;
         }
         _ => return Err(ParquetError::General("a column is neither number, count nor text".into())),
     }

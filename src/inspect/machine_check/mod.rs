@@ -202,7 +202,7 @@ fn skew_tool_warning(machine: &Machine) -> Option<String> {
     nearest[axis.iamax()] = axis[axis.iamax()].signum();
     Some(format!(
         "tool axis: assumed from P to the tool tip, which is {angle:.1}° from the nearest axis of the platform; milling \
-         forces follow it: give its direction, such as platform.tool_axis = {nearest:?}"
+         forces follow this axis: give its direction, such as platform.tool_axis = {nearest:?}"
     ))
 }
 
@@ -212,8 +212,8 @@ fn tool_sign_warning(machine: &Machine) -> Option<String> {
     let angle = machine.tool_axes.column(2).dot(&towards_tip).clamp(-1.0, 1.0).acos().to_degrees();
     (machine.tool_axis_source == ToolAxisSource::Given && angle > RIGHT_ANGLE_DEG).then(|| {
         format!(
-            "tool axis: platform.tool_axis is {angle:.0}° off the direction from P to the tool tip; is its sign wrong? It points from the \
-             spindle to the tip, and axial forces follow it"
+            "tool axis: platform.tool_axis is {angle:.0}° off the direction from P to the tool tip; is its sign wrong? The axis points from \
+             the spindle to the tip, and axial forces follow the axis"
         )
     })
 }
@@ -224,7 +224,7 @@ fn travel_warning(machine: &Machine) -> Option<String> {
     let without: Vec<&str> =
         labels.iter().zip(machine.drives()).filter(|(_, (_, d))| d.travel.is_none()).map(|(l, _)| l.as_str()).collect();
     let noun = if without.len() == 1 { "drive" } else { "drives" };
-    let text = || format!("{noun} {}: no travel is given, so no place is too far for them", without.join(", "));
+    let text = || format!("{noun} {}: no travel is given, so no place is out of travel", without.join(", "));
     (!without.is_empty()).then(text)
 }
 
@@ -250,8 +250,8 @@ fn control_warnings(machine: &Machine) -> Vec<String> {
         return Vec::new();
     }
     vec![format!(
-        "platform.controls: {} could be controlled, too: it follows from {} as the drives move least, and places where it \
-         does not are refused",
+        "platform.controls: {} could be controlled, too: without control the least motion of the drives gives that \
+         coordinate from {}, and other values are refused",
         named(&left),
         named(controls)
     )]
@@ -344,12 +344,12 @@ fn warnings(machine: &Machine, findings: &Findings, status: &Status) -> Vec<Stri
     if let Some(survey) = &findings.survey {
         if let Some((count, reason)) = survey.droop.as_ref().and_then(|droop| droop.without.as_ref()) {
             let places = survey.reached;
-            warnings.push(format!("weight: at {count} of {places} places it has no stable equilibrium ({reason})"));
+            warnings.push(format!("weight: no stable equilibrium at {count} of {places} places ({reason})"));
         }
         if let Some(payload) = survey.payload.as_ref().filter(|payload| payload.kilograms == 0.0) {
             let [x, y, z]: [f64; 3] = payload.position_mm.into();
             warnings.push(format!(
-                "{}: cannot hold the machine's own weight at ({x}, {y}, {z}) mm within its limit; is that 1000 times too small (unit)?",
+                "{}: cannot hold the machine's own weight at ({x}, {y}, {z}) mm within its limit; is the limit 1000 times too small (unit)?",
                 payload.drive
             ));
         }

@@ -34,7 +34,7 @@ fn line(what: &str, told: impl Display) -> String {
 fn shares_text(machine: &Machine, findings: &Findings) -> String {
     let softest = findings.survey.as_ref().and_then(|survey| survey.softest.as_ref());
     let title = match &machine.carrier {
-        Some(_) => "where its compliance from the workpiece is",
+        Some(_) => "compliance between tool and workpiece",
         None => "where the tool's compliance comes from",
     };
     if findings.compliance_shares.is_empty() {
@@ -105,7 +105,7 @@ fn provenance_text(machine: &Machine) -> String {
     let lines: String = told
         .map(|told| format!("    {:<11} {}\n                {}\n", told.grade.label(), told.what, told.source))
         .collect();
-    if lines.is_empty() { lines } else { format!("  where its parameters come from\n{lines}") }
+    if lines.is_empty() { lines } else { format!("  where the parameters come from\n{lines}") }
 }
 
 /// Returns all warnings, a line each.

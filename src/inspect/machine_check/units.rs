@@ -76,7 +76,7 @@ fn odd_modulus(own: &Parameter) -> Option<String> {
 fn odd_gravity(machine: &Machine) -> Option<String> {
     let norm = machine.gravity.norm();
     (norm != 0.0 && machine.has_weight() && !(GRAVITY[0]..=GRAVITY[1]).contains(&norm))
-        .then(|| format!("gravity_m_per_s2: its length is {norm:.3} m/s², on Earth it is 9.81"))
+        .then(|| format!("gravity_m_per_s2: the magnitude is {norm:.3} m/s², on Earth 9.81"))
 }
 
 /// Returns a question about a large displacement by weight.

@@ -308,7 +308,7 @@ fn answer_text(answer: &PointResult) -> String {
             format!("{label} {sign}{}{}", rounded(*value, 4), drive.motion.position_suffix())
         })
         .collect();
-    text += &with_minus_signs(&format!("; to keep it there, command {}.\n", words.join(", ")));
+    text += &with_minus_signs(&format!("; to keep the tool there, command {}.\n", words.join(", ")));
     text
 }
 

@@ -45,7 +45,7 @@ pub enum LoadError {
     ToolNotKnown,
     /// Something is cut with a tool that has no force, and others have.
     #[error(
-        "{} cuts on move {} and has no force: expected {}, or [force] for all that have none of their own",
+        "{} cuts on move {} and has no force: expected {}, or [force] for all tools without a force of their own",
         tool.map_or("a tool without number".into(), |number| format!("tool {number}")),
         segment + 1,
         tool.map_or("T before it".into(), |number| format!("[force_of_tool.{number}]"))

@@ -32,7 +32,7 @@ pub(super) fn own_forces(
     for (name, spec) in of_tool {
         let check = top.key("force_of_tool").key(name);
         let Ok(tool) = name.parse() else {
-            return check.fail("is no tool: expected its number, the one after T in a program".into());
+            return check.fail("is no tool: expected the number of a tool, as after T in a program".into());
         };
         let (law, files) = required_force(spec, folder, &check)?;
         if own.by_tool.insert(tool, law).is_some() {

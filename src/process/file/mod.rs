@@ -160,7 +160,7 @@ impl Process {
         let feeds = path.points().iter().any(|point| point.cutting && point.feed_mm_per_min.is_some());
         if self.cutting_rule.max_feed_mm_per_min.is_some() && cuts(&path) && !feeds {
             let problem =
-                format!("{origin} has no feeds to hold against it: leave it out, or use below_z_mm or above_z_mm");
+                format!("{origin} has no feeds to compare with it: remove the key, or use below_z_mm or above_z_mm");
             return Err(Error::Argument {
                 argument: format!("{}cutting.max_feed_mm_per_min", self.key_prefix),
                 problem,

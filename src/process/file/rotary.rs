@@ -134,7 +134,7 @@ fn check_order(
                 && inner_at > outer_at
             {
                 return check.key("rotary").item(given[outer_at].0).key("letter").fail(format!(
-                    "{} before {}: in machine {} drive {} carries drive {}; expected them from its base outwards",
+                    "{} before {}: in machine {} drive {} carries drive {}; expected the axes from the machine's base outwards",
                     outer.letter, inner.letter, machine.name, inner.letter, outer.letter
                 ));
             }

@@ -103,11 +103,11 @@ pub(super) fn drilling(spec: &DrillingSpec, check: &Check) -> Result<CuttingLaw>
         }
     };
     let law = match (&spec.kienzle, spec.material_constant, &spec.material) {
-        (Some(given), None, None) => kienzle_drilling(kienzle(given, &check.key("kienzle"))?, spec, check)?,
+        (Some(given), None, None) => kienzle_drilling_law(kienzle(given, &check.key("kienzle"))?, spec, check)?,
         (None, Some(given), None) => constant(check.key("material_constant").positive(given)?)?,
         (None, None, Some(name)) => match material_coefficients(name, "drilling", &check.key("material"))? {
             Coefficients::Drilling(k) => constant(k)?,
-            Coefficients::Kienzle(law) => kienzle_drilling(law, spec, check)?,
+            Coefficients::Kienzle(law) => kienzle_drilling_law(law, spec, check)?,
             Coefficients::Milling { .. } => {
                 return wrong_operation("milling", name, "drilling", &check.key("material"));
             }
@@ -125,15 +125,16 @@ pub(super) fn drilling(spec: &DrillingSpec, check: &Check) -> Result<CuttingLaw>
     }))
 }
 
-/// Returns Kienzle's law for the lips of a drill, with its point angle and thrust ratio.
-fn kienzle_drilling(lip: Kienzle, spec: &DrillingSpec, check: &Check) -> Result<DrillingLaw> {
-    let point_angle = spec.point_angle_deg.unwrap_or(POINT_ANGLE_DEG);
-    if !(30.0..=180.0).contains(&point_angle) {
-        return check.key("point_angle_deg").fail(format!("must be from 30 to 180, got {point_angle}"));
+/// Checks and returns Kienzle's law of a drill: force law of a lip, point angle (converted from degrees to rad; 118° if not given, 30 to 180°
+/// allowed), thrust ratio (0.5 if not given).
+fn kienzle_drilling_law(lip_law: Kienzle, spec: &DrillingSpec, check: &Check) -> Result<DrillingLaw> {
+    let point_angle_deg = spec.point_angle_deg.unwrap_or(POINT_ANGLE_DEG);
+    if !(30.0..=180.0).contains(&point_angle_deg) {
+        return check.key("point_angle_deg").fail(format!("must be from 30 to 180, got {point_angle_deg}"));
     }
     Ok(DrillingLaw::Kienzle {
-        lip,
-        point_angle: FRAC_PI_2 * point_angle / 90.0,
+        lip: lip_law,
+        point_angle: FRAC_PI_2 * point_angle_deg / 90.0,
         thrust_ratio: check.key("thrust_ratio").positive(spec.thrust_ratio.unwrap_or(THRUST_RATIO))?,
     })
 }

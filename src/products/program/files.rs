@@ -285,8 +285,8 @@ const REPORT: &str = ".report.json";
 const PAGE: &str = ".html";
 /// Page shown while files are being replaced.
 const UNFINISHED: &str = "<!DOCTYPE html>\n<html lang=\"en\">\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" content=\"width=device-width\">\n\
-<title>Not finished</title>\n<h1>Not finished</h1>\n<p>kinetostat compensate is writing this program and the files beside it. If it no longer runs, it \
-was stopped, and these files may be of two programs: do not cut with them. Run the command again.</p>\n</html>\n";
+<title>Not finished</title>\n<h1>Not finished</h1>\n<p>kinetostat compensate is writing this program and the files beside it. If the command no longer runs, \
+it was stopped, and these files may be of two programs: do not cut with them. Run the command again.</p>\n</html>\n";
 
 /// Returns the SHA-256 of `bytes` in hexadecimal.
 fn hash(mut bytes: impl Read) -> IoResult<String> {

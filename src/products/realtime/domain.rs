@@ -105,7 +105,7 @@ pub(super) fn check(machine: &Machine) -> Result<()> {
         "its tool bends: expected a rigid one, without platform.tool_stiffness".into()
     } else if let (ZeroState::AtRest, Some(own)) = (machine.zeroed, machine.own_load_words()) {
         format!(
-            "it has {own} and is zeroed where it rests, from where it is elsewhere in the base frame: expected zeroed = \"weightless\" or \
+            "the machine has {own} and is zeroed at rest, which shifts positions in the base frame: expected zeroed = \"weightless\" or \
              \"at_home\""
         )
     } else {

@@ -1,5 +1,5 @@
-//! Generates straight-line code of the loaded kinematics of one machine for a controller: a fixed number of the engine's own Newton steps,
-//! recorded operation by operation, from a start by polynomials; and finds how far its results are from the engine's.
+//! Generates controller code of the loaded kinematics of one machine, without loops of unknown length, and finds how far the code is from the
+//! engine. It is a polynomial start and a fixed number of the engine's Newton steps, recorded operation by operation.
 
 mod domain;
 mod emit;

@@ -245,10 +245,10 @@ fn profiles(
         if farthest.fold(0.0, f64::max) > WIDE {
             let [low, high] = values;
             found[k].open = Some(match (low.is_finite(), high.is_finite()) {
-                (true, true) => format!("it may be from {low:.3e} to {high:.3e} {}", unknown.unit),
-                (true, false) => format!("it may be anything from {low:.3e} {} on", unknown.unit),
-                (false, true) => format!("it may be anything up to {high:.3e} {}", unknown.unit),
-                (false, false) => "it may be anything".into(),
+                (true, true) => format!("the value may be from {low:.3e} to {high:.3e} {}", unknown.unit),
+                (true, false) => format!("the value may be anything from {low:.3e} {} on", unknown.unit),
+                (false, true) => format!("the value may be anything up to {high:.3e} {}", unknown.unit),
+                (false, false) => "the value may be anything".into(),
             });
         }
         found[k].has_no_profile = ends.contains(&IntervalEnd::NotFound);
@@ -321,13 +321,13 @@ fn why_not_identified(study: &IdentificationStudy, fit: &Fit, k: usize, half_wid
     if unknown.is_at_limit(x) {
         return Some(match unknown.coordinate {
             Coordinate::Logarithm if x > 0.0 => {
-                "the larger the better it fits, a thousand times what the machine file says or more".into()
+                "the larger the value, the better the fit, up to a thousand times the machine file's or more".into()
             }
             Coordinate::Logarithm => {
-                "the smaller the better it fits, a thousandth of what the machine file says or less".into()
+                "the smaller the value, the better the fit, down to a thousandth of the machine file's or less".into()
             }
             Coordinate::Linear(scale) => {
-                format!("it fits best {:?} {} or more from what the machine file says", scale * x.abs(), unknown.unit)
+                format!("the best fit is {:?} {} or more from the machine file's value", scale * x.abs(), unknown.unit)
             }
         });
     }
@@ -344,28 +344,28 @@ fn why_not_identified(study: &IdentificationStudy, fit: &Fit, k: usize, half_wid
     let quantile = scatter::half_width(degrees_of_freedom(study, fit));
     let is_stuck = |own: &usize| study.unknowns[*own].is_at_limit(fit.x[*own]) && quantile * fit.std(*own) <= WIDE;
     if let Some(stuck) = (0..fit.x.len()).find(is_stuck) {
-        return Some(format!("{} would fit better where it is not sought", study.unknowns[stuck].name));
+        return Some(format!("the fit would be better with {} outside its search range", study.unknowns[stuck].name));
     }
     if half_width <= WIDE {
         return None;
     }
     let effect = fit.predicted.slopes.column(k).amax();
     if effect == 0.0 {
-        return Some("nothing that was measured depends on it".into());
+        return Some("no reading depends on this parameter".into());
     }
     if !half_width.is_finite() {
         let together = (0..fit.x.len()).filter(|&other| other != k && fit.null_space_part(other) > 0.1);
         let names: Vec<&str> = together.map(|other| study.unknowns[other].name.as_str()).collect();
         return Some(match names.is_empty() {
-            true => "what was measured hardly depends on it".into(),
+            true => "the readings hardly depend on this parameter".into(),
             false => format!("only a combination with {} is identifiable", names.join(", ")),
         });
     }
     Some(match study.unknowns[k].coordinate {
-        Coordinate::Logarithm if half_width > 7.0 => "it may be any size from here on".into(),
-        Coordinate::Logarithm => format!("it may be {:.1} times smaller or larger", half_width.exp()),
+        Coordinate::Logarithm if half_width > 7.0 => "the value may be of any size from here on".into(),
+        Coordinate::Logarithm => format!("the value may be {:.1} times smaller or larger", half_width.exp()),
         Coordinate::Linear(scale) => {
-            format!("it may be {:.3} {} less or more", half_width * scale, study.unknowns[k].unit)
+            format!("the value may be {:.3} {} less or more", half_width * scale, study.unknowns[k].unit)
         }
     })
 }

@@ -145,7 +145,8 @@ impl PathPart {
         self.at(source, point).displacement()
     }
 
-    /// Returns the shift of the commanded position of P that compensates all sources at a point, O axes, mm.
+    /// Returns the shift of the commanded position of P that compensates all sources at a point, O axes, mm. `point` counts in the whole path;
+    /// `None` if compensation failed there.
     pub fn command_shift(&self, study: &PathStudy, point: usize) -> Option<Vector3<f64>> {
         let target = self.at(Source::All, point).compensated()?.target?;
         Some(target.translation - study.tasks[point].pose.translation)

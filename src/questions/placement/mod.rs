@@ -13,9 +13,9 @@
 mod along;
 mod boxes;
 mod evaluate;
-mod flatness;
 mod front;
 mod gaps;
+mod margins;
 mod metric;
 mod outcome;
 mod polish;
@@ -35,9 +35,9 @@ pub(crate) use along::stride;
 pub use along::{PlacePoint, PlaceResults, Trace};
 pub use boxes::Table;
 pub use evaluate::{Evaluation, Evaluator, levels};
-pub use flatness::{End, Margin, Probe, WORSE, margin_along};
 pub use front::{dominates, undominated};
 pub use gaps::Gaps;
+pub use margins::{End, Margin, Probe, WORSE, margin_along};
 pub use metric::{Metric, Metrics, Objective};
 pub use outcome::{Agreement, Best, Entry, Origin, PlacementResults};
 pub use polish::basis;
@@ -161,7 +161,7 @@ pub fn run(study: &PlacementStudy, work: &Work) -> Result<PlacementResults> {
     work.barrier()?;
     let best = outcome::choose_best(study, &entries, &refinements);
     work.tell(Event::Stage(Stage { of: "ways from the best place", items: 2 * study.bounds.free().len() }));
-    let flatness = best.as_ref().map(|best| flatness::margins(&evaluator, study, work, best)).transpose()?;
+    let flatness = best.as_ref().map(|best| margins::margins(&evaluator, study, work, best)).transpose()?;
     let traces = along::traces(&everything, study, &entries, best.as_ref());
     Ok(PlacementResults {
         front,

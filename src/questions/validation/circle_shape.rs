@@ -6,7 +6,7 @@ use nalgebra::{Matrix2, SymmetricEigen, Vector2};
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Shape {
     /// Mean of the points, mm.
-    pub middle: Vector2<f64>,
+    pub centre: Vector2<f64>,
     /// Unit vector along which the points are spread most.
     pub longest: Vector2<f64>,
     /// Unit vector along which the points are spread least.
@@ -22,13 +22,13 @@ impl Shape {
     /// Computes the shape of points at equal steps, mm, of which the last repeats the first; `None` without points.
     pub fn of(points: &[Vector2<f64>]) -> Option<Self> {
         let turn = points.get(..points.len().checked_sub(1)?).filter(|turn| !turn.is_empty())?;
-        let middle = turn.iter().sum::<Vector2<f64>>() / turn.len() as f64;
-        let spread: Matrix2<f64> = turn.iter().map(|p| (p - middle) * (p - middle).transpose()).sum();
+        let centre = turn.iter().sum::<Vector2<f64>>() / turn.len() as f64;
+        let spread: Matrix2<f64> = turn.iter().map(|p| (p - centre) * (p - centre).transpose()).sum();
         let eigen = SymmetricEigen::new(spread);
         let most = usize::from(eigen.eigenvalues[1] > eigen.eigenvalues[0]);
         let axis = |i: usize| eigen.eigenvectors.column(i).into_owned();
         let [large, small] = [eigen.eigenvalues[most], eigen.eigenvalues[1 - most]];
-        Some(Self { middle, longest: axis(most), shortest: axis(1 - most), is_round: large - small <= ROUND * large })
+        Some(Self { centre, longest: axis(most), shortest: axis(1 - most), is_round: large - small <= ROUND * large })
     }
 }
 

@@ -166,10 +166,9 @@ impl Quantity {
             }
             Quantity::CosineOfCentreShifts => {
                 let (wanted, moved, commanded) = shapes(path)?;
-                let (a, b) = (moved.middle - wanted.middle, commanded.middle - wanted.middle);
-                let sizes =
-                    [a.norm(), b.norm()].map(|size| beyond_rounding(size, "the middle of a path is not shifted"));
-                let [a_size, b_size] = sizes;
+                let (a, b) = (moved.centre - wanted.centre, commanded.centre - wanted.centre);
+                let at_rest = "the centre of the displaced or of the commanded path does not move, so that its shift has no direction";
+                let [a_size, b_size] = [a.norm(), b.norm()].map(|size| beyond_rounding(size, at_rest));
                 a.dot(&b) / (a_size? * b_size?)
             }
             Quantity::AxesAngle => {
@@ -183,10 +182,10 @@ impl Quantity {
                 let moved = displacements(path, Source::Cutting);
                 beyond_rounding(max_norm(&moved), "the cutting force moves nothing")?;
                 let wanted = path.study.wanted_positions();
-                let middle = Shape::of(&xy_points(&wanted)).ok_or("the path has no points")?.middle;
-                let radius = (wanted[0].xy() - middle).norm();
+                let centre = Shape::of(&xy_points(&wanted)).ok_or("the path has no points")?.centre;
+                let radius = (wanted[0].xy() - centre).norm();
                 let moved: Vec<_> = wanted.iter().zip(moved).map(|(p, d)| p + d).collect();
-                crossings(&xy_points(&moved), &middle, radius) as f64
+                crossings(&xy_points(&moved), &centre, radius) as f64
             }
         })
     }

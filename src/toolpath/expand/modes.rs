@@ -189,7 +189,7 @@ impl Run<'_> {
     pub(crate) fn save_or_restore(&mut self, line: &SourceLine, bytes: Vec<u8>) -> Result<Vec<u8>, (usize, Fault)> {
         // What cannot be read is refused once all is written out.
         let Some(words) = parse_words(&bytes) else { return Ok(bytes) };
-        let keeps = words.iter().find_map(|word| Some((word, word.modal_state_code(self.dialect)?)));
+        let keeps = words.iter().find_map(|word| Some((word, word.mode_save_code(self.dialect)?)));
         let Some((word, code)) = keeps else {
             self.modes.update(&words, self.dialect);
             return Ok(bytes);

@@ -105,7 +105,7 @@ impl Polyline {
     fn write_row(&self, text: &[u8], changed: &[Option<String>; 3], inserted: Inserted<'_>) -> Vec<u8> {
         let mut reader = ReaderBuilder::new().has_headers(false).from_reader(text);
         let record = reader.byte_records().flatten().next().unwrap_or_default();
-        let fields = self.columns.iter().zip(record.iter().map(trim_line_endings)).map(|(column, field)| {
+        let fields = self.columns.iter().zip(record.iter().map(without_line_endings)).map(|(column, field)| {
             let own = match column {
                 Column::Position(axis) => changed[*axis].clone(),
                 Column::ToolAxis(_) | Column::Platform(_) => inserted
@@ -177,8 +177,9 @@ fn position_as_written(own: &Vector3<f64>, changed: &[Option<String>; 3]) -> Vec
     Vector3::from_fn(|axis, _| changed[axis].as_ref().and_then(|number| number.parse().ok()).unwrap_or(own[axis]))
 }
 
-/// Trims blanks and line endings around a field that contains a line ending: it would need quotes, which are not written.
-fn trim_line_endings(field: &[u8]) -> &[u8] {
+/// Returns a CSV field without blanks and line endings at its ends if it contains a line ending (allowed when read only inside quotes, and quotes
+/// are not written); any other field unchanged.
+fn without_line_endings(field: &[u8]) -> &[u8] {
     if field.iter().any(|byte| matches!(byte, b'\r' | b'\n')) { field.trim_ascii() } else { field }
 }
 

@@ -142,7 +142,7 @@ fn run_with_wanted(
             let (ending, history) = end(session, &task);
             session.conclude(&task, ending, history)
         }
-        Err(status) => session.refuse(task, status),
+        Err(status) => session.refused(task, status),
     }
 }
 

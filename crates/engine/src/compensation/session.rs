@@ -166,7 +166,8 @@ impl Session {
         self.settings.tolerance_mm(&self.nominal)
     }
 
-    /// Records the `error` (mm) after a correction in `progress`; returns the status if the iteration is over.
+    /// Appends the `error` (mm; first that of the nominal command, then one per correction) to `progress`. Returns the status if the iteration
+    /// is over, as [`Progress::record_error`]; `None` to go on.
     pub(super) fn status_if_over(&self, progress: &mut Progress, error: f64) -> Option<CompensationStatus> {
         progress.record_error(error, self.tolerance_mm(), self.settings.max_iterations)
     }
@@ -400,8 +401,9 @@ impl Session {
         Ok(())
     }
 
-    /// Result for a task that cannot be met and is not tried, with its `reason`.
-    pub fn refuse(&self, task: &TaskPoint, reason: CompensationStatus) -> Compensation {
+    /// Result with status `reason` of a task that is not solved: present drive positions and drive forces, displacements and errors zero, empty
+    /// history, no `outcome`.
+    pub fn refused(&self, task: &TaskPoint, reason: CompensationStatus) -> Compensation {
         self.conclude(task, Err(reason), Vec::new())
     }
 
@@ -435,30 +437,31 @@ pub(super) struct Progress {
     /// Errors so far, mm.
     pub history: Vec<f64>,
     /// Number of growths in a row.
-    growths: usize,
+    successive_growths: usize,
 }
 
 /// An error of more than this many times the first one is divergence.
-const BLOW_UP: f64 = 100.0;
+const DIVERGENCE_RATIO: f64 = 100.0;
 /// Number of growths in a row that are divergence.
-const GROWTHS: usize = 4;
+const MAX_SUCCESSIVE_GROWTHS: usize = 4;
 
 impl Progress {
     /// An iteration before its first error.
     pub fn new() -> Self {
-        Self { history: Vec::new(), growths: 0 }
+        Self { history: Vec::new(), successive_growths: 0 }
     }
 
-    /// Records the error (mm) after a correction; returns the status if the iteration is over.
+    /// Appends the error (mm; first that of the nominal command, then one per correction). Returns `Converged`, `Diverged` (not finite, over 100
+    /// times the first, or growing 4 times in a row) or `Slow` (not converged after `max_iterations` corrections); `None` to go on.
     fn record_error(&mut self, error: f64, tolerance_mm: f64, max_iterations: usize) -> Option<CompensationStatus> {
         let grown = self.history.last().is_some_and(|last| error > *last);
-        self.growths = if grown { self.growths + 1 } else { 0 };
+        self.successive_growths = if grown { self.successive_growths + 1 } else { 0 };
         self.history.push(error);
         if error <= tolerance_mm {
             return Some(CompensationStatus::Converged);
         }
         let first = self.history[0];
-        if !error.is_finite() || error > BLOW_UP * first || self.growths >= GROWTHS {
+        if !error.is_finite() || error > DIVERGENCE_RATIO * first || self.successive_growths >= MAX_SUCCESSIVE_GROWTHS {
             return Some(CompensationStatus::Diverged);
         }
         if self.history.len() > max_iterations { Some(CompensationStatus::Slow) } else { None }

@@ -16,11 +16,11 @@ use crate::spatial::Pose;
 
 /// Angles by which hinges are turned from home.
 const TURNS: [f64; 5] = [PI / 3.0, -PI / 3.0, TAU / 3.0, -TAU / 3.0, PI];
-const SERIAL_FIRST: &str = "the first hinge turned towards it and away from it";
-const SERIAL_ALL: &str = "the first hinge turned towards it and away from it, each other hinge turned by 60, 120 and 180 deg from there and from home";
+const SERIAL_FIRST: &str = "the first hinge turned towards the position and away from it";
+const SERIAL_ALL: &str = "the first hinge turned towards the position and away from it, each other hinge turned by 60, 120 and 180 deg from there and from home";
 /// Distance of points beside the straight line, as shares of its length.
 const DETOURS: [f64; 2] = [0.5, 1.0];
-const DETOURS_TRIED: &str = "detours through points beside the straight line, by half its length and by all of it";
+const DETOURS_TRIED: &str = "detours through points beside the straight line, by half of and by all its length";
 /// A line shorter than this share of the machine's characteristic length has no sides.
 const SHORTEST_LINE: f64 = 1e-3;
 

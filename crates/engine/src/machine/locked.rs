@@ -148,7 +148,7 @@ impl Machine {
                 }
             }
             if self.unlimited_inverse_kinematics_from(&self.home, &beside).is_err() {
-                let problem = format!("locked there, the other drives cannot control {}", coordinate.name());
+                let problem = format!("locked there, no other drive controls {}", coordinate.name());
                 return Err(refusal(named, problem));
             }
         }

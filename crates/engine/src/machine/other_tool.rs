@@ -35,7 +35,7 @@ impl Machine {
         let (is_elsewhere, bends) =
             (tool.tip_mm.is_some() || tool.axis.is_some(), tool.compliance.is_some() || tool.cutter.is_some());
         if is_elsewhere && !bends && spec.platform.tool.is_some() {
-            let problem = "the machine file's tool is elastic, and this is another one: give its cutter or compliance_mm_rad_N as well";
+            let problem = "the machine file's tool is elastic, and the process has another tool: give the cutter or compliance_mm_rad_N of that tool as well";
             return check.fail(problem.into());
         }
         spec.platform.tool_tip_mm = tool.tip_mm.unwrap_or(spec.platform.tool_tip_mm);

@@ -77,7 +77,7 @@ impl Machine {
         if machine.rotates_beside_locked() {
             let names = positions.iter().map(|(name, _)| name.as_ref()).collect::<Vec<_>>().join(", ");
             let problem = format!(
-                "with it locked, the other drives of machine {} rotate the platform as they move it",
+                "with this drive locked, the other drives of machine {} rotate the platform when they move P",
                 machine.name
             );
             return Err(refusal(&names, problem));

@@ -77,7 +77,7 @@ impl Machine {
     /// Says what becomes of coordinates of a path that the drives do not control; `None` if they control all translations.
     pub fn uncontrolled_words(&self) -> Option<String> {
         let names = self.uncontrolled_names()?;
-        Some(format!("{names} of the base, taken where the machine stands; words of a program for it stay"))
+        Some(format!("{names} of the base, taken where the machine stands; words of a program for {names} stay"))
     }
 
     /// Names of [`Machine::uncontrolled_axes`], separated by commas; `None` if there are none.

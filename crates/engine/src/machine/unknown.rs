@@ -136,7 +136,7 @@ impl Geometry {
             None if file.extension().is_some() || file.exists() => {
                 Self::from_toml(&crate::input::toml_file::read(file)?, name)
             }
-            None => Err(unknown_machine(&format!("no built-in machine \"{name}\" and no such file"))),
+            None => Err(unknown_machine(&format!("no built-in machine \"{name}\" and no file of this name"))),
         }
     }
 

@@ -1,4 +1,4 @@
-//! The transposed linear system of an equilibrium: what each residual of the machine does to the pose of its platform.
+//! Adjoint system of an equilibrium: sensitivity of the platform pose to each residual of the machine.
 //!
 //! At an equilibrium, unknowns z (each chain's dθ, −dF̂, dq, loops included) and the twist dt of the platform obey
 //!

@@ -27,7 +27,7 @@ fn tolerance_text(report: &Report<'_>) -> String {
 /// Returns which axes keep their errors, since the drives do not control them.
 fn uncontrolled_text(report: &Report<'_>) -> String {
     let axes = report.question.machine.uncontrolled_names();
-    axes.map_or_else(String::new, |axes| format!("Errors along {axes} stay: the drives do not control it.\n"))
+    axes.map_or_else(String::new, |axes| format!("Errors along {axes} stay: the drives do not control {axes}.\n"))
 }
 
 /// Returns the residual error with the table, and how it was found.
@@ -45,8 +45,8 @@ pub(super) fn residual_text(report: &Report<'_>) -> String {
     format!(
         "The table has {} ({}), {smallest}.\nThe largest error found with it is {}, {}; without correction {}, {}.\n\
          How that was found: the loaded machine was solved at {} and forces off the grid, on a lattice of half cells, at \
-         points spread evenly over position and force, and by climbing from the worst of them. That is a search, not a proof: a \
-         larger error that it has missed is possible, and not likely.\nAt the nodes themselves up to {} is left: what {} miss of \
+         points spread evenly over position and force, and by climbing from the worst of them. A search is no proof: it may have \
+         missed a larger error, but that is not likely.\nAt the nodes themselves up to {} is left: what {} miss of \
          the correction, whatever the grid.\n",
         report.size(),
         size,
@@ -90,15 +90,15 @@ pub(super) fn how_to_use(report: &Report<'_>) -> String {
 /// Returns what a table of each drive alone achieves.
 pub(super) fn per_joint(report: &Report<'_>) -> String {
     let not_written = match report.has(CorrectionFormat::Comp) {
-        false if report.answer.is_per_joint_harmful() => "It does harm, so no such files are written.\n",
-        false if !report.answer.is_per_joint_of_use() => "It is of no use, so no such files are written.\n",
+        false if report.answer.is_per_joint_harmful() => "Tables for joints do harm: no files are written.\n",
+        false if !report.answer.is_per_joint_of_use() => "Tables for joints are of no use: no files are written.\n",
         _ => "",
     };
     match &report.answer.per_joint {
         Ok((_, worst)) => format!(
             "A control that knows only a table for each joint over its own position can take the part of the correction that depends \
              on neither the other joints nor the force: the middle between the smallest and the largest correction of a drive that \
-             stands there. It leaves up to {}, {}; the full table leaves {}, and no correction {}.\n{not_written}",
+             stands there. Such tables leave up to {}, {}; the full table leaves {}, and no correction {}.\n{not_written}",
             millimetres(worst.error_mm, 4),
             worst_place(worst),
             millimetres(report.answer.with_table.error_mm, 4),
@@ -149,12 +149,12 @@ fn table_sentence(report: &Report<'_>) -> String {
     match report.is_within() {
         true => format!(
             "With a table of {size} points the tool of the {name} stays within {} mm anywhere in the box (worst found: {left}); without \
-             any it is off by up to {without}.",
+             a table it is off by up to {without}.",
             question.tolerance_mm
         ),
         false => format!(
-            "A table of {size} points leaves the tool of the {name} off by up to {left}, more than the {} mm asked for; without any it \
-             is off by up to {without}.",
+            "A table of {size} points leaves the tool of the {name} off by up to {left}, more than the {} mm asked for; without a \
+             table by up to {without}.",
             question.tolerance_mm
         ),
     }

@@ -31,7 +31,7 @@ pub fn use_text(report: &Report<'_>) -> String {
             " and how the tool stands. Positions and orientations of moves are changed, all else is as in {name}: feed, spindle, tool.\n"
         ),
         (true, _) => format!(
-            ". It is rotated about the tool axis: positions and orientations of moves are changed, and there are more of them; lines above \
+            ". The tool is rotated about its axis: positions and orientations of moves are changed, and there are more of them; lines above \
              are those of the rotated program. Feed, spindle and tool are as in {name}.\n"
         ),
     };
@@ -39,14 +39,14 @@ pub fn use_text(report: &Report<'_>) -> String {
     let turned = report.proved.passes.last().and_then(|written| written.summary.max_residual_rotation);
     if let Some(turned) = turned.filter(|angle| *angle > LEAST_TURN) {
         text += &format!(
-            "Deflection also rotates the tool, by up to {:.3}°; the written program does not compensate this.\n",
+            "Deflection also rotates the tool, by up to {:.3}°; the written program does not compensate this rotation.\n",
             turned.to_degrees()
         );
     }
     if report.findings.outside.has_any() {
         let machine = report.job.machine.short_title();
         text += &format!(
-            "Do not load it: the {machine} cannot run it as placed. Place the workpiece inside its workspace box, and compute again.\n"
+            "Do not load the program: the {machine} cannot run it as placed. Place the workpiece inside its workspace box, and compute again.\n"
         );
         return text;
     }
@@ -56,19 +56,19 @@ pub fn use_text(report: &Report<'_>) -> String {
 /// Returns how to load the program, and what must be the same on the control.
 fn loading_text(job: &ProgramJob, name: &str) -> String {
     let ProgramFile::Robot(program) = &job.file else {
-        return format!("Load it in place of {name}, with the same work offset and the same tool length.\n");
+        return format!("Load the program in place of {name}, with the same work offset and the same tool length.\n");
     };
     match program.language() {
         Language::Krl => format!(
-            "Load it in place of {name}, with the same $BASE and $TOOL (or the same numbers of base and tool), under the name in its \
+            "Load the program in place of {name}, with the same $BASE and $TOOL (or the same numbers of base and tool), under the name in its \
              DEF line, and with the .dat of {name} beside it if there is one. Old controllers take some thousand lines at most.\n"
         ),
         Language::Rapid => format!(
-            "Load it in place of {name} (the module keeps its name), with the same work objects and tools. Lines that were added have \
+            "Load the program in place of {name} (the module keeps its name), with the same work objects and tools. Lines that were added have \
              the configuration of the target they lead up to: where the arm changes it along a motion, put ConfL\\Off before.\n"
         ),
         Language::Apt => {
-            format!("Post-process it in place of {name}, with the same machine, origin and tool length.\n")
+            format!("Post-process the program in place of {name}, with the same machine, origin and tool length.\n")
         }
     }
 }
@@ -90,11 +90,11 @@ fn dry_run_text(report: &Report<'_>) -> String {
     let largest = report.findings.most_by_cutting_mm;
     match largest > ROUNDING_MM {
         true => format!(
-            "Try it above the part with nothing to cut: the tool is then beside the drawn path by up to {}, since it is sent \
-             against a cutting force that is not there. It springs there too wherever the feed stops in the cut: lead it out of the part before.\n",
+            "Try the program above the part with nothing to cut: the tool is then beside the drawn path by up to {}, since its commands \
+             work against a cutting force that is absent. The tool springs there too where the feed stops in the cut: retract the tool before.\n",
             millimetres(largest, 3)
         ),
-        false => "Try it above the part: with no cutting force in the process, the tool then follows the drawn path.\n"
+        false => "Try the program above the part: with no cutting force in the process, the tool then follows the drawn path.\n"
             .into(),
     }
 }
@@ -129,8 +129,8 @@ fn gcode_notes(notes: &Notes, calls: &WrittenCalls) -> String {
     }
     if !notes.unlocated_lines.is_empty() {
         text += &format!(
-            "Left as written: {}, where it is not known in X, Y and Z where the tool is; start_mm in [gcode] says where the program \
-             begins.\n",
+            "Left as written: {}, where the position of the tool in X, Y and Z is not known; start_mm in [gcode] says where the \
+             program begins.\n",
             motion_lines(&notes.unlocated_lines)
         );
     }
@@ -147,7 +147,7 @@ fn calls_text(calls: &WrittenCalls, lines: usize, written: usize) -> String {
             let names: Vec<&str> = beside.iter().map(|file| file.name.as_str()).collect();
             let with = match names[..] {
                 [] => String::new(),
-                _ => format!(" It calls {} beside it.", join_words(&names)),
+                _ => format!(" The program calls {} beside the file.", join_words(&names)),
             };
             format!(
                 "What the program calls and computes stays: no line needs other corrections each time that it runs.{with}\n"
@@ -168,7 +168,7 @@ fn robot_notes(program: &RobotProgram) -> String {
     text += &format!("Read as a program in {}.\n", program.language().name());
     if !notes.unlocated_lines.is_empty() {
         text += &format!(
-            "Left as written: {}, where it is not known where the tool is: motions to positions of joints, or without a full pose \
+            "Left as written: {}, where the position of the tool is not known: motions to positions of joints, or without a full pose \
              behind one.\n",
             motion_lines(&notes.unlocated_lines)
         );

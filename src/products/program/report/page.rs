@@ -6,7 +6,7 @@ use super::{
     Report,
     findings::{DrawnPoint, Findings, WorstPoint},
     limits_text, passes_table, residual_text,
-    tables::before_column,
+    tables::error_before_column,
     use_text,
     words::{blocks_table, written_text},
 };
@@ -46,7 +46,7 @@ pub fn page(report: &Report<'_>, headline: Headline, points: &str) -> Descriptio
             proof_section(report),
         ],
         explorers: vec![along_explorer(report.job, points)],
-        tables: vec![TableNote::ranked(points, caption, &before_column(Source::All))],
+        tables: vec![TableNote::ranked(points, caption, &error_before_column(Source::All))],
         ..Description::new("compensated_program", MachineDescription::new(&report.job.machine))
     }
 }
@@ -77,7 +77,7 @@ fn worst_section(report: &Report<'_>) -> Section {
         header: ["line", "program", "before", "after"].map(String::from).into(),
         rows: rows.collect(),
     };
-    Section::new("Where is the tool off how far?", "the worst lines, the error along the program and on the part")
+    Section::new("How far is the tool off its path, and where?", "worst lines, error along the program and on the part")
         .small_tables([table])
         .explorers([ALONG])
         .figures(&["errors", "paths"])
@@ -112,7 +112,7 @@ fn remedy_section(report: &Report<'_>) -> Section {
 
 /// Returns the section on how to use the program.
 fn use_section(report: &Report<'_>) -> Section {
-    Section::new("How is it used?", "what the program is, how to load it, what to switch off, what a dry run shows")
+    Section::new("How is the program used?", "how to load the program, what to switch off, what a dry run shows")
         .text(&use_text(report))
         .text(&written_text(report.job, report.proved.written.blocks.as_ref()))
         .small_tables(report.proved.written.blocks.as_ref().map(blocks_table))
@@ -123,7 +123,7 @@ fn proof_section(report: &Report<'_>) -> Section {
     let (header, rows) = passes_table(&report.proved.passes, false, shown);
     let caption = "Error of the tool's path while it cuts, by drive command".into();
     let table = SmallTable { caption, header: header.into_iter().map(String::from).collect(), rows };
-    Section::new("How is it proved?", "the written program, read back and simulated point by point, beside other ways")
+    Section::new("How is the program checked?", "read back and simulated point by point, beside other ways")
         .text("The last row is the program as it was written, read back, rounding included, and simulated.")
         .text(&residual_text(&report.job.machine, report.proved.commanded_max_mm()))
         .small_tables([table])
@@ -139,7 +139,7 @@ fn along_explorer(job: &ProgramJob, points: &str) -> Explorer {
             Source::All => "error without compensation".to_string(),
             alone => format!("error by {} alone", alone.words()),
         };
-        Quantity::new([before_column(*source)], &words, "mm", Better::Smaller)
+        Quantity::new([error_before_column(*source)], &words, "mm", Better::Smaller)
     };
     let after = Quantity::new(["error_after_mm"], "error as written", "mm", Better::Smaller);
     let mut quantities = vec![before(&Source::All), after];

@@ -32,7 +32,7 @@ pub fn program_columns(job: &ProgramJob) -> Vec<Column> {
     columns.extend(numbers(["arc_length_mm", ANGLE[0]]));
     columns.extend(counts(["cutting"]));
     columns.extend(numbers(["x_mm", "y_mm", "z_mm", "commanded_x_mm", "commanded_y_mm", "commanded_z_mm"]));
-    columns.extend(numbers(Source::of(machine).iter().map(|source| before_column(*source))));
+    columns.extend(numbers(Source::of(machine).iter().map(|source| error_before_column(*source))));
     columns.extend(numbers(["error_after_mm", "error_after_x_mm", "error_after_y_mm", "error_after_z_mm"]));
     columns.extend(numbers(["residual_rotation_deg"]));
     columns.extend(numbers(cutting_force::columns()));
@@ -44,7 +44,7 @@ pub fn program_columns(job: &ProgramJob) -> Vec<Column> {
 }
 
 /// Returns the name of the column of the error without compensation under `source`.
-pub(super) fn before_column(source: Source) -> String {
+pub(super) fn error_before_column(source: Source) -> String {
     match source {
         Source::All => "error_before_mm".into(),
         alone => format!("error_before_{}_mm", alone.label()),

@@ -1,6 +1,6 @@
 //! Sentences about a compensated program: its first screen, the effect of limits, its blocks, and its residual error.
 
-use super::{Report, notes_text, tables::before_column};
+use super::{Report, notes_text, tables::error_before_column};
 use crate::{
     answer::{ShareWithin, cautions},
     compensation::{BoundedPath, LimitKind, Price},
@@ -109,7 +109,7 @@ pub fn residual_text(machine: &Machine, residual_mm: Option<f64>) -> String {
 pub fn holes_text(in_holes_mm: Option<f64>) -> String {
     in_holes_mm.map_or_else(String::new, |most| {
         let most = millimetres(most, 4);
-        format!("Holes of cycles have the correction of their bottoms: on the ways in and out, it differs by up to {most}.\n")
+        format!("Holes of cycles have the correction of their bottoms: on the ways in and out, the right correction differs by up to {most}.\n")
     })
 }
 
@@ -269,7 +269,7 @@ fn distances(report: &Report<'_>) -> [Option<KeyNumber>; 2] {
     let worst = findings.worst.as_ref().map(|worst| worst.size_mm);
     let left = proved.passes.last().and_then(|written| written.summary.max_mm);
     [
-        worst.map(|worst| number(worst, 3, before, findings.before, before_column(Source::All))),
+        worst.map(|worst| number(worst, 3, before, findings.before, error_before_column(Source::All))),
         left.map(|left| number(left, 4, after, findings.after, "error_after_mm".into())),
     ]
 }

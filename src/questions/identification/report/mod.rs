@@ -96,13 +96,13 @@ fn page(report: &Report<'_>) -> Description {
             ),
             Fact::new(
                 "Profile",
-                "the interval within which the others can be fitted anew with the residual growing no more than chance explains",
+                "the interval within which the other parameters can be fitted anew with the residual growing no more than chance explains",
             ),
             Fact::new("Left out", "predicted without its own measurement, by the linear equations of the fit"),
         ],
         sections: vec![
             found.figures(&["answer"]).tables(["parameters.csv", "correlations.csv"]),
-            Section::new("What is open?", "and what to measure next").text(&text::open(report)).tables(["open.csv"]),
+            Section::new("What stays unknown?", "what to measure next").text(&text::open(report)).tables(["open.csv"]),
             Section::new("Does the model hold?", "residuals, and what other unknowns would do")
                 .text(&text::model_words(report))
                 .text(&text::pattern_words(report))

@@ -25,6 +25,7 @@ fn basis(study: &IdentificationStudy) -> String {
 pub(super) fn headline(report: &Report<'_>) -> Headline {
     let (all, known) = (report.found.found.len(), report.identified().count());
     let are = |count: usize| if count == 1 { "is" } else { "are" };
+    let name = report.found.found.first().map_or("", |own| &*own.unknown.name);
     let outcome = match (all - known, known) {
         _ if !report.found.fit.is_converged => {
             "The search for the parameters did not end: nothing is identified; the values in parameters.csv are the best found".into()
@@ -34,10 +35,10 @@ pub(super) fn headline(report: &Report<'_>) -> Headline {
         }
         (0, 1) => format!("The parameter is identified: {}", first_identified(report)),
         (0, _) => format!("All {all} parameters are identified: {}", first_identified(report)),
-        (1, 0) if all == 1 => "The parameter is not identified: the measurements leave it open".into(),
-        (_, 0) => format!("None of {all} parameters is identified: the measurements leave them open"),
+        (1, 0) => format!("Parameter {name} is not identified: the measurements do not determine its value"),
+        (_, 0) => format!("None of {all} parameters is identified: the measurements do not determine their values"),
         (open, _) => format!(
-            "{known} of {all} parameters {} identified: {}; the measurements leave {open} open",
+            "{known} of {all} parameters {} identified: {}; the measurements do not determine {open}",
             are(known),
             first_identified(report)
         ),
@@ -198,13 +199,13 @@ pub(super) fn open(report: &Report<'_>) -> String {
             let pose = &report.study.measurements[advice.measurement].name;
             let known = |std: f64| if std.is_finite() { format!("{std:.2}") } else { "not at all".into() };
             format!(
-                " A force of {size} N along {along} at pose {pose} would improve the least known one most: its standard deviation \
+                " A force of {size} N along {along} at pose {pose} would improve the least known parameter most: its standard deviation \
                  would fall from {} to {}.",
                 known(advice.std[0]),
                 known(advice.std[1])
             )
         }
-        None => " No force on the tool tip at these poses would identify them.".into(),
+        None => " No force on the tool tip at these poses would identify these parameters.".into(),
     };
     format!("Open, the least known first: {}.{next}", each.join("; "))
 }
@@ -295,7 +296,7 @@ pub(super) fn misfit_caution(report: &Report<'_>) -> Option<String> {
         let far = format!("The residual is {words} of what was measured, {} without {far}", percent(others));
         if fit.is_beyond_noise {
             return Some(format!(
-                "{far} It is {:.1} times the noise that was given, which chance makes less than once in a hundred times: nothing is identified.",
+                "{far} The residual is {:.1} times the noise that was given, which chance makes less than once in a hundred times: nothing is identified.",
                 fit.scale
             ));
         }
@@ -356,7 +357,7 @@ pub(super) fn unit_factor_words(report: &Report<'_>) -> Option<String> {
 fn unknown_profile_words(report: &Report<'_>) -> Option<String> {
     let all: Vec<&str> = report.identified().filter(|own| own.has_no_profile).map(|own| &*own.unknown.name).collect();
     (!all.is_empty()).then(|| {
-        format!("The profile of the likelihood is unknown of {}: the others could not be fitted anew; intervals are linear.", join_words(&all))
+        format!("The profile of the likelihood is unknown of {}: the other parameters could not be fitted anew; intervals are linear.", join_words(&all))
     })
 }
 

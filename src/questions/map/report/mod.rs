@@ -43,7 +43,7 @@ impl Answered for WorkspaceMapStudy {
                 summary.add(point);
                 pictures.add(point);
             }
-            streams.add(&points)
+            streams.write_block(&points)
         })?;
         let text = text(&summary, &shown.not_used);
         Ok(Output {
@@ -74,7 +74,7 @@ fn page(summary: &Summary<'_>, text: &ReportText) -> Description {
         explorers: vec![scene.view(MAP, "map.csv", Some(source_group(&scene.machine)), layers)],
         tables: vec![TableNote::ranked("map.csv", caption, &quantities::DEFLECTION.name)],
         sections: vec![
-            Section::new("Where does the tool move how far?", "the map, to slice, turn and click")
+            Section::new("How far does the tool move, and where?", "the map, to slice, turn and click")
                 .text(&text.place)
                 .explorers([MAP])
                 .figures(&["slices_deflection_all", "workspace_"]),
@@ -84,7 +84,7 @@ fn page(summary: &Summary<'_>, text: &ReportText) -> Description {
             )
             .text(&text.cause)
             .figures(&["slices_deflection", "slices_stiffness", "slices_superposition", "machine_bent"]),
-            Section::new("Which drive commands compensate it?", "the corrections that keep the tool on its path")
+            Section::new("Which drive commands compensate the deflection?", "drive corrections over the workspace")
                 .text(&text.remedy)
                 .figures(&["slices_delta_rho"]),
         ],
@@ -105,7 +105,7 @@ fn setting(WorkspaceMapStudy { scene, grid }: &WorkspaceMapStudy) -> Vec<Fact> {
         typographic(&words)
     };
     let over = format!(
-        "over these {} and {}; between grid points, and on a path that bears another force, they are others",
+        "over these {} and {}; between grid points, and on a path with another force, values differ",
         counted(grid.len(), "grid point"),
         counted(scene.phis.len(), "tool angle")
     );

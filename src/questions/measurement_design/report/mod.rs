@@ -42,7 +42,7 @@ fn refuse_to_lose_readings(sheet: &Path) -> Result<()> {
     };
     let refuse = |what: String| {
         let problem = format!(
-            "{what}, and a new plan would write over it: move it to where the identification reads it, or choose another folder"
+            "{what}, and a new plan would write over this file: move the file to where the identification reads it, or choose another folder"
         );
         Err(Error::Argument { argument: sheet.display().to_string(), problem })
     };
@@ -50,7 +50,7 @@ fn refuse_to_lose_readings(sheet: &Path) -> Result<()> {
     let Some((header, rows)) =
         rows.split_first().filter(|(header, _)| header.fields.iter().any(|name| name == b"pose"))
     else {
-        return refuse("is no sheet as it was written".into());
+        return refuse("is no measurement sheet of this program".into());
     };
     let columns: Vec<Reading> = Reading::all_planned();
     let is_reading = |i: usize| {
@@ -119,7 +119,7 @@ fn page(report: &Report<'_>) -> Description {
             Fact::new("Random", "as many candidates drawn by chance: the median over all draws"),
         ],
         sections: vec![
-            Section::new("What to measure", "the most informative first; print this, and fill in what is read")
+            Section::new("What to measure", "most informative measurement first; write the readings into the sheet")
                 .small_tables([sheet_for_print(report)])
                 .tables(["sheet.csv", "chosen.csv"]),
             known.explorers([WIDTHS]).figures(&["answer"]).tables(["widths.csv"]),

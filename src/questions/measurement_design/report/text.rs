@@ -1,4 +1,4 @@
-//! Sentences and first screen of a design of measurements: how well the parameters will be known.
+//! Sentences and first screen of a measurement-design report: how well the parameters will be known.
 
 use super::summary::Report;
 use crate::{
@@ -12,7 +12,7 @@ use crate::{
 };
 
 /// Returns what the results rest on: numbers of candidates, unknowns and measurements made already.
-fn basis(study: &MeasurementDesignStudy) -> String {
+fn basis_words(study: &MeasurementDesignStudy) -> String {
     let made = match study.measured.len() {
         0 => String::new(),
         count => format!(", {} made before", counted(count, "measurement")),
@@ -31,7 +31,7 @@ pub(super) fn headline(report: &Report<'_>) -> Headline {
         open => format!("{chosen} will identify {} of {}{reached}.", all - open, counted(all, "parameter")),
     };
     let tested = report.final_widths().and_then(|own| own.tested_mm);
-    Headline::new(sentence, basis(report.study))
+    Headline::new(sentence, basis_words(report.study))
         .with_cautions(&open_words(report))
         .with_numbers(report.sufficient_count().map(|enough| {
             let what = "measurements are enough for the intervals wanted";
@@ -45,7 +45,7 @@ pub(super) fn headline(report: &Report<'_>) -> Headline {
 
 /// Returns the first screen where nothing could be computed.
 pub(super) fn failed(study: &MeasurementDesignStudy, failure: &Failure) -> Headline {
-    Headline::new(format!("Nothing could be planned: {}.", failure.reason.trim_end_matches('.')), basis(study))
+    Headline::new(format!("Nothing could be planned: {}.", failure.reason.trim_end_matches('.')), basis_words(study))
 }
 
 /// Says how well the tool will be predicted where it is tested, if that is the criterion.
@@ -136,6 +136,6 @@ pub(super) fn details(report: &Report<'_>) -> String {
     if !open.is_empty() {
         lines.push(open);
     }
-    lines.push("sheet.csv is for the machine: fill in what is read, and identify.".into());
+    lines.push("Take sheet.csv to the machine, write the readings into it, and identify.".into());
     lines.join("\n")
 }

@@ -52,14 +52,14 @@ impl Answered for OnlineStudy {
     fn answer(&self, (): &(), asked: &Run<'_>) -> Result<Output> {
         let results = run(self, asked.work)?;
         let compared = Compared::new(self, &results);
-        let picture = || quantities::picture(&compared).map(|figure| ("answer".to_string(), figure));
+        let figure = || quantities::residual_figure(&compared).map(|figure| ("answer".to_string(), figure));
         Ok(Output {
             is_answered: Some(compared.break_even.is_some()),
             tables: vec![
                 ("trials".into(), quantities::trials_table(&results.trials)),
                 ("bands".into(), quantities::bands_table(&compared)),
             ],
-            figures: asked.draw_figures(|| picture().into_iter().collect()),
+            figures: asked.draw_figures(|| figure().into_iter().collect()),
             details: text::details(&compared),
             ..Output::of(
                 json!({ "points": self.path.stations.len(), "trials": results.trials.len() }),

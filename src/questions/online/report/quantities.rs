@@ -66,8 +66,9 @@ pub(super) fn bands_table(compared: &Compared<'_>) -> Table {
     QuantityTable::without_status(lead, vec![LOW, MEDIAN, HIGH]).table(rows)
 }
 
-/// Draws the median and band of both residuals over the force error; `None` without any.
-pub(super) fn picture(compared: &Compared<'_>) -> Option<Figure> {
+/// Draws the residual error (RMS over the path: median, 5 % to 95 % over the seeds) against the force error, corrected beforehand and corrected in
+/// the controller; `None` if no trial was solved.
+pub(super) fn residual_figure(compared: &Compared<'_>) -> Option<Figure> {
     let series = |label: &str, bands: &[Option<Band>]| LineSeries {
         label: label.into(),
         points: bands.iter().flatten().map(|band| (100.0 * band.force_error, band.median_mm)).collect(),

@@ -96,7 +96,7 @@ fn main_sentence(compared: &Compared<'_>) -> String {
         ),
         Some(BreakEven::Never(error)) => format!(
             "On this path of the {name} correcting beforehand has the smaller residual error, even if the predicted force is off by {}: \
-             measuring it does not pay.",
+             measuring the force does not pay.",
             percent_of(error)
         ),
         None => format!("Corrections of the {name} could be compared at none of the force errors."),
@@ -107,7 +107,7 @@ fn main_sentence(compared: &Compared<'_>) -> String {
 fn break_even_key_number(compared: &Compared<'_>) -> Option<KeyNumber> {
     let BreakEven::From(error) = compared.break_even? else { return None };
     let number = percent_of(error);
-    let what = "error of the predicted force from which on measuring it pays";
+    let what = "error of the predicted force from which on measuring the force pays";
     Some(KeyNumber::new(&number, what, "one standard deviation over programs"))
 }
 

@@ -46,7 +46,7 @@ impl Answered for PathStudy {
         let methods = run_in_parts(study, run.work, |part| {
             summary.add(&part);
             pictures.iter_mut().for_each(|pictures| pictures.add(&part));
-            table.add(&part)
+            table.write_block(&part)
         })?;
         let text = text(&summary);
         let bent = summary.largest_displacement().filter(|_| run.figures).and_then(|(_, point)| {
@@ -84,8 +84,7 @@ fn found_gamma(study: &PathStudy) -> Option<(&FoundGamma, &RedundancySettings)> 
 
 /// Returns the page without first screen, figures and question, which the run adds.
 fn page(study: &PathStudy, shown: &Shown, text: &ReportText) -> Description {
-    let points =
-        "One row per point and source of error: displacement without compensation, command and forces with it.";
+    let points = "One row per point and source of error: displacement without compensation, command and forces with compensation.";
     let mut tables = vec![
         TableNote::new("methods.csv", "One row per method: corrections it needs and errors it leaves."),
         TableNote::ranked("points.csv", points, &DISPLACEMENT.name),
@@ -106,14 +105,14 @@ fn page(study: &PathStudy, shown: &Shown, text: &ReportText) -> Description {
 /// Returns the sections of the page in reading order.
 fn sections(study: &PathStudy, text: &ReportText) -> Vec<Section> {
     let mut sections = vec![
-        Section::new("Where is the tool off how far?", "along the path, and on the part")
+        Section::new("How far is the tool off its path, and where?", "along the path, and on the part")
             .text(&text.place)
             .explorers([ALONG])
             .figures(&["paths", "displacement"]),
         Section::new("Why?", "cutting force, chain errors and weight one by one; the machine bent")
             .text(&text.cause)
             .figures(&["cutting_force", "delta_rho_sources", "machine_bent"]),
-        Section::new("Which drive commands compensate it?", "corrections, drive forces, and how each method does")
+        Section::new("Which drive commands compensate the deflection?", "corrections, drive forces, and each method")
             .text(&text.remedy)
             .explorers([METHODS])
             .figures(&["delta_rho", "drive_"])

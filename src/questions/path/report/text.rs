@@ -83,7 +83,7 @@ fn cause_text(summary: &Summary<'_>) -> String {
     let peaks: Vec<usize> =
         parts.filter_map(|source| summary.largest(*source, &DISPLACEMENT)).map(|(_, k)| k).collect();
     if peaks.windows(2).any(|pair| pair[0] != pair[1]) {
-        text += "These largest values lie at different points: they do not add up to that of all.\n";
+        text += "These largest values lie at different points: they do not add up to the largest by all sources.\n";
     }
     let blame = summary.single_sources.iter();
     let blame: Vec<String> =
@@ -177,7 +177,7 @@ pub(super) fn headline(summary: &Summary<'_>, text: &ReportText) -> Headline {
     let off = millimetres(worst, 3);
     let left = summary.largest(Source::All, &RESIDUAL_ERROR).map(|(left, _)| left);
     let then = match left {
-        Some(left) if left <= ROUNDING_MM => "; compensated, it stays on the path".into(),
+        Some(left) if left <= ROUNDING_MM => "; compensated, the tool stays on the path".into(),
         Some(left) => format!("; compensated, by {}", millimetres(left, 4)),
         None => "; no compensation was found at any point".into(),
     };

@@ -202,9 +202,9 @@ fn margin_number(results: &PlacementResults) -> Option<KeyNumber> {
 /// Describes why a margin ends.
 fn end_words(room: &Margin) -> String {
     match &room.end {
-        End::Worse => "it gets worse at once".into(),
+        End::Worse => "the objective gets worse at once".into(),
         End::Bound => "the bound of the search".into(),
         End::Infeasible(reason) => with_minus_signs(reason),
-        End::Nowhere => "nothing ends it".into(),
+        End::Nowhere => "nothing ends the margin".into(),
     }
 }

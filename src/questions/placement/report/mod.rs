@@ -113,9 +113,9 @@ fn sections(results: &PlacementResults) -> Vec<Section> {
             .explorers([SWEEP, PLACES])
             .figures(&["answer", "map_", "pareto"])
             .tables(["candidates.csv"]),
-        Section::new("Where on the path is it worst?", "the error along the path here and at a poor place")
+        Section::new("Where on the path is the error largest?", "the error along the path here and at a poor place")
             .figures(&["path_errors", "paths"]),
-        Section::new("How sure is it?", "how it was found, and how far the workpiece may be moved")
+        Section::new("How sure is the best place?", "how the search found it, and how far the workpiece may be moved")
             .text(&(text::search_text(results) + &text::certainty_text(results))),
     ];
     if let Some(best) = &results.best {

@@ -1,4 +1,4 @@
-//! Sentences and small tables of a placement report: what was searched, how the best place was found, and what happens there.
+//! Sentences and small tables of a placement report: the search, the best place and its margins, the comparison with other places.
 
 use super::quantities::{available_metrics, verdict_counts};
 use crate::{
@@ -143,7 +143,7 @@ pub(super) fn infeasible_text(results: &PlacementResults) -> String {
         None => "There is no place to judge.\n".into(),
     };
     if !elsewhere.is_empty() {
-        text += &format!("Outside the bounds it can be cut: {}.\n", elsewhere.join(", "));
+        text += &format!("Outside the bounds the workpiece can be cut: {}.\n", elsewhere.join(", "));
     }
     text
 }
@@ -169,11 +169,11 @@ fn best_place_text(results: &PlacementResults, best: &Best) -> String {
         let hinges = value(Metric::WorstHingeCorrection).zip(value(Metric::WorstHingeTorque));
         text += &match hinges {
             None => format!(
-                " To keep it on its path, correct the drives by up to {correction}; they then carry up to {force}."
+                " To keep the tool there, correct the drives by up to {correction}; the drives then carry up to {force}."
             ),
             Some((turn, torque)) => format!(
-                " To keep it on its path, correct the slides by up to {correction} and the hinges by up to {turn}; they \
-                 then carry up to {force} and {torque}."
+                " To keep the tool there, correct the slides by up to {correction} and the hinges by up to {turn}; the \
+                 drives then carry up to {force} and {torque}."
             ),
         };
     }
@@ -246,7 +246,7 @@ fn how_found_text(results: &PlacementResults, best: &Best) -> String {
         Origin::Refinement(index) => {
             let refinement = &results.refinements[index];
             format!(
-                "Refinement {} of {total} found it, from {}{}, in {}",
+                "Refinement {} of {total} found the place, from {}{}, in {}",
                 index + 1,
                 start_words(results, refinement),
                 gain_words(results, best),
@@ -254,9 +254,9 @@ fn how_found_text(results: &PlacementResults, best: &Best) -> String {
             ) + &convergence_words(refinement)
         }
         Origin::Named => {
-            format!("It is the named place {}; no refinement improved on it", results.entries[best.entry].name)
+            format!("The best place is the named one {}; no refinement beats it", results.entries[best.entry].name)
         }
-        Origin::Sweep => "It is the best place of the sweep; no refinement improved on it".into(),
+        Origin::Sweep => "The best place is that of the sweep; no refinement beats it".into(),
     };
     let end = if same == 1 { "ends" } else { "end" };
     text += &format!("; {same} of {} {end} there", counted(total, "refinement"));
@@ -294,8 +294,8 @@ fn gain_words(results: &PlacementResults, best: &Best) -> String {
 fn convergence_words(refinement: &Refinement) -> String {
     let continued = match refinement.continued {
         0 => String::new(),
-        1 => "once it used up max_iterations and went on from there".into(),
-        count => format!("{count} times it used up max_iterations and went on from there"),
+        1 => "once the search used up max_iterations and went on from there".into(),
+        count => format!("{count} times the search used up max_iterations and went on from there"),
     };
     match (refinement.is_converged, continued.is_empty()) {
         (true, true) => String::new(),
@@ -321,7 +321,7 @@ fn margins_text(results: &PlacementResults) -> String {
             End::Worse => "",
             End::Bound => " (its bound)",
             End::Nowhere => " (any angle)",
-            End::Infeasible(_) => " (then it cannot be cut)",
+            End::Infeasible(_) => " (then the workpiece cannot be cut)",
         };
         format!("{} {distance:.1}{}{end}", direction_words(room), unit_suffix(i))
     };

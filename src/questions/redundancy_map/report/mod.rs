@@ -120,31 +120,32 @@ fn headline(report: &Report<'_>, not_used: &[&str]) -> Headline {
     let at_best = |found: Option<FoundValue<'_>>, what: &str, extreme| {
         found.map(|found| best_gamma_number(report, &found, what, extreme))
     };
-    Headline::new(sentence(report), basis)
+    Headline::new(answer_sentence(report), basis)
         .with_cautions(&scene.cautions(not_used, "place", positions))
         .with_numbers(at_best(report.largest_at_best(), "largest deflection at the best γ", Extreme::Largest))
         .with_numbers(at_best(report.smallest_at_best(), "smallest", Extreme::Smallest))
         .with_numbers(report.largest_gain().map(|widest| gain_number(report, &widest)))
 }
 
-/// Returns the sentence of the first screen: smallest and largest deflection at the best γ.
-fn sentence(report: &Report<'_>) -> String {
+/// Returns the answer of the first screen: smallest and largest deflection at the best γ, share within tolerance, factor at the worst γ; or that
+/// no γ is possible anywhere.
+fn answer_sentence(report: &Report<'_>) -> String {
     let name = report.study.scene.machine.short_title();
     let (Some(least), Some(most)) = (report.smallest_at_best(), report.largest_at_best()) else {
         return format!(
             "No γ is possible for the {name} at any grid point and direction; redundancy_map.csv says why."
         );
     };
-    let (of, where_to) = match report.study.axes.len() {
+    let (share_template, extent) = match report.study.axes.len() {
         1 => ("at … of the grid points", ""),
         _ => ("at … of the grid points and directions", " over all grid points and directions"),
     };
-    let met = report.share_within().words(report.study.scene.tolerance_mm, of);
-    let met = met.map_or_else(String::new, |met| format!(" So rotated, it is {met}."));
-    let times = |widest: FoundValue<'_>| format!(" At the worst γ it moves up to {:.1} times as far.", widest.value);
-    let gain = report.largest_gain().map_or_else(String::new, times);
+    let within = report.share_within().words(report.study.scene.tolerance_mm, share_template);
+    let tolerance_words = within.map_or_else(String::new, |share| format!(" So rotated, the tool is {share}."));
+    let gain = |at: FoundValue<'_>| format!(" At the worst γ the tool moves up to {:.1} times as far.", at.value);
+    let gain_sentence = report.largest_gain().map_or_else(String::new, gain);
     format!(
-        "At the best rotation γ about its tool, the {name} moves by {} to {}{where_to}.{met}{gain}",
+        "At the best rotation γ about its axis, the tool of the {name} moves by {} to {}{extent}.{tolerance_words}{gain_sentence}",
         millimetres(least.value, 3),
         millimetres(most.value, 3),
     )

@@ -49,7 +49,7 @@ impl Answered for SuperpositionStudy {
                 summary.add(point);
                 pictures.add(point);
             }
-            streams.add(&points)
+            streams.write_block(&points)
         })?;
         let locations = run_locations(self, run.work)?;
         let mut statuses = summary.statuses.clone();

@@ -78,8 +78,8 @@ pub(super) fn safety_words(summary: &Summary<'_>) -> String {
     let is_solved = summary.solved == summary.points;
     let (of, there) = if is_solved { ("the box", "") } else { ("the part of the box that was solved", "there ") };
     let mut text = format!(
-        "At the load of the study, the superposition error at the tool tip is within the tolerance of {} mm in {} of {of}. It stays within \
-         it everywhere {there}up to ",
+        "At the load of the study, the superposition error at the tool tip is within the tolerance of {} mm in {} of {of}. The error stays \
+         within the tolerance everywhere {there}up to ",
         summary.study.tolerance,
         percent(share)
     );
@@ -137,7 +137,7 @@ fn growth_words(location: &LocationResult) -> String {
     };
     let scaled = [(Scaling::Load, "load"), (Scaling::Errors, "errors"), (Scaling::Both, "both")];
     let powers: Vec<String> = scaled.into_iter().filter_map(words).collect();
-    if powers.is_empty() { String::new() } else { format!("; it grows as {}", powers.join(", ")) }
+    if powers.is_empty() { String::new() } else { format!("; the error grows as {}", powers.join(", ")) }
 }
 
 /// Formats a largest factor, with what ended the search for it.
@@ -162,7 +162,7 @@ fn ablation_sentence(location: &LocationResult) -> String {
         let percent = typographic(&format!("{:.1}", if tenths == 0.0 { 0.0 } else { tenths / 10.0 }));
         format!("{}: {percent} %", cause_words(cause))
     };
-    format!("  Where it comes from at tool angle {:.0}°: {}.\n", worst.phi_deg, Cause::ALL.map(share).join(", "))
+    format!("  Where the error comes from at tool angle {:.0}°: {}.\n", worst.phi_deg, Cause::ALL.map(share).join(", "))
 }
 
 /// Names the locations at which each cause contributes most.

@@ -117,7 +117,7 @@ pub enum Fault {
     #[error("coordinate without a motion; expected G0, G1, G2, G3 or a cycle on this line or before it")]
     NoMotion,
     /// A coordinate on a line whose G word does not move to it.
-    #[error("coordinate on a line with {word}, which is no motion to it; expected it on a line of its own")]
+    #[error("coordinate on a line with {word}, which is no motion; expected the coordinate on a line of its own")]
     NotACoordinate {
         /// The word that claims the line.
         word: &'static str,
@@ -157,7 +157,7 @@ pub enum Fault {
     },
     /// A rotary axis that has been led to a place that is not known.
     #[error(
-        "it is not known where {letter} stands; expected a G0 before that names {letter}, as a line led it to a place of the machine"
+        "the position of {letter} is not known, as a line led the axis to a place of the machine; expected a G0 before that names {letter}"
     )]
     RotaryLost {
         /// A, B or C.

@@ -74,7 +74,7 @@ pub enum Foreign {
     #[error("names no unit; expected MM or INCH at its end")]
     NoUnit,
     /// L with `~`.
-    #[error("a move that goes on in the next line; expected it in one line")]
+    #[error("a block that continues in the next line (`~`); expected the whole block in one line")]
     Continued,
     /// A word twice.
     #[error("a second one in the block; expected one")]

@@ -1,4 +1,4 @@
-//! The data of G-code programs: words, modal state, motions, arcs, rotary axes, options and faults.
+//! Data types of G-code programs: dialects, words, modal state, motions, arcs, rotary axes, work offsets, options and faults.
 
 pub(crate) mod arc;
 pub(crate) mod dialect;

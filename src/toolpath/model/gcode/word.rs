@@ -50,10 +50,10 @@ impl Word {
         }
     }
 
-    /// Returns the code of M70 to M73, which save and restore modes in LinuxCNC; `None` for any other word or dialect.
-    pub fn modal_state_code(&self, dialect: Dialect) -> Option<u32> {
-        let is_read = self.letter == 'M' && matches!(dialect, Dialect::Iso | Dialect::LinuxCnc);
-        self.whole_number().ok().filter(|code| is_read && matches!(code, 70..=73))
+    /// Returns 70 to 73 for M70 to M73 (save and restore of modes, as in LinuxCNC), which the dialects ISO and LinuxCNC have; `None` otherwise.
+    pub fn mode_save_code(&self, dialect: Dialect) -> Option<u32> {
+        let has_mode_saving = self.letter == 'M' && matches!(dialect, Dialect::Iso | Dialect::LinuxCnc);
+        self.whole_number().ok().filter(|code| has_mode_saving && matches!(code, 70..=73))
     }
 
     /// Creates the refusal of this word because of `fault`.

@@ -103,7 +103,7 @@ pub enum RobotFault {
     },
     /// An external axis that moves and is not named.
     #[error(
-        "external axis {axis} goes from {from} to {to}; expected it to stand still, or the drive it is in robot_program.external_axes"
+        "external axis {axis} goes from {from} to {to}; expected the axis to stand still, or its drive in robot_program.external_axes"
     )]
     External {
         /// Number of the external axis, from 1.

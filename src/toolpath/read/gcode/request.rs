@@ -63,7 +63,7 @@ impl<'w> Request<'w> {
         if let Some(unsupported) = Unsupported::for_m_word(word, self.words, dialect) {
             return Err(word.refuse(Fault::Unsupported(unsupported)));
         }
-        if let Some(code) = word.modal_state_code(dialect) {
+        if let Some(code) = word.mode_save_code(dialect) {
             check_mode_save(self.words, word, code)?;
             self.mode_word = Some((word, code));
         }

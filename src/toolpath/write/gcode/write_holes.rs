@@ -1,4 +1,4 @@
-//! Writes the holes of drilling cycles: X, Y, Z and R of a line that stays a cycle.
+//! Writes corrected holes of drilling cycles: new X, Y, Z and R; the cycle is kept, not expanded into moves.
 
 use nalgebra::Vector3;
 

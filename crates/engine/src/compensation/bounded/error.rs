@@ -116,7 +116,7 @@ fn conflict_note(conflicts: &[LimitKind]) -> String {
         [] => "; no other limit alone is the reason".into(),
         _ => {
             let names: Vec<String> = conflicts.iter().map(|kind| format!("the {kind}")).collect();
-            format!("; it could be kept without {}", names.join(" or without "))
+            format!("; the force limit could be kept without {}", names.join(" or without "))
         }
     }
 }

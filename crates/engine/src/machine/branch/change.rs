@@ -1,4 +1,4 @@
-//! Changes of posture between two points of a path: no tool stays on its path meanwhile.
+//! Changes of posture between two points of a path, during which the tool leaves the path: another branch, or a hinge turned a full turn back.
 
 use std::fmt;
 
@@ -7,10 +7,10 @@ use serde::{Deserialize, Serialize};
 use super::{Branch, arm::ON_BOTH};
 use crate::machine::{Configuration, Machine};
 
-/// A hinge that stands this share of a full turn elsewhere has been turned back within its travel, though the way led there.
-const TURNED_BACK: f64 = 0.75;
-/// The same where no way led there: a wrist at its straight position swings by half a turn.
-const SWUNG: f64 = 0.25;
+/// Share of a full turn by which a hinge jumps that has been turned back within its travel, though the way was tracked.
+const JUMP_TRACKED: f64 = 0.75;
+/// The same where the way was not tracked: a wrist at its straight position swings by half a turn.
+const JUMP_UNTRACKED: f64 = 0.25;
 /// Configurations whose hinges and slides differ by less than this share of a full turn, and of the characteristic length, are the same.
 const BESIDE: f64 = 1e-3;
 
@@ -70,21 +70,23 @@ impl Machine {
         {
             return Some(PostureChange::Branch { from: Branch::from_signs(from), to: Branch::from_signs(to) });
         }
-        let most = if tracked { TURNED_BACK } else { SWUNG };
-        self.find_jump(&before.drives, &after.drives, most)
+        let min_share_of_turn = if tracked { JUMP_TRACKED } else { JUMP_UNTRACKED };
+        self.find_jump(&before.drives, &after.drives, min_share_of_turn)
     }
 
-    /// Hinge turned back within its travel between the drive positions `from` and `to` (mm, rad) of the same or neighbouring points, if any.
+    /// Returns the first hinge whose position differs by more than 3/4 of a full turn between the drive positions `from` and `to` (mm, rad),
+    /// e.g. nominal and corrected command of one point; `None` if there is none, and for machines other than a serial chain with a hinge
+    /// that can make a full turn.
     pub fn full_turn_jump(&self, from: &[f64], to: &[f64]) -> Option<PostureChange> {
-        self.may_change_posture().then(|| self.find_jump(from, to, TURNED_BACK)).flatten()
+        self.may_change_posture().then(|| self.find_jump(from, to, JUMP_TRACKED)).flatten()
     }
 
-    /// The first hinge that moves by more than the share `most` of a full turn.
-    fn find_jump(&self, from: &[f64], to: &[f64], most: f64) -> Option<PostureChange> {
+    /// Returns the first hinge that moves by more than the share `min_share_of_turn` of a full turn.
+    fn find_jump(&self, from: &[f64], to: &[f64], min_share_of_turn: f64) -> Option<PostureChange> {
         let moved = self
             .full_turns()
             .zip(from.iter().zip(to))
-            .position(|(turn, (from, to))| turn.is_some_and(|turn| (to - from).abs() > most * turn))?;
+            .position(|(turn, (from, to))| turn.is_some_and(|turn| (to - from).abs() > min_share_of_turn * turn))?;
         Some(PostureChange::Jump {
             drive: self.drive_labels().swap_remove(moved),
             from_deg: from[moved].to_degrees(),

@@ -102,7 +102,7 @@ pub enum Unreachable {
     },
     /// A coordinate is asked for that the drives do not control, and the machine is elsewhere in it.
     #[error(
-        "{axis}: asked {asked} mm, the machine stays at {stands} mm: difference {} mm; it controls {controls}",
+        "{axis}: asked {asked} mm, the machine stays at {stands} mm: difference {} mm; the machine controls {controls}",
         round_off(.asked - .stands)
     )]
     Uncontrolled {
@@ -117,7 +117,7 @@ pub enum Unreachable {
     },
     /// An orientation is asked for that the drives cannot turn the platform to.
     #[error(
-        "orientation: {apart_deg:.3} degrees from the one in which the platform stands there, roll, pitch and yaw {stands}; it controls {controls}"
+        "orientation: {apart_deg:.3} degrees from that of the platform there, roll, pitch and yaw {stands}; the machine controls {controls}"
     )]
     OtherOrientation {
         /// The angle between them, degrees.
@@ -129,8 +129,8 @@ pub enum Unreachable {
     },
     /// The platform turns with its position, and the point that is to be tracked is not where it should be.
     #[error(
-        "the platform has a parasitic rotation (its orientation depends on its position): no position was found that brings the point of \
-         the path where it is asked for (the nearest is {beside_mm:.3} mm off)"
+        "the platform has a parasitic rotation (its orientation depends on its position): no position was found that \
+         brings the tracked point onto the path (the nearest is {beside_mm:.3} mm off)"
     )]
     Turned {
         /// How far the point is from where it is asked for, mm.

@@ -72,7 +72,7 @@ impl Machine {
             Unit::N | Unit::NMM | Unit::KG | Unit::M_PER_S2 if value == 0.0 => FROM_ZERO,
             _ if value == 0.0 => {
                 let problem =
-                    format!("is 0 {unit}, from where no step is small; give it a value other than 0 to begin with");
+                    format!("is 0 {unit}, from where no step is small; expected another value than 0 to begin with");
                 return Err(refusal(name, problem));
             }
             _ => SHARE * value.abs(),

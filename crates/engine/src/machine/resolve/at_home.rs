@@ -138,7 +138,7 @@ impl HomeCheck<'_> {
             if !has_direction && spring.tension_at_zero_length() != 0.0 {
                 let [x, y, z]: [f64; 3] = from.into();
                 return self.check.key(&self.spring_key(&spring.name)).fail(format!(
-                    "its ends are both at ({x:.3}, {y:.3}, {z:.3}) mm at home, so that its force has no direction: expected \
+                    "both ends of the spring are at ({x:.3}, {y:.3}, {z:.3}) mm at home, so that its force has no direction: expected \
                      ends apart from each other, or free_length_mm = 0 without preload"
                 ));
             }

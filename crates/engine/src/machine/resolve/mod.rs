@@ -197,7 +197,10 @@ fn gravity(spec: Option<[f64; 3]>, check: &Check) -> Result<Vector3<f64>> {
     let check = check.key("gravity_m_per_s2");
     let gravity = check.finite(spec.unwrap_or(GRAVITY))?;
     if gravity.norm() > STRONGEST_GRAVITY {
-        let problem = format!("expected at most {STRONGEST_GRAVITY} m/s² in all, got {:?}", gravity.as_slice());
+        let problem = format!(
+            "expected a magnitude of at most {STRONGEST_GRAVITY} m/s², got the vector {:?}; is it in mm/s²?",
+            gravity.as_slice()
+        );
         return check.fail(problem);
     }
     Ok(gravity)
@@ -285,7 +288,7 @@ fn mounted_chains(spec: &MachineSpec, check: &Check) -> Result<Vec<Chain>> {
         let carries = spec.workpiece_carrier.as_ref().is_some_and(|carrier| carrier.chain == chain.name);
         let is_mounted = carries || spec.mount.iter().any(|mount| mount.chain == chain.name);
         if !is_mounted && !module::is_design_used(spec, &chain.name) {
-            return check.fail(format!("chain \"{}\" is not mounted; add a [[mount]] or remove it", chain.name));
+            return check.fail(format!("chain \"{}\" is not mounted; add a [[mount]] or remove the chain", chain.name));
         }
     }
     if spec.mount.is_empty() {

@@ -1,4 +1,4 @@
-//! System of a chain and its loops as one, uncondensed: for the solver that condenses nothing, and for load steps.
+//! Uncondensed linear system of a chain with its loops, for the full solver and for load steps.
 
 use nalgebra::DMatrix;
 
@@ -92,11 +92,12 @@ impl ChainSystem<f64> {
         }
     }
 
-    /// Rows of all closure equations, loops included, where the first unknown is in row `start`.
+    /// Row indices of all closure equations (six of the chain's own route, then six of each loop in order) in an assembled matrix where this
+    /// system begins at row `start`.
     pub fn closure_rows(&self, start: usize) -> Vec<usize> {
-        let own = start + self.wrench_row();
-        let inner = self.loops_with_rows(start).flat_map(|(inner, first)| inner.system.closure_rows(first));
-        (own..own + 6).chain(inner).collect()
+        let first_closure_row = start + self.wrench_row();
+        let loop_rows = self.loops_with_rows(start).flat_map(|(inner, first)| inner.system.closure_rows(first));
+        (first_closure_row..first_closure_row + 6).chain(loop_rows).collect()
     }
 
     /// Row of a chain coordinate where the first unknown is in row `start`; `None` if neither the route nor its loops move it.

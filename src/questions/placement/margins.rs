@@ -1,4 +1,4 @@
-//! Margins of the best place: how far the workpiece can be moved before the objective is 5 % worse or it cannot be cut.
+//! Margins of the best place: how far the workpiece can be moved before the objective is 5 % worse or the workpiece cannot be cut.
 //!
 //! Objective and limits are probed in steps. Where forbidden boxes and the workspace box end a motion is known without: places that keep
 //! them are apart by a known gap, and moving by less cannot close it, so a thin box is not stepped over. Nor is a limit of a drive, a joint
@@ -80,14 +80,14 @@ pub(super) fn margins(
                 evaluator.free_translation(best, &way).min(reach)
             }
         };
-        let look = |distance: f64| {
+        let probe = |distance: f64| {
             let refused = |failure: Failure| End::Infeasible(failure.reason);
             work.check().map_err(|error| End::Infeasible(error.to_string()))?;
             let (evaluation, shares) = evaluator.evaluate_with_shares(&moved(distance)).map_err(refused)?;
             let is_good = study.objective.value(&evaluation.metrics) <= limit;
             if is_good { Ok(Probe { at: distance, shares }) } else { Err(End::Worse) }
         };
-        let (distance, mut end) = margin_along(free, step, look);
+        let (distance, mut end) = margin_along(free, step, probe);
         if end == End::Bound && free < reach {
             let beyond = evaluator.evaluate_in_work(work, &moved(free + PAST));
             end = End::Infeasible(beyond.err().map_or_else(|| "a box is in the way".into(), |failure| failure.reason));
@@ -158,13 +158,13 @@ pub struct Probe {
 struct MarginSearch<F> {
     reach: f64,
     step: f64,
-    look: F,
+    evaluate: F,
 }
 
-/// Returns the first distance at which `look` finds an end, or a limit may be exceeded between probes; at most `reach`, mm or rad.
-pub fn margin_along(reach: f64, step: f64, look: impl Fn(f64) -> Result<Probe, End>) -> (f64, End) {
-    match look(0.0) {
-        Ok(start) => MarginSearch { reach, step, look }.end_beyond(None, start, None),
+/// Returns the first distance at which `evaluate` finds an end, or a limit may be exceeded between probes; at most `reach`, mm or rad.
+pub fn margin_along(reach: f64, step: f64, evaluate: impl Fn(f64) -> Result<Probe, End>) -> (f64, End) {
+    match evaluate(0.0) {
+        Ok(start) => MarginSearch { reach, step, evaluate }.end_beyond(None, start, None),
         Err(end) => (0.0, end),
     }
 }
@@ -175,25 +175,25 @@ impl<F: Fn(f64) -> Result<Probe, End>> MarginSearch<F> {
         self.step * 0.5f64.powi(HALVINGS)
     }
 
-    /// Returns the end of the margin beyond the probe `from`; `before` is the probe before it, `bad` an end known to lie ahead.
-    fn end_beyond(&self, mut before: Option<Probe>, mut from: Probe, mut bad: Option<(f64, End)>) -> (f64, End) {
-        // The look after `from`; the way to it is checked once the one after it is there.
+    /// Returns the end of the margin beyond the probe `from`; `before` is the probe before it, `known_end` an end known to lie ahead.
+    fn end_beyond(&self, mut before: Option<Probe>, mut from: Probe, mut known_end: Option<(f64, End)>) -> (f64, End) {
+        // The probe after `from`; the interval before it is verified once the probe after it is there.
         let mut to: Option<Probe> = None;
         loop {
             let last = to.as_ref().unwrap_or(&from).at;
-            let next = match &bad {
-                Some((bad, _)) if bad - last > self.resolution() => 0.5 * (last + bad),
+            let next = match &known_end {
+                Some((end, _)) if end - last > self.resolution() => 0.5 * (last + end),
                 None if last < self.reach => (last + self.step).min(self.reach),
                 _ => {
-                    let left = to.map_or(Ok(()), |to| self.between(before.as_ref(), &from, &to, None));
-                    return left.err().unwrap_or_else(|| bad.map_or((last, End::Bound), |(_, end)| (last, end)));
+                    let left = to.map_or(Ok(()), |to| self.verify_interval(before.as_ref(), &from, &to, None));
+                    return left.err().unwrap_or_else(|| known_end.map_or((last, End::Bound), |(_, end)| (last, end)));
                 }
             };
-            match (self.look)(next) {
-                Err(end) => bad = Some((next, end)),
+            match (self.evaluate)(next) {
+                Err(end) => known_end = Some((next, end)),
                 Ok(after) => {
                     if let Some(to) = to.take() {
-                        if let Err(end) = self.between(before.as_ref(), &from, &to, Some(&after)) {
+                        if let Err(end) = self.verify_interval(before.as_ref(), &from, &to, Some(&after)) {
                             return end;
                         }
                         before = Some(std::mem::replace(&mut from, to));
@@ -204,23 +204,31 @@ impl<F: Fn(f64) -> Result<Probe, End>> MarginSearch<F> {
         }
     }
 
-    /// Checks that no limit is exceeded between the probes `a` and `b`, which follow `before`. `Err` holds where the margin ends.
-    fn between(&self, before: Option<&Probe>, a: &Probe, b: &Probe, after: Option<&Probe>) -> Result<(), (f64, End)> {
+    /// Checks that no limited quantity can exceed its limit between the neighbouring probes `a` and `b`; `before` and `after` are the probes on
+    /// either side, for the curvature. Where this is not certain it evaluates the middle and recurses down to the resolution. `Err`: distance
+    /// (mm or rad) at which the margin ends, and why.
+    fn verify_interval(
+        &self,
+        before: Option<&Probe>,
+        a: &Probe,
+        b: &Probe,
+        after: Option<&Probe>,
+    ) -> Result<(), (f64, End)> {
         if is_within_limits(before, a, b, after) {
             return Ok(());
         }
         if b.at - a.at <= self.resolution() {
-            let is_seen = before.is_some() || after.is_some();
-            return if is_seen { Err((a.at, End::Infeasible(TOO_NEAR.into()))) } else { Ok(()) };
+            let has_curvature = before.is_some() || after.is_some();
+            return if has_curvature { Err((a.at, End::Infeasible(TOO_NEAR.into()))) } else { Ok(()) };
         }
         let middle = 0.5 * (a.at + b.at);
-        match (self.look)(middle) {
+        match (self.evaluate)(middle) {
             Ok(middle) => {
-                self.between(before, a, &middle, Some(b))?;
-                self.between(Some(a), &middle, b, after)
+                self.verify_interval(before, a, &middle, Some(b))?;
+                self.verify_interval(Some(a), &middle, b, after)
             }
             Err(end) => {
-                let copy = |look: &Probe| Probe { at: look.at, shares: look.shares.clone() };
+                let copy = |probe: &Probe| Probe { at: probe.at, shares: probe.shares.clone() };
                 Err(self.end_beyond(before.map(copy), copy(a), Some((middle, end))))
             }
         }
@@ -234,7 +242,7 @@ fn is_within_limits(before: Option<&Probe>, a: &Probe, b: &Probe, after: Option<
     }
     let step = b.at - a.at;
     (0..a.shares.len()).all(|i| {
-        let value = |look: &Probe| (look.at, look.shares[i]);
+        let value = |probe: &Probe| (probe.at, probe.shares[i]);
         let bends = [
             before.map(|before| second_derivative(value(before), value(a), value(b))),
             after.map(|after| second_derivative(value(a), value(b), value(after))),
