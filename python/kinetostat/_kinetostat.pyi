@@ -37,6 +37,7 @@ def run_study(
     out: str | PathLike[str] | None,
     grid: Sequence[int] | None,
     points: int | None,
+    all_points: bool,
     parameters: Sequence[tuple[str, float]],
     figures: bool,
     colours: str,

@@ -5,7 +5,11 @@ use std::{
     sync::{Arc, Mutex, MutexGuard, PoisonError},
 };
 
-use kinetostat::{Event, Overrides, RunOptions, Start, Study, figures::Colours, files::exchange::Format};
+use kinetostat::{
+    Event, Overrides, RunOptions, Start, Study,
+    figures::Colours,
+    files::exchange::{Format, WrittenRows},
+};
 use pyo3::{prelude::*, types::PyDict};
 
 use crate::{
@@ -23,9 +27,9 @@ struct Progress {
 }
 
 /// Opens the study `path`, changed as `grid`, `points` and `parameters` say, and runs it into `out`, or the folder
-/// `results/` that the command line takes. `told` gets items done, their number and what they are called.
+/// `results/` that the command line takes; `all_points` writes all rows of long tables of path points. `told` gets items done, their number and what they are called.
 #[pyfunction]
-#[pyo3(signature = (path, out, grid, points, parameters, figures, colours, begin, told))]
+#[pyo3(signature = (path, out, grid, points, all_points, parameters, figures, colours, begin, told))]
 #[allow(clippy::too_many_arguments)]
 pub fn run_study<'py>(
     py: Python<'py>,
@@ -33,6 +37,7 @@ pub fn run_study<'py>(
     out: Option<PathBuf>,
     grid: Option<[usize; 3]>,
     points: Option<usize>,
+    all_points: bool,
     parameters: Vec<(String, f64)>,
     figures: bool,
     colours: &str,
@@ -42,7 +47,9 @@ pub fn run_study<'py>(
     let overrides = Overrides { grid, points, parameters, ..Overrides::default() };
     let begin = one_of("begin", begin, &[("new", Start::New), ("resume", Start::Resume), ("restart", Start::Restart)])?;
     let colours = one_of("colours", colours, &Colours::ALL.map(|colours| (colours.label(), colours)))?;
-    let options = RunOptions { formats: vec![Format::Csv], figures, colours, begin, program: Some(build(py)?.into()) };
+    let (formats, program) = (vec![Format::Csv], Some(build(py)?.into()));
+    let rows = if all_points { WrittenRows::All } else { WrittenRows::default() };
+    let options = RunOptions { formats, rows, figures, colours, begin, program };
     let study = py.detach(|| Study::open(&path, &overrides)).map_err(raised)?;
     let out = out.unwrap_or_else(|| Path::new("results").join(&study.name));
     let (total, of) = study.kind.items();

@@ -9,7 +9,7 @@ use crate::{
     figures::{Colours, Figure, FigureError},
     files::{
         Manifest, OutputFile, StatusCount, Transaction,
-        exchange::{self, Format, Table},
+        exchange::{self, Format, Table, WrittenRows},
         staging, write_all,
     },
     input::Inputs,
@@ -27,6 +27,8 @@ pub struct Run<'a> {
     pub out: &'a Path,
     /// Formats of tables and maps.
     pub formats: &'a [Format],
+    /// Which rows of a table of path points are written as CSV.
+    pub rows: WrittenRows,
     /// Whether to draw figures.
     pub figures: bool,
     /// The computation: its threads, progress and checkpoint.
@@ -129,6 +131,12 @@ impl Output {
         // Pages show CSV tables.
         let has_page = formats.contains(&Format::Csv);
         let (mut files, described) = std::mem::take(&mut self.streamed);
+        for (stem, note) in described.iter().filter_map(|(stem, table)| Some((stem, table.note()?))) {
+            let file = format!("{stem}.csv");
+            for table in self.page.tables.iter_mut().filter(|table| table.file == file) {
+                table.kept = Some(note.into());
+            }
+        }
         files.extend(exchange::files(out, &self.tables, &described, formats)?);
         if has_page {
             files.push(OutputFile::new("report.json", self.page.clone().with_figures(&self.figures).to_json()));

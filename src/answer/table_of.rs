@@ -3,7 +3,7 @@
 use super::{FoundOr, Quantity};
 use crate::{
     answer::{Run, output::Streamed},
-    files::exchange::{Cell, Column, Image, Row, StreamedTable, Table, texts},
+    files::exchange::{Cell, Column, Image, KeptRows, Row, StreamedTable, Table, texts},
     input::error::Result,
     simulation::{Failure, SOLVED},
 };
@@ -60,8 +60,18 @@ impl<'a, B: ?Sized> Streams<'a, B> {
     }
 
     /// Adds the table `stem`: `whole` without rows, with rows of a block by `table`; `Err` if its files cannot be written.
-    pub fn with(mut self, stem: &str, whole: Table, table: impl Fn(&B) -> Table + Send + Sync + 'a) -> Result<Self> {
-        let streamed = StreamedTable::new(self.run.out, stem, whole.columns(), self.run.formats)?;
+    pub fn with(self, stem: &str, whole: Table, table: impl Fn(&B) -> Table + Send + Sync + 'a) -> Result<Self> {
+        self.with_kept(stem, (whole, None), table)
+    }
+
+    /// Adds a table as [`Streams::with`] does, whose CSV file gets the rows `kept`, or all.
+    pub fn with_kept(
+        mut self,
+        stem: &str,
+        (whole, kept): (Table, Option<KeptRows>),
+        table: impl Fn(&B) -> Table + Send + Sync + 'a,
+    ) -> Result<Self> {
+        let streamed = StreamedTable::new(self.run.out, stem, whole.columns(), (self.run.formats, kept))?;
         self.tables.push((stem.into(), Box::new(table), streamed, whole));
         Ok(self)
     }
@@ -80,15 +90,20 @@ impl<'a, B: ?Sized> Streams<'a, B> {
 
     /// Closes all tables and returns their files, and the tables without rows; `Err` if a file or the image cannot be made.
     pub fn finish(self) -> Result<Streamed> {
-        let (mut files, mut whole) = (Vec::new(), Vec::new());
+        let (mut files, mut whole, mut notes) = (Vec::new(), Vec::new(), Vec::new());
         for (stem, _, streamed, table) in self.tables {
-            files.extend(streamed.finish()?);
+            let (written, note) = streamed.finish()?;
+            files.extend(written);
             whole.push((stem, table));
+            notes.push(note);
         }
         if let Some(image) = self.image {
             files.extend(image.files(self.run.out, &whole)?);
         }
-        Ok((files, whole.into_iter().map(|(stem, table)| (stem, Table::new(table.columns().to_vec(), []))).collect()))
+        let described = |((stem, table), note): ((String, Table), Option<String>)| {
+            (stem, Table::new(table.columns().to_vec(), []).with_note(note))
+        };
+        Ok((files, whole.into_iter().zip(notes).map(described).collect()))
     }
 }
 

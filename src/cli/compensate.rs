@@ -9,7 +9,7 @@ use clap::Args;
 use kinetostat::{
     answer::cautions,
     compensation::Method,
-    files::{Foreign, counted, millimetres_in_table, text_table::text_table},
+    files::{Foreign, counted, exchange::WrittenRows, millimetres_in_table, text_table::text_table},
     input::error::{Error, Result},
     process::{GammaChoice, file::Process},
     products::program::{
@@ -73,6 +73,9 @@ pub struct CompensateArguments {
     /// polyline
     #[arg(long, conflicts_with = "method")]
     measured: Option<PathBuf>,
+    /// Write all points into OUT.points.csv [default: of more than 50000 as many, the worst and those at equal steps]
+    #[arg(long, value_name = "all", value_parser = choice::all_points)]
+    points: Option<WrittenRows>,
     /// Also simulate every other method for comparison [default: linear and mirror, up to 20 000 points]
     #[arg(long)]
     all_methods: bool,
@@ -101,7 +104,8 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
         None => chosen,
     };
     // When all inputs are read: none of them is written over.
-    let files = ProgramFiles::prepare(&arguments.out, Foreign::forced(arguments.force))?;
+    let files = ProgramFiles::prepare(&arguments.out, Foreign::forced(arguments.force))?
+        .with_rows(arguments.points.unwrap_or_default());
     let is_long = job.path.len() > COMPARED;
     let asked = Asked { compared: compared_methods(arguments, is_long), way, sources_apart: true, ends_early: true };
     let (name, passes) = (arguments.path.display().to_string(), asked.pass_count(&job));
@@ -116,7 +120,7 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
             return Ok(Ending::SomeUnsolved);
         }
     };
-    let WrittenProgram { headline, proved, machine, process, gamma, blocks, used, page } = *told;
+    let WrittenProgram { headline, proved, machine, process, gamma, blocks, used, rows, page } = *told;
     reporting.print_styled(&headline::words(&headline, &format!("{:.1} s", started.elapsed().as_secs_f64())))?;
     if let Some(gamma) = gamma {
         reporting.print(&format!("\n{gamma}"))?;
@@ -136,6 +140,9 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
             "Left as written, as there is no correction: {} where nothing is cut.\n",
             counted(proved.uncorrected, "position")
         ))?;
+    }
+    if let Some(rows) = rows {
+        reporting.print(&format!("{rows}\n"))?;
     }
     reporting.print(&format!("Written to {}; read {}\n\n", arguments.out.display(), page.display()))?;
     reporting.print_styled(&headline::sentences(&used))?;

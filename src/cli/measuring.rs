@@ -4,7 +4,11 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use kinetostat::{
-    files::{OutputFile, exchange::csv, write_beside},
+    files::{
+        OutputFile,
+        exchange::{WrittenRows, csv},
+        write_beside,
+    },
     input::{
         Folder,
         error::{Error, Result},
@@ -144,5 +148,5 @@ fn run_study_of(one: &OneStudy, table: &str, is_one: impl Fn(&StudyKind) -> bool
     if !is_one(&study.kind) {
         return Err(wrong_kind(&one.study, table));
     }
-    run::compute(&[study], one.out.as_ref(), (&one.writing, &one.computing))
+    run::compute(&[study], one.out.as_ref(), (&one.writing, &one.computing), WrittenRows::default())
 }

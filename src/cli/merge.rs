@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use kinetostat::{
-    files::counted,
+    files::{counted, exchange::WrittenRows},
     input::error::{Error, Result},
     questions::{Overrides, Study},
     run::parts::{StudySource, read_parts},
@@ -12,7 +12,7 @@ use kinetostat::{
 };
 
 use super::{
-    Ending,
+    Ending, choice,
     results::{Computing, Writing, as_option_error, result_folder, run_study},
 };
 
@@ -38,6 +38,9 @@ pub struct MergeArguments {
     /// Folder for the results [default: results/<name of the study's folder>]
     #[arg(long)]
     out: Option<PathBuf>,
+    /// Write all rows of long tables of path points
+    #[arg(long, value_name = "all", value_parser = choice::all_points)]
+    points: Option<WrittenRows>,
     #[command(flatten)]
     writing: Writing,
     #[command(flatten)]
@@ -55,7 +58,7 @@ pub fn merge(arguments: &MergeArguments) -> Result<Ending> {
         }
     }
     let study = study_of_parts(arguments, &parts)?;
-    let options = writing.options(computing);
+    let options = writing.options(computing, arguments.points.unwrap_or_default());
     study.check_formats(&options).map_err(as_option_error)?;
     let run = study.prepare_run(&result_folder(arguments.out.as_ref(), &study), &options).map_err(as_option_error)?;
     if study.kind.goes_in_rounds() && !parts.iter().any(|part| part.head().is_complete) {

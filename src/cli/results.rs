@@ -5,7 +5,7 @@ use std::{path::PathBuf, sync::Arc, time::Instant};
 use clap::Args;
 use kinetostat::{
     figures::Colours,
-    files::exchange::Format,
+    files::exchange::{Format, WrittenRows},
     input::error::{Error, Remedy, Result},
     questions::{Overrides, Study},
     run::{BegunRun, FinishedRun, FolderRun, RunOptions, Start},
@@ -92,10 +92,11 @@ impl Computing {
 }
 
 impl Writing {
-    /// Returns the options of a run: formats, figures, colours, and how to begin.
-    pub fn options(&self, computing: &Computing) -> RunOptions {
+    /// Returns the options of a run: formats, rows, figures, colours, and how to begin.
+    pub fn options(&self, computing: &Computing, rows: WrittenRows) -> RunOptions {
         RunOptions {
             formats: self.format.clone(),
+            rows,
             figures: !self.no_figures,
             colours: self.colours,
             begin: computing.begin(),
@@ -166,6 +167,9 @@ fn print_result(
     reporting.print_styled(&headline::words(&finished.headline, &format!("{seconds:.1} s")))?;
     if reporting.is_verbose() {
         reporting.print(&format!("\n{}\n", finished.details))?;
+    }
+    for rows in &finished.rows {
+        reporting.print(&format!("{rows}\n"))?;
     }
     reporting.print_written(run.out(), &finished.files, writing.format.contains(&Format::Csv))?;
     if writing.format.contains(&Format::Vti)

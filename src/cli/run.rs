@@ -9,7 +9,7 @@ use std::{
 use clap::Args;
 use kinetostat::{
     Event,
-    files::counted,
+    files::{counted, exchange::WrittenRows},
     input::error::{Error, Result},
     machine::Branch,
     process::GammaChoice,
@@ -23,7 +23,8 @@ use kinetostat::{
 use serde_json::json;
 
 use super::{
-    Ending, choice,
+    Ending,
+    choice::{self, Points},
     reporting::stop_flag,
     results::{Computing, Writing, as_option_error, result_folder, run_study},
 };
@@ -54,9 +55,10 @@ pub struct RunArguments {
     /// Grid points along x,y,z, or one number for all, instead of the study's
     #[arg(long, value_parser = parse_grid, allow_hyphen_values = true)]
     grid: Option<[usize; 3]>,
-    /// Points along the circle of a path study, instead of the study's
-    #[arg(long)]
-    points: Option<usize>,
+    /// Points along the circle of a path study, instead of the study's; or all: all rows of long tables of path points are
+    /// written [default: 50000, the worst and points at equal steps]
+    #[arg(long, value_name = "N|all", value_parser = choice::points)]
+    points: Option<Points>,
     /// Branch on which an arm with a spherical wrist is to stand, instead of the study's
     #[arg(long, value_parser = choice::branch())]
     branch: Option<Branch>,
@@ -99,14 +101,22 @@ pub fn run(arguments: &RunArguments) -> Result<Ending> {
         let problem = format!("{} can hold the results of one study, got {}", out.display(), arguments.studies.len());
         return refuse("--out", problem);
     }
+    let (count, rows) = match arguments.points {
+        Some(Points::Count(count)) => (Some(count), WrittenRows::default()),
+        Some(Points::All) => (None, WrittenRows::All),
+        None => (None, WrittenRows::default()),
+    };
     let overrides = Overrides {
         grid: arguments.grid,
-        points: arguments.points,
+        points: count,
         branch: arguments.branch,
         redundancy: arguments.redundancy,
         ..Overrides::default()
     };
     if let Some(share) = arguments.part {
+        if rows == WrittenRows::All {
+            return refuse("--points", "all is for merge, which writes the tables".into());
+        }
         let [path] = arguments.studies.as_slice() else {
             return refuse("--part", format!("is of one study, got {}", arguments.studies.len()));
         };
@@ -121,16 +131,17 @@ pub fn run(arguments: &RunArguments) -> Result<Ending> {
             return refuse(&arguments.studies[i].display().to_string(), problem);
         }
     }
-    compute(&studies, arguments.out.as_ref(), (writing, computing))
+    compute(&studies, arguments.out.as_ref(), (writing, computing), rows)
 }
 
-/// Computes `studies`, one after another, into the folder `out` or folders of their names.
+/// Computes `studies`, one after another, into the folder `out` or folders of their names; of long tables of path points the `rows`.
 pub fn compute(
     studies: &[Study],
     out: Option<&PathBuf>,
     (writing, computing): (&Writing, &Computing),
+    rows: WrittenRows,
 ) -> Result<Ending> {
-    let options = writing.options(computing);
+    let options = writing.options(computing, rows);
     studies.iter().try_for_each(|study| study.check_formats(&options)).map_err(as_option_error)?;
     let runs = studies.iter().map(|study| study.prepare_run(&result_folder(out, study), &options));
     let runs: Vec<FolderRun<'_>> = runs.collect::<Result<_>>().map_err(as_option_error)?;

@@ -46,8 +46,14 @@ impl Aligned {
         let mut remarks = Vec::new();
         let shared = shared_part(explorer, &own, letters, &mut remarks);
         let mut data = Vec::new();
-        for (folder, own) in folders.iter().zip(&own) {
+        for ((folder, own), letter) in folders.iter().zip(&own).zip(letters) {
             let table = folder.table(&own.table)?;
+            let note = folder.description.tables.iter().find(|note| note.file == own.table);
+            if let Some(kept) = note.and_then(|note| note.kept.as_ref()) {
+                remarks.push(format!(
+                    "{letter}: {kept} Here, means, smallest values and shares are of the rows that the table has."
+                ));
+            }
             data.push(Dataset::read(&reordered_like(own, &shared), &table, MOST_NUMBERS / 2 / folders.len())?);
         }
         let parts = data.iter().map(|own| data.iter().fold(own.clone(), |part, other| part.restricted_to(other)));

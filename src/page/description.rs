@@ -80,6 +80,9 @@ pub struct TableNote {
     pub caption: String,
     /// Column whose largest values a page shows first; `None` shows the first rows.
     pub largest_first: Option<String>,
+    /// Which rows it has, if not all.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub kept: Option<String>,
 }
 
 /// A folded part of the page under a heading.
@@ -345,7 +348,7 @@ impl Quantity {
 impl TableNote {
     /// Returns a note for a table that is shown from its first row on.
     pub fn new(file: &str, caption: &str) -> Self {
-        Self { file: file.into(), caption: caption.into(), largest_first: None }
+        Self { file: file.into(), caption: caption.into(), largest_first: None, kept: None }
     }
 
     /// Returns a note for a table whose rows with the largest values of `column` are shown first.

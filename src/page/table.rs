@@ -183,7 +183,7 @@ impl TableView {
             ranking: ranked.map_or_else(String::new, |ranked| ranked.json(total)),
             file: note.file.clone(),
             href,
-            caption: note.caption.clone(),
+            caption: note.kept.iter().fold(note.caption.clone(), |caption, kept| caption + " " + kept),
             ranked_by: note.largest_first.clone().filter(|_| total > MOST_ROWS),
             total,
             numeric: (0..table.header.len()).map(is_numeric).collect(),

@@ -15,7 +15,11 @@ use crate::{
     answer::{Output, Run},
     explore::Scene,
     figures::Colours,
-    files::{Manifest, StatusCount, exchange::Format, prepare, remove, remove_temporary},
+    files::{
+        Manifest, StatusCount,
+        exchange::{Format, WrittenRows},
+        prepare, remove, remove_temporary,
+    },
     input::error::{Error, Remedy, Result},
     page::{PAGE, ToTry, headline::Headline},
     questions::{Overrides, Study, StudyKind},
@@ -31,6 +35,8 @@ use crate::{
 pub struct RunOptions {
     /// Formats of tables and maps; without CSV there is no page.
     pub formats: Vec<Format>,
+    /// Which rows of tables of path points are written as CSV.
+    pub rows: WrittenRows,
     /// Whether figures are drawn.
     pub figures: bool,
     /// Colours of maps in figures.
@@ -46,7 +52,7 @@ impl Default for RunOptions {
     /// CSV tables, a page, and figures in viridis; refuses to lose an unfinished run.
     fn default() -> Self {
         let (colours, begin) = (Colours::Viridis, Start::default());
-        Self { formats: vec![Format::Csv], figures: true, colours, begin, program: None }
+        Self { formats: vec![Format::Csv], rows: WrittenRows::default(), figures: true, colours, begin, program: None }
     }
 }
 
@@ -71,6 +77,8 @@ pub struct FinishedRun {
     pub details: String,
     /// Whether everything that was asked is answered; if not, the tables say what is not and why.
     pub is_complete: bool,
+    /// Sentences on the tables whose files do not have all rows.
+    pub rows: Vec<String>,
     /// How many rows ended how.
     pub statuses: Vec<StatusCount>,
     /// The files, manifest last.
@@ -256,14 +264,15 @@ impl FolderRun<'_> {
     /// Computes the study with `work` and writes its results into the folder.
     fn answer(&self, work: &Work) -> Result<FinishedRun> {
         let Self { study, out, options, .. } = self;
-        let run = Run { out, formats: &options.formats, figures: options.figures, work };
+        let run = Run { out, formats: &options.formats, rows: options.rows, figures: options.figures, work };
         let mut output = study.kind.answer(&run)?;
         (output.page.name, output.page.question) = (study.name.clone(), study.question.clone());
         output.page.to_try = interactive_scene(study, output.best_place.take())?;
+        let rows = output.streamed.1.iter().filter_map(|(_, table)| table.note().map(String::from)).collect();
         let files = output.write(&run, options.colours, &study.inputs)?;
         let is_complete = output.is_complete();
         let Output { page, details, statuses, .. } = output;
-        Ok(FinishedRun { headline: page.headline, details, is_complete, statuses, files })
+        Ok(FinishedRun { headline: page.headline, details, is_complete, rows, statuses, files })
     }
 
     /// Names of the main result files of the study. The others are held against the folder before the first of all is written.

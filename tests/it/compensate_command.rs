@@ -6,7 +6,7 @@ use std::{
 };
 
 use kinetostat::{
-    files::{Foreign, OutputFile, staging_beside, write_all},
+    files::{Foreign, OutputFile, exchange::MOST_ROWS, staging_beside, write_all},
     products::program::files::ProgramFiles,
 };
 use serde_json::{Value, json};
@@ -284,6 +284,47 @@ fn limits_bind_where_they_must_and_are_kept() {
     assert_eq!(output.status.code(), Some(2));
     assert!(text(&output.stderr).contains("its force cannot be brought below"), "{}", text(&output.stderr));
     assert_eq!(std::fs::read_dir(out.path()).unwrap().count(), 0);
+}
+
+#[test]
+fn the_table_of_a_very_long_program_is_bounded_and_says_so() {
+    let inputs = tempfile::tempdir().unwrap();
+    let process = std::fs::read_to_string(folder().join("process.toml")).unwrap();
+    let process = write(&inputs, "fine.toml", &format!("{process}\n[sampling]\nmax_segment_mm = 0.003\n"));
+    let program = folder().join("groove.nc");
+    let rows = |out: &tempfile::TempDir| -> Vec<String> {
+        let table = std::fs::read_to_string(out.path().join("out.nc.points.csv")).unwrap();
+        table.lines().skip(1).map(String::from).collect()
+    };
+    let (output, out) = compensate(&program, &process, &[]);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let (some, found) = (rows(&out), report(&out));
+    let total = found["points"].as_u64().unwrap() as usize;
+    assert!(total > MOST_ROWS && some.len() <= MOST_ROWS && some.len() > MOST_ROWS / 8, "{total} {}", some.len());
+    let note = format!("out.nc.points.csv has {} of {total} rows: every ", some.len());
+    let page = std::fs::read_to_string(out.path().join("out.nc.html")).unwrap();
+    for said in [text(&output.stdout).split_whitespace().collect::<Vec<_>>().join(" "), page, found.to_string()] {
+        assert!(said.contains(&note), "{note}\n{said}");
+    }
+    let (output, out) = compensate(&program, &process, &["--points", "all"]);
+    assert!(!text(&output.stdout).contains("rows: every"), "{}", text(&output.stdout));
+    let all = rows(&out);
+    assert_eq!(all.len(), total);
+    assert_eq!(report(&out)["passes"], found["passes"]);
+    let mut rest = all.iter();
+    assert!(some.iter().all(|row| rest.any(|other| other == row)));
+    let header = std::fs::read_to_string(out.path().join("out.nc.points.csv")).unwrap();
+    let columns: Vec<&str> = header.lines().next().unwrap().split(',').collect();
+    let largest = |rows: &[String], column: usize| {
+        let values = rows.iter().filter_map(|row| row.split(',').nth(column)?.parse::<f64>().ok());
+        values.fold(0.0, |most, value| f64::max(most, value.abs()))
+    };
+    for (column, name) in columns.iter().enumerate().filter(|(_, name)| name.ends_with("_mm") || name.ends_with("_N")) {
+        assert_eq!(largest(&some, column), largest(&all, column), "{name}");
+    }
+    let (output, _) = compensate(&program, &process, &["--points", "100"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(text(&output.stderr).contains("expected all"), "{}", text(&output.stderr));
 }
 
 #[test]

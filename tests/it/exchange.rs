@@ -194,6 +194,17 @@ fn read_back(cell: &Field) -> Cell {
 }
 
 #[test]
+fn a_number_has_an_exponent_instead_of_dozens_of_zeros() {
+    let numbers_in = [1e-217, -3.5e300, 0.0, 1e-13, 1234.5, 123_456_789_012_345_680.0, 1e21];
+    let table = Table::new(numbers(["x_mm"]), numbers_in.map(|number| vec![Cell::Number(number)]));
+    let text = String::from_utf8(exchange::csv(&table).unwrap()).unwrap();
+    let expected = "x_mm\n1e-217\n-3.5e300\n0\n0.0000000000001\n1234.5\n123456789012345680\n1e21\n";
+    assert_eq!(text, expected);
+    let read_back = text.lines().skip(1).map(|line| line.parse().unwrap());
+    assert_eq!(read_back.collect::<Vec<f64>>(), numbers_in);
+}
+
+#[test]
 fn a_table_as_parquet_is_read_back_as_it_was() {
     let columns = [counts(["point"]), numbers(["x_mm", "ratio"]), texts(["reason"])].concat();
     let row = |k: usize| {

@@ -8,6 +8,7 @@ use std::{
 
 use kinetostat::{
     answer::ReportText,
+    files::exchange::MOST_ROWS,
     questions::{
         Overrides, Study, StudyKind,
         path::{
@@ -20,6 +21,7 @@ use kinetostat::{
     work::Work,
 };
 use nalgebra::Vector3;
+use parquet::file::reader::{FileReader, SerializedFileReader};
 
 fn studies() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("studies/02_groove_50mm")
@@ -216,6 +218,80 @@ fn a_long_path_is_written_whole_and_drawn_thinned_with_its_peaks() {
     let found = summary["sources"]["all"]["displacement_max_mm"]["value"].as_f64().unwrap();
     assert_eq!(found, largest(&numbers(&table, column, of("all"))));
     assert_eq!(summary["methods"][0]["failed"], 0);
+}
+
+/// The lines of a table, the header first.
+fn lines(file: &Path) -> Vec<String> {
+    fs::read_to_string(file).unwrap().lines().map(String::from).collect()
+}
+
+#[test]
+fn a_table_of_very_many_points_has_the_worst_the_extremes_and_points_at_equal_steps_or_all() {
+    let folder = tempfile::tempdir().unwrap();
+    let study = folder.path().join("very_long");
+    fs::create_dir(&study).unwrap();
+    fs::copy(studies().join("process.toml"), study.join("process.toml")).unwrap();
+    let toml = fs::read_to_string(studies().join("study.toml")).unwrap();
+    let toml = toml.replace("[path]", "[path]\nmethods = [\"none\"]").replace("points = 361", "points = 17000");
+    fs::write(study.join("study.toml"), toml).unwrap();
+    let run = |name: &str, more: &[&str]| {
+        let out = folder.path().join(name);
+        let mut run = Command::new(env!("CARGO_BIN_EXE_kinetostat"));
+        run.arg("run").arg(&study).args(["--no-figures", "--out"]).arg(&out).args(more);
+        let output = run.output().unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        (out, String::from_utf8(output.stdout).unwrap())
+    };
+    let (kept, said) = run("kept", &["--threads", "1"]);
+    let (whole, said_of_all) = run("whole", &["--points", "all"]);
+    let [some, all] = [&kept, &whole].map(|out| lines(&out.join("points.csv")));
+    assert_eq!(all.len(), 3 * 17_000 + 1);
+    let rows = some.len() - 1;
+    assert!(rows > MOST_ROWS / 8 && rows <= MOST_ROWS, "{rows}");
+    // Each is a row of the whole table, in its order, and so are all sources of its point.
+    let mut rest = all.iter();
+    assert!(some.iter().all(|row| rest.any(|other| other == row)));
+    let point = |row: &String| row.split(',').next().unwrap().parse::<usize>().unwrap();
+    assert!(some[1..].chunks(3).all(|rows| rows.iter().all(|row| point(row) == point(&rows[0]))));
+    let points: Vec<usize> = some[1..].iter().step_by(3).map(point).collect();
+    let step = (1..).find(|step| (0..17_000).step_by(*step).all(|k| points.binary_search(&k).is_ok())).unwrap();
+    assert!(step < 17_000 / 1000, "{step}");
+    // The largest of every number of every source, and the worst of each step.
+    let header: Vec<&str> = all[0].split(',').collect();
+    let of = |rows: &[String], source: &str, column: usize| -> Vec<(usize, f64)> {
+        let rows = rows[1..].iter().filter(|row| row.split(',').any(|cell| cell == source));
+        rows.filter_map(|row| Some((point(row), row.split(',').nth(column)?.parse().ok()?))).collect()
+    };
+    let largest = |values: &[(usize, f64)]| values.iter().fold(0.0, |most, (_, value)| f64::max(most, value.abs()));
+    for source in ["all", "cutting", "errors"] {
+        for column in 0..header.len() {
+            let [some, all] = [&some, &all].map(|rows| largest(&of(rows, source, column)));
+            assert_eq!(some, all, "{} of {source}", header[column]);
+        }
+    }
+    let displacement = header.iter().position(|name| *name == "displacement_mm").unwrap();
+    let worst_of_steps = |rows: &[String]| {
+        let mut worst = vec![0.0_f64; 17_000_usize.div_ceil(step)];
+        ["all", "cutting", "errors"].iter().flat_map(|source| of(rows, source, displacement)).for_each(|(k, value)| {
+            worst[k / step] = worst[k / step].max(value);
+        });
+        worst
+    };
+    assert_eq!(worst_of_steps(&some), worst_of_steps(&all));
+    // Results are those of all points, and what the table leaves out is said in the terminal, on the page and beside the table.
+    let read = |out: &Path, name: &str| fs::read_to_string(out.join(name)).unwrap();
+    assert_eq!(read(&kept, "summary.json"), read(&whole, "summary.json"));
+    let note = format!("points.csv has {rows} of 51000 rows: every ");
+    for text in [said, read(&kept, "report.json"), read(&kept, "csv-metadata.json"), read(&kept, "report.html")] {
+        assert!(text.contains(&note), "{text}");
+    }
+    for text in [said_of_all, read(&whole, "report.json"), read(&whole, "csv-metadata.json")] {
+        assert!(!text.contains("of 51000 rows"), "{text}");
+    }
+    let (again, _) = run("again", &["--threads", "2", "--format", "csv,parquet"]);
+    assert_eq!(lines(&again.join("points.csv")), some);
+    let parquet = SerializedFileReader::new(fs::File::open(again.join("points.parquet")).unwrap()).unwrap();
+    assert_eq!(parquet.metadata().file_metadata().num_rows(), 51_000);
 }
 
 #[test]

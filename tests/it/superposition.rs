@@ -6,7 +6,7 @@ use crate::support::engine::*;
 use kinetostat::{
     answer::Run,
     figures::Colours,
-    files::exchange::csv,
+    files::exchange::{WrittenRows, csv},
     machine::{ChainError, Machine},
     process::{ForceLaw, MillingForce},
     questions::{
@@ -314,7 +314,8 @@ fn places_out_of_reach_are_labelled_everywhere() {
     assert!(report::summary_text(&summary, locations).contains("Q0: unreachable: "));
     assert_eq!(summary.json(locations)["grid_points_solved"], 1);
     let folder = tempfile::tempdir().unwrap();
-    let run = Run { out: folder.path(), formats: &[], figures: true, work: &Work::default() };
+    let run =
+        Run { out: folder.path(), formats: &[], rows: WrittenRows::default(), figures: true, work: &Work::default() };
     for (name, figure) in study.answer(&Shown { slices_z: vec![0.0], not_used: Vec::new() }, &run).unwrap().figures {
         figure.svg(Colours::Viridis).unwrap_or_else(|e| panic!("{name}: {e}"));
     }

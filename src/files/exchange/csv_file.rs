@@ -27,6 +27,11 @@ impl<W: Write> CsvFile<W> {
         Self { writer: csv::Writer::from_writer(out), has_header: false }
     }
 
+    /// Returns an empty file that writes rows alone to `out`.
+    pub(super) fn without_header(out: W) -> Self {
+        Self { has_header: true, ..Self::new(out) }
+    }
+
     /// Adds the rows of `table`, after the header with the first part; all parts have the same columns. `Err` when they cannot be
     /// written.
     pub fn add(&mut self, table: &Table) -> csv::Result<()> {
@@ -40,7 +45,7 @@ impl<W: Write> CsvFile<W> {
                 match cell {
                     Cell::Missing => self.writer.write_field("")?,
                     Cell::Number(number) => {
-                        write!(digits, "{number}")?;
+                        write_number(*number, &mut digits)?;
                         self.writer.write_field(&digits)?;
                     }
                     Cell::Count(count) => {
@@ -58,6 +63,17 @@ impl<W: Write> CsvFile<W> {
     /// Returns the output after everything is written to it; `Err` when that fails.
     pub fn finish(self) -> csv::Result<W> {
         self.writer.into_inner().map_err(|e| csv::Error::from(e.into_error()))
+    }
+}
+
+/// Sizes of numbers that are written without an exponent.
+const PLAIN: std::ops::Range<f64> = 1e-30..1e21;
+
+/// Writes a number in the shortest form that reads back to the same value, with an exponent where it would have dozens of zeros.
+fn write_number(number: f64, out: &mut Vec<u8>) -> std::io::Result<()> {
+    match number == 0.0 || !number.is_finite() || PLAIN.contains(&number.abs()) {
+        true => write!(out, "{number}"),
+        false => write!(out, "{number:e}"),
     }
 }
 
@@ -107,7 +123,11 @@ fn describe_table(file: &str, table: &Table) -> Value {
         }
         described
     });
-    json!({ "url": file, "tableSchema": { "columns": columns.collect::<Vec<_>>() } })
+    let mut described = json!({ "url": file, "tableSchema": { "columns": columns.collect::<Vec<_>>() } });
+    if let Some(note) = table.note() {
+        described["dc:description"] = json!(note);
+    }
+    described
 }
 
 /// Returns the meaning of a column whose name has no unit to explain it; `None` for other columns.

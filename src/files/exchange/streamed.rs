@@ -8,7 +8,7 @@ use std::{
 
 use tempfile::NamedTempFile;
 
-use super::{Column, CsvFile, Format, ParquetFile, Table};
+use super::{Column, CsvFile, Format, KeptRows, ParquetFile, Table};
 use crate::{
     files::{OutputFile, temporary_file},
     input::error::{Error, Result},
@@ -18,19 +18,28 @@ type Out = BufWriter<NamedTempFile>;
 
 /// Files of one table in several formats, filled part by part. They are temporary, and removed unless they are written as results.
 pub struct StreamedTable {
+    stem: String,
+    /// Rows that the CSV file gets at the end, if not all.
+    kept: Option<KeptRows>,
     csv: Option<(PathBuf, CsvFile<Out>)>,
     parquet: Option<(PathBuf, ParquetFile<Out>)>,
 }
 
 impl StreamedTable {
-    /// Creates empty files for a table with `columns`, called `stem`, in `folder`; `Err` when they cannot be written.
-    pub fn new(folder: &Path, stem: &str, columns: &[Column], formats: &[Format]) -> Result<Self> {
+    /// Creates empty files for a table with `columns`, called `stem`, in `folder`; its CSV file gets the rows `kept`, or all. `Err` when they
+    /// cannot be written.
+    pub fn new(
+        folder: &Path,
+        stem: &str,
+        columns: &[Column],
+        (formats, kept): (&[Format], Option<KeptRows>),
+    ) -> Result<Self> {
         let open = |ending: &str| {
             let path = folder.join(format!("{stem}.{ending}"));
             let file = temporary_file(folder).map_err(|error| write_error(&path, error))?;
             Ok::<_, Error>((path, BufWriter::new(file)))
         };
-        let mut streamed = Self { csv: None, parquet: None };
+        let mut streamed = Self { stem: stem.into(), kept, csv: None, parquet: None };
         if formats.contains(&Format::Csv) {
             let (path, out) = open("csv")?;
             let mut file = CsvFile::new(out);
@@ -49,7 +58,11 @@ impl StreamedTable {
     /// Adds the rows of `table`, which has the columns of the files; `Err` when they cannot be written.
     pub fn add(&mut self, table: &Table) -> Result<()> {
         if let Some((path, file)) = &mut self.csv {
-            file.add(table).map_err(|error| write_error(path, error))?;
+            let added = match &mut self.kept {
+                Some(kept) => kept.add(table),
+                None => file.add(table),
+            };
+            added.map_err(|error| write_error(path, error))?;
         }
         if let Some((path, file)) = &mut self.parquet {
             file.add(table).map_err(|error| write_error(path, error))?;
@@ -57,18 +70,20 @@ impl StreamedTable {
         Ok(())
     }
 
-    /// Returns the finished files; `Err` when they cannot be written.
-    pub fn finish(self) -> Result<Vec<OutputFile>> {
-        let mut files = Vec::new();
+    /// Returns the finished files, and a sentence on which rows the CSV file has, if not all; `Err` when they cannot be written.
+    pub fn finish(self) -> Result<(Vec<OutputFile>, Option<String>)> {
+        let (mut files, mut note) = (Vec::new(), None);
         if let Some((path, file)) = self.csv {
-            let out = file.finish().map_err(|error| write_error(&path, error))?;
+            let mut out = file.finish().map_err(|error| write_error(&path, error))?;
+            let kept = self.kept.map(|kept| kept.finish(&self.stem, &mut out));
+            note = kept.transpose().map_err(|error| write_error(&path, error))?;
             files.push(finish_file(&path, out)?);
         }
         if let Some((path, file)) = self.parquet {
             let out = file.finish().map_err(|error| write_error(&path, error))?;
             files.push(finish_file(&path, out)?);
         }
-        Ok(files)
+        Ok((files, note))
     }
 }
 

@@ -137,6 +137,7 @@ pub fn cells<T: Into<Cell>>(values: impl IntoIterator<Item = T>) -> impl Iterato
 pub struct Table {
     columns: Vec<Column>,
     rows: Vec<Row>,
+    note: Option<String>,
 }
 
 impl Table {
@@ -152,7 +153,18 @@ impl Table {
                 assert!(cell.fits(column.kind), "{cell:?} in column {column:?}");
             }
         }
-        Self { columns, rows }
+        Self { columns, rows, note: None }
+    }
+
+    /// Sets a sentence on which of its rows its file has.
+    #[must_use]
+    pub(crate) fn with_note(self, note: Option<String>) -> Self {
+        Self { note, ..self }
+    }
+
+    /// Returns the sentence on which of its rows its file has; `None` if all.
+    pub fn note(&self) -> Option<&str> {
+        self.note.as_deref()
     }
 
     /// Adds the rows of a table with the same columns.

@@ -13,14 +13,16 @@ use tempfile::TempDir;
 
 use super::{
     Asked, Compensated, ProgramJob, ProvedPart, ProvedProgram, Receiver, Refusal,
-    report::{self, Findings, Report, blocks_text, program_columns, program_json, program_table, use_text},
+    report::{
+        self, Findings, PROGRAM_RANKS, Report, blocks_text, program_columns, program_json, program_table, use_text,
+    },
 };
 use crate::{
     compensation::BoundedPath,
     figures::Figure,
     files::{
         Foreign, OutputFile, Transaction, check_may_replace,
-        exchange::{Format, StreamedTable},
+        exchange::{Format, KeptRows, StreamedTable, WrittenRows},
         prepare_beside, read_record, staging_beside, write_all,
     },
     input::{
@@ -53,6 +55,8 @@ pub struct WrittenProgram {
     pub blocks: String,
     /// How to use it, in sentences.
     pub used: String,
+    /// Which rows its table of points has, if not all, in a sentence.
+    pub rows: Option<String>,
     /// Path of its page.
     pub page: PathBuf,
 }
@@ -87,10 +91,14 @@ pub fn compensate_into(
         Compensated::Refused(refused) => return Ok(ProgramOutcome::Refused(Box::new(job), refused)),
     };
     let UnfinishedFiles { made, points, findings } = under_way.map_or_else(|| UnfinishedFiles::new(&job, files), Ok)?;
+    let (points, rows) = points.finish()?;
     let report = Report { job: &job, name, proved: &proved, findings: &findings };
     let (headline, figures) = (report::headline(&report), report::figures(&report));
-    let page = report::page(&report, headline.clone(), &files.points_name());
+    let page = report::page(&report, headline.clone(), (&files.points_name(), rows.as_deref()));
     let mut json = program_json(&report);
+    if let Some(rows) = &rows {
+        json["points_table"] = json!(rows);
+    }
     let turn = &job.process.redundancy;
     if let Some(found) = &job.redundancy {
         json["redundancy"] = redundancy::report::json(found, turn);
@@ -102,8 +110,8 @@ pub fn compensate_into(
     proved.written.sent = CommandedPath { positions: Vec::new(), orientations: None };
     drop((job, findings));
     let bytes = std::mem::take(&mut proved.written.bytes);
-    let page = files.write((bytes, proved.written.callees(), points.finish()?, json), made.path(), (page, &figures))?;
-    let written = WrittenProgram { headline, proved, machine, process, gamma, blocks, used, page };
+    let page = files.write((bytes, proved.written.callees(), points, json), made.path(), (page, &figures))?;
+    let written = WrittenProgram { headline, proved, machine, process, gamma, blocks, used, rows, page };
     Ok(ProgramOutcome::Written(Box::new(written)))
 }
 
@@ -127,7 +135,10 @@ impl UnfinishedFiles {
     /// Creates the temporary folder and begins the table of points.
     fn new(job: &ProgramJob, files: &ProgramFiles) -> Result<Self> {
         let made = staging_beside(&files.out)?;
-        let points = StreamedTable::new(made.path(), &files.file_named(POINTS), &program_columns(job), &[Format::Csv])?;
+        let columns = program_columns(job);
+        let kept = KeptRows::new(&columns, (job.path.len(), 1), &PROGRAM_RANKS, files.rows);
+        let name = files.file_named(POINTS);
+        let points = StreamedTable::new(made.path(), &name, &columns, (&[Format::Csv], kept))?;
         Ok(Self { made, points, findings: Findings::new(job)? })
     }
 }
@@ -157,6 +168,8 @@ pub struct ProgramFiles {
     /// Names and hashes of files of this name that an earlier command wrote, from its report.
     former: Vec<Value>,
     foreign: Foreign,
+    /// Which points its table has.
+    rows: WrittenRows,
 }
 
 impl ProgramFiles {
@@ -166,7 +179,8 @@ impl ProgramFiles {
     /// A file cannot be written, would replace an input, or would replace what is no earlier result, unless `foreign` allows that.
     pub fn prepare(out: &Path, foreign: Foreign) -> Result<Self> {
         let name = prepare_beside(out)?.to_string();
-        let mut files = Self { out: out.to_path_buf(), name, former: Vec::new(), foreign };
+        let mut files =
+            Self { out: out.to_path_buf(), name, former: Vec::new(), foreign, rows: WrittenRows::default() };
         let report = out.with_file_name(files.file_named(REPORT));
         let found = read_record(&report);
         check_may_replace(&report, foreign, || found.is_some())?;
@@ -175,6 +189,12 @@ impl ProgramFiles {
             check_may_replace(&out.with_file_name(&name), foreign, || files.is_former(&name))?;
         }
         Ok(files)
+    }
+
+    /// Sets which rows the table of points has.
+    #[must_use]
+    pub fn with_rows(self, rows: WrittenRows) -> Self {
+        Self { rows, ..self }
     }
 
     /// Returns whether the file called `name` beside the program is unchanged since an earlier command wrote it.

@@ -16,7 +16,11 @@ use super::{CorrectionQuestion, CorrectionResult, ResidualPoint, answer, residua
 use crate::{
     answer::{Output, Run, size_words},
     figures::Colours,
-    files::{Manifest, OutputFile, PreparedFolder, exchange::Format, remove_temporary},
+    files::{
+        Manifest, OutputFile, PreparedFolder,
+        exchange::{Format, WrittenRows},
+        remove_temporary,
+    },
     input::{Inputs, error::Result},
     page::{Description, PAGE, headline::Headline},
     questions::Overrides,
@@ -120,7 +124,7 @@ pub fn export(question: &CorrectionQuestion, export: &CorrectionExport, out: &Pa
     let grid = residual_grid(question, &answer.table.grid);
     let residuals = residuals(question, &answer, &grid, work)?;
     let report = Report { question, answer: &answer, grid: &grid, residuals: &residuals, formats: &formats };
-    let run = Run { out, formats: &[Format::Csv], figures: export.figures, work };
+    let run = Run { out, formats: &[Format::Csv], rows: WrittenRows::default(), figures: export.figures, work };
     let mut output = output(&report, export, &run);
     let files = output.write(&run, Colours::default(), &export.inputs)?;
     Ok(Exported { headline: output.page.headline, details: output.details, is_within: report.is_within(), files })

@@ -25,8 +25,8 @@ use crate::{
     simulation::Source,
 };
 
-/// Returns the page of the program; `points` is the file name of its table of points.
-pub fn page(report: &Report<'_>, headline: Headline, points: &str) -> Description {
+/// Returns the page of the program; `points` is the file name of its table of points, `rows` a sentence on which rows it has, if not all.
+pub fn page(report: &Report<'_>, headline: Headline, (points, rows): (&str, Option<&str>)) -> Description {
     let found = |number: KeyNumber| {
         let found = number.found.map(|found| crate::page::headline::InTable { file: points.into(), ..found });
         KeyNumber { found, ..number }
@@ -39,14 +39,17 @@ pub fn page(report: &Report<'_>, headline: Headline, points: &str) -> Descriptio
         headline: Headline { numbers, ..headline },
         setting: setting_facts(report.job),
         sections: vec![
-            worst_section(report),
+            worst_section(report).text(rows.unwrap_or_default()),
             cause_section(report),
             remedy_section(report),
             use_section(report),
             proof_section(report),
         ],
         explorers: vec![along_explorer(report.job, points)],
-        tables: vec![TableNote::ranked(points, caption, &error_before_column(Source::All))],
+        tables: vec![TableNote {
+            kept: rows.map(String::from),
+            ..TableNote::ranked(points, caption, &error_before_column(Source::All))
+        }],
         ..Description::new("compensated_program", MachineDescription::new(&report.job.machine))
     }
 }

@@ -24,6 +24,9 @@ use crate::{
     toolpath::gcode::Notes,
 };
 
+/// Columns of [`program_table`] whose largest values are the worst points.
+pub const PROGRAM_RANKS: [&str; 2] = ["error_before_mm", "error_after_mm"];
+
 /// Returns the columns of [`program_table`].
 pub fn program_columns(job: &ProgramJob) -> Vec<Column> {
     let (machine, calls_files) = (&job.machine, !job.file.called_files().is_empty());

@@ -21,7 +21,10 @@ use crate::{
     answer::{
         Output, Quantity, ReportText, Run, Streams, deflected_pose::deflected_pose, facts_of, layers, source_group,
     },
-    files::words::counted,
+    files::{
+        exchange::{KeptRows, Table},
+        words::counted,
+    },
     input::error::Result,
     machine::Machine,
     page::{Better, Column, Description, Explorer, Fact, MachineDescription, Section, Shape, TableNote},
@@ -31,6 +34,7 @@ use crate::{
         path::{PathPart, PathStudy, PointEffect, Shown, run_in_parts},
     },
     redundancy::{self, FoundGamma},
+    simulation::Source,
 };
 use pictures::Pictures;
 
@@ -40,7 +44,12 @@ impl Answered for PathStudy {
         let turned = self.with_gamma(run.work)?;
         let (study, machine) = (turned.as_ref(), &turned.machine);
         let empty = points_table(study, &PathPart::empty(machine));
-        let mut table = Streams::new(run, None).with("points", empty, |part| points_table(study, part))?;
+        let (sizes, ranked_by) = (
+            (study.stations.len(), Source::of(machine).len()),
+            [&*DISPLACEMENT.name, &*quantities::RESIDUAL_ERROR.name],
+        );
+        let kept = KeptRows::new(empty.columns(), sizes, &ranked_by, run.rows);
+        let mut table = Streams::new(run, None).with_kept("points", (empty, kept), |part| points_table(study, part))?;
         let mut summary = Summary::new(study, *shown);
         let mut pictures = run.figures.then(|| Pictures::new(study, *shown));
         let methods = run_in_parts(study, run.work, |part| {
@@ -53,9 +62,12 @@ impl Answered for PathStudy {
             let place = format!("{:.1} mm along the path", study.stations[point].arc_length_mm);
             deflected_pose(machine, &study.errors, &study.tasks[point], place)
         });
+        let streamed = table.finish()?;
+        let note = streamed.1.iter().find_map(|(_, table)| table.note()).unwrap_or_default();
+        let page = page(study, shown, &ReportText { place: format!("{}{note}\n", text.place), ..text.clone() });
         let mut output = Output {
             tables: vec![("methods".into(), quantities::methods_table(&methods))],
-            streamed: table.finish()?,
+            streamed,
             figures: pictures.map_or_else(Vec::new, |pictures| pictures.figures()),
             bent,
             details: format!("{}\n{}", text.details(), text::methods_text(&methods)),
@@ -63,12 +75,23 @@ impl Answered for PathStudy {
                 json!({ "points": study.stations.len() }),
                 summary.statuses(),
                 summary.json(&methods),
-                Description { headline: text::headline(&summary, &text), ..page(study, shown, &text) },
+                Description { headline: text::headline(&summary, &text), ..page },
             )
         };
         if let Some((found, how)) = found_gamma(study) {
             let arc_lengths_mm = study.stations.iter().map(|station| station.arc_length_mm);
-            output.tables.push(("redundancy".into(), redundancy::report::table(found, arc_lengths_mm)));
+            let table = redundancy::report::table(found, arc_lengths_mm);
+            match KeptRows::new(table.columns(), (table.rows().len(), 1), &["cost_mm"], run.rows) {
+                None => output.tables.push(("redundancy".into(), table)),
+                kept => {
+                    let empty = Table::new(table.columns().to_vec(), []);
+                    let mut part = Streams::new(run, None).with_kept("redundancy", (empty, kept), Table::clone)?;
+                    part.add(&table)?;
+                    let (files, described) = part.finish()?;
+                    output.streamed.0.extend(files);
+                    output.streamed.1.extend(described);
+                }
+            }
             output.summary["redundancy"] = redundancy::report::json(found, how);
             output.details += &redundancy::report::text(found, how);
         }

@@ -1,0 +1,153 @@
+//! Which rows of a long table of path points are kept: points at equal steps, the worst of each step, and the extremes of every column.
+
+use std::{
+    io::{Result, Write},
+    sync::Arc,
+};
+
+use super::{Cell, Column, CsvFile, Kind, Row, Table};
+
+/// Most rows of a table of path points that is written whole; of a longer one as many are kept.
+pub const MOST_ROWS: usize = 50_000;
+
+/// Which rows of a table of path points are written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum WrittenRows {
+    /// All up to [`MOST_ROWS`]; of more, those that [`KeptRows`] keeps.
+    #[default]
+    Bounded,
+    /// All.
+    All,
+}
+
+/// Rows kept of a table that has more than [`MOST_ROWS`]. Its first column numbers the points; the rows of a point follow one another, as many
+/// for each point. The choice depends on the rows alone, whatever parts they come in.
+pub struct KeptRows {
+    rows_per_point: usize,
+    /// Rows of the whole table.
+    total: usize,
+    /// Number of points of a step.
+    step: usize,
+    /// Columns of numbers.
+    numbers: Vec<usize>,
+    /// Columns by which a point is the worst of its step, the largest value being the worst.
+    ranked_by: Vec<(usize, String)>,
+    /// The first and the worst points of each step.
+    kept: Vec<Arc<PointRows>>,
+    /// The worst point of the current step, by each column of `ranked_by`.
+    worst: Vec<Option<(f64, Arc<PointRows>)>>,
+    /// The point with the largest absolute value, by row of a point and column of `numbers`.
+    largest: Vec<Option<(f64, Arc<PointRows>)>>,
+}
+
+/// Rows of a point as CSV.
+struct PointRows {
+    point: usize,
+    csv: Vec<u8>,
+}
+
+impl KeptRows {
+    /// Starts the choice from a table with `columns` of so many `points`, in which the largest values of the columns `ranked_by` are the worst.
+    /// `None` where all rows are written.
+    pub fn new(
+        columns: &[Column],
+        (points, rows_per_point): (usize, usize),
+        ranked_by: &[&str],
+        written: WrittenRows,
+    ) -> Option<Self> {
+        let total = points * rows_per_point;
+        if written == WrittenRows::All || total <= MOST_ROWS {
+            return None;
+        }
+        let numbers: Vec<usize> = (0..columns.len()).filter(|i| columns[*i].kind == Kind::Number).collect();
+        let position = |name: &str| columns.iter().position(|column| column.name == name);
+        let ranked_by: Vec<(usize, String)> =
+            ranked_by.iter().filter_map(|name| Some((position(name)?, (*name).to_string()))).collect();
+        let extremes = rows_per_point * numbers.len();
+        let steps = (MOST_ROWS / rows_per_point).saturating_sub(extremes) / (1 + ranked_by.len());
+        Some(Self {
+            rows_per_point,
+            total,
+            step: points.div_ceil(steps.max(1)),
+            kept: Vec::new(),
+            worst: vec![None; ranked_by.len()],
+            largest: vec![None; extremes],
+            numbers,
+            ranked_by,
+        })
+    }
+
+    /// Adds the rows of `table`, the next ones. `Err` if a row cannot be formatted.
+    pub(super) fn add(&mut self, table: &Table) -> csv::Result<()> {
+        table.rows().chunks(self.rows_per_point).try_for_each(|rows| self.add_point(table.columns(), rows))
+    }
+
+    /// Adds the rows of the next point.
+    fn add_point(&mut self, columns: &[Column], rows: &[Row]) -> csv::Result<()> {
+        let Some(Cell::Count(point)) = rows.first().and_then(|row| row.first()) else { return Ok(()) };
+        let mut as_csv: Option<Arc<PointRows>> = None;
+        let mut encoded = || -> csv::Result<Arc<PointRows>> {
+            if let Some(known) = &as_csv {
+                return Ok(Arc::clone(known));
+            }
+            let mut file = CsvFile::without_header(Vec::new());
+            file.add(&Table::new(columns.to_vec(), rows.to_vec()))?;
+            Ok(Arc::clone(as_csv.insert(Arc::new(PointRows { point: *point, csv: file.finish()? }))))
+        };
+        if point.is_multiple_of(self.step) {
+            self.kept.extend(self.worst.iter_mut().filter_map(Option::take).map(|(_, worst)| worst));
+            self.kept.push(encoded()?);
+        }
+        for ((column, _), worst) in self.ranked_by.iter().zip(&mut self.worst) {
+            // Without a number no point is shown to be better.
+            let values = rows.iter().map(|row| number(&row[*column]).unwrap_or(f64::INFINITY));
+            let value = values.fold(f64::NEG_INFINITY, f64::max);
+            if worst.as_ref().is_none_or(|(most, _)| value > *most) {
+                *worst = Some((value, encoded()?));
+            }
+        }
+        let columns = rows.iter().flat_map(|row| self.numbers.iter().map(|column| &row[*column]));
+        for (cell, largest) in columns.zip(&mut self.largest) {
+            let Some(size) = number(cell).map(f64::abs) else { continue };
+            if largest.as_ref().is_none_or(|(most, _)| size > *most) {
+                *largest = Some((size, encoded()?));
+            }
+        }
+        Ok(())
+    }
+
+    /// Writes the rows kept, in path order, to `out`, and returns which they are of the table called `stem`. `Err` if `out` cannot be written.
+    pub(super) fn finish(self, stem: &str, out: &mut impl Write) -> Result<String> {
+        let others = self.worst.into_iter().chain(self.largest).flatten().map(|(_, rows)| rows);
+        let mut kept: Vec<Arc<PointRows>> = self.kept.into_iter().chain(others).collect();
+        kept.sort_by_key(|rows| rows.point);
+        kept.dedup_by_key(|rows| rows.point);
+        let worst = self.ranked_by.iter().map(|(_, name)| format!("the largest {name}"));
+        let worst = worst.collect::<Vec<_>>().join(" and that with ");
+        kept.iter().try_for_each(|rows| out.write_all(&rows.csv))?;
+        Ok(format!(
+            "{stem}.csv has {} of {} rows: every {} point, from each to the next the one with {worst} (or without a number there), and for \
+             each column the one with the largest absolute value. All other results are of all points; --points all writes all rows.",
+            kept.len() * self.rows_per_point,
+            self.total,
+            ordinal(self.step),
+        ))
+    }
+}
+
+/// Returns the number in a cell, if there is one.
+fn number(cell: &Cell) -> Option<f64> {
+    if let Cell::Number(value) = cell { Some(*value) } else { None }
+}
+
+/// Returns a number as an ordinal: "2nd".
+fn ordinal(number: usize) -> String {
+    let ending = match (number % 10, number % 100) {
+        (_, 11..=13) => "th",
+        (1, _) => "st",
+        (2, _) => "nd",
+        (3, _) => "rd",
+        _ => "th",
+    };
+    format!("{number}{ending}")
+}
