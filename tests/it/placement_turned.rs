@@ -4,7 +4,7 @@ use std::path::Path;
 
 use kinetostat::questions::{
     Overrides, Study, StudyKind,
-    placement::{Evaluator, Metric, PlacementResults, PlacementStudy, compare, run},
+    placement::{Evaluator, Metric, PlacementResults, PlacementStudy, compare, report::summary_text, run},
 };
 use kinetostat::work::Work;
 use nalgebra::{Rotation3, Unit, UnitQuaternion, Vector3};
@@ -76,6 +76,30 @@ fn each_place_is_judged_at_its_own_best_turn() {
     assert!(better > 0, "{there:?} {here:?}");
     let refused = study("best", "rms_deflection", "").unwrap_err();
     assert!(refused.contains("redundancy.gamma: is best: a place is judged at one γ for each feature"), "{refused}");
+}
+
+#[test]
+fn a_place_of_today_is_as_programmed_and_as_clamped() {
+    let today = "[[placement.candidate]]\nname = \"as clamped today\"\norigin_mm = [2100.0, 100.0, 550.0]";
+    let [sought, plain] = ["best_constant", "as_programmed"].map(|turn| results(turn, "worst_deflection", today));
+    let named = |results: &PlacementResults| {
+        results.entries.iter().find(|entry| entry.name == "as clamped today").unwrap().clone()
+    };
+    let (there, here) = (named(&sought), named(&plain));
+    assert_eq!((there.outcome.clone(), there.value, there.turns), (here.outcome, here.value, vec![None]));
+    // At its best γ the same place is better: a gain against that would not be one against today.
+    let best_there = compare(&sought.study).into_iter().find(|entry| entry.name == "as clamped today").unwrap();
+    assert!(best_there.value < 0.98 * there.value, "{} {}", best_there.value, there.value);
+    let best = sought.best.as_ref().unwrap();
+    assert!(best.value <= best_there.value && sought.entries[best.entry].turns[0].is_some(), "{best:?}");
+    let worst = |value: f64| 100.0 * (there.value / value - 1.0);
+    let said = format!(
+        "Worst deflection at the named places, as programmed: as clamped today {:.3} mm (+{:.0} %).",
+        there.value,
+        worst(best.value)
+    );
+    let text = summary_text(&sought);
+    assert!(text.contains(&said), "{said}\n{text}");
 }
 
 #[test]

@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 use serde::Serialize;
 
 use super::{
-    Best, Entry, PlacementStudy,
+    Best, Entry, Origin, PlacementStudy,
     evaluate::{Evaluation, Evaluator, at_path_point},
     metric::Metrics,
     site::Site,
@@ -171,9 +171,10 @@ pub struct Trace {
     pub arc_length_mm: Vec<f64>,
 }
 
-/// Returns the paths of every feature at the best place and at the poorest place that could be evaluated.
+/// Returns the paths of every feature at the best place and at the poorest place that could be evaluated, by the evaluators of named and of
+/// found places.
 pub(super) fn traces(
-    evaluator: &Evaluator,
+    [of_named, of_found]: [&Evaluator; 2],
     study: &PlacementStudy,
     entries: &[Entry],
     best: Option<&Best>,
@@ -183,7 +184,9 @@ pub(super) fn traces(
     let mut shown: Vec<&Entry> = best.map(|best| &entries[best.entry]).into_iter().chain(poorest).collect();
     shown.dedup_by(|a, b| a.name == b.name);
     let features = 0..study.features.len();
-    features.flat_map(|index| shown.iter().map(move |entry| feature_trace(evaluator, study, entry, index))).collect()
+    let evaluator = |entry: &Entry| if entry.found == Origin::Named { of_named } else { of_found };
+    let pairs = features.flat_map(|index| shown.iter().map(move |entry| (index, *entry)));
+    pairs.map(|(index, entry)| feature_trace(evaluator(entry), study, entry, index)).collect()
 }
 
 /// Returns the path of the feature `index` at the place of `entry`.

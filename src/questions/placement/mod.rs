@@ -3,7 +3,8 @@
 //! A grid sweep ranks all places ([`Cell`]); [`Gaps`] holds places between its grid points; Nelder–Mead refines the best ones and the named
 //! ones within the bounds ([`Refinement`]). Named and found places are then compared with all metrics ([`Entry`]), and the best of them
 //! that can be cut and lies within the bounds is recommended ([`Best`]). Everything is evaluated on the actual paths with the loaded model
-//! and all sources of error ([`Evaluator`]). The results do not depend on the number of threads.
+//! and all sources of error ([`Evaluator`]), named places as programmed, found ones at the best γ if it is sought. The results do not depend
+//! on the number of threads.
 //!
 //! The workpiece can be cut at a place if it stays clear of the forbidden boxes and P within the machine's workspace box, the rigid machine
 //! reaches all points, and at those where the tool cuts there is a static equilibrium and an exact correction with drives within their
@@ -83,6 +84,15 @@ impl FeatureJob {
         &self.machines.nominal
     }
 
+    /// Returns the feature without a search for γ.
+    fn as_programmed(&self) -> Self {
+        Self {
+            #[cfg(not(target_family = "wasm"))]
+            gamma_search: None,
+            ..self.clone()
+        }
+    }
+
     /// Returns the words added to the reason of a place outside the workspace box where γ is searched for; else an empty string.
     fn gamma_note(&self) -> &'static str {
         #[cfg(not(target_family = "wasm"))]
@@ -157,12 +167,14 @@ pub fn run(study: &PlacementStudy, work: &Work) -> Result<PlacementResults> {
     let refinements = refine::refine(&evaluator, study, &study.objective, &starts, work)?;
     let front = front::pareto_front(&evaluator, study, &cells, &refinements, work)?;
     let everything = Evaluator::new(study, &Metric::ALL);
-    let entries = outcome::evaluate_entries(&everything, study, work, (&cells, &ranking, &refinements));
+    let as_programmed = Evaluator::new(&study.as_programmed(), &Metric::ALL);
+    let evaluators = [&as_programmed, &everything];
+    let entries = outcome::evaluate_entries(evaluators, study, work, (&cells, &ranking, &refinements));
     work.barrier()?;
     let best = outcome::choose_best(study, &entries, &refinements);
     work.tell(Event::Stage(Stage { of: "ways from the best place", items: 2 * study.bounds.free().len() }));
     let flatness = best.as_ref().map(|best| margins::margins(&evaluator, study, work, best)).transpose()?;
-    let traces = along::traces(&everything, study, &entries, best.as_ref());
+    let traces = along::traces(evaluators, study, &entries, best.as_ref());
     Ok(PlacementResults {
         front,
         gaps,
@@ -186,9 +198,10 @@ fn refinement_starts(study: &PlacementStudy, cells: &[Cell], ranking: &[usize], 
     swept.chain(between).chain(named).collect()
 }
 
-/// Evaluates only the named places of `study`, with all metrics, best first.
+/// Evaluates only the named places of `study`, with all metrics, each at its best γ if one is sought, best first.
 pub fn compare(study: &PlacementStudy) -> Vec<Entry> {
-    outcome::evaluate_entries(&Evaluator::new(study, &Metric::ALL), study, &Work::default(), (&[], &[], &[]))
+    let evaluator = Evaluator::new(study, &Metric::ALL);
+    outcome::evaluate_entries([&evaluator; 2], study, &Work::default(), (&[], &[], &[]))
 }
 
 /// Largest difference of each coordinate between places that count as the same, as a share of its range.
@@ -199,6 +212,19 @@ impl PlacementStudy {
     fn is_same_place(&self, a: &Site, b: &Site) -> bool {
         let is_same = |i: usize| self.bounds.distance(i, a.0[i], b.0[i]) <= SAME_PLACE * self.bounds.range(i);
         self.bounds.free().into_iter().all(is_same)
+    }
+
+    /// Returns whether the γ of a feature is sought.
+    pub(crate) fn seeks_gamma(&self) -> bool {
+        #[cfg(not(target_family = "wasm"))]
+        return self.features.iter().any(|job| job.gamma_search.is_some());
+        #[cfg(target_family = "wasm")]
+        false
+    }
+
+    /// Returns the study without searches for γ.
+    fn as_programmed(&self) -> Self {
+        Self { features: self.features.iter().map(FeatureJob::as_programmed).collect(), ..self.clone() }
     }
 
     /// Returns whether a feature has limits of corrections or forces.

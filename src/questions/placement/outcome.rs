@@ -100,7 +100,7 @@ pub struct Entry {
     pub found: Origin,
     /// The place.
     pub site: Site,
-    /// γ of each feature there, rad; `None` where none is sought or possible.
+    /// γ of each feature there, rad; `None` as programmed, or where none is possible.
     pub turns: Vec<Option<f64>>,
     /// Its evaluation, also where the path leaves the workspace box, or why there is none.
     pub outcome: Result<Evaluation, Failure>,
@@ -161,9 +161,10 @@ pub(super) fn choose_best(study: &PlacementStudy, entries: &[Entry], refinements
     Some(Best { entry: index, site, value, found, agreement: refinements.iter().map(agreement).collect() })
 }
 
-/// Evaluates named places, the best of the sweep and the ends of the refinements, each once; best first.
+/// Evaluates named places with the first of the evaluators, the best of the sweep and the ends of the refinements with the second, each
+/// once; best first.
 pub(super) fn evaluate_entries(
-    evaluator: &Evaluator,
+    [of_named, of_found]: [&Evaluator; 2],
     study: &PlacementStudy,
     work: &Work,
     (cells, ranking, refinements): (&[Cell], &[usize], &[Refinement]),
@@ -172,14 +173,18 @@ pub(super) fn evaluate_entries(
         study.candidates.iter().map(|c| (c.name.clone(), Origin::Named, c.site)).collect();
     places.extend(ranking.first().map(|&index| (BEST_OF_SWEEP.into(), Origin::Sweep, cells[index].site)));
     for (index, refinement) in distinct_refinements(study, refinements) {
-        // One that gained nothing on a named place is that place.
+        // One that gained nothing on a named place is that place, if both are at the same γ.
         let is_named = |candidate: &super::Candidate| study.bounds.inside(&candidate.site) == Some(refinement.site);
-        if !study.candidates.iter().any(is_named) {
+        if study.seeks_gamma() || !study.candidates.iter().any(is_named) {
             places.push((format!("{OPTIMISED}{}", index + 1), Origin::Refinement(index), refinement.site));
         }
     }
     let entry = |(number, (name, found, site)): (usize, (String, Origin, Site))| {
-        let outcome = evaluator.examine_in_work(&work.shard(number), &site);
+        let (evaluator, part) = match found {
+            Origin::Named => (of_named, "named"),
+            _ => (of_found, "found"),
+        };
+        let outcome = evaluator.examine_in_work(&work.shard(number).part(part), &site);
         let value = outcome.as_ref().map_or(f64::INFINITY, |evaluation| study.objective.value(&evaluation.metrics));
         let turns = evaluator.gammas_at(&site);
         Entry { name, found, site, turns, outcome, value }

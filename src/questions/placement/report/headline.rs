@@ -105,11 +105,12 @@ fn gain_words(results: &PlacementResults, entry: &Entry, evaluation: &Evaluation
         Some((&found.name, worst(found.feasible()?)?)).filter(|_| found.name != entry.name)
     });
     let (Some((name, there)), Some(here)) = (named.into_iter().next(), worst(evaluation)) else { return String::new() };
+    let how = if study.seeks_gamma() { " (as programmed)" } else { "" };
     match 1.0 - here / there {
         _ if there <= NO_DEFLECTION => String::new(),
-        gain if gain >= 0.005 => format!(", {:.0} % less than {name}", 100.0 * gain),
-        gain if gain <= -0.005 => format!(", {:.0} % more than {name}", -100.0 * gain),
-        _ => format!(", as {name}"),
+        gain if gain >= 0.005 => format!(", {:.0} % less than {name}{how}", 100.0 * gain),
+        gain if gain <= -0.005 => format!(", {:.0} % more than {name}{how}", -100.0 * gain),
+        _ => format!(", as {name}{how}"),
     }
 }
 

@@ -218,7 +218,10 @@ fn comparison_text(results: &PlacementResults) -> String {
         .collect();
     match compared.as_slice() {
         [] => String::new(),
-        places => format!("Worst deflection at the named places: {}.\n{}", places.join(", "), better_text(results)),
+        places => {
+            let how = if results.study.seeks_gamma() { ", as programmed" } else { "" };
+            format!("Worst deflection at the named places{how}: {}.\n{}", places.join(", "), better_text(results))
+        }
     }
 }
 
