@@ -76,7 +76,7 @@ impl Folder {
         Self { path, ..self.clone() }
     }
 
-    /// Whether there is a file called `name`.
+    /// Whether there is a file called `name`, or on disk a device or a pipe, which reading refuses in its own words.
     pub fn has_file(&self, name: &str) -> bool {
         let path = self.path(name);
         match &self.memory {
@@ -148,9 +148,9 @@ mod disk {
         }
     }
 
-    /// Whether there is a file at `path` on disk.
+    /// Whether there is something else than a folder at `path` on disk.
     pub(super) fn is_file(path: &Path) -> bool {
-        path.is_file()
+        path.exists() && !path.is_dir()
     }
 
     /// Reads a program, polyline or wrench table from disk.

@@ -371,4 +371,13 @@ fn a_pipe_is_no_input_file() {
     );
     let expected = format!("{}: cannot be read: is a device or a pipe, expected a file", pipe.display());
     assert_eq!(study_refusal(&study), expected);
+    let head = "schema = 3\nquestion = \"?\"\n";
+    let measured = format!(
+        "{head}machine = \"fanuc_r2000ic\"\n[identification]\ndata = \"{}\"\nunknowns = [\"arm.J1.stiffness\"]\n",
+        pipe.display()
+    );
+    let of_machine = study.replace("\"orthoglide\"", &format!("{:?}", pipe.display().to_string()));
+    for study in [measured, of_machine] {
+        assert_eq!(study_refusal(&study), expected);
+    }
 }

@@ -605,6 +605,15 @@ fn a_prior_holds_what_the_measurements_leave_open() {
 }
 
 #[test]
+fn a_file_that_is_no_table_of_measurements_is_refused_without_what_is_in_it() {
+    let keys = "unknowns = [\"arm.J1.stiffness\"]\n";
+    let secret = "root:x:0:0:secret:/root:/bin/sh\nbin:x:1:1::/:/bin/false\n";
+    let error = open_error("fanuc_r2000ic", keys, secret);
+    assert!(error.contains("data.csv:1: header: has no column of a table of measurements; expected any of arm_J1_deg"));
+    assert!(!error.contains("root") && !error.contains("secret"), "{error}");
+}
+
+#[test]
 fn data_that_cannot_be_read_are_refused_by_line_and_column() {
     let head = "J1_deg,J2_deg,J3_deg,J4_deg,J5_deg,J6_deg,force_x_N,displacement_x_mm\n";
     let row = "0,14,-50,0,50,0,300,0.1\n";

@@ -236,15 +236,21 @@ pub fn read(source: &[u8], file: &str, machine: &Machine, purpose: RowUse) -> Re
     };
     let names: Vec<String> = header.fields.iter().map(|name| String::from_utf8_lossy(name).into_owned()).collect();
     let check = at_line(header.span.start);
+    let is_known = |name: &String| {
+        known_columns().any(|other| other == name) || drives.iter().flatten().any(|(other, _)| other == name)
+    };
+    let expected = || {
+        let own = drives.iter().filter_map(|columns| columns.first()).map(|(name, _)| name.clone());
+        own.chain(known_columns().map(String::from)).collect::<Vec<_>>().join(", ")
+    };
+    if !names.iter().any(is_known) {
+        // What is no table of measurements may be anybody's file, which no message shows.
+        let problem = format!("has no column of a table of measurements; expected any of {}", expected());
+        return check.key("header").fail(problem);
+    }
     for (i, name) in names.iter().enumerate() {
-        let is_known =
-            known_columns().any(|other| other == name) || drives.iter().flatten().any(|(other, _)| other == name);
-        if !is_known {
-            let own: Vec<&str> =
-                drives.iter().filter_map(|columns| columns.first()).map(|(name, _)| name.as_str()).collect();
-            let others: Vec<&str> = known_columns().collect();
-            let problem = format!("unknown column; expected any of {}, {}", own.join(", "), others.join(", "));
-            return check.key(name).fail(problem);
+        if !is_known(name) {
+            return check.key(name).fail(format!("unknown column; expected any of {}", expected()));
         }
         if names[..i].contains(name) {
             return check.key(name).fail("second column of this name; expected one".into());
