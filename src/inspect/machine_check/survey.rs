@@ -287,6 +287,8 @@ fn loaded_forces(machine: &Machine, at: &Configuration, kilograms: f64, workspac
 const STEP: f64 = 0.04;
 /// Farthest distance from home that is tried, in sizes of the machine, plus the travel of slides.
 const FARTHEST: f64 = 4.0;
+/// Length of the steps farther away, where only slides lead, as a share of the distance beyond.
+const SLIDE_STEP: f64 = 0.25;
 /// Resolution of a span, mm.
 const RESOLUTION_MM: f64 = 0.1;
 
@@ -309,8 +311,8 @@ fn farthest(machine: &Machine, direction: Vector3<f64>) -> f64 {
     let (step, farthest) = (STEP * size(machine), FARTHEST * size(machine) + travel(machine));
     let (mut near, mut far) = (0.0, step);
     while is_reached(far) {
-        (near, far) = (far, far + step);
-        if far > farthest {
+        (near, far) = (far, far + step.max(SLIDE_STEP * (far - FARTHEST * size(machine))));
+        if near > farthest {
             return f64::INFINITY;
         }
     }
