@@ -185,6 +185,13 @@ FULL = [
     """, ("program",)),
     Stage("controllers", "Generated code, 20000 states, calls counted in instructions.", 'KINETOSTAT="$PROGRAM" tests/realtime/check.sh 20000',
           ("program",)),
+    Stage("processors", "The same bytes with fused multiply-add and without: an emulator is slow.", """
+        if ! command -v qemu-x86_64 >/dev/null; then
+            apt-get update -qq
+            DEBIAN_FRONTEND=noninteractive apt-get install -qq -y --no-install-recommends qemu-user
+        fi
+        tests/processors/check.sh "$PROGRAM" "$OUT/processors"
+    """, ("program",)),
     Stage("linuxcnc", "The kinematics in LinuxCNC's simulator, which is large to install.", 'KINETOSTAT="$PROGRAM" linuxcnc/test.sh',
           ("controllers",)),
 ]

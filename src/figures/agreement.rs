@@ -129,7 +129,7 @@ fn draw_row(scene: &mut Scene, plot: &Plot, row: &AgreementRow, cell: &[Vec<Stri
 /// Draws a disc where the numbers agree, a square on its tip where they differ, and a triangle for a difference beyond the axis.
 fn draw_mark(scene: &mut Scene, [x, y]: Point, difference: f64, agrees: bool) {
     let colour = if agrees { CURVES[2] } else { CURVES[1] };
-    let corner = |angle: f64, radius: f64| [x + radius * angle.cos(), y - radius * angle.sin()];
+    let corner = |angle: f64, radius: f64| [x + radius * libm::cos(angle), y - radius * libm::sin(angle)];
     let turn = |k: usize, of: usize| std::f64::consts::TAU * k as f64 / of as f64;
     let corners: Vec<Point> = if difference.abs() > ENDS {
         let way = difference.signum();

@@ -44,7 +44,7 @@ fn range_in_words(values: impl Iterator<Item = f64>) -> String {
 
 /// Formats a number with four significant digits and a true minus sign.
 fn rounded(value: f64) -> String {
-    let digits = if value == 0.0 { 0 } else { (3.0 - value.abs().log10().floor()).clamp(0.0, 12.0) as usize };
+    let digits = if value == 0.0 { 0 } else { (3.0 - libm::log10(value.abs()).floor()).clamp(0.0, 12.0) as usize };
     let text = format!("{value:.digits$}");
     text.replace('-', "\u{2212}")
 }

@@ -15,6 +15,6 @@ pub(crate) fn amplification(path: &[Vector3<f64>], largest_error: f64) -> f64 {
     if !wished.is_finite() || wished <= 1.0 {
         return 1.0;
     }
-    let decade = 10f64.powf(wished.log10().floor());
+    let decade = libm::pow(10.0, libm::log10(wished).floor());
     [5.0, 2.0, 1.0].into_iter().map(|step| step * decade).find(|factor| *factor <= wished).unwrap_or(1.0)
 }

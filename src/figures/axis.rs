@@ -82,7 +82,7 @@ impl Axis {
     pub fn fraction(&self, value: f64) -> f64 {
         match self.spacing {
             Spacing::Linear | Spacing::Angular => (value - self.low) / (self.high - self.low),
-            Spacing::Logarithmic => (value / self.low).log10() / (self.high / self.low).log10(),
+            Spacing::Logarithmic => libm::log10(value / self.low) / libm::log10(self.high / self.low),
         }
     }
 
@@ -252,9 +252,9 @@ fn ticks_at_multiples(low: f64, high: f64, step: f64) -> Ticks {
     let last = (high / step + 1e-9).floor() as i64;
     let values: Vec<f64> = (first..=last).map(|k| k as f64 * step).collect();
     let largest = values.iter().fold(0.0_f64, |a, v| a.max(v.abs()));
-    let decimals = -(step.log10() + 1e-9).floor() as i32;
+    let decimals = -(libm::log10(step) + 1e-9).floor() as i32;
     let exponent = if largest > 0.0 && (decimals > MOST_DECIMALS || largest >= LARGE) {
-        3 * (largest.log10() / 3.0).floor() as i32
+        3 * (libm::log10(largest) / 3.0).floor() as i32
     } else {
         0
     };
@@ -265,15 +265,15 @@ fn ticks_at_multiples(low: f64, high: f64, step: f64) -> Ticks {
 
 /// Returns the smallest of 1, 2 and 5 times a power of ten that is not below `raw`.
 fn nice_step(raw: f64) -> f64 {
-    let power = 10_f64.powi(raw.log10().floor() as i32);
+    let power = 10_f64.powi(libm::log10(raw).floor() as i32);
     let factor = [1.0, 2.0, 5.0].into_iter().find(|f| f * power >= raw * (1.0 - 1e-9)).unwrap_or(10.0);
     factor * power
 }
 
 /// Returns about `target` ticks at most, at powers of ten within `low..high` (both positive); over few decades at closer steps.
 pub fn logarithmic_ticks(low: f64, high: f64, target: usize) -> Ticks {
-    let first = (low.log10() - 1e-9).ceil() as i32;
-    let last = (high.log10() + 1e-9).floor() as i32;
+    let first = (libm::log10(low) - 1e-9).ceil() as i32;
+    let last = (libm::log10(high) + 1e-9).floor() as i32;
     let between = decade_multiples(low, high, &[2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0]);
     if last - first >= 1 {
         let stride = ((last - first) as usize / target.max(1) + 1) as i32;
@@ -287,13 +287,13 @@ pub fn logarithmic_ticks(low: f64, high: f64, target: usize) -> Ticks {
     if values.len() < 2 {
         return linear_ticks(low, high, target);
     }
-    let labels = values.iter().map(|v| format_number(*v, (-v.log10().floor()).max(0.0) as usize)).collect();
+    let labels = values.iter().map(|v| format_number(*v, (-libm::log10(*v).floor()).max(0.0) as usize)).collect();
     Ticks { values, labels, minor: between, exponent: 0 }
 }
 
 /// Returns `factors` times each power of ten, as far as they lie within `low..high`.
 fn decade_multiples(low: f64, high: f64, factors: &[f64]) -> Vec<f64> {
-    let decades = low.log10().floor() as i32..=high.log10().floor() as i32;
+    let decades = libm::log10(low).floor() as i32..=libm::log10(high).floor() as i32;
     let all = decades.flat_map(|k| factors.iter().map(move |f| f * 10_f64.powi(k)));
     all.filter(|v| (low * (1.0 - 1e-9)..=high * (1.0 + 1e-9)).contains(v)).collect()
 }

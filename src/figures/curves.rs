@@ -101,7 +101,7 @@ fn marker(index: usize) -> Vec<Point> {
         [(24, 0.0, 1.0), (4, 0.125, 1.2), (3, 0.25, 1.35), (4, 0.0, 1.3), (3, 0.75, 1.35)][index % 5];
     let angle = |k: usize| std::f64::consts::TAU * (turn + k as f64 / corners as f64);
     let radius = MARKER * radius;
-    (0..corners).map(|k| [radius * angle(k).cos(), -radius * angle(k).sin()]).collect()
+    (0..corners).map(|k| [radius * libm::cos(angle(k)), -radius * libm::sin(angle(k))]).collect()
 }
 
 /// Names and samples of the curves, and a note.

@@ -73,7 +73,7 @@ impl Picture {
 
     /// Lengths of `across` and `down` in pixels.
     pub fn lengths(&self) -> [f64; 2] {
-        [self.across, self.down].map(|side| side[0].hypot(side[1]))
+        [self.across, self.down].map(|side| libm::hypot(side[0], side[1]))
     }
 
     /// Returns the point on the page at fractions (u, v) of `across` and `down`.

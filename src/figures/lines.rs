@@ -107,8 +107,8 @@ impl LineFigure {
         };
         let values = self.series.iter().flat_map(|s| s.points.iter().copied().chain(of_band(s))).map(|p| pick(&p));
         if log {
-            let (low, high) = axis::range(values.map(f64::log10), MARGIN);
-            return (10_f64.powf(low), 10_f64.powf(high));
+            let (low, high) = axis::range(values.map(libm::log10), MARGIN);
+            return (libm::pow(10.0, low), libm::pow(10_f64, high));
         }
         axis::range(values, MARGIN)
     }

@@ -210,7 +210,7 @@ pub fn dashes(points: &[Point], pattern: &[f64]) -> Vec<Vec<Point>> {
     let (mut part, mut left) = (0, pattern[0]);
     for pair in points.windows(2) {
         let [[x0, y0], [x1, y1]] = [pair[0], pair[1]];
-        let length = (x1 - x0).hypot(y1 - y0);
+        let length = libm::hypot(x1 - x0, y1 - y0);
         let mut done = 0.0;
         while done < length {
             let step = left.min(length - done);

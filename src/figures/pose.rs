@@ -144,8 +144,8 @@ impl View {
     fn fitted(figure: &PoseFigure, top: f64) -> Self {
         let (az, el) = (AZIMUTH.to_radians(), ELEVATION.to_radians());
         let mut view = Self {
-            right: [-az.sin(), az.cos(), 0.0],
-            up: [-el.sin() * az.cos(), -el.sin() * az.sin(), el.cos()],
+            right: [-libm::sin(az), libm::cos(az), 0.0],
+            up: [-libm::sin(el) * libm::cos(az), -libm::sin(el) * libm::sin(az), libm::cos(el)],
             scale: 1.0,
             origin: [0.0, 0.0],
             top,
@@ -255,7 +255,7 @@ fn draw_machine(scene: &mut Scene, view: &View, skeleton: &Skeleton, link: Strok
         }
     }
     for mass in skeleton.masses() {
-        draw_mass(scene, view.project(mass.position_mm), (mass.kilograms / largest_mass).cbrt(), link.colour);
+        draw_mass(scene, view.project(mass.position_mm), libm::cbrt(mass.kilograms / largest_mass), link.colour);
     }
     for joint in skeleton.chains.iter().flat_map(|chain| &chain.joints) {
         draw_joint(scene, view.project(joint.position_mm), joint.is_drive, link.colour);
@@ -278,7 +278,7 @@ fn draw_joint(scene: &mut Scene, [x, y]: Point, is_drive: bool, colour: Rgb) {
         );
     } else {
         let corners = (0..20).map(|k| f64::from(k) / 20.0 * std::f64::consts::TAU);
-        scene.convex(corners.map(|a| [x + radius * a.cos(), y + radius * a.sin()]).collect(), WHITE);
+        scene.convex(corners.map(|a| [x + radius * libm::cos(a), y + radius * libm::sin(a)]).collect(), WHITE);
         scene.circle([x, y], radius, Stroke { colour, width: 4.0, dash: &[] });
     }
 }
@@ -286,7 +286,7 @@ fn draw_joint(scene: &mut Scene, [x, y]: Point, is_drive: bool, colour: Rgb) {
 /// Draws a spring as a zigzag between two straight ends.
 fn draw_spring(scene: &mut Scene, from: Point, to: Point, colour: Rgb) {
     let [dx, dy] = [to[0] - from[0], to[1] - from[1]];
-    let length = dx.hypot(dy).max(1.0);
+    let length = libm::hypot(dx, dy).max(1.0);
     let [nx, ny] = [-dy / length * COIL, dx / length * COIL];
     let turn = |k: usize| {
         let share = 0.15 + 0.7 * (k as f64 + 0.5) / TURNS as f64;
@@ -310,7 +310,7 @@ fn draw_mass(scene: &mut Scene, [x, y]: Point, size: f64, colour: Rgb) {
     let radius = mass_radius(size);
     let at = |k: usize| {
         let angle = k as f64 / 40.0 * std::f64::consts::TAU;
-        [x + radius * angle.cos(), y + radius * angle.sin()]
+        [x + radius * libm::cos(angle), y + radius * libm::sin(angle)]
     };
     scene.convex((0..40).map(at).collect(), WHITE);
     for first in [0, 20] {
@@ -328,7 +328,7 @@ fn draw_frame(scene: &mut Scene, view: &View, occupied: &mut Occupied) {
         let (start, end) = (view.project([0.0; 3]), view.project(along));
         scene.line(vec![start, end], Stroke { colour, width: 5.0, dash: &[] });
         let [dx, dy] = [end[0] - start[0], end[1] - start[1]];
-        let reach = dx.hypot(dy).max(1.0);
+        let reach = libm::hypot(dx, dy).max(1.0);
         let [ux, uy] = [dx / reach * 18.0, dy / reach * 18.0];
         let tip = [end[0] + ux, end[1] + uy];
         scene.convex(vec![tip, [end[0] - 0.5 * uy, end[1] + 0.5 * ux], [end[0] + 0.5 * uy, end[1] - 0.5 * ux]], colour);
@@ -363,7 +363,7 @@ fn occupied_areas(view: &View, figure: &PoseFigure) -> Occupied {
     let shown = figure.displaced.as_ref().unwrap_or(&figure.pose);
     let joints = shown.chains.iter().flat_map(|chain| &chain.joints);
     occupied.marks.extend(joints.map(|joint| around(view.project(joint.position_mm), [MARK; 2])));
-    let size = |kilograms: f64| mass_radius((kilograms / figure.largest_mass()).cbrt());
+    let size = |kilograms: f64| mass_radius(libm::cbrt(kilograms / figure.largest_mass()));
     let masses = shown.masses().map(|mass| around(view.project(mass.position_mm), [size(mass.kilograms); 2]));
     occupied.marks.extend(masses);
     occupied.marks.push(around(view.project(shown.tool_tip_mm), [MARK; 2]));

@@ -222,7 +222,7 @@ impl Scene {
     /// Adds a circle.
     pub fn circle(&mut self, centre: Point, radius: f64, stroke: Stroke) {
         let angle = |k: usize| std::f64::consts::TAU * k as f64 / CIRCLE_CORNERS as f64;
-        let corner = |k| [centre[0] + radius * angle(k).cos(), centre[1] + radius * angle(k).sin()];
+        let corner = |k| [centre[0] + radius * libm::cos(angle(k)), centre[1] + radius * libm::sin(angle(k))];
         self.line((0..=CIRCLE_CORNERS).map(corner).collect(), stroke);
     }
 

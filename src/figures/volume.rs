@@ -141,8 +141,8 @@ impl View {
         let mut view = Self {
             low,
             high,
-            right: [-az.sin(), az.cos(), 0.0],
-            up: [-el.sin() * az.cos(), -el.sin() * az.sin(), el.cos()],
+            right: [-libm::sin(az), libm::cos(az), 0.0],
+            up: [-libm::sin(el) * libm::cos(az), -libm::sin(el) * libm::sin(az), libm::cos(el)],
             scale: 1.0,
             origin: [0.0, 0.0],
             limit,

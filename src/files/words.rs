@@ -46,7 +46,7 @@ pub fn millimetres(length_mm: f64, decimals: i32) -> String {
         0.0 => "0 mm".into(),
         length if length < NANOMETRE => "less than 0.001 µm".into(),
         length if length < 10f64.powi(1 - decimals) => {
-            let decimals = (1.0 - (1e3 * length).log10().floor()).max(0.0) as usize;
+            let decimals = (1.0 - libm::log10(1e3 * length).floor()).max(0.0) as usize;
             format!("{:.decimals$} µm", 1e3 * length)
         }
         length => format!("{length:.*} mm", decimals as usize),
@@ -66,7 +66,7 @@ pub fn per_second(rate: f64) -> String {
     if rate < 10.0 {
         return format!("{rate:.1} per second");
     }
-    let step = 10f64.powf(rate.log10().floor() - 1.0);
+    let step = libm::pow(10.0, libm::log10(rate).floor() - 1.0);
     let digits = (((rate / step).round() * step) as u64).to_string();
     let groups: Vec<_> = digits.as_bytes().rchunks(3).rev().map(String::from_utf8_lossy).collect();
     format!("{} per second", groups.join(","))

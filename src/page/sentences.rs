@@ -194,7 +194,7 @@ pub(super) fn three_digits(value: f64) -> String {
     if value == 0.0 || !value.is_finite() {
         return format_number(value);
     }
-    let digits = (2.0 - value.abs().log10().floor()).max(0.0);
+    let digits = (2.0 - libm::log10(value.abs()).floor()).max(0.0);
     if digits > 7.0 {
         return format_number(value);
     }

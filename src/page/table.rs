@@ -216,7 +216,7 @@ pub fn format_number(value: f64) -> String {
     if value == value.trunc() && value.abs() < 1e9 {
         return typographic(&format!("{value:.0}").replace("-0", "0"));
     }
-    let exponent = value.abs().log10().floor();
+    let exponent = libm::log10(value.abs()).floor();
     let text = if (-4.0..9.0).contains(&exponent) {
         format!("{value:.*}", (4.0 - exponent).max(0.0) as usize)
     } else {

@@ -62,7 +62,7 @@ impl MillingForce {
 
     /// Returns the force on the tool tip at the angle of engagement `phi` (rad), axes of the tool frame T, N; eq. (17).
     pub fn force(&self, phi: f64) -> Vector3<f64> {
-        let (sin, cos) = phi.sin_cos();
+        let (sin, cos) = libm::sincos(phi);
         let sign = match self.law {
             ForceLaw::Printed => 1.0,
             ForceLaw::Rotated => -1.0,

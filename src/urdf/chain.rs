@@ -244,7 +244,7 @@ fn local_drive_axis(direction: [f64; 3]) -> (Axis, Vec<Element>, Vec<Element>) {
         (true, false, true) => (Axis::Y, turn([half, 0.0, 0.0]), turn([-half, 0.0, 0.0])),
         (true, true, false) => (Axis::Z, turn([half, 0.0, 0.0]), turn([-half, 0.0, 0.0])),
         _ => {
-            let (pitch, yaw) = (x.hypot(y).atan2(z), y.atan2(x));
+            let (pitch, yaw) = (libm::atan2(libm::hypot(x, y), z), libm::atan2(y, x));
             let mut back = turn([0.0, -pitch, 0.0]);
             back.extend(turn([0.0, 0.0, -yaw]));
             (Axis::Z, turn([0.0, pitch, yaw]), back)

@@ -63,7 +63,7 @@ fn link_mass(robot: &Robot, tree: &Tree, link: usize, length: f64, notes: &mut I
 
 /// Returns the length of a vector.
 fn norm([x, y, z]: [f64; 3]) -> f64 {
-    x.hypot(y).hypot(z)
+    libm::hypot(libm::hypot(x, y), z)
 }
 
 /// Notes links without an inertial element, those that are frames only apart.

@@ -357,6 +357,35 @@ fn used(code: &str, prefix: &str) -> Vec<String> {
     folders
 }
 
+/// The functions of the standard library are the system's, whose last digits depend on the processor (with or without fused multiply-add).
+#[test]
+fn functions_are_those_of_libm() {
+    const SYSTEM: &str = "sin cos tan asin acos atan atan2 sin_cos sinh cosh tanh asinh acosh atanh exp exp2 exp_m1 ln ln_1p log log2 log10 \
+                          powf cbrt hypot mul_add";
+    let mut sources = all_sources();
+    files(&root().join("python/src"), &["rs"], &mut sources);
+    for file in sources {
+        // A quaternion's power is nalgebra's, which takes its functions from libm.
+        for line in code(&file).lines().filter(|line| !line.contains("rotation_to(b).powf(")) {
+            let called = SYSTEM.split(' ').find(|name| {
+                line.contains(&format!(".{name}("))
+                    || line.split("f64::").skip(1).any(|rest| names(rest).next() == Some(*name))
+            });
+            assert_eq!(called, None, "{}: expected the function of libm in {}", file.display(), line.trim());
+        }
+    }
+}
+
+/// With its feature `std`, nalgebra has large products from `matrixmultiply`, whose last digits depend on the processor.
+#[test]
+fn nalgebra_does_not_choose_its_arithmetic_by_the_processor() {
+    for folder in ["", "python", "web", "fuzz"] {
+        let lock = fs::read_to_string(root().join(folder).join("Cargo.lock")).unwrap();
+        let own = lock.split("[[package]]").find(|package| package.contains("name = \"nalgebra\"\n")).unwrap();
+        assert!(own.contains("\"simba\"") && !own.contains("matrixmultiply"), "{folder}/Cargo.lock: {own}");
+    }
+}
+
 /// A property that draws anew in each run fails in some run for what somebody else has changed.
 #[test]
 fn every_property_draws_from_a_fixed_seed() {

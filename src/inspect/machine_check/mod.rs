@@ -194,7 +194,7 @@ fn home_warning(machine: &Machine) -> Option<String> {
 /// Returns a warning if the tool's direction was assumed and is none of the platform's axes.
 fn skew_tool_warning(machine: &Machine) -> Option<String> {
     let axis = machine.tool_axes.column(2);
-    let angle = axis.amax().min(1.0).acos().to_degrees();
+    let angle = libm::acos(axis.amax().min(1.0)).to_degrees();
     if machine.tool_axis_source != ToolAxisSource::TowardsTip || angle < SKEW_TOOL_DEG {
         return None;
     }
@@ -209,7 +209,7 @@ fn skew_tool_warning(machine: &Machine) -> Option<String> {
 /// Returns a warning if the given tool direction points against that from P to the tip.
 fn tool_sign_warning(machine: &Machine) -> Option<String> {
     let towards_tip = machine.tool_tip.try_normalize(SHORTEST_TOOL_MM)?;
-    let angle = machine.tool_axes.column(2).dot(&towards_tip).clamp(-1.0, 1.0).acos().to_degrees();
+    let angle = libm::acos(machine.tool_axes.column(2).dot(&towards_tip).clamp(-1.0, 1.0)).to_degrees();
     (machine.tool_axis_source == ToolAxisSource::Given && angle > RIGHT_ANGLE_DEG).then(|| {
         format!(
             "tool axis: platform.tool_axis is {angle:.0}° off the direction from P to the tool tip; is its sign wrong? The axis points from \

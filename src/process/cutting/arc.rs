@@ -47,7 +47,7 @@ impl EngagementArc {
 
     /// Integrates a linear edge force over the arc in closed form, at feed per tooth `c` (mm).
     fn linear_integrals(&self, force: EdgeForce, c: f64) -> ArcIntegrals {
-        let ((sin_in, cos_in), (sin_out, cos_out)) = (self.entry.sin_cos(), self.exit.sin_cos());
+        let ((sin_in, cos_in), (sin_out, cos_out)) = (libm::sincos(self.entry), libm::sincos(self.exit));
         let angle = self.exit - self.entry;
         let sine = cos_in - cos_out;
         let sine_squared = 0.5 * (angle + sin_in * cos_in - sin_out * cos_out);
@@ -63,7 +63,7 @@ impl EngagementArc {
     /// Integrates Kienzle's edge force over the arc, at feed per tooth `c` (mm); the integrals of sin^p alone are numerical.
     fn kienzle_integrals(&self, force: Kienzle, c: f64) -> ArcIntegrals {
         let power = 1.0 - force.exponent;
-        let primitive = |psi: f64| sine(psi).powf(power + 1.0) / (power + 1.0);
+        let primitive = |psi: f64| libm::pow(sine(psi), power + 1.0) / (power + 1.0);
         let integrals = ArcIntegrals {
             plain: self.integrate_sine_power(power),
             sine: self.integrate_sine_power(power + 1.0),
@@ -80,9 +80,9 @@ impl EngagementArc {
         let (middle, half) = (0.5 * (self.entry + self.exit), 0.5 * (self.exit - self.entry));
         let term = |k: i32| {
             let t = f64::from(k) * STEP;
-            let bent = 0.5 * PI * t.sinh();
-            let weight = 0.5 * PI * t.cosh() / bent.cosh().powi(2);
-            weight * sine(middle + half * bent.tanh()).powf(p)
+            let bent = 0.5 * PI * libm::sinh(t);
+            let weight = 0.5 * PI * libm::cosh(t) / libm::cosh(bent).powi(2);
+            weight * libm::pow(sine(middle + half * libm::tanh(bent)), p)
         };
         half * STEP * (-STEPS..=STEPS).map(term).sum::<f64>()
     }
@@ -90,5 +90,5 @@ impl EngagementArc {
 
 /// Returns sin ψ for an angle from 0 to π, never negative by rounding.
 fn sine(psi: f64) -> f64 {
-    psi.sin().max(0.0)
+    libm::sin(psi).max(0.0)
 }

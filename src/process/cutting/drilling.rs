@@ -60,13 +60,13 @@ impl Drilling {
         let d = self.diameter_mm;
         match self.law {
             DrillingLaw::Kienzle { lip, point_angle, thrust_ratio } => {
-                let sin = (point_angle / 2.0).sin();
+                let sin = libm::sin(point_angle / 2.0);
                 let h = f / 2.0 * sin;
                 let specific = lip.on_edge(h) / h;
                 (thrust_ratio * specific * f * d / 2.0 * sin, specific * f * d * d / 8.0)
             }
             DrillingLaw::MaterialConstant(k) => {
-                (570.0 * k * d * f.powf(0.85), k * d * d * (0.630 + 16.84 * f) / 100.0 * 1000.0)
+                (570.0 * k * d * libm::pow(f, 0.85), k * d * d * (0.630 + 16.84 * f) / 100.0 * 1000.0)
             }
         }
     }

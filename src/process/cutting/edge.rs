@@ -35,7 +35,7 @@ impl Kienzle {
     /// Returns the force per edge length k_c1.1 h^(1−m_c), N/mm, for a chip of thickness `h` (mm).
     #[must_use]
     pub fn on_edge(self, h: f64) -> f64 {
-        self.specific_force * h.powf(1.0 - self.exponent)
+        self.specific_force * libm::pow(h, 1.0 - self.exponent)
     }
 }
 

@@ -80,7 +80,7 @@ impl EndMilling {
     /// Returns the engagement arc: the angles between which a tooth cuts.
     #[must_use]
     pub fn arc(&self) -> EngagementArc {
-        let immersion = (1.0 - 2.0 * self.width_mm / self.diameter_mm).clamp(-1.0, 1.0).acos();
+        let immersion = libm::acos((1.0 - 2.0 * self.width_mm / self.diameter_mm).clamp(-1.0, 1.0));
         match self.direction {
             CutDirection::Up => EngagementArc { entry: 0.0, exit: immersion },
             CutDirection::Down => EngagementArc { entry: PI - immersion, exit: PI },
@@ -119,7 +119,7 @@ impl EndMilling {
             if !(arc.entry..=arc.exit).contains(&of(seen)) {
                 continue;
             }
-            let (sin, cos) = of(angle).sin_cos();
+            let (sin, cos) = libm::sincos(of(angle));
             let edge = self.edge.on_edge(c * sin.max(0.0)) * self.depth_mm;
             force += Vector3::new(-edge.x * cos - edge.y * sin, edge.x * sin - edge.y * cos, edge.z);
             tangential += edge.x;

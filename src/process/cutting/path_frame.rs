@@ -39,6 +39,6 @@ impl PathFrame {
     /// tool); `None` without heading.
     #[must_use]
     pub fn tool_angle(tangent: Vector3<f64>) -> Option<f64> {
-        heading(tangent).map(|f| f.y.atan2(f.x) - FRAC_PI_2)
+        heading(tangent).map(|f| libm::atan2(f.y, f.x) - FRAC_PI_2)
     }
 }

@@ -283,9 +283,9 @@ fn halton_case(question: &CorrectionQuestion, index: usize) -> Case {
     let [min, max] = question.corners;
     let at = |base| radical_inverse(index, base);
     let position = min + (max - min).component_mul(&Vector3::new(at(2), at(3), at(5)));
-    let (height, turn, size) = (2.0 * at(7) - 1.0, std::f64::consts::TAU * at(11), at(13).cbrt());
+    let (height, turn, size) = (2.0 * at(7) - 1.0, std::f64::consts::TAU * at(11), libm::cbrt(at(13)));
     let across = (1.0 - height * height).max(0.0).sqrt();
-    let direction = Vector3::new(across * turn.cos(), across * turn.sin(), height);
+    let direction = Vector3::new(across * libm::cos(turn), across * libm::sin(turn), height);
     (position, direction * (size * question.largest_force_N))
 }
 

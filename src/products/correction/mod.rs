@@ -172,7 +172,7 @@ fn largest_milling_force(force: &MillingForce) -> f64 {
     let across = match force.law {
         // |F|² = F_r² + F_t² + 2 F_r F_t sin 2φ.
         ForceLaw::Printed => radial + tangential,
-        ForceLaw::Rotated => radial.hypot(tangential),
+        ForceLaw::Rotated => libm::hypot(radial, tangential),
     };
-    across.hypot(force.axial)
+    libm::hypot(across, force.axial)
 }

@@ -81,8 +81,9 @@ impl SmallestSearch<'_> {
             let most = self.worst_axis(counts);
             counts = [0, 1, 2].map(|axis| counts[axis].max(sized[axis]).max(counts[axis] + usize::from(axis == most)));
             if counts.iter().try_fold(1usize, |all, &n| all.checked_mul(n)).is_none_or(|all| all > MOST_NODES) {
-                let share = self.estimate(counts) / counts.iter().map(|&n| n as f64).product::<f64>().powf(-2.0 / 3.0);
-                return self.unreachable_tolerance(floor + scale * share * (MOST_NODES as f64).powf(-2.0 / 3.0));
+                let nodes: f64 = counts.iter().map(|&n| n as f64).product();
+                let share = self.estimate(counts) / libm::pow(nodes, -2.0 / 3.0);
+                return self.unreachable_tolerance(floor + scale * share * libm::pow(MOST_NODES as f64, -2.0 / 3.0));
             }
         }
     }

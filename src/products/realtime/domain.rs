@@ -79,7 +79,7 @@ pub(super) fn spread(index: usize) -> Sample {
 pub(super) fn towards_faces(index: usize) -> Sample {
     let mut place = spread(index);
     for coordinate in &mut place[..3] {
-        *coordinate = (std::f64::consts::FRAC_PI_2 * *coordinate).sin();
+        *coordinate = libm::sin(std::f64::consts::FRAC_PI_2 * *coordinate);
     }
     place
 }

@@ -52,7 +52,7 @@ impl Errors {
     /// Returns the error to state, mm: twice the one found, since a search is no proof, rounded up to two digits.
     pub fn stated_mm(&self) -> f64 {
         let twice = (2.0 * self.found_mm.last().copied().unwrap_or(f64::INFINITY)).max(LEAST_MM);
-        let unit = 10f64.powf(twice.log10().floor() - 1.0);
+        let unit = libm::pow(10.0, libm::log10(twice).floor() - 1.0);
         (twice / unit).ceil() * unit
     }
 }

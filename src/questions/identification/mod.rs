@@ -363,7 +363,7 @@ fn why_not_identified(study: &IdentificationStudy, fit: &Fit, k: usize, half_wid
     }
     Some(match study.unknowns[k].coordinate {
         Coordinate::Logarithm if half_width > 7.0 => "the value may be of any size from here on".into(),
-        Coordinate::Logarithm => format!("the value may be {:.1} times smaller or larger", half_width.exp()),
+        Coordinate::Logarithm => format!("the value may be {:.1} times smaller or larger", libm::exp(half_width)),
         Coordinate::Linear(scale) => {
             format!("the value may be {:.3} {} less or more", half_width * scale, study.unknowns[k].unit)
         }

@@ -142,7 +142,7 @@ fn load_correlation(left: &[Option<LengthResidual>], measurements: &[Measurement
     let of = |a: usize, b: usize| rank_correlation(&rows.iter().map(|row| (row[a], row[b])).collect::<Vec<_>>());
     let ((share_force, _), (share_yield, _), (force_yield, _)) = (of(0, 1)?, of(0, 2)?, of(1, 2)?);
     let rest = ((1.0 - share_yield * share_yield) * (1.0 - force_yield * force_yield)).sqrt();
-    let limit = (ONCE_IN_A_THOUSAND * (1.06 / (rows.len() as f64 - 4.0)).sqrt()).tanh();
+    let limit = libm::tanh(ONCE_IN_A_THOUSAND * (1.06 / (rows.len() as f64 - 4.0)).sqrt());
     (rest > 1e-6).then(|| (((share_force - share_yield * force_yield) / rest).clamp(-1.0, 1.0), limit))
 }
 
@@ -155,7 +155,7 @@ pub fn rank_correlation(pairs: &[(f64, f64)]) -> Option<(f64, f64)> {
     let mean = (pairs.len() - 1) as f64 / 2.0;
     let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - mean) * (b - mean)).sum::<f64>();
     let size = (product(&a, &a) * product(&b, &b)).sqrt();
-    let limit = (ONCE_IN_A_THOUSAND * (1.06 / (pairs.len() as f64 - 3.0)).sqrt()).tanh();
+    let limit = libm::tanh(ONCE_IN_A_THOUSAND * (1.06 / (pairs.len() as f64 - 3.0)).sqrt());
     (size > 0.0).then(|| (product(&a, &b) / size, limit))
 }
 

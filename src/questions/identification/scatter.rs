@@ -26,7 +26,7 @@ impl LossSpec {
             Self::Squares => 0.5 * r * r,
             Self::Huber if r.abs() <= HUBER => 0.5 * r * r,
             Self::Huber => HUBER * (r.abs() - 0.5 * HUBER),
-            Self::Cauchy => 0.5 * CAUCHY * CAUCHY * (r / CAUCHY).powi(2).ln_1p(),
+            Self::Cauchy => 0.5 * CAUCHY * CAUCHY * libm::log1p((r / CAUCHY).powi(2)),
         }
     }
 

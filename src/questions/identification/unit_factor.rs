@@ -58,9 +58,9 @@ pub fn unit_factor(study: &IdentificationStudy, fit: &Fit) -> Option<UnitFactor>
     if !(fit.is_converged && stiffnesses.len() > 1 && width <= WIDEST && scatter.sqrt() <= MOST_SCATTER) {
         return None;
     }
-    let looks_like = UNIT_FACTORS.into_iter().find(|(unit, _)| (log.abs() - unit.ln()).abs() <= width + NEAR)?;
-    let interval = [log.abs() - width, log.abs() + width].map(f64::exp);
-    let sizes = || stiffnesses.iter().map(|(x, _)| (x * log.signum()).exp());
+    let looks_like = UNIT_FACTORS.into_iter().find(|(unit, _)| (log.abs() - libm::log(*unit)).abs() <= width + NEAR)?;
+    let interval = [log.abs() - width, log.abs() + width].map(libm::exp);
+    let sizes = || stiffnesses.iter().map(|(x, _)| libm::exp(x * log.signum()));
     let each = [sizes().fold(f64::INFINITY, f64::min), sizes().fold(0.0, f64::max)];
-    Some(UnitFactor { each, factor: log.abs().exp(), interval, is_lower: log < 0.0, looks_like })
+    Some(UnitFactor { each, factor: libm::exp(log.abs()), interval, is_lower: log < 0.0, looks_like })
 }

@@ -70,7 +70,7 @@ impl Unknown {
     /// Returns the value of the parameter at coordinate `x`, in its unit.
     pub fn value(&self, x: f64) -> f64 {
         match self.coordinate {
-            Coordinate::Logarithm => self.start * x.exp(),
+            Coordinate::Logarithm => self.start * libm::exp(x),
             Coordinate::Linear(scale) => self.start + scale * x,
         }
     }
@@ -78,7 +78,7 @@ impl Unknown {
     /// Returns the coordinate at which the parameter has `value`; `None` where it cannot have it.
     pub fn at(&self, value: f64) -> Option<f64> {
         match self.coordinate {
-            Coordinate::Logarithm => (value > 0.0).then(|| (value / self.start).ln()),
+            Coordinate::Logarithm => (value > 0.0).then(|| libm::log(value / self.start)),
             Coordinate::Linear(scale) => Some((value - self.start) / scale),
         }
     }

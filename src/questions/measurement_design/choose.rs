@@ -47,8 +47,8 @@ impl DesignProblem<'_> {
     pub fn criterion_value(&self, information: &DMatrix<f64>) -> Option<f64> {
         let factors = Cholesky::new(information.clone())?;
         Some(match &self.criterion {
-            Criterion::AllNumbers => 2.0 * factors.l().diagonal().map(f64::ln).sum(),
-            Criterion::Tested(tested) => -factors.solve(tested).trace().ln(),
+            Criterion::AllNumbers => 2.0 * factors.l().diagonal().map(libm::log).sum(),
+            Criterion::Tested(tested) => -libm::log(factors.solve(tested).trace()),
         })
     }
 
@@ -71,10 +71,10 @@ impl DesignProblem<'_> {
         let spread = factors.solve(&rows.transpose());
         let inner = Cholesky::new(DMatrix::identity(rows.nrows(), rows.nrows()) + rows * &spread)?;
         Some(match &self.criterion {
-            Criterion::AllNumbers => 2.0 * inner.l().diagonal().map(f64::ln).sum(),
+            Criterion::AllNumbers => 2.0 * inner.l().diagonal().map(libm::log).sum(),
             Criterion::Tested(tested) => {
                 let less = inner.solve(&(spread.transpose() * tested * &spread)).trace();
-                -(1.0 - less / total).max(f64::MIN_POSITIVE).ln()
+                -libm::log((1.0 - less / total).max(f64::MIN_POSITIVE))
             }
         })
     }

@@ -38,7 +38,7 @@ pub(super) fn gaussians(random: &mut impl rand::Rng) -> Vector3<f64> {
 impl Sensor {
     /// Returns a, the share of its former value that the low-pass keeps in one cycle.
     fn filter_factor(&self) -> f64 {
-        self.low_pass_Hz.map_or(0.0, |corner| (-TAU * corner * self.cycle_s).exp())
+        self.low_pass_Hz.map_or(0.0, |corner| libm::exp(-TAU * corner * self.cycle_s))
     }
 
     /// Returns the number of cycles of the controller that pass in `duration_s`.

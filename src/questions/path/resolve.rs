@@ -221,7 +221,7 @@ pub(crate) fn stations(
             .try_normalize(1e-6);
         Station {
             arc_length_mm: point.arc_length_mm,
-            phi_deg: heading.map(|h| rounded_angle(h.y.atan2(h.x).to_degrees() - 90.0)),
+            phi_deg: heading.map(|h| rounded_angle(libm::atan2(h.y, h.x).to_degrees() - 90.0)),
             cutting: point.cutting,
             line: program.and_then(|program| program.line_of(point.source.segment)),
             file: program.map_or(0, |program| program.file_of(point.source.segment)),

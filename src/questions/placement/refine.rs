@@ -225,7 +225,7 @@ impl Cost<'_> {
             let (low, high) = (self.bounds().low[i], self.bounds().high[i]);
             site.0[i] = match self.bounds().is_full_turn(i) {
                 true => low + (u - low).rem_euclid(TAU),
-                false => (0.5 * (low + high) + 0.5 * (high - low) * u.sin()).clamp(low, high),
+                false => (0.5 * (low + high) + 0.5 * (high - low) * libm::sin(*u)).clamp(low, high),
             };
         }
         site
@@ -238,7 +238,7 @@ impl Cost<'_> {
                 return site.0[i];
             }
             let (low, range) = (self.bounds().low[i], self.bounds().range(i));
-            (2.0 * (site.0[i] - low) / range - 1.0).clamp(-1.0, 1.0).asin()
+            libm::asin((2.0 * (site.0[i] - low) / range - 1.0).clamp(-1.0, 1.0))
         };
         self.free.iter().map(variable).collect()
     }

@@ -155,7 +155,7 @@ fn block_path(study: &RedundancyMapStudy, axis: usize, positions: &[Vector3<f64>
     let tool_axes = frame_about(-axis);
     let point = |(segment, (position, phi)): (usize, (&Vector3<f64>, f64))| {
         let heading = phi + FRAC_PI_2;
-        let tangent = tool_axes * Vector3::new(heading.cos(), heading.sin(), 0.0);
+        let tangent = tool_axes * Vector3::new(libm::cos(heading), libm::sin(heading), 0.0);
         PathPoint {
             orientation: Some(Orientation::ToolAxis(axis)),
             source: PointSource { segment, parameter: 1.0 },

@@ -133,7 +133,7 @@ fn cone_directions(cone: &ConeSpec, check: &Check) -> Result<Vec<Vector3<f64>>> 
     if !(1..MAX_DIRECTIONS).contains(&count) {
         return check.key("around").fail(format!("must be 1 to {}, got {count}", MAX_DIRECTIONS - 1));
     }
-    let (frame, (sin, cos)) = (frame_about(about), half.to_radians().sin_cos());
+    let (frame, (sin, cos)) = (frame_about(about), libm::sincos(half.to_radians()));
     let on_rim = |k: usize| {
         let rim = frame * Vector3::new(sin, 0.0, cos);
         rotation_exp(about * (TAU * k as f64 / count as f64)) * rim

@@ -74,12 +74,12 @@ pub fn fit(pairs: &[(f64, f64)]) -> Option<Fit> {
     if points < 2 {
         return None;
     }
-    let logs: Vec<(f64, f64)> = pairs.iter().map(|(x, y)| (x.ln(), y.ln())).collect();
+    let logs: Vec<(f64, f64)> = pairs.iter().map(|&(x, y)| (libm::log(x), libm::log(y))).collect();
     let mean = |pick: fn(&(f64, f64)) -> f64| logs.iter().map(pick).sum::<f64>() / points as f64;
     let (middle_x, middle_y) = (mean(|p| p.0), mean(|p| p.1));
     let spread: f64 = logs.iter().map(|(x, _)| (x - middle_x).powi(2)).sum();
     let slope = logs.iter().map(|(x, y)| (x - middle_x) * (y - middle_y)).sum::<f64>() / spread;
     let offset = middle_y - slope * middle_x;
     let farthest = logs.iter().map(|(x, y)| (y - offset - slope * x).abs()).fold(0.0, f64::max);
-    Some(Fit { slope, coefficient_mm: offset.exp(), points, worst_ratio: farthest.exp() })
+    Some(Fit { slope, coefficient_mm: libm::exp(offset), points, worst_ratio: libm::exp(farthest) })
 }

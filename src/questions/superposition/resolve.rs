@@ -121,7 +121,7 @@ fn scales(spec: &ScalesSpec, check: &Check) -> Result<Vec<f64>> {
     }
     let factor = |i: usize| match i {
         i if i + 1 == steps => largest,
-        i => smallest * ((largest / smallest).log2() * i as f64 / (steps - 1) as f64).exp2(),
+        i => smallest * libm::exp2(libm::log2(largest / smallest) * i as f64 / (steps - 1) as f64),
     };
     Ok((0..steps).map(factor).collect())
 }

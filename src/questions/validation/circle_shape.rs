@@ -34,7 +34,7 @@ impl Shape {
 
 /// Returns the angle between two axes, degrees from 0 to 90.
 pub fn angle_deg(a: &Vector2<f64>, b: &Vector2<f64>) -> f64 {
-    a.perp(b).abs().atan2(a.dot(b).abs()).to_degrees()
+    libm::atan2(a.perp(b).abs(), a.dot(b).abs()).to_degrees()
 }
 
 /// Counts how often a closed path crosses the circle around `centre`, mm; the last point repeats the first.

@@ -175,28 +175,28 @@ impl<'t> Reader<'t> {
         let x = self.bracket()?.ok_or(Fault::Macro(MacroFault::NoValue))?;
         let value = match *name {
             "ABS" => x.abs(),
-            "ACOS" => x.acos().to_degrees(),
-            "ASIN" => x.asin().to_degrees(),
+            "ACOS" => libm::acos(x).to_degrees(),
+            "ASIN" => libm::asin(x).to_degrees(),
             "ATAN" => {
                 self.expect("/")?;
-                x.atan2(self.bracket()?.ok_or(Fault::Macro(MacroFault::NoValue))?).to_degrees()
+                libm::atan2(x, self.bracket()?.ok_or(Fault::Macro(MacroFault::NoValue))?).to_degrees()
             }
-            "COS" => x.to_radians().cos(),
-            "EXP" => x.exp(),
+            "COS" => libm::cos(x.to_radians()),
+            "EXP" => libm::exp(x),
             // Fanuc rounds towards and from zero, LinuxCNC down and up.
             "FIX" | "FUP" if x < 0.0 => {
                 return Err(Fault::Macro(MacroFault::Expression { expected: "FIX and FUP of no negative number" }));
             }
             "FIX" => x.floor(),
             "FUP" => x.ceil(),
-            "LN" => x.ln(),
+            "LN" => libm::log(x),
             "ROUND" => {
                 self.has_rounded |= (x - x.round()).abs() >= LAST_PLACE;
                 x.round()
             }
-            "SIN" => x.to_radians().sin(),
+            "SIN" => libm::sin(x.to_radians()),
             "SQRT" => x.sqrt(),
-            _ => x.to_radians().tan(),
+            _ => libm::tan(x.to_radians()),
         };
         check_finite(value).map(Some)
     }
@@ -237,6 +237,6 @@ fn apply_operator(operator: &str, left: Option<f64>, right: Option<f64>) -> Resu
         "*" => check_finite(a * b),
         "/" => check_finite(a / b),
         "MOD" => check_finite(a.rem_euclid(b)),
-        _ => check_finite(a.powf(b)),
+        _ => check_finite(libm::pow(a, b)),
     }
 }

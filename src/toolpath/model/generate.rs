@@ -77,7 +77,7 @@ impl Circle {
             let parameter = k as f64 / last as f64;
             // The closing point takes the angle of the first, so that it is the same point to the last bit.
             let turned = if k == last { 0.0 } else { sign * TAU * parameter };
-            let (sin, cos) = (self.start_angle_rad + turned).sin_cos();
+            let (sin, cos) = libm::sincos(self.start_angle_rad + turned);
             let mut position_mm = self.centre_mm;
             position_mm[first] += radius_mm * cos;
             position_mm[second] += radius_mm * sin;

@@ -24,7 +24,7 @@ impl Orientation {
     #[must_use]
     pub fn angle_to(&self, other: &Self) -> f64 {
         match (self, other) {
-            (Orientation::ToolAxis(a), Orientation::ToolAxis(b)) => a.cross(b).norm().atan2(a.dot(b)),
+            (Orientation::ToolAxis(a), Orientation::ToolAxis(b)) => libm::atan2(a.cross(b).norm(), a.dot(b)),
             (Orientation::Platform(a), Orientation::Platform(b)) => a.angle_to(b),
             _ => 0.0,
         }
@@ -48,7 +48,7 @@ impl Orientation {
 /// Returns the rotation vector (rad) of the least rotation from the unit vector `a` to `b`; if they are opposite, about any perpendicular axis.
 pub fn least_turn(a: Vector3<f64>, b: Vector3<f64>) -> Vector3<f64> {
     let across = a.cross(&b);
-    let angle = across.norm().atan2(a.dot(&b));
+    let angle = libm::atan2(across.norm(), a.dot(&b));
     let axis = across.try_normalize(PARALLEL).or_else(|| {
         let other = if a.x.abs() < 0.5 { Vector3::x() } else { Vector3::y() };
         a.cross(&other).try_normalize(PARALLEL)

@@ -95,7 +95,7 @@ impl Sampling {
     /// A piece never turns by more than a right angle, whatever the tolerance.
     pub fn arc_pieces(self, radius_mm: f64, sweep_rad: f64, length_mm: f64) -> Option<usize> {
         let half_chord = (self.chordal_tolerance_mm / (2.0 * radius_mm)).min(1.0).sqrt();
-        let step_rad = (4.0 * half_chord.asin()).min(FRAC_PI_2);
+        let step_rad = (4.0 * libm::asin(half_chord)).min(FRAC_PI_2);
         let by_angle = pieces((sweep_rad.abs() / step_rad) * (1.0 - 1e-12))?;
         let by_length = self.line_pieces(length_mm)?;
         Some(by_angle.max(by_length))

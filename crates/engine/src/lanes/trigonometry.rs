@@ -70,14 +70,14 @@ pub fn sin_cos<R: Real>(x: R) -> (R, R) {
     (along * sin_sign, across * cos_sign)
 }
 
-/// Sine and cosine, lane by lane, of angles too large for a joint: by the standard library.
+/// Sine and cosine, lane by lane, of angles too large for a joint: by `libm`.
 #[cold]
 fn sin_cos_by_library<R: Real>(x: R) -> (R, R) {
     let (mut sin, mut cos) = (x, x);
     for lane in 0..R::LANES {
         // A lane within range gets what it gets among neighbours within range.
         let own = x.lane(lane);
-        let (own_sin, own_cos) = if R::LANES == 1 { own.sin_cos() } else { sin_cos(own) };
+        let (own_sin, own_cos) = if R::LANES == 1 { libm::sincos(own) } else { sin_cos(own) };
         sin.set_lane(lane, own_sin);
         cos.set_lane(lane, own_cos);
     }

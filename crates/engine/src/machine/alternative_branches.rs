@@ -92,7 +92,7 @@ impl Machine {
         if from_axis.norm() < least || to_target.norm() < least {
             return 0.0;
         }
-        let angle = axis.dot(&from_axis.cross(&to_target)).atan2(from_axis.dot(&to_target));
+        let angle = libm::atan2(axis.dot(&from_axis.cross(&to_target)), from_axis.dot(&to_target));
         let share = chain.joint_per_drive(hinge, hinge);
         if share == 0.0 { 0.0 } else { angle / share }
     }

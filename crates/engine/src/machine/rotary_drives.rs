@@ -131,7 +131,7 @@ fn axes(
         let about = rotation_log(&motion.rotation).try_normalize(0.5 * TRIAL_RAD)?;
         // The point of the axis nearest to O: a turn moves O by (1 − R) of it.
         let shift = motion.translation - about * about.dot(&motion.translation);
-        let through = (shift + about.cross(&shift) / (0.5 * TRIAL_RAD).tan()) / 2.0;
+        let through = (shift + about.cross(&shift) / libm::tan(0.5 * TRIAL_RAD)) / 2.0;
         Some(RotaryDrive { letter, label: labels[index].clone(), carries, about, through })
     };
     Some((hinges.iter().map(axis).collect::<Option<Vec<_>>>()?, zero))

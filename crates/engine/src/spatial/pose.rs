@@ -89,7 +89,7 @@ impl Pose {
     /// Rotates the frame about its local `axis` by `angle` rad: `X · R(axis, angle)`.
     #[inline]
     pub fn rotate_about(&mut self, axis: Axis, angle: f64) {
-        let (sin, cos) = angle.sin_cos();
+        let (sin, cos) = libm::sincos(angle);
         let (b, c) = ((axis.index() + 1) % 3, (axis.index() + 2) % 3);
         for row in 0..3 {
             let (rb, rc) = (self.rotation[(row, b)], self.rotation[(row, c)]);
@@ -132,8 +132,8 @@ pub(crate) fn matrix_product(a: &Matrix3<f64>, b: &Matrix3<f64>) -> Matrix3<f64>
 pub fn rotation_exp(rotation_vector: Vector3<f64>) -> Matrix3<f64> {
     let w = super::skew(rotation_vector);
     let angle = rotation_vector.norm();
-    let half_sinc = if angle < 1e-8 { 0.5 } else { (0.5 * angle).sin() / angle };
-    let sinc = if angle < 1e-8 { 1.0 } else { angle.sin() / angle };
+    let half_sinc = if angle < 1e-8 { 0.5 } else { libm::sin(0.5 * angle) / angle };
+    let sinc = if angle < 1e-8 { 1.0 } else { libm::sin(angle) / angle };
     Matrix3::identity() + w * sinc + matrix_product(&w, &w) * (2.0 * half_sinc * half_sinc)
 }
 
@@ -143,7 +143,7 @@ pub fn rotation_log(rotation: &Matrix3<f64>) -> Vector3<f64> {
     let axial = 0.5 * Vector3::new(r[(2, 1)] - r[(1, 2)], r[(0, 2)] - r[(2, 0)], r[(1, 0)] - r[(0, 1)]);
     let (sin, cos) = (axial.norm(), 0.5 * (r.trace() - 1.0));
     if cos > -0.99 {
-        let scale = if sin < 1e-8 { 1.0 } else { sin.atan2(cos) / sin };
+        let scale = if sin < 1e-8 { 1.0 } else { libm::atan2(sin, cos) / sin };
         return axial * scale;
     }
     // Near half a turn the axial part vanishes: the axis is the largest column of R + Rᵀ + (1 − tr R)·I = 2(1 − cos)·aaᵀ.
@@ -151,7 +151,7 @@ pub fn rotation_log(rotation: &Matrix3<f64>) -> Vector3<f64> {
     let column = (0..3).max_by(|&a, &b| symmetric[(a, a)].total_cmp(&symmetric[(b, b)])).unwrap_or(0);
     let axis = symmetric.column(column).normalize();
     let sign = if axis.dot(&axial) < 0.0 { -1.0 } else { 1.0 };
-    axis * (sign * sin.atan2(cos))
+    axis * (sign * libm::atan2(sin, cos))
 }
 
 /// Sine of the angle below which an axis counts as parallel to x.

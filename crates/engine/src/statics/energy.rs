@@ -50,7 +50,7 @@ fn tool_deflections(machine: &Machine, state: &State) -> Vector6<f64> {
     let way = state.platform().compose(&tool).inverse().compose(&state.pose.compose(&tool));
     // Tx Ty Tz Rx Ry Rz: the angles of V(θ).
     let (r, t) = (way.rotation, way.translation);
-    let angles = [(-r[(1, 2)]).atan2(r[(2, 2)]), r[(0, 2)].asin(), (-r[(0, 1)]).atan2(r[(0, 0)])];
+    let angles = [libm::atan2(-r[(1, 2)], r[(2, 2)]), libm::asin(r[(0, 2)]), libm::atan2(-r[(0, 1)], r[(0, 0)])];
     Vector6::new(t.x, t.y, t.z, angles[0], angles[1], angles[2])
 }
 
@@ -139,7 +139,7 @@ fn joint_group_energy(spring: &Spring, coordinates: &[f64]) -> f64 {
         SpringLaw::Drive(stiffness) => *stiffness,
         SpringLaw::Link(stiffness) => stiffness[(i, j)],
         SpringLaw::Parallelogram { passive, terms } => {
-            let (sin, cos) = (2.0 * coordinates[*passive]).sin_cos();
+            let (sin, cos) = libm::sincos(2.0 * coordinates[*passive]);
             terms[0][(i, j)] + terms[1][(i, j)] * cos + terms[2][(i, j)] * sin
         }
     };

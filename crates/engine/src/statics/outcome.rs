@@ -117,7 +117,22 @@ pub struct Outcome {
     /// Loaded compliance, its inverse: twist of P per applied wrench. `None` where the platform is free or not solved.
     pub compliance: Option<Matrix6<f64>>,
     /// Twist of P per unit motion of each drive under constant load, one column per drive (mm, rad per mm or rad).
+    #[serde(with = "columns")]
     pub drive_sensitivity: Matrix6xX<f64>,
+}
+
+/// Twists as the columns of a matrix: nalgebra serializes a matrix of any width only with its feature `std`, which brings `matrixmultiply`.
+mod columns {
+    use super::{Deserialize, Matrix6xX};
+
+    pub fn serialize<S: serde::Serializer>(matrix: &Matrix6xX<f64>, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_seq(matrix.column_iter().map(|column| <[f64; 6]>::from(column.into_owned())))
+    }
+
+    pub fn deserialize<'de, D: serde::Deserializer<'de>>(deserializer: D) -> Result<Matrix6xX<f64>, D::Error> {
+        let columns = Vec::<[f64; 6]>::deserialize(deserializer)?;
+        Ok(Matrix6xX::from_fn(columns.len(), |row, column| columns[column][row]))
+    }
 }
 
 impl Outcome {

@@ -454,7 +454,7 @@ impl<R: Real> Transmission<R> {
 /// Coordinates of a route's passive joints whose screws are independent of those before them, at a configuration without symmetry.
 fn independent_joints(chain: &Chain, route: &Route, own: &[usize], scale: f64) -> Vec<usize> {
     let mut values = vec![0.0; chain.coordinate_count()];
-    let offset = |coordinate: usize| 0.4 * (1.0 + 2.3 * coordinate as f64).sin();
+    let offset = |coordinate: usize| 0.4 * libm::sin(1.0 + 2.3 * coordinate as f64);
     for drive in &chain.drives {
         let length = if drive.motion == Motion::Prismatic { scale } else { 1.0 };
         values[drive.coordinate] = drive.home + offset(drive.coordinate) * length;

@@ -2,7 +2,7 @@
 
 use kinetostat_engine::{
     lanes::solve,
-    nalgebra::DMatrix,
+    nalgebra::{ComplexField, DMatrix, RealField},
     spatial::{RankRevealing, rank},
 };
 use proptest::prelude::*;
@@ -10,6 +10,19 @@ use proptest::prelude::*;
 fn matrix(rows: usize, columns: usize) -> impl Strategy<Value = DMatrix<f64>> {
     proptest::collection::vec(-1.0..1.0, rows * columns)
         .prop_map(move |entries| DMatrix::from_vec(rows, columns, entries))
+}
+
+/// A processor with fused multiply-add rounds a product and a sum at once, if it is let.
+#[test]
+fn products_and_functions_are_the_same_on_every_processor() {
+    let [left, right] = [0.7, 1.3].map(|step| DMatrix::from_fn(24, 24, |i, j| libm::sin(step * (24 * i + j) as f64)));
+    let sums = DMatrix::from_fn(24, 24, |i, j| (0..24).fold(0.0, |sum, k| sum + left[(i, k)] * right[(k, j)]));
+    assert_eq!(&left * &right, sums);
+    for x in (1..2000).map(|step| 1e-3 * f64::from(step)) {
+        let of_nalgebra =
+            [ComplexField::sin(x), ComplexField::hypot(x, 0.7), RealField::atan2(x, 0.7), ComplexField::powf(x, 0.7)];
+        assert_eq!(of_nalgebra, [libm::sin(x), libm::hypot(x, 0.7), libm::atan2(x, 0.7), libm::pow(x, 0.7)], "{x}");
+    }
 }
 
 fn is_orthonormal(basis: &DMatrix<f64>) -> bool {

@@ -171,7 +171,7 @@ pub(super) fn blocks_table(blocks: &BlocksBeforeAfter) -> SmallTable {
 
 /// Returns `value` as text with about three significant digits.
 fn rounded(value: f64) -> String {
-    let decimals = if value == 0.0 { 0.0 } else { (2.0 - value.abs().log10().floor()).clamp(0.0, 3.0) };
+    let decimals = if value == 0.0 { 0.0 } else { (2.0 - libm::log10(value.abs()).floor()).clamp(0.0, 3.0) };
     let text = format!("{value:.*}", decimals as usize);
     match text.contains('.') {
         true => text.trim_end_matches('0').trim_end_matches('.').to_string(),

@@ -144,7 +144,7 @@ fn over_load(report: &Report<'_>) -> LineFigure {
 
 /// Draws the residuals over the direction of the force in the x–y plane of O.
 fn over_direction(report: &Report<'_>) -> LineFigure {
-    let angle = |_, own: &Measurement| force(own).y.atan2(force(own).x).to_degrees();
+    let angle = |_, own: &Measurement| libm::atan2(force(own).y, force(own).x).to_degrees();
     plot_over(
         report,
         ["Residuals of the fit against the direction of the force", "direction in the x–y plane of O, from x to y [°]"],

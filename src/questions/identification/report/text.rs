@@ -101,7 +101,7 @@ pub(crate) fn width_words(unknown: &Unknown, width: f64) -> String {
     match unknown.coordinate {
         Coordinate::Logarithm if width > 7.0 => "any size".into(),
         Coordinate::Linear(_) if width > ANYTHING => "any size".into(),
-        Coordinate::Logarithm if width > 0.5 => format!("within a factor of {:.1}", width.exp()),
+        Coordinate::Logarithm if width > 0.5 => format!("within a factor of {:.1}", libm::exp(width)),
         Coordinate::Logarithm => format!("±{}", percent(width)),
         Coordinate::Linear(scale) => format!("±{} {}", rounded(width * scale), unknown.unit).trim_end().into(),
     }

@@ -96,7 +96,7 @@ fn open_words(report: &Report<'_>) -> String {
 pub(super) fn target(report: &Report<'_>) -> Option<String> {
     let target = report.study.target?;
     let (chosen, all) = (report.plan.chosen.len(), counted(report.study.unknowns.len(), "unknown"));
-    let to = format!("a factor of {:.3}, {target} mm or {target}°", target.exp());
+    let to = format!("a factor of {:.3}, {target} mm or {target}°", libm::exp(target));
     Some(match report.sufficient_count() {
         Some(0) => format!("{all} known within {to} before anything is measured."),
         Some(enough) => format!("The first {enough} of {chosen} are enough to know {all} within {to}."),

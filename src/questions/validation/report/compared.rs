@@ -269,7 +269,7 @@ fn farthest_key_number(results: &ValidationResults) -> Option<KeyNumber> {
     let off = differing.filter_map(|line| {
         let ours = line.ours()?;
         let ratio = line.ratio(ours).filter(|ratio| *ratio > 0.0)?;
-        Some((ratio.ln().abs(), ours, line))
+        Some((libm::log(ratio).abs(), ours, line))
     });
     let (_, ours, line) = off.max_by(|a, b| a.0.total_cmp(&b.0))?;
     let percent = 100.0 * (ours / line.quoted.value - 1.0);

@@ -259,7 +259,7 @@ fn in_tolerances(quoted: &Quoted, ours: f64) -> f64 {
 /// Formats a value of the model with three digits, and no more decimals than show beside the quoted one.
 pub fn short_number(ours: f64, quoted: f64) -> String {
     let size = ours.abs().max(quoted.abs());
-    let decimals = if size > 0.0 { (2.0 - size.log10().floor()).clamp(0.0, 4.0) as usize } else { 0 };
+    let decimals = if size > 0.0 { (2.0 - libm::log10(size).floor()).clamp(0.0, 4.0) as usize } else { 0 };
     let text = format!("{ours:.decimals$}");
     if text.trim_start_matches('-').chars().all(|c| c == '0' || c == '.') { "0".into() } else { text }
 }

@@ -63,10 +63,10 @@ impl Arc {
             Centre::Radius(radius) => centre_by_radius(from, to, radius, turn)?,
         };
         let arm = |p: [f64; 2]| [p[0] - centre[0], p[1] - centre[1]];
-        let radii = [arm(from), arm(to)].map(|[a, b]| a.hypot(b));
+        let radii = [arm(from), arm(to)].map(|[a, b]| libm::hypot(a, b));
         check_radii(radii, unit)?;
-        let [start_angle_rad, end_angle_rad] = [arm(from), arm(to)].map(|[a, b]| b.atan2(a));
-        let full = (to[0] - from[0]).hypot(to[1] - from[1]) < SAME_POINT_MM;
+        let [start_angle_rad, end_angle_rad] = [arm(from), arm(to)].map(|[a, b]| libm::atan2(b, a));
+        let full = libm::hypot(to[0] - from[0], to[1] - from[1]) < SAME_POINT_MM;
         let sweep_rad = signed_sweep_rad(if full { 0.0 } else { end_angle_rad - start_angle_rad }, turn);
         Ok(Arc { plane, centre, radii, start_angle_rad, sweep_rad, start, end })
     }
@@ -74,7 +74,7 @@ impl Arc {
     /// Returns the position, mm, and the unit tangent at the share `t` of the arc; exactly the programmed end at 1.
     pub fn at(&self, t: f64) -> (Vector3<f64>, Vector3<f64>) {
         let [first, second, normal] = self.plane.axes();
-        let (sin, cos) = (self.start_angle_rad + t * self.sweep_rad).sin_cos();
+        let (sin, cos) = libm::sincos(self.start_angle_rad + t * self.sweep_rad);
         let widening = self.radii[1] - self.radii[0];
         let radius = self.radii[0] + t * widening;
         let rise = self.end[normal] - self.start[normal];
@@ -95,7 +95,7 @@ impl Arc {
     pub fn length(&self) -> f64 {
         let rise = self.end[self.plane.axes()[2]] - self.start[self.plane.axes()[2]];
         let round = f64::midpoint(self.radii[0], self.radii[1]) * self.sweep_rad;
-        round.hypot(rise)
+        libm::hypot(round, rise)
     }
 
     /// Returns the larger of the radii at start and end, mm.
@@ -140,7 +140,7 @@ fn check_radii([start_mm, end_mm]: [f64; 2], unit: LengthUnit) -> Result<(), Arc
 /// left of the motion for a short counter-clockwise arc. Fails if the radius is too small or the ends coincide.
 fn centre_by_radius(from: [f64; 2], to: [f64; 2], radius: f64, turn: TurnDirection) -> Result<[f64; 2], ArcFault> {
     let chord = [to[0] - from[0], to[1] - from[1]];
-    let chord_mm = chord[0].hypot(chord[1]);
+    let chord_mm = libm::hypot(chord[0], chord[1]);
     if chord_mm < SAME_POINT_MM {
         return Err(ArcFault::NoChord);
     }

@@ -31,7 +31,7 @@ impl Arc {
         let from = start - centre;
         let angle_to = |to: Vector3<f64>| {
             let to = to - centre;
-            let angle = from.cross(&to).dot(&axis).atan2(from.dot(&to));
+            let angle = libm::atan2(from.cross(&to).dot(&axis), from.dot(&to));
             if angle > 0.0 { angle } else { angle + std::f64::consts::TAU }
         };
         let sweep = sweep_rad.unwrap_or_else(|| angle_to(end));
@@ -69,7 +69,7 @@ impl Arc {
     #[must_use]
     pub fn nearest(&self, goal: &Vector3<f64>, guess: f64) -> f64 {
         let (from, to) = (self.start - self.centre, goal - self.centre);
-        let angle = from.cross(&to).dot(&self.axis).atan2(from.dot(&to));
+        let angle = libm::atan2(from.cross(&to).dot(&self.axis), from.dot(&to));
         // Of the angles that differ by turns, the one next to the guess.
         let turns = ((guess * self.sweep_rad - angle) / std::f64::consts::TAU).round();
         ((angle + turns * std::f64::consts::TAU) / self.sweep_rad).clamp(0.0, 1.0)

@@ -22,14 +22,14 @@ pub fn rotation_of_abc([a, b, c]: [f64; 3]) -> UnitQuaternion<f64> {
 #[must_use]
 pub fn abc_of_rotation(rotation: &UnitQuaternion<f64>, c_deg: f64) -> [f64; 3] {
     let m = rotation.to_rotation_matrix();
-    let cosine = m[(0, 0)].hypot(m[(1, 0)]);
-    let b = (-m[(2, 0)]).atan2(cosine);
+    let cosine = libm::hypot(m[(0, 0)], m[(1, 0)]);
+    let b = libm::atan2(-m[(2, 0)], cosine);
     let (a, c) = if cosine > LEAST_COSINE {
-        (m[(1, 0)].atan2(m[(0, 0)]), m[(2, 1)].atan2(m[(2, 2)]))
+        (libm::atan2(m[(1, 0)], m[(0, 0)]), libm::atan2(m[(2, 1)], m[(2, 2)]))
     } else {
         // R_z(A) R_y(±90°) R_x(C) depends on A ∓ C alone.
         let c = c_deg.to_radians();
-        ((-m[(0, 1)]).atan2(m[(1, 1)]) + c * b.signum(), c)
+        (libm::atan2(-m[(0, 1)], m[(1, 1)]) + c * b.signum(), c)
     };
     [wrap_to_180_deg(a.to_degrees()), b.to_degrees(), wrap_to_180_deg(c.to_degrees())]
 }
@@ -58,7 +58,7 @@ pub(crate) fn tool_orientation(
             let [Some(_), Some(_), Some(_), _] = numbers else {
                 let Some(Orientation::Platform(platform)) = before else { return Ok(None) };
                 let own = abc_of_rotation(&tool_frame_in_base(&platform, frames), 0.0);
-                if own[1].to_radians().cos().abs() < NEARLY_UPRIGHT {
+                if libm::cos(own[1].to_radians()).abs() < NEARLY_UPRIGHT {
                     return Err(RobotFault::PartOfOrientation);
                 }
                 let abc = std::array::from_fn(|entry| numbers[entry].unwrap_or(own[entry]));

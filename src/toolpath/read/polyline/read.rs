@@ -190,8 +190,8 @@ fn set_lengths_and_tangents(points: &mut [PathPoint]) {
         let step = points.get(k + 1).map_or_else(Vector3::zeros, |next| next.position_mm - here);
         let departure = if k + 1 < points.len() { direction(step) } else { last_departure };
         // Without arrival there is no corner: of a zero vector the angle below may be −0 and half a turn.
-        let is_corner =
-            arrival != Vector3::zeros() && arrival.cross(&departure).norm().atan2(arrival.dot(&departure)) > CORNER_RAD;
+        let is_corner = arrival != Vector3::zeros()
+            && libm::atan2(arrival.cross(&departure).norm(), arrival.dot(&departure)) > CORNER_RAD;
         points[k].tangent = if is_corner { arrival } else { direction(arrival + departure) };
         points[k].arc_length_mm = length;
         length += step.norm();

@@ -146,7 +146,7 @@ impl CoordinateFormat {
             // One centre for several arcs.
             Centre::Pole(_) => None,
             Centre::Radius(_) => {
-                let radius = from_start[0].hypot(from_start[1]);
+                let radius = libm::hypot(from_start[0], from_start[1]);
                 let (text, radius) = number(if is_long { -radius } else { radius })?;
                 Some((Centre::Radius(radius), vec![('R', text)]))
             }

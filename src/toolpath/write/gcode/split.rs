@@ -156,7 +156,7 @@ impl Writer<'_> {
         }
         let plane = motion.modal.plane;
         let [first, second, _] = plane.axes();
-        let chord = (end[first] - start[first]).hypot(end[second] - start[second]);
+        let chord = libm::hypot(end[first] - start[first], end[second] - start[second]);
         if chord > 0.0 && chord < CHORD_UNITS * format.unit_mm() {
             return None;
         }

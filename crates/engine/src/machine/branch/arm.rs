@@ -159,18 +159,18 @@ impl Arm {
         let [a4, a5] = [self.axes[3].direction, self.axes[4].direction];
         let a6 = self.axes[4].rotation(angle) * self.axes[5].direction;
         let along = a4.dot(&a6) - a5.dot(&a4) * a5.dot(&a6);
-        (a5.dot(&a4.cross(&a6)) * self.alignment * self.wrist_sense).atan2(along * self.alignment)
+        libm::atan2(a5.dot(&a4.cross(&a6)) * self.alignment * self.wrist_sense, along * self.alignment)
     }
 
     /// Distances from the shoulder, elbow and wrist singularities at `joints` (rad): a share of the characteristic length, and two angles, rad.
     fn singularity_distances(&self, joints: &[f64; 6]) -> [f64; 3] {
         let turned = |vector: Vector2<f64>, axis: &Axis, angle: f64| {
-            let (sin, cos) = (angle * self.sense_across(axis)).sin_cos();
+            let (sin, cos) = libm::sincos(angle * self.sense_across(axis));
             Vector2::new(vector.x * cos - vector.y * sin, vector.x * sin + vector.y * cos)
         };
         let upper = self.in_plane(self.upper_arm());
         let fore = turned(self.in_plane(self.forearm()), &self.axes[2], joints[2]);
-        let elbow = (upper.x * fore.y - upper.y * fore.x).atan2(upper.dot(&fore));
+        let elbow = libm::atan2(upper.x * fore.y - upper.y * fore.x, upper.dot(&fore));
         let shoulder = self.ahead.dot(&(self.axes[1].point - self.axes[0].point));
         let shoulder = shoulder + turned(upper + fore, &self.axes[1], joints[1]).y;
         [shoulder / self.scale, elbow, self.wrist_bend(joints[4])]
@@ -179,7 +179,7 @@ impl Arm {
     /// Factors whose signs are the branch: a share of the characteristic length, and sines.
     pub(super) fn branch_factors(&self, joints: &[f64; 6]) -> [f64; 3] {
         let [shoulder, elbow, wrist] = self.singularity_distances(joints);
-        [shoulder, elbow.sin(), wrist.sin()]
+        [shoulder, libm::sin(elbow), libm::sin(wrist)]
     }
 }
 

@@ -60,7 +60,7 @@ impl Arm {
         if cosine.abs() > 1.0 + ROUNDING {
             return None;
         }
-        let third = bend * cosine.clamp(-1.0, 1.0).acos() - polar_angle(fore) + polar_angle(upper);
+        let third = bend * libm::acos(cosine.clamp(-1.0, 1.0)) - polar_angle(fore) + polar_angle(upper);
         let second = polar_angle(target) - polar_angle(upper + Rotation2::new(third) * fore);
         Some([self.sense_across(shoulder) * wrap_angle(second), self.sense_across(elbow) * wrap_angle(third)])
     }
@@ -73,12 +73,12 @@ impl Arm {
         // a4·(R5 a6) = mean + cosine·cos q5 + sine·sin q5
         let mean = a4.dot(&a5) * a5.dot(&a6);
         let (cosine, sine) = (a4.dot(&a6) - mean, a4.dot(&a5.cross(&a6)));
-        let share = (a4.dot(&led) - mean) / cosine.hypot(sine);
+        let share = (a4.dot(&led) - mean) / libm::hypot(cosine, sine);
         [1.0, -1.0].map(|side| {
             if share.abs() > 1.0 + ROUNDING {
                 return None;
             }
-            let q5 = wrap_angle(sine.atan2(cosine) + side * share.clamp(-1.0, 1.0).acos());
+            let q5 = wrap_angle(libm::atan2(sine, cosine) + side * libm::acos(share.clamp(-1.0, 1.0)));
             let bent = fifth.rotation(q5) * a6;
             let q4 = angle_about(fourth, bent, led).unwrap_or(free);
             let beside = a6.cross(&least_aligned_axis(a6));
@@ -94,7 +94,7 @@ fn angle_about(axis: &Axis, from: Vector3<f64>, to: Vector3<f64>) -> Option<f64>
     let across = |vector: Vector3<f64>| vector - along * along.dot(&vector);
     let (from, to) = (across(from), across(to));
     let is_determined = from.norm().min(to.norm()) > NO_DIRECTION;
-    is_determined.then(|| along.dot(&from.cross(&to)).atan2(from.dot(&to)))
+    is_determined.then(|| libm::atan2(along.dot(&from.cross(&to)), from.dot(&to)))
 }
 
 /// Coordinate axis to which `direction` leans least.
@@ -105,10 +105,10 @@ fn least_aligned_axis(direction: Vector3<f64>) -> Vector3<f64> {
 }
 
 fn polar_angle(vector: Vector2<f64>) -> f64 {
-    vector.y.atan2(vector.x)
+    libm::atan2(vector.y, vector.x)
 }
 
 /// The angle wrapped to −π to π, rad.
 fn wrap_angle(angle: f64) -> f64 {
-    angle.sin().atan2(angle.cos())
+    libm::atan2(libm::sin(angle), libm::cos(angle))
 }

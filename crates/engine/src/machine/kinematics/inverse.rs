@@ -57,7 +57,7 @@ impl Machine {
             rotation: start_pose.rotation * rotation_exp(turn * s),
             translation: start_pose.translation + shift * s,
         };
-        let length = shift.norm().hypot(turn.norm() * self.characteristic_length);
+        let length = libm::hypot(shift.norm(), turn.norm() * self.characteristic_length);
         let least_step = (WAY_END * self.characteristic_length / length).clamp(MIN_WAY_STEP, MIN_STEP);
         let reached = self.follow(start, least_step, Barriers::All, |s, closure, from| {
             let pose = if s == 1.0 { *target } else { along(s) };
