@@ -232,6 +232,11 @@ impl Chain {
         }
     }
 
+    /// 1 where drive `drive` shows its joint's motion with the joint's sign, −1 where it shows the opposite.
+    pub(crate) fn shown_sign(&self, drive: usize) -> f64 {
+        if self.joint_per_drive(drive, drive) < 0.0 { -1.0 } else { 1.0 }
+    }
+
     /// Full turn of hinge drive `drive`: the least change of its command, rad, that turns every joint by whole turns, 2π where it moves one joint
     /// alone. `None` for a slide, and where up to [`MOST_TURNS`] turns of a joint do not suffice.
     pub(crate) fn full_turn(&self, drive: usize) -> Option<f64> {

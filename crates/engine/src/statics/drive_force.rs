@@ -9,15 +9,26 @@ use super::{
     state::{State, Workspace},
     weight,
 };
-use crate::{machine::Machine, spatial::Wrench};
+use crate::{
+    machine::{Chain, Machine},
+    spatial::Wrench,
+};
 
-/// Forces of all drives in machine order, `τ = k_act θ_a`, N or N·mm.
+/// Forces that all drives carry, in machine order, `τ = k_act θ_a`, N or N·mm: positive where the load pushes the drive the way its shown position
+/// grows. That of a drive that shows several joints is the force of its own joint.
 pub fn drive_forces(machine: &Machine, state: &State) -> Vec<f64> {
-    machine.drives().map(|(c, drive)| drive.stiffness * state.chains[c].coordinates[drive.coordinate]).collect()
+    let own = machine.chains.iter().zip(&state.chains);
+    own.flat_map(|(chain, own)| chain_drive_forces(chain, &own.coordinates)).collect()
+}
+
+/// [`drive_forces`] of one chain at its `coordinates`.
+pub(super) fn chain_drive_forces<'a>(chain: &'a Chain, coordinates: &'a [f64]) -> impl Iterator<Item = f64> + 'a {
+    let each = chain.drives.iter().enumerate();
+    each.map(|(i, drive)| chain.shown_sign(i) * drive.stiffness * coordinates[drive.coordinate])
 }
 
 /// `∂τ/∂ρ` under constant load: change of the drives' forces (rows, machine order) per unit motion of each drive (columns), N or N·mm per mm or
-/// rad. `τ = k_act θ_a`. Back-substitution into the condensed chains, from the platform twists `∂t/∂ρ`, gives the motion of the joints `∂(ρ +
+/// rad. `τ` as [`drive_forces`] has it. Back-substitution into the condensed chains, from the platform twists `∂t/∂ρ`, gives the motion of the joints `∂(ρ +
 /// θ_a)/∂ρ`, and so `∂θ_a/∂ρ`. `state` must be an equilibrium of `machine` with the drives at `drives` (mm, rad), and `twists` its
 /// [`Outcome::drive_sensitivity`](super::Outcome::drive_sensitivity). `None` where the platform is not held.
 pub fn drive_force_sensitivity(
@@ -34,8 +45,9 @@ pub fn drive_force_sensitivity(
             full_system::tangent(&machine.chains, &workspace.solver.systems, &weight).joint_deflection?
         }
     };
-    for (i, (_, drive)) in machine.drives().enumerate() {
-        deflections.row_mut(i).scale_mut(drive.stiffness);
+    let own = machine.chains.iter().flat_map(|chain| (0..chain.drives.len()).map(move |drive| (chain, drive)));
+    for (i, (chain, drive)) in own.enumerate() {
+        deflections.row_mut(i).scale_mut(chain.shown_sign(drive) * chain.drives[drive].stiffness);
     }
     Some(deflections)
 }

@@ -6,7 +6,7 @@
 
 use nalgebra::{DMatrix, Matrix6xX, Vector3, Vector6};
 
-use super::{drive_force::drive_forces, state::State};
+use super::state::State;
 use crate::{
     machine::{Chain, Drive, Machine},
     spatial::Pose,
@@ -38,12 +38,10 @@ pub fn tool_play(machine: &Machine, pose: &Pose, twists: &Matrix6xX<f64>) -> Opt
 /// Twist of P (mm, rad in O axes) per mm or rad of backlash of each drive, which presses its joint to one side; zero where the drive
 /// carries nothing. `None` where joints do not follow from drives one by one.
 pub fn lost_motions(machine: &Machine, state: &State, twists: &Matrix6xX<f64>) -> Option<Vec<Vector6<f64>>> {
-    let forces = drive_forces(machine, state);
-    let seat = |(force, (_, drive)): (&f64, (usize, &Drive))| {
-        let is_pressed = force.abs() > PRESSED * drive.stiffness;
-        if is_pressed { force.signum() } else { 0.0 }
-    };
-    let seats = forces.iter().zip(machine.drives()).map(seat);
+    let seats = machine.drives().map(|(chain, drive)| {
+        let bent = state.chains[chain].coordinates[drive.coordinate];
+        if bent.abs() > PRESSED { bent.signum() } else { 0.0 }
+    });
     Some(joint_twists(machine, twists)?.into_iter().zip(seats).map(|(twist, seat)| twist * seat).collect())
 }
 

@@ -4,6 +4,7 @@ use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 use serde::Serialize;
 
 use super::{
+    drive_force::chain_drive_forces,
     outcome::{Outcome, Status},
     play::tool_play,
     state::{State, Workspace},
@@ -26,7 +27,7 @@ pub struct ChainSolution {
     pub deflections: Vec<f64>,
     /// Passive joint coordinates q, mm and rad.
     pub passive: Vec<f64>,
-    /// Forces τ = k_act θ_a of the chain's drives, N or N·mm.
+    /// Forces τ = k_act θ_a of the chain's drives, N or N·mm, see [`drive_forces`](super::drive_forces).
     pub drive_forces: Vec<f64>,
 }
 
@@ -68,7 +69,7 @@ impl Solution {
                 internal_wrench: share.map(|share| Wrench::from_vector(&(own.wrench.to_vector() - share))),
                 deflections: own.coordinates[..chain.virtual_count].to_vec(),
                 passive: own.coordinates[chain.virtual_count..].to_vec(),
-                drive_forces: chain.drives.iter().map(|d| d.stiffness * own.coordinates[d.coordinate]).collect(),
+                drive_forces: chain_drive_forces(chain, &own.coordinates).collect(),
             }
         });
         Self {
