@@ -50,8 +50,45 @@ pub fn equilibrium(
         workspace.solver.read_state(0, state);
         tool::convert_to_tool_end(machine, load, state, &mut outcome);
     }
+    if let Status::Buckled { load_fractions, .. } = &mut outcome.status {
+        *load_fractions = buckling_fractions(machine, drives, load, state, workspace, settings);
+    }
     outcome
 }
+
+/// Fractions of `load` between which the buckled equilibrium `state` loses its stability, found by bisection with weight and chain errors in
+/// full, see [`Status::Buckled`]; `None` where the machine has no equilibrium without the load that `state` leads to.
+fn buckling_fractions(
+    machine: &Machine,
+    drives: &[f64],
+    load: &Wrench,
+    state: &State,
+    workspace: &mut Workspace,
+    settings: &Settings,
+) -> Option<[f64; 2]> {
+    let mut is_stable = |fraction: f64| {
+        let part = Wrench { force: load.force * fraction, moment: load.moment * fraction };
+        let mut newton = Newton::new(machine, drives, &part, None, state, workspace, settings);
+        let residual = newton.solve()?;
+        Some(newton.outcome(residual, 1).status == Status::Solved)
+    };
+    if !is_stable(0.0)? {
+        return Some([0.0; 2]);
+    }
+    let [mut stable, mut buckled] = [0.0, 1.0];
+    while buckled - stable > BUCKLING_WIDTH {
+        let middle = 0.5 * (stable + buckled);
+        match is_stable(middle) {
+            Some(true) => stable = middle,
+            Some(false) => buckled = middle,
+            None => break,
+        }
+    }
+    Some([stable, buckled])
+}
+
+/// Width of the interval in which the fraction of the load is found at which a chain buckles.
+const BUCKLING_WIDTH: f64 = 1.0 / 128.0;
 
 /// Equilibrium of `machine` with the drives where the task error vanishes: one Newton iteration, at the cost of an equilibrium, finds both.
 /// `task`, asked once per iteration, gives the task error at a pose of P, in as many coordinates as there are drives. `drives` and `state` are

@@ -97,7 +97,7 @@ impl FullSystem {
         let is_idle = moves_freely(&|row| !closures.contains(&row));
         let status = if is_unstable(&eigen, &closures) {
             let buckled = (0..chains.len()).find(|&chain| self.buckles(chains, chain));
-            buckled.map_or(Status::Unstable, |chain| Status::Buckled { chain })
+            buckled.map_or(Status::Unstable, |chain| Status::Buckled { chain, load_fractions: None })
         } else if moves_freely(&|row| row >= self.platform_row()) {
             Status::Singular
         } else {

@@ -40,6 +40,9 @@ pub enum Status {
     Buckled {
         /// Index of the chain.
         chain: usize,
+        /// Fractions of the load, weight and chain errors in full: the largest found with which the machine is stable, and the smallest
+        /// above with which not, equal where the load has no part in it. `None` where they were not sought.
+        load_fractions: Option<[f64; 2]>,
     },
     /// In equilibrium, but the platform can move without resistance.
     Singular,
@@ -82,8 +85,15 @@ impl Status {
         match self {
             Status::Solved => String::new(),
             Status::Unstable => "the loaded stiffness of the platform is not positive definite".into(),
-            Status::Buckled { chain } => {
-                format!("chain {} is unstable between base and platform", machine.chains[*chain].name)
+            Status::Buckled { chain, load_fractions } => {
+                let share = match load_fractions.map(|fractions| fractions.map(|fraction| 100.0 * fraction)) {
+                    None => String::new(),
+                    Some([stable, buckled]) if stable == buckled => ", even without the load".into(),
+                    Some([stable, buckled]) => {
+                        format!(": it buckles between {stable:.1} % and {buckled:.1} % of the load")
+                    }
+                };
+                format!("chain {} is unstable between base and platform{share}", machine.chains[*chain].name)
             }
             Status::Singular => "the platform can move without resistance".into(),
             Status::NotConverged { load_fraction } => {
