@@ -107,6 +107,15 @@ pub enum Fault {
         /// Letter of the repeated word.
         letter: char,
     },
+    /// Two tools on one line.
+    #[error(
+        "second tool on the line, beside T{first}: which of them is in the spindle decides the force; expected one, and that to be fetched \
+         meanwhile on a line of its own after M6"
+    )]
+    TwoTools {
+        /// Number of the other tool.
+        first: f64,
+    },
     /// Two words of one modal group on one line.
     #[error("contradicts {other} on the same line; expected one of them")]
     Conflict {

@@ -28,8 +28,11 @@ impl<'w> Request<'w> {
                 (None, 'M') => request.add_m(word, dialect)?,
                 (None, letter) => {
                     check_letter(word)?;
-                    if words[..at].iter().any(|other| other.letter == letter) {
-                        return Err(word.refuse(Fault::Repeated { letter }));
+                    if let Some(other) = words[..at].iter().find(|other| other.letter == letter) {
+                        return Err(word.refuse(match letter {
+                            'T' => Fault::TwoTools { first: other.value },
+                            _ => Fault::Repeated { letter },
+                        }));
                     }
                 }
             }
