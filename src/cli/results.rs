@@ -108,7 +108,7 @@ impl Writing {
 /// Returns an error of the library in words of the command line.
 pub fn as_option_error(error: Error) -> Error {
     match error {
-        Error::Value { file, key, problem } if file == Overrides::ORIGIN => {
+        Error::Value { file, key, problem, .. } if file == Overrides::ORIGIN => {
             Error::argument(format!("--{key}"), problem)
         }
         Error::Resume { file, problem, remedy } => {

@@ -195,6 +195,7 @@ pub(super) fn recorded_keys(folder: &ResultFolder) -> Result<BTreeMap<(String, S
     let Some(inputs) = folder.manifest.get("inputs") else { return Ok(BTreeMap::new()) };
     let inputs: Vec<Recorded> = Deserialize::deserialize(inputs).map_err(|fault: serde_json::Error| Error::Value {
         file: folder.path.join("manifest.json").display().to_string(),
+        line: None,
         key: "inputs".into(),
         problem: fault.to_string(),
     })?;

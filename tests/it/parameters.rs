@@ -201,6 +201,20 @@ fn errors_of_chains_are_those_of_assembly() {
 }
 
 #[test]
+fn any_machine_can_be_given_a_payload() {
+    for entry in catalogue::ENTRIES {
+        let machine = Machine::named(entry.name).unwrap();
+        let payload = [("platform.mass.kg", 12.0), ("platform.mass.at.z", 80.0)];
+        let loaded = machine.with_parameters(&payload).unwrap_or_else(|e| panic!("{}: {e}", entry.name));
+        let mass = loaded.platform_mass.as_ref().unwrap();
+        assert_eq!((mass.kilograms, mass.at.z), (12.0, 80.0), "{}", entry.name);
+        assert!(loaded.has_weight(), "{}", entry.name);
+        let without = loaded.with_parameters(&[("platform.mass.kg", 0.0)]).unwrap();
+        assert!(without.platform_mass.is_none(), "{}", entry.name);
+    }
+}
+
+#[test]
 fn a_machine_without_weight_stays_without() {
     let machine = Machine::from_file(&file("robot_6r")).unwrap();
     let changed = machine.weightless().with_parameters(&[("arm.A2.stiffness", 5e9)]).unwrap();

@@ -59,7 +59,7 @@ impl Check {
 
     /// Returns the error that the value here is wrong.
     pub fn fail<T>(&self, problem: String) -> Result<T> {
-        Err(Error::Value { file: self.origin.clone(), key: self.path.clone(), problem })
+        Err(Error::Value { file: self.origin.clone(), line: None, key: self.path.clone(), problem })
     }
 
     /// Returns the error that the file lacks `key` at its top.

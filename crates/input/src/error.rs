@@ -4,6 +4,8 @@
 
 use std::path::PathBuf;
 
+use crate::toml_file;
+
 /// The error of wrong input or of a file that cannot be read or written.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
@@ -40,7 +42,7 @@ pub enum Error {
         remedy: Remedy,
     },
     /// A file is not of the expected form: bad syntax, a missing or an unknown key, a value of the wrong type.
-    #[error("{file}{}: {}{problem}", line.map(|l| format!(":{l}")).unwrap_or_default(), key_prefix(key))]
+    #[error("{file}{}: {}{problem}", line_suffix(*line), key_prefix(key))]
     Syntax {
         /// The file or built-in name.
         file: String,
@@ -52,10 +54,12 @@ pub enum Error {
         problem: String,
     },
     /// A value is of the right type but makes no sense.
-    #[error("{file}: {key}: {problem}")]
+    #[error("{file}{}: {key}: {problem}", line_suffix(*line))]
     Value {
         /// The file, built-in name or command-line option.
         file: String,
+        /// Line, from 1, where it is known.
+        line: Option<usize>,
         /// Key path.
         key: String,
         /// What is wrong, with the value, and what was expected.
@@ -107,6 +111,15 @@ impl Error {
         Error::Argument { argument: argument.into(), problem: problem.into() }
     }
 
+    /// Returns this error with the line of its value in `text`, the TOML file at fault; other errors as they are.
+    #[must_use]
+    pub fn in_toml(mut self, text: &str) -> Self {
+        if let Error::Value { line, key, .. } = &mut self {
+            *line = toml_file::line_of(text, key);
+        }
+        self
+    }
+
     /// Wraps the error of a program or path.
     pub fn program(source: impl std::error::Error + Send + Sync + 'static) -> Self {
         Error::Program(Box::new(source))
@@ -115,6 +128,11 @@ impl Error {
 
 /// The result of whatever fails with an [`Error`].
 pub type Result<T> = std::result::Result<T, Error>;
+
+/// Returns a colon and the line for a message, or nothing where the line is not known.
+fn line_suffix(line: Option<usize>) -> String {
+    line.map_or_else(String::new, |line| format!(":{line}"))
+}
 
 /// Returns the key and a colon for a message, or nothing for the whole file.
 fn key_prefix(key: &str) -> String {

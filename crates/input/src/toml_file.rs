@@ -7,7 +7,7 @@ use std::ops::Range;
 use std::path::Path;
 
 use serde::de::DeserializeOwned;
-use toml::de::DeTable;
+use toml::de::{DeTable, DeValue};
 
 use crate::error::{Error, Result};
 
@@ -25,11 +25,36 @@ pub fn text(bytes: Vec<u8>, file: &Path) -> Result<String> {
     String::from_utf8(bytes).map_err(fault)
 }
 
+/// Returns the line, from 1, of the value with the key path `key` in `text`, such as `chain[0].elements[2].beam.length_mm`; where the file
+/// leaves it out, that of the innermost table or list around it. `None` if it has none of these.
+pub fn line_of(text: &str, key: &str) -> Option<usize> {
+    let file = DeTable::parse(text).ok()?.into_inner();
+    let mut steps = key.split(['.', '[']);
+    let (_, mut found) = file.get_key_value(steps.next()?)?;
+    for step in steps {
+        let below = match found.get_ref() {
+            DeValue::Table(table) => table.get(step),
+            DeValue::Array(items) => step.strip_suffix(']').and_then(|index| items.get(index.parse::<usize>().ok()?)),
+            _ => None,
+        };
+        match below {
+            Some(value) => found = value,
+            None => break,
+        }
+    }
+    Some(line_at(text, found.span().start))
+}
+
+/// Returns the line, from 1, of the byte `at` of `text`.
+fn line_at(text: &str, at: usize) -> usize {
+    1 + text[..at.min(text.len())].matches('\n').count()
+}
+
 /// Parses `text`; `origin` names it in error messages.
 pub fn parse<T: DeserializeOwned>(text: &str, origin: &str) -> Result<T> {
     let fault = |message: &str, span: Option<Range<usize>>, key: String| Error::Syntax {
         file: origin.to_string(),
-        line: span.as_ref().map(|span| 1 + text[..span.start.min(text.len())].matches('\n').count()),
+        line: span.as_ref().map(|span| line_at(text, span.start)),
         key,
         problem: toml_message(message, span.and_then(|span| text.get(span)).unwrap_or_default()),
     };

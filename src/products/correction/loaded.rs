@@ -114,7 +114,7 @@ fn no_correction(position: Vector3<f64>, force: Option<Vector3<f64>>, reason: &s
     let problem = format!(
         "there is no correction for P at ({x:.3}, {y:.3}, {z:.3}) mm{under}: {reason}; a table has no holes: expected a smaller box"
     );
-    Error::Value { file: Overrides::ORIGIN.into(), key: "box".into(), problem }
+    Error::Value { file: Overrides::ORIGIN.into(), line: None, key: "box".into(), problem }
 }
 
 /// Most points of the residual grid along an axis.

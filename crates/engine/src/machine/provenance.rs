@@ -38,7 +38,7 @@ pub struct Provenance {
     pub grade: Grade,
     /// The source: a paper, data sheet or person.
     pub source: String,
-    /// Names of these numbers, or what the names begin with; empty where only `what` says it.
+    /// Names of these numbers, or their parts before a dot; empty where only `what` says it.
     pub parameters: Vec<String>,
     /// 95 % interval of the one number named, in the unit of its parameter.
     pub interval: Option<[f64; 2]>,
@@ -52,7 +52,7 @@ impl Provenance {
     }
 }
 
-/// Whether `pattern` is the name of `parameter`, or its beginning up to a dot.
+/// Whether `pattern` is the name of `parameter`, or its part before one of its dots.
 pub(super) fn is_named(parameter: &str, pattern: &str) -> bool {
     parameter.strip_prefix(pattern).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
 }

@@ -70,7 +70,7 @@ tables! {
         pub grade: Grade,
         /// Who says so.
         pub source: String,
-        /// Names of parameters that it is about, or what several of them begin with (`leg.foot` for all of the foot); none if not given.
+        /// Names of parameters that it is about, or the part of several names before a dot (`leg.foot` for all of the foot); none if not given.
         #[serde(default)]
         pub parameters: Vec<String>,
         /// 95 % interval of the number, of which `parameters` then has the full name and nothing else, in its unit; not known if not given.
@@ -142,9 +142,10 @@ pub enum ZeroedSpec {
 }
 
 tables! {
-    /// A mass: kg, and its centre in the frame reached.
+    /// A mass: kg, and its centre in platform axes.
+    #[derive(Default)]
     pub struct MassSpec {
-        /// How heavy.
+        /// How heavy, 0 or more.
         pub kg: f64,
         /// Its centre in the frame; the origin if not given.
         #[serde(default)]

@@ -109,7 +109,9 @@ impl Geometry {
     pub fn from_toml(text: &str, origin: &str) -> Result<Self> {
         let spec: MachineSpec = crate::input::toml_file::parse(text, origin)?;
         let unknown = unknown_stiffnesses(&spec);
-        Ok(Self { origin: origin.into(), machine: resolve::machine(spec, origin)?, unknown })
+        let mut machine = resolve::machine(spec, origin).map_err(|error| error.in_toml(text))?;
+        machine.definition.text = text.into();
+        Ok(Self { origin: origin.into(), machine, unknown })
     }
 
     /// Parameters of the machine, see [`Machine::parameters`]; unknown ones have no value.
@@ -157,7 +159,7 @@ impl Geometry {
         }
         let keys: Vec<String> = self.unknown.iter().map(|u| format!("{} of drive {}", u.key, u.drive)).collect();
         let problem = "unknown, expected a number; a URDF can be imported again with --stiffness or --like".into();
-        Err(Error::Value { file: self.origin, key: keys.join(", "), problem })
+        Err(Error::Value { file: self.origin, line: None, key: keys.join(", "), problem })
     }
 }
 

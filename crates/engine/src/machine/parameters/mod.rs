@@ -24,11 +24,12 @@ use self::{
     mount_errors::MountErrors,
     walk::{FoundParameter, walk},
 };
-use super::{ChainError, Grade, Machine, provenance::is_named, refusal, resolve, spec::MachineSpec};
+use super::{ChainError, Grade, Machine, Provenance, provenance::is_named, refusal, resolve, spec::MachineSpec};
 use crate::input::{
     check::{Check, LARGEST},
     error::{Error, Result},
     names::nearest,
+    toml_file::line_of,
 };
 
 /// A number of a machine.
@@ -53,6 +54,8 @@ pub struct Parameter {
 pub(super) struct Definition {
     spec: Arc<MachineSpec>,
     origin: Arc<str>,
+    /// The file as written.
+    pub text: Arc<str>,
     /// Errors set as parameters, one entry for each chain; empty where none is set.
     errors: Vec<(MountErrors, ChainError)>,
     /// Errors built in otherwise, in this order.
@@ -68,6 +71,7 @@ impl Definition {
         Self {
             spec: Arc::new(spec),
             origin: origin.into(),
+            text: "".into(),
             errors: Vec::new(),
             built_in: Vec::new(),
             locked: Vec::new(),
@@ -109,15 +113,11 @@ impl Machine {
     /// Parameters whose name `is_wanted`.
     fn parameters_called(&self, is_wanted: &dyn Fn(&str) -> bool) -> Vec<Parameter> {
         let mut parameters = Vec::new();
-        let about = |name: &str| {
-            let named = self.provenance.iter().filter_map(|about| about.match_length(name).map(|part| (part, about)));
-            named.max_by_key(|(part, _)| *part).map(|(_, about)| about)
-        };
         walk(&mut MachineSpec::clone(&self.definition.spec), &mut |FoundParameter { name, key, unit, slot }| {
             if !is_wanted(name) {
                 return;
             }
-            let about = about(name);
+            let about = self.provenance_of(name);
             parameters.push(Parameter {
                 name: name.into(),
                 value: slot.value(),
@@ -136,6 +136,17 @@ impl Machine {
             });
         }
         parameters
+    }
+
+    /// What the machine file says of the parameter called `name`: its entry of provenance that names the most of it.
+    pub fn provenance_of(&self, name: &str) -> Option<&Provenance> {
+        let named = self.provenance.iter().filter_map(|about| about.match_length(name).map(|part| (part, about)));
+        named.max_by_key(|(part, _)| *part).map(|(_, about)| about)
+    }
+
+    /// Line of the machine file, from 1, with the value at `key` ([`Parameter::key`]), or else with the innermost table around it.
+    pub fn line_of(&self, key: &str) -> Option<usize> {
+        line_of(&self.definition.text, key)
     }
 
     /// The parameter called `name`.
@@ -201,9 +212,9 @@ impl Machine {
 
     /// The machine of `spec` on the branch of this one, with the same drives locked.
     fn resolve_again(&self, spec: MachineSpec) -> Result<Machine> {
-        resolve::machine(spec, &self.definition.origin)?
-            .on_branch_if_any(self.branch)?
-            .with_locked_drives(&self.definition.locked)
+        let mut machine = resolve::machine(spec, &self.definition.origin)?;
+        machine.definition.text = self.definition.text.clone();
+        machine.on_branch_if_any(self.branch)?.with_locked_drives(&self.definition.locked)
     }
 
     /// This machine with the errors set as parameters, `own`, and those built in otherwise.
@@ -270,7 +281,8 @@ pub(super) fn check_pattern(names: &[String], pattern: &str, check: &Check) -> R
     if names.iter().any(|name| is_named(name, pattern)) {
         return Ok(());
     }
-    check.fail(format!("\"{pattern}\" is no parameter and no beginning of one{}", suggested_names(pattern, names)))
+    let near = suggested_names(pattern, names);
+    check.fail(format!("\"{pattern}\" is neither the name of a parameter nor the part of names before a dot{near}"))
 }
 
 /// Error that no parameter is called `name`, with the nearest of `names`.
@@ -301,7 +313,7 @@ fn setting_names<'s>(settings: impl Iterator<Item = &'s Setting<'s>>) -> String 
 
 /// Rewrites an error of a machine file so that it names the parameters that were set.
 fn in_parameter_names(error: Error, settings: &[Setting<'_>]) -> Error {
-    let Error::Value { file, key, problem } = error else { return error };
+    let Error::Value { file, key, problem, .. } = error else { return error };
     let is_within = |part: &str, whole: &str| {
         part.strip_prefix(whole).is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '[']))
     };

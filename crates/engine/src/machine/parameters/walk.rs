@@ -206,9 +206,8 @@ impl SpecWalk<'_> {
         if let Some(tool) = tool {
             self.descend("tool", "tool", |walk| walk.visit_tool(tool));
         }
-        if let Some(MassSpec { kg, at_mm }) = mass {
-            self.descend("mass", "mass", |walk| walk.visit_mass(kg, at_mm));
-        }
+        let MassSpec { kg, at_mm } = mass.get_or_insert_default();
+        self.descend("mass", "mass", |walk| walk.visit_mass(kg, at_mm));
     }
 
     fn visit_tool(&mut self, spec: &mut ToolSpec) {

@@ -206,11 +206,12 @@ fn gravity(spec: Option<[f64; 3]>, check: &Check) -> Result<Vector3<f64>> {
     Ok(gravity)
 }
 
+/// Checks what moves with P; `None` where nothing is given or its mass is 0.
 fn platform_mass(spec: Option<&MassSpec>, check: &Check) -> Result<Option<PlatformMass>> {
-    let mass = spec.map(|mass| {
-        Ok(PlatformMass { kilograms: check.key("kg").positive(mass.kg)?, at: check.key("at_mm").position(mass.at_mm)? })
-    });
-    mass.transpose()
+    let Some(mass) = spec else { return Ok(None) };
+    let kilograms = check.key("kg").not_negative(mass.kg)?;
+    let at = check.key("at_mm").position(mass.at_mm)?;
+    Ok((kilograms > 0.0).then_some(PlatformMass { kilograms, at }))
 }
 
 /// Most chains of a machine, and most coordinates of their joints and springs together: several times those of any
