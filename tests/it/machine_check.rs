@@ -1,8 +1,8 @@
 //! What `check` finds of a machine: reach, droop, payload, where its compliance comes from, and numbers in another unit.
 
 use kinetostat::{
-    inspect::machine_check::{Findings, Payload, check},
-    machine::Machine,
+    inspect::machine_check::{Findings, Payload, check, report::machine_text},
+    machine::{Machine, catalogue},
 };
 
 use crate::support::engine::machine_from;
@@ -15,12 +15,16 @@ fn near(what: &str, found: f64, expected: f64, tolerance: f64) {
 
 /// Three slides with travel of ±200 mm, the last along z, that carry 20 kg; `keys`: more of the last.
 fn gantry(keys: &str) -> Machine {
-    gantry_along_x(200.0, keys)
+    machine_from(&gantry_text(keys))
 }
 
 /// The same with so much travel along x to either side of home, mm.
-fn gantry_along_x(travel: f64, keys: &str) -> Machine {
-    machine_from(&format!(
+fn gantry_along_x(travel: f64) -> Machine {
+    machine_from(&gantry_text("").replacen("[-200.0, 200.0]", &format!("[-{travel:?}, {travel:?}]"), 1))
+}
+
+fn gantry_text(keys: &str) -> String {
+    format!(
         r#"
 schema = 1
 name = "gantry"
@@ -34,7 +38,7 @@ mass = {{ kg = 20.0 }}
 [[chain]]
 name = "arm"
 elements = [
-  {{ prismatic_drive = {{ name = "X", axis = "x", stiffness_N_per_mm = 4000.0, travel_mm = [-{travel:?}, {travel:?}] }} }},
+  {{ prismatic_drive = {{ name = "X", axis = "x", stiffness_N_per_mm = 4000.0, travel_mm = [-200.0, 200.0] }} }},
   {{ prismatic_drive = {{ name = "Y", axis = "y", stiffness_N_per_mm = 2000.0, travel_mm = [-200.0, 150.0] }} }},
   {{ prismatic_drive = {{ name = "Z", axis = "z", stiffness_N_per_mm = 1000.0, travel_mm = [-200.0, 200.0]{keys} }} }},
 ]
@@ -42,7 +46,7 @@ elements = [
 name = "arm"
 chain = "arm"
 "#
-    ))
+    )
 }
 
 /// A beam on a hinge about y with this stiffness and limit.
@@ -89,7 +93,7 @@ fn reach_is_the_travel_of_slides() {
 #[test]
 fn a_very_long_slide_is_followed_to_its_ends_in_few_steps() {
     let began = std::time::Instant::now();
-    let [along, ..] = check(&gantry_along_x(1e8, "")).spans;
+    let [along, ..] = check(&gantry_along_x(1e8)).spans;
     for (found, expected) in along.unwrap().into_iter().zip([-1e8, 1e8]) {
         near("span", found, expected, 0.1);
     }
@@ -160,5 +164,98 @@ fn numbers_a_thousand_times_off_are_asked_about() {
     for (name, parameter, factor, begin) in cases {
         let warnings = asked_of(name, parameter, factor);
         assert!(warnings.iter().any(|warning| warning.starts_with(begin)), "{name} {parameter}: {warnings:#?}");
+    }
+}
+
+/// The warnings about the file of a machine of the catalogue in which `from` is `to`.
+fn asked_about(name: &str, from: &str, to: &str) -> Vec<String> {
+    let text = catalogue::find(name).unwrap().toml;
+    assert!(text.contains(from), "{name}: {from}");
+    check(&machine_from(&text.replacen(from, to, 1))).warnings
+}
+
+#[test]
+fn lengths_masses_angles_and_stiffnesses_in_other_units_are_asked_about_with_key_and_line() {
+    let line_of = |name: &str, part: &str| {
+        1 + catalogue::find(name).unwrap().toml.lines().position(|line| line.contains(part)).unwrap()
+    };
+    let [travel, tip] = ["name = \"A1\"", "tool_tip_mm"].map(|part| line_of("kr270", part));
+    let foot = line_of("orthoglide", "name = \"foot\"");
+    for (name, from, to, asked) in [
+        (
+            "kr270",
+            "travel_deg = [-170.0, 170.0]",
+            "travel_deg = [-2.967, 2.967]",
+            format!(
+                "arm.A1.travel: -2.967° to 2.967° (chain[0].elements[1].revolute_drive.travel_deg, line {travel}): is it in radians?"
+            ),
+        ),
+        (
+            "kr270",
+            "tool_tip_mm = [0.0, 0.0, 300.0]",
+            "tool_tip_mm = [0.0, 0.0, 0.3]",
+            format!("platform.tool_tip: 0.300 mm long (platform.tool_tip_mm, line {tip}): is it in metres?"),
+        ),
+        (
+            "orthoglide",
+            "length_mm = 165.0",
+            "length_mm = 0.165",
+            format!("leg.foot.length = 0.165 mm (chain[0].elements[2].beam.length_mm, line {foot}): is it in metres?"),
+        ),
+    ] {
+        let warnings = asked_about(name, from, to);
+        assert!(warnings.contains(&asked), "{asked}: {warnings:#?}");
+    }
+    let asked = |parameter: (&str, &str, f64), end: &str| {
+        let warnings = asked_of(parameter.0, parameter.1, parameter.2);
+        let is_asked = |warning: &String| {
+            warning.starts_with(parameter.1) && warning.contains(", line ") && warning.ends_with(end)
+        };
+        assert!(warnings.iter().any(is_asked), "{parameter:?}: {warnings:#?}");
+    };
+    asked(("fanuc_r2000ic", "platform.mass.kg", 1e5), "is it in grams?");
+    asked(("kr500", "arm.mass_1.kg", 1e4), "is it in grams?");
+    asked(("orthoglide", "leg.rail.stiffness", 3e-4), "is it in N/µm (1 N/µm = 1000 N/mm)?");
+    let metres = gantry_text("").replace("200.0", "0.2").replace("150.0", "0.15").replace("100.0", "0.1");
+    let metres = metres.replace("50.0", "0.05").replace("60.0", "0.06");
+    let warnings = check(&machine_from(&metres)).warnings;
+    assert!(warnings.iter().any(|own| own.ends_with("no length is larger; are lengths in metres?")), "{warnings:#?}");
+}
+
+#[test]
+fn no_unit_of_a_machine_as_meant_is_asked_about() {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/machines");
+    let files = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    let files: Vec<_> = files.filter(|file| file.extension().is_some_and(|own| own == "toml")).collect();
+    assert!(files.len() > 10);
+    for file in files {
+        let warnings = check(&Machine::from_file(&file).unwrap()).warnings;
+        let asked = warnings.iter().find(|warning| warning.contains("is it in ") || warning.contains("in metres?"));
+        assert!(asked.is_none(), "{}: {asked:?}", file.display());
+    }
+}
+
+#[test]
+fn check_says_where_phi_is_zero_and_in_which_lines_provenance_is() {
+    let kr270 = catalogue::find("kr270").unwrap().toml;
+    let said = |text: &str| {
+        let machine = machine_from(text);
+        machine_text(&machine, &check(&machine))
+    };
+    assert!(
+        said(kr270)
+            .contains("\n  tool angle         φ = 0 along (1, 0, 0) of the platform; (-1, 0, 0) of the base at home\n")
+    );
+    for sign in ["", "-"] {
+        let along_x =
+            said(&kr270.replace("tool_axis = [0.0, 0.0, 1.0]", &format!("tool_axis = [{sign}1.0, 0.0, 0.0]")));
+        let zero = "φ = 0 along (0, 1, 0) of the platform, its y axis, as the tool is along its x axis; (0, 1, 0) of the base at home\n";
+        assert!(along_x.contains(zero), "{along_x}");
+    }
+    let tables = kr270.lines().enumerate().filter(|(_, line)| *line == "[[provenance]]");
+    let whats = kr270.lines().filter_map(|line| line.strip_prefix("what = \"")?.strip_suffix('"'));
+    for ((line, _), what) in tables.zip(whats) {
+        let expected = format!(" {what} (line {})\n", line + 1);
+        assert!(said(kr270).contains(&expected), "{expected}{}", said(kr270));
     }
 }

@@ -105,6 +105,7 @@ pub fn check(machine: &Machine) -> Findings {
     }
     findings.survey = Some(survey(machine, &mut workspace));
     findings.warnings = warnings(machine, &findings, &status);
+    findings.warnings.extend(units::geometry_questions(machine, &findings));
     findings.warnings.extend(units::unit_questions(machine, &findings));
     findings
 }
@@ -114,6 +115,7 @@ pub fn check_geometry(geometry: &Geometry) -> Findings {
     let machine = geometry.kinematics();
     let mut findings = rigid_findings(machine);
     findings.warnings = warnings(machine, &findings, &Status::Solved);
+    findings.warnings.extend(units::geometry_questions(machine, &findings));
     findings
 }
 

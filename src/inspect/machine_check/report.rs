@@ -101,9 +101,13 @@ fn spans_text(findings: &Findings) -> String {
 
 /// Returns the sources of the machine's parameters with their grades.
 fn provenance_text(machine: &Machine) -> String {
-    let told = machine.provenance.iter();
+    let told = machine.provenance.iter().enumerate();
     let lines: String = told
-        .map(|told| format!("    {:<11} {}\n                {}\n", told.grade.label(), told.what, told.source))
+        .map(|(i, told)| {
+            let line =
+                machine.line_of(&format!("provenance[{i}]")).map_or_else(String::new, |n| format!(" (line {n})"));
+            format!("    {:<11} {}{line}\n                {}\n", told.grade.label(), told.what, told.source)
+        })
         .collect();
     if lines.is_empty() { lines } else { format!("  where the parameters come from\n{lines}") }
 }
@@ -113,6 +117,9 @@ fn warnings_text(findings: &Findings) -> String {
     let warnings: String = findings.warnings.iter().map(|warning| format!("warning: {warning}\n")).collect();
     if warnings.is_empty() { "no warnings\n".into() } else { warnings }
 }
+
+/// A tool is along the x axis of P where the x axis of T has less than this along it.
+const SKEW: f64 = 1e-9;
 
 /// Returns the findings that do not depend on stiffness.
 fn rigid_text(machine: &Machine, findings: &Findings) -> String {
@@ -155,6 +162,11 @@ fn rigid_text(machine: &Machine, findings: &Findings) -> String {
         "tool axis",
         format!("{of_platform} of the platform, {of_base} of the base at home, from the spindle to the tip{assumed}"),
     );
+    let [of_platform, of_base] = [machine.tool_axes, machine.home.pose.rotation * machine.tool_axes]
+        .map(|axes| direction(axes.column(0).into()));
+    let why = if machine.tool_axes[(0, 0)] < SKEW { ", its y axis, as the tool is along its x axis" } else { "" };
+    text +=
+        &line("tool angle", format!("φ = 0 along {of_platform} of the platform{why}; {of_base} of the base at home"));
     text += &spans_text(findings);
     let (places, (off_mm, off_rad)) = (findings.reached.len(), findings.round_trip);
     let reached = findings.reached.iter().filter(|(_, _, reached)| reached.is_ok()).count();

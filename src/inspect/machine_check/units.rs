@@ -1,7 +1,9 @@
 //! Finds parameters whose size suggests a wrong unit.
 
+use std::f64::consts::TAU;
+
 use super::{Findings, size, survey::Droop};
-use crate::machine::{Machine, Parameter};
+use crate::machine::{Machine, Parameter, Unit};
 
 /// Factor from the median of similar parameters beyond which a parameter is questioned: a wrong unit makes 1000, honest variety up to 16.
 const FAR: f64 = 60.0;
@@ -17,12 +19,26 @@ const GRAVITY: [f64; 2] = [9.76, 9.84];
 const FAR_DROOP: f64 = 0.02;
 /// Tool stiffness below which nothing can be cut, N/mm.
 const SOFTEST: f64 = 1.0;
+/// Length of which nothing in a machine is the longest, mm.
+const TINY_MM: f64 = 10.0;
+/// Length, mm and as a share of the machine's size, below which a link or a tool may be in metres.
+const SHORT_MM: f64 = 5.0;
+const SHORT: f64 = 0.005;
+/// Shares of the machine's size between which a length of links, tool or workspace is.
+const LENGTHS: [f64; 2] = [0.02, 5.0];
+/// Mass that no part of a machine has, kg, and that of a block of steel, kg/mm³.
+const HEAVIEST_KG: f64 = 1e5;
+const STEEL_KG_PER_MM3: f64 = 7.85e-6;
+/// Stiffness below which slides with a screw or a linear motor are not, N/mm; in N/µm they have this number and less.
+const SOFT_SLIDE: f64 = 500.0;
 
 /// Returns questions about parameters that seem wrong by a factor of about a thousand.
 pub(super) fn unit_questions(machine: &Machine, findings: &Findings) -> Vec<String> {
     let parameters = machine.parameters();
-    let mut questions: Vec<String> = parameters.iter().filter_map(|own| odd_one_out(own, &parameters)).collect();
-    questions.extend(parameters.iter().filter_map(odd_modulus));
+    let mut questions: Vec<String> =
+        parameters.iter().filter_map(|own| odd_one_out(machine, own, &parameters)).collect();
+    questions.extend(parameters.iter().filter_map(|own| odd_modulus(machine, own)));
+    questions.extend(parameters.iter().filter_map(|own| soft_slide(machine, own)));
     questions.extend(odd_gravity(machine));
     questions
         .extend(findings.survey.as_ref().and_then(|survey| survey.droop.as_ref()).and_then(|d| odd_droop(machine, d)));
@@ -37,8 +53,126 @@ fn name_kind(parameter: &Parameter) -> &str {
     parameter.name.rsplit('.').next().unwrap_or_default()
 }
 
+/// Returns questions about lengths, masses and angles that seem to be in another unit.
+pub(super) fn geometry_questions(machine: &Machine, findings: &Findings) -> Vec<String> {
+    let parameters = machine.parameters();
+    let in_file: Vec<&Parameter> = parameters.iter().filter(|own| own.key.is_some()).collect();
+    let is_length = |own: &&&Parameter| own.unit == Unit::MM && own.value.is_some_and(|value| value != 0.0);
+    let longest = in_file.iter().filter(is_length).max_by(|a, b| value(a).abs().total_cmp(&value(b).abs()));
+    if let Some(longest) = longest.filter(|own| value(own).abs() < TINY_MM) {
+        return vec![format!("{}: no length is larger; are lengths in metres?", shown(machine, longest))];
+    }
+    let mut questions: Vec<String> = in_file.iter().filter_map(|own| short_link(machine, own, &in_file)).collect();
+    // The components of a vector, and the ends of intervals, have the key in common.
+    for own in in_file.chunk_by(|a, b| a.key == b.key) {
+        questions.extend(short_offset(machine, own));
+        questions.extend(small_travel(machine, own, findings));
+    }
+    questions.extend(small_workspace(machine));
+    questions.extend(in_file.iter().filter_map(|own| huge_mass(machine, own)));
+    questions
+}
+
+/// Returns the value of a parameter; not a number where it is unknown.
+fn value(own: &Parameter) -> f64 {
+    own.value.unwrap_or(f64::NAN)
+}
+
+/// Returns a parameter in words: name, value, key and line of the machine file.
+fn shown(machine: &Machine, own: &Parameter) -> String {
+    format!("{} = {:?} {}{}", own.name, value(own), own.unit, place(machine, own))
+}
+
+/// Returns where the machine file has a parameter, in words in brackets.
+fn place(machine: &Machine, own: &Parameter) -> String {
+    let Some(key) = &own.key else { return String::new() };
+    let line = machine.line_of(key).map_or_else(String::new, |line| format!(", line {line}"));
+    format!(" ({key}{line})")
+}
+
+/// Whether `length`, mm, would be one of the machine if it were metres, and is next to none in mm.
+fn may_be_metres(machine: &Machine, length: f64) -> bool {
+    let (size, [least, largest]) = (size(machine), LENGTHS);
+    length > 0.0 && length < SHORT_MM.min(SHORT * size) && (least * size..=largest * size).contains(&(1e3 * length))
+}
+
+/// Returns a question about a link or a cutter that would be shorter than it is thick.
+fn short_link(machine: &Machine, own: &Parameter, all: &[&Parameter]) -> Option<String> {
+    let (element, kind) = own.name.rsplit_once('.')?;
+    if !["length", "advance", "stick_out"].contains(&kind) || !may_be_metres(machine, own.value?) {
+        return None;
+    }
+    let is_beside = |other: &&&Parameter| {
+        other.unit == Unit::MM
+            && other
+                .name
+                .rsplit_once('.')
+                .is_some_and(|(of, kind)| of == element && !["length", "advance"].contains(&kind))
+    };
+    let is_flexure = all.iter().filter(is_beside).any(|other| other.name != own.name && value(other) <= value(own));
+    (!is_flexure).then(|| format!("{}: is it in metres?", shown(machine, own)))
+}
+
+/// Returns a question about a translation or a tool tip, given by its components, that is next to none.
+fn short_offset(machine: &Machine, components: &[&Parameter]) -> Option<String> {
+    let (first, key) = (components.first()?, components.first()?.key.as_ref()?);
+    let length = components.iter().map(|own| value(own).powi(2)).sum::<f64>().sqrt();
+    let is_offset = key.ends_with("translation_mm") || key.ends_with("tool_tip_mm");
+    // Measured offsets of a fraction of a millimetre have more digits.
+    let is_round = components.iter().all(|own| !has_more_decimals(value(own), 3));
+    (is_offset && is_round && may_be_metres(machine, length)).then(|| {
+        let name = first.name.trim_end_matches(".x");
+        format!("{name}: {length:.3} mm long{}: is it in metres?", place(machine, first))
+    })
+}
+
+/// Whether `value` has more than `count` digits behind the point.
+fn has_more_decimals(value: f64, count: i32) -> bool {
+    let scaled = value * 10f64.powi(count);
+    (scaled - scaled.round()).abs() > 1e-9 * scaled.abs().max(1.0)
+}
+
+/// Returns a question about a hinge whose travel or limits, given by their `ends`, fit in a turn in radians: it is asked where they have decimals
+/// as angles in degrees seldom have, or where a place is not reached.
+fn small_travel(machine: &Machine, ends: &[&Parameter], findings: &Findings) -> Option<String> {
+    let (first, key) = (ends.first()?, ends.first()?.key.as_ref()?);
+    let is_travel = key.ends_with("travel_deg") || key.ends_with("limits_deg");
+    let is_small = ends.iter().all(|end| value(end).abs() < 1.001 * TAU);
+    let is_odd = ends.iter().any(|end| has_more_decimals(value(end), 1));
+    let is_short = || findings.reached.iter().any(|(_, _, reached)| reached.is_err());
+    (is_travel && is_small && (is_odd || is_short())).then(|| {
+        let name = first.name.trim_end_matches(".min");
+        let ends: Vec<String> = ends.iter().map(|end| format!("{:?}°", value(end))).collect();
+        format!("{name}: {}{}: is it in radians?", ends.join(" to "), place(machine, first))
+    })
+}
+
+/// Returns a question about a workspace that is next to a point.
+fn small_workspace(machine: &Machine) -> Option<String> {
+    let diagonal = (machine.workspace.max - machine.workspace.min).norm();
+    may_be_metres(machine, diagonal).then(|| {
+        let line = machine.line_of("workspace").map_or_else(String::new, |line| format!(" (line {line})"));
+        format!("workspace: its diagonal is {diagonal:.3} mm{line}: is it in metres?")
+    })
+}
+
+/// Returns a question about a mass larger than that of a block of steel of the machine's size.
+fn huge_mass(machine: &Machine, own: &Parameter) -> Option<String> {
+    let heaviest = (STEEL_KG_PER_MM3 * size(machine).powi(3)).min(HEAVIEST_KG);
+    (own.unit == Unit::KG && own.value? > heaviest).then(|| {
+        format!("{}: no part of such a machine is heavier than {heaviest:.0} kg; is it in grams?", shown(machine, own))
+    })
+}
+
+/// Returns a question about a slide too soft for a screw or a linear motor.
+fn soft_slide(machine: &Machine, own: &Parameter) -> Option<String> {
+    let is_slide = own.key.as_ref()?.contains("prismatic_drive.") && own.unit == Unit::N_PER_MM;
+    (is_slide && own.value? <= SOFT_SLIDE)
+        .then(|| format!("{}: drives of slides have more; is it in N/µm (1 N/µm = 1000 N/mm)?", shown(machine, own)))
+}
+
 /// Returns a question about a parameter far from the median of others of its kind.
-fn odd_one_out(own: &Parameter, all: &[Parameter]) -> Option<String> {
+fn odd_one_out(machine: &Machine, own: &Parameter, all: &[Parameter]) -> Option<String> {
     let (kind, value) = (name_kind(own), own.value?);
     if !ALIKE.contains(&kind) || value == 0.0 {
         return None;
@@ -54,21 +188,15 @@ fn odd_one_out(own: &Parameter, all: &[Parameter]) -> Option<String> {
         _ if ratio < 1.0 / FAR => (1.0 / ratio, "smaller"),
         _ => return None,
     };
-    Some(format!(
-        "{} = {value:?} {}: {times:.0} times {size} than others of its kind; is its unit another?",
-        own.name, own.unit
-    ))
+    Some(format!("{}: {times:.0} times {size} than others of its kind; is its unit another?", shown(machine, own)))
 }
 
 /// Returns a question about a Young's modulus that no material has.
-fn odd_modulus(own: &Parameter) -> Option<String> {
+fn odd_modulus(machine: &Machine, own: &Parameter) -> Option<String> {
     let value = own.value.filter(|_| name_kind(own) == "youngs_modulus")?;
     let [least, largest] = MODULI;
     (!(least..=largest).contains(&value)).then(|| {
-        format!(
-            "{} = {value:?} {}: materials have {least:e} to {largest:e}; is its unit another (GPa, Pa)?",
-            own.name, own.unit
-        )
+        format!("{}: materials have {least:e} to {largest:e}; is its unit another (GPa, Pa)?", shown(machine, own))
     })
 }
 
