@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use crate::{
     files::words::with_minus_signs,
-    machine::{ChainError, Machine, OutsideWorkspace, ZeroState},
+    machine::{ChainError, Grade, Machine, OutsideWorkspace, ZeroState},
 };
 
 /// Rotation of a chain by its errors above which a caution is given, rad.
@@ -60,9 +60,8 @@ impl OutsidePositions {
         match self.outside {
             0 => String::new(),
             outside => format!(
-                "As placed, {what} cannot be run: {outside} of {} points are outside the workspace box of the {}. The results were computed all the same. ",
-                self.count,
-                machine.short_title()
+                "As placed, {what} cannot be run: {outside} of {} points are outside the workspace box of {}. The results were computed all the same. ",
+                self.count, machine.name
             ),
         }
     }
@@ -76,6 +75,20 @@ impl OutsidePositions {
             )),
             None => String::new(),
         }
+    }
+}
+
+/// Returns the caution that the workspace box, which bounds all places, is graded assumed in the file of `machine`; empty where not.
+pub fn assumed_workspace(machine: &Machine) -> String {
+    let is_assumed = machine.provenance_of("workspace.min.x").is_some_and(|about| about.grade == Grade::Assumed);
+    let line = machine.line_of("workspace").map_or_else(String::new, |line| format!(", line {line} of its file"));
+    match is_assumed {
+        true => format!(
+            "The workspace box of {} is assumed{line}: places at which P would leave it do not count, and the best place is that of the \
+             box given.\n",
+            machine.name
+        ),
+        false => String::new(),
     }
 }
 

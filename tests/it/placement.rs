@@ -7,9 +7,10 @@ use std::{
 };
 
 use kinetostat::{
+    machine::catalogue,
     questions::placement::{
         Bounds, Cell, Evaluator, Metric, Origin, PlacementResults, PlacementStudy, Site, SiteGrid, Verdict, compare,
-        report::{candidates_table, sweep_table},
+        report::{candidates_table, cautions_text, sweep_table},
         run,
     },
     work::{Event, Work},
@@ -58,6 +59,22 @@ fn groove(changes: &[(&str, &str)]) -> PlacementStudy {
         toml = toml.replace(old, new);
     }
     study_in(groove_folder(), &toml)
+}
+
+#[test]
+fn the_best_place_is_said_to_be_that_of_an_assumed_workspace_box() {
+    assert!(!cautions_text(&groove(&[])).contains("assumed"));
+    let folder = tempfile::tempdir().unwrap();
+    let machine = catalogue::find("orthoglide").unwrap().toml.replace("grade = \"published\"", "grade = \"assumed\"");
+    let line = 1 + machine.lines().position(|line| line == "[workspace]").unwrap();
+    std::fs::write(folder.path().join("machine.toml"), machine).unwrap();
+    std::fs::copy(groove_folder().join("process.toml"), folder.path().join("process.toml")).unwrap();
+    let study = study_in(folder.path(), &GROOVE.replace("machine = \"orthoglide\"", "machine = \"machine.toml\""));
+    let said = format!(
+        "The workspace box of orthoglide is assumed, line {line} of its file: places at which P would leave it do not count, and the best \
+         place is that of the box given.\n"
+    );
+    assert!(cautions_text(&study).contains(&said), "{}", cautions_text(&study));
 }
 
 /// The least worst deflection on a grid of 21 × 21 places, and where it is.

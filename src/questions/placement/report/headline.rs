@@ -38,10 +38,10 @@ pub(super) fn headline(results: &PlacementResults) -> Headline {
         .with_numbers(margin_number(results))
 }
 
-/// Returns the cautions for any placement: the workpiece carrier, and axes that the drives do not control.
+/// Returns the cautions for any placement: the workpiece carrier, an assumed workspace box, and axes that the drives do not control.
 pub fn cautions_text(study: &PlacementStudy) -> String {
     let words = study.machine.uncontrolled_words().map(|words| (NOT_CONTROLLED, words));
-    cautions::carrier(&study.machine) + &facts_text(words.as_slice())
+    cautions::carrier(&study.machine) + &cautions::assumed_workspace(&study.machine) + &facts_text(words.as_slice())
 }
 
 /// Returns the caution that there is no correction within the limits; empty if there is one.
