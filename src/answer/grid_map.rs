@@ -196,7 +196,7 @@ impl<'a, P> GridMap<'a, P> {
     /// Returns the caption of a figure of layer `k` that shows these nodes.
     fn caption(&self, k: usize, nodes: &[Vec<usize>]) -> String {
         let mut text =
-            format!("{}, {}, grid {}", self.scene.machine.short_title(), self.drawn[k].setting, size_words(self.grid));
+            format!("{}, {}, grid {}", self.scene.machine.name, self.drawn[k].setting, size_words(self.grid));
         if nodes.iter().zip(self.grid.counts()).any(|(drawn, count)| drawn.len() != count) {
             let drawn: Vec<String> = nodes.iter().map(|axis| axis.len().to_string()).collect();
             text += &format!(", {} nodes drawn", drawn.join(" × "));

@@ -210,7 +210,7 @@ fn header_text(job: &ProgramJob) -> Result<String> {
     let cautions = cautions::carrier(machine) + &cautions::large_errors(machine, &job.process.errors) + &outside;
     Ok(format!(
         "{}: {}, {cutting} of them cutting, path length {:.1} mm\n{facts}{cautions}",
-        job.machine.title,
+        job.machine.name,
         counted(job.path.len(), "point"),
         job.path.length_mm()
     ))

@@ -168,13 +168,12 @@ fn study_tolerance(folders: &[ResultFolder], letters: &[char]) -> Result<Option<
     Ok(None)
 }
 
-/// Returns names by which sentences distinguish results: titles of machines, else their names, else studies; none if all are equal.
+/// Returns names by which sentences distinguish results: those of machines, else of studies; none if all are equal.
 fn short_names(folders: &[ResultFolder]) -> Vec<String> {
-    let titles: Vec<&str> = folders.iter().map(|f| f.description.machine.short_title.as_str()).collect();
     let machines: Vec<&str> = folders.iter().map(|f| f.description.machine.name.as_str()).collect();
     let studies: Vec<&str> = folders.iter().map(|f| f.description.name.as_str()).collect();
     let are_different = |names: &[&str]| names.iter().enumerate().all(|(i, name)| !names[..i].contains(name));
-    let chosen = [titles, machines, studies].into_iter().find(|names| are_different(names));
+    let chosen = [machines, studies].into_iter().find(|names| are_different(names));
     chosen.map_or_else(Vec::new, |names| names.into_iter().map(String::from).collect())
 }
 

@@ -19,7 +19,7 @@ use crate::{
 pub struct MachineDescription {
     /// Short name.
     pub name: String,
-    /// What machine it is, in a few words.
+    /// What machine it is, in a few words, for headings.
     pub short_title: String,
     /// What machine it is, in one line.
     pub title: String,
@@ -123,7 +123,7 @@ impl MachineDescription {
             title: format!("How the machine bends {}", bent.place),
             subtitle: with_minus_signs(&format!(
                 "{}, force on the tool ({x:.0}, {y:.0}, {z:.0}) N, tool displacement {size:.3} mm",
-                self.short_title
+                self.name
             )),
             pose: bent.commanded.clone(),
             displaced: Some(amplified_pose(&bent.commanded, &bent.loaded, factor)),

@@ -83,7 +83,7 @@ fn a_program_outside_the_workspace_box_is_not_to_be_loaded() {
         for said in [&shown, &page] {
             assert_eq!(said.contains("Load the program in place of groove.nc"), can_run, "{process}");
             assert_eq!(
-                said.contains("Do not load the program: the Orthoglide cannot run it as placed."),
+                said.contains("Do not load the program: orthoglide cannot run it as placed."),
                 !can_run,
                 "{process}"
             );

@@ -22,7 +22,7 @@ pub(super) fn page(report: &Report<'_>) -> Description {
     )];
     tables.extend(has_table.then(|| TableNote::new("correction.csv", caption)));
     Description {
-        name: format!("Correction table of the {}", question.machine.short_title()),
+        name: format!("Correction table of {}", question.machine.name),
         question: "What must a controller add to the drives so that the loaded tool stays where it is wanted?".into(),
         setting: setting_facts(report),
         terms: vec![
@@ -166,7 +166,7 @@ fn slice_figure(report: &Report<'_>, [across, up, through]: [usize; 3], way: usi
         title: title.into(),
         subtitle: format!(
             "{}, forces of {} N along each axis and none, table of {} nodes",
-            report.question.machine.short_title(),
+            report.question.machine.name,
             report.force(),
             report.size()
         ),

@@ -141,19 +141,19 @@ fn sentence(report: &Report<'_>) -> String {
 /// Returns the sentence on the error with and without the table.
 fn table_sentence(report: &Report<'_>) -> String {
     let (question, answer) = (report.question, report.answer);
-    let (name, size) = (question.machine.short_title(), report.size());
+    let (name, size) = (&question.machine.name, report.size());
     let [left, without] = [&answer.with_table, &answer.without].map(|worst| millimetres(worst.error_mm, 4));
     if answer.without.error_mm <= ROUNDING_MM {
-        return format!("The tool of the {name} is where it is wanted without correction: the table is one of zeros.");
+        return format!("The tool of {name} is where it is wanted without correction: the table is one of zeros.");
     }
     match report.is_within() {
         true => format!(
-            "With a table of {size} points the tool of the {name} stays within {} mm anywhere in the box (worst found: {left}); without \
+            "With a table of {size} points the tool of {name} stays within {} mm anywhere in the box (worst found: {left}); without \
              a table it is off by up to {without}.",
             question.tolerance_mm
         ),
         false => format!(
-            "A table of {size} points leaves the tool of the {name} off by up to {left}, more than the {} mm asked for; without a \
+            "A table of {size} points leaves the tool of {name} off by up to {left}, more than the {} mm asked for; without a \
              table by up to {without}.",
             question.tolerance_mm
         ),

@@ -44,9 +44,9 @@ pub fn use_text(report: &Report<'_>) -> String {
         );
     }
     if report.findings.outside.has_any() {
-        let machine = report.job.machine.short_title();
+        let machine = &report.job.machine.name;
         text += &format!(
-            "Do not load the program: the {machine} cannot run it as placed. Place the workpiece inside its workspace box, and compute again.\n"
+            "Do not load the program: {machine} cannot run it as placed. Place the workpiece inside its workspace box, and compute again.\n"
         );
         return text;
     }

@@ -193,7 +193,7 @@ fn curve_figure(job: &ProgramJob, title: &str, y_label: &str, curves: &[(String,
     });
     Figure::Lines(LineFigure {
         title: title.into(),
-        subtitle: format!("{}, {}", job.machine.short_title(), counted(job.path.len(), "point")),
+        subtitle: format!("{}, {}", job.machine.name, counted(job.path.len(), "point")),
         x_label: "length along the path [mm]".into(),
         y_label: y_label.into(),
         series: series.collect(),
@@ -230,7 +230,7 @@ fn path_figure(report: &Report<'_>) -> Figure {
     };
     Figure::Plan(Box::new(PlanFigure {
         title: "Where the tool goes before and after".into(),
-        subtitle: format!("{}, seen along \u{2212}z of the base", report.job.machine.short_title()),
+        subtitle: format!("{}, seen along \u{2212}z of the base", report.job.machine.name),
         x_label: "x [mm]".into(),
         y_label: "y [mm]".into(),
         quantity: String::new(),

@@ -233,12 +233,9 @@ fn caution_text(report: &Report<'_>) -> String {
 
 /// Returns the main sentence: the largest error without compensation, its line, and the residual error as written.
 fn sentence(report: &Report<'_>) -> String {
-    let name = report.job.machine.short_title();
+    let name = &report.job.machine.name;
     let Some(worst) = &report.findings.worst else {
-        return format!(
-            "How far the tool of the {name} leaves {} could be computed at none of its points.",
-            report.name
-        );
+        return format!("How far the tool of {name} leaves {} could be computed at none of its points.", report.name);
     };
     let along = report.job.path.points()[worst.point].arc_length_mm;
     let lines = report.findings.lines.worst_lines(report.job);
@@ -249,7 +246,7 @@ fn sentence(report: &Report<'_>) -> String {
     let left = report.proved.passes.last().and_then(|pass| pass.summary.max_mm);
     let then =
         left.map_or_else(String::new, |left| format!("; with the compensated program, by {}", millimetres(left, 4)));
-    format!("Running {}, the tool of the {name} is off by up to {off}{line}{then}.", report.name)
+    format!("Running {}, the tool of {name} is off by up to {off}{line}{then}.", report.name)
 }
 
 /// Returns the share of points within tolerance in words; empty without a tolerance.

@@ -48,7 +48,7 @@ fn parameter_bars(report: &Report<'_>) -> LineFigure {
 /// Returns the subtitle of all figures: machine, number of measurements, loss.
 fn subtitle(report: &Report<'_>) -> String {
     let study = report.study;
-    format!("{}, {} measurements, loss: {}", study.machine.short_title(), study.measurements.len(), study.loss.label())
+    format!("{}, {} measurements, loss: {}", study.machine.name, study.measurements.len(), study.loss.label())
 }
 
 /// Measured lengths along one axis, or by gauges.

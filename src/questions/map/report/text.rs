@@ -150,12 +150,12 @@ fn residual_error_text(both: &SourceExtremes, machine: &Machine) -> String {
 /// Returns the first screen: one sentence, key numbers and cautions.
 pub(super) fn headline(summary: &Summary<'_>, text: &ReportText) -> Headline {
     let (scene, all) = (&summary.study.scene, summary.of(Source::All));
-    let name = scene.machine.short_title();
+    let name = &scene.machine.name;
     let points = counted(summary.study.grid.len(), "grid point");
     let basis = format!("{points}, {}", counted(scene.phis.len(), "tool angle"));
     let Some([least, most]) = all.of(&DEFLECTION).filter(|_| summary.is_enough(all.known)) else {
         let sentence = match all.known {
-            0 => format!("How far the tool of the {name} moves could be computed at none of the {points}."),
+            0 => format!("How far the tool of {name} moves could be computed at none of the {points}."),
             known => {
                 format!("How far the tool moves is known at only {known} of {points}: too few to say where it is best.")
             }
@@ -166,9 +166,9 @@ pub(super) fn headline(summary: &Summary<'_>, text: &ReportText) -> Headline {
     let [low, high] = [least, most].map(|found| millimetres(found.value, 3));
     let met = summary.within.words(scene.tolerance_mm, BOX);
     let sentence = match low == high {
-        true => format!("{under}, the tool of the {name} moves by {high} everywhere."),
+        true => format!("{under}, the tool of {name} moves by {high} everywhere."),
         false => format!(
-            "{under}, the tool of the {name} moves by {low} at best and {high} at worst; {} near {}.",
+            "{under}, the tool of {name} moves by {low} at best and {high} at worst; {} near {}.",
             met.map_or_else(|| "cut".into(), |met| format!("{met}, best")),
             least.place()
         ),

@@ -106,7 +106,7 @@ fn interval_figure(report: &Report<'_>, series: Vec<LineSeries>) -> LineFigure {
     let note = format!("intervals wider than {DRAWN} are not drawn");
     LineFigure {
         title: "How well the parameters will be known".into(),
-        subtitle: format!("{}, {} candidates", study.machine.short_title(), study.candidates.len()),
+        subtitle: format!("{}, {} candidates", study.machine.name, study.candidates.len()),
         x_label: "number of measurements".into(),
         y_label: "half 95 % interval [ln, mm, °]".into(),
         series,

@@ -79,7 +79,7 @@ pub(super) fn residual_figure(compared: &Compared<'_>) -> Option<Figure> {
         series("corrected beforehand, by the predicted force", &compared.offline),
         series("corrected in the controller, by the measured force", &compared.online),
     ];
-    let (name, seeds) = (compared.study.path.machine.short_title(), counted(compared.study.seeds, "seed"));
+    let (name, seeds) = (&compared.study.path.machine.name, counted(compared.study.seeds, "seed"));
     series.iter().any(|series| !series.points.is_empty()).then(|| {
         Figure::Lines(LineFigure {
             title: "Residual error against the error of the predicted force".into(),

@@ -83,23 +83,23 @@ pub(super) fn headline(compared: &Compared<'_>) -> Headline {
 
 /// Returns the main sentence: from which force error on measuring the force pays.
 fn main_sentence(compared: &Compared<'_>) -> String {
-    let name = compared.study.path.machine.short_title();
+    let name = &compared.study.path.machine.name;
     match compared.break_even {
         Some(BreakEven::Always) => format!(
-            "On this path of the {name} the residual error is smaller when measured forces correct than when predicted ones do, even if \
+            "On this path of {name} the residual error is smaller when measured forces correct than when predicted ones do, even if \
              the prediction is right."
         ),
         Some(BreakEven::From(error)) => format!(
-            "On this path of the {name} it pays to measure the force and to correct in the controller once its prediction is off by more \
+            "On this path of {name} it pays to measure the force and to correct in the controller once its prediction is off by more \
              than {}.",
             percent_of(error)
         ),
         Some(BreakEven::Never(error)) => format!(
-            "On this path of the {name} correcting beforehand has the smaller residual error, even if the predicted force is off by {}: \
+            "On this path of {name} correcting beforehand has the smaller residual error, even if the predicted force is off by {}: \
              measuring the force does not pay.",
             percent_of(error)
         ),
-        None => format!("Corrections of the {name} could be compared at none of the force errors."),
+        None => format!("Corrections of {name} could be compared at none of the force errors."),
     }
 }
 

@@ -94,7 +94,7 @@ impl<'a> PathDrawing<'a> {
             let angle = angle.map(|phi| format!("\ntool angle {phi:.0}°")).unwrap_or_default();
             (x, y, format!("worst {}\n{:.1} mm along{angle}", millimetres(largest.norm(), 3), station.arc_length_mm))
         };
-        let (name, points) = (self.study.machine.short_title(), counted(self.wanted.len(), "point"));
+        let (name, points) = (&self.study.machine.name, counted(self.wanted.len(), "point"));
         let along = AXES[along];
         Figure::Plan(Box::new(PlanFigure {
             title: "Where the tool goes without compensation".into(),
@@ -133,7 +133,7 @@ impl<'a> PathDrawing<'a> {
         };
         Figure::Lines(LineFigure {
             title: "Path wanted, real, commanded and compensated".into(),
-            subtitle: format!("{}, seen along −z{thinned}", self.study.machine.short_title()),
+            subtitle: format!("{}, seen along −z{thinned}", self.study.machine.name),
             x_label: "x [mm]".into(),
             y_label: "y [mm]".into(),
             series: vec![

@@ -103,7 +103,7 @@ impl<'a> Pictures<'a> {
         };
         Figure::Lines(LineFigure {
             title: title.into(),
-            subtitle: format!("{}, {}{thinned}", self.study.machine.short_title(), counted(points, "point")),
+            subtitle: format!("{}, {}{thinned}", self.study.machine.name, counted(points, "point")),
             x_label: if self.shown.is_circle { "tool angle φ [°]" } else { "path length [mm]" }.into(),
             y_label: y_label.into(),
             series,

@@ -166,10 +166,9 @@ pub fn failures_text<'a>(passes: impl Iterator<Item = (String, &'a PathSummary)>
 pub(super) fn headline(summary: &Summary<'_>, text: &ReportText) -> Headline {
     let study = summary.study;
     let basis = format!("a path of {:.1} mm, {}", study.length_mm(), counted(study.stations.len(), "point"));
-    let name = study.machine.short_title();
+    let name = &study.machine.name;
     let Some((worst, k)) = summary.largest_displacement() else {
-        let sentence =
-            format!("How far the tool of the {name} leaves the path could be computed at none of its points.");
+        let sentence = format!("How far the tool of {name} leaves the path could be computed at none of its points.");
         return Headline::new(sentence, basis).with_cautions(&text.cautions);
     };
     let has_force = study.tasks.iter().any(|task| task.load != crate::spatial::Wrench::default());
@@ -183,7 +182,7 @@ pub(super) fn headline(summary: &Summary<'_>, text: &ReportText) -> Headline {
     };
     let verdict = OutsidePositions::of(&study.machine, study.positions()).verdict(&study.machine, "this path");
     let place = point_words(summary, k);
-    let sentence = format!("{verdict}{under}, the tool of the {name} is off this path by up to {off}, {place}{then}.");
+    let sentence = format!("{verdict}{under}, the tool of {name} is off this path by up to {off}, {place}{then}.");
     let against = summary.within.words(study.tolerance_mm, POINTS).unwrap_or_default();
     let number = KeyNumber::new(&off, "largest distance from the path without compensation", against);
     Headline::new(sentence, basis)

@@ -136,7 +136,7 @@ fn map(
     };
     SliceFigure {
         title: format!("Where the part may stand: {words}"),
-        subtitle: format!("{}, by the part's origin; places stopped early show a bound", study.machine.short_title()),
+        subtitle: format!("{}, by the part's origin; places stopped early show a bound", study.machine.name),
         x_label: "x [mm]".into(),
         y_label: "y [mm]".into(),
         quantity: quantity.into(),
@@ -207,10 +207,7 @@ fn pareto_figure(results: &PlacementResults) -> LineFigure {
     series.extend(named);
     LineFigure {
         title: "What one objective costs in the other".into(),
-        subtitle: format!(
-            "{}, places no other place beats in every respect, and named ones",
-            study.machine.short_title()
-        ),
+        subtitle: format!("{}, places no other place beats in every respect, and named ones", study.machine.name),
         x_label: with_unit(results, metrics[0]),
         y_label: with_unit(results, metrics[1]),
         series: series.into_iter().map(|(label, points)| LineSeries::new(label, points, false)).collect(),
@@ -276,7 +273,7 @@ fn path_errors_figure(results: &PlacementResults, feature: usize) -> PanelFigure
     };
     PanelFigure {
         title: format!("How far the tool is from its path: {}", study.features[feature].feature.name),
-        subtitle: format!("{}, where the tool cuts, at the best and at a poor place", study.machine.short_title()),
+        subtitle: format!("{}, where the tool cuts, at the best and at a poor place", study.machine.name),
         x_label: "path length [mm]".into(),
         y_label: "distance [mm]".into(),
         curves: vec![("without compensation".into(), false), ("after compensation".into(), true)],
@@ -302,7 +299,7 @@ fn paths_figure(results: &PlacementResults, feature: usize) -> PanelFigure {
         title: format!("Predicted path: {}", study.features[feature].feature.name),
         subtitle: format!(
             "{}, where the tool cuts, seen along −z, at the best and at a poor place",
-            study.machine.short_title()
+            study.machine.name
         ),
         x_label: "x [mm]".into(),
         y_label: "y [mm]".into(),

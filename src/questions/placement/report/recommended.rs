@@ -71,9 +71,9 @@ pub(super) fn plan_figure(results: &PlacementResults) -> Option<Figure> {
         ),
         subtitle: match &field {
             Some(_) => {
-                format!("{}, seen along −z; grey: if the part's origin stood there", study.machine.short_title())
+                format!("{}, seen along −z; grey: if the part's origin stood there", study.machine.name)
             }
-            None => format!("{}, seen along −z", study.machine.short_title()),
+            None => format!("{}, seen along −z", study.machine.name),
         },
         x_label: "x of the machine [mm]".into(),
         y_label: "y of the machine [mm]".into(),
@@ -258,11 +258,7 @@ pub(super) fn pose_figure(results: &PlacementResults) -> Option<Figure> {
     let [x, y, z]: [f64; 3] = entry.site.position_mm().into();
     Some(Figure::Pose(Box::new(PoseFigure {
         title: "The machine and the part at its best place".into(),
-        subtitle: format!(
-            "{}, {}; where the tool is farthest from its path",
-            study.machine.short_title(),
-            position(x, y, z)
-        ),
+        subtitle: format!("{}, {}; where the tool is farthest from its path", study.machine.name, position(x, y, z)),
         pose: bent.commanded,
         displaced: None,
         rails: described.rails,

@@ -77,7 +77,7 @@ pub(super) fn search_text(results: &PlacementResults) -> String {
     format!(
         "{}: {}, {}; objective (minimised): {}.\nSweep of {}: {complete} evaluated on the whole path, {stopped} stopped \
          early because they could not beat the best any more, {infeasible} where the workpiece cannot be cut.\n{}",
-        study.machine.title,
+        study.machine.name,
         counted(study.features.len(), "feature"),
         counted(points, "path point"),
         study.objective.words(&study.machine),

@@ -130,11 +130,9 @@ fn headline(report: &Report<'_>, not_used: &[&str]) -> Headline {
 /// Returns the answer of the first screen: smallest and largest deflection at the best γ, share within tolerance, factor at the worst γ; or that
 /// no γ is possible anywhere.
 fn answer_sentence(report: &Report<'_>) -> String {
-    let name = report.study.scene.machine.short_title();
+    let name = &report.study.scene.machine.name;
     let (Some(least), Some(most)) = (report.smallest_at_best(), report.largest_at_best()) else {
-        return format!(
-            "No γ is possible for the {name} at any grid point and direction; redundancy_map.csv says why."
-        );
+        return format!("No γ is possible for {name} at any grid point and direction; redundancy_map.csv says why.");
     };
     let (share_template, extent) = match report.study.axes.len() {
         1 => ("at … of the grid points", ""),
@@ -145,7 +143,7 @@ fn answer_sentence(report: &Report<'_>) -> String {
     let gain = |at: FoundValue<'_>| format!(" At the worst γ the tool moves up to {:.1} times as far.", at.value);
     let gain_sentence = report.largest_gain().map_or_else(String::new, gain);
     format!(
-        "At the best rotation γ about its axis, the tool of the {name} moves by {} to {}{extent}.{tolerance_words}{gain_sentence}",
+        "At the best rotation γ about its axis, the tool of {name} moves by {} to {}{extent}.{tolerance_words}{gain_sentence}",
         millimetres(least.value, 3),
         millimetres(most.value, 3),
     )

@@ -128,7 +128,7 @@ fn growth_figure(study: &SuperpositionStudy, location: &LocationResult) -> Optio
         title: format!("How the superposition error grows at {}", location.location.name),
         subtitle: format!(
             "{}, {}, {}; factor 1: load and errors of the study",
-            study.scene.machine.short_title(),
+            study.scene.machine.name,
             position_words(location),
             study.scene.worst_words()
         ),
@@ -168,7 +168,7 @@ fn ablation_figure(study: &SuperpositionStudy, location: &LocationResult) -> Opt
         title: format!("Causes of the superposition error at {}", location.location.name),
         subtitle: format!(
             "{}, {}, {}; parts along the superposition error of the tool tip, which at each angle add up to it",
-            study.scene.machine.short_title(),
+            study.scene.machine.name,
             position_words(location),
             study.scene.force_words()
         ),

@@ -42,7 +42,7 @@ pub fn figures(results: &ValidationResults, shown: &Shown) -> Vec<(String, Figur
 /// Returns the subtitle of a figure: machine, cases, process.
 fn subtitle(results: &ValidationResults, cases: &[usize]) -> String {
     let cases: Vec<&str> = cases.iter().map(|&case| results.study.cases[case].as_str()).collect();
-    format!("{}, {}; {}", results.study.machine.short_title(), cases.join(", "), results.study.variants[0].name)
+    format!("{}, {}; {}", results.study.machine.name, cases.join(", "), results.study.variants[0].name)
 }
 
 /// Returns the target path in the xy-plane with `error` (mm, by index of the point) added, as a line.
@@ -216,7 +216,7 @@ fn agreement(results: &ValidationResults) -> Option<Figure> {
     (!rows.is_empty()).then(|| {
         Figure::Agreement(AgreementFigure {
             title: format!("{agreeing} of {} quoted numbers agree", rows.len()),
-            subtitle: format!("{}; {}", study.machine.short_title(), study.variants[0].name),
+            subtitle: format!("{}; {}", study.machine.name, study.variants[0].name),
             numbers: "quoted, ours".into(),
             rows,
         })
