@@ -1,16 +1,17 @@
 //! Studies in parts that several machines compute, each into a file or into memory, and merged into the results of a single run.
 
 use std::{
-    io::BufWriter,
+    io::{BufWriter, ErrorKind, Write},
     path::{Path, PathBuf},
     sync::{Arc, atomic::AtomicBool},
 };
 
 use serde::{Deserialize, Serialize};
+use tempfile::NamedTempFile;
 
 use super::{FinishedRun, RunOptions, Start, open_checkpoint, protect_unfinished_run};
 use crate::{
-    files::{OutputFile, prepare, prepare_beside, remove, temporary_beside, write_beside},
+    files::{OutputFile, prepare, prepare_beside, remove, remove_temporary, temporary_beside, write_beside},
     input::error::{Error, Result},
     questions::{Overrides, Study},
     work::{
@@ -99,6 +100,21 @@ pub fn read_parts(folder: &Path) -> Result<Vec<Part>> {
     Ok(parts)
 }
 
+/// Removes all parts in `folder`, and the folder if nothing else is in it.
+///
+/// # Errors
+/// It cannot be read, or a part cannot be removed.
+pub fn remove_parts(folder: &Path) -> Result<()> {
+    part_files_in(folder)?.iter().try_for_each(|file| remove(file))?;
+    remove_temporary(folder)?;
+    match std::fs::remove_dir(folder) {
+        Err(source) if source.kind() != ErrorKind::DirectoryNotEmpty => {
+            Err(Error::Write { file: folder.to_path_buf(), source })
+        }
+        _ => Ok(()),
+    }
+}
+
 /// The files in `folder` that are called like parts, sorted.
 fn part_files_in(folder: &Path) -> Result<Vec<PathBuf>> {
     let fault = |source| Error::Read { file: folder.to_path_buf(), source };
@@ -114,7 +130,7 @@ fn part_files_in(folder: &Path) -> Result<Vec<PathBuf>> {
 }
 
 impl Study {
-    /// Computes the part that `share` holds, as bytes. `before` are all parts of earlier rounds, of a study that
+    /// Computes the part that `share` holds, as bytes. `before` are all parts of earlier rounds, or their [excerpt](Study::excerpt), of a study that
     /// [goes in rounds](crate::StudyKind::goes_in_rounds); `program` as in [`RunOptions`]. It is computed on the current rayon pool; whoever sets
     /// `stop` stops it, and `watch` is told how far it is. The bytes do not depend on the number of threads.
     ///
@@ -129,13 +145,29 @@ impl Study {
         watch: impl Fn(Event) + Send + Sync + 'static,
     ) -> Result<Vec<u8>> {
         let origin = Origin::of(program, self.inputs.clone())?;
-        let before = if before.is_empty() { None } else { Some(Parts::new(before, &origin)?) };
+        let before = if before.is_empty() { None } else { Some(Parts::before(before, &origin)?) };
         before.as_ref().map_or(Ok(()), |before| check_same_division(before, share))?;
         let mut head = self.part_head(&origin, share, before.as_ref().map_or(1, |parts| parts.rounds() + 1));
         let work = Work::with_parts((Some(Checkpoint::unnamed(&origin)?), before, Some(share)), stop, Box::new(watch));
         head.is_complete = if_this_shard(self.kind.compute(&work))?.is_some();
         let mut bytes = Vec::new();
         work.write_part(head, &mut bytes)?;
+        Ok(bytes)
+    }
+
+    /// Returns what the next round needs of `parts`, all parts of the rounds so far, as bytes: those of its parts are the same as from all of them.
+    ///
+    /// # Errors
+    /// [`Error::Stopped`], parts of something else, and those of the work.
+    pub fn excerpt(&self, parts: Vec<Part>, program: Option<&str>, stop: Arc<AtomicBool>) -> Result<Vec<u8>> {
+        let origin = Origin::of(program, self.inputs.clone())?;
+        let parts = Parts::new(parts, &origin)?;
+        let share = Share::new(1, parts.of()).map_err(|problem| Error::argument("parts", problem))?;
+        let head = PartHead { is_excerpt: true, ..self.part_head(&origin, share, parts.rounds()) };
+        let work = Work::replay(parts, stop);
+        if_this_shard(self.kind.compute(&work))?;
+        let mut bytes = Vec::new();
+        work.write_excerpt(head, &mut bytes)?;
         Ok(bytes)
     }
 
@@ -191,6 +223,35 @@ impl Study {
         Ok(PartInFolder { file, was_there: false, is_complete })
     }
 
+    /// Writes `part`, the bytes of one that [`Study::part`] has computed, into a file in the folder `out`, whole or not at all.
+    ///
+    /// # Errors
+    /// It is no part of this study by the build that `program` names, as in [`RunOptions`]; the file cannot be written.
+    pub fn keep_part(&self, part: &[u8], out: &Path, program: Option<&str>) -> Result<Part> {
+        let read = Part::read(PartSource::Bytes("a part that was computed".into(), part.into()))?;
+        read.check(&Origin::of(program, self.inputs.clone())?)?;
+        prepare(out)?;
+        let file = out.join(format!("{}.{PART}", read.head().share.stem(read.head().round)));
+        write_file(&file, |to| to.write_all(part).map_err(|source| Error::Write { file: file.clone(), source }))?;
+        Part::read(PartSource::File(file))
+    }
+
+    /// Reads all parts in the folder `out`, none if there is no such folder.
+    ///
+    /// # Errors
+    /// It cannot be read; a file that is called like a part and is none of this study by the build that `program` names, or not whole.
+    pub fn kept_parts(&self, out: &Path, program: Option<&str>) -> Result<Vec<Part>> {
+        if !out.exists() {
+            return Ok(Vec::new());
+        }
+        let origin = Origin::of(program, self.inputs.clone())?;
+        let read = |file| {
+            let part = Part::read(PartSource::File(file))?;
+            part.check(&origin).map(|()| part)
+        };
+        part_files_in(out)?.into_iter().map(read).collect()
+    }
+
     /// Merges all `parts` of one division, in any order, into results in the folder `out`, as [`Study::run_into`] writes them. Rounds that the
     /// parts do not contain yet are computed here. The results are those of a single run, byte for byte.
     ///
@@ -217,6 +278,7 @@ impl Study {
             share,
             round,
             is_complete: false,
+            is_excerpt: false,
             pieces: 0,
         }
     }
@@ -247,10 +309,15 @@ fn check_same_division(before: &Parts, share: Share) -> Result<()> {
 
 /// Writes all pieces of `work` to `file`, whole, in place of what was there.
 fn write_part_file(work: &Work, head: PartHead, file: &Path) -> Result<()> {
+    write_file(file, |to| work.write_part(head, to))
+}
+
+/// Writes what `write` writes to `file`, whole, in place of what was there.
+fn write_file(file: &Path, write: impl FnOnce(&mut BufWriter<NamedTempFile>) -> Result<()>) -> Result<()> {
     let fault = |source| Error::Write { file: file.to_path_buf(), source };
     let name = prepare_beside(file)?;
     let mut writer = BufWriter::new(temporary_beside(file).map_err(fault)?);
-    work.write_part(head, &mut writer)?;
+    write(&mut writer)?;
     let made = writer.into_inner().map_err(|e| fault(e.into_error()))?;
     made.as_file().sync_all().map_err(fault)?;
     write_beside(file, vec![OutputFile::written(name, made)])

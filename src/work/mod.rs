@@ -3,7 +3,8 @@
 //!
 //! A computation that can be shared numbers pieces that do not need one another ([`Work::shard`]). Where it is one part of several, a piece of
 //! another part is not computed: its place stays empty ([`if_this_shard`]), and where all of them are needed the part ends ([`Work::barrier`]). All
-//! parts together are to the whole computation what an unfinished run is to the one that goes on with it.
+//! parts together are to the whole computation what an unfinished run is to the one that goes on with it. What the next round of parts needs of those
+//! before is an excerpt: the pieces that a replay asks for ([`Work::replay`]), and summaries in place of many ([`Work::summary`]).
 
 pub mod checkpoint;
 mod overlapped;
@@ -12,6 +13,7 @@ mod records;
 pub mod share;
 
 use std::{
+    collections::BTreeMap,
     io,
     path::PathBuf,
     sync::{
@@ -87,6 +89,8 @@ struct Shared {
     /// What parts have computed.
     parts: Option<Parts>,
     share: Option<Share>,
+    /// Of a replay: keys of the pieces that were asked for and are known, and the summaries that were made of others.
+    asked: Option<Mutex<Asked>>,
     /// Whether a piece was asked for that another part computes.
     needs_other: AtomicBool,
     /// Set by somebody else.
@@ -97,6 +101,8 @@ struct Shared {
 }
 
 type Watch = Box<dyn Fn(Event) + Send + Sync>;
+/// Keys, with the bytes of summaries; those of pieces are in the parts.
+type Asked = BTreeMap<Vec<u8>, Option<Vec<u8>>>;
 
 /// A numbered piece of a computation that is shared among parts.
 #[derive(Clone)]
@@ -154,7 +160,16 @@ impl Work {
         watch: Watch,
     ) -> Self {
         let (needs_other, fault) = (AtomicBool::new(false), Mutex::new(None));
-        let shared = Shared { checkpoint: checkpoint.map(Mutex::new), parts, share, needs_other, stop, fault, watch };
+        let checkpoint = checkpoint.map(Mutex::new);
+        let shared = Shared { checkpoint, parts, share, asked: None, needs_other, stop, fault, watch };
+        Self { shared: Arc::new(shared), part: String::new(), first: 0, sharded: None }
+    }
+
+    /// Work that computes no piece, and records which pieces of `parts` it is asked for, for [`Work::write_excerpt`]; stopped by setting `stop`.
+    pub fn replay(parts: Parts, stop: Arc<AtomicBool>) -> Self {
+        let (needs_other, fault) = (AtomicBool::new(false), Mutex::new(None));
+        let (parts, asked, watch) = (Some(parts), Some(Mutex::default()), Box::new(|_| ()));
+        let shared = Shared { checkpoint: None, parts, share: None, asked, needs_other, stop, fault, watch };
         Self { shared: Arc::new(shared), part: String::new(), first: 0, sharded: None }
     }
 
@@ -175,8 +190,10 @@ impl Work {
     #[must_use]
     pub fn shard(&self, number: usize) -> Self {
         let mut own = self.clone();
-        if let (Some(share), None) = (self.shared.share, &self.sharded) {
-            own.sharded = Some(Sharded { is_own: share.holds(self.first + number), needs_other: Arc::default() });
+        let is_shared = self.shared.share.is_some() || self.shared.asked.is_some();
+        if is_shared && self.sharded.is_none() {
+            let is_own = self.shared.share.is_some_and(|share| share.holds(self.first + number));
+            own.sharded = Some(Sharded { is_own, needs_other: Arc::default() });
         }
         own
     }
@@ -191,15 +208,63 @@ impl Work {
         if needs_other { Err(Error::OtherShard) } else { Ok(()) }
     }
 
+    /// Returns what `compute` makes of pieces under `name`, once all of them are there. Where an excerpt has what a [`Work::replay`] made of them, they
+    /// need not be known.
+    ///
+    /// # Errors
+    /// Of `compute`; as [`Work::barrier`]; the excerpt cannot be read.
+    pub fn summary<T: Serialize + DeserializeOwned>(
+        &self,
+        name: &str,
+        compute: impl FnOnce() -> Result<T>,
+    ) -> Result<T> {
+        let Some(parts) = self.shared.parts.as_ref().filter(|_| self.sharded.is_none()) else { return compute() };
+        let key = encode(&(&self.part, "summary", name)).map_err(|source| self.record_fault(memory_error(source)))?;
+        let known = parts.bytes(&key).map_err(|error| self.record_fault(error))?;
+        if let Some(known) = known.and_then(|bytes| decode(&bytes)) {
+            self.record_asked(key, None);
+            return Ok(known);
+        }
+        let before = self.shared.asked.as_ref().map(|asked| lock(asked).clone());
+        let made = compute()?;
+        self.barrier()?;
+        if let (Some(before), Some(asked)) = (before, &self.shared.asked) {
+            *lock(asked) = before;
+            let bytes = encode(&made).map_err(|source| self.record_fault(memory_error(source)))?;
+            self.record_asked(key, Some(bytes));
+        }
+        Ok(made)
+    }
+
+    /// Records that a replay was asked for what is under `key`; `made` is a summary.
+    fn record_asked(&self, key: Vec<u8>, made: Option<Vec<u8>>) {
+        if let Some(asked) = &self.shared.asked {
+            lock(asked).insert(key, made);
+        }
+    }
+
     /// Writes the pieces that are kept as a part file with `head`.
     ///
     /// # Errors
     /// They cannot be read, or `to` not written.
     pub fn write_part(&self, head: PartHead, to: &mut impl io::Write) -> Result<()> {
-        match &self.shared.checkpoint {
-            Some(checkpoint) => part_file::write(head, &mut lock(checkpoint), to),
-            None => Ok(()),
-        }
+        let Some(checkpoint) = &self.shared.checkpoint else { return Ok(()) };
+        let mut checkpoint = lock(checkpoint);
+        part_file::write(head, checkpoint.keys(), |key| checkpoint.bytes(key), to)
+    }
+
+    /// Writes what a [`Work::replay`] was asked for as a part file with `head`.
+    ///
+    /// # Errors
+    /// As [`Work::write_part`].
+    pub fn write_excerpt(&self, head: PartHead, to: &mut impl io::Write) -> Result<()> {
+        let (Some(asked), Some(parts)) = (&self.shared.asked, &self.shared.parts) else { return Ok(()) };
+        let asked = lock(asked);
+        let bytes = |key: &Vec<u8>| match asked.get(key) {
+            Some(Some(made)) => Ok(Some(made.clone())),
+            _ => parts.bytes(key),
+        };
+        part_file::write(head, asked.keys().cloned().collect(), bytes, to)
     }
 
     /// Number of pieces that are kept.
@@ -242,6 +307,9 @@ impl Work {
         compute: impl FnOnce() -> Result<T>,
     ) -> Result<T> {
         self.check()?;
+        if self.shared.asked.is_some() {
+            return self.replayed_piece(key);
+        }
         let Some(checkpoint) = &self.shared.checkpoint else { return compute() };
         let key = encode(&(&self.part, key)).map_err(|source| self.record_fault(memory_error(source)))?;
         // One that does not decode is computed again.
@@ -267,6 +335,20 @@ impl Work {
         lock(checkpoint).append_piece(&key, &bytes).map_err(|error| self.record_fault(error))?;
         self.tell_shard(false);
         Ok(piece)
+    }
+
+    /// Returns the piece of the parts under `key`, which is recorded.
+    fn replayed_piece<K: Serialize, T: DeserializeOwned>(&self, key: &K) -> Result<T> {
+        let key = encode(&(&self.part, key)).map_err(|source| self.record_fault(memory_error(source)))?;
+        let parts = self.shared.parts.as_ref();
+        let bytes = parts.map_or(Ok(None), |parts| parts.bytes(&key)).map_err(|error| self.record_fault(error))?;
+        if let Some(piece) = bytes.and_then(|bytes| decode(&bytes)) {
+            self.record_asked(key, None);
+            return Ok(piece);
+        }
+        self.check_own_shard()?;
+        self.shared.needs_other.store(true, Ordering::Relaxed);
+        Err(Error::OtherShard)
     }
 
     /// Records why pieces can no longer be kept, and returns `error`.

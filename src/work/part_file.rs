@@ -14,7 +14,7 @@ use std::{
 use serde::{Deserialize, Serialize};
 
 use super::{
-    checkpoint::{Checkpoint, Origin},
+    checkpoint::Origin,
     records::{HEAD, Record, encode, fill, next_record, record},
     share::Share,
 };
@@ -40,11 +40,13 @@ pub struct PartHead {
     pub round: u32,
     /// Whether nothing was left to other parts or to a later round.
     pub is_complete: bool,
+    /// Whether it is no part, but an excerpt of all parts so far: what the next round needs of them.
+    pub is_excerpt: bool,
     /// Number of its pieces.
     pub pieces: u64,
 }
 
-const FORMAT: [u8; 8] = *b"kpart-1\n";
+const FORMAT: [u8; 8] = *b"kpart-2\n";
 
 /// Source of the bytes of a part: a file or memory.
 #[derive(Debug, Clone)]
@@ -198,19 +200,23 @@ impl Part {
     }
 }
 
-/// Writes to `to` a part file with `head` and all pieces of `checkpoint`.
+/// Writes to `to` a part file with `head` and the pieces under `keys`, in the order of their bytes, which `bytes` reads.
 ///
 /// # Errors
 /// A piece cannot be read, or `to` not written.
-pub fn write(mut head: PartHead, checkpoint: &mut Checkpoint, to: &mut impl Write) -> Result<()> {
-    let keys = checkpoint.keys();
+pub(super) fn write(
+    mut head: PartHead,
+    keys: Vec<Vec<u8>>,
+    mut bytes: impl FnMut(&Vec<u8>) -> Result<Option<Vec<u8>>>,
+    to: &mut impl Write,
+) -> Result<()> {
     head.pieces = keys.len() as u64;
     let stem = head.share.stem(head.round);
     let fault = |source| Error::Write { file: stem.clone().into(), source };
     to.write_all(&FORMAT).map_err(fault)?;
     to.write_all(&encode(&head).and_then(|head| record(&head)).map_err(fault)?).map_err(fault)?;
     for key in keys {
-        let Some(piece) = checkpoint.bytes(&key)? else { continue };
+        let Some(piece) = bytes(&key)? else { continue };
         let content = [encode(&key).map_err(fault)?, piece].concat();
         to.write_all(&record(&content).map_err(fault)?).map_err(fault)?;
     }
@@ -240,6 +246,10 @@ impl Parts {
             return Err(Error::argument("parts", "expected all parts of a study, got none"));
         };
         let (share, name) = (first.head.share, first.source.name());
+        if let Some(other) = parts.iter().find(|part| part.head.is_excerpt) {
+            let round = other.head.round + 1;
+            return other.source.refuse(format!("is what round {round} needs of the parts before: expected parts"));
+        }
         if let Some(other) = parts.iter().find(|part| part.head.share.of() != share.of()) {
             let problem =
                 format!("is part {}, {name} is part {share}: expected parts of one division", other.head.share);
@@ -255,13 +265,33 @@ impl Parts {
         }
         let rounds = parts.last().map_or(0, |part| part.head.round);
         (1..=rounds).try_for_each(|round| check_complete(&parts, round, share.of()))?;
+        Ok(Self::of_checked(parts, share.of(), rounds))
+    }
+
+    /// The pieces in `before`, of the computation from `origin`: those of all parts of the rounds before, or their excerpt.
+    ///
+    /// # Errors
+    /// As [`Parts::new`]; an excerpt of another computation.
+    pub fn before(before: Vec<Part>, origin: &Origin) -> Result<Self> {
+        match before.as_slice() {
+            [one] if one.head.is_excerpt => {
+                one.check(origin)?;
+                let (of, rounds) = (one.head.share.of(), one.head.round);
+                Ok(Self::of_checked(before, of, rounds))
+            }
+            _ => Self::new(before, origin),
+        }
+    }
+
+    /// All pieces of `parts`, which are as [`Parts::new`] wants them.
+    fn of_checked(parts: Vec<Part>, part_count: u32, rounds: u32) -> Self {
         let mut piece_locations = HashMap::new();
         let mut sources = Vec::with_capacity(parts.len());
         for (number, Part { source, piece_locations: locations, .. }) in parts.into_iter().enumerate() {
             sources.push(source);
             piece_locations.extend(locations.into_iter().map(|(key, offset, length)| (key, (number, offset, length))));
         }
-        Ok(Self { sources, piece_locations, part_count: share.of(), rounds })
+        Self { sources, piece_locations, part_count, rounds }
     }
 
     /// Number of parts in a round.

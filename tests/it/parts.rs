@@ -246,6 +246,51 @@ fn a_placement_in_rounds_leaves_nothing_to_the_merge() {
     assert_eq!(refused.unwrap_err().to_string(), expected);
 }
 
+/// A part of a later round is given what it needs: bounds, verdicts and ends of searches, not all evaluations that led to them.
+#[test]
+fn rounds_from_excerpts_are_the_whole_placement_and_take_few_bytes() {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, front) in [("best", ""), ("front", "pareto = [\"worst_deflection\", \"worst_correction\"]\n")] {
+        let own = folder.path().join(name);
+        let file = short_placement(&own).join("study.toml");
+        let text = fs::read_to_string(&file).unwrap();
+        let (before, behind) = text.split_once("pareto = [\"worst_deflection\", \"worst_correction\"]\n").unwrap();
+        fs::write(&file, [before, front, behind].concat()).unwrap();
+        let study = Study::open(&file, &Overrides::default()).unwrap();
+        let whole = own.join("whole");
+        study.run_into(&whole, &options(false), stop(), |_| ()).unwrap();
+        let (mut all, mut excerpts): (Vec<Vec<u8>>, Vec<Vec<u8>>) = (Vec::new(), Vec::new());
+        let mut sent_of_all = 0;
+        loop {
+            if !all.is_empty() {
+                sent_of_all += all.iter().map(Vec::len).sum::<usize>();
+                excerpts.push(study.excerpt(read(&all), Some(PROGRAM), stop()).unwrap());
+            }
+            let parts = computed(&study, 3, excerpts.last().map(std::slice::from_ref).unwrap_or_default(), 2);
+            let is_complete = read(&parts).iter().all(|part| part.head().is_complete);
+            all.extend(parts);
+            if is_complete {
+                break;
+            }
+        }
+        let out = own.join("merged");
+        merged(&study, &all, &out, false, 1);
+        assert_same(&out, &whole, name);
+        let sent: usize = excerpts.iter().map(Vec::len).sum();
+        println!(
+            "{name}: a part is sent {sent} bytes in {} rounds, {sent_of_all} with all that was found",
+            excerpts.len()
+        );
+        assert!(5 * sent < 2 * sent_of_all, "{name}: {sent} of {sent_of_all}");
+        let last = excerpts.last().unwrap().clone();
+        let refused = study.merge_into(read(&[last.clone()]), &own.join("no"), &options(false), stop(), |_| ());
+        let expected = format!("bytes 0: is what round {} needs of the parts before", excerpts.len() + 1);
+        assert!(refused.unwrap_err().to_string().starts_with(&expected));
+        let other = study.part(share(1, 4), read(&[last]), Some(PROGRAM), stop(), |_| ()).unwrap_err().to_string();
+        assert_eq!(other, "part: expected one of 3 parts, as in the rounds before, got 1 of 4");
+    }
+}
+
 #[test]
 fn a_part_has_the_same_bytes_on_any_number_of_threads() {
     let folder = tempfile::tempdir().unwrap();

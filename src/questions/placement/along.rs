@@ -174,7 +174,7 @@ pub struct Trace {
 /// Returns the paths of every feature at the best place and at the poorest place that could be evaluated, by the evaluators of named and of
 /// found places.
 pub(super) fn traces(
-    [of_named, of_found]: [&Evaluator; 2],
+    [of_named, of_found]: &[Evaluator; 2],
     study: &PlacementStudy,
     entries: &[Entry],
     best: Option<&Best>,

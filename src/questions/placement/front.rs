@@ -45,14 +45,12 @@ pub(super) fn pareto_front(
     let mut known: Vec<(Site, Metrics)> =
         cells.iter().filter_map(|cell| Some((cell.site, *cell.complete()?))).collect();
     known.extend(refinements.iter().flat_map(|refinement| &refinement.visited));
-    let ends: Vec<Refinement> = metrics
-        .par_iter()
-        .enumerate()
-        .filter_map(|(k, metric)| {
-            let work = work.part(&format!("end {k}")).shard(k);
-            if_this_shard(refine_metric(evaluator, study, *metric, &known, &work)).map(Option::flatten).transpose()
-        })
-        .collect::<Result<_>>()?;
+    let end = |(k, metric): (usize, &Metric)| {
+        let work = work.part(&format!("end {k}")).shard(k);
+        if_this_shard(refine_metric(evaluator, study, *metric, &known, &work)).map(Option::flatten).transpose()
+    };
+    let ends: Vec<Refinement> =
+        work.summary("ends", || metrics.par_iter().enumerate().filter_map(end).collect::<Result<_>>())?;
     work.barrier()?;
     known.extend(ends.iter().flat_map(|end| &end.visited));
     let rough = undominated(&known, metrics);

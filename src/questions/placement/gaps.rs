@@ -9,7 +9,7 @@
 
 use rayon::prelude::*;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::{
     PlacementStudy,
@@ -26,7 +26,7 @@ use crate::{
 };
 
 /// Places found between the grid points of the sweep.
-#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Gaps {
     /// Places where the workpiece can be cut, best first.
     pub sites: Vec<Site>,

@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Best, PlacementStudy,
+    PlacementStudy,
     evaluate::Evaluator,
     site::{Site, is_angle},
 };
@@ -54,14 +54,13 @@ pub struct Margin {
     pub end: End,
 }
 
-/// Computes the margins of `best` along each free coordinate in both directions.
+/// Computes the margins of the place `best`, which has the objective `value`, along each free coordinate in both directions.
 pub(super) fn margins(
     evaluator: &Evaluator,
     study: &PlacementStudy,
     work: &Work,
-    best: &Best,
+    (best, value): (&Site, f64),
 ) -> error::Result<Vec<Margin>> {
-    let Best { site: best, value, .. } = best;
     let limit = value + WORSE * value.abs();
     let ways: Vec<(usize, f64)> = study.bounds.free().into_iter().flat_map(|i| [(i, -1.0), (i, 1.0)]).collect();
     let room = |&(coordinate, direction): &(usize, f64)| {

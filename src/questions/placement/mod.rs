@@ -157,24 +157,17 @@ pub struct PlacementStudy {
 /// # Errors
 /// Of `work`.
 pub fn run(study: &PlacementStudy, work: &Work) -> Result<PlacementResults> {
-    let needed = study.objective.metrics();
-    let evaluator = Evaluator::new(study, &needed);
-    let cells = sweep::sweep(&evaluator, study, &work.part("sweep"))?;
-    let ranking = sweep::ranking(study, &cells);
-    let gaps = gaps::find_gaps(&evaluator, study, &cells, work)?;
-    let starts = refinement_starts(study, &cells, &ranking, &gaps);
-    work.tell(Event::Stage(Stage { of: "searches", items: starts.len() + front::search_count(study) }));
-    let refinements = refine::refine(&evaluator, study, &study.objective, &starts, work)?;
-    let front = front::pareto_front(&evaluator, study, &cells, &refinements, work)?;
-    let everything = Evaluator::new(study, &Metric::ALL);
-    let as_programmed = Evaluator::new(&study.as_programmed(), &Metric::ALL);
-    let evaluators = [&as_programmed, &everything];
-    let entries = outcome::evaluate_entries(evaluators, study, work, (&cells, &ranking, &refinements));
+    let evaluator = Evaluator::new(study, &study.objective.metrics());
+    let Found { cells, ranking, gaps, refinements, front } = search(&evaluator, study, work)?;
+    let evaluators = study.entry_evaluators();
+    let places = outcome::entry_places(study, (&cells, &ranking, &refinements));
+    let entries = outcome::evaluate_entries(&evaluators, study, work, places);
     work.barrier()?;
     let best = outcome::choose_best(study, &entries, &refinements);
     work.tell(Event::Stage(Stage { of: "ways from the best place", items: 2 * study.bounds.free().len() }));
-    let flatness = best.as_ref().map(|best| margins::margins(&evaluator, study, work, best)).transpose()?;
-    let traces = along::traces(evaluators, study, &entries, best.as_ref());
+    let flatness = best.as_ref().map(|best| margins::margins(&evaluator, study, work, (&best.site, best.value)));
+    let flatness = flatness.transpose()?;
+    let traces = along::traces(&evaluators, study, &entries, best.as_ref());
     Ok(PlacementResults {
         front,
         gaps,
@@ -189,6 +182,46 @@ pub fn run(study: &PlacementStudy, work: &Work) -> Result<PlacementResults> {
     })
 }
 
+/// Computes the pieces of [`run`], without its results, so that the last of them need little of the first.
+///
+/// # Errors
+/// Of `work`.
+fn compute(study: &PlacementStudy, work: &Work) -> Result<()> {
+    let evaluator = Evaluator::new(study, &study.objective.metrics());
+    let best = work.summary("best", || {
+        let places = work.summary("entries", || {
+            let Found { cells, ranking, refinements, .. } = search(&evaluator, study, work)?;
+            Ok(outcome::entry_places(study, (&cells, &ranking, &refinements)))
+        })?;
+        let entries = outcome::evaluate_entries(&study.entry_evaluators(), study, work, places);
+        work.barrier()?;
+        Ok(outcome::best_entry(study, &entries).map(|(index, site)| (site, entries[index].value)))
+    })?;
+    work.tell(Event::Stage(Stage { of: "ways from the best place", items: 2 * study.bounds.free().len() }));
+    best.map_or(Ok(()), |(site, value)| margins::margins(&evaluator, study, work, (&site, value)).map(drop))
+}
+
+/// What a search finds before named and found places are compared.
+struct Found {
+    cells: Vec<Cell>,
+    ranking: Vec<usize>,
+    gaps: Gaps,
+    refinements: Vec<Refinement>,
+    front: Vec<(Site, Metrics)>,
+}
+
+/// Sweeps the grid and refines the best places. `Err` only from `work`.
+fn search(evaluator: &Evaluator, study: &PlacementStudy, work: &Work) -> Result<Found> {
+    let cells = sweep::sweep(evaluator, study, &work.part("sweep"))?;
+    let ranking = sweep::ranking(study, &cells);
+    let gaps = work.summary("gaps", || gaps::find_gaps(evaluator, study, &cells, work))?;
+    let starts = refinement_starts(study, &cells, &ranking, &gaps);
+    work.tell(Event::Stage(Stage { of: "searches", items: starts.len() + front::search_count(study) }));
+    let refinements = refine::refine(evaluator, study, &study.objective, &starts, work)?;
+    let front = work.summary("front", || front::pareto_front(evaluator, study, &cells, &refinements, work))?;
+    Ok(Found { cells, ranking, gaps, refinements, front })
+}
+
 /// Returns the starts of refinements: best places of the sweep, places found between its grid points, named places within the bounds.
 fn refinement_starts(study: &PlacementStudy, cells: &[Cell], ranking: &[usize], gaps: &Gaps) -> Vec<(Start, Site)> {
     let swept = sweep::choose_starts(study, cells, ranking).into_iter().map(|index| (Start::Sweep, cells[index].site));
@@ -200,8 +233,9 @@ fn refinement_starts(study: &PlacementStudy, cells: &[Cell], ranking: &[usize], 
 
 /// Evaluates only the named places of `study`, with all metrics, each at its best γ if one is sought, best first.
 pub fn compare(study: &PlacementStudy) -> Vec<Entry> {
-    let evaluator = Evaluator::new(study, &Metric::ALL);
-    outcome::evaluate_entries([&evaluator; 2], study, &Work::default(), (&[], &[], &[]))
+    let places = outcome::entry_places(study, (&[], &[], &[]));
+    let evaluators = [(); 2].map(|()| Evaluator::new(study, &Metric::ALL));
+    outcome::evaluate_entries(&evaluators, study, &Work::default(), places)
 }
 
 /// Largest difference of each coordinate between places that count as the same, as a share of its range.
@@ -225,6 +259,11 @@ impl PlacementStudy {
     /// Returns the study without searches for γ.
     fn as_programmed(&self) -> Self {
         Self { features: self.features.iter().map(FeatureJob::as_programmed).collect(), ..self.clone() }
+    }
+
+    /// Returns the evaluators of named places, which stay as programmed, and of found places, with all metrics.
+    fn entry_evaluators(&self) -> [Evaluator; 2] {
+        [Evaluator::new(&self.as_programmed(), &Metric::ALL), Evaluator::new(self, &Metric::ALL)]
     }
 
     /// Returns whether a feature has limits of corrections or forces.

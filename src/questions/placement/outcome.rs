@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::{
     PlacementStudy,
@@ -70,7 +70,7 @@ pub enum Agreement {
 }
 
 /// Origin of an entry.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Origin {
     /// A named place of the study.
     Named,
@@ -143,12 +143,16 @@ impl Entry {
     }
 }
 
+/// Returns the index of the best of `entries` that can be cut and lies within the bounds, and its place.
+pub(super) fn best_entry(study: &PlacementStudy, entries: &[Entry]) -> Option<(usize, Site)> {
+    let mut can_be_cut = entries.iter().enumerate().filter(|(_, entry)| entry.feasible().is_some());
+    can_be_cut.find_map(|(index, entry)| Some((index, study.bounds.inside(&entry.site)?)))
+}
+
 /// Returns the best of `entries` that can be cut and lies within the bounds.
 pub(super) fn choose_best(study: &PlacementStudy, entries: &[Entry], refinements: &[Refinement]) -> Option<Best> {
-    let is_wanted = |entry: &Entry| entry.feasible().is_some() && study.bounds.inside(&entry.site).is_some();
-    let index = entries.iter().position(is_wanted)?;
-    let Entry { site, value, found, .. } = entries[index];
-    let site = study.bounds.inside(&site)?;
+    let (index, site) = best_entry(study, entries)?;
+    let Entry { value, found, .. } = entries[index];
     let agreement = |found: &Refinement| {
         let more = found.value - value;
         let is_close = more <= SAME_VALUE * value.abs() || study.is_zero(more);
@@ -161,14 +165,11 @@ pub(super) fn choose_best(study: &PlacementStudy, entries: &[Entry], refinements
     Some(Best { entry: index, site, value, found, agreement: refinements.iter().map(agreement).collect() })
 }
 
-/// Evaluates named places with the first of the evaluators, the best of the sweep and the ends of the refinements with the second, each
-/// once; best first.
-pub(super) fn evaluate_entries(
-    [of_named, of_found]: [&Evaluator; 2],
+/// Returns named places, the best of the sweep and the ends of the refinements, each once, with their names.
+pub(super) fn entry_places(
     study: &PlacementStudy,
-    work: &Work,
     (cells, ranking, refinements): (&[Cell], &[usize], &[Refinement]),
-) -> Vec<Entry> {
+) -> Vec<(String, Origin, Site)> {
     let mut places: Vec<(String, Origin, Site)> =
         study.candidates.iter().map(|c| (c.name.clone(), Origin::Named, c.site)).collect();
     places.extend(ranking.first().map(|&index| (BEST_OF_SWEEP.into(), Origin::Sweep, cells[index].site)));
@@ -179,6 +180,16 @@ pub(super) fn evaluate_entries(
             places.push((format!("{OPTIMISED}{}", index + 1), Origin::Refinement(index), refinement.site));
         }
     }
+    places
+}
+
+/// Evaluates `places`, named ones with the first of the evaluators, found ones with the second; best first.
+pub(super) fn evaluate_entries(
+    [of_named, of_found]: &[Evaluator; 2],
+    study: &PlacementStudy,
+    work: &Work,
+    places: Vec<(String, Origin, Site)>,
+) -> Vec<Entry> {
     let entry = |(number, (name, found, site)): (usize, (String, Origin, Site))| {
         let (evaluator, part) = match found {
             Origin::Named => (of_named, "named"),

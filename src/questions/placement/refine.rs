@@ -23,7 +23,7 @@ use argmin::{
 };
 use rayon::prelude::*;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::{
     PlacementStudy,
@@ -38,7 +38,7 @@ use crate::{
 };
 
 /// Kind of place that a refinement starts from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Start {
     /// One of the best places of the sweep.
     Sweep,
@@ -49,7 +49,7 @@ pub enum Start {
 }
 
 /// Result of one refinement.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Refinement {
     /// Kind of place that it started from.
     pub from: Start,
@@ -104,18 +104,21 @@ pub(super) fn refine(
         search.tell(Event::Computed(1));
         refinement
     };
-    let mut refinements: Vec<Refinement> = starts.par_iter().enumerate().filter_map(run).collect();
-    work.barrier()?;
-    // The ends of a front are polished with the rest of it.
-    let is_sought = *objective == study.objective;
-    let contenders = if is_sought { contenders(study, &refinements) } else { Vec::new() };
-    refinements.par_iter_mut().enumerate().for_each(|(index, found)| {
-        if let Some(rank) = contenders.iter().position(|contender| *contender == index) {
-            RefinementSearch { evaluator, study, objective, work: &work.shard(rank) }.polish(found);
-        }
-    });
-    work.barrier()?;
-    Ok(refinements)
+    work.summary("refinements", || {
+        let mut refinements: Vec<Refinement> =
+            work.summary("searches", || Ok(starts.par_iter().enumerate().filter_map(run).collect()))?;
+        work.barrier()?;
+        // The ends of a front are polished with the rest of it.
+        let is_sought = *objective == study.objective;
+        let contenders = if is_sought { contenders(study, &refinements) } else { Vec::new() };
+        refinements.par_iter_mut().enumerate().for_each(|(index, found)| {
+            if let Some(rank) = contenders.iter().position(|contender| *contender == index) {
+                RefinementSearch { evaluator, study, objective, work: &work.shard(rank) }.polish(found);
+            }
+        });
+        work.barrier()?;
+        Ok(refinements)
+    })
 }
 
 /// Returns the indices of the ends that may be, or be next to, the best place: no two of them the same.

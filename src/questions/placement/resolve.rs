@@ -117,7 +117,7 @@ impl Question for PlacementStudy {
 
     /// Runs the whole search and keeps its evaluations in `work`.
     fn compute(&self, work: &Work) -> Result<()> {
-        super::run(self, work).map(drop)
+        super::compute(self, work)
     }
 }
 

@@ -84,28 +84,48 @@ pub(super) fn piece_count(study: &PlacementStudy) -> usize {
 /// Evaluates the grid of the study, and returns its cells in grid order. `Err` only from `work`.
 pub(super) fn sweep(evaluator: &Evaluator, study: &PlacementStudy, work: &Work) -> error::Result<Vec<Cell>> {
     let sites: Vec<Site> = (0..study.grid.len()).map(|index| study.grid.site(index)).collect();
+    let verdicts = work.summary("verdicts", || {
+        let mut states = states_before_level(evaluator, study, (&sites, evaluator.levels), work)?;
+        step_open_states(&mut states, &work.part("rest"), |state| complete(evaluator, state, work))?;
+        work.barrier()?;
+        let verdict = |state| match state {
+            State::Closed(verdict) => verdict,
+            // No state is open once all are complete.
+            State::Open(partial) => Verdict::Pruned(evaluator.best_possible(&partial)),
+        };
+        Ok(states.into_iter().map(verdict).collect::<Vec<_>>())
+    })?;
+    Ok(sites.into_iter().zip(verdicts).map(|(site, verdict)| Cell { site, verdict }).collect())
+}
+
+/// Returns the states of all `sites` after the levels before `level`.
+fn states_before_level(
+    evaluator: &Evaluator,
+    study: &PlacementStudy,
+    (sites, level): (&[Site], usize),
+    work: &Work,
+) -> error::Result<Vec<State>> {
     let open = |site: &Site| match evaluator.open(site) {
         Ok(partial) => State::Open(partial),
         Err(failure) => closed_state(Verdict::Infeasible(failure), work),
     };
-    let mut states: Vec<State> = sites.par_iter().map(open).collect();
-    for level in 0..evaluator.levels {
-        step_open_states(&mut states, &work.part(&format!("level {level}")), |state| advance(evaluator, state, work))?;
-        if study.search.coarse_to_fine {
-            work.barrier()?;
-            complete_best(evaluator, study, &mut states, &work.part(&format!("best of level {level}")))?;
-            work.barrier()?;
-            prune(evaluator, study, &mut states, work);
-        }
-    }
-    step_open_states(&mut states, &work.part("rest"), |state| complete(evaluator, state, work))?;
-    work.barrier()?;
-    let verdict = |(site, state)| match state {
-        State::Closed(verdict) => Cell { site, verdict },
-        // No state is open once all are complete.
-        State::Open(partial) => Cell { site, verdict: Verdict::Pruned(evaluator.best_possible(&partial)) },
+    let Some(last) = level.checked_sub(1) else { return Ok(sites.par_iter().map(open).collect()) };
+    let advanced = || {
+        let mut states = states_before_level(evaluator, study, (sites, last), work)?;
+        step_open_states(&mut states, &work.part(&format!("level {last}")), |state| advance(evaluator, state, work))?;
+        Ok(states)
     };
-    Ok(sites.into_iter().zip(states).map(verdict).collect())
+    if !study.search.coarse_to_fine {
+        return advanced();
+    }
+    work.summary(&format!("pruned after level {last}"), || {
+        let mut states = work.summary(&format!("after level {last}"), advanced)?;
+        work.barrier()?;
+        complete_best(evaluator, study, &mut states, &work.part(&format!("best of level {last}")))?;
+        work.barrier()?;
+        prune(evaluator, study, &mut states, work);
+        Ok(states)
+    })
 }
 
 /// Applies `step` to each open state, in pieces of `work`; those of other shards stay as they are.
