@@ -14,6 +14,7 @@ array([ 0.082,  0.02 , -0.078])
 """
 
 from ._kinetostat import Error, __version__
+from .identification import Identification, Predictions, identify, predict
 from .machine import Machine, Parameter, machine_names
 from .process import Process
 from .program import CompensatedProgram, Followed, Path
@@ -29,14 +30,18 @@ __all__ = [
     "Equilibrium",
     "Error",
     "Followed",
+    "Identification",
     "Machine",
     "Parameter",
     "Path",
+    "Predictions",
     "Process",
     "Table",
     "__version__",
+    "identify",
     "machine_names",
     "place",
+    "predict",
     "run",
     "workspace_map",
 ]

@@ -18,6 +18,8 @@ __all__ = [
     "machine_names",
     "merge_parts",
     "part_head",
+    "predict_by_machine",
+    "predict_by_study",
     "read_table",
     "run_study",
     "study_pieces",
@@ -26,6 +28,7 @@ __all__ = [
 __version__: str
 
 _Told: TypeAlias = Callable[[int, int, str], object] | None
+_Predicted: TypeAlias = tuple[list[tuple[str, str, NDArray[np.float64] | list[str]]], str, bool]
 
 class Error(Exception): ...
 
@@ -64,6 +67,10 @@ def merge_parts(
     points: int | None = None,
 ) -> None: ...
 def part_head(part: bytes) -> tuple[int, int, int, bool, int]: ...
+def predict_by_machine(machine: Machine, source: bytes | None, name: str) -> _Predicted: ...
+def predict_by_study(
+    path: str | PathLike[str], parameters: Sequence[tuple[str, float]], source: bytes | None, name: str
+) -> _Predicted: ...
 
 @final
 class Machine:

@@ -222,24 +222,29 @@ def _asked(
     progress: Progress,
 ) -> Answer:
     """Runs a study that is written into a folder of its own."""
-    own = machine._machine
-    built_in = own.origin in _kinetostat.machine_names() and _kinetostat.Machine.named(own.origin).toml == own.toml
-    header = {"schema": 3, "question": question, "machine": own.origin if built_in else "machine.toml"}
     kept = tempfile.TemporaryDirectory(prefix="kinetostat_") if out is None else None
     with tempfile.TemporaryDirectory(prefix="kinetostat_") as asked:
         folder = FilePath(asked) / name
-        folder.mkdir()
-        (folder / "study.toml").write_text(_kinetostat.as_toml(json.dumps({**header, **tables})), encoding="utf-8")
-        if not built_in:
-            (folder / "machine.toml").write_text(own.toml, encoding="utf-8")
+        write_study(folder, machine, question, tables)
         answer = run(
             folder,
             FilePath(kept.name) / name if kept is not None else out,
-            parameters=dict(own.set_parameters),
+            parameters=dict(machine._machine.set_parameters),
             figures=figures,
             progress=progress,
         )
     return replace(answer, _kept=kept)
+
+
+def write_study(folder: FilePath, machine: Machine, question: str, tables: dict[str, Any]) -> None:
+    """Makes the study folder `folder` of `tables`, for `machine` without the numbers that were set."""
+    own = machine._machine
+    built_in = own.origin in _kinetostat.machine_names() and _kinetostat.Machine.named(own.origin).toml == own.toml
+    header = {"schema": 3, "question": question, "machine": own.origin if built_in else "machine.toml"}
+    folder.mkdir()
+    (folder / "study.toml").write_text(_kinetostat.as_toml(json.dumps({**header, **tables})), encoding="utf-8")
+    if not built_in:
+        (folder / "machine.toml").write_text(own.toml, encoding="utf-8")
 
 
 def _process(process: Tables | str | PathLike[str]) -> Any:

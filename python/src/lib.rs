@@ -10,6 +10,7 @@ mod machine;
 mod parameters;
 mod parts;
 mod poses;
+mod predicted;
 mod program;
 mod settle;
 mod study;
@@ -25,6 +26,8 @@ mod _kinetostat {
     use crate::machine::{Machine, machine_names};
     #[pymodule_export]
     use crate::parts::{compute_part, merge_parts, part_head, study_pieces};
+    #[pymodule_export]
+    use crate::predicted::{predict_by_machine, predict_by_study};
     #[pymodule_export]
     use crate::program::{Process, Program};
     #[pymodule_export]

@@ -3,7 +3,11 @@
 use std::{fs::File, io::BufReader, path::PathBuf};
 
 use csv::ReaderBuilder;
-use pyo3::{prelude::*, types::PyDict};
+use kinetostat::files::exchange::{Cell, Kind, Table};
+use pyo3::{
+    prelude::*,
+    types::{PyDict, PyList},
+};
 
 use crate::{arrays::array, error::refused};
 
@@ -29,6 +33,27 @@ pub fn read_table(py: Python<'_>, path: PathBuf, is_number: Vec<bool>) -> PyResu
         }
     }
     Ok(dict)
+}
+
+/// The columns of `table` as name, unit and values: numbers, NaN where there is none, or texts.
+pub fn columns_of<'py>(py: Python<'py>, table: &Table) -> PyResult<Bound<'py, PyList>> {
+    let columns = PyList::empty(py);
+    for (k, column) in table.columns().iter().enumerate() {
+        let cells = table.rows().iter().map(|row| &row[k]);
+        let values = if column.kind == Kind::Text {
+            let texts = cells.map(|cell| if let Cell::Text(text) = cell { text.as_str() } else { "" });
+            PyList::new(py, texts)?.into_any()
+        } else {
+            let number = |cell: &Cell| match cell {
+                Cell::Number(number) => *number,
+                Cell::Count(count) => *count as f64,
+                Cell::Missing | Cell::Text(_) => f64::NAN,
+            };
+            array(py, cells.map(number).collect(), [table.rows().len()])?
+        };
+        columns.append((&column.name, column.unit().unwrap_or_default(), values))?;
+    }
+    Ok(columns)
 }
 
 fn read(path: &PathBuf, is_number: &[bool]) -> Result<(Vec<String>, Vec<Column>), String> {

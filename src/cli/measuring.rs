@@ -13,10 +13,7 @@ use kinetostat::{
         Folder,
         error::{Error, Result},
     },
-    questions::{
-        Overrides, Study, StudyKind,
-        identification::{self, RowUse, report::predicted},
-    },
+    questions::{Overrides, Study, StudyKind, identification::report::predicted},
     work::Work,
 };
 
@@ -102,15 +99,9 @@ pub fn predict(arguments: &PredictArguments) -> Result<Ending> {
     };
     let file = arguments.poses.display().to_string();
     let bytes = Folder::from(PathBuf::new()).bytes(&file)?;
-    let poses = identification::read(&bytes, &file, &study.machine, RowUse::Predictions)?;
-    let found = match identification::run(study, &Work::default())? {
-        Ok(found) if found.fit.is_converged => found,
-        Ok(_) => return Ok(nothing_predicted("the search for the parameters did not end")),
-        Err(failure) => return Ok(nothing_predicted(&failure.reason)),
-    };
-    let answers = identification::predict(study, &found, &poses)?;
-    let table = predicted::table(&poses, &answers);
-    let written = csv(&table).map_err(|fault| Error::Write { file: "the answer".into(), source: fault.into() })?;
+    let found = predicted::predict_rows(study, (&bytes, &file), &Work::default())?;
+    let written =
+        csv(&found.table).map_err(|fault| Error::Write { file: "the answer".into(), source: fault.into() })?;
     match &arguments.out {
         None => print(&String::from_utf8_lossy(&written))?,
         Some(out) => {
@@ -118,17 +109,10 @@ pub fn predict(arguments: &PredictArguments) -> Result<Ending> {
             write_beside(out, vec![OutputFile::new(name, written)])?;
         }
     }
-    let said = predicted::prediction_words(study, &found, &poses, &answers);
-    if !said.is_empty() {
-        say(&said);
+    if !found.words.is_empty() {
+        say(&found.words);
     }
-    Ok(Ending::of(answers.iter().all(std::result::Result::is_ok)))
-}
-
-/// Says on standard error why nothing is predicted.
-fn nothing_predicted(reason: &str) -> Ending {
-    say(&format!("Nothing is predicted: {}.", reason.trim_end_matches('.')));
-    Ending::SomeUnsolved
+    Ok(Ending::of(found.is_complete))
 }
 
 /// Returns the error of a study that has another table than `table`.

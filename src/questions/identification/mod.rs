@@ -28,7 +28,7 @@ pub use measurements::{AppliedLoad, Measurement, Quantity, Reading, RowUse, read
 use model::predict_values;
 pub use model::{LoadedModel, Predicted};
 pub use patterns::{Pattern, rank_correlation, ranks};
-pub use prediction::{Prediction, predict};
+pub use prediction::{Prediction, predict, predict_as_is};
 pub(crate) use resolve::{priors, rows};
 pub use scatter::{half_width, mean_square_limit};
 pub use spec::LossSpec;

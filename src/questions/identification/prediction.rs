@@ -9,7 +9,7 @@ use super::{
     model::{LoadedModel, Predicted},
     scatter,
 };
-use crate::{input::error::Result, simulation::Failure};
+use crate::{input::error::Result, machine::Machine, simulation::Failure};
 
 /// A predicted reading with its 95 % interval.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -38,8 +38,7 @@ pub fn predict(
     poses: &[Measurement],
 ) -> Result<Vec<std::result::Result<Vec<Prediction>, Failure>>> {
     let fit = &found.fit;
-    let asked: Vec<Measurement> =
-        poses.iter().map(|own| Measurement { readings: readings_to_predict(own), ..own.clone() }).collect();
+    let asked = with_readings_to_predict(poses);
     let asked: Vec<&Measurement> = asked.iter().collect();
     let model = LoadedModel::new(&study.machine, &study.unknowns, &fit.x, &study.unknowns)?;
     let null_space = DMatrix::from_fn(fit.x.len(), fit.null_space.len(), |i, j| fit.null_space[j][i]);
@@ -62,12 +61,38 @@ pub fn predict(
     Ok(predicted.map(|(predicted, own)| predicted.map(|predicted| of((predicted, own)))).collect())
 }
 
+/// Predicts the readings of each pose and load with `machine` as it is, without intervals: how far its parameters are known is not asked. The
+/// inner `Err` says why a pose has none.
+///
+/// # Errors
+/// As [`predict`].
+pub fn predict_as_is(
+    machine: &Machine,
+    poses: &[Measurement],
+) -> Result<Vec<std::result::Result<Vec<Prediction>, Failure>>> {
+    let asked = with_readings_to_predict(poses);
+    let model = LoadedModel::new(machine, &[], &DVector::zeros(0), &[])?;
+    let of = |predicted: Predicted, own: &Measurement, pose: &Measurement| {
+        let each = own.readings.iter().zip(predicted.values.iter()).enumerate().map(|(i, (reading, &value))| {
+            let (half_width, measured) = (f64::INFINITY, pose.readings.get(i).map(|reading| reading.value));
+            Prediction { column: reading.column, value, half_width, stds: [f64::INFINITY; 3], measured }
+        });
+        each.collect()
+    };
+    let predicted = model.each(&asked.iter().collect::<Vec<_>>()).into_iter().zip(asked.iter().zip(poses));
+    Ok(predicted.map(|(predicted, (own, pose))| predicted.map(|predicted| of(predicted, own, pose))).collect())
+}
+
 /// Largest change along the null space, over the largest change by any unknown, of a reading that does not depend on it.
 const UNIDENTIFIABLE: f64 = 1e-6;
 
-/// Returns the readings to predict at a pose: its own, or displacements of the tool tip.
-fn readings_to_predict(pose: &Measurement) -> Vec<Reading> {
-    if pose.readings.is_empty() { Reading::planned_displacements() } else { pose.readings.clone() }
+/// Returns `poses` with the readings to predict: their own, or displacements of the tool tip.
+fn with_readings_to_predict(poses: &[Measurement]) -> Vec<Measurement> {
+    let readings = |pose: &Measurement| match pose.readings.is_empty() {
+        true => Reading::planned_displacements(),
+        false => pose.readings.clone(),
+    };
+    poses.iter().map(|own| Measurement { readings: readings(own), ..own.clone() }).collect()
 }
 
 /// Scatter of the residuals of lengths, or of rotations.

@@ -7,9 +7,71 @@ use crate::{
         exchange::{Cell, Row, Table, numbers, texts},
         millimetres,
     },
-    questions::identification::{IdentificationStudy, Identified, Measurement, Prediction, written_files::MachineFile},
+    input::error::Result as InputResult,
+    machine::Machine,
+    questions::identification::{
+        self, IdentificationStudy, Identified, Measurement, Prediction, RowUse, written_files::MachineFile,
+    },
     simulation::{Failure, SOLVED},
+    work::Work,
 };
+
+/// Readings predicted for the rows of a file.
+#[derive(Debug, Clone)]
+pub struct PredictedRows {
+    /// The [`table`] of predicted readings.
+    pub table: Table,
+    /// How well measured readings are predicted, with cautions.
+    pub words: String,
+    /// Whether all rows are predicted.
+    pub is_complete: bool,
+}
+
+/// Fits the study and predicts the readings of the rows in the CSV text `source`, called `file` in messages. Without a fit each row says why.
+///
+/// # Errors
+/// As [`identification::read`]; the work was stopped.
+pub fn predict_rows(
+    study: &IdentificationStudy,
+    (source, file): (&[u8], &str),
+    work: &Work,
+) -> InputResult<PredictedRows> {
+    let poses = identification::read(source, file, &study.machine, RowUse::Predictions)?;
+    // Intervals of predictions rest on the fit alone.
+    let study = &IdentificationStudy { profile: false, folds: 0, alternatives: Vec::new(), ..study.clone() };
+    let failure = match identification::run(study, work)? {
+        Ok(found) if found.fit.is_converged => {
+            let answers = identification::predict(study, &found, &poses)?;
+            let words = prediction_words(study, &found, &poses, &answers);
+            return Ok(PredictedRows::new(&poses, &answers, words));
+        }
+        Ok(_) => {
+            let reason = "the search for the parameters did not end".into();
+            Failure { status: "not_converged".into(), reason }
+        }
+        Err(failure) => failure,
+    };
+    let words = format!("Nothing is predicted: {}.", failure.reason.trim_end_matches('.'));
+    Ok(PredictedRows::new(&poses, &vec![Err(failure); poses.len()], words))
+}
+
+/// Predicts the readings of the rows in the CSV text `source`, called `file` in messages, for `machine` as it is, without intervals; chain errors
+/// among its parameters answer and do not command.
+///
+/// # Errors
+/// As [`identification::read`].
+pub fn predict_rows_of(machine: &Machine, (source, file): (&[u8], &str)) -> InputResult<PredictedRows> {
+    let poses = identification::read(source, file, &machine.nominal()?, RowUse::Predictions)?;
+    let answers = identification::predict_as_is(machine, &poses)?;
+    let words = text::beyond_travel(machine, &poses, |i| format!("pose {}", poses[i].name)).unwrap_or_default();
+    Ok(PredictedRows::new(&poses, &answers, words))
+}
+
+impl PredictedRows {
+    fn new(poses: &[Measurement], answers: &[Result<Vec<Prediction>, Failure>], words: String) -> Self {
+        Self { table: table(poses, answers), words, is_complete: answers.iter().all(Result::is_ok) }
+    }
+}
 
 /// Makes the table of predicted readings, a row for each: mm, rotations in degrees, with the standard deviations of the interval.
 pub fn table(poses: &[Measurement], predicted: &[Result<Vec<Prediction>, Failure>]) -> Table {

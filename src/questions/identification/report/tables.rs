@@ -25,22 +25,24 @@ pub(super) fn tables(report: Option<&Report<'_>>) -> Vec<(String, Table)> {
 }
 
 /// Makes the table of unknowns: a row for each, with estimate, intervals, why it is not identified, and strongest correlation.
-fn parameters(report: Option<&Report<'_>>) -> Table {
+fn parameters<'a>(report: Option<&'a Report<'a>>) -> Table {
     let columns = [
         texts(["parameter", "unit", "status", "reason"]),
-        numbers(["start", "value", "low_95", "high_95", "profile_low_95", "profile_high_95", "half_width"]),
+        numbers(["start", "value", "std", "low_95", "high_95", "profile_low_95", "profile_high_95", "half_width"]),
         texts(["most_correlated_with"]),
         numbers(["correlation"]),
     ];
-    let rows = report.into_iter().flat_map(|report| &report.found.found).map(|own| {
+    let all = |report: &'a Report<'a>| report.found.found.iter().enumerate().map(move |(k, own)| (report, k, own));
+    let rows = report.into_iter().flat_map(all).map(|(report, k, own)| {
         let status = if own.open.is_none() { "identified" } else { "not_identified" };
         let mut row: Row = vec![own.unknown.name.as_str().into(), own.unknown.unit.in_files().into(), status.into()];
         row.extend([own.open.as_deref().into(), own.unknown.start.into(), own.value.into()]);
+        let fit = &report.found.fit;
+        row.push(finite_cell(fit.std(k) * own.unknown.slope(fit.x[k]).abs()));
         row.extend(own.interval.map(finite_cell));
         row.extend(own.profile.map_or([Cell::Missing, Cell::Missing], |ends| ends.map(finite_cell)));
         row.push(finite_cell(own.half_width));
-        let other = own.correlated.zip(report);
-        row.push(other.map(|((other, _), report)| report.study.unknowns[other].name.as_str()).into());
+        row.push(own.correlated.map(|(other, _)| report.study.unknowns[other].name.as_str()).into());
         row.push(own.correlated.map(|(_, correlation)| correlation).into());
         row
     });
