@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 __all__ = [
     "Error",
+    "KeptParts",
     "Machine",
     "Process",
     "Program",
@@ -27,6 +28,7 @@ __all__ = [
 
 __version__: str
 
+_Head: TypeAlias = tuple[int, int, int, bool, int]
 _Told: TypeAlias = Callable[[int, int, str], object] | None
 _Predicted: TypeAlias = tuple[list[tuple[str, str, NDArray[np.float64] | list[str]]], str, bool]
 
@@ -66,11 +68,31 @@ def merge_parts(
     grid: Sequence[int] | None = None,
     points: int | None = None,
 ) -> None: ...
-def part_head(part: bytes) -> tuple[int, int, int, bool, int]: ...
+def part_head(part: bytes) -> _Head: ...
 def predict_by_machine(machine: Machine, source: bytes | None, name: str) -> _Predicted: ...
 def predict_by_study(
     path: str | PathLike[str], parameters: Sequence[tuple[str, float]], source: bytes | None, name: str
 ) -> _Predicted: ...
+
+@final
+class KeptParts:
+    @staticmethod
+    def open(
+        path: str | PathLike[str],
+        folder: str | PathLike[str],
+        grid: Sequence[int] | None,
+        points: int | None,
+    ) -> KeptParts: ...
+    @property
+    def pieces(self) -> int: ...
+    @property
+    def goes_in_rounds(self) -> bool: ...
+    def check_out(self, out: str | PathLike[str]) -> None: ...
+    def heads(self) -> list[_Head]: ...
+    def keep(self, part: bytes) -> _Head: ...
+    def excerpt(self, round: int) -> bytes: ...
+    def merge(self, out: str | PathLike[str]) -> None: ...
+    def remove(self) -> None: ...
 
 @final
 class Machine:

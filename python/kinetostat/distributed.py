@@ -7,6 +7,7 @@
 What is left in the folder has the bytes of a run on one machine, whatever the workers, their number and their threads.
 A worker that dies takes a part with it, which another one computes; one that comes late gets parts that wait. All
 workers must see the study under the same name and have the same build of this package; parts of another are refused.
+Finished parts are kept in a folder until the results are written, so that a client that was killed goes on with them.
 
 Clients of ``dask_jobqueue`` and ``dask_mpi`` clusters are such clients; ``mpi4py.futures.MPIPoolExecutor`` and
 ``concurrent.futures.ProcessPoolExecutor`` are such executors.
@@ -15,13 +16,13 @@ Clients of ``dask_jobqueue`` and ``dask_mpi`` clusters are such clients; ``mpi4p
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Executor, Future, wait
 from concurrent.futures.process import BrokenProcessPool
 from functools import partial
 from os import PathLike, fspath
 from pathlib import Path
-from typing import Protocol, cast
+from typing import NamedTuple, Protocol, cast
 
 from . import _kinetostat
 from ._kinetostat import Error
@@ -46,7 +47,10 @@ def run(
     workers: _Client | Executor | Callable[[], Executor],
     *,
     out: str | PathLike[str] | None = None,
+    grid: int | Sequence[int] | None = None,
+    points: int | None = None,
     parts: int | None = None,
+    keep: str | PathLike[str] | None = None,
     threads: int = 1,
     retries: int = 3,
     progress: Progress = True,
@@ -61,9 +65,16 @@ def run(
         process pool has lost a worker, which ends such a pool.
     out
         The folder of the results, ``results/NAME`` if it is not given.
+    grid, points
+        Points of a map along x, y, z, and along a circle, in place of those of the study, as in
+        :func:`kinetostat.run`.
     parts
-        How many parts. If it is not given, four for each worker, and no more than the study has pieces. A part should
-        take seconds.
+        How many parts, no more than the study has pieces. If it is not given, four for each worker, or as many as the
+        parts in `keep` are of. A part should take seconds.
+    keep
+        The folder of finished parts, ``OUT.parts`` if it is not given. The same call goes on with what a client that
+        was stopped or killed has left there; parts of another study, grid, build or division are refused. What is in
+        it is removed once the results are written.
     threads
         Threads of each part; 0 for all processors of the worker.
     retries
@@ -78,22 +89,52 @@ def run(
     Raises :class:`Error` in the words of the command line.
     """
     name = fspath(Path(study).resolve())
-    pieces, in_rounds = _kinetostat.study_pieces(name)
-    count = max(1, min(pieces, _PARTS_OF_WORKER * _workers(workers))) if parts is None else parts
+    counts = (grid,) * 3 if isinstance(grid, int) else grid
     folder = Path(out) if out is not None else Path("results") / _name(name)
-    found: list[bytes] = []
+    kept_in = Path(keep) if keep is not None else Path(f"{folder.resolve()}.parts")
+    kept = _kinetostat.KeptParts.open(name, kept_in, counts, points)
+    kept.check_out(folder)
+    heads, count = _kept(kept, kept_in, parts, _workers(workers))
     pool = _Pool(workers, retries)
     with told(progress) as tell, pool:
         round_number = 0
         while True:
             round_number += 1
-            of = f"parts of round {round_number}" if in_rounds else "parts"
-            new = _round(pool, (name, count, tuple(found), threads), partial(_tell, tell, count, of), stop)
-            found += new
-            if not in_rounds or all(_kinetostat.part_head(part)[3] for part in new):
+            of = f"parts of round {round_number}" if kept.goes_in_rounds else "parts"
+            done = {head[0]: head[3] for head in heads if head[2] == round_number}
+            if len(done) < count:
+                before = (kept.excerpt(round_number),) if round_number > 1 else ()
+                asked = _Asked(name, count, before, threads, counts, points)
+                _round(pool, asked, (kept, done), partial(_tell, tell, count, of), stop)
+            if not kept.goes_in_rounds or all(done.values()):
                 break
-    _kinetostat.merge_parts(name, found, fspath(folder))
+    kept.merge(folder)
+    kept.remove()
     return folder
+
+
+def _kept(
+    kept: _kinetostat.KeptParts, folder: Path, parts: int | None, workers: int
+) -> tuple[list[tuple[int, int, int, bool, int]], int]:
+    """Heads of the finished parts in `folder`, and how many parts the study is divided into."""
+    if parts is not None and parts < 1:
+        raise Error(f"parts: expected at least 1, got {parts}")
+    most = max(1, kept.pieces)
+    try:
+        heads = kept.heads()
+    except Error as fault:
+        raise Error(f"{fault}; remove the folder {folder}, or name another one as keep") from None
+    divisions = sorted({head[1] for head in heads})
+    if parts is None and len(divisions) == 1:
+        return heads, divisions[0]
+    count = min(most, _PARTS_OF_WORKER * workers if parts is None else parts)
+    if divisions not in ([], [count]):
+        there = " and ".join(str(of) for of in divisions)
+        raise Error(
+            f"parts: {folder} has some of {there} parts, expected {count}; leave out parts to go on with them, remove "
+            "the folder, or name another one as keep"
+        )
+    return heads, count
 
 
 def _tell(tell: Told | None, count: int, of: str, done: int) -> None:
@@ -101,9 +142,21 @@ def _tell(tell: Told | None, count: int, of: str, done: int) -> None:
         tell(done, count, of)
 
 
-def compute_part(study: str, number: int, count: int, before: tuple[bytes, ...], threads: int) -> bytes:
-    """Part `number` of `count`, from 1: what a worker does."""
-    return _kinetostat.compute_part(study, number, count, list(before), threads)
+class _Asked(NamedTuple):
+    """What all parts of a round have in common."""
+
+    study: str
+    count: int
+    before: tuple[bytes, ...]
+    threads: int
+    grid: Sequence[int] | None
+    points: int | None
+
+
+def compute_part(asked: _Asked, number: int) -> bytes:
+    """Part `number` of what is asked, from 1: what a worker does."""
+    study, count, before, threads, grid, points = asked
+    return _kinetostat.compute_part(study, number, count, list(before), threads, grid, points)
 
 
 class _Pool:
@@ -140,42 +193,42 @@ class _Pool:
 
 def _round(
     pool: _Pool,
-    asked: tuple[str, int, tuple[bytes, ...], int],
+    asked: _Asked,
+    finished: tuple[_kinetostat.KeptParts, dict[int, bool]],
     tell: Callable[[int], object],
     stop: Callable[[], bool],
-) -> list[bytes]:
-    """All parts of a round, in their order."""
-    study, count, before, threads = asked
-    found: dict[int, bytes] = {}
+) -> None:
+    """Computes and keeps the parts of a round that are not done: each with whether nothing is left to a later one."""
+    kept, done = finished
     breaks = 0
     pending: dict[Future[bytes], int] = {}
+    if done:
+        tell(len(done))
     try:
-        while len(found) < count:
+        while len(done) < asked.count:
             if not pending:
-                missing = [number for number in range(1, count + 1) if number not in found]
-                submit = pool.executor.submit
-                pending = {submit(compute_part, study, number, count, before, threads): number for number in missing}
-            done, _ = wait(pending, timeout=0.5, return_when=FIRST_COMPLETED)
+                missing = [number for number in range(1, asked.count + 1) if number not in done]
+                pending = {pool.executor.submit(compute_part, asked, number): number for number in missing}
+            ended, _ = wait(pending, timeout=0.5, return_when=FIRST_COMPLETED)
             if stop():
-                raise Error(f"stopped after {len(found)} of {count} parts")
-            for future in done:
+                raise Error(f"stopped after {len(done)} of {asked.count} parts")
+            for future in ended:
                 number = pending.pop(future)
                 try:
-                    found[number] = future.result()
+                    done[number] = kept.keep(future.result())[3]
                 except (BrokenProcessPool, CancelledError):
                     # Everything that the pool had is lost; what it had finished is not.
-                    finished = {other: k for other, k in pending.items() if other.done() and not other.cancelled()}
-                    found |= {k: other.result() for other, k in finished.items() if other.exception() is None}
+                    others = {other: k for other, k in pending.items() if other.done() and not other.cancelled()}
+                    done |= {k: kept.keep(own.result())[3] for own, k in others.items() if own.exception() is None}
                     breaks += 1
                     if breaks > pool.retries or not pool.renew():
                         raise
                     pending = {}
                     break
-                tell(len(found))
+                tell(len(done))
     finally:
         for future in pending:
             future.cancel()
-    return [found[number] for number in range(1, count + 1)]
 
 
 def _workers(workers: object) -> int:

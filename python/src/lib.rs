@@ -25,7 +25,7 @@ mod _kinetostat {
     #[pymodule_export]
     use crate::machine::{Machine, machine_names};
     #[pymodule_export]
-    use crate::parts::{compute_part, merge_parts, part_head, study_pieces};
+    use crate::parts::{KeptParts, compute_part, merge_parts, part_head, study_pieces};
     #[pymodule_export]
     use crate::predicted::{predict_by_machine, predict_by_study};
     #[pymodule_export]
