@@ -19,10 +19,11 @@ import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Executor, Future, wait
 from concurrent.futures.process import BrokenProcessPool
+from dataclasses import dataclass
 from functools import partial
 from os import PathLike, fspath
 from pathlib import Path
-from typing import NamedTuple, Protocol, cast
+from typing import Protocol, cast
 
 from . import _kinetostat
 from ._kinetostat import Error
@@ -142,7 +143,8 @@ def _tell(tell: Told | None, count: int, of: str, done: int) -> None:
         tell(done, count, of)
 
 
-class _Asked(NamedTuple):
+@dataclass(frozen=True)
+class _Asked:
     """What all parts of a round have in common."""
 
     study: str
@@ -155,8 +157,9 @@ class _Asked(NamedTuple):
 
 def compute_part(asked: _Asked, number: int) -> bytes:
     """Part `number` of what is asked, from 1: what a worker does."""
-    study, count, before, threads, grid, points = asked
-    return _kinetostat.compute_part(study, number, count, list(before), threads, grid, points)
+    return _kinetostat.compute_part(
+        asked.study, number, asked.count, list(asked.before), asked.threads, asked.grid, asked.points
+    )
 
 
 class _Pool:

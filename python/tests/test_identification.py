@@ -73,9 +73,8 @@ def test_columns_are_a_file(arm: Machine, found: Identification) -> None:
         kinetostat.Table("t", [kinetostat.Column(*c) for c in measured.items()]),
     ):
         own = identify(arm, given, JOINTS, folds=5, alternative=[FIRST], figures=False, progress=False)
-        values = [answer.parameters["value"] for answer in (own, found)]
         # Radians are not degrees to the last digit.
-        np.testing.assert_allclose(*values, rtol=1e-9)
+        np.testing.assert_allclose(own.parameters["value"], found.parameters["value"], rtol=1e-9)
         assert list(own.residuals["pose"]) == list(found.residuals["pose"])
     pandas = pytest.importorskip("pandas")
     framed = identify(arm, pandas.read_csv(MEASURED), JOINTS, folds=5, figures=False, progress=False)
