@@ -162,7 +162,7 @@ def test_grid_and_points_are_those_of_a_run_and_parts_are_no_more_than_pieces(st
     assert contents(out) == contents(tmp_path / "whole")
     pieces, _ = _kinetostat.study_pieces(study, (4, 3, 2))
     assert sorted(workers.numbers) == list(range(1, pieces + 1)) and pieces < 12
-    for wrong in ({"points": 7}, {"grid": 1}):
+    for wrong in ({"points": 7}, {"grid": 0}):
         with pytest.raises(kinetostat.Error) as one:
             kinetostat.run(study, tmp_path / "none", progress=False, **wrong)  # type: ignore[arg-type]
         with pytest.raises(kinetostat.Error) as other:
@@ -280,7 +280,7 @@ def test_rounds_of_a_placement_are_sent_what_they_need(placement: Path, tmp_path
         if all(head[3] for head in heads):
             break
     print(f"{rounds} rounds: {sent} bytes sent, {all_found} with all that was found")
-    assert sent < 0.4 * all_found
+    assert sent < 0.3 * all_found
     own.merge(tmp_path / "out")
     kinetostat.run(placement, out=tmp_path / "whole", progress=False)
     assert contents(tmp_path / "out") == contents(tmp_path / "whole")
