@@ -162,7 +162,7 @@ impl Study {
     pub fn excerpt(&self, parts: Vec<Part>, program: Option<&str>, stop: Arc<AtomicBool>) -> Result<Vec<u8>> {
         let origin = Origin::of(program, self.inputs.clone())?;
         let parts = Parts::new(parts, &origin)?;
-        let share = Share::new(1, parts.of()).map_err(|problem| Error::argument("parts", problem))?;
+        let share = Share::new(1, parts.part_count()).map_err(|problem| Error::argument("parts", problem))?;
         let head = PartHead { is_excerpt: true, ..self.part_head(&origin, share, parts.rounds()) };
         let work = Work::replay(parts, stop);
         if_this_shard(self.kind.compute(&work))?;

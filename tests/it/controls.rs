@@ -26,7 +26,7 @@ fn heights_of_a_machine_that_turns_in_its_plane_are_refused_too_and_controlled_o
     let machine = machine_from(RRR3);
     assert!(machine.command(Vector3::new(10.0, 20.0, 0.0)).is_ok());
     let refused = machine.command(Vector3::new(10.0, 20.0, -0.5)).unwrap_err().to_string();
-    assert!(refused.contains("z: asked -0.5 mm") && refused.contains("it controls x, y, rotation_z"), "{refused}");
+    assert!(refused.contains("z: asked -0.5 mm") && refused.contains("machine controls x, y, rotation_z"), "{refused}");
     let orthoglide = catalogue_machine("orthoglide");
     assert_eq!(orthoglide.uncontrolled_difference(Vector3::new(1.0, 2.0, 3.0), Vector3::zeros()), None);
 }
@@ -73,7 +73,7 @@ fn a_translation_left_free_is_refused_where_it_is_asked_for_elsewhere_than_it_go
     assert_eq!(machine.redundancy, 1);
     let refused = machine.command(Vector3::new(30.0, 20.0, 50.0)).unwrap_err().to_string();
     assert!(
-        refused.starts_with("z: asked 50 mm, the machine stays at ") && refused.ends_with("it controls x, y"),
+        refused.starts_with("z: asked 50 mm, the machine stays at ") && refused.ends_with("machine controls x, y"),
         "{refused}"
     );
 }

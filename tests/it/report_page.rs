@@ -394,7 +394,7 @@ fn what_differs_is_told_key_by_key_and_held_against_a_tolerance() {
         "machine platform.tool_tip_mm: [0.0, 0.0, 100.0] against [0.0, 0.0, 150.0]",
         "study machine: orthoglide against longer.toml",
         "of the workspace within 0.25 mm in A",
-        "of 0.25 mm (--tolerance)",
+        "larger than 0.25 mm (--tolerance)",
         "The tool of A",
     ] {
         assert!(found.replace("against 0.25 mm", "of 0.25 mm").contains(expected), "{expected}: {found:.4000}");

@@ -166,8 +166,7 @@ impl Session {
         self.settings.tolerance_mm(&self.nominal)
     }
 
-    /// Appends the `error` (mm; first that of the nominal command, then one per correction) to `progress`. Returns the status if the iteration
-    /// is over, as [`Progress::record_error`]; `None` to go on.
+    /// Appends the `error` (mm) to `progress` as [`Progress::record_error`], whose status is returned; `None` to go on.
     pub(super) fn status_if_over(&self, progress: &mut Progress, error: f64) -> Option<CompensationStatus> {
         progress.record_error(error, self.tolerance_mm(), self.settings.max_iterations)
     }

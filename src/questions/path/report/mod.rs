@@ -86,7 +86,7 @@ impl Answered for PathStudy {
                 kept => {
                     let empty = Table::new(table.columns().to_vec(), []);
                     let mut part = Streams::new(run, None).with_kept("redundancy", (empty, kept), Table::clone)?;
-                    part.add(&table)?;
+                    part.write_block(&table)?;
                     let (files, described) = part.finish()?;
                     output.streamed.0.extend(files);
                     output.streamed.1.extend(described);
