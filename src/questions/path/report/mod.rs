@@ -81,7 +81,7 @@ impl Answered for PathStudy {
         if let Some((found, how)) = found_gamma(study) {
             let arc_lengths_mm = study.stations.iter().map(|station| station.arc_length_mm);
             let table = redundancy::report::table(found, arc_lengths_mm);
-            match KeptRows::new(table.columns(), (table.rows().len(), 1), &["cost_mm"], run.rows) {
+            match KeptRows::new(table.columns(), (table.rows().len(), 1), &[COST], run.rows) {
                 None => output.tables.push(("redundancy".into(), table)),
                 kept => {
                     let empty = Table::new(table.columns().to_vec(), []);
@@ -114,7 +114,7 @@ fn page(study: &PathStudy, shown: &Shown, text: &ReportText) -> Description {
     ];
     if study.gamma_search.is_some() {
         let turns = "One row per point: the rotation γ about the tool axis and its cost, beside the programmed and the best constant one.";
-        tables.push(TableNote::ranked("redundancy.csv", turns, "cost_mm"));
+        tables.push(TableNote::ranked("redundancy.csv", turns, COST));
     }
     Description {
         setting: setting(study, shown),
@@ -149,6 +149,8 @@ fn sections(study: &PathStudy, text: &ReportText) -> Vec<Section> {
     sections
 }
 
+/// Column of the distance from the path at the best γ, whose largest values are the worst.
+const COST: &str = "cost_mm";
 /// Titles of the views.
 const ALONG: &str = "Along the path";
 const METHODS: &str = "Methods of compensation";
