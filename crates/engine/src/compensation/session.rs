@@ -295,24 +295,32 @@ impl Session {
         self.accept_or_solve_anew(task, outcome)
     }
 
-    /// Accepts an equilibrium found from the present state if it is stable; otherwise solves from the rigid configuration.
+    /// Accepts an equilibrium found from the present state if it is stable and where the machine is commanded to; otherwise solves from the
+    /// rigid configuration.
     pub(super) fn accept_or_solve_anew(
         &mut self,
         task: &TaskPoint,
         outcome: Outcome,
     ) -> Result<Outcome, CompensationStatus> {
-        let outcome = Self::require_stable(outcome).or_else(|status| {
+        let mut outcome = Self::require_stable(outcome);
+        if outcome.is_err() || self.is_assembled_otherwise() {
             let rigid = State::rigid(&self.nominal, &self.command);
-            if self.state == rigid {
-                return Err(status);
+            if self.state != rigid {
+                self.state = rigid;
+                outcome = self.stable_near_state(task);
             }
-            self.state = rigid;
-            self.stable_near_state(task)
-        });
+        }
         match self.is_at_singular_place(&outcome) {
             true => Err(CompensationStatus::NoEquilibrium(statics::Status::SingularPlace)),
             false => outcome,
         }
+    }
+
+    /// Whether the platform is so far from its command that no load brings it there: drives that moved far at once may leave the chains
+    /// closed another way, where the machine is in equilibrium as well.
+    fn is_assembled_otherwise(&self) -> bool {
+        let way = self.state.pose.translation - self.command.pose.translation;
+        self.nominal.chains.len() > 1 && way.norm() > self.nominal.characteristic_length
     }
 
     /// Whether the nominal machine is singular at the present command, so that loads and errors alone hold the actual one, on a side left

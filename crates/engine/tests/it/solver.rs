@@ -1,7 +1,8 @@
 //! One machine asked for equilibria one by one, held against the function that does it.
 
 use kinetostat_engine::{
-    Machine, Pose, Solver, Wrench,
+    Machine, Method, Pose, Session, Solver, Target, TaskPoint, Wrench, compensate,
+    compensation::CompensationSettings,
     machine::catalogue,
     nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3},
     spatial::rotation_exp,
@@ -64,5 +65,21 @@ fn poses_go_into_isometries_and_back() {
         let point = Vector3::new(5.0, 6.0, 7.0);
         assert!((isometry * Point3::from(point) - Point3::from(pose.transform(point))).norm() < 1e-12);
         assert!((Pose::from(isometry).rotation - pose.rotation).amax() < 1e-15);
+    }
+}
+
+#[test]
+fn a_machine_that_jumps_far_stays_assembled_as_it_is() {
+    // Drives that jump by 50 degrees leave the arms of the delta closed above the base as well, 2 m away.
+    let machine = Machine::named("rotary_delta").unwrap();
+    for (method, load) in [(Method::None, Wrench::zero()), (Method::Direct, Wrench::zero()), (Method::Direct, LOAD)] {
+        let mut session = Session::new(&machine, &machine, CompensationSettings::default());
+        for at in [[283.5, 284.25, -1095.0], [-285.0, -285.75, -904.5], [286.5, -287.25, -904.0]] {
+            let pose = machine.pose_at(at.into());
+            let task = TaskPoint { pose, load, target: Target::ToolTip, wanted: None, external: None };
+            let found = compensate(&mut session, &task, method);
+            let error = found.position_error.norm();
+            assert!(found.outcome.is_some() && error < 1e-6, "{method:?} at {at:?}: {:?}, {error} mm", found.status);
+        }
     }
 }
