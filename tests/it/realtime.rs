@@ -316,6 +316,20 @@ fn other_machines_are_refused_by_what_is_missing() {
 }
 
 #[test]
+fn code_of_a_rotary_delta_is_generated_for_its_own_workspace() {
+    let machine = Machine::named("rotary_delta").unwrap();
+    let domain = Domain::new(Domain::workspace(&machine), 250.0, 2500.0).unwrap();
+    let machines = Machines::new(&machine, &[]).unwrap();
+    let realtime = generate(Question { machines, errors: Vec::new(), domain, steps: 2, places: 20 }).unwrap();
+    // A corner of the workspace, unloaded: there the rigid machine stands with the drives of the engine.
+    let at = [-300.0, -300.0, -1100.0];
+    let rigid = machine.inverse_kinematics(&machine.pose_at(at.into())).unwrap();
+    for (found, expected) in realtime.nominal(&at).iter().zip(&rigid.drives) {
+        assert!((found - expected).abs() < 1e-6, "{found} {expected}");
+    }
+}
+
+#[test]
 fn the_command_writes_a_folder_and_replaces_what_it_wrote() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("correction");
