@@ -156,7 +156,7 @@ fn check_warns_of_no_machine_of_the_catalogue_but_of_travel_that_nobody_publishe
         assert!(warnings.iter().all(|warning| warning.contains("no travel is given")), "{warnings:?}");
         let findings = printed(0, &["check", entry.name]);
         for told in &machine.provenance {
-            let line = format!("    {:<11} {}\n", told.grade.label(), told.what);
+            let line = format!("    {:<11} {} (line ", told.grade.label(), told.what);
             assert!(findings.contains(&line) && findings.contains(&told.source), "{line} is missing in\n{findings}");
         }
     }

@@ -28,9 +28,9 @@ pub(super) fn chain_drive_forces<'a>(chain: &'a Chain, coordinates: &'a [f64]) -
 }
 
 /// `∂τ/∂ρ` under constant load: change of the drives' forces (rows, machine order) per unit motion of each drive (columns), N or N·mm per mm or
-/// rad. `τ` as [`drive_forces`] has it. Back-substitution into the condensed chains, from the platform twists `∂t/∂ρ`, gives the motion of the joints `∂(ρ +
-/// θ_a)/∂ρ`, and so `∂θ_a/∂ρ`. `state` must be an equilibrium of `machine` with the drives at `drives` (mm, rad), and `twists` its
-/// [`Outcome::drive_sensitivity`](super::Outcome::drive_sensitivity). `None` where the platform is not held.
+/// rad. `τ` as [`drive_forces`] has it. Back-substitution into the condensed chains, from the platform twists `∂t/∂ρ`, gives the motion of
+/// the joints `∂(ρ + θ_a)/∂ρ`, and so `∂θ_a/∂ρ`. `state` must be an equilibrium of `machine` with the drives at `drives` (mm, rad), and
+/// `twists` its [`Outcome::drive_sensitivity`](super::Outcome::drive_sensitivity). `None` where the platform is not held.
 pub fn drive_force_sensitivity(
     machine: &Machine,
     drives: &[f64],
