@@ -48,3 +48,32 @@ fn lanes_find_what_is_found_alone() {
         }
     }
 }
+
+#[test]
+fn lanes_follow_ways_all_over_the_workspace_in_steps() {
+    const PLACES: usize = 48;
+    for name in catalogue::names() {
+        let machine = Machine::named(name).unwrap();
+        if machine.redundancy > 0 {
+            continue;
+        }
+        let (low, high) = (machine.workspace.min, machine.workspace.max);
+        // A little beyond the box too, where some places are out of reach.
+        let share = |i: usize, step: f64| 1.2 * (0.5 + i as f64 * step).fract() - 0.1;
+        let place = |i: usize| Vector3::new(share(i, 0.819_172_5), share(i, 0.671_043_6), share(i, 0.549_700_5));
+        let place = |i: usize| machine.controllable_position(low + (high - low).component_mul(&place(i)));
+        let targets: Vec<Pose> = (0..PLACES).map(|i| machine.pose_at(place(i))).collect();
+        let alone: Vec<_> =
+            targets.iter().map(|pose| machine.inverse_kinematics_from(&machine.home, pose).ok()).collect();
+        let reached = alone.iter().flatten().count();
+        assert!(reached >= PLACES / 2, "{name}: {reached}");
+        let asked: Vec<_> = targets.iter().map(|target| (&machine.home, *target)).collect();
+        for level in Level::available().into_iter().filter(|level| *level != Level::One) {
+            let found = BatchKinematics::at_level(&machine, level).inverse_kinematics(&asked);
+            let same = found.iter().zip(&alone).filter(|(found, alone)| found.is_some() && found == alone).count();
+            assert_eq!(same, found.iter().flatten().count(), "{name}: another configuration than alone");
+            // Those beside a singularity are left to the search alone.
+            assert!(20 * (reached - same) <= reached, "{name}, {level:?}: {same} of {reached} in lanes");
+        }
+    }
+}

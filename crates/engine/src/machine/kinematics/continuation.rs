@@ -13,6 +13,41 @@ pub(super) const MIN_STEP: f64 = 1.0 / 1024.0;
 /// A search for the nearest configuration goes on as long as each part of it leaves less than this share of the gap.
 const CLOSER: f64 = 0.99;
 
+/// Steps along a way, as shares of it.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Steps {
+    done: f64,
+    step: f64,
+    least: f64,
+}
+
+impl Steps {
+    /// Steps of a way not begun; none is much shorter than `least`.
+    pub fn new(least: f64) -> Self {
+        Self { done: 0.0, step: 1.0, least }
+    }
+
+    /// Where the next step ends.
+    pub fn next_end(&self) -> f64 {
+        f64::min(1.0, self.done + self.step)
+    }
+
+    /// Takes the next step, or makes it shorter; returns whether there is another one to be tried.
+    pub fn go_on(&mut self, is_taken: bool) -> bool {
+        match is_taken {
+            true => (self.done, self.step) = (self.next_end(), 2.0 * self.step),
+            false if self.step > self.least => self.step *= 0.5,
+            false => return false,
+        }
+        !self.are_done()
+    }
+
+    /// Whether the whole way is done.
+    pub fn are_done(&self) -> bool {
+        self.done >= 1.0
+    }
+}
+
 impl Machine {
     /// Follows a one-parameter family of commands from s = 0 (solved by `start`) to s = 1 with adaptive steps, down to `least_step`.
     pub(super) fn follow<'a>(
@@ -23,21 +58,17 @@ impl Machine {
         mut solve: impl FnMut(f64, &mut Closure<'a>, &Configuration) -> SearchEnd,
     ) -> SearchEnd {
         let mut closure = Closure::new(self);
-        let (mut at, mut s, mut step) = (start.clone(), 0.0, 1.0f64);
-        while s < 1.0 {
-            let next = f64::min(1.0, s + step);
-            let reached = solve(next, &mut closure, &at);
-            if reached.solved && !closure.has_passed_singularity(&at, &reached.at, barriers) {
+        let (mut at, mut steps) = (start.clone(), Steps::new(least_step));
+        loop {
+            let reached = solve(steps.next_end(), &mut closure, &at);
+            let is_taken = reached.solved && !closure.has_passed_singularity(&at, &reached.at, barriers);
+            if is_taken {
                 at = reached.at;
-                s = next;
-                step *= 2.0;
-            } else if step > least_step {
-                step *= 0.5;
-            } else {
-                return SearchEnd { at, solved: false };
+            }
+            if !steps.go_on(is_taken) {
+                return SearchEnd { at, solved: steps.are_done() };
             }
         }
-        SearchEnd { at, solved: true }
     }
 
     /// Configuration that a search reached, or why `command` is not met: the chain that closes worst where the search for it stops.

@@ -1,6 +1,6 @@
 //! Inverse kinematics: from a pose of P to the drives.
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, Vector3};
 
 use super::{
     Configuration, Unreachable,
@@ -16,6 +16,39 @@ use crate::{
 /// Where a straight way ends is found to this share of the machine's characteristic length, but to no less than this share of the way.
 const WAY_END: f64 = 1e-4;
 const MIN_WAY_STEP: f64 = 1.0 / 16384.0;
+
+/// Straight way of P from one pose to another.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct StraightLine {
+    start: Pose,
+    end: Pose,
+    shift: Vector3<f64>,
+    turn: Vector3<f64>,
+}
+
+impl StraightLine {
+    pub fn new(start: &Pose, end: &Pose) -> Self {
+        let turn = rotation_log(&(start.rotation.transpose() * end.rotation));
+        Self { start: *start, end: *end, shift: end.translation - start.translation, turn }
+    }
+
+    /// The pose at the share `s` of the way.
+    pub fn pose(&self, s: f64) -> Pose {
+        match s {
+            1.0 => self.end,
+            _ => Pose {
+                rotation: self.start.rotation * rotation_exp(self.turn * s),
+                translation: self.start.translation + self.shift * s,
+            },
+        }
+    }
+
+    /// Share of the way that is the shortest step along it.
+    pub fn least_step(&self, machine: &Machine) -> f64 {
+        let length = libm::hypot(self.shift.norm(), self.turn.norm() * machine.characteristic_length);
+        (WAY_END * machine.characteristic_length / length).clamp(MIN_WAY_STEP, MIN_STEP)
+    }
+}
 
 impl Machine {
     /// Inverse kinematics: the configuration that puts the controlled task coordinates of P on those of `target`, on the assembly mode of home.
@@ -50,18 +83,9 @@ impl Machine {
         start: &Configuration,
         target: &Pose,
     ) -> Result<Configuration, Unreachable> {
-        let turn = rotation_log(&(start.pose.rotation.transpose() * target.rotation));
-        let shift = target.translation - start.pose.translation;
-        let start_pose = start.pose;
-        let along = move |s: f64| Pose {
-            rotation: start_pose.rotation * rotation_exp(turn * s),
-            translation: start_pose.translation + shift * s,
-        };
-        let length = libm::hypot(shift.norm(), turn.norm() * self.characteristic_length);
-        let least_step = (WAY_END * self.characteristic_length / length).clamp(MIN_WAY_STEP, MIN_STEP);
-        let reached = self.follow(start, least_step, Barriers::All, |s, closure, from| {
-            let pose = if s == 1.0 { *target } else { along(s) };
-            closure.newton(from, &Command::Task(&pose))
+        let line = StraightLine::new(&start.pose, target);
+        let reached = self.follow(start, line.least_step(self), Barriers::All, |s, closure, from| {
+            closure.newton(from, &Command::Task(&line.pose(s)))
         });
         let end = reached.at.pose;
         self.result_of(reached, &Command::Task(target)).map_err(|unreachable| match unreachable {

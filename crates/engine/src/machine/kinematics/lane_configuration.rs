@@ -50,10 +50,7 @@ impl<R: Real> LaneConfiguration<R> {
     pub fn advance(&mut self, machine: &Machine, mut motions: &[Motion], mut step: &[R], mask: R::Mask) {
         let LaneConfiguration { platform, drives, passive } = self;
         let next = move_platform(platform, step, machine.characteristic_length);
-        for (axis, next) in pairs(&mut platform.axes, next.axes) {
-            *axis = Vec3::select(mask, next, *axis);
-        }
-        platform.origin = Vec3::select(mask, next.origin, platform.origin);
+        select_frame(platform, &next, mask);
         step = &step[6..];
         for values in std::iter::once(drives).chain(passive) {
             advance(machine, values, motions, step, mask);
@@ -61,15 +58,25 @@ impl<R: Real> LaneConfiguration<R> {
         }
     }
 
-    /// Copies the configurations `from`, of the same machine.
+    /// Copies the lanes of `mask` from `from`, of the same machine.
     #[cfg(target_arch = "x86_64")]
-    pub fn copy_from(&mut self, from: &Self) {
-        self.platform = from.platform;
-        self.drives.copy_from_slice(&from.drives);
-        for (own, from) in pairs(&mut self.passive, &from.passive) {
-            own.copy_from_slice(from);
+    #[inline(always)]
+    pub fn copy_lanes(&mut self, from: &Self, mask: R::Mask) {
+        select_frame(&mut self.platform, &from.platform, mask);
+        let numbers = self.drives.iter_mut().chain(self.passive.iter_mut().flatten());
+        for (own, from) in pairs(numbers, from.drives.iter().chain(from.passive.iter().flatten())) {
+            *own = R::select(mask, *from, *own);
         }
     }
+}
+
+/// Copies the lanes of `mask`.
+#[inline(always)]
+fn select_frame<R: Real>(own: &mut Frame<R>, from: &Frame<R>, mask: R::Mask) {
+    for (axis, from) in pairs(&mut own.axes, from.axes) {
+        *axis = Vec3::select(mask, from, *axis);
+    }
+    own.origin = Vec3::select(mask, from.origin, own.origin);
 }
 
 pub(super) fn set_lane_pose<R: Real>(frame: &mut Frame<R>, lane: usize, pose: &Pose) {

@@ -1,13 +1,16 @@
-//! The damped Newton iteration of the closure equations in lanes: one search per lane, each in a single step from where it begins.
+//! The damped Newton iteration of the closure equations in lanes: one search per lane, each in its own steps from where it begins.
 //!
-//! A lane follows the scalar iteration bit by bit. One that needs shorter steps, or may pass a singularity, fails, and is left to the
-//! scalar search.
+//! A lane follows the scalar iteration and its steps bit by bit. One that may pass a singularity fails, and is left to the scalar search.
+
+use std::array;
 
 use super::{
     Configuration,
     between::{SingularityCheck, StepEnds},
     closure::motions,
+    continuation::{MIN_STEP, Steps},
     equations::{Equations, LaneCommand, RigidState},
+    inverse::StraightLine,
     lane_configuration::{LaneConfiguration, set_lane_pose},
     normal_step::NormalStep,
     search::{MAX_ITERATIONS, MAX_STEP_ROTATION, Search, Verdict},
@@ -16,16 +19,15 @@ use super::{
 use crate::{
     lanes::{Frame, MAX_LANES, Real, dot, pairs},
     machine::{Machine, Motion},
-    spatial::Pose,
 };
 
-/// Goal of the search in one lane.
+/// Way of the search in one lane.
 #[derive(Clone, Copy)]
-pub(super) enum LaneGoal<'a> {
-    /// The controlled task coordinates of this pose.
-    Task(&'a Pose),
-    /// The drives, mm or rad.
-    Drives(&'a [f64]),
+pub(super) enum LaneWay<'a> {
+    /// The controlled task coordinates follow this line.
+    Task(StraightLine),
+    /// The drives go from the first to the second, mm or rad.
+    Drives(&'a [f64], &'a [f64]),
 }
 
 /// Newton searches in lanes, with their storage.
@@ -60,37 +62,58 @@ impl<R: Real> LaneNewton<R> {
         }
     }
 
-    /// Searches from each start for its goal, all of one kind, at most [`Real::LANES`]; `None` where that takes more than one continuation step.
-    pub fn solve(&mut self, machine: &Machine, asked: &[(&Configuration, LaneGoal<'_>)]) -> Vec<Option<Configuration>> {
+    /// Searches from each start along its way, all of one kind, at most [`Real::LANES`]; `None` where the way is not followed to its end.
+    pub fn solve(&mut self, machine: &Machine, asked: &[(&Configuration, LaneWay<'_>)]) -> Vec<Option<Configuration>> {
         debug_assert!(asked.len() <= R::LANES);
-        let mut is_task = false;
+        let Some(first) = asked.first() else { return Vec::new() };
+        let is_task = matches!(first.1, LaneWay::Task(_));
+        // Lanes to spare do what the first one does.
+        let asked_of = |lane: usize| asked.get(lane).unwrap_or(first);
+        let mut steps: [Steps; MAX_LANES] = array::from_fn(|lane| {
+            Steps::new(match &asked_of(lane).1 {
+                LaneWay::Task(line) => line.least_step(machine),
+                LaneWay::Drives(..) => MIN_STEP,
+            })
+        });
         for lane in 0..R::LANES {
-            // Lanes to spare do what the first one does.
-            let Some((start, wanted)) = asked.get(lane).or(asked.first()) else { return Vec::new() };
-            self.start.set_lane(lane, start);
-            match wanted {
-                LaneGoal::Task(pose) => {
-                    is_task = true;
-                    set_lane_pose(&mut self.target, lane, pose);
-                }
-                // As the scalar search has it at the end of its way.
-                LaneGoal::Drives(drives) => {
-                    for (number, (&from, &to)) in pairs(&mut self.wanted, pairs(&start.drives, *drives)) {
-                        number.set_lane(lane, from + (to - from));
+            self.start.set_lane(lane, asked_of(lane).0);
+        }
+        let mut going = R::ALL;
+        while going != 0 {
+            for lane in active_lanes(going) {
+                let s = steps[lane].next_end();
+                match &asked_of(lane).1 {
+                    LaneWay::Task(line) => set_lane_pose(&mut self.target, lane, &line.pose(s)),
+                    LaneWay::Drives(from, to) => {
+                        for (number, (&from, &to)) in pairs(&mut self.wanted, pairs(*from, *to)) {
+                            number.set_lane(lane, from + (to - from) * s);
+                        }
                     }
                 }
             }
+            let solved = self.search(machine, is_task, going);
+            let regular = if solved == 0 { 0 } else { solved & self.regular_lanes(machine, is_task) };
+            let mut left = 0;
+            for lane in active_lanes(going) {
+                let is_doubtful = (solved & !regular) >> lane & 1 == 1;
+                left |= u8::from(!is_doubtful && steps[lane].go_on(regular >> lane & 1 == 1)) << lane;
+            }
+            R::vectorized(
+                #[inline(always)]
+                || self.start.copy_lanes(&self.at, R::mask(regular)),
+            );
+            going = left;
         }
-        self.at.copy_from(&self.start);
-        let solved = self.search(machine, is_task);
-        let solved = if solved == 0 { 0 } else { solved & self.regular_lanes(machine, is_task) };
-        (0..asked.len()).map(|lane| (solved >> lane & 1 == 1).then(|| self.at.lane(lane))).collect()
+        (0..asked.len()).map(|lane| steps[lane].are_done().then(|| self.start.lane(lane))).collect()
     }
 
-    /// Iterates; returns the lanes that converge near their start.
-    fn search(&mut self, machine: &Machine, is_task: bool) -> u8 {
-        let mut searches = [Search::new(); MAX_LANES];
-        let (mut active, mut solved) = (R::ALL, 0);
+    /// Iterates in the lanes `active` from the start; returns those that converge near it.
+    fn search(&mut self, machine: &Machine, is_task: bool, mut active: u8) -> u8 {
+        let (mut searches, mut solved) = ([Search::new(); MAX_LANES], 0);
+        R::vectorized(
+            #[inline(always)]
+            || self.at.copy_lanes(&self.start, R::mask(R::ALL)),
+        );
         for iteration in 0..MAX_ITERATIONS {
             let (error, turned) = self.linearise(machine, is_task);
             if iteration == 0 {

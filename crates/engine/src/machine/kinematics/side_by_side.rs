@@ -2,7 +2,10 @@
 
 use super::Configuration;
 #[cfg(target_arch = "x86_64")]
-use super::lane_newton::{LaneGoal, LaneNewton};
+use super::{
+    inverse::StraightLine,
+    lane_newton::{LaneNewton, LaneWay},
+};
 #[cfg(target_arch = "x86_64")]
 use crate::lanes::{F64x4, F64x8, Real};
 use crate::{lanes::Level, machine::Machine, spatial::Pose};
@@ -49,7 +52,9 @@ impl BatchKinematics {
     pub fn inverse_kinematics(&mut self, asked: &[(&Configuration, Pose)]) -> Vec<Option<Configuration>> {
         #[cfg(target_arch = "x86_64")]
         {
-            let wanted: Vec<_> = asked.iter().map(|(start, target)| (*start, LaneGoal::Task(target))).collect();
+            let wanted = asked.iter();
+            let wanted: Vec<_> =
+                wanted.map(|(start, target)| (*start, LaneWay::Task(StraightLine::new(&start.pose, target)))).collect();
             let found = self.solve(&wanted).into_iter().zip(asked);
             let within = |at: Configuration, target: &Pose| self.machine.adjust_to_limits(at, target).ok();
             found.map(|(at, (_, target))| within(at?, target)).collect()
@@ -62,20 +67,21 @@ impl BatchKinematics {
     pub fn forward_kinematics(&mut self, asked: &[(&Configuration, &[f64])]) -> Vec<Option<Configuration>> {
         #[cfg(target_arch = "x86_64")]
         {
-            let wanted: Vec<_> = asked.iter().map(|(start, drives)| (*start, LaneGoal::Drives(drives))).collect();
+            let wanted: Vec<_> =
+                asked.iter().map(|(start, drives)| (*start, LaneWay::Drives(&start.drives, drives))).collect();
             self.solve(&wanted)
         }
         #[cfg(not(target_arch = "x86_64"))]
         vec![None; asked.len()]
     }
 
-    /// Searches in lanes from each start for its goal; all `None` without lanes or for a single one.
+    /// Searches in lanes from each start along its way; all `None` without lanes or for a single one.
     #[cfg(target_arch = "x86_64")]
-    fn solve(&mut self, asked: &[(&Configuration, LaneGoal<'_>)]) -> Vec<Option<Configuration>> {
+    fn solve(&mut self, asked: &[(&Configuration, LaneWay<'_>)]) -> Vec<Option<Configuration>> {
         fn in_lanes<R: Real>(
             newton: &mut LaneNewton<R>,
             machine: &Machine,
-            asked: &[(&Configuration, LaneGoal<'_>)],
+            asked: &[(&Configuration, LaneWay<'_>)],
         ) -> Vec<Option<Configuration>> {
             asked.chunks(R::LANES).flat_map(|asked| newton.solve(machine, asked)).collect()
         }
