@@ -16,7 +16,6 @@ use crate::{
     machine::Configuration,
     simulation::{Failure, Source},
     spatial::Grid,
-    statics::State,
 };
 
 /// Most nodes of a plane.
@@ -110,7 +109,7 @@ impl Explorer {
     ) -> std::result::Result<Node, Failure> {
         let machine = &self.machine;
         let mut node = Node { displacement: 0.0, correction: Some(0.0), force: 0.0 };
-        session.set_state(at, &State::rigid(machine, at));
+        session.set_rigid(at);
         let mut corrected = session.clone();
         for (index, load) in loads.iter().enumerate() {
             let load = load.wrench(&machine.tool_at(&at.pose.rotation));

@@ -12,7 +12,7 @@ use crate::{
     },
     machine::{Configuration, Machine},
     spatial::Pose,
-    statics::{Batch, State},
+    statics::Batch,
 };
 
 /// A block being solved.
@@ -40,7 +40,7 @@ pub(crate) fn solve_blocks<'a, E>(
         // From home the way would be long, and might end on another branch.
         let near = track.first().and_then(|point| point.at.as_ref()).filter(|_| case.tasks[first].external.is_none());
         if let Some(at) = near {
-            session.set_state(at, &State::rigid(case.nominal, at));
+            session.set_rigid(at);
         }
         let (near, answers) = (near.unwrap_or(&case.nominal.home), Vec::with_capacity(track.len()));
         Block { session, first, track, near, answers }

@@ -6,7 +6,6 @@ use crate::{
     compensation::{Method, TaskPoint, compensate},
     machine::Skeleton,
     simulation::{Failure, Machines, Source},
-    statics::State,
 };
 
 /// Lines of a machine at a nominal command, without and under load.
@@ -25,7 +24,7 @@ pub(crate) fn equilibrium_under(machines: &Machines, source: Source, task: &Task
     let (nominal, actual) = (machines.nominal(source), machines.actual(source));
     let at = nominal.inverse_kinematics(&task.pose)?;
     let mut session = machines.session(source);
-    session.set_state(&at, &State::rigid(nominal, &at));
+    session.set_rigid(&at);
     let answer = compensate(&mut session, &source.task(task), Method::None);
     if !answer.status.is_success() {
         return Err(Failure { status: answer.status.label().into(), reason: answer.status.reason(nominal) });

@@ -13,7 +13,6 @@ use crate::{
     questions::Overrides,
     simulation::{Machines, Source},
     spatial::{Grid, Pose, Wrench},
-    statics::State,
     work::{Event, Stage, Work},
 };
 
@@ -67,7 +66,7 @@ impl<'a> LoadedMachine<'a> {
     /// Resets the session to the rigid machine at `at`, and returns the task point there under `force`.
     fn reset_to(&mut self, at: &Configuration, force: Vector3<f64>) -> TaskPoint {
         let machine = &self.question.machine;
-        self.session.set_state(at, &State::rigid(machine, at));
+        self.session.set_rigid(at);
         let moment = (at.pose.rotation * machine.tool_tip).cross(&force);
         let target = self.question.target;
         TaskPoint { pose: at.pose, load: Wrench { force, moment }, target, wanted: None, external: None }

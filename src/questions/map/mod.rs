@@ -226,7 +226,7 @@ impl GroupSolver<'_> {
         let mut turns = BySource::of(machine, |source| {
             let group = &mut self.groups[source];
             for (session, at) in group.plain.iter_mut().zip(&configurations) {
-                session.set_state(at, &State::rigid(machine, at));
+                session.set_rigid(at);
             }
             let loads = if source.has_cutting_force() { &phis[..] } else { &[None] };
             sweep_phi(self.study, source, group, &configurations, loads).into_iter()

@@ -236,6 +236,13 @@ impl Session {
         self.state.clone_from(state);
     }
 
+    /// Commands the nominal configuration `command`, with the actual machine undeflected there.
+    pub fn set_rigid(&mut self, command: &Configuration) {
+        self.command.clone_from(command);
+        self.drives.clone_from(&command.drives);
+        self.state.set_rigid(command);
+    }
+
     /// The pose that commands the present drives: the modified target `t₀^(F)`, by nominal forward kinematics.
     ///
     /// # Errors

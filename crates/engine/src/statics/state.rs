@@ -50,6 +50,18 @@ impl State {
         });
         Self { pose: at.pose, chains: chains.collect(), body: None }
     }
+
+    /// Makes a state of the same machine what [`State::rigid`] returns, in the storage that there is.
+    pub fn set_rigid(&mut self, at: &Configuration) {
+        (self.pose, self.body) = (at.pose, None);
+        for (chain, passive) in self.chains.iter_mut().zip(&at.passive) {
+            let virtual_count = chain.coordinates.len() - passive.len();
+            chain.coordinates[..virtual_count].fill(0.0);
+            chain.coordinates[virtual_count..].copy_from_slice(passive);
+            chain.wrench = Wrench::zero();
+            chain.loops.fill(Wrench::zero());
+        }
+    }
 }
 
 /// Storage that a solve reuses. No solve depends on what another has left in it, but for what is known of the machine itself.
