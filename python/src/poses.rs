@@ -4,8 +4,9 @@ use std::collections::HashMap;
 
 use kinetostat::{
     Machine, Pose, Wrench,
-    machine::{Configuration, Unreachable},
+    machine::{BatchKinematics, Configuration, Unreachable},
     nalgebra::{Matrix3, Vector3},
+    statics::Batch,
 };
 use numpy::{PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::prelude::*;
@@ -28,32 +29,77 @@ pub enum Place {
 }
 
 impl Place {
-    /// Bits of its numbers, those that are not given as zero.
-    fn bits(&self) -> [u64; 13] {
-        let numbers: Vec<f64> = match self {
-            Place::Position(position) => position.iter().copied().collect(),
+    /// Its numbers, and zeros where a position has none.
+    fn numbers(&self) -> [f64; 12] {
+        let mut numbers = [0.0; 12];
+        match self {
+            Place::Position(position) => numbers[..3].copy_from_slice(position.as_slice()),
             Place::Pose(pose) => {
-                std::iter::once(1.0).chain(pose.translation.iter().chain(pose.rotation.iter()).copied()).collect()
+                numbers[..3].copy_from_slice(pose.translation.as_slice());
+                numbers[3..].copy_from_slice(pose.rotation.as_slice());
             }
-        };
-        std::array::from_fn(|i| numbers.get(i).map_or(0, |number| number.to_bits()))
+        }
+        numbers
+    }
+
+    /// A number of its bits, which other places hardly ever have.
+    fn number_of_bits(&self) -> u64 {
+        self.numbers().iter().fold(0, |hash, number| (hash.rotate_left(5) ^ number.to_bits()).wrapping_mul(HASH_FACTOR))
+    }
+
+    fn has_bits_of(&self, other: &Self) -> bool {
+        let own = self.numbers();
+        own.iter().zip(other.numbers()).all(|(own, other)| own.to_bits() == other.to_bits())
+    }
+
+    /// The pose of P that the nominal machine is commanded to.
+    fn target(&self, machine: &Machine) -> Pose {
+        match self {
+            Place::Position(position) => machine.pose_at(*position),
+            Place::Pose(pose) => *pose,
+        }
     }
 
     /// Where the nominal machine stands when it is commanded there.
     ///
     /// # Errors
     /// It cannot be reached.
-    pub fn command(&self, machine: &Machine) -> Result<Configuration, Unreachable> {
+    fn command(&self, machine: &Machine) -> Result<Configuration, Unreachable> {
+        self.check(machine, machine.inverse_kinematics(&self.target(machine))?)
+    }
+
+    /// `at`, if the machine stands there as it is asked to in the coordinates that the drives do not control.
+    fn check(&self, machine: &Machine, at: Configuration) -> Result<Configuration, Unreachable> {
         match self {
-            Place::Position(position) => machine.command(*position),
+            Place::Position(position) => machine.check_uncontrolled(*position, &at)?,
             Place::Pose(pose) => {
-                let at = machine.inverse_kinematics(pose)?;
                 machine.check_uncontrolled(pose.translation, &at)?;
                 machine.check_orientation(&pose.rotation, &at)?;
-                Ok(at)
             }
         }
+        Ok(at)
     }
+}
+
+/// An odd number whose bits are spread evenly.
+const HASH_FACTOR: u64 = 0x9e37_79b9_7f4a_7c15;
+
+/// Where the nominal machine stands at each of `places`, with the bits that each has alone, as many at a time as the processor can.
+pub fn commands_in_lanes(
+    machine: &Machine,
+    kinematics: &mut BatchKinematics,
+    places: &[&Place],
+) -> Vec<Result<Configuration, Unreachable>> {
+    let wanted: Vec<_> = places.iter().map(|place| (&machine.home, place.target(machine))).collect();
+    let found = kinematics.inverse_kinematics(&wanted).into_iter().zip(places);
+    found.map(|(at, place)| at.map_or_else(|| place.command(machine), |at| place.check(machine, at))).collect()
+}
+
+/// The same on the threads of the present pool.
+fn commands_of(machine: &Machine, places: &[&Place]) -> Vec<Result<Configuration, Unreachable>> {
+    let begin = || BatchKinematics::new(machine);
+    let groups = places.par_chunks(Batch::WIDTH).map_init(begin, |own, places| commands_in_lanes(machine, own, places));
+    groups.flatten_iter().collect()
 }
 
 /// Places are computed once where each is asked for so many times.
@@ -70,13 +116,21 @@ impl Commands {
     /// Where the nominal machine stands with its drives at each row of `drives`, mm or rad.
     pub fn of_drives(machine: &Machine, drives: &PyReadonlyArray2<'_, f64>) -> PyResult<Self> {
         let rows: Vec<&[f64]> = rows(drives, "drives")?.collect();
-        let found: Vec<_> = rows.par_iter().map(|drives| machine.forward_kinematics(drives)).collect();
+        let found = rows.par_chunks(Batch::WIDTH).map_init(
+            || BatchKinematics::new(machine),
+            |kinematics, rows| {
+                let wanted: Vec<_> = rows.iter().map(|drives| (&machine.home, *drives)).collect();
+                let found = kinematics.forward_kinematics(&wanted).into_iter().zip(rows);
+                found.map(|(at, drives)| at.map_or_else(|| machine.forward_kinematics(drives), Ok)).collect::<Vec<_>>()
+            },
+        );
+        let found: Vec<_> = found.flatten_iter().collect();
         Ok(Self { of_case: (0..found.len()).collect(), found })
     }
 
     /// Of rows of places, one each.
     pub fn of_places(machine: &Machine, asked: &Asked) -> Self {
-        let found: Vec<_> = asked.places.par_iter().map(|place| place.command(machine)).collect();
+        let found = commands_of(machine, &asked.places.iter().collect::<Vec<_>>());
         Self { of_case: (0..found.len()).collect(), found }
     }
 
@@ -133,20 +187,20 @@ impl Asked {
 
     /// Where the nominal machine stands at the places of all cases, each computed once, if most of them are asked for several times.
     pub fn commands(&self, machine: &Machine) -> Option<Commands> {
-        let mut numbers = HashMap::new();
-        let mut firsts = Vec::new();
-        let of_case: Vec<usize> = (0..if self.places.len() == 1 { 1 } else { self.len() })
-            .map(|case| {
-                *numbers.entry(self.place(case).bits()).or_insert_with(|| {
-                    firsts.push(case);
-                    firsts.len() - 1
-                })
-            })
-            .collect();
-        (REPEATED * firsts.len() <= self.len() || self.places.len() == 1).then(|| Commands {
-            found: firsts.par_iter().map(|case| self.place(*case).command(machine)).collect(),
-            of_case,
-        })
+        let (mut numbers, mut firsts) = (HashMap::new(), Vec::<&Place>::new());
+        let mut of_case = Vec::with_capacity(self.places.len());
+        for place in &self.places {
+            let number = *numbers.entry(place.number_of_bits()).or_insert(firsts.len());
+            let is_known = firsts.get(number).is_some_and(|first| first.has_bits_of(place));
+            of_case.push(if is_known { number } else { firsts.len() });
+            if !is_known {
+                firsts.push(place);
+            }
+            if REPEATED * firsts.len() > self.len() && self.places.len() > 1 {
+                return None;
+            }
+        }
+        Some(Commands { found: commands_of(machine, &firsts), of_case })
     }
 
     /// The load of a case.

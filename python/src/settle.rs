@@ -12,12 +12,13 @@ use std::{
 use kinetostat::{
     Compensation, Error, Machine, Method, Result, Session, Source, Target, TaskPoint,
     compensation::{CompensationStatus, compensate_batch},
+    machine::BatchKinematics,
     simulation::Machines,
-    statics::{Batch, State},
+    statics::Batch,
 };
 use rayon::prelude::*;
 
-use crate::poses::{Asked, Commands, write_pose};
+use crate::poses::{Asked, Commands, commands_in_lanes, write_pose};
 
 /// Words of statuses by their numbers.
 pub const STATUSES: [&str; 15] = [
@@ -208,6 +209,7 @@ pub fn settle(
 struct Group<'a> {
     machine: &'a Machine,
     commanded: Commanded,
+    kinematics: BatchKinematics,
     sessions: Vec<Session>,
     batch: Batch,
 }
@@ -217,7 +219,8 @@ impl<'a> Group<'a> {
     fn new(machines: &'a Machines, commanded: Commanded, width: usize) -> Self {
         let sessions = vec![machines.session(Source::All); width];
         let batch = Batch::new(machines.actual(Source::All));
-        Self { machine: &machines.nominal, commanded, sessions, batch }
+        let kinematics = BatchKinematics::new(&machines.nominal);
+        Self { machine: &machines.nominal, commanded, kinematics, sessions, batch }
     }
 
     /// Answers to cases that follow one another, of which the first at `first`; `commands` are where the machine stands, if that was
@@ -231,11 +234,16 @@ impl<'a> Group<'a> {
     ) -> Vec<(usize, String)> {
         let mut reasons = Vec::new();
         let mut reached = Vec::with_capacity(rows.len());
-        for (case, row) in (first..).zip(rows) {
-            let own = commands.map_or_else(
-                || asked.place(case).command(self.machine).map(Cow::Owned),
-                |found| found.of(case).as_ref().map(Cow::Borrowed).map_err(Clone::clone),
-            );
+        let cases = first..first + rows.len();
+        let own: Vec<_> = match commands {
+            Some(found) => cases.map(|case| found.of(case).as_ref().map(Cow::Borrowed).map_err(Clone::clone)).collect(),
+            None => {
+                let places: Vec<_> = cases.map(|case| asked.place(case)).collect();
+                let found = commands_in_lanes(self.machine, &mut self.kinematics, &places);
+                found.into_iter().map(|at| at.map(Cow::Owned)).collect()
+            }
+        };
+        for ((case, row), own) in (first..).zip(rows).zip(own) {
             match own {
                 Ok(at) => {
                     row.nominal_drives.copy_from_slice(&at.drives);
@@ -250,7 +258,7 @@ impl<'a> Group<'a> {
         }
         let mut tasks = Vec::with_capacity(reached.len());
         for (session, (case, _, at)) in self.sessions.iter_mut().zip(&reached) {
-            session.set_state(at, &State::rigid(self.machine, at));
+            session.set_rigid(at);
             let (pose, mut load, target) = (at.pose, asked.load(*case), self.commanded.target);
             if self.commanded.at_tip {
                 load.moment += (pose.rotation * self.machine.tool_tip).cross(&load.force);

@@ -22,6 +22,8 @@ from kinetostat import Error, Machine
 
 ROOT = Path(os.environ.get("REPOSITORY", Path(__file__).resolve().parents[2])).resolve()
 WRENCH = np.array([215.0, -10.0, -25.0, 0.0, 0.0, 0.0])
+# What other places may take, over one place. In lanes they take 1.5 (Orthoglide) and 2.0 (hexapod), commanded one by one 3.9 and 6.7.
+MOST_FOR_PLACES = 3.0
 
 
 @pytest.fixture(scope="module")
@@ -258,6 +260,44 @@ def test_repeated_poses_are_what_each_is_alone(machine: Machine) -> None:
         one = machine.equilibrium(places[k // 6], loads[k % 6])
         assert np.array_equal(one.deflection, grid.deflection[k])
         assert np.array_equal(one.deflection, tiled.deflection[4 * (k % 6) + k // 6])
+
+
+@pytest.mark.parametrize("name", ["orthoglide", "hexapod", "fanuc_r2000ic"])
+def test_places_of_a_batch_are_commanded_as_each_alone(name: str) -> None:
+    machine = Machine(name)
+    low, high = machine.workspace_mm
+    # Beyond the box too, and some where nothing reaches.
+    shares = np.random.default_rng(5).uniform(-1.2, 1.2, (40, 3)) * np.where(np.arange(40) % 8 == 3, 9.0, 1.0)[:, None]
+    places = (low + high) / 2 + (high - low) * shares
+    many, drives = machine.equilibrium(places, WRENCH), machine.inverse_kinematics(places)
+    back = machine.forward_kinematics(many.drives[many.solved])
+    assert 0 < np.count_nonzero(many.solved) < 40
+    for k, place in enumerate(places):
+        one = machine.equilibrium(place, WRENCH)
+        assert (one.status, one.reasons.get(0)) == (many.status[k], many.reasons.get(k))
+        for alone, own in ((one.drives, many.drives), (one.pose, many.pose), (one.deflection, many.deflection)):
+            assert np.array_equal(alone, own[k], equal_nan=True)
+        assert np.array_equal(machine.inverse_kinematics(place), drives[k], equal_nan=True)
+    for place, pose, own in zip(places[many.solved], back, many.drives[many.solved], strict=True):
+        assert np.array_equal(machine.forward_kinematics(own), pose)
+        assert np.allclose(pose[:3, 3], place, rtol=0, atol=1e-8)
+
+
+@pytest.mark.parametrize("name", ["orthoglide", "hexapod"])
+def test_other_places_cost_little_more_than_one(name: str) -> None:
+    machine = Machine(name)
+    low, high = machine.workspace_mm
+    places = np.random.default_rng(7).uniform(low, high, (6000, 3))
+    loads = np.tile(WRENCH, (len(places), 1))
+
+    def seconds(places: np.ndarray) -> float:
+        # Of the processor, all threads together: what else a computer does counts little.
+        begun = time.process_time()
+        assert machine.equilibrium(places, loads).solved.all()
+        return time.process_time() - begun
+
+    rounds = [(seconds(places), seconds(places[0])) for _ in range(5)]
+    assert min(many for many, _ in rounds) < MOST_FOR_PLACES * min(one for _, one in rounds)
 
 
 @pytest.mark.parametrize("name", ["orthoglide", "kr270", "hexapod"])
