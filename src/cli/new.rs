@@ -1,86 +1,72 @@
-//! `kinetostat new`: writes a study folder to start from.
+//! `kinetostat new`: writes a study folder to start from, or an example study.
 
-use std::{
-    io::ErrorKind,
-    path::{Path, PathBuf},
-};
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use kinetostat::{
-    files::{OutputFile, write_all},
     input::error::{Error, Result},
-    questions::Template,
+    questions::{StudyMachine, Template},
+    run::{
+        Example,
+        new_study::{write_example, write_template},
+    },
 };
 
 use super::{Ending, choice, print};
 
-/// Write a commented study folder that runs at once.
+/// Write a commented study folder that runs at once, for a machine of yours, or one of the example studies.
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Examples:
-  kinetostat new map studies/11_stiff_corner
+  kinetostat new map studies/13_stiff_corner
   kinetostat new placement where_to_clamp
-  kinetostat run where_to_clamp")]
+  kinetostat run where_to_clamp
+  kinetostat new map my_map --machine kr270                  (with chains, box and points of a built-in machine)
+  kinetostat new identification mine --machine robot.toml    (of a machine file, which is copied into the folder)
+  kinetostat new --example 01                                (an example study, to the folder 01_workspace_map)
+  kinetostat new --example 02_groove_50mm --out groove")]
+#[command(
+    override_usage = "kinetostat new KIND NAME [--machine MACHINE]\n       kinetostat new --example EXAMPLE [--out FOLDER]"
+)]
 pub struct NewArguments {
     /// What the study asks
-    #[arg(value_parser = choice::template())]
-    kind: Template,
+    #[arg(value_parser = choice::template(), required_unless_present = "example")]
+    kind: Option<Template>,
     /// Folder to write, which must not exist; its last part names the study
-    name: PathBuf,
+    #[arg(required_unless_present = "example")]
+    name: Option<PathBuf>,
+    /// Built-in machine, or machine file, for which the study is written [default: the machine of the template]
+    #[arg(long, short)]
+    machine: Option<String>,
+    /// Write this example study instead: its name, or how that begins
+    #[arg(long, conflicts_with_all = ["kind", "name", "machine"])]
+    example: Option<String>,
+    /// Folder to write for the example, which must not exist [default: its name]
+    #[arg(long, requires = "example")]
+    out: Option<PathBuf>,
 }
 
-const README: &str = include_str!("templates/README.md");
-
 pub fn new(arguments: &NewArguments) -> Result<Ending> {
-    let folder = &arguments.name;
-    let name = study_name(folder)?;
-    if let Some(parent) = folder.parent() {
-        let made = std::fs::create_dir_all(parent);
-        made.map_err(|source| Error::Write { file: parent.to_path_buf(), source })?;
-    }
-    // Fails where anything of this name exists.
-    std::fs::create_dir(folder).map_err(|source| match source.kind() {
-        ErrorKind::AlreadyExists => {
-            let problem = "exists already and was left as it is: expected the name of a new folder";
-            Error::argument(folder.display().to_string(), problem)
+    match (arguments, &arguments.example) {
+        (NewArguments { out, .. }, Some(example)) => {
+            let example = Example::named(example)?;
+            let folder = out.clone().unwrap_or_else(|| example.name.into());
+            let files = write_example(example, &folder)?;
+            say_written(&folder, files.iter().map(|file| file.display().to_string()), "Next:")?;
         }
-        _ => Error::Write { file: folder.clone(), source },
-    })?;
-    let shown = folder.display().to_string();
-    let readme = README.replace("{name}", name).replace("{folder}", &shown);
-    let mut files = vec![OutputFile::new("README.md", readme)];
-    files.extend(arguments.kind.files.iter().map(|(name, content)| OutputFile::new(*name, *content)));
-    let names: String = files.iter().map(|file| format!("  {}\n", file.name)).collect();
-    let said = format!("Written to {shown}:\n{names}");
-    write_all(folder, files)?;
-    print(&format!("{said}Next: edit {}, then\n  kinetostat run {shown}\n", folder.join("study.toml").display()))?;
+        (NewArguments { kind: Some(kind), name: Some(folder), machine, .. }, None) => {
+            let machine = machine.as_deref().map(StudyMachine::named_or_file).transpose()?;
+            let files = write_template(kind, machine.as_ref(), folder)?;
+            let next = format!("Next: edit {}, then", folder.join("study.toml").display());
+            say_written(folder, files.into_iter(), &next)?;
+        }
+        _ => return Err(Error::argument("KIND", "expected the kind of a study and a folder, or --example")),
+    }
     Ok(Ending::Complete)
 }
 
-/// Device names of Windows, reserved in any case and with any extension.
-const DEVICES: [&str; 4] = ["con", "prn", "aux", "nul"];
-/// Device names of Windows that are followed by a digit.
-const NUMBERED_DEVICES: [&str; 2] = ["com", "lpt"];
-
-/// Returns whether `name` is reserved for a device on Windows.
-fn is_device(name: &str) -> bool {
-    let stem = name.split('.').next().unwrap_or_default().to_ascii_lowercase();
-    let is_numbered = |device: &&str| matches!(stem.strip_prefix(*device).map(str::as_bytes), Some([digit]) if digit.is_ascii_digit());
-    DEVICES.contains(&stem.as_str()) || NUMBERED_DEVICES.iter().any(is_numbered)
-}
-
-/// Returns the last part of `folder`, the study's name, if it is valid on any system: letters, digits, `_`, `-` and `.`, not beginning with
-/// the last two, not ending with a dot, and no device of Windows.
-fn study_name(folder: &Path) -> Result<&str> {
-    let name = folder.file_name().and_then(|name| name.to_str()).unwrap_or_default();
-    let is_plain = |c: char| c.is_ascii_alphanumeric() || "_-.".contains(c);
-    let problem = if name.is_empty() || name.starts_with(['-', '.']) || !name.chars().all(is_plain) {
-        "does not name a study: expected a last part of letters, digits, \"_\", \"-\" and \".\", beginning with a letter, digit or \"_\""
-    } else if name.ends_with('.') || is_device(name) {
-        "cannot be the name of a folder on Windows, where others may want to run the study: expected a last part that does not end with \
-         \".\" and that, up to its first \".\", is not con, prn, aux, nul, com0 to com9 or lpt0 to lpt9"
-    } else {
-        return Ok(name);
-    };
-    Err(Error::argument("NAME", format!("\"{}\" {problem}", folder.display())))
+/// Prints which files were written, and the command that comes `next`.
+fn say_written(folder: &Path, files: impl Iterator<Item = String>, next: &str) -> Result<()> {
+    let (names, folder): (String, _) = (files.map(|name| format!("  {name}\n")).collect(), folder.display());
+    print(&format!("Written to {folder}:\n{names}{next}\n  kinetostat run {folder}\n"))
 }

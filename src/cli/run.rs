@@ -15,7 +15,7 @@ use kinetostat::{
     process::GammaChoice,
     questions::{Overrides, Study},
     run::{
-        FolderRun,
+        FolderRun, new_study,
         parts::{PartInFolder, PartOptions, StudySource},
     },
     work::share::Share,
@@ -123,7 +123,7 @@ pub fn run(arguments: &RunArguments) -> Result<Ending> {
         let asked = PartRequest { path, overrides, share, round: arguments.round, out: arguments.out.as_deref() };
         return compute_part(&asked, computing);
     }
-    let opened = arguments.studies.iter().map(|path| Study::open(path, &overrides));
+    let opened = arguments.studies.iter().map(|path| new_study::open(path, &overrides));
     let studies: Vec<Study> = opened.collect::<Result<_>>().map_err(as_option_error)?;
     for (i, study) in studies.iter().enumerate() {
         if studies[..i].iter().any(|other| other.name == study.name) {
@@ -172,7 +172,7 @@ struct PartRequest<'a> {
 /// Computes a part and writes its file.
 fn compute_part(asked: &PartRequest<'_>, computing: &Computing) -> Result<Ending> {
     let (share, round, started) = (asked.share, asked.round, Instant::now());
-    let study = Study::open(asked.path, &asked.overrides).map_err(as_option_error)?;
+    let study = new_study::open(asked.path, &asked.overrides).map_err(as_option_error)?;
     let fault = |source| Error::Read { file: asked.path.to_path_buf(), source };
     let opened = StudySource { study: asked.path.canonicalize().map_err(fault)?, overrides: asked.overrides.clone() };
     if round > 1 && !study.kind.goes_in_rounds() {

@@ -22,12 +22,13 @@ impl TiltAngles {
         for (name, own, is_turned) in [("roll_deg", 0, self.roll), ("pitch_deg", 1, self.pitch)] {
             let missing = [own, 1 - own].into_iter().find(|&axis| (axis == own || self.yaw) && !controls(axis));
             if let (true, Some(axis)) = (is_turned, missing) {
-                return key(name).fail(format!(
+                let problem = format!(
                     "machine {} does not control rotation about {}, so its tool cannot follow a workpiece tilted so: \
                      expected 0",
                     machine.name,
                     ["x", "y"][axis]
-                ));
+                );
+                key(name).misfit(problem, ())?;
             }
         }
         Ok(())

@@ -8,10 +8,15 @@ pub mod over_workspace;
 mod question;
 pub(crate) mod resolve;
 pub(crate) mod spec;
+#[cfg(feature = "report")]
+mod template;
 
 #[cfg(feature = "report")]
 pub use question::Answered;
 pub use question::{Overrides, Question, Resolved, StudyContext, Template};
+
+#[cfg(feature = "report")]
+pub use template::StudyMachine;
 
 use std::{cell::Cell, path::Path};
 
@@ -76,10 +81,29 @@ impl Study {
     /// # Errors
     /// As [`Study::open`].
     pub fn from_toml(text: &str, origin: &str, folder: impl Into<Folder>, overrides: &Overrides) -> Result<Study> {
-        let (folder, check) = (folder.into().recording(), Check::new(origin));
+        let (folder, check) = (folder.into().recording(), Check::collecting(origin));
         let spec: StudySpec = spec::parse(text, origin)?;
         let (header, asked) = spec.split(&check)?;
-        let (machine, machine_text) = resolve::resolve_header(&header, &folder, overrides, &check)?;
+        let found = Self::resolved((text, origin), &folder, (&header, &asked), overrides, &check);
+        let read = folder.recorded();
+        check.with_misfits(found, &format!("machine {}", header.machine), |file| match file == origin {
+            true => Some(text),
+            false => {
+                let own = read.iter().find(|(name, _)| folder.path(name).display().to_string() == file);
+                own.and_then(|(_, bytes)| std::str::from_utf8(bytes).ok())
+            }
+        })
+    }
+
+    /// Checks the keys `header` of a study and the table of the question `asked`.
+    fn resolved(
+        (text, origin): (&str, &str),
+        folder: &Folder,
+        (header, asked): (&spec::Header, &QuestionTable),
+        overrides: &Overrides,
+        check: &Check,
+    ) -> Result<Study> {
+        let (machine, machine_text) = resolve::resolve_header(header, folder, overrides, check)?;
         let set = overrides.branch.map_or_else(Inputs::default, |branch| Inputs::of("branch", branch.label()));
         let inputs = Inputs::of_file(origin, text).and(Inputs::of(&header.machine, machine_text)).and(set);
         #[cfg(not(target_family = "wasm"))]
@@ -87,11 +111,11 @@ impl Study {
             inputs.and(overrides.redundancy.map_or_else(Inputs::default, |own| Inputs::of("redundancy", own.label())));
         let given = StudyContext {
             machine,
-            folder: &folder,
+            folder,
             overrides,
-            check,
+            check: check.clone(),
             name: "",
-            header: &header,
+            header,
             is_process_read: Cell::new(false),
         };
         let (kind, settings) = asked.resolve(given)?;

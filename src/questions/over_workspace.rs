@@ -101,7 +101,8 @@ impl Region<'_> {
         let corners = corners_or_default(self.min_mm, self.max_mm, default, check)?;
         let grid = box_grid(corners, self.grid, given.overrides, (most, check))?;
         let size = grid_input(grid.counts());
-        Ok((grid, slice_heights(self.slices_z_mm, corners, check)?, size))
+        let is_machines = self.min_mm.is_none();
+        Ok((grid, slice_heights(self.slices_z_mm, corners, is_machines, check)?, size))
     }
 }
 
@@ -138,20 +139,20 @@ pub(super) fn box_grid(
     }
 }
 
-/// Returns the heights of the slices, O, mm. `Err` if there are none or more than 6, or one lies outside the box.
-fn slice_heights(heights: &[f64], [min, max]: [Vector3<f64>; 2], check: &Check) -> Result<Vec<f64>> {
+/// Returns the heights of the slices, O, mm. `Err` if there are none or more than 6, or one lies outside the box, which may be the machine's.
+fn slice_heights(heights: &[f64], [min, max]: [Vector3<f64>; 2], is_machines: bool, check: &Check) -> Result<Vec<f64>> {
     let check = check.key("slices_z_mm");
     if heights.is_empty() || heights.len() > 6 {
         return check.fail(format!("must name 1 to 6 heights, got {}", heights.len()));
     }
-    let height = |&z: &f64| {
-        let z = check.finite_scalar(z)?;
-        if (min.z..=max.z).contains(&z) {
-            return Ok(z);
-        }
-        check.fail(format!("must be within the map's box, z {} to {} mm, got {z}", min.z, max.z))
-    };
-    heights.iter().map(height).collect()
+    let height = |&z: &f64| check.finite_scalar(z);
+    let found = heights.iter().map(height).collect::<Result<Vec<f64>>>()?;
+    let outside: Vec<String> = found.iter().filter(|z| !(min.z..=max.z).contains(*z)).map(|z| z.to_string()).collect();
+    if outside.is_empty() {
+        return Ok(found);
+    }
+    let problem = format!("must be within the map's box, z {} to {} mm, got {}", min.z, max.z, outside.join(", "));
+    if is_machines { check.misfit(problem, found) } else { check.fail(problem) }
 }
 
 /// Returns the grid between two corners, O, mm. `Err` if it has no points, more than `most`, or points that coincide.

@@ -79,7 +79,7 @@ pub struct Template {
     pub name: &'static str,
     /// What the study asks, in one line.
     pub about: &'static str,
-    /// Names and contents of its files.
+    /// Names and texts of its files, in which `{{ }}` stands for what a machine has, and for what stands there without one.
     pub files: &'static [(&'static str, &'static str)],
 }
 
@@ -221,7 +221,7 @@ impl StudyContext<'_> {
 
     /// Reads the process file `file` in the study's folder. `Err` at `check` if there is no such file.
     fn process_file(&self, file: &str, check: &Check) -> Result<Process> {
-        match Process::in_folder(self.folder, file, &self.machine) {
+        match Process::in_folder(self.folder, file, &self.machine, check) {
             Err(Error::Read { source, .. }) if source.kind() == ErrorKind::NotFound => {
                 check.fail(format!("\"{file}\" is not a file in the study's folder"))
             }
@@ -232,10 +232,11 @@ impl StudyContext<'_> {
     /// Refuses a machine with a workpiece carrier; `why` completes the sentence after "which".
     pub(crate) fn refuse_carrier(&self, why: &str) -> Result<()> {
         let Some(carrier) = &self.machine.carrier else { return Ok(()) };
-        self.check.root().key("machine").fail(format!(
+        let problem = format!(
             "machine {} has an elastic workpiece carrier ({}), which {why}: expected one without [workpiece_carrier]",
             self.machine.name, carrier.name
-        ))
+        );
+        self.check.root().key("machine").misfit(problem, ())
     }
 
     /// Refuses a process in the study file that the question never read.
@@ -258,7 +259,7 @@ impl StudyContext<'_> {
 
     /// Returns the path of `file` in the study's folder as a location for error messages.
     fn file_location(&self, file: &str) -> Check {
-        Check::new(&self.folder.path(file).display().to_string())
+        self.check.other_file(&self.folder.path(file).display().to_string())
     }
 }
 

@@ -46,11 +46,20 @@ fn with_parameters(machine: Machine, overrides: &Overrides) -> Result<Machine> {
 
 /// Returns the machine with the drives locked that the study lists.
 fn with_locked_drives(machine: &Machine, header: &Header, check: &Check) -> Result<Machine> {
-    let positions: Vec<(&String, f64)> = header.locked.iter().map(|(name, value)| (name, *value)).collect();
-    machine.with_locked_drives(&positions).or_else(|error| match error {
-        Error::Argument { argument, problem } => check.key(&argument).fail(problem),
+    let at_drive = |error, instead| match error {
+        Error::Argument { argument, problem } => check.key(&argument).misfit(problem, instead),
         other => Err(other),
-    })
+    };
+    let mut positions: Vec<(&String, f64)> = Vec::new();
+    for (name, value) in &header.locked {
+        let position = machine.drive_label(name).map(|_| Some((name, *value)));
+        positions.extend(position.or_else(|error| at_drive(error, None))?);
+    }
+    let at_machine = |error| match error {
+        Error::Argument { argument, problem } => check.key(&argument).misfit(problem, machine.clone()),
+        other => Err(other),
+    };
+    machine.with_locked_drives(&positions).or_else(at_machine)
 }
 
 /// Returns the machine on the branch of inverse kinematics that the override, or else the study (`word`), names; unchanged without either.
@@ -60,10 +69,12 @@ fn on_branch(machine: Machine, word: Option<&str>, overrides: &Overrides, check:
         (None, Some(word)) => (check.clone(), word.parse()),
         (None, None) => return Ok(machine),
     };
-    chosen.and_then(|branch: Branch| machine.on_branch(branch)).or_else(|error| match error {
-        Error::Argument { problem, .. } => place.fail(problem),
+    let problem = |error| match error {
+        Error::Argument { problem, .. } => Ok(problem),
         other => Err(other),
-    })
+    };
+    let branch: Branch = chosen.or_else(|error| place.fail(problem(error)?))?;
+    machine.on_branch(branch).or_else(|error| place.misfit(problem(error)?, machine.clone()))
 }
 
 /// Reads the built-in machine or the machine file `name`; returns it and the text of its file.

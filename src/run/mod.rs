@@ -1,7 +1,11 @@
-//! Studies run into folders, resumed, shared in parts and merged. What is refused before a run begins (an unfinished run that would be
+//! Studies begun and run in folders, resumed, shared in parts and merged. What is refused before a run begins (an unfinished run that would be
 //! lost, files that are not ours), kept piece by piece, gone on with after a stop, written whole.
 
+mod examples;
+pub mod new_study;
 pub mod parts;
+
+pub use examples::{EXAMPLES, Example};
 
 use std::{
     path::{Path, PathBuf},

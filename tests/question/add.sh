@@ -8,7 +8,7 @@ cd "$(dirname "$0")/../.."
 copy=$(mktemp -d)
 trap 'rm -rf "$copy"' EXIT
 mkdir "$copy/benches"
-cp -r src crates examples Cargo.toml Cargo.lock "$copy"
+cp -r src crates examples studies Cargo.toml Cargo.lock "$copy"
 cp benches/*.rs "$copy/benches"
 cp -r benches/peers "$copy/benches"
 export CARGO_TARGET_DIR="${CARGO_TARGET_DIR:-$PWD/target}"

@@ -1,5 +1,7 @@
 //! Checks of input values, each naming file, key, value and what was expected.
 
+use std::sync::{Arc, Mutex, PoisonError};
+
 use nalgebra::{Matrix6, Vector3};
 
 use crate::error::{Error, Result};
@@ -28,28 +30,45 @@ pub fn file_stem(name: &str) -> String {
 pub struct Check {
     origin: String,
     path: String,
+    /// The misfits found so far, if they are collected.
+    misfits: Option<Arc<Mutex<Vec<Error>>>>,
 }
 
 impl Check {
     /// Creates the location at the top of the file (or command line) called `origin`.
     pub fn new(origin: &str) -> Self {
-        Self { origin: origin.into(), path: String::new() }
+        Self { origin: origin.into(), path: String::new(), misfits: None }
+    }
+
+    /// Creates the location at the top of the file called `origin`; misfits there and below are collected for [`Check::with_misfits`].
+    pub fn collecting(origin: &str) -> Self {
+        Self { misfits: Some(Arc::default()), ..Self::new(origin) }
+    }
+
+    /// Returns the location at the top of the file called `origin`, whose misfits are collected with those of this one.
+    pub fn other_file(&self, origin: &str) -> Self {
+        Self { misfits: self.misfits.clone(), ..Self::new(origin) }
     }
 
     /// Returns the location of the key `key` below this one.
     pub fn key(&self, key: &str) -> Self {
         let path = if self.path.is_empty() { key.into() } else { format!("{}.{key}", self.path) };
-        Self { origin: self.origin.clone(), path }
+        Self { path, ..self.clone() }
     }
 
     /// Returns the location of item `index` of the list here.
     pub fn item(&self, index: usize) -> Self {
-        Self { origin: self.origin.clone(), path: format!("{}[{index}]", self.path) }
+        Self { path: format!("{}[{index}]", self.path), ..self.clone() }
     }
 
     /// Returns the location at the top of the same file.
     pub fn root(&self) -> Self {
-        Self::new(&self.origin)
+        self.other_file(&self.origin)
+    }
+
+    /// Returns the name of the file in errors.
+    pub fn origin(&self) -> &str {
+        &self.origin
     }
 
     /// Describes the location as `file: key`.
@@ -60,6 +79,42 @@ impl Check {
     /// Returns the error that the value here is wrong.
     pub fn fail<T>(&self, problem: String) -> Result<T> {
         Err(Error::Value { file: self.origin.clone(), line: None, key: self.path.clone(), problem })
+    }
+
+    /// Returns `instead` for a value that does not fit the machine, so that further misfits are found. Its error is kept for
+    /// [`Check::with_misfits`], and returned where none are collected.
+    pub fn misfit<T>(&self, problem: String, instead: T) -> Result<T> {
+        self.or_misfit(self.fail(problem), instead)
+    }
+
+    /// Returns the value of `found`, or what [`Check::misfit`] does for its error.
+    pub fn or_misfit<T>(&self, found: Result<T>, instead: T) -> Result<T> {
+        match (found, &self.misfits) {
+            (Err(error), Some(misfits)) => {
+                misfits.lock().unwrap_or_else(PoisonError::into_inner).push(error);
+                Ok(instead)
+            }
+            (found, _) => found,
+        }
+    }
+
+    /// Returns `found` if no misfit was collected, or else one error with all misfits, which do not fit `what`, and their lines; `text` returns
+    /// the text of a TOML file by its name in errors, if that is one. An error of `found` is left out beside misfits, since values that stand
+    /// for them may have caused it.
+    pub fn with_misfits<'a, T>(
+        &self,
+        found: Result<T>,
+        what: &str,
+        text: impl Fn(&str) -> Option<&'a str>,
+    ) -> Result<T> {
+        let Some(misfits) = &self.misfits else { return found };
+        let misfits = std::mem::take(&mut *misfits.lock().unwrap_or_else(PoisonError::into_inner));
+        let mut errors: Vec<Error> = misfits.into_iter().map(|error| error.with_line(&text)).collect();
+        match errors.len() {
+            0 => found,
+            1 => Err(errors.remove(0)),
+            count => Err(Error::Several { problem: format!("{count} values do not fit {what}"), errors }),
+        }
     }
 
     /// Returns the error that the file lacks `key` at its top.

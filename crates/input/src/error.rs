@@ -65,6 +65,14 @@ pub enum Error {
         /// What is wrong, with the value, and what was expected.
         problem: String,
     },
+    /// Several errors of one cause.
+    #[error("{problem}:{}", errors.iter().map(|error| format!("\n  {error}")).collect::<String>())]
+    Several {
+        /// The cause.
+        problem: String,
+        /// The errors.
+        errors: Vec<Error>,
+    },
     /// A command-line argument makes no sense.
     #[error("{argument}: {problem}")]
     Argument {
@@ -109,6 +117,15 @@ impl Error {
     /// Creates the error of an `argument` that makes no sense: what is wrong with it and what was expected.
     pub fn argument(argument: impl Into<String>, problem: impl Into<String>) -> Self {
         Error::Argument { argument: argument.into(), problem: problem.into() }
+    }
+
+    /// Returns this error with the line of its value in the TOML file at fault, whose text `text` returns by its name in errors.
+    pub(crate) fn with_line<'a>(self, text: impl Fn(&str) -> Option<&'a str>) -> Self {
+        let own = if let Error::Value { file, .. } = &self { text(file) } else { None };
+        match own {
+            Some(text) => self.in_toml(text),
+            None => self,
+        }
     }
 
     /// Returns this error with the line of its value in `text`, the TOML file at fault; other errors as they are.

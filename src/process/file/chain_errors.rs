@@ -48,7 +48,8 @@ pub(crate) fn chain_errors(specs: &[ChainErrorSpec], machine: &Machine, check: &
         check.key("chain").unique(&spec.chain, specs[..i].iter().map(|s| s.chain.as_str()))?;
         let Some(index) = machine.chain_index(&spec.chain) else {
             let known = machine.chains.iter().map(|c| c.name.as_str()).collect::<Vec<_>>().join(", ");
-            return check.key("chain").fail(format!("no chain is called \"{}\"; there are: {known}", spec.chain));
+            check.key("chain").misfit(format!("no chain is called \"{}\"; there are: {known}", spec.chain), ())?;
+            continue;
         };
         errors[index] = chain_error(spec, machine, index, &check)?;
     }
@@ -92,7 +93,7 @@ fn chain_error(spec: &ChainErrorSpec, machine: &Machine, index: usize, check: &C
     if !offsets.is_empty() && offsets.len() != chain.drives.len() {
         let (expected, found) = (chain.drives.len(), offsets.len());
         let problem = format!("must have one entry per drive of the chain, which is {expected}, got {found}");
-        return check_offsets.fail(problem);
+        check_offsets.misfit(problem, ())?;
     }
     for (drive, &offset) in chain.drives.iter().zip(offsets) {
         let offset = check_offsets.finite_scalar(offset)?;

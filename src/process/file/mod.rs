@@ -234,16 +234,25 @@ impl Process {
     }
 
     /// Reads and checks the process file called `name` in `folder` for `machine`; fails as [`Process::from_toml`] and if it cannot be read.
-    pub fn in_folder(folder: &Folder, name: &str, machine: &Machine) -> Result<Process> {
+    /// What does not fit the machine is collected with the misfits of `check`, if that collects any.
+    pub fn in_folder(folder: &Folder, name: &str, machine: &Machine, check: &Check) -> Result<Process> {
         let text = folder.text(name)?;
-        Self::from_toml(&text, &folder.path(name).display().to_string(), folder.of(name), machine)
+        Self::checked(&text, &check.other_file(&folder.path(name).display().to_string()), &folder.of(name), machine)
     }
 
     /// Parses and checks a process given as TOML text; `origin` names it in errors, and wrench tables are relative to `folder`.
     /// Fails if the text is not of the expected form or holds values that make no sense.
     pub fn from_toml(text: &str, origin: &str, folder: impl Into<Folder>, machine: &Machine) -> Result<Process> {
+        let check = Check::collecting(origin);
+        let found = Self::checked(text, &check, &folder.into(), machine);
+        check.with_misfits(found, &format!("machine {}", machine.name), |file| (file == origin).then_some(text))
+    }
+
+    /// Parses and checks the process file `text` at `check`.
+    fn checked(text: &str, check: &Check, folder: &Folder, machine: &Machine) -> Result<Process> {
+        let origin = check.origin();
         let spec: ProcessSpec = crate::input::toml_file::parse_renamed(text, origin, &RENAMED)?;
-        let mut process = resolve::file(&spec, &Check::new(origin), &folder.into(), machine)?;
+        let mut process = resolve::file(&spec, check, folder, machine)?;
         process.inputs = Inputs::of_file(origin, text).and(process.inputs);
         Ok(process)
     }

@@ -77,11 +77,12 @@ pub(super) fn redundancy(spec: &RedundancySpec, machine: &Machine, check: &Check
 fn speed_limits(spec: &RedundancySpec, machine: &Machine, check: &Check) -> Result<Vec<f64>> {
     let Some(limits) = &spec.speed_limits_deg_per_s else { return Ok(Vec::new()) };
     if machine.drives().any(|(_, drive)| drive.motion != Motion::Revolute) {
-        return check.fail(format!("machine {} has drives that are no hinges: expected no speed limits", machine.name));
+        let problem = format!("machine {} has drives that are no hinges: expected no speed limits", machine.name);
+        return check.misfit(problem, Vec::new());
     }
     if limits.len() != machine.drive_count() {
         let drives = machine.drive_labels().join(", ");
-        return check.fail(format!("must be one for each drive ({drives}), got {}", limits.len()));
+        return check.misfit(format!("must be one for each drive ({drives}), got {}", limits.len()), Vec::new());
     }
     limits.iter().enumerate().map(|(k, limit)| check.item(k).positive(*limit)).collect()
 }

@@ -179,7 +179,8 @@ fn gcode_options(
             }
         };
     }
-    let (rotary, rotary_columns) = rotary(spec, machine, placement, target, check)?;
+    let rotary = rotary(spec, machine, placement, target, check);
+    let (rotary, rotary_columns) = check.or_misfit(rotary, Default::default())?;
     Ok(GcodeOptions {
         dialect: spec.dialect,
         unit: spec.unit,

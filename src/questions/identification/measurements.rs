@@ -236,22 +236,22 @@ pub fn read(source: &[u8], file: &str, machine: &Machine, purpose: RowUse) -> Re
     };
     let names: Vec<String> = header.fields.iter().map(|name| String::from_utf8_lossy(name).into_owned()).collect();
     let check = at_line(header.span.start);
-    let is_known = |name: &String| {
-        known_columns().any(|other| other == name) || drives.iter().flatten().any(|(other, _)| other == name)
+    let is_known = |name: &&String| {
+        known_columns().any(|other| other == *name) || drives.iter().flatten().any(|(other, _)| other == *name)
     };
-    let expected = || {
-        let own = drives.iter().filter_map(|columns| columns.first()).map(|(name, _)| name.clone());
-        own.chain(known_columns().map(String::from)).collect::<Vec<_>>().join(", ")
-    };
-    if !names.iter().any(is_known) {
-        // What is no table of measurements may be anybody's file, which no message shows.
-        let problem = format!("has no column of a table of measurements; expected any of {}", expected());
-        return check.key("header").fail(problem);
+    let unknown: Vec<&str> = names.iter().filter(|name| !is_known(name)).map(String::as_str).collect();
+    if !unknown.is_empty() {
+        let own = drives.iter().filter_map(|columns| columns.first()).map(|(name, _)| name.as_str());
+        let expected = own.chain(known_columns()).collect::<Vec<_>>().join(", ");
+        if unknown.len() == names.len() {
+            // What is no table of measurements may be anybody's file, which no message shows.
+            let problem = format!("has no column of a table of measurements; expected any of {expected}");
+            return check.key("header").fail(problem);
+        }
+        let what = if unknown.len() == 1 { "unknown column" } else { "unknown columns" };
+        return check.key(&unknown.join(", ")).fail(format!("{what}; expected any of {expected}"));
     }
     for (i, name) in names.iter().enumerate() {
-        if !is_known(name) {
-            return check.key(name).fail(format!("unknown column; expected any of {}", expected()));
-        }
         if names[..i].contains(name) {
             return check.key(name).fail("second column of this name; expected one".into());
         }

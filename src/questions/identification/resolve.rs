@@ -95,7 +95,7 @@ pub fn rows(given: &StudyContext<'_>, file: &str, key: &str, purpose: RowUse) ->
         return given.check.key(key).fail(problem);
     }
     let bytes = given.folder.bytes(file)?;
-    let rows = measurements::read(&bytes, &path, &given.machine, purpose)?;
+    let rows = given.check.or_misfit(measurements::read(&bytes, &path, &given.machine, purpose), Vec::new())?;
     Ok((rows, Inputs::of(file, String::from_utf8_lossy(&bytes).into_owned())))
 }
 
@@ -137,7 +137,8 @@ pub fn priors(specs: &[PriorSpec], unknowns: &[Unknown], check: &Check) -> Resul
     for (i, PriorSpec { parameter, value, std }) in specs.iter().enumerate() {
         let check = check.item(i);
         let Some(k) = unknowns.iter().position(|unknown| unknown.name == *parameter) else {
-            return check.key("parameter").fail(format!("\"{parameter}\" is none of the unknowns"));
+            check.key("parameter").misfit(format!("\"{parameter}\" is none of the unknowns"), ())?;
+            continue;
         };
         if priors.iter().any(|(other, ..)| *other == k) {
             return check.key("parameter").fail(format!("\"{parameter}\" has a prior already"));

@@ -122,7 +122,7 @@ pub(crate) fn unknowns(machine: &Machine, patterns: &[String], check: &Check) ->
         if named.is_empty() {
             // Says the nearest names.
             let error = machine.parameter(pattern).err().map_or_else(String::new, |error| error.to_string());
-            return check.fail(error);
+            check.misfit(error, ())?;
         }
         for parameter in named {
             if !found.iter().any(|other| other.name == parameter.name) {
@@ -131,8 +131,8 @@ pub(crate) fn unknowns(machine: &Machine, patterns: &[String], check: &Check) ->
         }
     }
     match found.len() {
-        0 => check.fail("must name at least one parameter, got none".into()),
-        1..=MOST => {
+        0 if patterns.is_empty() => check.fail("must name at least one parameter, got none".into()),
+        0..=MOST => {
             let names: Vec<&str> = found.iter().map(|unknown| unknown.name.as_str()).collect();
             machine.variations(&names).or_else(|error| check.fail(error.to_string()))?;
             Ok(found)

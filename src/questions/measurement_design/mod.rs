@@ -10,6 +10,8 @@ pub(crate) mod spec;
 use nalgebra::{DMatrix, DVector};
 
 pub use candidates::{Region, end_of_arm};
+#[cfg(feature = "report")]
+pub(crate) use candidates::{plan_measurements, poses};
 pub use choose::{Criterion, DesignProblem, HalfWidths, widths};
 pub use spec::CriterionSpec;
 

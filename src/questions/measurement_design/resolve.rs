@@ -200,13 +200,14 @@ fn generate(spec: &CandidateSpec, machine: &Machine, readings: &[Reading], check
     let region = Region { tip, forbidden, branches: branches(spec, machine, check)? };
     let found = poses(machine, &region, spec.poses);
     if found.len() < spec.poses {
-        return check.key("poses").fail(format!(
+        let problem = format!(
             "{} of {} poses were found that the machine reaches, in the box, outside forbidden ones{}: expected a larger region, \
              or fewer poses",
             found.len(),
             spec.poses,
             if region.branches.is_empty() { "" } else { ", on these branches" }
-        ));
+        );
+        check.key("poses").misfit(problem, ())?;
     }
     Ok(plan_measurements(&found, &forces, readings))
 }
@@ -222,7 +223,8 @@ fn branches(spec: &CandidateSpec, machine: &Machine, check: &Check) -> Result<Ve
         }
     }
     if !branches.is_empty() && machine.branch_of(&machine.home).is_none() {
-        return check.fail(format!("machine {} has no branches: it is no arm with a spherical wrist", machine.name));
+        let problem = format!("machine {} has no branches: it is no arm with a spherical wrist", machine.name);
+        return check.misfit(problem, Vec::new());
     }
     Ok(branches)
 }

@@ -37,7 +37,8 @@ impl Question for OnlineStudy {
         let check = &given.check;
         let process = given.process(None, check)?;
         let of_limits = given.process_location(None).key("limits");
-        within_limits::check_limits(&process.machine, &process.limits).or_else(|problem| of_limits.fail(problem))?;
+        within_limits::check_limits(&process.machine, &process.limits)
+            .or_else(|problem| of_limits.misfit(problem, ()))?;
         if process.limits.force_N.is_some() {
             return of_limits.key("force_limit_N").fail(format!("is not looked at by {}", given.name));
         }

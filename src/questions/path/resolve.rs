@@ -173,11 +173,13 @@ fn circle_toolpath(spec: &CircleSpec, machine: &Machine, overrides: &Overrides, 
 /// Returns the position of the machine's point `name`, O, mm. `Err` on a machine with a workpiece carrier.
 pub(crate) fn named_point(machine: &Machine, name: &str, check: &Check) -> Result<Vector3<f64>> {
     match machine.point(name) {
-        Some(_) if machine.carrier.is_some() => check.fail(on_carrier_problem(machine, name)),
+        Some(point) if machine.carrier.is_some() => check.misfit(on_carrier_problem(machine, name), point.position),
         Some(point) => Ok(point.position),
         None => {
             let known = machine.points.iter().map(|p| p.name.as_str()).collect::<Vec<_>>().join(", ");
-            check.fail(format!("the machine has no point \"{name}\"; there are: {known}"))
+            let known =
+                if known.is_empty() { "no points are named in its file" } else { &format!("there are: {known}") };
+            check.misfit(format!("the machine has no point \"{name}\"; {known}"), machine.home.pose.translation)
         }
     }
 }

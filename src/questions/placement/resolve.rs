@@ -194,7 +194,7 @@ fn resolve_feature(
         },
     };
     within_limits::check_limits(&process.machine, &process.limits)
-        .or_else(|problem| given.process_location(spec.process.as_deref()).key("limits").fail(problem))?;
+        .or_else(|problem| given.process_location(spec.process.as_deref()).key("limits").misfit(problem, ()))?;
     let today = Candidate::from_process(&process);
     let cuts = process.cutting_rule;
     let machines = Machines::new(&process.machine, &process.errors)?;
@@ -472,7 +472,7 @@ fn resolve_metric(name: &str, machine: &Machine, features: &[FeatureJob], check:
     if !metric.exists_on(machine) {
         let problem = "is of machines with slides and hinges: where all drives turn, expected worst_correction or \
                        worst_drive_force";
-        return check.fail(problem.into());
+        check.misfit(problem.into(), ())?;
     }
     if metric.is_bounded() && !features.iter().any(|job| job.limits.is_limited()) {
         return check.fail("needs [limits] of corrections or forces in a process file".into());
@@ -480,7 +480,7 @@ fn resolve_metric(name: &str, machine: &Machine, features: &[FeatureJob], check:
     let has_force_limit = features.iter().any(|job| job.limits.force_N.is_some())
         || machine.drives().any(|(_, drive)| drive.force_limit.is_some());
     if metric == Metric::ForceMargin && !has_force_limit {
-        return check.fail("neither the machine nor a process file has force limits".into());
+        check.misfit("neither the machine nor a process file has force limits".into(), ())?;
     }
     Ok(metric)
 }

@@ -49,7 +49,7 @@ impl Question for RedundancyMapStudy {
         let phi_step_deg = Some(spec.phi_step_deg.unwrap_or(PHI_STEP_DEG));
         let (scene, not_used, inputs) = scene(given, SceneKeys { phi_step_deg, uses_target: true })?;
         let machine = &scene.machine;
-        check_free_rotation(machine).or_else(|problem| given.check.root().key("machine").fail(problem))?;
+        check_free_rotation(machine).or_else(|problem| given.check.root().key("machine").misfit(problem, ()))?;
         let check = &given.check;
         let axes = tool_directions(spec, machine, check)?;
         let to_tip = machine.home.pose.rotation * machine.tool_tip;

@@ -111,7 +111,7 @@ fn quoted(specs: &[QuotedSpec], cases: &[String], machine: &Machine, check: &Che
     let quoted = |(i, spec): (usize, &QuotedSpec)| {
         let check = check.key("quoted").item(i);
         if let Err(problem) = spec.quantity.check_machine(machine) {
-            return check.key("quantity").fail(problem);
+            check.key("quantity").misfit(problem, ())?;
         }
         Ok(Quoted {
             source: spec.source.trim().to_string(),

@@ -1,0 +1,490 @@
+//! Study folders to start from: the templates of questions, filled with what one machine has.
+//!
+//! A template says in its own text what it takes from a machine, and what stands there without one.
+
+use std::path::Path;
+
+use minijinja::{
+    Environment, UndefinedBehavior, context,
+    syntax::SyntaxConfig,
+    value::{Serde, Value},
+};
+use nalgebra::{DVector, Vector3};
+use rand::SeedableRng;
+use rand_distr::{Distribution, Normal, Uniform};
+use rand_xoshiro::Xoshiro256PlusPlus;
+use serde::Serialize;
+
+use super::{
+    Overrides, Study, Template,
+    identification::{Measurement, Reading, Unknown, is_pattern_of, predict_values, unknowns},
+    measurement_design::{Region, plan_measurements, poses},
+};
+use crate::{
+    input::{
+        Folder,
+        check::Check,
+        error::{Error, Result},
+        toml_file,
+    },
+    machine::{Machine, Motion, Parameter, catalogue},
+    statics::{Workspace, principal_stiffnesses, tool_compliance, unloaded_compliance},
+};
+
+/// A machine for which a study is begun.
+#[derive(Debug, Clone)]
+pub struct StudyMachine {
+    machine: Machine,
+    /// What the study calls it: a built-in machine, or the file in its folder.
+    called: String,
+    /// Text of its file, if it is not built in.
+    text: Option<String>,
+}
+
+/// Name of the copy of a machine file in a study's folder, if its own name is taken.
+const MACHINE_FILE: &str = "machine.toml";
+/// Name of the study file.
+const STUDY_FILE: &str = "study.toml";
+
+impl StudyMachine {
+    /// The built-in machine called `name`, or else the machine of the file at this path, which is copied into the study's folder.
+    ///
+    /// # Errors
+    /// There is neither, or the file is no machine.
+    pub fn named_or_file(name: &str) -> Result<Self> {
+        if catalogue::find(name).is_some() {
+            return Ok(Self { machine: Machine::named(name)?, called: name.into(), text: None });
+        }
+        // Says which machines there are.
+        let machine = Machine::named_or_file(name)?;
+        let text = toml_file::read(Path::new(name))?;
+        let own = Path::new(name).file_name().and_then(|own| own.to_str());
+        let taken = [STUDY_FILE, "process.toml", "README.md", "measurements.csv"];
+        let is_free =
+            |own: &&str| !taken.iter().any(|taken| taken.eq_ignore_ascii_case(own)) && catalogue::find(own).is_none();
+        let called = own.filter(is_free).unwrap_or(MACHINE_FILE).to_string();
+        Ok(Self { machine, called, text: Some(text) })
+    }
+}
+
+impl Template {
+    /// Returns the files of a study folder, by names: for the template's own machine, or for `own`.
+    ///
+    /// # Errors
+    /// The question cannot be asked of this machine.
+    pub fn filled(&self, own: Option<&StudyMachine>) -> Result<Vec<(String, String)>> {
+        let mut environment = Environment::new();
+        let fault = |name: &str, fault: &minijinja::Error| Error::Page {
+            template: format!("{} of {}", name, self.name),
+            problem: format!("{fault:#}"),
+        };
+        let syntax = SyntaxConfig::builder().trim_blocks(true).keep_trailing_newline(true).build();
+        environment.set_syntax(syntax.map_err(|error| fault("syntax", &error))?);
+        environment.set_undefined_behavior(match own {
+            Some(_) => UndefinedBehavior::SemiStrict,
+            None => UndefinedBehavior::Chainable,
+        });
+        let Some(own) = own else {
+            let filled = |(name, text): &(&str, &str)| {
+                let filled = environment.render_named_str(name, text, context! {});
+                Ok((name.to_string(), filled.map_err(|error| fault(name, &error))?))
+            };
+            return self.files.iter().map(filled).collect();
+        };
+        let refuse = |problem: String| {
+            Error::argument("--machine", format!("{} is no machine for {}: {problem}", own.called, self.name))
+        };
+        let values = MachineValues::of(own);
+        // Arrays as lists, not as tuples.
+        let lists = serde_json::to_value(&values)
+            .map_err(|error| Error::Page { template: self.name.into(), problem: error.to_string() })?;
+        let mut files: Vec<(String, String)> = Vec::new();
+        for (name, text) in self.files {
+            let filled = match name.ends_with(".csv") {
+                true => measurements(&own.machine, &values.stiffness).map_err(refuse)?,
+                false => environment
+                    .render_named_str(name, text, Value::from(Serde(&lists)))
+                    .map_err(|error| fault(name, &error))?,
+            };
+            files.push((name.to_string(), filled));
+        }
+        files.extend(own.text.iter().map(|text| (own.called.clone(), text.clone())));
+        let in_memory = files.iter().map(|(name, text)| (name.clone(), text.clone().into_bytes()));
+        let study = files.iter().find(|(name, _)| name == STUDY_FILE).map_or("", |(_, text)| text);
+        match Study::from_toml(study, STUDY_FILE, Folder::in_memory(in_memory), &Overrides::default()) {
+            Ok(_) => Ok(files),
+            // What is wrong with the machine itself needs no key of a file that is not written.
+            Err(Error::Value { key, problem, .. } | Error::Syntax { key, problem, .. }) if key == "machine" => {
+                Err(refuse(problem))
+            }
+            Err(error) => Err(refuse(error.to_string())),
+        }
+    }
+}
+
+/// What templates take from a machine; positions in mm.
+#[derive(Debug, Serialize)]
+struct MachineValues {
+    /// What the study calls the machine, as TOML.
+    machine: String,
+    errors: Vec<ChainErrors>,
+    grid: Grids,
+    /// The middle half of the workspace box of P.
+    inner_box: [[f64; 3]; 2],
+    /// The workspace box, moved to where the tool tip is at home.
+    tip_box: [[f64; 3]; 2],
+    /// Heights within the workspace box.
+    slices: Vec<f64>,
+    /// A height within `tip_box`.
+    tip_slice: Vec<f64>,
+    middle: [f64; 3],
+    /// Named point farthest from home, as TOML.
+    far: Option<String>,
+    /// Named point nearest to home that may be a place of the workpiece, as TOML.
+    near: Option<String>,
+    circle: CircleValues,
+    /// Ends of a line across the circle.
+    line: [[f64; 3]; 2],
+    site: SiteValues,
+    /// Directions from the tip to the spindle.
+    tool_axes: [[f64; 3]; 2],
+    stiffness: StiffnessValues,
+}
+
+/// Zero-point errors of the drives of a chain.
+#[derive(Debug, Serialize)]
+struct ChainErrors {
+    chain: String,
+    offsets: Vec<f64>,
+}
+
+/// Grids that have one point along axes on which the workspace has no extent.
+#[derive(Debug, Serialize)]
+struct Grids {
+    fine: [usize; 3],
+    coarse: [usize; 3],
+    flat: [usize; 3],
+}
+
+/// A circle of P that the machine is asked to follow, in the frame in which the workpiece is placed.
+#[derive(Debug, Serialize)]
+struct CircleValues {
+    centre_mm: [f64; 3],
+    diameter_mm: f64,
+}
+
+/// Where the workpiece may stand, so that the tool tip follows the circle around its origin.
+#[derive(Debug, Serialize)]
+struct SiteValues {
+    sought: Vec<SoughtValue>,
+    fixed: Vec<FixedValue>,
+    today_mm: [f64; 3],
+    table_mm: [[f64; 2]; 2],
+    table_z_mm: f64,
+    clamp_mm: [[f64; 3]; 2],
+}
+
+/// A coordinate of the workpiece that is sought.
+#[derive(Debug, Serialize)]
+struct SoughtValue {
+    name: &'static str,
+    key: String,
+    range: [f64; 2],
+}
+
+/// A coordinate of the workpiece that is fixed.
+#[derive(Debug, Serialize)]
+struct FixedValue {
+    key: String,
+    value: f64,
+}
+
+/// Stiffnesses that can be identified, and forces under which the tool yields enough to be measured.
+#[derive(Debug, Serialize)]
+struct StiffnessValues {
+    #[serde(serialize_with = "as_toml")]
+    unknowns: Vec<String>,
+    /// A part of them, as TOML, if there are several.
+    some: Option<String>,
+    /// One of them, as TOML, its value, and a standard deviation.
+    last: String,
+    value: f64,
+    std: f64,
+    #[serde(rename = "forces_N")]
+    forces: [[f64; 3]; 3],
+}
+
+/// Serializes names as a list in TOML, which has other quotes than lists in templates.
+fn as_toml<S: serde::Serializer>(names: &[String], serializer: S) -> std::result::Result<S::Ok, S::Error> {
+    serializer.serialize_str(&toml_list(names))
+}
+
+/// Returns names as a list in TOML.
+fn toml_list(names: &[String]) -> String {
+    toml::Value::from(names.to_vec()).to_string()
+}
+
+/// How far chain errors move the tool, about, mm.
+const ERROR_MM: f64 = 0.5;
+/// Most chains with errors.
+const ERRONEOUS: usize = 3;
+/// Largest diameter of the circle, mm.
+const DIAMETER_MM: f64 = 50.0;
+/// How far the tool yields under the forces of measurements, about, mm.
+const YIELD_MM: f64 = 2.0;
+/// Largest force of measurements, N.
+const LARGEST_N: f64 = 1000.0;
+/// Angle between the two tool directions.
+const TILT_DEG: f64 = 30.0;
+const AXES: [&str; 3] = ["x", "y", "z"];
+
+impl MachineValues {
+    fn of(own: &StudyMachine) -> Self {
+        let machine = &own.machine;
+        let (min, max) = (machine.workspace.min, machine.workspace.max);
+        let (size, middle, home) = (max - min, 0.5 * (min + max), machine.home.pose);
+        let is_wide = |axis: usize| size[axis] > 0.0;
+        let counts = |wanted: [usize; 3]| [0, 1, 2].map(|axis| if is_wide(axis) { wanted[axis] } else { 1 });
+        let lever = home.rotation * machine.tool_tip;
+        let by_distance = |sign: f64| {
+            let distance = |at: Vector3<f64>| sign * (at - home.translation).norm();
+            machine.points.iter().max_by(|a, b| distance(a.position).total_cmp(&distance(b.position)))
+        };
+        let quoted = |text: &str| toml::Value::from(text).to_string();
+        let narrowest = (0..2).filter(|&axis| is_wide(axis)).map(|axis| size[axis]).fold(2.0 * DIAMETER_MM, f64::min);
+        let diameter_mm = round_down(0.5 * narrowest).min(DIAMETER_MM);
+        // The circle stays in the box, as near to home as it can.
+        let margin = Vector3::new(0.5 * diameter_mm, 0.5 * diameter_mm, 0.0);
+        let centre = Vector3::from_fn(|axis, _| match is_wide(axis) {
+            true => home.translation[axis].clamp(min[axis] + margin[axis], max[axis] - margin[axis]),
+            false => middle[axis],
+        });
+        let to_workpiece = |at: Vector3<f64>| match &machine.carrier {
+            Some(carrier) => carrier.home.pose.inverse().transform(at),
+            None => at,
+        };
+        let on_workpiece = rounded(to_workpiece(centre), 0.1);
+        let radius = Vector3::new(0.5 * diameter_mm, 0.0, 0.0);
+        Self {
+            machine: quoted(&own.called),
+            errors: chain_errors(machine),
+            grid: Grids { fine: counts([7; 3]), coarse: counts([5; 3]), flat: counts([7, 7, 3]) },
+            inner_box: [middle - 0.25 * size, middle + 0.25 * size].map(|corner| rounded(corner, 0.1).into()),
+            tip_box: [min + lever, max + lever].map(|corner| rounded(corner, 0.1).into()),
+            slices: slices([min.z, max.z]),
+            tip_slice: vec![height_near(middle.z + lever.z, [min.z + lever.z, max.z + lever.z])],
+            middle: rounded(middle, 0.1).into(),
+            far: by_distance(1.0).map(|point| quoted(&point.name)),
+            near: by_distance(-1.0).filter(|_| machine.carrier.is_none()).map(|point| quoted(&point.name)),
+            circle: CircleValues { centre_mm: on_workpiece.into(), diameter_mm },
+            line: [on_workpiece - radius, on_workpiece + radius].map(Into::into),
+            site: SiteValues::of(to_workpiece(middle + lever), to_workpiece(centre + lever), size, diameter_mm),
+            tool_axes: tool_axes(machine, middle),
+            stiffness: StiffnessValues::of(machine),
+        }
+    }
+}
+
+impl SiteValues {
+    /// The places of a workpiece around the `middle`, such that a circle of `diameter_mm` stays in a box of `size`; `today` is one of them.
+    fn of(middle: Vector3<f64>, today: Vector3<f64>, size: Vector3<f64>, diameter_mm: f64) -> Self {
+        let key = |axis: usize| format!("{}_mm", AXES[axis]);
+        let today = rounded(today, 0.1);
+        let mut site = SiteValues {
+            sought: Vec::new(),
+            fixed: Vec::new(),
+            today_mm: today.into(),
+            table_mm: [-0.5, 0.5].map(|share| rounded(middle + share * size, 0.1).xy().into()),
+            table_z_mm: today.z - 20.0,
+            clamp_mm: [[today.x - 2.0 * diameter_mm, today.y - diameter_mm, today.z], {
+                [today.x - diameter_mm, today.y + diameter_mm, today.z + diameter_mm]
+            }],
+        };
+        for axis in 0..3 {
+            let half = 0.5 * (size[axis] - diameter_mm);
+            match axis < 2 && size[axis] > 0.0 {
+                true => {
+                    let step = round_down(0.1 * half);
+                    let low = ((middle[axis] - half) / step).ceil() * step + 0.0;
+                    let range = [low, ((middle[axis] + half) / step).floor() * step + 0.0];
+                    site.sought.push(SoughtValue { name: AXES[axis], key: key(axis), range });
+                }
+                false => site.fixed.push(FixedValue { key: key(axis), value: today[axis] }),
+            }
+        }
+        site
+    }
+}
+
+impl StiffnessValues {
+    /// The stiffnesses of the drives, or else all others, or else those of materials; none of a rigid machine.
+    fn of(machine: &Machine) -> Self {
+        let all = machine.parameters();
+        let drives: Vec<String> = machine.drives().map(|(_, drive)| format!(".{}.stiffness", drive.name)).collect();
+        let chosen = |is_chosen: &dyn Fn(&str) -> bool| -> Vec<&Parameter> {
+            all.iter().filter(|own| own.value.is_some_and(|value| value > 0.0) && is_chosen(&own.name)).collect()
+        };
+        let kinds: [&dyn Fn(&str) -> bool; 3] = [
+            &|name| drives.iter().any(|ending| name.ends_with(ending)),
+            &|name| name.ends_with(".stiffness"),
+            &|name| name.ends_with(".youngs_modulus"),
+        ];
+        let found = kinds.into_iter().map(chosen).find(|found| !found.is_empty()).unwrap_or_default();
+        let names: Vec<String> = found.iter().map(|own| own.name.clone()).collect();
+        let pattern = pattern_of(&names).filter(|pattern| {
+            all.iter().filter(|own| is_pattern_of(pattern, &own.name)).map(|own| &own.name).eq(names.iter())
+        });
+        let last = found.last();
+        let value = last.and_then(|own| own.value).unwrap_or(1.0);
+        let force = yielding_force(machine);
+        Self {
+            some: (names.len() > 1).then(|| toml_list(&names[..names.len().div_ceil(2)])),
+            last: toml::Value::from(last.map_or("", |own| &own.name)).to_string(),
+            value,
+            std: 0.2 * value,
+            unknowns: pattern.map_or(names, |pattern| vec![pattern]),
+            forces: [[force, 0.0, 0.0], [0.0, force, 0.0], [0.0, 0.0, -force]],
+        }
+    }
+}
+
+/// Returns names that differ in one part, shortened by `*`; `None` for one name, and if they differ otherwise.
+fn pattern_of(names: &[String]) -> Option<String> {
+    let [first, rest @ ..] = names else { return None };
+    let common = |same: fn(&str, &str) -> usize| rest.iter().map(|other| same(first, other)).min();
+    let head = common(|a, b| a.bytes().zip(b.bytes()).take_while(|(a, b)| a == b).count())?;
+    let tail = common(|a, b| a.bytes().rev().zip(b.bytes().rev()).take_while(|(a, b)| a == b).count())?;
+    let (head, tail) = (first.get(..head)?, first.get(first.len() - tail.min(first.len() - head)..)?);
+    Some(format!("{head}*{tail}"))
+}
+
+/// Returns zero-point errors of the drives of a machine, by which the tool moves by some tenths of a millimetre.
+fn chain_errors(machine: &Machine) -> Vec<ChainErrors> {
+    let driven = machine.chains.iter().filter(|chain| !chain.drives.is_empty());
+    let errors = driven.take(ERRONEOUS).enumerate().map(|(i, chain)| {
+        let offset = |(drive, sign): (&crate::machine::Drive, f64)| match drive.motion {
+            Motion::Prismatic => sign * ERROR_MM,
+            Motion::Revolute => sign * round_down((ERROR_MM / machine.characteristic_length).to_degrees()),
+        };
+        let signs = [1.0, -1.0].into_iter().cycle().skip(i);
+        ChainErrors {
+            chain: toml::Value::from(chain.name.as_str()).to_string(),
+            offsets: chain.drives.iter().zip(signs).map(offset).collect(),
+        }
+    });
+    errors.collect()
+}
+
+/// Returns the largest of 1, 2 and 5 times a power of ten that is not above `value`, which is above 0.
+fn round_down(value: f64) -> f64 {
+    let power = value.log10().floor();
+    let digit = [5.0, 2.0].into_iter().find(|digit| digit * 10f64.powf(power) <= value).unwrap_or(1.0);
+    // Of decimals as they are typed.
+    if power < 0.0 { digit / 10f64.powf(-power) } else { digit * 10f64.powf(power) }
+}
+
+/// Returns `at` with components rounded to multiples of `step`.
+fn rounded(at: Vector3<f64>, step: f64) -> Vector3<f64> {
+    at.map(|value| {
+        let whole = (value / step).round();
+        (if step < 1.0 { whole / (1.0 / step).round() } else { whole * step }) + 0.0
+    })
+}
+
+/// Returns a round height near `z` and within the ends.
+fn height_near(z: f64, [low, high]: [f64; 2]) -> f64 {
+    if high <= low {
+        return low;
+    }
+    let step = round_down((high - low) / 8.0);
+    ((z / step).round() * step).clamp(low, high) + 0.0
+}
+
+/// Returns heights low, in the middle and high between the ends; one where these are the same.
+fn slices(ends: [f64; 2]) -> Vec<f64> {
+    let [low, high] = ends;
+    let mut heights = [0.125, 0.5, 0.875].map(|share| height_near(low + share * (high - low), ends)).to_vec();
+    heights.dedup();
+    heights
+}
+
+/// Returns the direction from the tip to the spindle at home, and the same tilted towards the base.
+fn tool_axes(machine: &Machine, middle: Vector3<f64>) -> [[f64; 3]; 2] {
+    let along = -(machine.home.pose.rotation * machine.tool_axes.column(2));
+    let to_base = Vector3::new(-middle.x, -middle.y, 0.0).try_normalize(1.0).unwrap_or(-Vector3::x());
+    let across = [to_base, -Vector3::x(), Vector3::z()]
+        .into_iter()
+        .find_map(|side| (side - along * along.dot(&side)).try_normalize(1e-3))
+        .unwrap_or(to_base);
+    let (sin, cos) = TILT_DEG.to_radians().sin_cos();
+    [along, along * cos + across * sin].map(|axis| rounded(axis, 0.001).into())
+}
+
+/// Returns the round force under which the tool yields by about [`YIELD_MM`] at home where it is softest, N.
+fn yielding_force(machine: &Machine) -> f64 {
+    let lever = machine.home.pose.rotation * machine.tool_tip;
+    let softest = unloaded_compliance(machine, &machine.home, &mut Workspace::new(machine))
+        .map(|compliance| principal_stiffnesses(&tool_compliance(&compliance, lever))[0]);
+    let force = softest.map_or(LARGEST_N, |stiffness| YIELD_MM * stiffness).min(LARGEST_N);
+    // NaN too.
+    if force >= 1e-3 { round_down(force) } else { LARGEST_N }
+}
+
+/// Places at which the template of an identification has the machine measured.
+const MEASURED: usize = 16;
+/// Factors between the stiffnesses that measure and those of the machine file, one after another.
+const FACTORS: [f64; 4] = [0.8, 1.3, 0.7, 1.2];
+/// Standard deviation of the measurements, mm.
+const NOISE_MM: f64 = 0.01;
+
+/// Returns measurements of `machine` with other stiffnesses, with noise, as the text of a CSV file; `Err` says why there are none.
+fn measurements(machine: &Machine, stiffness: &StiffnessValues) -> std::result::Result<String, String> {
+    let words = |error: Error| error.to_string();
+    if stiffness.unknowns.is_empty() {
+        return Err("its file has no stiffness to identify".into());
+    }
+    let found: Vec<Unknown> = unknowns(machine, &stiffness.unknowns, &Check::new("unknowns")).map_err(words)?;
+    let values: Vec<(&str, f64)> = found
+        .iter()
+        .zip(FACTORS.into_iter().cycle())
+        .map(|(unknown, factor)| (unknown.name.as_str(), factor * unknown.start))
+        .collect();
+    let actual = machine.with_parameters(&values).map_err(words)?;
+    let anywhere = Region { tip: None, forbidden: Vec::new(), branches: Vec::new() };
+    let units: Vec<&str> = machine.drives().map(|(_, drive)| drive.motion.position_unit()).collect();
+    let mut text = String::from("pose");
+    for (label, unit) in machine.drive_labels().iter().zip(&units) {
+        text += &format!(",{label}_{unit}");
+    }
+    text += ",force_x_N,force_y_N,force_z_N,displacement_x_mm,displacement_y_mm,displacement_z_mm\n";
+    let mut random = Xoshiro256PlusPlus::seed_from_u64(2);
+    let noise = Normal::new(0.0, NOISE_MM).map_err(|error| error.to_string())?;
+    let component = Uniform::new(-1.0, 1.0).map_err(|error| error.to_string())?;
+    let (readings, largest_force) = (Reading::planned_displacements(), stiffness.forces[0][0]);
+    let thousandths = |value: f64| (value * 1e3).round() / 1e3 + 0.0;
+    let mut count = 0;
+    for at in poses(machine, &anywhere, 2 * MEASURED) {
+        // As a person types them.
+        let shown: Vec<f64> = machine
+            .drives()
+            .zip(&at.drives)
+            .map(|((_, drive), position)| thousandths(drive.motion.to_shown(*position)))
+            .collect();
+        let drives: Vec<f64> =
+            machine.drives().zip(&shown).map(|((_, drive), shown)| drive.motion.from_shown(*shown)).collect();
+        let Ok(at) = machine.forward_kinematics(&drives) else { continue };
+        let force = Vector3::from_fn(|_, _| thousandths(largest_force * component.sample(&mut random)));
+        let planned = plan_measurements(&[at], &[force], &readings);
+        let planned: Vec<&Measurement> = planned.iter().collect();
+        let Ok(read) = predict_values(&actual, &[], &DVector::zeros(0), &planned) else { continue };
+        count += 1;
+        let read = read.iter().map(|value| thousandths(value + noise.sample(&mut random)));
+        let cells: Vec<String> =
+            shown.iter().copied().chain(force.iter().copied()).chain(read).map(|cell| cell.to_string()).collect();
+        text += &format!("{count},{}\n", cells.join(","));
+        if count == MEASURED {
+            return Ok(text);
+        }
+    }
+    Err(format!("{count} of {MEASURED} poses were found in its workspace at which it bears {largest_force} N"))
+}
