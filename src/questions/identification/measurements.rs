@@ -241,8 +241,8 @@ pub fn read(source: &[u8], file: &str, machine: &Machine, purpose: RowUse) -> Re
     };
     let unknown: Vec<&str> = names.iter().filter(|name| !is_known(name)).map(String::as_str).collect();
     if !unknown.is_empty() {
-        let own = drives.iter().filter_map(|columns| columns.first()).map(|(name, _)| name.as_str());
-        let expected = own.chain(known_columns()).collect::<Vec<_>>().join(", ");
+        let own = drives.iter().filter_map(|columns| columns.first()).map(|(name, _)| name.clone());
+        let expected = own.chain(known_columns().map(String::from)).collect::<Vec<_>>().join(", ");
         if unknown.len() == names.len() {
             // What is no table of measurements may be anybody's file, which no message shows.
             let problem = format!("has no column of a table of measurements; expected any of {expected}");
