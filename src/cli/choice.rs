@@ -3,7 +3,7 @@
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use kinetostat::{
     figures::Colours,
-    files::exchange::{Format, WrittenRows},
+    files::exchange::Format,
     machine::{Branch, Elbow, Shoulder, Wrist},
     process::{ForceLaw, GammaChoice},
     products::correction::report::CorrectionFormat,
@@ -40,31 +40,6 @@ pub fn correction_format() -> impl TypedValueParser<Value = CorrectionFormat> {
         CorrectionFormat::Json => "One file that says its axes, units, values and bound",
         CorrectionFormat::Comp => "LinuxCNC's COMP_FILE for each joint, where each joint is an axis",
     })
-}
-
-/// Value of `--points`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Points {
-    /// All are written.
-    All,
-    /// So many are computed along a circle.
-    Count(usize),
-}
-
-/// Parses a number of points, or `all`.
-pub fn points(text: &str) -> Result<Points, String> {
-    match text {
-        "all" => Ok(Points::All),
-        count => count.parse().map(Points::Count).map_err(|_| "expected a number of points, or all".into()),
-    }
-}
-
-/// Parses `all`.
-pub fn all_points(text: &str) -> Result<WrittenRows, String> {
-    match points(text)? {
-        Points::All => Ok(WrittenRows::All),
-        Points::Count(_) => Err("expected all: the points are those of the path".into()),
-    }
 }
 
 pub fn colours() -> impl TypedValueParser<Value = Colours> {

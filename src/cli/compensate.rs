@@ -74,7 +74,7 @@ pub struct CompensateArguments {
     #[arg(long, conflicts_with = "method")]
     measured: Option<PathBuf>,
     /// Write all points into OUT.points.csv [default: of more than 50000 as many, the worst and those at equal steps]
-    #[arg(long, value_name = "all", value_parser = choice::all_points)]
+    #[arg(long, value_name = "all")]
     points: Option<WrittenRows>,
     /// Also simulate every other method for comparison [default: linear and mirror, up to 20 000 points]
     #[arg(long)]

@@ -12,7 +12,7 @@ use kinetostat::{
 };
 
 use super::{
-    Ending, choice,
+    Ending,
     results::{Computing, Writing, as_option_error, result_folder, run_study},
 };
 
@@ -39,7 +39,7 @@ pub struct MergeArguments {
     #[arg(long)]
     out: Option<PathBuf>,
     /// Write all rows of long tables of path points
-    #[arg(long, value_name = "all", value_parser = choice::all_points)]
+    #[arg(long, value_name = "all")]
     points: Option<WrittenRows>,
     #[command(flatten)]
     writing: Writing,

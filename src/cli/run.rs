@@ -9,7 +9,10 @@ use std::{
 use clap::Args;
 use kinetostat::{
     Event,
-    files::{counted, exchange::WrittenRows},
+    files::{
+        counted,
+        exchange::{Points, WrittenRows},
+    },
     input::error::{Error, Result},
     machine::Branch,
     process::GammaChoice,
@@ -23,8 +26,7 @@ use kinetostat::{
 use serde_json::json;
 
 use super::{
-    Ending,
-    choice::{self, Points},
+    Ending, choice,
     reporting::stop_flag,
     results::{Computing, Writing, as_option_error, result_folder, run_study},
 };
@@ -57,7 +59,7 @@ pub struct RunArguments {
     grid: Option<[usize; 3]>,
     /// Points along the circle of a path study, instead of the study's; or all: all rows of long tables of path points are
     /// written [default: 50000, the worst and points at equal steps]
-    #[arg(long, value_name = "N|all", value_parser = choice::points)]
+    #[arg(long, value_name = "N|all")]
     points: Option<Points>,
     /// Branch on which an arm with a spherical wrist is to stand, instead of the study's
     #[arg(long, value_parser = choice::branch())]
@@ -102,8 +104,8 @@ pub fn run(arguments: &RunArguments) -> Result<Ending> {
         return refuse("--out", problem);
     }
     let (count, rows) = match arguments.points {
-        Some(Points::Count(count)) => (Some(count), WrittenRows::default()),
         Some(Points::All) => (None, WrittenRows::All),
+        Some(Points::Count(count)) => (Some(count), WrittenRows::default()),
         None => (None, WrittenRows::default()),
     };
     let overrides = Overrides {

@@ -2,6 +2,7 @@
 
 use std::{
     io::{Result, Write},
+    str::FromStr,
     sync::Arc,
 };
 
@@ -18,6 +19,39 @@ pub enum WrittenRows {
     Bounded,
     /// All.
     All,
+}
+
+impl FromStr for WrittenRows {
+    type Err = String;
+
+    /// Reads `all`.
+    fn from_str(text: &str) -> std::result::Result<Self, String> {
+        match text {
+            "all" => Ok(WrittenRows::All),
+            _ => Err("expected all: the points are those of the path".into()),
+        }
+    }
+}
+
+/// Points of a path as `--points` of a run names them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Points {
+    /// Rows of all points are written.
+    All,
+    /// So many points are computed along a circle.
+    Count(usize),
+}
+
+impl FromStr for Points {
+    type Err = String;
+
+    /// Reads a number of points, or `all`.
+    fn from_str(text: &str) -> std::result::Result<Self, String> {
+        match text {
+            "all" => Ok(Points::All),
+            count => count.parse().map(Points::Count).map_err(|_| "expected a number of points, or all".into()),
+        }
+    }
 }
 
 /// Rows kept of a table that has more than [`MOST_ROWS`]. Its first column numbers the points; the rows of a point follow one another, as many

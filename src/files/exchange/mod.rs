@@ -19,7 +19,7 @@ use std::path::Path;
 pub(crate) use csv_file::DESCRIPTION;
 pub use csv_file::{CsvFile, csv, description, text_of};
 pub use image::{Image, Layer};
-pub use kept_rows::{KeptRows, MOST_ROWS, WrittenRows};
+pub use kept_rows::{KeptRows, MOST_ROWS, Points, WrittenRows};
 #[cfg(not(feature = "parquet"))]
 use not_built::parquet_file;
 #[cfg(not(feature = "vtk"))]
