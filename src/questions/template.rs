@@ -140,7 +140,7 @@ struct MachineValues {
     middle: [f64; 3],
     /// Named point farthest from home, as TOML.
     far: Option<String>,
-    /// Named point nearest to home that may be a place of the workpiece, as TOML.
+    /// Named point nearest to home, as TOML.
     near: Option<String>,
     circle: CircleValues,
     /// Ends of a line across the circle.
@@ -248,7 +248,9 @@ impl MachineValues {
         let lever = home.rotation * machine.tool_tip;
         let by_distance = |sign: f64| {
             let distance = |at: Vector3<f64>| sign * (at - home.translation).norm();
-            machine.points.iter().max_by(|a, b| distance(a.position).total_cmp(&distance(b.position)))
+            // Points are places in the base, not on what carries the workpiece.
+            let points = machine.points.iter().filter(|_| machine.carrier.is_none());
+            points.max_by(|a, b| distance(a.position).total_cmp(&distance(b.position)))
         };
         let quoted = |text: &str| toml::Value::from(text).to_string();
         let narrowest = (0..2).filter(|&axis| is_wide(axis)).map(|axis| size[axis]).fold(2.0 * DIAMETER_MM, f64::min);
@@ -275,7 +277,7 @@ impl MachineValues {
             tip_slice: vec![height_near(middle.z + lever.z, [min.z + lever.z, max.z + lever.z])],
             middle: rounded(middle, 0.1).into(),
             far: by_distance(1.0).map(|point| quoted(&point.name)),
-            near: by_distance(-1.0).filter(|_| machine.carrier.is_none()).map(|point| quoted(&point.name)),
+            near: by_distance(-1.0).map(|point| quoted(&point.name)),
             circle: CircleValues { centre_mm: on_workpiece.into(), diameter_mm },
             line: [on_workpiece - radius, on_workpiece + radius].map(Into::into),
             site: SiteValues::of(to_workpiece(middle + lever), to_workpiece(centre + lever), size, diameter_mm),
@@ -377,10 +379,10 @@ fn chain_errors(machine: &Machine) -> Vec<ChainErrors> {
 
 /// Returns the largest of 1, 2 and 5 times a power of ten that is not above `value`, which is above 0.
 fn round_down(value: f64) -> f64 {
-    let power = value.log10().floor();
-    let digit = [5.0, 2.0].into_iter().find(|digit| digit * 10f64.powf(power) <= value).unwrap_or(1.0);
+    let power = libm::log10(value).floor();
+    let digit = [5.0, 2.0].into_iter().find(|digit| digit * libm::pow(10.0, power) <= value).unwrap_or(1.0);
     // Of decimals as they are typed.
-    if power < 0.0 { digit / 10f64.powf(-power) } else { digit * 10f64.powf(power) }
+    if power < 0.0 { digit / libm::pow(10.0, -power) } else { digit * libm::pow(10.0, power) }
 }
 
 /// Returns `at` with components rounded to multiples of `step`.
@@ -416,7 +418,7 @@ fn tool_axes(machine: &Machine, middle: Vector3<f64>) -> [[f64; 3]; 2] {
         .into_iter()
         .find_map(|side| (side - along * along.dot(&side)).try_normalize(1e-3))
         .unwrap_or(to_base);
-    let (sin, cos) = TILT_DEG.to_radians().sin_cos();
+    let (sin, cos) = libm::sincos(TILT_DEG.to_radians());
     [along, along * cos + across * sin].map(|axis| rounded(axis, 0.001).into())
 }
 

@@ -424,7 +424,7 @@ fn studies_and_programs_name_the_place_where_the_branch_would_change() {
 fn the_branch_of_a_study_is_checked() {
     for (branch, message) in [
         ("branch = \"upside-down\"\n", "study.toml: branch: expected one of front-up-noflip, front-up-flip,"),
-        ("branch = \"back-up-flip\"\n", "study.toml: branch: back-up-flip at home: drive"),
+        ("branch = \"back-up-flip\"\n", "study.toml:4: branch: back-up-flip at home: drive"),
     ] {
         let folder = study(branch);
         let (code, _, err) = told(&["run", folder.path().to_str().unwrap()]);

@@ -38,6 +38,8 @@ impl Question for IdentificationStudy {
         given.refuse_carrier("measurements at the tool cannot identify")?;
         let (measured, inputs) = rows(given, &spec.data, "data", RowUse::Readings)?;
         let found = unknowns(machine, &spec.unknowns, &check.key("unknowns"))?;
+        let priors = priors(&spec.prior, &found, &check.key("prior"))?;
+        let alternatives = alternatives(spec, given)?;
         if measured.iter().all(|own| own.load == own.reference && own.readings.iter().all(Reading::is_change)) {
             let problem = format!(
                 "{}: no measurement has a load other than its reference load, so that nothing moved",
@@ -70,9 +72,9 @@ impl Question for IdentificationStudy {
             machine: machine.clone(),
             machine_text,
             data: spec.data.clone(),
-            priors: priors(&spec.prior, &found, &check.key("prior"))?,
+            priors,
             profile: spec.profile.unwrap_or(found.len() <= PROFILED),
-            alternatives: alternatives(spec, given)?,
+            alternatives,
             unknowns: found,
             measurements: measured,
             noise,

@@ -36,6 +36,7 @@ impl Question for MeasurementDesignStudy {
         given.overrides.refuse_beside_measurements(given.name)?;
         let (check, machine) = (&given.check, &given.machine);
         let unknowns = unknowns(machine, &spec.unknowns, &check.key("unknowns"))?;
+        let priors = priors(&spec.prior, &unknowns, &check.key("prior"))?;
         let noise = Noise {
             length: Some(check.key("std_mm").positive(spec.std_mm)?),
             rotation: check.key("std_deg").optional_positive(spec.std_deg)?.map(f64::to_radians),
@@ -83,7 +84,7 @@ impl Question for MeasurementDesignStudy {
         }
         let study = MeasurementDesignStudy {
             machine: machine.clone(),
-            priors: priors(&spec.prior, &unknowns, &check.key("prior"))?,
+            priors,
             unknowns,
             measured,
             candidates,
