@@ -10,7 +10,7 @@ use std::{
 use kinetostat::{
     machine::Machine,
     process::Process,
-    questions::{Overrides, Study},
+    questions::{Overrides, Study, TEMPLATES},
 };
 use toml::{Table, Value};
 
@@ -265,19 +265,17 @@ fn a_list_of_another_length_is_refused_whatever_the_file_and_the_key() {
     assert!(missing.is_empty(), "not tried: {missing:?}");
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let mut paths = Vec::new();
-    for folder in [
-        "crates/engine/src/machine/catalogue",
-        "src/questions",
-        "src/products",
-        "studies",
-        "tests/machines",
-        "fuzz/inputs",
-    ] {
+    for folder in ["crates/engine/src/machine/catalogue", "src/products", "studies", "tests/machines", "fuzz/inputs"] {
         files(&root.join(folder), &mut paths);
     }
     assert!(paths.len() > 20, "{paths:?}");
     for path in paths {
         check(&fs::read_to_string(path).unwrap(), &mut seen);
+    }
+    for template in TEMPLATES {
+        for (_, text) in template.filled(None).unwrap().iter().filter(|(name, _)| name.ends_with(".toml")) {
+            check(text, &mut seen);
+        }
     }
 }
 

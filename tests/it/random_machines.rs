@@ -342,7 +342,7 @@ fn run(trial: &Trial, tally: &mut Tally) {
             if std::env::var_os("RANDOM_MACHINES_TIMES").is_some() {
                 eprintln!("  refused {refusal}");
             }
-            return assert!(refusal.to_string().starts_with("random.toml: "), "{refusal}");
+            return assert!(refusal.to_string().starts_with("random.toml:"), "{refusal}");
         }
     };
     tally.accepted += 1;
