@@ -1,6 +1,6 @@
-"""Equilibria through Python beside those of the engine's `Batch` alone (`rate.rs`), in turns; best of all rounds, one thread each.
+"""Equilibria through Python beside those of the engine's `Batch` alone (`rate.rs`), in turns; best of all rounds.
 
-Seconds are those of the processor, so that what else a computer does counts little. Linux.
+One thread each. Seconds are those of the processor, so that what else a computer does counts little. Linux.
 
 cargo build --release --example rate
 python benches/rate.py target/release/examples/rate 100000 5 [MACHINE ...]

@@ -22,7 +22,7 @@ from kinetostat import Error, Machine
 
 ROOT = Path(os.environ.get("REPOSITORY", Path(__file__).resolve().parents[2])).resolve()
 WRENCH = np.array([215.0, -10.0, -25.0, 0.0, 0.0, 0.0])
-# What other places may take, over one place. In lanes they take 1.5 (Orthoglide) and 2.0 (hexapod), commanded one by one 3.9 and 6.7.
+# What other places may take, over one place: in lanes 1.5 (Orthoglide) and 2.0 (hexapod), one by one 3.9 and 6.7.
 MOST_FOR_PLACES = 3.0
 
 
