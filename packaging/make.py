@@ -199,15 +199,6 @@ def archive(options):
         put(options.out / f"{folder}.tar.gz", tar(folder, files, when()))
 
 
-def flags(target):
-    """RUSTFLAGS of a wheel for others."""
-    # Little is inlined but what code asks for: much smaller, and nearly as fast (benches/README.md).
-    own = "-C llvm-args=-inline-threshold=25 -C llvm-args=-inlinehint-threshold=150 -C llvm-args=-unroll-runtime=false -C no-vectorize-loops"
-    # What is the same code is there once: known to the linker that Rust uses here.
-    own += " -C link-arg=-Wl,--icf=all" if target == "x86_64-unknown-linux-gnu" else ""
-    return f"{os.environ.get('RUSTFLAGS', '')} {own}".strip()
-
-
 def wheel(options):
     for_others = options.profile == "wheel"
     if shutil.which("maturin") is None or (for_others and importlib.util.find_spec("zopfli") is None):
@@ -215,7 +206,8 @@ def wheel(options):
     with tempfile.TemporaryDirectory() as folder:
         command = ["maturin", "build", "--quiet", "--locked", "--profile", options.profile, "--out", folder]
         command += [] if options.target == host() else ["--target", options.target]
-        env = os.environ | {"SOURCE_DATE_EPOCH": str(when())} | ({"RUSTFLAGS": flags(options.target)} if for_others else {})
+        # What python/pyproject.toml tells cargo is for wheels alone: without it, what `cargo test` has built is not built again.
+        env = os.environ | {"SOURCE_DATE_EPOCH": str(when())} | ({} if for_others else {"RUSTFLAGS": os.environ.get("RUSTFLAGS", "")})
         if subprocess.run(command, cwd=ROOT / "python", env=env, stdout=sys.stderr).returncode != 0:
             raise Fault(f"{' '.join(command)} failed")
         [made] = Path(folder).glob("*.whl")
@@ -226,6 +218,7 @@ def wheel(options):
             licences = {name: (ROOT / name).read_bytes() for name in LICENCES}
             graph = metadata(options.target, "--manifest-path", "python/Cargo.toml")
             pack(made, licences | {"THIRD-PARTY.txt": third_party(graph).encode()})
+            # Without licences, it is what `pip install ./python` makes.
             if made.stat().st_size > LARGEST_WHEEL:
                 raise Fault(f"a wheel has at most {LARGEST_WHEEL} bytes, this one {made.stat().st_size}")
         put(options.out / made.name, made.read_bytes())
