@@ -25,7 +25,7 @@ use crate::{
 #[derive(Clone, Copy)]
 pub(super) enum LaneWay<'a> {
     /// The controlled task coordinates follow this line.
-    Task(StraightLine),
+    Task(&'a StraightLine),
     /// The drives go from the first to the second, mm or rad.
     Drives(&'a [f64], &'a [f64]),
 }

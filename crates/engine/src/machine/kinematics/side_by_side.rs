@@ -52,9 +52,10 @@ impl BatchKinematics {
     pub fn inverse_kinematics(&mut self, asked: &[(&Configuration, Pose)]) -> Vec<Option<Configuration>> {
         #[cfg(target_arch = "x86_64")]
         {
-            let wanted = asked.iter();
+            let lines = asked.iter().map(|(start, target)| StraightLine::new(&start.pose, target));
+            let lines: Vec<StraightLine> = lines.collect();
             let wanted: Vec<_> =
-                wanted.map(|(start, target)| (*start, LaneWay::Task(StraightLine::new(&start.pose, target)))).collect();
+                asked.iter().zip(&lines).map(|((start, _), line)| (*start, LaneWay::Task(line))).collect();
             let found = self.solve(&wanted).into_iter().zip(asked);
             let within = |at: Configuration, target: &Pose| self.machine.adjust_to_limits(at, target).ok();
             found.map(|(at, (_, target))| within(at?, target)).collect()
