@@ -283,7 +283,8 @@ fn rounds_from_excerpts_are_the_whole_placement_and_take_few_bytes() {
         );
         assert!(5 * sent < 2 * sent_of_all, "{name}: {sent} of {sent_of_all}");
         let last = excerpts.last().unwrap().clone();
-        let refused = study.merge_into(read(&[last.clone()]), &own.join("no"), &options(false), stop(), |_| ());
+        let refused =
+            study.merge_into(read(std::slice::from_ref(&last)), &own.join("no"), &options(false), stop(), |_| ());
         let expected = format!("bytes 0: is what round {} needs of the parts before", excerpts.len() + 1);
         assert!(refused.unwrap_err().to_string().starts_with(&expected));
         let other = study.part(share(1, 4), read(&[last]), Some(PROGRAM), stop(), |_| ()).unwrap_err().to_string();

@@ -264,9 +264,9 @@ fn a_table_of_very_many_points_has_the_worst_the_extremes_and_points_at_equal_st
     };
     let largest = |values: &[(usize, f64)]| values.iter().fold(0.0, |most, (_, value)| f64::max(most, value.abs()));
     for source in ["all", "cutting", "errors"] {
-        for column in 0..header.len() {
+        for (column, name) in header.iter().enumerate() {
             let [some, all] = [&some, &all].map(|rows| largest(&of(rows, source, column)));
-            assert_eq!(some, all, "{} of {source}", header[column]);
+            assert_eq!(some, all, "{name} of {source}");
         }
     }
     let displacement = header.iter().position(|name| *name == "displacement_mm").unwrap();
