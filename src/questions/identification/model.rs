@@ -47,7 +47,7 @@ pub fn predict(
     predict_with_slopes(machine, unknowns, x, measurements, unknowns)
 }
 
-/// Predicts the readings of `measurements` with the unknowns at coordinates `x`, mm and rad, without derivatives; errors as [`predict`].
+/// Predicts the readings of `measurements` with the unknowns at coordinates `x`, mm and rad, without derivatives; errors as `predict`.
 pub fn predict_values(
     machine: &Machine,
     unknowns: &[Unknown],
