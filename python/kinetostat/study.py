@@ -133,8 +133,8 @@ def run(
     """Runs a study folder (with a ``study.toml``) or study file, with the bytes that ``kinetostat run`` would leave.
 
     `out` is the folder of its results, ``results/NAME`` if not given; `grid` (points along x, y, z), `points` along a
-    circle and `parameters` of the machine take the place of its own; with `points` "all", tables of more than 50 000 rows
-    of path points are written whole. `progress` shows a bar if tqdm is installed; a
+    circle and `parameters` of the machine take the place of its own; with `points` "all", tables of more than 50 000
+    rows of path points are written whole. `progress` shows a bar if tqdm is installed; a
     function is told items done, their number and what they are called. Ctrl-C stops it: with `begin` "resume", the same
     call goes on; "restart" begins anew.
 
