@@ -20,8 +20,19 @@ from kinetostat import Error, Identification, Machine, identify, predict
 
 ROOT = Path(os.environ.get("REPOSITORY", Path(__file__).resolve().parents[2])).resolve()
 PROGRAM = os.environ.get("KINETOSTAT", "")
-TEMPLATE = ROOT / "src" / "questions" / "identification" / "template"
-MEASURED = TEMPLATE / "measurements.csv"
+MEASURED = ROOT / "src" / "questions" / "identification" / "template" / "measurements.csv"
+STUDY = """schema = 3
+question = "How stiff are the joints of this arm?"
+machine = "fanuc_r2000ic"
+[identification]
+data = "measurements.csv"
+unknowns = ["arm.J*.stiffness"]
+loss = "squares"
+folds = 5
+[[identification.alternative]]
+name = "first three joints"
+unknowns = ["arm.J1.stiffness", "arm.J2.stiffness", "arm.J3.stiffness"]
+"""
 JOINTS = "arm.J*.stiffness"
 FIRST = {"name": "first three joints", "unknowns": [f"arm.J{k}.stiffness" for k in (1, 2, 3)]}
 OTHERS = """pose,J1_deg,J2_deg,J3_deg,J4_deg,J5_deg,J6_deg,force_x_N,force_y_N,force_z_N,displacement_z_mm
@@ -40,6 +51,15 @@ def found(arm: Machine) -> Identification:
     return identify(arm, MEASURED, JOINTS, folds=5, alternative=[FIRST], figures=False, progress=False)
 
 
+@pytest.fixture(scope="module")
+def study(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("study") / "identification"
+    folder.mkdir()
+    (folder / "study.toml").write_text(STUDY, encoding="utf-8")
+    shutil.copy(MEASURED, folder)
+    return folder
+
+
 def columns(file: Path) -> dict[str, NDArray[Any]]:
     rows = list(csv.DictReader(io.StringIO(file.read_text(encoding="utf-8"))))
     read = {name: np.array([row[name] for row in rows]) for name in rows[0]}
@@ -56,13 +76,12 @@ def together(measured: dict[str, NDArray[Any]]) -> dict[str, Any]:
 LOADED = (("force", "N"), ("displacement", "mm"))
 
 
-def test_identify_computes_what_the_study_does(found: Identification, tmp_path: Path) -> None:
-    shutil.copytree(TEMPLATE, tmp_path / "identification")
-    study = kinetostat.run(tmp_path / "identification", tmp_path / "out", figures=False, progress=False)
+def test_identify_computes_what_the_study_does(found: Identification, study: Path, tmp_path: Path) -> None:
+    run = kinetostat.run(study, tmp_path / "out", figures=False, progress=False)
     for table in ("parameters", "residuals", "models", "open", "correlations", "patterns"):
-        own, other = (answer.folder / f"{table}.csv" for answer in (found, study))
+        own, other = (answer.folder / f"{table}.csv" for answer in (found, run))
         assert own.read_bytes() == other.read_bytes(), table
-    assert found.sentence == study.sentence and found.is_complete
+    assert found.sentence == run.sentence and found.is_complete
 
 
 def test_columns_are_a_file(arm: Machine, found: Identification) -> None:
@@ -129,7 +148,7 @@ def test_what_a_machine_would_show_leads_back_to_its_numbers(arm: Machine) -> No
     assert kept is not None and kept.parameters()[other].value == 2e9
 
 
-def test_predictions_by_what_was_identified(found: Identification, tmp_path: Path) -> None:
+def test_predictions_by_what_was_identified(found: Identification, study: Path, tmp_path: Path) -> None:
     (tmp_path / "others.csv").write_text(OTHERS, encoding="utf-8")
     answer = predict(found, tmp_path / "others.csv")
     assert list(answer["reading"]) == [f"displacement_{axis}_mm" for axis in "xyz"] + ["displacement_z_mm"]
@@ -138,7 +157,7 @@ def test_predictions_by_what_was_identified(found: Identification, tmp_path: Pat
     assert np.isnan(answer["measured"][:3]).all() and answer["measured"][3] == -1.0
     assert answer.words.startswith("1 length read: predicted to") and answer.words in repr(answer)
     by_columns = predict(found, columns_of_others())
-    by_study = predict(TEMPLATE, tmp_path / "others.csv")
+    by_study = predict(study, tmp_path / "others.csv")
     for other in (by_columns, by_study):
         assert all(np.array_equal(answer[name], other[name], equal_nan=name == "measured") for name in answer)
 
@@ -149,10 +168,10 @@ def columns_of_others() -> dict[str, Any]:
 
 
 @pytest.mark.skipif(not PROGRAM, reason="KINETOSTAT names no program to hold it against")
-def test_predictions_are_those_of_the_command_line(found: Identification, tmp_path: Path) -> None:
+def test_predictions_are_those_of_the_command_line(found: Identification, study: Path, tmp_path: Path) -> None:
     poses = tmp_path / "others.csv"
     poses.write_text(OTHERS, encoding="utf-8")
-    done = subprocess.run([PROGRAM, "predict", TEMPLATE, "--poses", poses], capture_output=True, text=True, check=True)
+    done = subprocess.run([PROGRAM, "predict", study, "--poses", poses], capture_output=True, text=True, check=True)
     rows = list(csv.DictReader(io.StringIO(done.stdout)))
     answer = predict(found, poses)
     assert list(rows[0]) == list(answer) and done.stderr.strip() == answer.words
