@@ -174,9 +174,8 @@ def identify(
     given = {name: value for name, value in asked.items() if value is not None and value != []}
     kept = tempfile.TemporaryDirectory(prefix="kinetostat_")
     folder = FilePath(kept.name) / "identification"
-    is_file = isinstance(measurements, (str, PathLike))
-    data = os.path.abspath(measurements) if isinstance(measurements, (str, PathLike)) else _DATA
-    source = None if isinstance(measurements, (str, PathLike)) else _csv("measurements", measurements, machine)
+    name, source = _source("measurements", measurements, machine)
+    data = os.path.abspath(name) if source is None else _DATA
     write_study(folder, machine, question, {"identification": {"data": data, **given}})
     if source is not None:
         (folder / _DATA).write_bytes(source)
@@ -191,7 +190,7 @@ def identify(
     except Error as fault:
         words = re.sub(rf"^{re.escape(fspath(folder / 'study.toml'))}(:\d+)?: (identification\.)?", "", str(fault))
         words = re.sub(r"^data: ", "measurements: ", words)
-        raise Error(words if is_file else _of_rows(words, fspath(folder / _DATA), "measurements")) from None
+        raise Error(words if source is None else _of_rows(words, fspath(folder / _DATA), "measurements")) from None
     own = {field.name: getattr(answer, field.name) for field in fields(Answer)}
     return Identification(**own, start=machine, _study=folder, _with_study=kept)
 
@@ -201,7 +200,7 @@ def predict(by: Identification | Machine | str | PathLike[str], poses: Rows) -> 
 
     by
         What was identified, or the folder of a study of an identification, as ``kinetostat predict`` takes it: each
-        reading has its 95 % interval. Or a machine as it is: without intervals.
+        reading has its 95 % interval, and each call fits anew. Or a machine as it is: without intervals.
     poses
         A CSV file or columns, as the measurements of :func:`identify`. Readings in it are predicted and set beside
         (``measured``); where a row has none, displacements of the tool tip are.
@@ -214,9 +213,7 @@ def predict(by: Identification | Machine | str | PathLike[str], poses: Rows) -> 
     Raises :class:`Error` in the words of the command line; ValueError for a wrong shape.
     """
     machine = by.start if isinstance(by, Identification) else by if isinstance(by, Machine) else None
-    is_file = isinstance(poses, (str, PathLike))
-    name = fspath(poses) if isinstance(poses, (str, PathLike)) else "poses"
-    source = None if isinstance(poses, (str, PathLike)) else _csv("poses", poses, machine)
+    name, source = _source("poses", poses, machine)
     try:
         if isinstance(by, Machine):
             found = _kinetostat.predict_by_machine(by._machine, source, name)
@@ -227,7 +224,7 @@ def predict(by: Identification | Machine | str | PathLike[str], poses: Rows) -> 
         else:
             found = _kinetostat.predict_by_study(fspath(by), [], source, name)
     except Error as fault:
-        raise Error(str(fault) if is_file else _of_rows(str(fault), "poses", "poses")) from None
+        raise Error(str(fault) if source is None else _of_rows(str(fault), "poses", "poses")) from None
     columns, words, is_complete = found
     arrays = [
         Column(name, np.asarray(values, dtype=object) if isinstance(values, list) else values, unit)
@@ -244,6 +241,13 @@ def _of_rows(words: str, file: str, argument: str) -> str:
         return f"{argument}, row {line - 2}: " if line > 1 else f"{argument}: "
 
     return re.sub(rf"{re.escape(file)}:(\d+): ", row, words)
+
+
+def _source(argument: str, rows: Rows, machine: Machine | None) -> tuple[str, bytes | None]:
+    """The name of `rows` in messages, and their text as a CSV file unless they are in one."""
+    if isinstance(rows, (str, PathLike)):
+        return fspath(rows), None
+    return argument, _csv(argument, rows, machine)
 
 
 def _csv(argument: str, rows: Columns, machine: Machine | None) -> bytes:

@@ -1,6 +1,9 @@
 //! Parts of studies, computed anywhere as bytes, and merged into the results of one run.
 
-use std::{path::PathBuf, sync::Arc};
+use std::{
+    path::{Path, PathBuf},
+    sync::Arc,
+};
 
 use kinetostat::{
     Overrides, RunOptions, Start, Study,
@@ -84,9 +87,7 @@ impl KeptParts {
 
     /// Results of all parts in the folder `out`.
     fn merge(&self, py: Python<'_>, out: PathBuf) -> PyResult<()> {
-        let (parts, options) = (self.read(py)?, self.options());
-        let merge = |stop: &Arc<_>| self.study.merge_into(parts, &out, &options, Arc::clone(stop), |_| ()).map(|_| ());
-        wait_for(py, |_| Ok(()), merge)?.map_err(raised)
+        merged(py, &self.study, self.read(py)?, &out, &self.options())
     }
 
     /// Removes the parts, and the folder if nothing else is in it.
@@ -101,7 +102,7 @@ impl KeptParts {
     }
 
     fn options(&self) -> RunOptions {
-        RunOptions { begin: Start::Resume, program: Some(self.program.clone()), ..RunOptions::default() }
+        options(&self.program)
     }
 }
 
@@ -159,16 +160,23 @@ pub fn merge_parts(
 ) -> PyResult<()> {
     let study = opened(py, &path, grid, points)?;
     let parts = py.detach(|| read(parts))?;
-    let options = RunOptions { begin: Start::Resume, program: Some(build(py)?.into()), ..RunOptions::default() };
-    let merged =
-        wait_for(py, |_| Ok(()), |stop| study.merge_into(parts, &out, &options, Arc::clone(stop), |_| ()).map(|_| ()))?;
-    merged.map_err(raised)
+    let options = options(build(py)?);
+    merged(py, &study, parts, &out, &options)
 }
 
 /// The head of a part.
 #[pyfunction]
 pub fn part_head(part: Vec<u8>) -> PyResult<Head> {
     Ok(head_of(&Part::read(source(0, part)).map_err(raised)?))
+}
+
+fn options(program: &str) -> RunOptions {
+    RunOptions { begin: Start::Resume, program: Some(program.into()), ..RunOptions::default() }
+}
+
+fn merged(py: Python<'_>, study: &Study, parts: Vec<Part>, out: &Path, options: &RunOptions) -> PyResult<()> {
+    let merge = |stop: &Arc<_>| study.merge_into(parts, out, options, Arc::clone(stop), |_| ()).map(|_| ());
+    wait_for(py, |_| Ok(()), merge)?.map_err(raised)
 }
 
 fn opened(py: Python<'_>, path: &PathBuf, grid: Option<[usize; 3]>, points: Option<usize>) -> PyResult<Study> {

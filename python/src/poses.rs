@@ -42,16 +42,6 @@ impl Place {
         numbers
     }
 
-    /// A number of its bits, which other places hardly ever have.
-    fn number_of_bits(&self) -> u64 {
-        self.numbers().iter().fold(0, |hash, number| (hash.rotate_left(5) ^ number.to_bits()).wrapping_mul(HASH_FACTOR))
-    }
-
-    fn has_bits_of(&self, other: &Self) -> bool {
-        let own = self.numbers();
-        own.iter().zip(other.numbers()).all(|(own, other)| own.to_bits() == other.to_bits())
-    }
-
     /// The pose of P that the nominal machine is commanded to.
     fn target(&self, machine: &Machine) -> Pose {
         match self {
@@ -81,9 +71,6 @@ impl Place {
     }
 }
 
-/// An odd number whose bits are spread evenly.
-const HASH_FACTOR: u64 = 0x9e37_79b9_7f4a_7c15;
-
 /// Where the nominal machine stands at each of `places`, with the bits that each has alone, as many at a time as the processor can.
 pub fn commands_in_lanes(
     machine: &Machine,
@@ -97,6 +84,10 @@ pub fn commands_in_lanes(
 
 /// The same on the threads of the present pool.
 fn commands_of(machine: &Machine, places: &[&Place]) -> Vec<Result<Configuration, Unreachable>> {
+    // One alone is not worth storage for lanes.
+    if let [place] = places {
+        return vec![place.command(machine)];
+    }
     let begin = || BatchKinematics::new(machine);
     let groups = places.par_chunks(Batch::WIDTH).map_init(begin, |own, places| commands_in_lanes(machine, own, places));
     groups.flatten_iter().collect()
@@ -190,10 +181,9 @@ impl Asked {
         let (mut numbers, mut firsts) = (HashMap::new(), Vec::<&Place>::new());
         let mut of_case = Vec::with_capacity(self.places.len());
         for place in &self.places {
-            let number = *numbers.entry(place.number_of_bits()).or_insert(firsts.len());
-            let is_known = firsts.get(number).is_some_and(|first| first.has_bits_of(place));
-            of_case.push(if is_known { number } else { firsts.len() });
-            if !is_known {
+            let number = *numbers.entry(place.numbers().map(f64::to_bits)).or_insert(firsts.len());
+            of_case.push(number);
+            if number == firsts.len() {
                 firsts.push(place);
             }
             if REPEATED * firsts.len() > self.len() && self.places.len() > 1 {

@@ -209,7 +209,8 @@ pub fn settle(
 struct Group<'a> {
     machine: &'a Machine,
     commanded: Commanded,
-    kinematics: BatchKinematics,
+    /// Kept once places are commanded here.
+    kinematics: Option<BatchKinematics>,
     sessions: Vec<Session>,
     batch: Batch,
 }
@@ -219,8 +220,7 @@ impl<'a> Group<'a> {
     fn new(machines: &'a Machines, commanded: Commanded, width: usize) -> Self {
         let sessions = vec![machines.session(Source::All); width];
         let batch = Batch::new(machines.actual(Source::All));
-        let kinematics = BatchKinematics::new(&machines.nominal);
-        Self { machine: &machines.nominal, commanded, kinematics, sessions, batch }
+        Self { machine: &machines.nominal, commanded, kinematics: None, sessions, batch }
     }
 
     /// Answers to cases that follow one another, of which the first at `first`; `commands` are where the machine stands, if that was
@@ -239,7 +239,8 @@ impl<'a> Group<'a> {
             Some(found) => cases.map(|case| found.of(case).as_ref().map(Cow::Borrowed).map_err(Clone::clone)).collect(),
             None => {
                 let places: Vec<_> = cases.map(|case| asked.place(case)).collect();
-                let found = commands_in_lanes(self.machine, &mut self.kinematics, &places);
+                let kinematics = self.kinematics.get_or_insert_with(|| BatchKinematics::new(self.machine));
+                let found = commands_in_lanes(self.machine, kinematics, &places);
                 found.into_iter().map(|at| at.map(Cow::Owned)).collect()
             }
         };

@@ -44,12 +44,7 @@ pub fn columns_of<'py>(py: Python<'py>, table: &Table) -> PyResult<Bound<'py, Py
             let texts = cells.map(|cell| if let Cell::Text(text) = cell { text.as_str() } else { "" });
             PyList::new(py, texts)?.into_any()
         } else {
-            let number = |cell: &Cell| match cell {
-                Cell::Number(number) => *number,
-                Cell::Count(count) => *count as f64,
-                Cell::Missing | Cell::Text(_) => f64::NAN,
-            };
-            array(py, cells.map(number).collect(), [table.rows().len()])?
+            array(py, cells.map(Cell::number_or_nan).collect(), [table.rows().len()])?
         };
         columns.append((&column.name, column.unit().unwrap_or_default(), values))?;
     }

@@ -81,15 +81,15 @@ impl OutsidePositions {
 /// Returns the caution that the workspace box, which bounds all places, is graded assumed in the file of `machine`; empty where not.
 pub fn assumed_workspace(machine: &Machine) -> String {
     let is_assumed = machine.provenance_of("workspace.min.x").is_some_and(|about| about.grade == Grade::Assumed);
-    let line = machine.line_of("workspace").map_or_else(String::new, |line| format!(", line {line} of its file"));
-    match is_assumed {
-        true => format!(
-            "The workspace box of {} is assumed{line}: places at which P would leave it do not count, and the best place is that of the \
-             box given.\n",
-            machine.name
-        ),
-        false => String::new(),
+    if !is_assumed {
+        return String::new();
     }
+    let line = machine.line_of("workspace").map_or_else(String::new, |line| format!(", line {line} of its file"));
+    format!(
+        "The workspace box of {} is assumed{line}: places at which P would leave it do not count, and the best place is that of the box \
+         given.\n",
+        machine.name
+    )
 }
 
 /// Says from which state deflections of `machine` are measured; empty if it has neither weight nor springs.

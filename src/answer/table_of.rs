@@ -90,20 +90,16 @@ impl<'a, B: ?Sized> Streams<'a, B> {
 
     /// Closes all tables and returns their files, and the tables without rows; `Err` if a file or the image cannot be made.
     pub fn finish(self) -> Result<Streamed> {
-        let (mut files, mut whole, mut notes) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut files, mut whole) = (Vec::new(), Vec::new());
         for (stem, _, streamed, table) in self.tables {
             let (written, note) = streamed.finish()?;
             files.extend(written);
-            whole.push((stem, table));
-            notes.push(note);
+            whole.push((stem, table.with_note(note)));
         }
         if let Some(image) = self.image {
             files.extend(image.files(self.run.out, &whole)?);
         }
-        let described = |((stem, table), note): ((String, Table), Option<String>)| {
-            (stem, Table::new(table.columns().to_vec(), []).with_note(note))
-        };
-        Ok((files, whole.into_iter().zip(notes).map(described).collect()))
+        Ok((files, whole.into_iter().map(|(stem, table)| (stem, table.without_rows())).collect()))
     }
 }
 

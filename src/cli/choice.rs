@@ -59,7 +59,7 @@ pub fn law() -> impl TypedValueParser<Value = ForceLaw> {
              the in-plane force varies between 205 N and 225 N"
         }
         ForceLaw::Rotated => {
-            "A rotation: F_x = F_r cos φ − F_t sin φ, F_y = F_r sin φ + F_t cos φ. The law where none is named"
+            "A rotation: F_x = F_r cos φ − F_t sin φ, F_y = F_r sin φ + F_t cos φ. Used where no law is named"
         }
     })
 }

@@ -29,9 +29,9 @@ use super::{Ending, choice, headline, on_machine::OnMachine, reporting::Reportin
 #[derive(Debug, Args)]
 #[command(after_help = "\
 The program keeps its format: in G-code only motion words change; comments, line numbers, other words and the feed stay.
-Beside the program, its points and errors are written to OUT.points.csv and OUT.report.json, a page about the program to OUT.html, and
-the files that the program calls if their calls stay. Files of these names are only replaced if they are as this command left
-them, or with --force.
+Beside the program, its points and errors are written to OUT.points.csv and OUT.report.json, and a page about the program to OUT.html.
+Files that the program calls are written beside it, too, if their calls stay. Files of these names are only replaced if they are
+as this command left them, or with --force.
 
 Examples:
   kinetostat compensate part.nc --machine orthoglide --process milling.toml --out part_compensated.nc
@@ -73,7 +73,7 @@ pub struct CompensateArguments {
     /// polyline
     #[arg(long, conflicts_with = "method")]
     measured: Option<PathBuf>,
-    /// Write all points into OUT.points.csv [default: of more than 50000 as many, the worst and those at equal steps]
+    /// Write all points into OUT.points.csv [default: at most 50000 rows: the worst points, and points at equal steps]
     #[arg(long, value_name = "all")]
     points: Option<WrittenRows>,
     /// Also simulate every other method for comparison [default: linear and mirror, up to 20 000 points]

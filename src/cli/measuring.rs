@@ -60,8 +60,8 @@ Examples:
   kinetostat predict mine --poses others.csv
   kinetostat predict mine --poses others.csv --out predicted.csv
 
-The file of poses has the columns of the study's measurements. Its readings are predicted and set beside the predictions; for a row
-without readings, displacements of the tool tip are predicted. The interval holds what is known of the parameters, the residual of the model, and the noise of the reading.")]
+The file of poses has the columns of the study's measurements. Its readings are set beside their predictions; for a row without readings,
+displacements of the tool tip are predicted. The interval holds what is known of the parameters, the residual of the model and the noise.")]
 pub struct PredictArguments {
     /// Study folder (with a study.toml) of an identification, or study file
     study: PathBuf,

@@ -38,7 +38,7 @@ pub struct MergeArguments {
     /// Folder for the results [default: results/<name of the study's folder>]
     #[arg(long)]
     out: Option<PathBuf>,
-    /// Write all rows of long tables of path points
+    /// Write all rows of long tables of path points [default: at most 50000: the worst points, and points at equal steps]
     #[arg(long, value_name = "all")]
     points: Option<WrittenRows>,
     #[command(flatten)]

@@ -119,8 +119,8 @@ pub fn dispatch(arguments: Arguments) -> Result<Ending> {
 /// Print what a shell needs to complete commands, options and their values.
 #[derive(Debug, Args)]
 #[command(after_help = "\
-A new shell has the completions if its start reads the file: bash-completion looks into ~/.local/share/bash-completion/completions, fish into
-~/.config/fish/completions, zsh into the folders of $fpath for a file _kinetostat.
+A new shell has the completions if its start reads the file: bash-completion looks into ~/.local/share/bash-completion/completions,
+fish into ~/.config/fish/completions, zsh into the folders of $fpath for a file _kinetostat.
 
 Examples:
   kinetostat completions bash > ~/.local/share/bash-completion/completions/kinetostat

@@ -58,7 +58,7 @@ pub struct RunArguments {
     #[arg(long, value_parser = parse_grid, allow_hyphen_values = true)]
     grid: Option<[usize; 3]>,
     /// Points along the circle of a path study, instead of the study's; or all: all rows of long tables of path points are
-    /// written [default: 50000, the worst and points at equal steps]
+    /// written [default: at most 50000 rows: the worst points, and points at equal steps]
     #[arg(long, value_name = "N|all")]
     points: Option<Points>,
     /// Branch on which an arm with a spherical wrist is to stand, instead of the study's

@@ -16,6 +16,11 @@ pub(crate) fn position_columns<'m>(machine: &'m Machine, what: &'m str) -> impl 
     each_drive(machine).map(move |(label, motion)| format!("{what}_{label}_{}", motion.position_unit()))
 }
 
+/// Yields a column name of drive positions in measurement files for each drive: `LABEL_mm` or `LABEL_deg`.
+pub(crate) fn measured_drive_columns(machine: &Machine) -> impl Iterator<Item = String> {
+    each_drive(machine).map(|(label, motion)| format!("{label}_{}", motion.position_unit()))
+}
+
 /// Yields a column name of drive corrections for each drive: `delta_rho_LABEL_mm` or `_deg`.
 pub(crate) fn correction_columns(machine: &Machine) -> impl Iterator<Item = String> {
     position_columns(machine, "delta_rho")

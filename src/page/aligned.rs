@@ -48,8 +48,8 @@ impl Aligned {
         let mut data = Vec::new();
         for ((folder, own), letter) in folders.iter().zip(&own).zip(letters) {
             let table = folder.table(&own.table)?;
-            let note = folder.description.tables.iter().find(|note| note.file == own.table);
-            if let Some(kept) = note.and_then(|note| note.kept.as_ref()) {
+            let mut notes = folder.description.tables.iter();
+            if let Some(kept) = notes.find(|note| note.file == own.table).and_then(|note| note.kept.as_ref()) {
                 remarks.push(format!(
                     "{letter}: {kept} Here, means, smallest values and shares are of the rows that the table has."
                 ));

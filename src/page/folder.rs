@@ -12,6 +12,7 @@ use super::{
 use crate::{
     files::Manifest,
     input::{
+        check::Check,
         error::{Error, Result},
         file,
     },
@@ -48,7 +49,7 @@ impl ResultFolder {
         let manifest: Value = parse_json(&file, &read_text(&file)?)?;
         if manifest["program"] != env!("CARGO_PKG_NAME") {
             let problem = format!("must be \"{}\", got {}", env!("CARGO_PKG_NAME"), manifest["program"]);
-            return Err(Error::Value { file: file.display().to_string(), line: None, key: "program".into(), problem });
+            return Check::new(&file.display().to_string()).key("program").fail(problem);
         }
         if Manifest::is_publishing(&manifest) {
             return Err(not_a_result(
@@ -62,7 +63,7 @@ impl ResultFolder {
         let SchemaVersion { schema } = parse_json(&file, &text)?;
         if schema != SCHEMA {
             let problem = format!("must be {SCHEMA}, got {schema}; run the study again with this version");
-            return Err(Error::Value { file: file.display().to_string(), line: None, key: "schema".into(), problem });
+            return Check::new(&file.display().to_string()).key("schema").fail(problem);
         }
         Ok(Self { path: path.to_path_buf(), description: parse_json(&file, &text)?, manifest })
     }
@@ -81,12 +82,8 @@ impl ResultFolder {
     /// Returns the path of a file of the folder; `Err` if `name` leads out of it.
     fn file_path(&self, name: &str) -> Result<PathBuf> {
         if Path::new(name).file_name().is_none_or(|own| own != name) {
-            return Err(Error::Value {
-                file: self.path.join("report.json").display().to_string(),
-                line: None,
-                key: "file".into(),
-                problem: format!("must be the name of a file in the folder, got \"{name}\""),
-            });
+            let check = Check::new(&self.path.join("report.json").display().to_string()).key("file");
+            return check.fail(format!("must be the name of a file in the folder, got \"{name}\""));
         }
         Ok(self.path.join(name))
     }

@@ -93,7 +93,9 @@ fn omission_note(keys: &Keys) -> String {
     }
     let mut note = match left.join(", ") {
         none if none.is_empty() => none,
-        all => format!("The command leaves out these keys of the process: {all}; its numbers differ from those above."),
+        all => format!(
+            "The command leaves out of the process: {all}; where these act, its numbers differ from those above."
+        ),
     };
     if keys.get(&("study".into(), "machine".into())).is_some_and(|machine| machine.ends_with(".toml")) {
         note += " Run the command in the folder of the study.";

@@ -16,7 +16,7 @@ use crate::{
         Recorded,
         words::{counted, join_words},
     },
-    input::error::{Error, Result},
+    input::{check::Check, error::Result},
 };
 
 /// A status and the number of its rows, as text.
@@ -193,12 +193,9 @@ fn change_sentence(rows: &[Change], is_other_text: bool) -> String {
 /// Returns the values of a result's inputs by part and key; empty if none are recorded, `Err` if they have not the expected form.
 pub(super) fn recorded_keys(folder: &ResultFolder) -> Result<BTreeMap<(String, String), String>> {
     let Some(inputs) = folder.manifest.get("inputs") else { return Ok(BTreeMap::new()) };
-    let inputs: Vec<Recorded> = Deserialize::deserialize(inputs).map_err(|fault: serde_json::Error| Error::Value {
-        file: folder.path.join("manifest.json").display().to_string(),
-        line: None,
-        key: "inputs".into(),
-        problem: fault.to_string(),
-    })?;
+    let check = Check::new(&folder.path.join("manifest.json").display().to_string()).key("inputs");
+    let inputs: serde_json::Result<Vec<Recorded>> = Deserialize::deserialize(inputs);
+    let inputs = inputs.or_else(|fault| check.fail(fault.to_string()))?;
     Ok(Recorded::by_part(&inputs))
 }
 

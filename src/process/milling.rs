@@ -12,7 +12,7 @@ pub enum ForceLaw {
     /// As printed: `F_x = F_r cos φ + F_t sin φ`, `F_y = F_r sin φ + F_t cos φ`. Not a rotation: with 215 N and −10 N the
     /// in-plane force varies between 205 N and 225 N.
     Printed,
-    /// A rotation: `F_x = F_r cos φ − F_t sin φ`, `F_y = F_r sin φ + F_t cos φ`. The law where none is named.
+    /// A rotation: `F_x = F_r cos φ − F_t sin φ`, `F_y = F_r sin φ + F_t cos φ`. Used where no law is named.
     #[default]
     Rotated,
 }

@@ -85,17 +85,18 @@ impl Study {
         let spec: StudySpec = spec::parse(text, origin)?;
         let (header, asked) = spec.split(&check)?;
         let found = Self::resolved((text, origin), &folder, (&header, &asked), overrides, &check);
-        let read = folder.recorded();
-        check.with_misfits(found, &format!("machine {}", header.machine), |file| match file == origin {
+        let named = folder.recorded();
+        let found = check.with_misfits(found, &format!("machine {}", header.machine), |file| match file == origin {
             true => Some(text),
             false => {
-                let own = read.iter().find(|(name, _)| folder.path(name).display().to_string() == file);
+                let own = named.iter().find(|(name, _)| folder.path(name).display().to_string() == file);
                 own.and_then(|(_, bytes)| std::str::from_utf8(bytes).ok())
             }
-        })
+        })?;
+        Ok(Study { files: StudyFiles { text: text.into(), named }, ..found })
     }
 
-    /// Checks the keys `header` of a study and the table of the question `asked`.
+    /// Checks the keys `header` of a study and the table of the question `asked`; the study is returned without its files.
     fn resolved(
         (text, origin): (&str, &str),
         folder: &Folder,
@@ -124,7 +125,7 @@ impl Study {
             question: header.question.trim().to_string(),
             inputs: inputs.and(settings),
             kind,
-            files: StudyFiles { text: text.into(), named: folder.recorded() },
+            files: StudyFiles::default(),
         })
     }
 }

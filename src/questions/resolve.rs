@@ -46,20 +46,20 @@ fn with_parameters(machine: Machine, overrides: &Overrides) -> Result<Machine> {
 
 /// Returns the machine with the drives locked that the study lists.
 fn with_locked_drives(machine: &Machine, header: &Header, check: &Check) -> Result<Machine> {
-    let at_drive = |error, instead| match error {
-        Error::Argument { argument, problem } => check.key(&argument).misfit(problem, instead),
-        other => Err(other),
-    };
     let mut positions: Vec<(&String, f64)> = Vec::new();
     for (name, value) in &header.locked {
         let position = machine.drive_label(name).map(|_| Some((name, *value)));
-        positions.extend(position.or_else(|error| at_drive(error, None))?);
+        positions.extend(position.or_else(|error| argument_misfit(check, error, None))?);
     }
-    let at_machine = |error| match error {
-        Error::Argument { argument, problem } => check.key(&argument).misfit(problem, machine.clone()),
+    machine.with_locked_drives(&positions).or_else(|error| argument_misfit(check, error, machine.clone()))
+}
+
+/// Returns what [`Check::misfit`] does for the argument of `error`, a key below `check`; other errors as they are.
+fn argument_misfit<T>(check: &Check, error: Error, instead: T) -> Result<T> {
+    match error {
+        Error::Argument { argument, problem } => check.key(&argument).misfit(problem, instead),
         other => Err(other),
-    };
-    machine.with_locked_drives(&positions).or_else(at_machine)
+    }
 }
 
 /// Returns the machine on the branch of inverse kinematics that the override, or else the study (`word`), names; unchanged without either.

@@ -11,16 +11,17 @@ use minijinja::{
 };
 use nalgebra::{DVector, Vector3};
 use rand::SeedableRng;
-use rand_distr::{Distribution, Normal, Uniform};
+use rand_distr::{Distribution, StandardNormal, Uniform};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use serde::Serialize;
 
 use super::{
     Overrides, Study, Template,
-    identification::{Measurement, Reading, Unknown, is_pattern_of, predict_values, unknowns},
+    identification::{LoadedModel, Measurement, Reading, Unknown, is_pattern_of, unknowns},
     measurement_design::{Region, plan_measurements, poses},
 };
 use crate::{
+    files::table::{measured_drive_columns, shown_positions},
     input::{
         Folder,
         check::Check,
@@ -52,11 +53,10 @@ impl StudyMachine {
     /// # Errors
     /// There is neither, or the file is no machine.
     pub fn named_or_file(name: &str) -> Result<Self> {
-        if catalogue::find(name).is_some() {
-            return Ok(Self { machine: Machine::named(name)?, called: name.into(), text: None });
-        }
-        // Says which machines there are.
         let machine = Machine::named_or_file(name)?;
+        if catalogue::find(name).is_some() {
+            return Ok(Self { machine, called: name.into(), text: None });
+        }
         let text = toml_file::read(Path::new(name))?;
         let own = Path::new(name).file_name().and_then(|own| own.to_str());
         let taken = [STUDY_FILE, "process.toml", "README.md", "measurements.csv"];
@@ -188,14 +188,13 @@ struct SiteValues {
 #[derive(Debug, Serialize)]
 struct SoughtValue {
     name: &'static str,
-    key: String,
     range: [f64; 2],
 }
 
 /// A coordinate of the workpiece that is fixed.
 #[derive(Debug, Serialize)]
 struct FixedValue {
-    key: String,
+    name: &'static str,
     value: f64,
 }
 
@@ -216,12 +215,12 @@ struct StiffnessValues {
 
 /// Serializes names as a list in TOML, which has other quotes than lists in templates.
 fn as_toml<S: serde::Serializer>(names: &[String], serializer: S) -> std::result::Result<S::Ok, S::Error> {
-    serializer.serialize_str(&toml_list(names))
+    serializer.serialize_str(&toml_text(names.to_vec()))
 }
 
-/// Returns names as a list in TOML.
-fn toml_list(names: &[String]) -> String {
-    toml::Value::from(names.to_vec()).to_string()
+/// Returns a text, or a list of texts, as TOML.
+fn toml_text(value: impl Into<toml::Value>) -> String {
+    value.into().to_string()
 }
 
 /// How far chain errors move the tool, about, mm.
@@ -252,9 +251,8 @@ impl MachineValues {
             let points = machine.points.iter().filter(|_| machine.carrier.is_none());
             points.max_by(|a, b| distance(a.position).total_cmp(&distance(b.position)))
         };
-        let quoted = |text: &str| toml::Value::from(text).to_string();
         let narrowest = (0..2).filter(|&axis| is_wide(axis)).map(|axis| size[axis]).fold(2.0 * DIAMETER_MM, f64::min);
-        let diameter_mm = round_down(0.5 * narrowest).min(DIAMETER_MM);
+        let diameter_mm = round_down(0.5 * narrowest);
         // The circle stays in the box, as near to home as it can.
         let margin = Vector3::new(0.5 * diameter_mm, 0.5 * diameter_mm, 0.0);
         let centre = Vector3::from_fn(|axis, _| match is_wide(axis) {
@@ -268,7 +266,7 @@ impl MachineValues {
         let on_workpiece = rounded(to_workpiece(centre), 0.1);
         let radius = Vector3::new(0.5 * diameter_mm, 0.0, 0.0);
         Self {
-            machine: quoted(&own.called),
+            machine: toml_text(own.called.as_str()),
             errors: chain_errors(machine),
             grid: Grids { fine: counts([7; 3]), coarse: counts([5; 3]), flat: counts([7, 7, 3]) },
             inner_box: [middle - 0.25 * size, middle + 0.25 * size].map(|corner| rounded(corner, 0.1).into()),
@@ -276,8 +274,8 @@ impl MachineValues {
             slices: slices([min.z, max.z]),
             tip_slice: vec![height_near(middle.z + lever.z, [min.z + lever.z, max.z + lever.z])],
             middle: rounded(middle, 0.1).into(),
-            far: by_distance(1.0).map(|point| quoted(&point.name)),
-            near: by_distance(-1.0).map(|point| quoted(&point.name)),
+            far: by_distance(1.0).map(|point| toml_text(point.name.as_str())),
+            near: by_distance(-1.0).map(|point| toml_text(point.name.as_str())),
             circle: CircleValues { centre_mm: on_workpiece.into(), diameter_mm },
             line: [on_workpiece - radius, on_workpiece + radius].map(Into::into),
             site: SiteValues::of(to_workpiece(middle + lever), to_workpiece(centre + lever), size, diameter_mm),
@@ -290,17 +288,16 @@ impl MachineValues {
 impl SiteValues {
     /// The places of a workpiece around the `middle`, such that a circle of `diameter_mm` stays in a box of `size`; `today` is one of them.
     fn of(middle: Vector3<f64>, today: Vector3<f64>, size: Vector3<f64>, diameter_mm: f64) -> Self {
-        let key = |axis: usize| format!("{}_mm", AXES[axis]);
         let today = rounded(today, 0.1);
+        let clamp_low = [today.x - 2.0 * diameter_mm, today.y - diameter_mm, today.z];
+        let clamp_high = [today.x - diameter_mm, today.y + diameter_mm, today.z + diameter_mm];
         let mut site = SiteValues {
             sought: Vec::new(),
             fixed: Vec::new(),
             today_mm: today.into(),
             table_mm: [-0.5, 0.5].map(|share| rounded(middle + share * size, 0.1).xy().into()),
             table_z_mm: today.z - 20.0,
-            clamp_mm: [[today.x - 2.0 * diameter_mm, today.y - diameter_mm, today.z], {
-                [today.x - diameter_mm, today.y + diameter_mm, today.z + diameter_mm]
-            }],
+            clamp_mm: [clamp_low, clamp_high],
         };
         for axis in 0..3 {
             let half = 0.5 * (size[axis] - diameter_mm);
@@ -309,9 +306,9 @@ impl SiteValues {
                     let step = round_down(0.1 * half);
                     let low = ((middle[axis] - half) / step).ceil() * step + 0.0;
                     let range = [low, ((middle[axis] + half) / step).floor() * step + 0.0];
-                    site.sought.push(SoughtValue { name: AXES[axis], key: key(axis), range });
+                    site.sought.push(SoughtValue { name: AXES[axis], range });
                 }
-                false => site.fixed.push(FixedValue { key: key(axis), value: today[axis] }),
+                false => site.fixed.push(FixedValue { name: AXES[axis], value: today[axis] }),
             }
         }
         site
@@ -340,8 +337,8 @@ impl StiffnessValues {
         let value = last.and_then(|own| own.value).unwrap_or(1.0);
         let force = yielding_force(machine);
         Self {
-            some: (names.len() > 1).then(|| toml_list(&names[..names.len().div_ceil(2)])),
-            last: toml::Value::from(last.map_or("", |own| &own.name)).to_string(),
+            some: (names.len() > 1).then(|| toml_text(names[..names.len().div_ceil(2)].to_vec())),
+            last: toml_text(last.map_or("", |own| own.name.as_str())),
             value,
             std: 0.2 * value,
             unknowns: pattern.map_or(names, |pattern| vec![pattern]),
@@ -370,7 +367,7 @@ fn chain_errors(machine: &Machine) -> Vec<ChainErrors> {
         };
         let signs = [1.0, -1.0].into_iter().cycle().skip(i);
         ChainErrors {
-            chain: toml::Value::from(chain.name.as_str()).to_string(),
+            chain: toml_text(chain.name.as_str()),
             offsets: chain.drives.iter().zip(signs).map(offset).collect(),
         }
     });
@@ -385,12 +382,9 @@ fn round_down(value: f64) -> f64 {
     if power < 0.0 { digit / libm::pow(10.0, -power) } else { digit * libm::pow(10.0, power) }
 }
 
-/// Returns `at` with components rounded to multiples of `step`.
+/// Returns `at` with components rounded to multiples of `step`, a power of ten below 1.
 fn rounded(at: Vector3<f64>, step: f64) -> Vector3<f64> {
-    at.map(|value| {
-        let whole = (value / step).round();
-        (if step < 1.0 { whole / (1.0 / step).round() } else { whole * step }) + 0.0
-    })
+    at.map(|value| (value / step).round() / (1.0 / step).round() + 0.0)
 }
 
 /// Returns a round height near `z` and within the ends.
@@ -452,35 +446,32 @@ fn measurements(machine: &Machine, stiffness: &StiffnessValues) -> std::result::
         .map(|(unknown, factor)| (unknown.name.as_str(), factor * unknown.start))
         .collect();
     let actual = machine.with_parameters(&values).map_err(words)?;
+    let model = LoadedModel::new(&actual, &[], &DVector::zeros(0), &[]).map_err(words)?;
     let anywhere = Region { tip: None, forbidden: Vec::new(), branches: Vec::new() };
-    let units: Vec<&str> = machine.drives().map(|(_, drive)| drive.motion.position_unit()).collect();
-    let mut text = String::from("pose");
-    for (label, unit) in machine.drive_labels().iter().zip(&units) {
-        text += &format!(",{label}_{unit}");
-    }
-    text += ",force_x_N,force_y_N,force_z_N,displacement_x_mm,displacement_y_mm,displacement_z_mm\n";
     let mut random = Xoshiro256PlusPlus::seed_from_u64(2);
-    let noise = Normal::new(0.0, NOISE_MM).map_err(|error| error.to_string())?;
     let component = Uniform::new(-1.0, 1.0).map_err(|error| error.to_string())?;
     let (readings, largest_force) = (Reading::planned_displacements(), stiffness.forces[0][0]);
+    let mut columns = vec!["pose".to_string()];
+    columns.extend(measured_drive_columns(machine));
+    columns.extend(["force_x_N", "force_y_N", "force_z_N"].map(String::from));
+    columns.extend(readings.iter().map(|reading| reading.column.to_string()));
+    let mut text = columns.join(",") + "\n";
     let thousandths = |value: f64| (value * 1e3).round() / 1e3 + 0.0;
     let mut count = 0;
     for at in poses(machine, &anywhere, 2 * MEASURED) {
         // As a person types them.
-        let shown: Vec<f64> = machine
-            .drives()
-            .zip(&at.drives)
-            .map(|((_, drive), position)| thousandths(drive.motion.to_shown(*position)))
-            .collect();
+        let shown: Vec<f64> = shown_positions(machine, &at.drives).into_iter().map(thousandths).collect();
         let drives: Vec<f64> =
             machine.drives().zip(&shown).map(|((_, drive), shown)| drive.motion.from_shown(*shown)).collect();
         let Ok(at) = machine.forward_kinematics(&drives) else { continue };
         let force = Vector3::from_fn(|_, _| thousandths(largest_force * component.sample(&mut random)));
         let planned = plan_measurements(&[at], &[force], &readings);
-        let planned: Vec<&Measurement> = planned.iter().collect();
-        let Ok(read) = predict_values(&actual, &[], &DVector::zeros(0), &planned) else { continue };
+        let Some(Ok(read)) = model.each(&planned.iter().collect::<Vec<&Measurement>>()).pop() else { continue };
         count += 1;
-        let read = read.iter().map(|value| thousandths(value + noise.sample(&mut random)));
+        let read = read.values.iter().map(|value| {
+            let noise: f64 = StandardNormal.sample(&mut random);
+            thousandths(value + NOISE_MM * noise)
+        });
         let cells: Vec<String> =
             shown.iter().copied().chain(force.iter().copied()).chain(read).map(|cell| cell.to_string()).collect();
         text += &format!("{count},{}\n", cells.join(","));

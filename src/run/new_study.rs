@@ -19,7 +19,7 @@ const README: &str = include_str!("study_readme.md");
 /// # Errors
 /// The question cannot be asked of the machine, or the folder cannot be made.
 pub fn write_template(template: &Template, machine: Option<&StudyMachine>, folder: &Path) -> Result<Vec<String>> {
-    let name = study_name(folder)?;
+    let name = study_name(folder, "NAME")?;
     let readme = README.replace("{name}", name).replace("{folder}", &folder.display().to_string());
     let mut files = vec![OutputFile::new("README.md", readme)];
     files.extend(template.filled(machine)?.into_iter().map(|(name, text)| OutputFile::new(name, text)));
@@ -32,7 +32,7 @@ pub fn write_template(template: &Template, machine: Option<&StudyMachine>, folde
 /// # Errors
 /// A folder cannot be made.
 pub fn write_example(example: &Example, folder: &Path) -> Result<Vec<PathBuf>> {
-    study_name(folder)?;
+    study_name(folder, "--out")?;
     let files = |of: &Example| of.files.iter().map(|(name, bytes)| OutputFile::new(*name, *bytes)).collect();
     let mut written = Vec::new();
     let mut write = |folder: &Path, of: &Example| -> Result<()> {
@@ -100,8 +100,8 @@ fn is_device(name: &str) -> bool {
 }
 
 /// Returns the last part of `folder`, the study's name, if it is valid on any system: letters, digits, `_`, `-` and `.`, not beginning with
-/// the last two, not ending with a dot, and no device of Windows.
-fn study_name(folder: &Path) -> Result<&str> {
+/// the last two, not ending with a dot, and no device of Windows. An error names the `argument`.
+fn study_name<'a>(folder: &'a Path, argument: &str) -> Result<&'a str> {
     let name = folder.file_name().and_then(|name| name.to_str()).unwrap_or_default();
     let is_plain = |c: char| c.is_ascii_alphanumeric() || "_-.".contains(c);
     let problem = if name.is_empty() || name.starts_with(['-', '.']) || !name.chars().all(is_plain) {
@@ -112,5 +112,5 @@ fn study_name(folder: &Path) -> Result<&str> {
     } else {
         return Ok(name);
     };
-    Err(Error::argument("NAME", format!("\"{}\" {problem}", folder.display())))
+    Err(Error::argument(argument, format!("\"{}\" {problem}", folder.display())))
 }

@@ -218,7 +218,7 @@ impl Study {
             }
         }
         let is_complete = head.is_complete;
-        write_part_file(&work, head, &file)?;
+        write_file(&file, |to| work.write_part(head, to))?;
         remove(&state)?;
         Ok(PartInFolder { file, was_there: false, is_complete })
     }
@@ -233,7 +233,7 @@ impl Study {
         prepare(out)?;
         let file = out.join(format!("{}.{PART}", read.head().share.stem(read.head().round)));
         write_file(&file, |to| to.write_all(part).map_err(|source| Error::Write { file: file.clone(), source }))?;
-        Part::read(PartSource::File(file))
+        Ok(read)
     }
 
     /// Reads all parts in the folder `out`, none if there is no such folder.
@@ -305,11 +305,6 @@ fn check_same_division(before: &Parts, share: Share) -> Result<()> {
     let of = before.part_count();
     let fault = || Error::argument("part", format!("expected one of {of} parts, as in the rounds before, got {share}"));
     if of == share.of() { Ok(()) } else { Err(fault()) }
-}
-
-/// Writes all pieces of `work` to `file`, whole, in place of what was there.
-fn write_part_file(work: &Work, head: PartHead, file: &Path) -> Result<()> {
-    write_file(file, |to| work.write_part(head, to))
 }
 
 /// Writes what `write` writes to `file`, whole, in place of what was there.

@@ -121,13 +121,13 @@ pub fn import(text: &str, origin: &str, options: &ImportOptions) -> Result<Impor
     complete_file(file, origin, reach_mm)
 }
 
-/// Completes the file by its own kinematics: which coordinates the drives control, and a reachable workspace box; `length` in mm.
-fn complete_file(mut file: MachineFile, origin: &str, length: f64) -> Result<ImportedMachine> {
+/// Completes the file by its own kinematics: which coordinates the drives control, and a reachable workspace box within its reach.
+fn complete_file(mut file: MachineFile, origin: &str, reach_mm: f64) -> Result<ImportedMachine> {
     let begun = Geometry::from_toml(&file.text(), origin)?;
     let begun = begun.kinematics();
     file.controls = begun.controllable_axes(&begun.home).into_iter().map(|coordinate| coordinate.name()).collect();
     let controlled = Geometry::from_toml(&file.text(), origin)?;
-    file.workspace = workspace::box_about_home(controlled.kinematics(), length);
+    file.workspace = workspace::box_about_home(controlled.kinematics(), reach_mm);
     let mut notes = file.notes.clone();
     if file.workspace.min == file.workspace.max {
         notes.push("workspace: no box about home was found that is reached, set one".into());

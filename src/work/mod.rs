@@ -218,10 +218,11 @@ impl Work {
         name: &str,
         compute: impl FnOnce() -> Result<T>,
     ) -> Result<T> {
-        let Some(parts) = self.shared.parts.as_ref().filter(|_| self.sharded.is_none()) else { return compute() };
-        let key = encode(&(&self.part, "summary", name)).map_err(|source| self.record_fault(memory_error(source)))?;
-        let known = parts.bytes(&key).map_err(|error| self.record_fault(error))?;
-        if let Some(known) = known.and_then(|bytes| decode(&bytes)) {
+        if self.shared.parts.is_none() || self.sharded.is_some() {
+            return compute();
+        }
+        let key = self.encoded(&(&self.part, "summary", name))?;
+        if let Some(known) = self.in_parts(&key)?.and_then(|bytes| decode(&bytes)) {
             self.record_asked(key, None);
             return Ok(known);
         }
@@ -230,8 +231,7 @@ impl Work {
         self.barrier()?;
         if let (Some(before), Some(asked)) = (before, &self.shared.asked) {
             *lock(asked) = before;
-            let bytes = encode(&made).map_err(|source| self.record_fault(memory_error(source)))?;
-            self.record_asked(key, Some(bytes));
+            self.record_asked(key, Some(self.encoded(&made)?));
         }
         Ok(made)
     }
@@ -311,14 +311,11 @@ impl Work {
             return self.replayed_piece(key);
         }
         let Some(checkpoint) = &self.shared.checkpoint else { return compute() };
-        let key = encode(&(&self.part, key)).map_err(|source| self.record_fault(memory_error(source)))?;
+        let key = self.encoded(&(&self.part, key))?;
         // One that does not decode is computed again.
         let kept = lock(checkpoint).bytes(&key).map_err(|error| self.record_fault(error))?;
         let is_own = kept.is_some();
-        let kept = match (kept, &self.shared.parts) {
-            (None, Some(parts)) => parts.bytes(&key).map_err(|error| self.record_fault(error))?,
-            (kept, _) => kept,
-        };
+        let kept = if is_own { kept } else { self.in_parts(&key)? };
         if let Some(piece) = kept.and_then(|bytes| decode(&bytes)) {
             let items = items(&piece);
             if items > 0 {
@@ -331,7 +328,7 @@ impl Work {
         }
         self.check_own_shard()?;
         let piece = compute()?;
-        let bytes = encode(&piece).map_err(|source| self.record_fault(memory_error(source)))?;
+        let bytes = self.encoded(&piece)?;
         lock(checkpoint).append_piece(&key, &bytes).map_err(|error| self.record_fault(error))?;
         self.tell_shard(false);
         Ok(piece)
@@ -339,16 +336,25 @@ impl Work {
 
     /// Returns the piece of the parts under `key`, which is recorded.
     fn replayed_piece<K: Serialize, T: DeserializeOwned>(&self, key: &K) -> Result<T> {
-        let key = encode(&(&self.part, key)).map_err(|source| self.record_fault(memory_error(source)))?;
-        let parts = self.shared.parts.as_ref();
-        let bytes = parts.map_or(Ok(None), |parts| parts.bytes(&key)).map_err(|error| self.record_fault(error))?;
-        if let Some(piece) = bytes.and_then(|bytes| decode(&bytes)) {
+        let key = self.encoded(&(&self.part, key))?;
+        if let Some(piece) = self.in_parts(&key)?.and_then(|bytes| decode(&bytes)) {
             self.record_asked(key, None);
             return Ok(piece);
         }
         self.check_own_shard()?;
         self.shared.needs_other.store(true, Ordering::Relaxed);
         Err(Error::OtherShard)
+    }
+
+    /// Returns the bytes of `value`, a key or a piece; `Err` if it cannot be encoded, which is recorded.
+    fn encoded(&self, value: &impl Serialize) -> Result<Vec<u8>> {
+        encode(value).map_err(|source| self.record_fault(memory_error(source)))
+    }
+
+    /// Returns the bytes under `key` in the parts, if there are parts and they have it; `Err` if they cannot be read, which is recorded.
+    fn in_parts(&self, key: &[u8]) -> Result<Option<Vec<u8>>> {
+        let parts = self.shared.parts.as_ref();
+        parts.map_or(Ok(None), |parts| parts.bytes(key)).map_err(|error| self.record_fault(error))
     }
 
     /// Records why pieces can no longer be kept, and returns `error`.

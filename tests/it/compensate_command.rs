@@ -11,6 +11,8 @@ use kinetostat::{
 };
 use serde_json::{Value, json};
 
+use crate::support::machines::machine_path;
+
 /// What was printed, wherever its lines end.
 fn unwrapped(text: &str) -> String {
     text.split_whitespace().collect::<Vec<_>>().join(" ")
@@ -303,7 +305,7 @@ fn the_table_of_a_very_long_program_is_bounded_and_says_so() {
     assert!(total > MOST_ROWS && some.len() <= MOST_ROWS && some.len() > MOST_ROWS / 8, "{total} {}", some.len());
     let note = format!("out.nc.points.csv has {} of {total} rows: every ", some.len());
     let page = std::fs::read_to_string(out.path().join("out.nc.html")).unwrap();
-    for said in [text(&output.stdout).split_whitespace().collect::<Vec<_>>().join(" "), page, found.to_string()] {
+    for said in [unwrapped(&text(&output.stdout)), page, found.to_string()] {
         assert!(said.contains(&note), "{note}\n{said}");
     }
     let (output, out) = compensate(&program, &process, &["--points", "all"]);
@@ -358,10 +360,6 @@ const FORCE: &str = "[force.path_frame]\nradial_force_N = 215.0\ntangential_forc
 const NOT_CONTROLLED: &str = "Not controlled by this machine: z of the base, taken where the machine stands; words of a \
                               program for z stay.";
 
-fn machine_file(name: &str) -> String {
-    format!("{}/tests/machines/{name}", env!("CARGO_MANIFEST_DIR"))
-}
-
 /// The table that `compare` prints of `table` as a path at the places `at`, after success.
 fn compared(machine: &str, table: &str, process: &str, at: &[&str]) -> (String, Vec<Vec<String>>) {
     let folder = tempfile::tempdir().unwrap();
@@ -380,7 +378,7 @@ fn compared(machine: &str, table: &str, process: &str, at: &[&str]) -> (String, 
 fn places_of_a_path_at_another_height_cost_what_the_machine_does_at_its_own() {
     let process = format!("schema = 1\n{FORCE}");
     let (said, rows) = compared(
-        &machine_file("rrr3.toml"),
+        &machine_path("rrr3"),
         "x_mm,y_mm,z_mm\n10,5,80\n10,5,-1.5\n-20,5,-1.5\n",
         &process,
         &["0,0,0", "0,0,25"],
@@ -589,7 +587,7 @@ fn a_method_that_solves_nothing_has_no_numbers_and_a_reason() {
     // Methods that hold the platform ask for its stiffness, which a machine with rigid legs does not have.
     let process = format!("schema = 1\n[placement]\norigin_mm = [0.0, 0.0, -1150.0]\n{FORCE}");
     let program = "G21 G90\nG0 X-5 Y0 Z0\nG1 X5 F300\nM30\n";
-    let machine = machine_file("tricept.toml");
+    let machine = machine_path("tricept");
     let (output, out) = compensate_on(&machine, ("part.nc", program), &process, &["--all-methods"]);
     assert!(output.status.success(), "{}", text(&output.stderr));
     let passes = report(&out)["passes"].clone();
@@ -608,7 +606,7 @@ fn a_machine_that_snaps_through_is_said_to_at_every_point() {
     let process = "schema = 1\n[placement]\norigin_mm = [0.0, 0.0, -1150.0]\n[force.path_frame]\nradial_force_N = 4e7\n\
                    tangential_force_N = 0.0\naxial_force_N = 0.0\n";
     let program = "G21 G90\nG0 X-5 Y0 Z0\nG1 X5 F300\nM30\n";
-    let (output, _) = compensate_on(&machine_file("tricept.toml"), ("part.nc", program), process, &[]);
+    let (output, _) = compensate_on(&machine_path("tricept"), ("part.nc", program), process, &[]);
     assert_eq!(output.status.code(), Some(1));
     let said = text(&output.stdout);
     let reasons: Vec<&str> = said.lines().filter(|line| line.starts_with("  line 3, point")).collect();

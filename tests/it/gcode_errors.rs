@@ -126,8 +126,8 @@ fn words_that_do_not_go_together_are_refused() {
         ("G1 X5 X6", "part.nc:3:7: `X6`: second X word on the line; expected one"),
         (
             "T01 T02 M06",
-            "part.nc:3:5: `T02`: second tool on the line, beside T1: which of them is in the spindle decides the force; expected one, and \
-             that to be fetched meanwhile on a line of its own after M6",
+            "part.nc:3:5: `T02`: second tool on the line, beside T1: which of them is in the spindle decides the force; expected one T; \
+             put the tool to be fetched next on a line of its own after M6",
         ),
         ("G0 G1 X5", "part.nc:3:4: `G1`: contradicts G0 on the same line; expected one of them"),
         ("G20 G21", "part.nc:3:5: `G21`: contradicts G20 on the same line; expected one of them"),

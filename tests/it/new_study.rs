@@ -6,6 +6,8 @@ use std::{
     process::{Command, Output},
 };
 
+use crate::support::{machines::machine_path, results::assert_same};
+
 fn kinetostat(folder: &Path, arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_kinetostat")).args(arguments).current_dir(folder).output().unwrap()
 }
@@ -226,11 +228,6 @@ fn new_identifications_and_plans_run_with_every_machine() {
     runs_with_the_catalogue(&["identification", "measurements"]);
 }
 
-/// A machine file in `tests/machines`.
-fn machine_file(name: &str) -> String {
-    format!("{}/tests/machines/{name}.toml", env!("CARGO_MANIFEST_DIR"))
-}
-
 #[test]
 fn new_studies_run_with_machine_files() {
     // A planar machine, one with more drives than its task needs, nested chains, and a workpiece on a carrier.
@@ -248,12 +245,12 @@ fn new_studies_run_with_machine_files() {
             if is_refused {
                 let folder = tempfile::tempdir().unwrap();
                 let message = "has an elastic workpiece carrier (table)";
-                refused(folder.path(), &["new", kind, "mine", "--machine", &machine_file(name)], message);
+                refused(folder.path(), &["new", kind, "mine", "--machine", &machine_path(name)], message);
                 assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
                 continue;
             }
             let options = if reduced(kind).contains(&"--grid") { vec!["--grid", grid] } else { reduced(kind).to_vec() };
-            let study = runs_with(kind, &machine_file(name), &options);
+            let study = runs_with(kind, &machine_path(name), &options);
             assert!(study.contains(&format!("machine = \"{name}.toml\"\n")), "{study}");
         }
     }
@@ -262,7 +259,7 @@ fn new_studies_run_with_machine_files() {
 #[test]
 fn a_machine_file_is_copied_into_the_study_under_a_free_name() {
     let folder = tempfile::tempdir().unwrap();
-    let text = fs::read_to_string(machine_file("hexapod")).unwrap();
+    let text = fs::read_to_string(machine_path("hexapod")).unwrap();
     for (given, called) in [("machines/mine.toml", "mine.toml"), ("machines/Process.toml", "machine.toml")] {
         let given_path = folder.path().join(given);
         fs::create_dir_all(given_path.parent().unwrap()).unwrap();
@@ -428,11 +425,7 @@ fn the_program_has_the_examples_byte_for_byte() {
         if !out.exists() {
             printed(target.path(), &["new", "--example", name]);
         }
-        let read = |folder: &Path| -> std::collections::BTreeMap<_, _> {
-            let files = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
-            files.map(|file| (file.file_name().unwrap().to_owned(), fs::read(&file).unwrap())).collect()
-        };
-        assert_eq!(read(folder), read(&out), "{name}");
+        assert_same(&out, folder, name);
     }
 }
 

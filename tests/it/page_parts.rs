@@ -260,7 +260,7 @@ fn a_point_is_asked_for_with_force_and_errors_of_its_source() {
     assert_eq!(told(None, &keys).0[0], None);
     assert_eq!(
         left,
-        "The command leaves out these keys of the process: tool; its numbers differ from those above. Run the command in the folder of the study."
+        "The command leaves out of the process: tool; where these act, its numbers differ from those above. Run the command in the folder of the study."
     );
 }
 

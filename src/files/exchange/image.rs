@@ -154,21 +154,12 @@ impl Layer {
         });
         Ok(match of_vector {
             Some((vector, 0)) => {
-                let vectors = rows.iter().map(|row| [0, 1, 2].map(|axis| number_or_nan(&row[index + axis]))).collect();
+                let vectors = rows.iter().map(|row| [0, 1, 2].map(|axis| row[index + axis].number_or_nan())).collect();
                 Some((format!("{vector}_vector_mm"), Values::Vectors(vectors)))
             }
             Some(_) => None,
-            None => Some((name.into(), Values::Scalars(rows.iter().map(|row| number_or_nan(&row[index])).collect()))),
+            None => Some((name.into(), Values::Scalars(rows.iter().map(|row| row[index].number_or_nan()).collect()))),
         })
-    }
-}
-
-/// Returns the number in a cell; NaN if it is missing or a text.
-fn number_or_nan(cell: &Cell) -> f64 {
-    match cell {
-        Cell::Number(number) => *number,
-        Cell::Count(count) => *count as f64,
-        Cell::Missing | Cell::Text(_) => f64::NAN,
     }
 }
 

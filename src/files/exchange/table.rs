@@ -83,6 +83,15 @@ pub enum Cell {
 }
 
 impl Cell {
+    /// Returns the number in the cell; NaN if it is missing or a text.
+    pub fn number_or_nan(&self) -> f64 {
+        match self {
+            Cell::Number(number) => *number,
+            Cell::Count(count) => *count as f64,
+            Cell::Missing | Cell::Text(_) => f64::NAN,
+        }
+    }
+
     /// Whether the cell may stand in a column of this kind.
     fn fits(&self, kind: Kind) -> bool {
         match self {
@@ -160,6 +169,11 @@ impl Table {
     #[must_use]
     pub(crate) fn with_note(self, note: Option<String>) -> Self {
         Self { note, ..self }
+    }
+
+    /// Returns the table without its rows.
+    pub(crate) fn without_rows(self) -> Self {
+        Self { rows: Vec::new(), ..self }
     }
 
     /// Returns the sentence on which of its rows its file has; `None` if all.

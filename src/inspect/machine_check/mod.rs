@@ -105,8 +105,9 @@ pub fn check(machine: &Machine) -> Findings {
     }
     findings.survey = Some(survey(machine, &mut workspace));
     findings.warnings = warnings(machine, &findings, &status);
-    findings.warnings.extend(units::geometry_questions(machine, &findings));
-    findings.warnings.extend(units::unit_questions(machine, &findings));
+    let parameters = machine.parameters();
+    findings.warnings.extend(units::geometry_questions(machine, &findings, &parameters));
+    findings.warnings.extend(units::unit_questions(machine, &findings, &parameters));
     findings
 }
 
@@ -115,7 +116,7 @@ pub fn check_geometry(geometry: &Geometry) -> Findings {
     let machine = geometry.kinematics();
     let mut findings = rigid_findings(machine);
     findings.warnings = warnings(machine, &findings, &Status::Solved);
-    findings.warnings.extend(units::geometry_questions(machine, &findings));
+    findings.warnings.extend(units::geometry_questions(machine, &findings, &machine.parameters()));
     findings
 }
 

@@ -9,6 +9,7 @@ use crate::{
     files::{table::shown_positions, words::counted},
     inspect::machine_check::{Droop, Findings, Payload, Softest, Span, Survey},
     machine::{Clearance, Drive, Geometry, Machine, Mobility, UnknownStiffness},
+    spatial::PARALLEL_TO_X,
 };
 
 /// Returns the findings about a machine as text.
@@ -118,9 +119,6 @@ fn warnings_text(findings: &Findings) -> String {
     if warnings.is_empty() { "no warnings\n".into() } else { warnings }
 }
 
-/// A tool is along the x axis of P where the x axis of T has less than this along it.
-const SKEW: f64 = 1e-9;
-
 /// Returns the findings that do not depend on stiffness.
 fn rigid_text(machine: &Machine, findings: &Findings) -> String {
     let mobility = &findings.mobility;
@@ -164,7 +162,8 @@ fn rigid_text(machine: &Machine, findings: &Findings) -> String {
     );
     let [of_platform, of_base] = [machine.tool_axes, machine.home.pose.rotation * machine.tool_axes]
         .map(|axes| direction(axes.column(0).into()));
-    let why = if machine.tool_axes[(0, 0)] < SKEW { ", its y axis, as the tool is along its x axis" } else { "" };
+    let is_along_x = machine.tool_axes[(0, 0)] <= PARALLEL_TO_X;
+    let why = if is_along_x { ", its y axis, as the tool is along its x axis" } else { "" };
     text +=
         &line("tool angle", format!("φ = 0 along {of_platform} of the platform{why}; {of_base} of the base at home"));
     text += &spans_text(findings);

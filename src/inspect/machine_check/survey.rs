@@ -308,10 +308,12 @@ pub(super) fn spans(machine: &Machine) -> [Option<Span>; 3] {
 fn farthest(machine: &Machine, direction: Vector3<f64>) -> f64 {
     let home = machine.home.pose.translation;
     let is_reached = |distance: f64| machine.command(home + direction * distance).is_ok();
-    let (step, farthest) = (STEP * size(machine), FARTHEST * size(machine) + travel(machine));
+    let size = size(machine);
+    let (step, slides_alone) = (STEP * size, FARTHEST * size);
+    let farthest = slides_alone + travel(machine);
     let (mut near, mut far) = (0.0, step);
     while is_reached(far) {
-        (near, far) = (far, far + step.max(SLIDE_STEP * (far - FARTHEST * size(machine))));
+        (near, far) = (far, far + step.max(SLIDE_STEP * (far - slides_alone)));
         if near > farthest {
             return f64::INFINITY;
         }

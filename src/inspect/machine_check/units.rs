@@ -33,10 +33,9 @@ const STEEL_KG_PER_MM3: f64 = 7.85e-6;
 const SOFT_SLIDE: f64 = 500.0;
 
 /// Returns questions about parameters that seem wrong by a factor of about a thousand.
-pub(super) fn unit_questions(machine: &Machine, findings: &Findings) -> Vec<String> {
-    let parameters = machine.parameters();
+pub(super) fn unit_questions(machine: &Machine, findings: &Findings, parameters: &[Parameter]) -> Vec<String> {
     let mut questions: Vec<String> =
-        parameters.iter().filter_map(|own| odd_one_out(machine, own, &parameters)).collect();
+        parameters.iter().filter_map(|own| odd_one_out(machine, own, parameters)).collect();
     questions.extend(parameters.iter().filter_map(|own| odd_modulus(machine, own)));
     questions.extend(parameters.iter().filter_map(|own| soft_slide(machine, own)));
     questions.extend(odd_gravity(machine));
@@ -54,8 +53,7 @@ fn name_kind(parameter: &Parameter) -> &str {
 }
 
 /// Returns questions about lengths, masses and angles that seem to be in another unit.
-pub(super) fn geometry_questions(machine: &Machine, findings: &Findings) -> Vec<String> {
-    let parameters = machine.parameters();
+pub(super) fn geometry_questions(machine: &Machine, findings: &Findings, parameters: &[Parameter]) -> Vec<String> {
     let in_file: Vec<&Parameter> = parameters.iter().filter(|own| own.key.is_some()).collect();
     let is_length = |own: &&&Parameter| own.unit == Unit::MM && own.value.is_some_and(|value| value != 0.0);
     let longest = in_file.iter().filter(is_length).max_by(|a, b| value(a).abs().total_cmp(&value(b).abs()));

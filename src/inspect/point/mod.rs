@@ -187,7 +187,7 @@ pub fn solve(question: &PointQuestion) -> Result<PointResult, Unreachable> {
         zero: zeroed.map(|task| *task.wanted()).map_err(failed),
         by_weight: machine.own_load_words().is_some().then(|| {
             let mut session = machines.session(Source::Weight);
-            session.set_state(&nominal, &State::rigid(machine, &nominal));
+            session.set_rigid(&nominal);
             let sunk = compensate(&mut session, &Source::Weight.task(&task), Method::None);
             if sunk.status.is_success() { Ok(sunk.tool_displacement) } else { Err(failed(sunk.status)) }
         }),

@@ -153,7 +153,7 @@ function chosenPoint(article, view) {
     if (text) {
       const words = document.createElement("p");
       words.className = "small";
-      words.textContent = "The command for this point:" + (data.command_note ? " " + data.command_note : "");
+      words.textContent = (data.command_note ? data.command_note + " " : "") + "The command for this point:";
       parts.push(words, copier(text));
     }
     const close = document.createElement("div");

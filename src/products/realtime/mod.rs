@@ -1,5 +1,5 @@
 //! Generates controller code of the loaded kinematics of one machine, without loops of unknown length, and finds how far the code is from the
-//! engine. It is a polynomial start and a fixed number of the engine's Newton steps, recorded operation by operation.
+//! engine. The code is a polynomial start and a fixed number of the engine's Newton steps, recorded operation by operation.
 
 mod domain;
 mod emit;

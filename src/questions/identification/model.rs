@@ -47,8 +47,8 @@ pub fn predict(
     predict_with_slopes(machine, unknowns, x, measurements, unknowns)
 }
 
-/// Predicts the readings of `measurements` with the unknowns at coordinates `x`, mm and rad, without derivatives; errors as `predict`.
-pub fn predict_values(
+/// Predicts the readings of `measurements` with the unknowns at coordinates `x`, mm and rad, without derivatives; errors as [`predict`].
+pub(super) fn predict_values(
     machine: &Machine,
     unknowns: &[Unknown],
     x: &DVector<f64>,

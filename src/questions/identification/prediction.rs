@@ -38,49 +38,52 @@ pub fn predict(
     poses: &[Measurement],
 ) -> Result<Vec<std::result::Result<Vec<Prediction>, Failure>>> {
     let fit = &found.fit;
-    let asked = with_readings_to_predict(poses);
-    let asked: Vec<&Measurement> = asked.iter().collect();
     let model = LoadedModel::new(&study.machine, &study.unknowns, &fit.x, &study.unknowns)?;
     let null_space = DMatrix::from_fn(fit.x.len(), fit.null_space.len(), |i, j| fit.null_space[j][i]);
     let quantile = scatter::half_width(degrees_of_freedom(study, fit));
     let left = [false, true].map(|is_rotation| ResidualScatter::of(study, fit, is_rotation));
-    let of = |(predicted, (own, pose)): (Predicted, (&&Measurement, &Measurement))| {
-        let each = own.readings.iter().enumerate().map(|(i, reading)| {
-            let slopes: DVector<f64> = predicted.slopes.row(i).transpose();
-            let by_numbers = slopes.dot(&(&fit.covariance * &slopes)).max(0.0).sqrt();
-            let is_unidentifiable = (null_space.transpose() * &slopes).amax() > UNIDENTIFIABLE * slopes.amax();
-            let [misfit, noise] = left[usize::from(reading.quantity.is_rotation())].reading_stds(study.noise, reading);
-            let stds = [if is_unidentifiable { f64::INFINITY } else { by_numbers }, misfit, noise];
-            let half_width = quantile * stds.iter().map(|std| std * std).sum::<f64>().sqrt();
-            let measured = pose.readings.get(i).map(|reading| reading.value);
-            Prediction { column: reading.column, value: predicted.values[i], half_width, stds, measured }
-        });
-        each.collect()
+    let interval = |predicted: &Predicted, i: usize, reading: &Reading| {
+        let slopes: DVector<f64> = predicted.slopes.row(i).transpose();
+        let by_numbers = slopes.dot(&(&fit.covariance * &slopes)).max(0.0).sqrt();
+        let is_unidentifiable = (null_space.transpose() * &slopes).amax() > UNIDENTIFIABLE * slopes.amax();
+        let [misfit, noise] = left[usize::from(reading.quantity.is_rotation())].reading_stds(study.noise, reading);
+        let stds = [if is_unidentifiable { f64::INFINITY } else { by_numbers }, misfit, noise];
+        (quantile * stds.iter().map(|std| std * std).sum::<f64>().sqrt(), stds)
     };
-    let predicted = model.each(&asked).into_iter().zip(asked.iter().zip(poses));
-    Ok(predicted.map(|(predicted, own)| predicted.map(|predicted| of((predicted, own)))).collect())
+    Ok(predictions(&model, poses, interval))
 }
 
 /// Predicts the readings of each pose and load with `machine` as it is, without intervals: how far its parameters are known is not asked. The
 /// inner `Err` says why a pose has none.
 ///
 /// # Errors
-/// As [`predict`].
+/// `machine` makes no valid model.
 pub fn predict_as_is(
     machine: &Machine,
     poses: &[Measurement],
 ) -> Result<Vec<std::result::Result<Vec<Prediction>, Failure>>> {
-    let asked = with_readings_to_predict(poses);
     let model = LoadedModel::new(machine, &[], &DVector::zeros(0), &[])?;
+    Ok(predictions(&model, poses, |_, _, _| (f64::INFINITY, [f64::INFINITY; 3])))
+}
+
+/// Predicts the readings of each pose and load by `model`; `interval` returns half the interval of a reading and the standard deviations that
+/// make it.
+fn predictions(
+    model: &LoadedModel,
+    poses: &[Measurement],
+    interval: impl Fn(&Predicted, usize, &Reading) -> (f64, [f64; 3]),
+) -> Vec<std::result::Result<Vec<Prediction>, Failure>> {
+    let asked = with_readings_to_predict(poses);
     let of = |predicted: Predicted, own: &Measurement, pose: &Measurement| {
-        let each = own.readings.iter().zip(predicted.values.iter()).enumerate().map(|(i, (reading, &value))| {
-            let (half_width, measured) = (f64::INFINITY, pose.readings.get(i).map(|reading| reading.value));
-            Prediction { column: reading.column, value, half_width, stds: [f64::INFINITY; 3], measured }
+        let each = own.readings.iter().enumerate().map(|(i, reading)| {
+            let (half_width, stds) = interval(&predicted, i, reading);
+            let measured = pose.readings.get(i).map(|reading| reading.value);
+            Prediction { column: reading.column, value: predicted.values[i], half_width, stds, measured }
         });
         each.collect()
     };
     let predicted = model.each(&asked.iter().collect::<Vec<_>>()).into_iter().zip(asked.iter().zip(poses));
-    Ok(predicted.map(|(predicted, (own, pose))| predicted.map(|predicted| of(predicted, own, pose))).collect())
+    predicted.map(|(predicted, (own, pose))| predicted.map(|predicted| of(predicted, own, pose))).collect()
 }
 
 /// Largest change along the null space, over the largest change by any unknown, of a reading that does not depend on it.

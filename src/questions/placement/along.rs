@@ -4,9 +4,10 @@ use nalgebra::Vector3;
 use serde::Serialize;
 
 use super::{
-    Best, Entry, Origin, PlacementStudy,
+    Best, Entry, PlacementStudy,
     evaluate::{Evaluation, Evaluator, at_path_point},
     metric::Metrics,
+    outcome::EntryEvaluators,
     site::Site,
     walk::{Refusal, Solution},
 };
@@ -174,7 +175,7 @@ pub struct Trace {
 /// Returns the paths of every feature at the best place and at the poorest place that could be evaluated, by the evaluators of named and of
 /// found places.
 pub(super) fn traces(
-    [of_named, of_found]: &[Evaluator; 2],
+    evaluators: &EntryEvaluators,
     study: &PlacementStudy,
     entries: &[Entry],
     best: Option<&Best>,
@@ -184,9 +185,8 @@ pub(super) fn traces(
     let mut shown: Vec<&Entry> = best.map(|best| &entries[best.entry]).into_iter().chain(poorest).collect();
     shown.dedup_by(|a, b| a.name == b.name);
     let features = 0..study.features.len();
-    let evaluator = |entry: &Entry| if entry.found == Origin::Named { of_named } else { of_found };
     let pairs = features.flat_map(|index| shown.iter().map(move |entry| (index, *entry)));
-    pairs.map(|(index, entry)| feature_trace(evaluator(entry), study, entry, index)).collect()
+    pairs.map(|(index, entry)| feature_trace(evaluators.of(entry.found), study, entry, index)).collect()
 }
 
 /// Returns the path of the feature `index` at the place of `entry`.

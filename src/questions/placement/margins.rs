@@ -20,7 +20,7 @@ use super::{
 use crate::{
     input::error,
     simulation::Failure,
-    work::{Event, Work, if_this_shard},
+    work::{Event, Stage, Work, if_this_shard},
 };
 
 /// Share of its best value by which the objective may become worse.
@@ -54,15 +54,17 @@ pub struct Margin {
     pub end: End,
 }
 
-/// Computes the margins of the place `best`, which has the objective `value`, along each free coordinate in both directions.
+/// Computes the margins of the place `best` with its objective, along each free coordinate in both directions; none without a place.
 pub(super) fn margins(
     evaluator: &Evaluator,
     study: &PlacementStudy,
     work: &Work,
-    (best, value): (&Site, f64),
+    best: Option<(Site, f64)>,
 ) -> error::Result<Vec<Margin>> {
-    let limit = value + WORSE * value.abs();
     let ways: Vec<(usize, f64)> = study.bounds.free().into_iter().flat_map(|i| [(i, -1.0), (i, 1.0)]).collect();
+    work.tell(Event::Stage(Stage { of: "ways from the best place", items: ways.len() }));
+    let Some((best, value)) = best else { return Ok(Vec::new()) };
+    let limit = value + WORSE * value.abs();
     let room = |&(coordinate, direction): &(usize, f64)| {
         let is_full_turn = study.bounds.is_full_turn(coordinate);
         let reach = match (is_full_turn, direction > 0.0) {
@@ -71,12 +73,12 @@ pub(super) fn margins(
             _ => best.0[coordinate] - study.bounds.low[coordinate],
         };
         let step = study.bounds.range(coordinate) / STEPS;
-        let moved = |distance: f64| study.bounds.moved(best, coordinate, direction * distance);
+        let moved = |distance: f64| study.bounds.moved(&best, coordinate, direction * distance);
         let free = match is_angle(coordinate) {
             true => free_rotation(evaluator, reach, &moved),
             false => {
                 let way = Vector3::from_fn(|i, _| if i == coordinate { direction } else { 0.0 });
-                evaluator.free_translation(best, &way).min(reach)
+                evaluator.free_translation(&best, &way).min(reach)
             }
         };
         let probe = |distance: f64| {

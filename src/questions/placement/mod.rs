@@ -40,6 +40,7 @@ pub use front::{dominates, undominated};
 pub use gaps::Gaps;
 pub use margins::{End, Margin, Probe, WORSE, margin_along};
 pub use metric::{Metric, Metrics, Objective};
+use outcome::EntryEvaluators;
 pub use outcome::{Agreement, Best, Entry, Origin, PlacementResults};
 pub use polish::basis;
 pub use refine::{Refinement, Start};
@@ -164,14 +165,12 @@ pub fn run(study: &PlacementStudy, work: &Work) -> Result<PlacementResults> {
     let entries = outcome::evaluate_entries(&evaluators, study, work, places);
     work.barrier()?;
     let best = outcome::choose_best(study, &entries, &refinements);
-    work.tell(Event::Stage(Stage { of: "ways from the best place", items: 2 * study.bounds.free().len() }));
-    let flatness = best.as_ref().map(|best| margins::margins(&evaluator, study, work, (&best.site, best.value)));
-    let flatness = flatness.transpose()?;
+    let flatness = margins::margins(&evaluator, study, work, best.as_ref().map(|best| (best.site, best.value)))?;
     let traces = along::traces(&evaluators, study, &entries, best.as_ref());
     Ok(PlacementResults {
         front,
         gaps,
-        flatness: flatness.unwrap_or_default(),
+        flatness,
         best,
         entries,
         traces,
@@ -197,8 +196,7 @@ fn compute(study: &PlacementStudy, work: &Work) -> Result<()> {
         work.barrier()?;
         Ok(outcome::best_entry(study, &entries).map(|(index, site)| (site, entries[index].value)))
     })?;
-    work.tell(Event::Stage(Stage { of: "ways from the best place", items: 2 * study.bounds.free().len() }));
-    best.map_or(Ok(()), |(site, value)| margins::margins(&evaluator, study, work, (&site, value)).map(drop))
+    margins::margins(&evaluator, study, work, best).map(drop)
 }
 
 /// What a search finds before named and found places are compared.
@@ -234,7 +232,7 @@ fn refinement_starts(study: &PlacementStudy, cells: &[Cell], ranking: &[usize], 
 /// Evaluates only the named places of `study`, with all metrics, each at its best γ if one is sought, best first.
 pub fn compare(study: &PlacementStudy) -> Vec<Entry> {
     let places = outcome::entry_places(study, (&[], &[], &[]));
-    let evaluators = [(); 2].map(|()| Evaluator::new(study, &Metric::ALL));
+    let evaluators = EntryEvaluators { found: Evaluator::new(study, &Metric::ALL), named: None };
     outcome::evaluate_entries(&evaluators, study, &Work::default(), places)
 }
 
@@ -262,8 +260,11 @@ impl PlacementStudy {
     }
 
     /// Returns the evaluators of named places, which stay as programmed, and of found places, with all metrics.
-    fn entry_evaluators(&self) -> [Evaluator; 2] {
-        [Evaluator::new(&self.as_programmed(), &Metric::ALL), Evaluator::new(self, &Metric::ALL)]
+    fn entry_evaluators(&self) -> EntryEvaluators {
+        EntryEvaluators {
+            found: Evaluator::new(self, &Metric::ALL),
+            named: self.seeks_gamma().then(|| Evaluator::new(&self.as_programmed(), &Metric::ALL)),
+        }
     }
 
     /// Returns whether a feature has limits of corrections or forces.

@@ -183,18 +183,29 @@ pub(super) fn entry_places(
     places
 }
 
-/// Evaluates `places`, named ones with the first of the evaluators, found ones with the second; best first.
+/// Evaluators of named and of found places, with all metrics.
+pub(super) struct EntryEvaluators {
+    pub found: Evaluator,
+    /// Of named places, if they are evaluated otherwise.
+    pub named: Option<Evaluator>,
+}
+
+impl EntryEvaluators {
+    /// Returns the evaluator of a place of this origin.
+    pub fn of(&self, origin: Origin) -> &Evaluator {
+        self.named.as_ref().filter(|_| origin == Origin::Named).unwrap_or(&self.found)
+    }
+}
+
+/// Evaluates `places`; best first.
 pub(super) fn evaluate_entries(
-    [of_named, of_found]: &[Evaluator; 2],
+    evaluators: &EntryEvaluators,
     study: &PlacementStudy,
     work: &Work,
     places: Vec<(String, Origin, Site)>,
 ) -> Vec<Entry> {
     let entry = |(number, (name, found, site)): (usize, (String, Origin, Site))| {
-        let (evaluator, part) = match found {
-            Origin::Named => (of_named, "named"),
-            _ => (of_found, "found"),
-        };
+        let (evaluator, part) = (evaluators.of(found), if found == Origin::Named { "named" } else { "found" });
         let outcome = evaluator.examine_in_work(&work.shard(number).part(part), &site);
         let value = outcome.as_ref().map_or(f64::INFINITY, |evaluation| study.objective.value(&evaluation.metrics));
         let turns = evaluator.gammas_at(&site);

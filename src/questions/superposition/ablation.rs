@@ -111,7 +111,7 @@ impl AtRest {
         };
         let (nominal, real) = (without_tool(&case.study.scene.machine), without_tool(machine));
         let mut session = Session::new(&nominal, &real, CompensationSettings::default());
-        session.set_state(&case.at, &State::rigid(&nominal, &case.at));
+        session.set_rigid(&case.at);
         let task = TaskPoint {
             pose: *pose,
             load: Wrench::zero(),

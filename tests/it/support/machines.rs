@@ -9,9 +9,13 @@ use nalgebra::Vector3;
 /// Names of their files.
 pub const HUNG: [&str; 5] = ["robot_6r", "hybrid_3ups", "fourbar_robot", "coupled_6r", "nested"];
 
+/// The path of a machine file in `tests/machines`.
+pub fn machine_path(name: &str) -> String {
+    format!("{}/tests/machines/{name}.toml", env!("CARGO_MANIFEST_DIR"))
+}
+
 pub fn machine_file(name: &str) -> Machine {
-    Machine::from_file(format!("{}/tests/machines/{name}.toml", env!("CARGO_MANIFEST_DIR")).as_ref())
-        .unwrap_or_else(|e| panic!("{e}"))
+    Machine::from_file(machine_path(name).as_ref()).unwrap_or_else(|e| panic!("{e}"))
 }
 
 /// Numbers in −1..1, the same for the same `seed` and place.

@@ -411,7 +411,7 @@ impl Session {
     /// Returns to the nominal command of `task`, the machine undeflected.
     pub(super) fn reset_to_nominal(&mut self, task: &TaskPoint) -> Result<(), CompensationStatus> {
         self.command_pose(&task.pose)?;
-        self.state = State::rigid(&self.nominal, &self.command);
+        self.state.set_rigid(&self.command);
         Ok(())
     }
 

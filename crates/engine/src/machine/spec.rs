@@ -147,7 +147,7 @@ tables! {
     pub struct MassSpec {
         /// How heavy, 0 or more.
         pub kg: f64,
-        /// Its centre in the frame; the origin if not given.
+        /// Its centre in platform axes; P if not given.
         #[serde(default)]
         pub at_mm: [f64; 3],
     }

@@ -12,7 +12,7 @@ mod screw;
 
 pub use grid::Grid;
 pub use halton::radical_inverse;
-pub use pose::{Axis, Pose, frame_about, rotation_exp, rotation_log};
+pub use pose::{Axis, PARALLEL_TO_X, Pose, frame_about, rotation_exp, rotation_log};
 pub(crate) use pose::{matrix_product, matrix_vector};
 pub use rank_revealing::{RankRevealing, rank};
 pub use screw::{Twist, Wrench, larger, skew};

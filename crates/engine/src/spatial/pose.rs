@@ -155,13 +155,13 @@ pub fn rotation_log(rotation: &Matrix3<f64>) -> Vector3<f64> {
 }
 
 /// Sine of the angle below which an axis counts as parallel to x.
-const PARALLEL: f64 = 1e-6;
+pub const PARALLEL_TO_X: f64 = 1e-6;
 
 /// Axes, as columns, of a right-handed frame whose z axis is the unit vector `axis`. Its x axis is the projection of x onto the plane normal to
 /// `axis`; of y where `axis` is parallel to x. For z it is the identity, to the bit.
 #[must_use]
 pub fn frame_about(axis: Vector3<f64>) -> Matrix3<f64> {
     let across = |v: Vector3<f64>| v - axis * axis.dot(&v);
-    let x = across(Vector3::x()).try_normalize(PARALLEL).unwrap_or_else(|| across(Vector3::y()).normalize());
+    let x = across(Vector3::x()).try_normalize(PARALLEL_TO_X).unwrap_or_else(|| across(Vector3::y()).normalize());
     Matrix3::from_columns(&[x, axis.cross(&x), axis])
 }

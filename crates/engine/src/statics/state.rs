@@ -43,12 +43,14 @@ impl State {
     /// The undeflected, unloaded state of a rigid configuration. An equilibrium without load, unless passive joints have
     /// springs that are not at their neutral position there.
     pub fn rigid(machine: &Machine, at: &Configuration) -> Self {
-        let chains = machine.chains.iter().zip(&at.passive).map(|(chain, passive)| {
-            let mut coordinates = vec![0.0; chain.virtual_count];
-            coordinates.extend_from_slice(passive);
-            ChainState { coordinates, wrench: Wrench::zero(), loops: vec![Wrench::zero(); chain.route.loop_count()] }
+        let chains = machine.chains.iter().zip(&at.passive).map(|(chain, passive)| ChainState {
+            coordinates: vec![0.0; chain.virtual_count + passive.len()],
+            wrench: Wrench::zero(),
+            loops: vec![Wrench::zero(); chain.route.loop_count()],
         });
-        Self { pose: at.pose, chains: chains.collect(), body: None }
+        let mut state = Self { pose: at.pose, chains: chains.collect(), body: None };
+        state.set_rigid(at);
+        state
     }
 
     /// Makes a state of the same machine what [`State::rigid`] returns, in the storage that there is.

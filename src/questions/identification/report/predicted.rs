@@ -19,9 +19,9 @@ use crate::{
 /// Readings predicted for the rows of a file.
 #[derive(Debug, Clone)]
 pub struct PredictedRows {
-    /// The [`table`] of predicted readings.
+    /// A row for each reading: mm, rotations in degrees, with the standard deviations of its interval; or why a pose has none.
     pub table: Table,
-    /// How well measured readings are predicted, with cautions.
+    /// How well measured readings are predicted, with cautions; or why nothing is predicted.
     pub words: String,
     /// Whether all rows are predicted.
     pub is_complete: bool,
@@ -73,8 +73,8 @@ impl PredictedRows {
     }
 }
 
-/// Makes the table of predicted readings, a row for each: mm, rotations in degrees, with the standard deviations of the interval.
-pub fn table(poses: &[Measurement], predicted: &[Result<Vec<Prediction>, Failure>]) -> Table {
+/// Makes the table of predicted readings.
+fn table(poses: &[Measurement], predicted: &[Result<Vec<Prediction>, Failure>]) -> Table {
     let mut columns = texts(["pose", "reading", "status", "reason"]);
     columns.extend(numbers(["predicted", "low_95", "high_95", "std_numbers", "std_misfit", "std_reading", "measured"]));
     let mut rows: Vec<Row> = Vec::new();
@@ -103,7 +103,7 @@ pub fn table(poses: &[Measurement], predicted: &[Result<Vec<Prediction>, Failure
 }
 
 /// Says how well the readings measured at `poses` are predicted, with the cautions of the identification.
-pub fn prediction_words(
+fn prediction_words(
     study: &IdentificationStudy,
     found: &Identified,
     poses: &[Measurement],

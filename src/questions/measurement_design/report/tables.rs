@@ -4,7 +4,10 @@ use nalgebra::Vector3;
 
 use crate::{
     answer::status_cells,
-    files::exchange::{Cell, Column, Row, Table, cells, counts, numbers, texts},
+    files::{
+        exchange::{Cell, Column, Row, Table, cells, counts, numbers, texts},
+        table::measured_drive_columns,
+    },
     machine::Machine,
     questions::{
         identification::{Measurement, report::ANYTHING},
@@ -21,7 +24,7 @@ pub(super) fn tables(study: &MeasurementDesignStudy, plan: Option<&Plan>) -> Vec
 
 /// Returns the columns of drive positions, tool tip and force of a candidate.
 fn setup_columns(study: &MeasurementDesignStudy) -> Vec<Column> {
-    let drives = numbers(drive_columns(&study.machine));
+    let drives = numbers(measured_drive_columns(&study.machine));
     let rest = numbers(["tool_x_mm", "tool_y_mm", "tool_z_mm", "force_x_N", "force_y_N", "force_z_N"]);
     [drives, rest].concat()
 }
@@ -98,12 +101,6 @@ fn candidates_table(study: &MeasurementDesignStudy, plan: Option<&Plan>) -> Tabl
     Table::new(columns, rows)
 }
 
-/// Returns the names of the columns of drive positions, degrees and mm.
-fn drive_columns(machine: &Machine) -> Vec<String> {
-    let units = machine.drives().map(|(_, drive)| drive.motion.position_unit());
-    machine.drive_labels().iter().zip(units).map(|(label, unit)| format!("{label}_{unit}")).collect()
-}
-
 /// Returns the drive positions in degrees and mm, without rounding errors of radians.
 fn tidy_drive_positions<'a>(machine: &'a Machine, own: &'a Measurement) -> impl Iterator<Item = f64> + 'a {
     // What a person types, without the rounding of its way through radians.
@@ -128,7 +125,7 @@ pub(super) fn sheet(study: &MeasurementDesignStudy, plan: &Plan) -> Table {
     ];
     let used: Vec<_> = vectors.into_iter().filter(|(name, _, of)| *name == "force" || is_used(of)).collect();
     let readings = chosen.first().map_or(&[][..], |own| &own.readings);
-    let mut columns = [texts(["pose"]), numbers(drive_columns(machine))].concat();
+    let mut columns = [texts(["pose"]), numbers(measured_drive_columns(machine))].concat();
     for (name, unit, _) in &used {
         columns.extend(numbers(["x", "y", "z"].map(|axis| format!("{name}_{axis}_{unit}"))));
     }

@@ -109,8 +109,8 @@ pub enum Fault {
     },
     /// Two tools on one line.
     #[error(
-        "second tool on the line, beside T{first}: which of them is in the spindle decides the force; expected one, and that to be fetched \
-         meanwhile on a line of its own after M6"
+        "second tool on the line, beside T{first}: which of them is in the spindle decides the force; expected one T; put the tool \
+         to be fetched next on a line of its own after M6"
     )]
     TwoTools {
         /// Number of the other tool.

@@ -102,7 +102,7 @@ impl Arm {
         let forearm = sign_of(length(axes[3].direction.dot(&arm.forearm())));
         let hand = sign_of(length(axes[5].direction.dot(&(zero.translation - arm.wrist_centre))));
         arm.alignment = forearm * hand;
-        arm.wrist_sense = sign_of(chain.joint_per_drive(first + 4, first + 4));
+        arm.wrist_sense = chain.shown_sign(first + 4);
         Some(arm)
     }
 

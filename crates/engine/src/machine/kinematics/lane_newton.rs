@@ -26,8 +26,8 @@ use crate::{
 pub(super) enum LaneWay<'a> {
     /// The controlled task coordinates follow this line.
     Task(&'a StraightLine),
-    /// The drives go from the first to the second, mm or rad.
-    Drives(&'a [f64], &'a [f64]),
+    /// The drives go straight from those of the start to these, mm or rad.
+    Drives(&'a [f64]),
 }
 
 /// Newton searches in lanes, with their storage.
@@ -84,8 +84,9 @@ impl<R: Real> LaneNewton<R> {
                 let s = steps[lane].next_end();
                 match &asked_of(lane).1 {
                     LaneWay::Task(line) => set_lane_pose(&mut self.target, lane, &line.pose(s)),
-                    LaneWay::Drives(from, to) => {
-                        for (number, (&from, &to)) in pairs(&mut self.wanted, pairs(*from, *to)) {
+                    LaneWay::Drives(to) => {
+                        let from = &asked_of(lane).0.drives;
+                        for (number, (&from, &to)) in pairs(&mut self.wanted, pairs(from, *to)) {
                             number.set_lane(lane, from + (to - from) * s);
                         }
                     }

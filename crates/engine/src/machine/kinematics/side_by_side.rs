@@ -68,8 +68,7 @@ impl BatchKinematics {
     pub fn forward_kinematics(&mut self, asked: &[(&Configuration, &[f64])]) -> Vec<Option<Configuration>> {
         #[cfg(target_arch = "x86_64")]
         {
-            let wanted: Vec<_> =
-                asked.iter().map(|(start, drives)| (*start, LaneWay::Drives(&start.drives, drives))).collect();
+            let wanted: Vec<_> = asked.iter().map(|(start, drives)| (*start, LaneWay::Drives(drives))).collect();
             self.solve(&wanted)
         }
         #[cfg(not(target_arch = "x86_64"))]

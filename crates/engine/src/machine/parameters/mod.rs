@@ -55,7 +55,7 @@ pub(super) struct Definition {
     spec: Arc<MachineSpec>,
     origin: Arc<str>,
     /// The file as written.
-    pub text: Arc<str>,
+    text: Arc<str>,
     /// Errors set as parameters, one entry for each chain; empty where none is set.
     errors: Vec<(MountErrors, ChainError)>,
     /// Errors built in otherwise, in this order.
@@ -67,11 +67,11 @@ pub(super) struct Definition {
 }
 
 impl Definition {
-    pub fn new(spec: MachineSpec, origin: &str) -> Self {
+    pub fn new(spec: MachineSpec, origin: &str, text: Arc<str>) -> Self {
         Self {
             spec: Arc::new(spec),
             origin: origin.into(),
-            text: "".into(),
+            text,
             errors: Vec::new(),
             built_in: Vec::new(),
             locked: Vec::new(),
@@ -212,8 +212,7 @@ impl Machine {
 
     /// The machine of `spec` on the branch of this one, with the same drives locked.
     fn resolve_again(&self, spec: MachineSpec) -> Result<Machine> {
-        let mut machine = resolve::machine(spec, &self.definition.origin)?;
-        machine.definition.text = self.definition.text.clone();
+        let machine = resolve::machine(spec, &self.definition.origin, Arc::clone(&self.definition.text))?;
         machine.on_branch_if_any(self.branch)?.with_locked_drives(&self.definition.locked)
     }
 

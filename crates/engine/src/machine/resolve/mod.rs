@@ -8,6 +8,8 @@ mod hung;
 mod module;
 mod section;
 
+use std::sync::Arc;
+
 use nalgebra::{Matrix3, Matrix6, Vector3};
 
 use super::{
@@ -27,7 +29,7 @@ use crate::{
 };
 
 /// Checks the file `definition` and assembles the machine at home; `origin` names the file in errors.
-pub(super) fn machine(definition: MachineSpec, origin: &str) -> Result<Machine> {
+pub(super) fn machine(definition: MachineSpec, origin: &str, text: Arc<str>) -> Result<Machine> {
     let spec = &definition;
     let check = Check::new(origin);
     check.schema(spec.schema)?;
@@ -76,7 +78,7 @@ pub(super) fn machine(definition: MachineSpec, origin: &str) -> Result<Machine> 
             ZeroedSpec::Weightless => ZeroState::Weightless,
             ZeroedSpec::AtHome => ZeroState::AtHome,
         },
-        definition: Definition::new(definition, origin),
+        definition: Definition::new(definition, origin, text),
     });
     machine.home = match machine.assemble_at_home() {
         Ok(home) => home,
