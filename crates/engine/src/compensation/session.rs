@@ -327,7 +327,8 @@ impl Session {
     /// closed another way, where the machine is in equilibrium as well.
     fn is_assembled_otherwise(&self) -> bool {
         let way = self.state.pose.translation - self.command.pose.translation;
-        self.nominal.chains.len() > 1 && way.norm() > self.nominal.characteristic_length
+        let is_at_command = self.command.drives == self.drives;
+        is_at_command && self.nominal.chains.len() > 1 && way.norm() > self.nominal.characteristic_length
     }
 
     /// Whether the nominal machine is singular at the present command, so that loads and errors alone hold the actual one, on a side left
