@@ -84,6 +84,7 @@ pub mod redundancy;
 pub mod run;
 pub mod simulation;
 pub mod toolpath;
+pub mod uncertainty;
 pub mod urdf;
 pub mod work;
 

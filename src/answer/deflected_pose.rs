@@ -1,4 +1,4 @@
-//! The machine deflected by a load, to be drawn: its lines as commanded and in equilibrium.
+//! The machine under one load, to be drawn: its links as commanded, and in static equilibrium.
 
 use crate::{
     compensation::TaskPoint,

@@ -92,7 +92,7 @@ impl<'a, P> GridMap<'a, P> {
             let panels = self.slices[2].iter().map(|plane| self.panel(k, &self.slices, *plane, self.points_on(*plane)));
             let figure = SliceFigure {
                 title: drawn.title.clone(),
-                subtitle: self.caption(k, &self.slices[..2]) + &drawn.line,
+                subtitle: self.subtitle(k, &self.slices[..2]) + &drawn.line,
                 panels: panels.collect(),
                 contour: drawn.contour,
                 shading: drawn.shading,
@@ -129,7 +129,7 @@ impl<'a, P> GridMap<'a, P> {
         };
         Figure::Slices(SliceFigure {
             title: title.into(),
-            subtitle: self.caption(k, &self.volume[..2]) + &line.map_or_else(String::new, Tolerance::line),
+            subtitle: self.subtitle(k, &self.volume[..2]) + &line.map_or_else(String::new, Tolerance::line),
             panels: heights.iter().map(panel).collect(),
             contour: line.map(|Tolerance(tolerance)| tolerance),
             ..self.empty_slices(k)
@@ -143,7 +143,7 @@ impl<'a, P> GridMap<'a, P> {
         self.grid.counts().iter().all(|&count| count > 1).then(|| {
             Figure::Volume(VolumeFigure {
                 title,
-                subtitle: self.caption(k, &self.volume),
+                subtitle: self.subtitle(k, &self.volume),
                 axis_labels: ["x [mm]".into(), "y [mm]".into(), "z [mm]".into()],
                 quantity: self.drawn[k].label.clone(),
                 axes: [0, 1, 2].map(coordinates),
@@ -193,8 +193,9 @@ impl<'a, P> GridMap<'a, P> {
         here.map(|p| PlaneMark { label: p.name.clone(), x: p.position.x, y: p.position.y }).collect()
     }
 
-    /// Returns the caption of a figure of layer `k` that shows these nodes.
-    fn caption(&self, k: usize, nodes: &[Vec<usize>]) -> String {
+    /// Returns the subtitle of a figure of layer `k`: machine, setting, size of the grid, and how many `nodes` (indices along each axis) are drawn if
+    /// not all.
+    fn subtitle(&self, k: usize, nodes: &[Vec<usize>]) -> String {
         let mut text =
             format!("{}, {}, grid {}", self.scene.machine.name, self.drawn[k].setting, size_words(self.grid));
         if nodes.iter().zip(self.grid.counts()).any(|(drawn, count)| drawn.len() != count) {

@@ -88,9 +88,9 @@ pub fn compare(arguments: &CompareArguments) -> Result<Ending> {
     Ok(Ending::of(entries.iter().all(|entry| entry.feasible().is_some())))
 }
 
-/// Refuses a program that commands rotary drives, which cannot be placed elsewhere than its process says.
-pub(super) fn check_movable(file: &Path, process: &Process, path: &Toolpath) -> Result<()> {
-    if !process.gcode.commands_rotary_drives(path) {
+/// Refuses a program that commands rotary drives: it can only stand where its process places it. `file` names it in the error.
+pub(super) fn check_placeable(file: &Path, process: &Process, toolpath: &Toolpath) -> Result<()> {
+    if !process.gcode.commands_rotary_drives(toolpath) {
         return Ok(());
     }
     let problem = "commands rotary drives, whose axes lie elsewhere in the program at each place: expected the place of the process \
@@ -112,7 +112,7 @@ fn placement_study(arguments: &CompareArguments, machine: &str, process: &Path, 
     let path = ProgramFile::read(file, &process)?.toolpath(process.sampling)?;
     let path = process.mark_cutting(path, &file.display().to_string())?;
     if !arguments.at.is_empty() {
-        check_movable(file, &process, &path)?;
+        check_placeable(file, &process, &path)?;
     }
     let Some(extent) = Extent::of(path.positions_mm().into_iter()) else {
         return Err(no_motion_error(file));

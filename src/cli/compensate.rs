@@ -239,9 +239,9 @@ fn refusal_text(job: &ProgramJob, refused: &Refusal) -> Result<String> {
         }
         true => {
             let among = counted(seen, "point");
-            format!("No command for {count} among the first {among}; nothing was written. The first:\n")
+            format!("Compensation stops: it fails at {count} of the first {among}. Nothing was written. The first:\n")
         }
-        false => format!("No command for {count}; nothing was written. The first:\n"),
+        false => format!("Compensation fails at {count}. Nothing was written. The first:\n"),
     };
     for (point, reason) in refused.failures.iter().take(SHOWN) {
         let at = &job.path.points()[*point];

@@ -14,7 +14,7 @@ use kinetostat::{
 
 use super::{
     Ending,
-    compare::{check_movable, no_motion_error},
+    compare::{check_placeable, no_motion_error},
     report::write_page,
 };
 
@@ -51,19 +51,20 @@ pub struct ExploreArguments {
 
 pub fn explore(arguments: &ExploreArguments) -> Result<Ending> {
     let scene = read_scene(arguments)?;
-    // What is wrong with the machine or the process is said here, not by the page.
+    // Errors of machine and process are reported here, not by the page.
     Explorer::open(scene.clone())?;
-    let stem = |name: &PathBuf| name.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    let name = std::iter::once(&PathBuf::from(&arguments.machine)).chain(&arguments.path).map(stem).collect::<Vec<_>>();
-    let out = arguments.out.clone().unwrap_or_else(|| format!("{}_explore.html", name.join("_")).into());
+    let stem = |file: &PathBuf| file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let machine = PathBuf::from(&arguments.machine);
+    let stems: Vec<String> = std::iter::once(&machine).chain(&arguments.path).map(stem).collect();
+    let out = arguments.out.clone().unwrap_or_else(|| format!("{}_explore.html", stems.join("_")).into());
     let question = match arguments.path {
         Some(_) => "Where should this workpiece stand, and what bends when it is cut there?",
         None => "How does this machine bend?",
     };
     write_page(&out, arguments.force, || {
-        let value = serde_json::to_value(&scene)
+        let scene_json = serde_json::to_value(&scene)
             .map_err(|fault| Error::Page { template: "explore.html".into(), problem: fault.to_string() })?;
-        explore_page(&name.join(" · "), question, value)
+        explore_page(&stems.join(" · "), question, scene_json)
     })
 }
 
@@ -72,7 +73,7 @@ fn check_files(machine: &str, process: &Path, program: &Path) -> Result<()> {
     let machine = Machine::named_or_file(machine)?;
     let process = Process::open(process, &machine)?;
     let path = ProgramFile::read(program, &process)?.toolpath(process.sampling)?;
-    check_movable(program, &process, &path)?;
+    check_placeable(program, &process, &path)?;
     if path.is_empty() { Err(no_motion_error(program)) } else { Ok(()) }
 }
 

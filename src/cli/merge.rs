@@ -1,4 +1,4 @@
-//! `kinetostat merge`: computes the results of a study from all its parts.
+//! `kinetostat merge`: computes the results of a study from the part files that `run --part` wrote.
 
 use std::path::PathBuf;
 

@@ -166,7 +166,9 @@ fn to_json(answer: &impl Serialize) -> Result<String> {
 /// Refuses values that are not numbers of the size that files may have; the message says `numbers` for them.
 fn check_numbers(argument: &str, numbers: &str, values: &[f64]) -> Result<()> {
     match values.iter().find(|value| value.is_nan() || value.abs() > LARGEST) {
-        Some(value) => Err(Error::argument(argument, format!("expected {numbers} up to {LARGEST:e}, got {value}"))),
+        Some(value) => {
+            Err(Error::argument(argument, format!("expected {numbers} from -{LARGEST:e} to {LARGEST:e}, got {value}")))
+        }
         None => Ok(()),
     }
 }

@@ -57,7 +57,7 @@ impl Scene {
     /// Creates a scene of a placement or path study (machine and workpiece) or of a map (machine and process); `None` for other studies.
     ///
     /// # Errors
-    /// A path whose workpiece cannot be moved (a line, or one that commands external axes), or files that are too long together.
+    /// A path whose workpiece cannot be moved (a line, or one that commands external axes), a program that is not ISO code, or files that are too long together.
     pub fn from_study(study: &Study) -> Result<Option<Self>> {
         let text = match &study.kind {
             StudyKind::Placement(..) => study.files.text.clone(),
@@ -69,19 +69,22 @@ impl Scene {
         Self::from_text(&text, &study.files.named).map(Some)
     }
 
-    /// Creates a scene of the study `text` and the files `named` in it.
+    /// Creates a scene of the study file `text` and the files `named` in it, with the file of the machine if that is built in.
+    ///
+    /// # Errors
+    /// Files that are too long together, a program that is not ISO code, or a text that is no TOML with a machine.
     pub(super) fn from_text(text: &str, named: &BTreeMap<String, Vec<u8>>) -> Result<Self> {
-        let bytes: usize = named.values().map(Vec::len).sum();
-        if bytes > MOST_BYTES {
-            let problem = format!("its files have {bytes} bytes together, of which a page holds at most {MOST_BYTES}");
+        let size: usize = named.values().map(Vec::len).sum();
+        if size > MOST_BYTES {
+            let problem = format!("its files have {size} bytes together, of which a page holds at most {MOST_BYTES}");
             return Err(Error::argument("study", problem));
         }
-        let foreign = |(name, bytes): &(&String, &Vec<u8>)| {
-            // What a page has was looked at before.
+        let is_foreign = |(name, bytes): &(&String, &Vec<u8>)| {
+            // Programs of a page were checked when it was written.
             let is_program = !name.ends_with(".csv") && !name.ends_with(".toml");
             is_program && !cfg!(target_family = "wasm") && Dialect::of(bytes) != Dialect::Iso
         };
-        if let Some((name, bytes)) = named.iter().find(foreign) {
+        if let Some((name, bytes)) = named.iter().find(is_foreign) {
             let problem = format!("{name} is in the language of {}; pages read ISO code", Dialect::of(bytes).name());
             return Err(Error::argument("study", problem));
         }

@@ -4,7 +4,7 @@
 use std::{cell::Cell, collections::BTreeMap, path::Path};
 
 use nalgebra::Vector3;
-use serde::Deserialize;
+use serde::{Deserialize, de::IgnoredAny};
 use toml::{Table, Value};
 
 use super::{Explorer, STUDY, Scene, place::site_from_shown};
@@ -37,6 +37,9 @@ struct Written {
     #[serde(default)]
     locked: BTreeMap<String, f64>,
     process: Option<ProcessRef>,
+    // Pages compute with nominal numbers.
+    #[serde(rename = "uncertainty")]
+    _uncertainty: Option<IgnoredAny>,
     placement: Option<PlacementStudySpec>,
     workspace_map: Option<WorkspaceMapSpec>,
 }
@@ -55,8 +58,8 @@ pub(super) enum PageStudy {
 /// As [`crate::questions::Study::from_toml`].
 pub(super) fn read(text: &str, folder: &Folder, overrides: &Overrides) -> Result<(Machine, PageStudy)> {
     let written: Written = spec::parse(text, STUDY)?;
-    let Written { schema, question, machine, branch, locked, process, placement, workspace_map } = written;
-    let header = Header { schema, question, machine, branch, locked, process };
+    let Written { schema, question, machine, branch, locked, process, placement, workspace_map, .. } = written;
+    let header = Header { schema, question, machine, branch, locked, process, uncertainty: None };
     let check = Check::new(STUDY);
     let (machine, _) = resolve::resolve_header(&header, folder, overrides, &check)?;
     let given = |check: Check, name: &'static str| StudyContext {
@@ -67,6 +70,7 @@ pub(super) fn read(text: &str, folder: &Folder, overrides: &Overrides) -> Result
         name,
         header: &header,
         is_process_read: Cell::new(false),
+        is_uncertainty_read: Cell::new(false),
     };
     let asked = match (placement, workspace_map) {
         (Some(spec), None) => {
@@ -106,6 +110,7 @@ pub(super) fn machine(scene: &Scene, folder: &Folder, overrides: &Overrides) -> 
         branch: None,
         locked: BTreeMap::new(),
         process: None,
+        uncertainty: None,
     };
     Ok(resolve::resolve_header(&header, folder, overrides, &Check::new(STUDY))?.0)
 }

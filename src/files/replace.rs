@@ -1,4 +1,4 @@
-//! Protection of files: only those that this program wrote, and that the command does not read, are replaced.
+//! Overwrite protection: a command replaces files that this program wrote, others only with `--force`, those that it reads never.
 
 use std::{
     io::{Error as IoError, ErrorKind},

@@ -40,7 +40,8 @@ pub fn position(x_mm: f64, y_mm: f64, z_mm: f64) -> String {
     typographic(&format!("({x}, {y}, {z}) mm"))
 }
 
-/// Formats a length in mm with so many decimals, or in µm with two digits where those would show almost nothing; only 0 shows as 0.
+/// Formats a length, not negative, in mm with `decimals` decimals, or in µm with two digits if it is below 10^(1 − `decimals`) mm. Only 0 shows
+/// as "0 mm".
 pub fn millimetres(length_mm: f64, decimals: i32) -> String {
     match length_mm {
         0.0 => "0 mm".into(),

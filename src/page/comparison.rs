@@ -122,7 +122,7 @@ pub fn comparison(folders: &[ResultFolder], out: &Path, tolerance: Option<f64>) 
         setting: setting_rows(setting.map(Iterator::collect).collect()),
         explorers: views.iter().map(|aligned| compare_view(aligned, folders, first.description.colours())).collect(),
         notes,
-        rules: rules(&floors, tolerance.as_ref()),
+        rules: rule_sentences(&floors, tolerance.as_ref()),
         manifest: setting_rows(manifest.map(Iterator::collect).collect()),
     };
     render("comparison.html", &context)
@@ -150,9 +150,9 @@ fn kind_line(kind: &str, headline: Option<&Aligned>) -> String {
 }
 
 /// Returns sentences on what counts as rounding, and on the tolerance that decides whether a difference matters.
-fn rules(floors: &Floors, tolerance: Option<&(f64, String)>) -> Vec<String> {
+fn rule_sentences(floors: &Floors, tolerance: Option<&(f64, String)>) -> Vec<String> {
     let matters = match tolerance {
-        Some((mm, whose)) => format!("A difference matters if it is larger than {mm} mm ({whose})."),
+        Some((mm, source)) => format!("A difference matters if it is larger than {mm} mm ({source})."),
         None => "No tolerance is given: with --tolerance MM this page says whether a difference matters.".into(),
     };
     vec![floors.rule_sentence(), matters]

@@ -40,8 +40,9 @@ impl ResultFolder {
         }
         for name in ["report.json", "manifest.json"] {
             if !path.join(name).exists() {
-                let problem =
-                    format!("has no {name}; expected a result folder as written by this version of `kinetostat run`");
+                let problem = format!(
+                    "has no {name}; expected a result folder of `kinetostat run` (if an older version wrote it, run the study again)"
+                );
                 return Err(not_a_result(problem));
             }
         }

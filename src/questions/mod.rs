@@ -118,6 +118,7 @@ impl Study {
             name: "",
             header,
             is_process_read: Cell::new(false),
+            is_uncertainty_read: Cell::new(false),
         };
         let (kind, settings) = asked.resolve(given)?;
         Ok(Study {

@@ -13,6 +13,7 @@ use crate::{
     machine::{Branch, Machine},
     process::{GammaChoice, Process},
     questions::spec::{Header, ProcessRef},
+    uncertainty::{self, Uncertainty},
     work::Work,
 };
 
@@ -165,6 +166,8 @@ pub struct StudyContext<'a> {
     pub(crate) header: &'a Header,
     /// Whether the question has read the process of the study.
     pub(crate) is_process_read: Cell<bool>,
+    /// Whether the question has read what is uncertain.
+    pub(crate) is_uncertainty_read: Cell<bool>,
 }
 
 impl StudyContext<'_> {
@@ -239,8 +242,25 @@ impl StudyContext<'_> {
         self.check.root().key("machine").misfit(problem, ())
     }
 
-    /// Refuses a process in the study file that the question never read.
+    /// Returns what the study says is not known exactly, for `machine` as its process has it; `None` if it says nothing, and on pages, which compute
+    /// with nominal numbers.
+    ///
+    /// # Errors
+    /// A table that makes no sense for the machine.
+    pub(crate) fn uncertainty(&self, machine: &Machine) -> Result<Option<Uncertainty>> {
+        self.is_uncertainty_read.set(true);
+        let Some(spec) = self.header.uncertainty.as_ref().filter(|_| !cfg!(target_family = "wasm")) else {
+            return Ok(None);
+        };
+        uncertainty::resolve(spec, machine, &self.check.root().key("uncertainty")).map(Some)
+    }
+
+    /// Refuses a process and an uncertainty in the study file that the question never read.
     pub(crate) fn refuse_unused(&self) -> Result<()> {
+        if self.header.uncertainty.is_some() && !self.is_uncertainty_read.get() {
+            let problem = format!("is not computed for {}: expected a workspace map, or no such table", self.name);
+            return self.check.root().key("uncertainty").fail(problem);
+        }
         if self.header.process.is_some() && !self.is_process_read.get() {
             let problem = format!("has no effect: nothing in {} takes it", self.name);
             return self.check.root().key("process").fail(problem);
@@ -287,6 +307,7 @@ macro_rules! questions {
             #[serde(default)]
             locked: std::collections::BTreeMap<String, f64>,
             process: Option<spec::ProcessRef>,
+            uncertainty: Option<crate::uncertainty::spec::UncertaintySpec>,
             $($(#[$gate])* $key: Option<<$folder::$study as Question>::Spec>,)*
         }
 
@@ -300,6 +321,7 @@ macro_rules! questions {
                     branch: self.branch,
                     locked: self.locked,
                     process: self.process,
+                    uncertainty: self.uncertainty,
                 };
                 let mut asked = Vec::new();
                 $($(#[$gate])* asked.extend(self.$key.map(|table| QuestionTable::$kind(Box::new(table))));)*

@@ -10,6 +10,7 @@ use serde::{
 use crate::{
     input::{check::Check, error::Result, toml_file},
     process::file::{self, spec::ProcessSpec},
+    uncertainty::spec::UncertaintySpec,
 };
 
 /// Version of study files.
@@ -66,6 +67,8 @@ pub struct Header {
     pub locked: BTreeMap<String, f64>,
     /// The process: force, chain errors, placement and tolerance.
     pub process: Option<ProcessRef>,
+    /// What is not known exactly; all inputs are taken as exact if not given.
+    pub uncertainty: Option<UncertaintySpec>,
 }
 
 /// The process of a study: the name of its file, or its tables.

@@ -17,7 +17,7 @@ use serde::Serialize;
 
 use super::{
     Overrides, Study, Template,
-    identification::{LoadedModel, Measurement, Reading, Unknown, is_pattern_of, unknowns},
+    identification::{LoadedModel, Measurement, Reading, Unknown, unknowns},
     measurement_design::{Region, plan_measurements, poses},
 };
 use crate::{
@@ -28,7 +28,7 @@ use crate::{
         error::{Error, Result},
         toml_file,
     },
-    machine::{Machine, Motion, Parameter, catalogue},
+    machine::{Machine, Motion, Parameter, catalogue, is_pattern_of},
     statics::{Workspace, principal_stiffnesses, tool_compliance, unloaded_compliance},
 };
 

@@ -94,7 +94,8 @@ pub fn read_parts(folder: &Path) -> Result<Vec<Part>> {
     let parts = part_files_in(folder)?.into_iter().map(|file| Part::read(PartSource::File(file)));
     let parts = parts.collect::<Result<Vec<Part>>>()?;
     if parts.is_empty() {
-        let problem = format!("holds no part of a study: expected files part_….{PART}, which run --part leaves");
+        let problem =
+            format!("has no part files (part_….{PART}): `kinetostat run STUDY --part 1/3 --out FOLDER` writes them");
         return Err(Error::argument(folder.display().to_string(), problem));
     }
     Ok(parts)

@@ -184,6 +184,26 @@ impl Machines {
         Self { real: self.zeroed.with_errors(errors), ..self.clone() }
     }
 
+    /// Returns these machines with the parameter values of a draw (elastic ones and geometry) of `machine`, the nominal one with a chain design for each mounting, and with
+    /// the chain `errors`. Commands stay those of the nominal machine; deflections are measured from the unloaded machine without `geometry`.
+    ///
+    /// # Errors
+    /// Values that make no machine, or one that no drives hold at home under its weight, where it is calibrated there.
+    pub(crate) fn drawn(
+        &self,
+        machine: &Machine,
+        [elasticity, geometry]: &[Vec<(&str, f64)>; 2],
+        errors: &[ChainError],
+    ) -> Result<Self> {
+        let with = |machine: &Machine, values: &Vec<(&str, f64)>| match values.is_empty() {
+            true => Ok(machine.clone()),
+            false => machine.with_parameters(values),
+        };
+        let zeroed = calibrated_at_home(&with(machine, elasticity)?)?;
+        let real = with(&zeroed, geometry)?.with_errors(errors);
+        Ok(Self { zeroed, real, ..self.clone() })
+    }
+
     /// Returns the machines with home at `at`, near which redundant drives stay.
     pub(crate) fn with_home_at(&self, at: &Configuration) -> Self {
         let mut machines = self.clone();

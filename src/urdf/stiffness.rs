@@ -67,7 +67,10 @@ fn stiffness_like(machine: &Machine, drives: &[&Drive]) -> Result<Vec<Option<f64
     let own = kinds(&mut drives.iter().map(|drive| drive.motion));
     let other = kinds(&mut machine.drives().map(|(_, drive)| drive.motion));
     if own != other {
-        let problem = format!("drives of {} are {other}; the imported ones are {own}", machine.name);
+        let problem = format!(
+            "{} has the drives {other}; the imported robot has {own}: expected the same kinds in the same order, or --stiffness",
+            machine.name
+        );
         return Err(Error::Argument { argument: "--like".into(), problem });
     }
     Ok(machine.drives().map(|(_, drive)| Some(drive.stiffness)).collect())

@@ -58,7 +58,7 @@ fn maps_are_the_golden_ones() {
         fs::write(folder.path().join("study.toml"), text).unwrap();
         let study = Study::open(folder.path(), &Overrides::default()).unwrap_or_else(|e| panic!("{e}"));
         let StudyKind::WorkspaceMap(map, _) = study.kind else { panic!("a workspace map") };
-        let table = table(&map.scene.machine, &map::run(&map, &Work::default()).unwrap().points);
+        let table = table(&map, &map::run(&map, &Work::default()).unwrap().points);
         let text = String::from_utf8(csv(&table).unwrap()).unwrap();
         assert!(!text.contains("unreachable") && !text.contains("buckled"), "{}:\n{text}", entry.name);
         check(&format!("catalogue_{}", entry.name), &text, MAP_TOLERANCE);

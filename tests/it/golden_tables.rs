@@ -36,7 +36,7 @@ fn open(name: &str, overrides: &Overrides) -> StudyKind {
 fn workspace_map_is_the_golden_one() {
     let overrides = Overrides { grid: Some([2, 2, 2]), ..Overrides::default() };
     let StudyKind::WorkspaceMap(map, _) = open("01_workspace_map", &overrides) else { panic!("a workspace map") };
-    let table = table(&map.scene.machine, &map::run(&map, &Work::default()).unwrap().points);
+    let table = table(&map, &map::run(&map, &Work::default()).unwrap().points);
     check("01_workspace_map", &text(&table), MAP_TOLERANCE);
 }
 

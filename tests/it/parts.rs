@@ -449,7 +449,7 @@ fn the_commands_share_and_merge_by_folder_and_file() {
     let (of, never) = (path("a"), path("never"));
     refused(&["merge", &of, "--out", &never], &format!("{of}: part 2 of 2: is missing: expected all 2, got 1"));
     assert!(!Path::new(&never).exists());
-    refused(&["merge", &path("study"), "--out", &out], "holds no part of a study: expected files part_….kpart");
+    refused(&["merge", &path("study"), "--out", &out], "has no part files (part_….kpart)");
     refused(&["merge", &path("none"), "--out", &out], "cannot be read");
     refused(&["merge", &path("study/study.toml"), "--out", &out], "study.toml: is not a part of a study");
     // The study is elsewhere now.

@@ -141,7 +141,7 @@ fn tables_that_are_none_are_refused() {
         ("min_mm = [0.0, 0.0]\nmax_mm = [-1.0, 1.0]\n", "placement.table: is -1 mm × 1 mm: expected sides above 0"),
         (
             "min_mm = [0.0, 0.0]\nmax_mm = [10.0, 10.0]\nmargin_mm = 5.0\n",
-            "placement.table.margin_mm: is 5 mm: nothing is left of a table of 10 mm",
+            "placement.table.margin_mm: is 5 mm at each edge, which leaves nothing of a table 10 mm wide: expected less than 5 mm",
         ),
         ("min_mm = [0.0, 0.0]\nmax_mm = [10.0, nan]\n", "placement.table.max_mm"),
     ] {

@@ -300,7 +300,7 @@ fn check_map(machine: &Machine, trial: &Trial) {
         phis: vec![0.0, 2.0],
         target: Target::ToolTip,
     };
-    let study = WorkspaceMapStudy { scene, grid: Grid::new(min, max, [2; 3]) };
+    let study = WorkspaceMapStudy { scene, grid: Grid::new(min, max, [2; 3]), uncertainty: None };
     for point in map::run(&study, &Work::default()).unwrap().points {
         for (_, effect) in point.effects.iter() {
             match effect {

@@ -163,7 +163,9 @@ fn check_places(machine: &Machine) -> (Vec<Place>, (f64, f64)) {
         let reached = match machine.command(position) {
             Err(unreachable) => Err(unreachable.to_string()),
             Ok(at) => match machine.forward_kinematics(&at.drives) {
-                Err(unreachable) => Err(format!("forward kinematics fails: {unreachable}")),
+                Err(unreachable) => Err(format!(
+                    "inverse kinematics finds drive positions, forward kinematics from them fails: {unreachable}"
+                )),
                 Ok(back) => {
                     let turn = rotation_log(&(back.pose.rotation * at.pose.rotation.transpose()));
                     worst.0 = worst.0.max((back.pose.translation - at.pose.translation).norm());

@@ -34,7 +34,7 @@ pub use scatter::{half_width, mean_square_limit};
 pub use spec::LossSpec;
 pub use unit_factor::UnitFactor;
 pub(crate) use unknown::unknowns;
-pub use unknown::{Coordinate, Unknown, is_pattern_of};
+pub use unknown::{Coordinate, Unknown};
 pub use validate::Outlier;
 
 use self::profile::{IntervalEnd, Profile};

@@ -2,7 +2,7 @@
 
 use crate::{
     input::{check::Check, error::Result},
-    machine::{Machine, Parameter, Unit},
+    machine::{Machine, Parameter, Unit, is_pattern_of},
 };
 
 /// A parameter to identify.
@@ -98,17 +98,6 @@ impl Unknown {
             Coordinate::Logarithm => self.value(x),
             Coordinate::Linear(scale) => scale,
         }
-    }
-}
-
-/// Whether `name` matches `pattern`, in which `*` stands for any letters but a dot.
-pub fn is_pattern_of(pattern: &str, name: &str) -> bool {
-    match pattern.split_once('*') {
-        None => pattern == name,
-        Some((before, rest)) => name.strip_prefix(before).is_some_and(|left| {
-            let ends = left.char_indices().map(|(at, _)| at).chain([left.len()]);
-            ends.take_while(|&end| !left[..end].contains('.')).any(|end| is_pattern_of(rest, &left[end..]))
-        }),
     }
 }
 

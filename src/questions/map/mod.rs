@@ -4,6 +4,9 @@
 pub mod report;
 mod resolve;
 pub(crate) mod spec;
+mod uncertain;
+
+pub use uncertain::DeflectionSpread;
 
 use std::ops::Range;
 
@@ -11,6 +14,7 @@ use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use self::uncertain::{SpreadSolver, Variations};
 use crate::{
     compensation::{Compensation, Method, Session, TaskPoint, compensate_batch},
     input::error,
@@ -18,6 +22,7 @@ use crate::{
     simulation::{BySource, Failure, Machines, Scene, Source, status_of},
     spatial::Grid,
     statics::{self, Batch, Outcome, State, tool_compliance},
+    uncertainty::Uncertainty,
     work::{Event, Work, compute_overlapped, if_this_shard},
 };
 
@@ -28,6 +33,8 @@ pub struct WorkspaceMapStudy {
     pub scene: Scene,
     /// Commanded positions of P, O, mm.
     pub grid: Grid,
+    /// What is not known exactly; `None` where all inputs are taken as exact.
+    pub uncertainty: Option<Uncertainty>,
 }
 
 impl WorkspaceMapStudy {
@@ -57,6 +64,8 @@ pub struct SourceEffect {
     pub principal_stiffness_n_per_mm: [f64; 3],
     /// Sum of the displacements by the single sources less that by all, at the worst φ, O axes, mm; only for all sources.
     pub superposition_error_vector_mm: Option<[f64; 3]>,
+    /// Distribution of the deflection, or why there is none; only for all sources, and where inputs are uncertain.
+    pub spread: Option<Result<DeflectionSpread, Failure>>,
 }
 
 impl SourceEffect {
@@ -134,12 +143,14 @@ pub fn run_in_blocks(
     take: impl FnMut(Vec<MapPoint>) -> error::Result<()> + Send,
 ) -> error::Result<()> {
     let machines = study.scene.machines()?;
+    let variations = Variations::new(study, &machines)?;
     let (total, size) = (study.grid.len(), block_size(study));
     let compute = |start: usize| {
         let work = work.shard(start / size);
-        if_this_shard(
-            work.piece(&start, Vec::len, || run_block(study, &machines, start..total.min(start + size), &work)),
-        )
+        if_this_shard(work.piece(&start, Vec::len, || {
+            let indices = start..total.min(start + size);
+            run_block(study, &machines, variations.as_ref(), indices, &work)
+        }))
     };
     compute_overlapped((0..total).step_by(size), compute, take)?;
     work.barrier()
@@ -156,27 +167,31 @@ pub(super) fn block_count(study: &WorkspaceMapStudy) -> usize {
 /// Of `work`.
 pub fn run_range(study: &WorkspaceMapStudy, indices: Range<usize>, work: &Work) -> error::Result<Vec<MapPoint>> {
     let indices = indices.start.min(study.grid.len())..indices.end.min(study.grid.len());
-    run_block(study, &study.scene.machines()?, indices, work)
+    let machines = study.scene.machines()?;
+    run_block(study, &machines, Variations::new(study, &machines)?.as_ref(), indices, work)
 }
 
 /// Computes the grid points with these indices, in groups that are solved side by side.
 fn run_block(
     study: &WorkspaceMapStudy,
     machines: &Machines,
+    variations: Option<&Variations<'_>>,
     indices: Range<usize>,
     work: &Work,
 ) -> error::Result<Vec<MapPoint>> {
+    let solver = || GroupSolver {
+        study,
+        groups: BySource::of(&study.scene.machine, |source| Group::new(machines, source)),
+        spread: variations.map(Variations::solver),
+    };
     let groups = (0..indices.len().div_ceil(Batch::WIDTH))
         .into_par_iter()
-        .map_init(
-            || GroupSolver { study, groups: BySource::of(&study.scene.machine, |source| Group::new(machines, source)) },
-            |solver, group| {
-                work.check()?;
-                let first = indices.start + group * Batch::WIDTH;
-                let indices = first..indices.end.min(first + Batch::WIDTH);
-                Ok(solver.solve(&indices.map(|index| study.grid.position(index)).collect::<Vec<_>>(), work))
-            },
-        )
+        .map_init(solver, |solver, group| {
+            work.check()?;
+            let first = indices.start + group * Batch::WIDTH;
+            let indices = first..indices.end.min(first + Batch::WIDTH);
+            Ok(solver.solve(&indices.map(|index| study.grid.position(index)).collect::<Vec<_>>(), work))
+        })
         .collect::<error::Result<Vec<Vec<MapPoint>>>>()?;
     Ok(groups.into_iter().flatten().collect())
 }
@@ -214,6 +229,8 @@ struct GroupSolver<'a> {
     study: &'a WorkspaceMapStudy,
     /// Sessions of the machine that each source acts on.
     groups: BySource<Group>,
+    /// Sessions of machines off the nominal one, where inputs are uncertain.
+    spread: Option<SpreadSolver<'a>>,
 }
 
 impl GroupSolver<'_> {
@@ -231,13 +248,22 @@ impl GroupSolver<'_> {
             let loads = if source.has_cutting_force() { &phis[..] } else { &[None] };
             sweep_phi(self.study, source, group, &configurations, loads).into_iter()
         });
+        let mut spreads = self.spread.as_mut().map(|solver| {
+            let displacements = |turn: &Result<PhiSweep, Failure>| Some(turn.as_ref().ok()?.displacements.clone());
+            let nominal: Vec<_> = turns[Source::All].as_slice().iter().map(displacements).collect();
+            solver.solve(&configurations, &nominal).into_iter()
+        });
         let mut effects = configurations.iter().map(|_| {
             let nothing = || Err(Failure { status: "not_converged".into(), reason: "there is no load".into() });
             let own = BySource::of(machine, |source| turns[source].next().unwrap_or_else(nothing));
             let superposition_error = superposition_error(machine, &own);
+            let mut spread = spreads.as_mut().and_then(|spreads| spreads.next().flatten());
             own.map(|source, turn: Result<PhiSweep, Failure>| {
                 let mut effect = turn?.effect;
-                effect.superposition_error_vector_mm = superposition_error.filter(|_| source == Source::All);
+                if source == Source::All {
+                    effect.superposition_error_vector_mm = superposition_error;
+                    effect.spread = spread.take();
+                }
                 Ok(effect)
             })
         });
@@ -423,6 +449,7 @@ impl Tally {
             drive_force: self.drive_force,
             principal_stiffness_n_per_mm: tool_stiffnesses(worst.outcome.as_ref(), worst.lever, carried),
             superposition_error_vector_mm: None,
+            spread: None,
         };
         Ok(PhiSweep { displacements: self.displacements, effect })
     }

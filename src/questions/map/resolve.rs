@@ -34,7 +34,8 @@ impl Question for WorkspaceMapStudy {
         let (grid, slices_z, size) =
             region.checked_grid(given, [scene.machine.workspace.min, scene.machine.workspace.max], MAX_POINTS)?;
         let shown = Shown { slices_z, not_used };
-        Ok(Resolved { study: WorkspaceMapStudy { scene, grid }, shown, inputs: inputs.and(size) })
+        let uncertainty = given.uncertainty(&scene.machine)?;
+        Ok(Resolved { study: WorkspaceMapStudy { scene, grid, uncertainty }, shown, inputs: inputs.and(size) })
     }
 
     /// Returns the number of grid points of the map.

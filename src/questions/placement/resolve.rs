@@ -327,9 +327,11 @@ fn resolve_table(spec: &TableSpec, footprint: Vec<Vector3<f64>>, is_overhead: bo
     }
     let margin_mm = check.key("margin_mm").not_negative(spec.margin_mm.unwrap_or(0.0))?;
     if 2.0 * margin_mm >= size_mm.min() {
-        return check
-            .key("margin_mm")
-            .fail(format!("is {margin_mm} mm: nothing is left of a table of {} mm", size_mm.min()));
+        return check.key("margin_mm").fail(format!(
+            "is {margin_mm} mm at each edge, which leaves nothing of a table {0} mm wide: expected less than {1} mm",
+            size_mm.min(),
+            0.5 * size_mm.min()
+        ));
     }
     let yaw = check.key("yaw_deg").finite_scalar(spec.yaw_deg.unwrap_or(0.0))?.to_radians();
     let height_mm = spec.height_mm.map(|height| check.key("height_mm").finite_scalar(height)).transpose()?;

@@ -179,7 +179,7 @@ pub(super) fn ablate(case: &Case<'_>) -> Result<Vec<Ablation>, Failure> {
     let (freed_machine, start) = without_internal_forces(&real, &real_here);
     let freed_here = AtRest::solve(&freed_machine, &real_here.drives, start)?;
 
-    let superposition_errors = displacements.superposition_errors(displacements.assembly);
+    let superposition_errors = displacements.errors_over_phi(displacements.assembly);
     let loads = case.cutting_wrenches(1.0);
     let solved = displacements.cutting.iter().zip(&displacements.both).zip(superposition_errors);
     let parts = solved.zip(loads.iter().zip(&case.study.scene.phis)).map(

@@ -1,4 +1,4 @@
-//! A machine with its drives locked, solved under one load after another.
+//! Static equilibria of a machine under one load after another, with all drives at one command.
 
 use crate::{
     machine::{Configuration, Machine},

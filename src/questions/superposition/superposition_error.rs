@@ -162,7 +162,7 @@ pub(super) struct Displacements {
 
 impl Displacements {
     /// Returns the superposition error `d` at each φ, with `errors` as the displacement by chain errors.
-    pub fn superposition_errors(&self, errors: Displacement) -> impl Iterator<Item = Displacement> {
+    pub fn errors_over_phi(&self, errors: Displacement) -> impl Iterator<Item = Displacement> {
         let weight = self.weight;
         self.cutting.iter().zip(&self.both).map(move |(cutting, both)| *cutting + errors + weight - *both)
     }
@@ -213,12 +213,12 @@ impl<'a> Case<'a> {
         self.study.scene.phis.iter().map(|phi| self.study.scene.force.wrench(*phi, &tool).scale(factor)).collect()
     }
 
-    /// Solves the displacements by the cutting force times `load` and the chain errors of `machines`.
-    pub fn displacements(&self, machines: &Machines, load: f64) -> Result<Displacements, Failure> {
+    /// Solves the displacements by the cutting force times `load_factor` and the chain errors of `machines`.
+    pub fn displacements(&self, machines: &Machines, load_factor: f64) -> Result<Displacements, Failure> {
         let machine = &self.study.scene.machine;
         let moved_from = |from: Pose| move |pose: &Pose| Displacement::between(machine, &from, pose);
         let moved = moved_from(self.rest);
-        let (loads, phis) = (self.cutting_wrenches(load), &self.study.scene.phis);
+        let (loads, phis) = (self.cutting_wrenches(load_factor), &self.study.scene.phis);
         let cutting =
             LockedMachine::at_command(machines.actual(Source::Cutting), &self.at).poses_under(&loads, phis)?;
         let mut alone = LockedMachine::at_command(machines.actual(Source::Errors), &self.at);
@@ -249,9 +249,10 @@ impl<'a> Case<'a> {
         }
     }
 
-    /// Computes the superposition errors under the cutting force times `load` and the chain errors of `machines`.
-    pub fn superposition_errors(&self, machines: &Machines, load: f64) -> Result<SuperpositionErrors, Failure> {
-        let displacements = self.displacements(machines, load)?;
+    /// Computes the superposition errors, worst over φ, mm, at tool tip and platform point, under the cutting force times `load_factor` and the
+    /// chain errors of `machines`. `Err` if an equilibrium is missing; a failed aggregation is in the result.
+    pub fn superposition_errors(&self, machines: &Machines, load_factor: f64) -> Result<SuperpositionErrors, Failure> {
+        let displacements = self.displacements(machines, load_factor)?;
         let worst = |errors| Followed::ALL.map(|followed| self.worst_over_phi(&displacements, errors, followed));
         Ok(SuperpositionErrors {
             superposition: worst(displacements.assembly),
@@ -260,15 +261,15 @@ impl<'a> Case<'a> {
     }
 
     /// Computes the superposition error at the tool tip, worst over φ, mm.
-    pub fn superposed_tool_mm(&self, machines: &Machines, load: f64) -> Result<f64, Failure> {
-        let displacements = self.displacements(machines, load)?;
-        Ok(displacements.superposition_errors(displacements.assembly).map(|d| d.tool.norm()).fold(0.0, f64::max))
+    pub fn superposed_tool_mm(&self, machines: &Machines, load_factor: f64) -> Result<f64, Failure> {
+        let displacements = self.displacements(machines, load_factor)?;
+        Ok(displacements.errors_over_phi(displacements.assembly).map(|d| d.tool.norm()).fold(0.0, f64::max))
     }
 
     /// Returns the superposition error at `followed`, worst over φ, with `errors` as the displacement by chain errors.
     fn worst_over_phi(&self, displacements: &Displacements, errors: Displacement, followed: Followed) -> Worst {
         let mut worst = Worst::default();
-        let superposition_errors = displacements.superposition_errors(errors);
+        let superposition_errors = displacements.errors_over_phi(errors);
         for (index, ((superposition_error, both), phi)) in
             superposition_errors.zip(&displacements.both).zip(&self.study.scene.phis).enumerate()
         {

@@ -80,7 +80,7 @@ impl Variables {
         }
     }
 
-    /// The variables among which `name` is.
+    /// Variables among which `name` belongs: those of the innermost call if it is local, else the common ones.
     fn scope(&self, name: &str) -> &BTreeMap<String, f64> {
         match self.local.last() {
             Some(local) if is_local(name) => local,

@@ -1,4 +1,4 @@
-//! What programs of all formats have in common: sampling their path points, and reading a written program back point by point.
+//! Programs of every format (G-code, robot, points): sampling their path points, and reading a written one back point by point.
 
 use std::fmt;
 

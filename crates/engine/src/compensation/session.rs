@@ -355,7 +355,8 @@ impl Session {
         }
     }
 
-    /// Loaded equilibrium at the present drives, whatever its status; the state becomes it.
+    /// Loaded equilibrium at the present drives, whatever its status, searched from the present state, which becomes it; without any equilibrium the
+    /// state stays.
     fn solve_near_state(&mut self, task: &TaskPoint) -> Outcome {
         let settings = &self.settings.equilibrium;
         equilibrium(&self.real, &self.drives, &task.load, &mut self.state, &mut self.workspace, settings)

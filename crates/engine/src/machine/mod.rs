@@ -45,7 +45,7 @@ pub use external_axes::{ExternalAxes, PositionedMachine};
 pub use kinematics::{BatchKinematics, Configuration, Unreachable};
 pub(crate) use kinematics::{CommandStep, DriveMotions};
 pub use mobility::Mobility;
-pub use parameters::{Parameter, Unit, Variation};
+pub use parameters::{Parameter, Unit, Variation, is_pattern_of};
 pub use provenance::{Grade, Provenance};
 pub use rotary_drives::{RotaryDrive, RotaryDrives};
 pub use route::{Anchor, Loop, Mass, PointSpring, Route, Step};

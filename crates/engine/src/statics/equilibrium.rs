@@ -373,7 +373,7 @@ impl<'a> Newton<'a> {
         Balance { imbalance, task, is_condensed, residual }
     }
 
-    /// Fills the systems of all chains anew and leaves them uncondensed, for the system of all unknowns.
+    /// Fills the systems of all chains at the present state and leaves them uncondensed, for the system of all unknowns.
     fn fill_uncondensed(&mut self) {
         self.workspace.fill(self.machine, &self.gravity, self.held_share, false);
     }

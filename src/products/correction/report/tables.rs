@@ -42,7 +42,7 @@ pub(super) fn coefficient_columns(machine: &Machine, terms: ForceTerms) -> Vec<S
     labelled.flat_map(|own| of_drive(own).collect::<Vec<_>>()).collect()
 }
 
-/// Returns the kind of each drive.
+/// Returns whether each drive is prismatic or revolute, in the order of [`Machine::drives`].
 pub(super) fn motions(machine: &Machine) -> Vec<Motion> {
     machine.drives().map(|(_, drive)| drive.motion).collect()
 }

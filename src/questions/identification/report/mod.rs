@@ -102,7 +102,9 @@ fn page(report: &Report<'_>) -> Description {
         ],
         sections: vec![
             found.figures(&["answer"]).tables(["parameters.csv", "correlations.csv"]),
-            Section::new("What stays unknown?", "what to measure next").text(&text::open(report)).tables(["open.csv"]),
+            Section::new("What stays unknown?", "what to measure next")
+                .text(&text::unidentified_words(report))
+                .tables(["open.csv"]),
             Section::new("Does the model hold?", "residuals, and what other unknowns would do")
                 .text(&text::model_words(report))
                 .text(&text::pattern_words(report))

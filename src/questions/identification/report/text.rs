@@ -177,8 +177,8 @@ pub(super) fn pattern_words(report: &Report<'_>) -> String {
     }
 }
 
-/// Describes the unidentified combinations, and the force that would identify them best.
-pub(super) fn open(report: &Report<'_>) -> String {
+/// Describes the unidentified parameter combinations and the force that would identify them best; without any, which intervals are too wide.
+pub(super) fn unidentified_words(report: &Report<'_>) -> String {
     if report.found.open.is_empty() {
         let all: Vec<&Estimate> = report.found.found.iter().filter(|own| own.open.is_some()).collect();
         let names: Vec<&str> = all.iter().map(|own| &*own.unknown.name).collect();
@@ -191,23 +191,24 @@ pub(super) fn open(report: &Report<'_>) -> String {
             ),
         };
     }
-    let each: Vec<String> = report.found.open.iter().map(|open| report.combination_words(&open.parts)).collect();
+    let combinations: Vec<String> =
+        report.found.open.iter().map(|open| report.combination_words(&open.parts)).collect();
     let next = match &report.found.advice {
         Some(advice) => {
             let along = ["x", "y", "z"][advice.force.iamax()];
             let size = rounded(advice.force.norm());
             let pose = &report.study.measurements[advice.measurement].name;
-            let known = |std: f64| if std.is_finite() { format!("{std:.2}") } else { "not at all".into() };
+            let std_words = |std: f64| if std.is_finite() { format!("{std:.2}") } else { "infinite".into() };
             format!(
-                " A force of {size} N along {along} at pose {pose} would improve the least known parameter most: its standard deviation \
+                " A force of {size} N along {along} at pose {pose} would improve the least known combination most: its standard deviation \
                  would fall from {} to {}.",
-                known(advice.std[0]),
-                known(advice.std[1])
+                std_words(advice.std[0]),
+                std_words(advice.std[1])
             )
         }
         None => " No force on the tool tip at these poses would identify these parameters.".into(),
     };
-    format!("Open, the least known first: {}.{next}", each.join("; "))
+    format!("Not identified, the least known first: {}.{next}", combinations.join("; "))
 }
 
 /// Compares the sets of unknowns: RMS residual fitted and in cross-validation.
@@ -403,11 +404,11 @@ pub(super) fn details(report: &Report<'_>) -> String {
     let mut file = match (&report.file.text, report.file.left_out.is_empty()) {
         (None, _) => {
             let nothing = if report.identified().next().is_none() {
-                "nothing was identified"
+                "no unknown is identifiable"
             } else {
-                "nothing that was identified has a place in it"
+                "none of the identified parameters has a key in a machine file"
             };
-            format!("No machine file was written: {}.", report.file.problem.as_deref().unwrap_or(nothing))
+            format!("{MACHINE} was not written: {}.", report.file.problem.as_deref().unwrap_or(nothing))
         }
         (Some(_), true) => format!("{MACHINE} has what was identified."),
         (Some(_), false) => {
@@ -420,5 +421,6 @@ pub(super) fn details(report: &Report<'_>) -> String {
     if !report.errors.is_empty() {
         file += &format!(" {ERRORS}, a process file, has {}.", report.errors.join(", "));
     }
-    [parameter_words(report).join("\n"), open(report), model_words(report), pattern_words(report), file].join("\n")
+    [parameter_words(report).join("\n"), unidentified_words(report), model_words(report), pattern_words(report), file]
+        .join("\n")
 }

@@ -30,13 +30,12 @@ use crate::{
 impl Answered for WorkspaceMapStudy {
     /// Computes the map block by block, and makes table, figures, page and summary.
     fn answer(&self, shown: &Shown, run: &Run<'_>) -> Result<Output> {
-        let machine = &self.scene.machine;
         let image = Image {
             grid: self.grid.clone(),
             layers: vec![Layer { table: "map", keys: &["source"], vectors: &["deflection", "superposition_error"] }],
         };
-        let of_block = |points: &[MapPoint]| table(machine, points);
-        let mut streams = Streams::new(run, Some(image)).with("map", table(machine, &[]), of_block)?;
+        let of_block = |points: &[MapPoint]| table(self, points);
+        let mut streams = Streams::new(run, Some(image)).with("map", table(self, &[]), of_block)?;
         let (mut summary, mut pictures) = (Summary::new(self), pictures::pictures(self, &shown.slices_z));
         run_in_blocks(self, run.work, |points| {
             for point in &points {
@@ -68,7 +67,7 @@ const MAP: &str = "Workspace map";
 fn page(summary: &Summary<'_>, text: &ReportText) -> Description {
     let scene = &summary.study.scene;
     let caption = "One row per grid point and source of error, worst over the tool angle.";
-    let layers = layers(&quantities::page_quantities(&summary.drives));
+    let layers = layers(&quantities::page_quantities(summary.study, &summary.drives));
     Description {
         setting: setting(summary.study),
         explorers: vec![scene.view(MAP, "map.csv", Some(source_group(&scene.machine)), layers)],
@@ -93,7 +92,7 @@ fn page(summary: &Summary<'_>, text: &ReportText) -> Description {
 }
 
 /// Returns the facts about machine, force, tool angles and grid that head the page.
-fn setting(WorkspaceMapStudy { scene, grid }: &WorkspaceMapStudy) -> Vec<Fact> {
+fn setting(WorkspaceMapStudy { scene, grid, .. }: &WorkspaceMapStudy) -> Vec<Fact> {
     let span = |axis: usize| {
         let values = &grid.axes[axis];
         // The way to the middle of a box leaves rounding that must not show.

@@ -11,7 +11,7 @@ use crate::{
         Better::{Larger, Neither, Smaller},
         WORST_ANGLE,
     },
-    questions::map::{MapPoint, SourceEffect},
+    questions::map::{DeflectionSpread, MapPoint, SourceEffect, WorkspaceMapStudy},
 };
 
 type Of = Quantity<SourceEffect>;
@@ -42,6 +42,53 @@ pub(super) const SUPERPOSITION_ERROR_SHARE: Of =
 pub(super) const RESIDUAL_ERROR: Of =
     Of::in_table("residual_error_mm", |effect| effect.delta_rho.as_ref().ok().map(|_| effect.residual_mm));
 
+/// Returns the distribution of the deflection, where it is known.
+pub(super) fn spread(effect: &SourceEffect) -> Option<&DeflectionSpread> {
+    effect.spread.as_ref()?.as_ref().ok()
+}
+
+pub(super) const MEDIAN: Of =
+    Of::new("deflection_median_mm", "median deflection", Smaller, |effect| Some(spread(effect)?.median_mm));
+pub(super) const P95_DEFLECTION: Of =
+    Of::new("deflection_p95_mm", "95 % quantile of the deflection", Smaller, |effect| Some(spread(effect)?.p95_mm));
+pub(super) const PROBABILITY: Of =
+    Of::new("within_tolerance_probability", "probability within tolerance", Larger, |e| spread(e)?.within_tolerance);
+
+/// Lists the quantities of the distribution of the deflection that pages show.
+fn spread_quantities(study: &WorkspaceMapStudy) -> Vec<Of> {
+    if study.uncertainty.is_none() {
+        return Vec::new();
+    }
+    let probability = study.scene.tolerance_mm.map(|_| PROBABILITY);
+    [P95_DEFLECTION, MEDIAN].into_iter().chain(probability).collect()
+}
+
+/// Lists the columns of the distribution of the deflection that only tables have: how well it is known, and why it is as it is.
+fn spread_columns() -> [Of; 8] {
+    /// Returns status and reason of the distribution.
+    fn status(effect: FoundOr<'_, SourceEffect>) -> [Cell; 2] {
+        match effect.map(|effect| effect.spread.as_ref()) {
+            Ok(Some(spread)) => status_cells(spread.as_ref()),
+            Ok(None) => [Cell::Missing, Cell::Missing],
+            Err(failure) => status_cells::<DeflectionSpread>(Err(failure)),
+        }
+    }
+    let cause = |effect: FoundOr<'_, SourceEffect>| match effect.ok().and_then(spread) {
+        Some(spread) => spread.main_cause.as_str().into(),
+        None => Cell::Missing,
+    };
+    [
+        Of::text("spread_status", |effect| status(effect)[0].clone()),
+        Of::text("spread_reason", |effect| status(effect)[1].clone()),
+        Of::in_table("deflection_p95_standard_error_mm", |effect| Some(spread(effect)?.p95_standard_error_mm)),
+        Of::text("spread_main_cause", cause),
+        Of::in_table("spread_main_cause_share", |effect| Some(spread(effect)?.main_cause_share)),
+        Of::in_table("spread_check_difference", |effect| spread(effect)?.check_difference),
+        Of::count("spread_solved_draws", |effect| Some(spread(effect)?.solved_draws)),
+        Of::count("spread_failed_draws", |effect| Some(spread(effect)?.failed_draws)),
+    ]
+}
+
 /// Returns the components of the largest deflection, O axes, mm.
 fn deflection_components() -> [Of; 3] {
     Of::vector_mm("deflection", "deflection", |effect| Some(effect.deflection_vector_mm))
@@ -54,8 +101,9 @@ pub(super) fn drives(machine: &Machine) -> DriveQuantities<SourceEffect> {
 }
 
 /// Lists the quantities of the page's view, in its order.
-pub(super) fn page_quantities(drives: &DriveQuantities<SourceEffect>) -> Vec<Of> {
+pub(super) fn page_quantities(study: &WorkspaceMapStudy, drives: &DriveQuantities<SourceEffect>) -> Vec<Of> {
     let mut all = vec![DEFLECTION];
+    all.extend(spread_quantities(study));
     all.extend(drives.largest().cloned());
     all.extend(STIFFNESS);
     all.extend([SUPERPOSITION_ERROR, SUPERPOSITION_ERROR_SHARE, ANGLE]);
@@ -65,7 +113,8 @@ pub(super) fn page_quantities(drives: &DriveQuantities<SourceEffect>) -> Vec<Of>
 }
 
 /// Returns the columns of [`table()`].
-pub(super) fn columns(machine: &Machine) -> QuantityTable<SourceEffect> {
+pub(super) fn columns(study: &WorkspaceMapStudy) -> QuantityTable<SourceEffect> {
+    let machine = &study.scene.machine;
     // What has no equilibrium to start from is not corrected either.
     /// Returns status and reason of the correction; those of the effect where there is no equilibrium.
     fn correction(effect: FoundOr<'_, SourceEffect>) -> [Cell; 2] {
@@ -83,12 +132,14 @@ pub(super) fn columns(machine: &Machine) -> QuantityTable<SourceEffect> {
     all.extend(drives(machine).each);
     // The drives cannot put all of the error right.
     all.extend(machine.uncontrolled_axes().next().map(|_| RESIDUAL_ERROR));
+    all.extend(spread_quantities(study));
+    all.extend(study.uncertainty.iter().flat_map(|_| spread_columns()));
     QuantityTable::new([numbers(["x_mm", "y_mm", "z_mm"]), texts(["source"])].concat(), all)
 }
 
 /// Makes the table of the map, one row per point and source, with statuses and reasons where numbers or corrections are missing.
-pub fn table(machine: &Machine, points: &[MapPoint]) -> Table {
-    columns(machine).table(points.iter().flat_map(|point| {
+pub fn table(study: &WorkspaceMapStudy, points: &[MapPoint]) -> Table {
+    columns(study).table(points.iter().flat_map(|point| {
         point.effects.iter().map(|(source, effect)| {
             let mut lead: Row = cells(point.position_mm).collect();
             lead.push(source.label().into());

@@ -1,9 +1,13 @@
 //! Extremes over a map, collected point by point, and the summary as JSON.
 
+use std::collections::BTreeMap;
+
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 
-use super::quantities::{DEFLECTION, RESIDUAL_ERROR, SUPERPOSITION_ERROR, SUPERPOSITION_ERROR_SHARE, drives};
+use super::quantities::{
+    DEFLECTION, P95_DEFLECTION, RESIDUAL_ERROR, SUPERPOSITION_ERROR, SUPERPOSITION_ERROR_SHARE, drives, spread,
+};
 use crate::{
     answer::{DriveQuantities, Quantity, QuantityExtremes, ShareWithin, ValueAt},
     files::StatusCount,
@@ -37,6 +41,43 @@ impl SourceExtremes {
     }
 }
 
+/// What is counted of the distributions over a map.
+#[derive(Debug, Default)]
+pub(super) struct SpreadCounts {
+    /// Number of points whose distribution is known.
+    pub known: usize,
+    /// Number of points with a deflection whose distribution is not known.
+    pub unknown: usize,
+    /// Number of points at which the engine differed from the surrogate, so that more draws were solved.
+    pub corrected: usize,
+    /// Draws solved by the engine at all points.
+    pub solved_draws: usize,
+    /// Number of points of which each is the main cause, by name.
+    pub causes: BTreeMap<String, usize>,
+}
+
+impl SpreadCounts {
+    /// Adds the distribution of an effect, if it has one.
+    fn add(&mut self, effect: &SourceEffect) {
+        match (&effect.spread, spread(effect)) {
+            (_, Some(spread)) => {
+                self.known += 1;
+                self.corrected += usize::from(spread.solved_draws > 1);
+                self.solved_draws += spread.solved_draws;
+                *self.causes.entry(spread.main_cause.clone()).or_default() += 1;
+            }
+            (Some(_), None) => self.unknown += 1,
+            (None, None) => {}
+        }
+    }
+
+    /// Returns what is the main cause at most points, the first by name of equal ones, with the share of the points.
+    pub fn main_cause(&self) -> Option<(&str, f64)> {
+        let most = self.causes.iter().max_by(|a, b| a.1.cmp(b.1).then(b.0.cmp(a.0)));
+        most.map(|(name, count)| (name.as_str(), *count as f64 / self.known as f64))
+    }
+}
+
 /// Smallest share of the grid points from which best and worst are meaningful.
 const MIN_SHARE: f64 = 0.05;
 
@@ -48,6 +89,9 @@ pub struct Summary<'a> {
     points: usize,
     /// Share of the solved part of the box in which the deflection by all sources is within tolerance.
     pub(super) within: ShareWithin,
+    /// The same of its 95 % quantile, where inputs are uncertain.
+    pub(super) within_p95: ShareWithin,
+    pub(super) spread: SpreadCounts,
     /// Rows per status.
     pub(super) statuses: Vec<StatusCount>,
 }
@@ -61,12 +105,21 @@ impl<'a> Summary<'a> {
             known: 0,
             uncorrected: 0,
             in_json: QuantityExtremes::new(
-                [DEFLECTION, SUPERPOSITION_ERROR].into_iter().chain(drives.largest().cloned()),
+                [DEFLECTION, P95_DEFLECTION, SUPERPOSITION_ERROR].into_iter().chain(drives.largest().cloned()),
             ),
             in_sentences: QuantityExtremes::new([RESIDUAL_ERROR, SUPERPOSITION_ERROR_SHARE]),
         };
         let sources = BySource::of(machine, of_source);
-        Self { study, drives, sources, points: 0, within: ShareWithin::default(), statuses: Vec::new() }
+        Self {
+            study,
+            drives,
+            sources,
+            points: 0,
+            within: ShareWithin::default(),
+            within_p95: ShareWithin::default(),
+            spread: SpreadCounts::default(),
+            statuses: Vec::new(),
+        }
     }
 
     /// Adds the next point, in grid order.
@@ -75,6 +128,13 @@ impl<'a> Summary<'a> {
             // Each grid point stands for the cell around it.
             let is_within = point.effect(Source::All).map(|effect| effect.deflection_mm <= tolerance);
             self.within.add(self.study.grid.cell_share(self.points), is_within);
+            if self.study.uncertainty.is_some() {
+                let is_within = point.effect(Source::All).and_then(spread).map(|spread| spread.p95_mm <= tolerance);
+                self.within_p95.add(self.study.grid.cell_share(self.points), is_within);
+            }
+        }
+        if let Some(effect) = point.effect(Source::All) {
+            self.spread.add(effect);
         }
         self.points += 1;
         for (source, sums) in self.sources.iter_mut() {

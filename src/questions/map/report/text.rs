@@ -1,26 +1,29 @@
 //! Sentences and first screen of a map: best and worst deflection over the workspace, and the corrections of the drives.
 
 use super::{
-    quantities::{DEFLECTION, RESIDUAL_ERROR, SUPERPOSITION_ERROR, SUPERPOSITION_ERROR_SHARE},
+    quantities::{DEFLECTION, P95_DEFLECTION, RESIDUAL_ERROR, SUPERPOSITION_ERROR, SUPERPOSITION_ERROR_SHARE},
     summary::{AtAngle, SourceExtremes, Summary},
 };
 use crate::{
     answer::{Quantity, ReportText, Tolerance, ValueAt, acting_words},
     files::{
         table::kind_word,
-        words::{counted, millimetres},
+        words::{counted, millimetres, percent},
     },
     machine::{Machine, Motion},
     page::headline::{Extreme, Headline, InTable, KeyNumber},
     questions::map::{SourceEffect, WorkspaceMapStudy},
     simulation::{ROUNDING_MM, Source},
+    uncertainty::ASSUMED_RELATIVE_STD,
 };
 
 /// Returns the sentences of the report for `summary`, which holds all points of a map.
 pub fn text(summary: &Summary<'_>, not_used: &[&str]) -> ReportText {
     ReportText {
         cautions: cautions_text(summary, not_used),
-        place: deflection_text(summary, Source::All) + &summary.within.sentence(summary.study.scene.tolerance_mm, BOX),
+        place: deflection_text(summary, Source::All)
+            + &summary.within.sentence(summary.study.scene.tolerance_mm, BOX)
+            + &spread_text(summary),
         cause: cause_text(summary),
         remedy: corrections_text(summary),
     }
@@ -28,12 +31,14 @@ pub fn text(summary: &Summary<'_>, not_used: &[&str]) -> ReportText {
 
 /// Returns the cautions of the report: missing corrections, unused process tables, and those of the scene.
 fn cautions_text(summary: &Summary<'_>, not_used: &[&str]) -> String {
-    let WorkspaceMapStudy { scene, grid } = summary.study;
+    let WorkspaceMapStudy { scene, grid, .. } = summary.study;
     let missing = match summary.uncorrected_rows() {
         0 => String::new(),
         rows => format!("At {} the correction is missing; the deflection is known.\n", counted(rows, "row")),
     };
-    missing + &scene.cautions(not_used, "grid point", (0..grid.len()).map(|index| grid.position(index)))
+    missing
+        + &spread_cautions(summary)
+        + &scene.cautions(not_used, "grid point", (0..grid.len()).map(|index| grid.position(index)))
 }
 
 /// Returns the sentence about the deflection by `source` at the best and at the worst grid point.
@@ -58,6 +63,61 @@ fn deflection_text(summary: &Summary<'_>, source: Source) -> String {
             least.place(),
             most.place()
         ),
+    }
+}
+
+/// Returns the sentences about the distribution of the deflection; empty where inputs are taken as exact.
+fn spread_text(summary: &Summary<'_>) -> String {
+    let (Some(uncertainty), counts) = (&summary.study.uncertainty, &summary.spread) else { return String::new() };
+    let Some([least, most]) = summary.of(Source::All).of(&P95_DEFLECTION) else { return String::new() };
+    let mut text = format!(
+        "With {} (machine and force as uncertain as the study says), the deflection stays below {} with 95 % probability at the best place, {}, and \
+         below {} at the worst, {}.\n",
+        uncertainty.words(),
+        millimetres(least.value, 3),
+        least.place(),
+        millimetres(most.value, 3),
+        most.place()
+    );
+    if let Some(met) = summary.within_p95.words(summary.study.scene.tolerance_mm, BOX) {
+        text += &format!("With 95 % probability the tool is {met}.\n");
+    }
+    if let Some((cause, share)) = counts.main_cause() {
+        text += &format!(
+            "What spreads it most is {cause}, at {} of the points: measure or tighten that first.\n",
+            percent(share)
+        );
+    }
+    text + &format!(
+        "At {} of {} the engine, solved in the draw at that quantile, agreed with the estimate within 0.5 %; at the others it was corrected by \
+         more draws, {} solved in all.\n",
+        counts.known - counts.corrected,
+        counted(counts.known, "point"),
+        counts.solved_draws
+    )
+}
+
+/// Returns the cautions about what the distribution rests on; empty where inputs are taken as exact.
+fn spread_cautions(summary: &Summary<'_>) -> String {
+    let Some(uncertainty) = &summary.study.uncertainty else { return String::new() };
+    let mut text = String::new();
+    if let Some(names) = uncertainty.assumed_words() {
+        text += &format!(
+            "The spread rests on assumptions: {names} are graded as assumed in the machine file and vary by {:.0} %, a default.\n",
+            100.0 * ASSUMED_RELATIVE_STD
+        );
+    }
+    if let Some(names) = uncertainty.exact_words() {
+        text += &format!("Taken as exact, as nobody says how well they are known: {names}.\n");
+    }
+    match summary.spread.unknown {
+        0 => text,
+        unknown => {
+            text + &format!(
+                "At {} the deflection is known, but not its spread: map.csv says why.\n",
+                counted(unknown, "point")
+            )
+        }
     }
 }
 
@@ -165,24 +225,54 @@ pub(super) fn headline(summary: &Summary<'_>, text: &ReportText) -> Headline {
     let under = acting_words(&scene.machine, &scene.errors, !scene.force.is_zero());
     let [low, high] = [least, most].map(|found| millimetres(found.value, 3));
     let met = summary.within.words(scene.tolerance_mm, BOX);
-    let sentence = match low == high {
-        true => format!("{under}, the tool of {name} moves by {high} everywhere."),
-        false => format!(
-            "{under}, the tool of {name} moves by {low} at best and {high} at worst; {} near {}.",
-            met.map_or_else(|| "cut".into(), |met| format!("{met}, best")),
-            least.place()
-        ),
-    };
+    let verdict = verdict(summary);
+    let sentence = verdict
+        + &match low == high {
+            true => format!("{under}, the tool of {name} moves by {high} everywhere."),
+            false => format!(
+                "{under}, the tool of {name} moves by {low} at best and {high} at worst; {} near {}.",
+                met.map_or_else(|| "cut".into(), |met| format!("{met}, best")),
+                least.place()
+            ),
+        };
     let best = || {
         let against = scene.tolerance_mm.map(|tolerance| Tolerance(tolerance).against(least.value)).unwrap_or_default();
         let what = format!("smallest, at {}", least.place());
         KeyNumber::new(&low, what, against).found(in_map_table(&DEFLECTION, Extreme::Smallest, least.value))
     };
+    let p95 = p95_number(summary);
+    let is_uncertain = p95.is_some();
     Headline::new(sentence, basis)
         .with_cautions(&text.cautions)
+        .with_numbers(p95)
         .with(worst_number(summary, [least, most], &high))
-        .with_numbers((low != high).then(best))
+        .with_numbers((low != high && !is_uncertain).then(best))
         .with_numbers(correction_number(all, summary))
+}
+
+/// Returns whether the tolerance is met with 95 % probability, as the begin of a sentence; empty without tolerance, or where inputs are exact.
+fn verdict(summary: &Summary<'_>) -> String {
+    let (Some(tolerance), Some(share)) = (summary.study.scene.tolerance_mm, summary.within_p95.get()) else {
+        return String::new();
+    };
+    let nominally = summary.within.get().map_or_else(String::new, |share| format!(" ({} nominally)", percent(share)));
+    match share {
+        1.0 => format!("Within tolerance ({tolerance} mm) with 95 % probability everywhere. "),
+        0.0 => format!("Out of tolerance: {tolerance} mm are kept with 95 % probability nowhere{nominally}. "),
+        _ => format!(
+            "Partly within tolerance: {tolerance} mm are kept with 95 % probability in {} of the box{nominally}. ",
+            percent(share)
+        ),
+    }
+}
+
+/// Returns the key number of the largest 95 % quantile; `None` where inputs are taken as exact.
+fn p95_number(summary: &Summary<'_>) -> Option<KeyNumber> {
+    let [least, most] = summary.of(Source::All).of(&P95_DEFLECTION)?;
+    let what = format!("largest deflection not exceeded with 95 % probability, at {}", most.place());
+    let against = format!("{} where it is the smallest", millimetres(least.value, 3));
+    let number = KeyNumber::new(&millimetres(most.value, 3), what, against);
+    Some(number.found(in_map_table(&P95_DEFLECTION, Extreme::Largest, most.value)))
 }
 
 /// Returns where in `map.csv` the extreme `value` of `quantity` by all sources stands.

@@ -73,8 +73,8 @@ impl QuotedLine<'_> {
         self.quoted.quantity.unit(&self.study.machine)
     }
 
-    /// Returns the unit of the quoted number to write behind it; empty for pure numbers.
-    pub fn unit(&self) -> String {
+    /// Returns the unit as it follows the quoted number, with the space before it (" N·mm", "°"); empty for pure numbers.
+    pub fn unit_suffix(&self) -> String {
         match self.file_unit() {
             "1" => String::new(),
             "Nmm" => " N·mm".into(),
@@ -98,7 +98,7 @@ impl QuotedLine<'_> {
 
     /// Formats a value of the model, rounded, with its unit.
     pub fn shown(&self, value: f64) -> String {
-        self.rounded(value) + &self.unit()
+        self.rounded(value) + &self.unit_suffix()
     }
 
     /// Formats the quoted value with all its digits and its unit.
@@ -106,7 +106,7 @@ impl QuotedLine<'_> {
         typographic(&match self.quoted.value.abs() {
             size if size > 0.0 && size < 1e-3 => format!("{:e}", self.quoted.value),
             _ => self.quoted.value.to_string(),
-        }) + &self.unit()
+        }) + &self.unit_suffix()
     }
 
     /// Returns a line that says why the model's value differs from the quoted one; `None` where they agree.
@@ -203,26 +203,26 @@ pub fn variants_table(results: &ValidationResults) -> Table {
     Table::new(columns.concat(), lines(results).flat_map(|line| line.rows_of_variants()))
 }
 
-/// Returns two text tables: quoted numbers with ours for the first variant, and ours for all variants.
-pub(super) fn summary_table(results: &ValidationResults) -> String {
-    let mut first = text_table(["case", "quantity", "quoted", "ours", "ratio", "agrees"], 2);
+/// Returns two tables as text: quoted numbers with the value of the model under the first variant, and the values under all variants.
+pub(super) fn summary_text(results: &ValidationResults) -> String {
+    let mut comparison = text_table(["case", "quantity", "quoted", "ours", "ratio", "agrees"], 2);
     let names = results.study.variants.iter().map(|variant| variant.name.as_str());
-    let mut all = text_table(["case", "quantity"].into_iter().chain(names), 2);
+    let mut variants = text_table(["case", "quantity"].into_iter().chain(names), 2);
     for line in lines(results) {
-        let named = [line.case().to_string(), line.what()];
+        let labels = [line.case().to_string(), line.what()];
         let values = line.compared.ours.iter();
         let values: Vec<String> =
             values.map(|ours| or_dash(ours.as_ref().ok(), |value| line.rounded(*value))).collect();
         let ratio = line.ours().and_then(|ours| line.ratio(ours));
-        first.add_row(named.iter().cloned().chain([
+        comparison.add_row(labels.iter().cloned().chain([
             format!("{} {}", line.relation_word(), line.as_quoted()),
             values[0].clone(),
             or_dash(ratio, |ratio| typographic(&format!("{ratio:.2}"))),
             line.agrees_word().into(),
         ]));
-        all.add_row(named.into_iter().chain(values));
+        variants.add_row(labels.into_iter().chain(values));
     }
-    format!("{first}\n\n{all}\n")
+    format!("{comparison}\n\n{variants}\n")
 }
 
 /// Returns a line for each number that does not agree, which says why.

@@ -37,7 +37,7 @@ impl Answered for ValidationStudy {
         Ok(Output {
             tables,
             figures: run.draw_figures(|| figures(&results, shown)),
-            details: format!("{}\n{text}", compared::summary_table(&results)),
+            details: format!("{}\n{text}", compared::summary_text(&results)),
             ..Output::of(
                 json!({ "points": points }),
                 Manifest::count(answers.chain(compared)),

@@ -235,7 +235,7 @@ fn agreement_row(line: &QuotedLine<'_>) -> AgreementRow {
     AgreementRow {
         label: format!("{}: {}", line.case(), line.what()),
         // The unit as axes and files write it.
-        numbers: typographic(&format!("{sign}{}, {shown}{}", quoted.value, line.unit().replace("N·mm", "Nmm"))),
+        numbers: typographic(&format!("{sign}{}, {shown}{}", quoted.value, line.unit_suffix().replace("N·mm", "Nmm"))),
         criterion,
         difference: ours.map(|ours| in_tolerances(quoted, ours)),
         agrees: line.compared.agrees,

@@ -310,19 +310,26 @@ impl<'a> Program<'a> {
         (hessian.matrix(variables, variables), gradient)
     }
 
-    /// Adds the cones `‖e_k + J_k x_k‖ ≤ t` of goals that bound the largest error.
-    fn add_cones(&self, goal: Goal, steps: usize, constraints: &mut Constraints, cones: &mut Vec<SupportedConeT<f64>>) {
-        let fixed = match goal {
+    /// Adds the cones `‖e_k + J_k x_k‖ ≤ t` of goals that bound the largest error, none for others; t is the variable in column `step_count`, or
+    /// the bound of [`Goal::Within`].
+    fn add_cones(
+        &self,
+        goal: Goal,
+        step_count: usize,
+        constraints: &mut Constraints,
+        cones: &mut Vec<SupportedConeT<f64>>,
+    ) {
+        let fixed_bound = match goal {
             Goal::Largest => None,
-            Goal::Within(largest) => Some(largest / self.length),
+            Goal::Within(bound) => Some(bound / self.length),
             Goal::Squares | Goal::Excess => return,
         };
         for point in 0..self.results.len() {
             let (slope, error) = self.scaled(point);
             let first = self.column(point, 0);
-            match fixed {
-                Some(largest) => constraints.add([], largest),
-                None => constraints.add([(steps, -1.0)], 0.0),
+            match fixed_bound {
+                Some(bound) => constraints.add([], bound),
+                None => constraints.add([(step_count, -1.0)], 0.0),
             }
             for (row, error) in slope.row_iter().zip(error.iter()) {
                 constraints.add(row.iter().enumerate().map(|(j, value)| (first + j, -value)), *error);

@@ -48,15 +48,16 @@ impl BatchKinematics {
         Self { machine: machine.clone(), lanes }
     }
 
-    /// Solves [`Machine::inverse_kinematics_from`] for each start and target, to the last bit; `None` where only that can.
+    /// Solves [`Machine::inverse_kinematics_from`] for each start and target, in order, with the same bits; `None` where the lanes find nothing,
+    /// so that only that function decides.
     pub fn inverse_kinematics(&mut self, asked: &[(&Configuration, Pose)]) -> Vec<Option<Configuration>> {
         #[cfg(target_arch = "x86_64")]
         {
             let lines = asked.iter().map(|(start, target)| StraightLine::new(&start.pose, target));
             let lines: Vec<StraightLine> = lines.collect();
-            let wanted: Vec<_> =
+            let ways: Vec<_> =
                 asked.iter().zip(&lines).map(|((start, _), line)| (*start, LaneWay::Task(line))).collect();
-            let found = self.solve(&wanted).into_iter().zip(asked);
+            let found = self.solve(&ways).into_iter().zip(asked);
             let within = |at: Configuration, target: &Pose| self.machine.adjust_to_limits(at, target).ok();
             found.map(|(at, (_, target))| within(at?, target)).collect()
         }
@@ -64,15 +65,16 @@ impl BatchKinematics {
         vec![None; asked.len()]
     }
 
-    /// Solves [`Machine::forward_kinematics_from`] for each start and drives (mm, rad), to the last bit; `None` where only that can.
-    pub fn forward_kinematics(&mut self, asked: &[(&Configuration, &[f64])]) -> Vec<Option<Configuration>> {
+    /// Solves [`Machine::forward_kinematics_from`] for each start and drive positions (mm, rad), in order, with the same bits; `None` where the
+    /// lanes find nothing, so that only that function decides.
+    pub fn forward_kinematics(&mut self, commands: &[(&Configuration, &[f64])]) -> Vec<Option<Configuration>> {
         #[cfg(target_arch = "x86_64")]
         {
-            let wanted: Vec<_> = asked.iter().map(|(start, drives)| (*start, LaneWay::Drives(drives))).collect();
-            self.solve(&wanted)
+            let ways: Vec<_> = commands.iter().map(|(start, drives)| (*start, LaneWay::Drives(drives))).collect();
+            self.solve(&ways)
         }
         #[cfg(not(target_arch = "x86_64"))]
-        vec![None; asked.len()]
+        vec![None; commands.len()]
     }
 
     /// Searches in lanes from each start along its way; all `None` without lanes or for a single one.

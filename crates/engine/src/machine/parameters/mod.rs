@@ -8,6 +8,7 @@
 //! of its first drive, `x.base.translation.y`, `x.base.turn.y`, the same of its `end`, and the zero of a drive, `x.rail.offset`.
 
 mod mount_errors;
+mod separate;
 mod unit;
 mod variation;
 mod walk;
@@ -265,6 +266,17 @@ impl Machine {
         let mut machine = self.with_errors_unrecorded(&chain_errors);
         machine.definition.errors = errors.into_iter().zip(chain_errors).collect();
         Ok(machine)
+    }
+}
+
+/// Whether `name` matches `pattern`, in which `*` stands for any letters but a dot.
+pub fn is_pattern_of(pattern: &str, name: &str) -> bool {
+    match pattern.split_once('*') {
+        None => pattern == name,
+        Some((before, rest)) => name.strip_prefix(before).is_some_and(|left| {
+            let ends = left.char_indices().map(|(at, _)| at).chain([left.len()]);
+            ends.take_while(|&end| !left[..end].contains('.')).any(|end| is_pattern_of(rest, &left[end..]))
+        }),
     }
 }
 

@@ -158,15 +158,16 @@ fn has_operator(mut scan: Scan<'_>) -> bool {
     scan.is_in_expression()
 }
 
-/// Takes `CA 90` or `CA=90` of a circle, rad.
+/// Takes `CA 90` or `CA=90` (degrees); returns the angle of the circle, rad, negative against the direction to its via point. `Err` for 0 or
+/// above [`MOST_DEGREES`].
 fn circle_angle(scan: &mut Scan<'_>) -> Result<f64, RobotFault> {
-    let expected = RobotFault::Form { expected: "CA and the angle of the circle, not 0" };
+    let fault = RobotFault::Form { expected: "CA and the angle of the circle, not 0 and at most 36000" };
     if !scan.name().0.eq_ignore_ascii_case("CA") {
-        return Err(expected);
+        return Err(fault);
     }
     scan.takes(b'=');
     let (degrees, _) = scan.number()?;
-    if degrees == 0.0 || degrees.abs() > MOST_DEGREES { Err(expected) } else { Ok(degrees.to_radians()) }
+    if degrees == 0.0 || degrees.abs() > MOST_DEGREES { Err(fault) } else { Ok(degrees.to_radians()) }
 }
 
 /// Largest angle of a circle: a hundred revolutions.

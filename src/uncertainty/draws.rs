@@ -1,0 +1,40 @@
+//! The draws: standard normal numbers for each uncertain quantity, the same at every place.
+
+use super::{Spread, UncertainParameter, normal_quantile, sobol};
+
+/// Draws of all uncertain quantities, in scrambles that are independent of one another.
+#[derive(Debug, Clone)]
+pub struct Draws {
+    /// Standard normal number of each parameter in each draw; the last one is that of the force.
+    pub normal: Vec<Vec<f64>>,
+    /// Coordinate of each parameter in each draw ([`UncertainParameter::coordinate`]).
+    pub coordinates: Vec<Vec<f64>>,
+    /// Factor of the cutting force in each draw.
+    pub force: Vec<f64>,
+}
+
+impl Draws {
+    /// Number of scrambles.
+    pub const SCRAMBLES: usize = 16;
+    /// Draws of a scramble.
+    pub const PER_SCRAMBLE: usize = 256;
+    /// Number of draws.
+    pub const COUNT: usize = Self::SCRAMBLES * Self::PER_SCRAMBLE;
+
+    /// Draws of `parameters` and of a force with the distribution `force`.
+    pub fn new(parameters: &[UncertainParameter], force: Option<Spread>, seed: u32) -> Self {
+        let points = sobol::points(parameters.len() + 1, Self::SCRAMBLES, Self::PER_SCRAMBLE, seed.into());
+        let normal: Vec<Vec<f64>> =
+            points.into_iter().map(|own| own.into_iter().map(normal_quantile).collect()).collect();
+        let of = |(own, normal): (&UncertainParameter, &Vec<f64>)| normal.iter().map(|z| own.coordinate(*z)).collect();
+        let coordinates = parameters.iter().zip(&normal).map(of).collect();
+        let factor = |z: &f64| force.map_or(1.0, |spread| spread.value(1.0, *z));
+        let force = normal[parameters.len()].iter().map(factor).collect();
+        Self { normal, coordinates, force }
+    }
+
+    /// Number of draws.
+    pub fn count(&self) -> usize {
+        self.force.len()
+    }
+}

@@ -1,0 +1,307 @@
+//! Checks of `[uncertainty]` as written, which make it an [`Uncertainty`].
+
+use std::collections::BTreeMap;
+
+use super::{
+    Draws, Spread, SpreadSource, UncertainParameter, Uncertainty, Z_95_INTERVAL,
+    spec::{ChainErrorToleranceSpec, ParameterUncertaintySpec, SpreadSpec, UncertaintySpec},
+};
+use crate::{
+    input::{check::Check, error::Result},
+    machine::{Grade, Machine, Parameter, Unit, is_pattern_of},
+};
+
+/// Most parameters that vary.
+const MOST: usize = 200;
+/// Largest standard deviation over the nominal value.
+const LARGEST_RELATIVE_STD: f64 = 2.0;
+/// Standard deviation over the value of stiffnesses and masses that a machine file grades as assumed: `docs/uncertainty.md` says why.
+pub const ASSUMED_RELATIVE_STD: f64 = 0.3;
+
+/// Parts of names of parameters that are limits, or by which commands are computed and forces applied: what they do is not a displacement of the
+/// tool from where it is commanded.
+const NOT_VARIED: [&str; 12] = [
+    "home",
+    "workspace",
+    "travel",
+    "limits",
+    "force_limit",
+    "torque_limit",
+    "backlash",
+    "friction",
+    "shown",
+    "tool_tip",
+    "tool_axis",
+    "gravity",
+];
+
+/// Checks the table at `check` for the nominal `machine`.
+///
+/// # Errors
+/// Patterns that name no parameter, parameters named twice, deviations that make no machine.
+pub fn resolve(spec: &UncertaintySpec, machine: &Machine, check: &Check) -> Result<Uncertainty> {
+    let (machine, designs) = machine.with_separate_mounts().or_else(|error| check.fail(error.to_string()))?;
+    let mut found = Found { all: machine.parameters(), machine: &machine, designs, parameters: Vec::new() };
+    for (i, entry) in spec.parameter.iter().enumerate() {
+        found.add_entry(entry, &check.key(&format!("parameter[{i}]")))?;
+    }
+    for (i, entry) in spec.chain_error.iter().enumerate() {
+        found.add_tolerances(entry, &check.key(&format!("chain_error[{i}]")))?;
+    }
+    if spec.machine.is_some() {
+        found.add_from_provenance(&check.key("machine"))?;
+    }
+    let parameters = found.parameters;
+    if parameters.len() > MOST {
+        return check.fail(format!("at most {MOST} parameters may vary by themselves, got {}", parameters.len()));
+    }
+    let force = spec.process.as_ref().and_then(|own| own.force_relative_std);
+    let force = force.map(|std| relative_std(std, &check.key("process.force_relative_std"))).transpose()?;
+    let force = force.map(Spread::of_relative_std);
+    if parameters.is_empty() && force.is_none() {
+        let nothing = match spec.machine {
+            Some(_) => {
+                "varies nothing: the machine file has neither intervals nor assumed stiffnesses in [[provenance]]"
+            }
+            None => {
+                "varies nothing: expected machine = \"provenance\", parameter, chain_error or process.force_relative_std"
+            }
+        };
+        return check.fail(nothing.into());
+    }
+    let draws = Draws::new(&parameters, force, spec.seed);
+    Ok(Uncertainty { machine, parameters, force, draws })
+}
+
+/// Parameters found so far.
+struct Found<'a> {
+    machine: &'a Machine,
+    all: Vec<Parameter>,
+    /// The design of each chain that is mounted several times, by the name of its copy.
+    designs: BTreeMap<String, String>,
+    parameters: Vec<UncertainParameter>,
+}
+
+impl Found<'_> {
+    /// Name of the parameter as the machine file has it, of the design and not of its mounting.
+    fn name_in_design(&self, name: &str) -> Option<String> {
+        let of = |(copy, design): (&String, &String)| {
+            let rest = name.strip_prefix(copy.as_str()).filter(|rest| rest.starts_with('.'))?;
+            Some((copy.len(), format!("{design}{rest}")))
+        };
+        self.designs.iter().filter_map(of).max().map(|(_, name)| name)
+    }
+
+    /// Parameters whose name, or name in their design, matches `pattern`, and that may vary.
+    fn matching(&self, pattern: &str, check: &Check) -> Result<Vec<Parameter>> {
+        let is_meant = |own: &&Parameter| {
+            is_pattern_of(pattern, &own.name)
+                || self.name_in_design(&own.name).is_some_and(|name| is_pattern_of(pattern, &name))
+        };
+        let named: Vec<&Parameter> = self.all.iter().filter(is_meant).collect();
+        if named.is_empty() {
+            // Says the nearest names.
+            let error = self.machine.parameter(pattern).err().map_or_else(String::new, |error| error.to_string());
+            return check.misfit(error, Vec::new());
+        }
+        let may_vary = |own: &&&Parameter| !own.name.split('.').any(|part| NOT_VARIED.contains(&part));
+        let varied: Vec<Parameter> = named.iter().filter(may_vary).map(|own| (**own).clone()).collect();
+        if varied.is_empty() {
+            let name = &named[0].name;
+            let problem = format!(
+                "{name} cannot vary: it is a limit, or commands and forces are computed with it; expected a stiffness, section, length, mass or \
+                 error of a chain"
+            );
+            return check.fail(problem);
+        }
+        Ok(varied)
+    }
+
+    /// Adds the parameters of an entry of the study.
+    fn add_entry(&mut self, entry: &ParameterUncertaintySpec, check: &Check) -> Result<()> {
+        let ParameterUncertaintySpec { name, shared, std, relative_std, interval_95, uniform } = entry;
+        let spec = SpreadSpec { std: *std, relative_std: *relative_std, interval_95: *interval_95, uniform: *uniform };
+        let named = self.matching(name, &check.key("name"))?;
+        if !shared {
+            return named.into_iter().try_for_each(|own| self.add(vec![own], &spec, SpreadSource::Given, check));
+        }
+        let mut by_name: BTreeMap<String, Vec<Parameter>> = BTreeMap::new();
+        for own in named {
+            by_name.entry(self.name_in_design(&own.name).unwrap_or_else(|| own.name.clone())).or_default().push(own);
+        }
+        by_name.into_values().try_for_each(|own| self.add(own, &spec, SpreadSource::Given, check))
+    }
+
+    /// Adds the errors of chains of an entry of the study.
+    fn add_tolerances(&mut self, entry: &ChainErrorToleranceSpec, check: &Check) -> Result<()> {
+        let chains: Vec<usize> = (0..self.machine.chains.len())
+            .filter(|i| is_pattern_of(&entry.chain, &self.machine.chains[*i].name))
+            .collect();
+        if chains.is_empty() {
+            let known = self.machine.chains.iter().map(|chain| chain.name.as_str()).collect::<Vec<_>>().join(", ");
+            return check
+                .key("chain")
+                .misfit(format!("no chain is called \"{}\"; there are: {known}", entry.chain), ());
+        }
+        let tolerances = [
+            ("turn_about_drive_axis_deg", "turn", &entry.turn_about_drive_axis_deg),
+            ("base_translation_mm", "base.translation.*", &entry.base_translation_mm),
+            ("base_rotation_deg", "base.turn.*", &entry.base_rotation_deg),
+            ("end_translation_mm", "end.translation.*", &entry.end_translation_mm),
+            ("end_rotation_deg", "end.turn.*", &entry.end_rotation_deg),
+            ("drive_offsets_mm_or_deg", "*.offset", &entry.drive_offsets_mm_or_deg),
+        ];
+        if tolerances.iter().all(|(.., spec)| spec.is_none()) {
+            let keys = tolerances.map(|(key, ..)| key).join(", ");
+            return check.fail(format!("names no error: expected one of {keys}"));
+        }
+        for (key, parameters, spec) in tolerances {
+            let Some(spec) = spec else { continue };
+            for chain in &chains {
+                let pattern = format!("{}.{parameters}", self.machine.chains[*chain].name);
+                let is_error = |own: &&Parameter| own.key.is_none() && is_pattern_of(&pattern, &own.name);
+                let named: Vec<Parameter> = self.all.iter().filter(is_error).cloned().collect();
+                for own in named {
+                    self.add(vec![own], spec, SpreadSource::Given, &check.key(key))?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Adds parameters that are not named so far and have an interval in the machine file, or are assumed.
+    fn add_from_provenance(&mut self, check: &Check) -> Result<()> {
+        let is_named = |name: &str| self.parameters.iter().flat_map(|own| &own.values).any(|(own, _)| own == name);
+        let open: Vec<Parameter> = self.all.iter().filter(|own| !is_named(&own.name)).cloned().collect();
+        for own in open {
+            if own.name.split('.').any(|part| NOT_VARIED.contains(&part)) {
+                continue;
+            }
+            let spec = match (own.interval, own.grade) {
+                (Some(ends), _) => {
+                    (SpreadSpec { interval_95: Some(ends), ..SpreadSpec::default() }, SpreadSource::Provenance)
+                }
+                (None, Some(Grade::Assumed)) if is_positive(&own) => {
+                    let assumed = SpreadSpec { relative_std: Some(ASSUMED_RELATIVE_STD), ..SpreadSpec::default() };
+                    (assumed, SpreadSource::Assumed)
+                }
+                _ => continue,
+            };
+            self.add(vec![own], &spec.0, spec.1, check)?;
+        }
+        Ok(())
+    }
+
+    /// Adds parameters with the same draws.
+    fn add(&mut self, named: Vec<Parameter>, spec: &SpreadSpec, source: SpreadSource, check: &Check) -> Result<()> {
+        let mut values = Vec::new();
+        for own in &named {
+            let Some(value) = own.value else {
+                let problem = format!("{} is \"unknown\" in the machine file: expected a nominal value", own.name);
+                return check.fail(problem);
+            };
+            if self.parameters.iter().flat_map(|other| &other.values).any(|(name, _)| *name == own.name) {
+                return check.fail(format!("{} is named by an entry before", own.name));
+            }
+            values.push((own.name.clone(), value));
+        }
+        let Some(first) = named.first() else { return Ok(()) };
+        if values.iter().any(|(_, value)| *value != values[0].1) {
+            return check.fail(format!(
+                "{} and others of the same name have several values: they cannot be shared",
+                first.name
+            ));
+        }
+        let own = UncertainParameter { values, unit: first.unit, spread: spread(spec, first, check)?, source };
+        for z in [-FAR, FAR] {
+            let made = self.machine.with_parameters(&own.at(z).collect::<Vec<_>>());
+            if let Err(error) = made {
+                return check.fail(format!("makes no machine {FAR} standard deviations from the nominal one: {error}"));
+            }
+        }
+        self.parameters.push(own);
+        Ok(())
+    }
+}
+
+/// Standard normal number at which a draw must still make a machine: one of 16,000 is farther.
+const FAR: f64 = 4.0;
+
+/// Whether the parameter must stay positive.
+fn is_positive(parameter: &Parameter) -> bool {
+    let units = [Unit::N_PER_MM, Unit::NMM_PER_RAD, Unit::N_PER_MM2, Unit::KG];
+    units.contains(&parameter.unit) && parameter.value.is_some_and(|value| value > 0.0)
+}
+
+/// Checks a standard deviation over the nominal value.
+fn relative_std(value: f64, check: &Check) -> Result<f64> {
+    let value = check.not_negative(value)?;
+    match value <= LARGEST_RELATIVE_STD {
+        true => Ok(value),
+        false => check.fail(format!("must be at most {LARGEST_RELATIVE_STD}, got {value}: it is a share, 0.1 is 10 %")),
+    }
+}
+
+/// Distribution of `parameter`: lognormal where it must stay positive.
+fn spread(spec: &SpreadSpec, parameter: &Parameter, check: &Check) -> Result<Spread> {
+    let (nominal, unit) = (parameter.value.unwrap_or_default(), parameter.unit);
+    match (spec.std, spec.relative_std, spec.interval_95, spec.uniform) {
+        (Some(std), None, None, None) => {
+            let check = check.key("std");
+            let std = check.not_negative(std)?;
+            match is_positive(parameter) {
+                true => Ok(Spread::of_relative_std(relative_std(std / nominal, &check)?)),
+                false => Ok(Spread::Difference { below: std, above: std }),
+            }
+        }
+        (None, Some(relative), None, None) => {
+            let check = check.key("relative_std");
+            let relative = relative_std(relative, &check)?;
+            match nominal {
+                _ if is_positive(parameter) => Ok(Spread::of_relative_std(relative)),
+                0.0 => check.fail(format!(
+                    "is a share of the value of {}, which is 0: expected std or uniform",
+                    parameter.name
+                )),
+                _ => Ok(Spread::Difference { below: relative * nominal.abs(), above: relative * nominal.abs() }),
+            }
+        }
+        (None, None, Some(ends), None) => {
+            let [low, high] = interval(ends, parameter, &check.key("interval_95"))?;
+            match is_positive(parameter) {
+                true => Ok(Spread::Logarithm {
+                    below: libm::log(nominal / low) / Z_95_INTERVAL,
+                    above: libm::log(high / nominal) / Z_95_INTERVAL,
+                }),
+                false => Ok(Spread::Difference {
+                    below: (nominal - low) / Z_95_INTERVAL,
+                    above: (high - nominal) / Z_95_INTERVAL,
+                }),
+            }
+        }
+        (None, None, None, Some(ends)) => {
+            let [low, high] = interval(ends, parameter, &check.key("uniform"))?;
+            Ok(Spread::Uniform { least: low - nominal, largest: high - nominal })
+        }
+        _ => check.fail(format!(
+            "expected one of std, relative_std, interval_95 and uniform for {} ({unit})",
+            parameter.name
+        )),
+    }
+}
+
+/// Checks an interval that must hold the nominal value of `parameter`, and be positive where that must.
+fn interval([low, high]: [f64; 2], parameter: &Parameter, check: &Check) -> Result<[f64; 2]> {
+    let nominal = parameter.value.unwrap_or_default();
+    let (low, high) = (check.finite_scalar(low)?, check.finite_scalar(high)?);
+    if low > high || !(low..=high).contains(&nominal) {
+        let Parameter { name, unit, .. } = parameter;
+        return check.fail(format!(
+            "expected two ascending numbers with the nominal value of {name} between them, {nominal} {unit}, got {low} and {high}"
+        ));
+    }
+    if is_positive(parameter) && low <= 0.0 {
+        return check.fail(format!("must be above 0, as {} is, got {low}", parameter.name));
+    }
+    Ok([low, high])
+}

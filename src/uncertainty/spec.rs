@@ -1,0 +1,91 @@
+//! The table `[uncertainty]` as written, before it is checked: units in the keys, unknown keys refused.
+
+use serde::Deserialize;
+
+/// What is not known exactly of a machine and of the force on its tool.
+#[derive(Debug, Clone, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct UncertaintySpec {
+    /// Whether parameters of the machine vary as its file says; only those that are named here if not given.
+    pub machine: Option<MachineUncertaintySpec>,
+    /// Parameters of the machine, by name.
+    #[serde(default)]
+    pub parameter: Vec<ParameterUncertaintySpec>,
+    /// Errors of chains: tolerances of manufacturing and assembly.
+    #[serde(default)]
+    pub chain_error: Vec<ChainErrorToleranceSpec>,
+    /// The process; exact if not given.
+    pub process: Option<ProcessUncertaintySpec>,
+    /// Number from which the draws are made; 0 if not given.
+    #[serde(default)]
+    pub seed: u32,
+}
+
+/// Source of the spread of machine parameters.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum MachineUncertaintySpec {
+    /// Intervals of `[[provenance]]`, and a default where it grades a stiffness or mass as assumed.
+    Provenance,
+}
+
+/// The distribution of a quantity; exactly one key.
+#[derive(Debug, Clone, Copy, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SpreadSpec {
+    /// Standard deviation, in the unit of the quantity.
+    pub std: Option<f64>,
+    /// Standard deviation over the nominal value.
+    pub relative_std: Option<f64>,
+    /// Interval that holds 95 %, in the unit of the quantity.
+    pub interval_95: Option<[f64; 2]>,
+    /// Interval with equal probability everywhere, in the unit of the quantity.
+    pub uniform: Option<[f64; 2]>,
+}
+
+/// The distribution of parameters of the machine.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ParameterUncertaintySpec {
+    /// Name of a parameter, in which `*` stands for any letters but a dot.
+    pub name: String,
+    /// Whether chains that are mounted several times have the same value; each mounting varies by itself if not.
+    #[serde(default)]
+    pub shared: bool,
+    /// As in [`SpreadSpec`].
+    pub std: Option<f64>,
+    /// As in [`SpreadSpec`].
+    pub relative_std: Option<f64>,
+    /// As in [`SpreadSpec`].
+    pub interval_95: Option<[f64; 2]>,
+    /// As in [`SpreadSpec`].
+    pub uniform: Option<[f64; 2]>,
+}
+
+/// Tolerances of the errors of chains; each component varies by itself.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ChainErrorToleranceSpec {
+    /// Name of the chain, in which `*` stands for any letters.
+    pub chain: String,
+    /// Turn of the whole chain about the axis of its first drive.
+    pub turn_about_drive_axis_deg: Option<SpreadSpec>,
+    /// Displacement of the chain's first frame, along each of its axes.
+    pub base_translation_mm: Option<SpreadSpec>,
+    /// Rotation vector of the chain's first frame, about each of its axes.
+    pub base_rotation_deg: Option<SpreadSpec>,
+    /// Displacement of the chain's last frame, along each of its axes.
+    pub end_translation_mm: Option<SpreadSpec>,
+    /// Rotation vector of the chain's last frame, about each of its axes.
+    pub end_rotation_deg: Option<SpreadSpec>,
+    /// Zero-point error of each drive of the chain.
+    pub drive_offsets_mm_or_deg: Option<SpreadSpec>,
+}
+
+/// What is not known of the process.
+#[derive(Debug, Clone, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ProcessUncertaintySpec {
+    /// Standard deviation of the cutting force over its value, the same for all of it at once; exact if not given.
+    pub force_relative_std: Option<f64>,
+}

@@ -1,0 +1,79 @@
+//! How an uncertain quantity is distributed about its nominal value, and quantiles of the normal distribution.
+
+use std::f64::consts::{PI, SQRT_2};
+
+/// The standard normal value below which 97.5 % of all are: an interval of 95 % lies between it and its negative.
+pub const Z_95_INTERVAL: f64 = 1.959_963_984_540_054;
+
+/// Distribution of a quantity whose nominal value is the median; a standard normal number says how far along it a draw is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Spread {
+    /// Logarithm of the value over the nominal one: its standard deviations below and above the median.
+    Logarithm {
+        /// Below the median.
+        below: f64,
+        /// Above the median.
+        above: f64,
+    },
+    /// Difference from the nominal value: its standard deviations below and above the median, in the unit of the quantity.
+    Difference {
+        /// Below the median.
+        below: f64,
+        /// Above the median.
+        above: f64,
+    },
+    /// Evenly between two differences from the nominal value, in the unit of the quantity; the nominal value need not be the median.
+    Uniform {
+        /// Least difference.
+        least: f64,
+        /// Largest difference.
+        largest: f64,
+    },
+}
+
+impl Spread {
+    /// Value of the quantity for the standard normal number `z`.
+    pub fn value(&self, nominal: f64, z: f64) -> f64 {
+        let scaled = |below: f64, above: f64| z * if z < 0.0 { below } else { above };
+        match *self {
+            Spread::Logarithm { below, above } => nominal * libm::exp(scaled(below, above)),
+            Spread::Difference { below, above } => nominal + scaled(below, above),
+            Spread::Uniform { least, largest } => nominal + least + (largest - least) * normal_share(z),
+        }
+    }
+
+    /// Logarithm with the standard deviation `relative_std` of value over mean.
+    pub fn of_relative_std(relative_std: f64) -> Self {
+        let std = libm::log(1.0 + relative_std * relative_std).sqrt();
+        Spread::Logarithm { below: std, above: std }
+    }
+
+    /// The distribution in words.
+    pub fn words(&self) -> &'static str {
+        match self {
+            Spread::Logarithm { .. } => "lognormal",
+            Spread::Difference { .. } => "normal",
+            Spread::Uniform { .. } => "uniform",
+        }
+    }
+}
+
+/// Probability that a standard normal number is below `z`.
+pub fn normal_share(z: f64) -> f64 {
+    0.5 * libm::erfc(-z / SQRT_2)
+}
+
+/// The standard normal number below which the share `share`, in (0, 1), of all is.
+pub fn normal_quantile(share: f64) -> f64 {
+    let tail = share.min(1.0 - share);
+    // Rational approximation to 4.5e-4 (Abramowitz and Stegun, 26.2.23), corrected by steps of the third order with the exact distribution.
+    let t = (-2.0 * libm::log(tail)).sqrt();
+    let numerator = 2.515_517 + t * (0.802_853 + t * 0.010_328);
+    let mut z = numerator / (1.0 + t * (1.432_788 + t * (0.189_269 + t * 0.001_308))) - t;
+    for _ in 0..2 {
+        let density = libm::exp(-0.5 * z * z) / (2.0 * PI).sqrt();
+        let step = (normal_share(z) - tail) / density;
+        z -= step / (1.0 + 0.5 * z * step);
+    }
+    if share < 0.5 { z } else { -z }
+}

@@ -1,0 +1,201 @@
+//! Displacements of the tool in all draws, from a few solved ones: a polynomial in compliances and geometry, times the factor of the force.
+//!
+//! The displacement under one load is `u + f (d − u)`: f is the factor of the cutting force, u the displacement without load and d that under
+//! the nominal force, each a sum over the parameters of polynomials of the second degree in the coordinate of one parameter
+//! ([`UncertainParameter::coordinate`](super::UncertainParameter::coordinate)), through the nominal value and both [`Response::ENDS`]. What two
+//! parameters do to one another is left out: who uses it checks it by a draw solved in full.
+
+use nalgebra::Vector3;
+
+use super::Draws;
+
+/// Displacements of the tool tip under one load (O axes, mm): at nominal parameters, and with each parameter alone at its ends.
+#[derive(Debug, Clone)]
+pub struct Response {
+    /// At nominal parameters.
+    pub nominal: Vector3<f64>,
+    /// For each parameter, at both ends.
+    pub ends: Vec<[Vector3<f64>; 2]>,
+}
+
+impl Response {
+    /// Standard normal numbers of the ends: the quantiles of 5 % and 95 %.
+    pub const ENDS: [f64; 2] = [-1.644_853_626_951_472_2, 1.644_853_626_951_472_2];
+}
+
+/// A displacement as a polynomial in the coordinates of the parameters, without products of two.
+#[derive(Debug, Clone)]
+struct Polynomial {
+    constant: Vector3<f64>,
+    /// Linear and square coefficient of each parameter.
+    terms: Vec<[Vector3<f64>; 2]>,
+}
+
+impl Polynomial {
+    /// The polynomial through `response`, whose ends are at the coordinates `ends` of each parameter.
+    fn through(response: &Response, ends: &[[f64; 2]]) -> Self {
+        let term = |(at, [low, high]): (&[Vector3<f64>; 2], &[f64; 2])| {
+            let slope = |at: &Vector3<f64>, x: f64| (at - response.nominal) / x;
+            match (*low != 0.0, *high != 0.0) {
+                (true, true) => {
+                    let (below, above) = (slope(&at[0], *low), slope(&at[1], *high));
+                    let square = (above - below) / (high - low);
+                    [above - square * *high, square]
+                }
+                // It varies to one side alone, or not at all.
+                (true, false) => [slope(&at[0], *low), Vector3::zeros()],
+                (false, true) => [slope(&at[1], *high), Vector3::zeros()],
+                (false, false) => [Vector3::zeros(); 2],
+            }
+        };
+        Self { constant: response.nominal, terms: response.ends.iter().zip(ends).map(term).collect() }
+    }
+
+    fn minus(mut self, other: &Self) -> Self {
+        self.constant -= other.constant;
+        for (own, other) in self.terms.iter_mut().flatten().zip(other.terms.iter().flatten()) {
+            *own -= other;
+        }
+        self
+    }
+
+    /// Adds up its components in the draws `from` to `from + sums[0].len()`.
+    fn evaluate(&self, draws: &Draws, from: usize, sums: &mut [[f64; CHUNK]; 3]) {
+        for (axis, sums) in sums.iter_mut().enumerate() {
+            sums.fill(self.constant[axis]);
+            for ([linear, square], x) in self.terms.iter().zip(&draws.coordinates) {
+                let (linear, square) = (linear[axis], square[axis]);
+                for (sum, x) in sums.iter_mut().zip(&x[from..from + CHUNK]) {
+                    *sum += x * (linear + square * x);
+                }
+            }
+        }
+    }
+
+    /// The farthest that it is likely to be from its constant: the root of the sum of squares of what each parameter does at `ends`, times the
+    /// ratio of four standard deviations to the distance of an end.
+    fn reach(&self, ends: &[[f64; 2]]) -> f64 {
+        let of = |([linear, square], ends): (&[Vector3<f64>; 2], &[f64; 2])| {
+            ends.map(|x| (x * (linear + square * x)).norm_squared()).into_iter().fold(0.0, f64::max)
+        };
+        (self.terms.iter().zip(ends).map(of).sum::<f64>()).sqrt() * 4.0 / Response::ENDS[1]
+    }
+}
+
+/// Draws computed at a time.
+const CHUNK: usize = 256;
+const _: () = assert!(Draws::COUNT % CHUNK == 0);
+
+/// Displacements at one place, in all draws.
+#[derive(Debug, Clone)]
+pub struct Surrogate {
+    unloaded: Polynomial,
+    /// Displacement under each load less that without load.
+    by_load: Vec<Polynomial>,
+    ends: Vec<[f64; 2]>,
+}
+
+impl Surrogate {
+    /// Makes it of the displacements without load and under each load; `ends` are the coordinates of the ends of each parameter.
+    pub fn new(ends: Vec<[f64; 2]>, unloaded: &Response, loaded: &[Response]) -> Self {
+        let unloaded = Polynomial::through(unloaded, &ends);
+        let by_load = loaded.iter().map(|own| Polynomial::through(own, &ends).minus(&unloaded)).collect();
+        Self { unloaded, by_load, ends }
+    }
+
+    /// Length of the longest displacement under all loads, in each draw, mm.
+    pub fn largest_displacements(&self, draws: &Draws) -> Vec<f64> {
+        let loads = self.loads_that_may_be_worst(draws);
+        let mut sizes = vec![0.0; draws.count()];
+        let (mut free, mut own) = ([[0.0; CHUNK]; 3], [[0.0; CHUNK]; 3]);
+        for (chunk, sizes) in sizes.chunks_mut(CHUNK).enumerate() {
+            let from = chunk * CHUNK;
+            self.unloaded.evaluate(draws, from, &mut free);
+            let force = &draws.force[from..from + CHUNK];
+            for load in &loads {
+                load.evaluate(draws, from, &mut own);
+                for i in 0..CHUNK {
+                    let [x, y, z] = [0, 1, 2].map(|axis| free[axis][i] + force[i] * own[axis][i]);
+                    let square = x * x + y * y + z * z;
+                    sizes[i] = if square > sizes[i] { square } else { sizes[i] };
+                }
+            }
+            sizes.iter_mut().for_each(|size| *size = size.sqrt());
+        }
+        sizes
+    }
+
+    /// The loads under which the displacement may be the longest in some draw.
+    fn loads_that_may_be_worst(&self, draws: &Draws) -> Vec<&Polynomial> {
+        let factor = draws.force.iter().fold(0.0, |most: f64, factor| most.max((factor - 1.0).abs()));
+        let free = self.unloaded.reach(&self.ends);
+        let bounds = |load: &Polynomial| {
+            let nominal = (self.unloaded.constant + load.constant).norm();
+            let reach = free.hypot(load.reach(&self.ends) * (1.0 + factor)).hypot(factor * load.constant.norm());
+            [nominal - reach, nominal + reach]
+        };
+        let least = self.by_load.iter().fold(0.0, |most: f64, load| most.max(bounds(load)[0]));
+        self.by_load.iter().filter(|load| bounds(load)[1] >= least).collect()
+    }
+
+    /// Variance of the displacement along its nominal direction under the load under which it is the longest, by each parameter alone and, last,
+    /// by the force alone, mm².
+    pub fn variances(&self, draws: &Draws) -> Vec<f64> {
+        let nominal = |load: &Polynomial| self.unloaded.constant + load.constant;
+        let longest = |a: &&Polynomial, b: &&Polynomial| nominal(a).norm().total_cmp(&nominal(b).norm());
+        let Some(load) = self.by_load.iter().max_by(longest) else { return Vec::new() };
+        let along = nominal(load).try_normalize(0.0).unwrap_or_default();
+        let of_term = |((own, free), x): (([Vector3<f64>; 2], &[Vector3<f64>; 2]), &Vec<f64>)| {
+            let [linear, square] = [0, 1].map(|k| along.dot(&(own[k] + free[k])));
+            variance(x.iter().map(|x| x * (linear + square * x)))
+        };
+        let terms = load.terms.iter().copied().zip(&self.unloaded.terms).zip(&draws.coordinates);
+        let by_force = variance(draws.force.iter().map(|factor| factor * along.dot(&load.constant)));
+        terms.map(of_term).chain([by_force]).collect()
+    }
+}
+
+fn variance(values: impl Iterator<Item = f64> + Clone) -> f64 {
+    let (count, sum) = values.clone().fold((0.0, 0.0), |(count, sum), value| (count + 1.0, sum + value));
+    let mean = sum / count;
+    values.map(|value| (value - mean) * (value - mean)).sum::<f64>() / count
+}
+
+/// Value below or at which the share `share` of `values` is; they are put in another order.
+pub fn quantile(values: &mut [f64], share: f64) -> f64 {
+    if values.is_empty() {
+        return f64::NAN;
+    }
+    let place = ((share * values.len() as f64).ceil() as usize).clamp(1, values.len()) - 1;
+    *values.select_nth_unstable_by(place, f64::total_cmp).1
+}
+
+/// Quantiles over draws, in scrambles of [`Draws::PER_SCRAMBLE`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Quantiles {
+    /// Half of the draws are below.
+    pub median: f64,
+    /// 95 % of the draws are below.
+    pub p95: f64,
+    /// Standard error of `p95` as an estimate, from its spread over scrambles.
+    pub p95_standard_error: f64,
+}
+
+impl Quantiles {
+    /// Quantiles of `values`, one for each draw.
+    pub fn of(values: &[f64]) -> Self {
+        let of_scrambles: Vec<f64> =
+            values.chunks(Draws::PER_SCRAMBLE).map(|own| quantile(&mut own.to_vec(), P95)).collect();
+        let count = of_scrambles.len() as f64;
+        let spread = variance(of_scrambles.iter().copied()) * count / (count - 1.0);
+        let mut all = values.to_vec();
+        Self {
+            median: quantile(&mut all, 0.5),
+            p95: quantile(&mut all, P95),
+            p95_standard_error: (spread / count).sqrt(),
+        }
+    }
+}
+
+/// Share of the draws that [`Quantiles::p95`] holds.
+pub const P95: f64 = 0.95;
