@@ -1,12 +1,42 @@
-//! A workspace map of 5³ points, 36 tool angles and both sources, on one thread and on all.
+//! A workspace map of 5³ points, 36 tool angles and both sources, on one thread and on all; and what uncertain inputs cost: maps of an arm and of a
+//! hexapod with exact inputs, with six uncertain parameters and with thirty.
 
 use std::path::Path;
 
 use criterion::Criterion;
 use kinetostat::{
-    questions::{Overrides, Study, StudyKind, map},
+    Folder,
+    questions::{
+        Overrides, Study, StudyKind,
+        map::{self, WorkspaceMapStudy},
+    },
     work::Work,
 };
+
+/// A map of 4³ points of `machine` with its slice at `z` mm, and the table `uncertainty`.
+fn map_of(machine: &str, z: f64, uncertainty: &str) -> WorkspaceMapStudy {
+    let text = format!(
+        "schema = 3\nquestion = \"?\"\nmachine = \"{machine}\"\n{uncertainty}\n[process.force.path_frame]\nradial_force_N = 800.0\n\
+         tangential_force_N = 300.0\naxial_force_N = -200.0\n[workspace_map]\ngrid = [4, 4, 4]\nslices_z_mm = [{z:?}]\n"
+    );
+    let study = Study::from_toml(&text, "study.toml", Folder::in_memory([]), &Overrides::default());
+    match study.expect("a valid study").kind {
+        StudyKind::WorkspaceMap(map, _) => *map,
+        _ => panic!("a workspace map"),
+    }
+}
+
+/// Six stiffnesses, and 24 errors of chains or lengths beside them.
+const ARM: [&str; 2] = [
+    "[[uncertainty.parameter]]\nname = \"arm.*.stiffness\"\nrelative_std = 0.2\n",
+    "[[uncertainty.chain_error]]\nchain = \"*\"\nbase_translation_mm = { std = 0.1 }\nbase_rotation_deg = { std = 0.01 }\n\
+     end_translation_mm = { std = 0.1 }\nend_rotation_deg = { std = 0.01 }\ndrive_offsets_mm_or_deg = { std = 0.01 }\n\
+     [[uncertainty.parameter]]\nname = \"arm.fixed_2.translation.*\"\nstd = 0.1\n[[uncertainty.parameter]]\nname = \"arm.fixed_3.translation.*\"\nstd = 0.1\n",
+];
+const HEXAPOD: [&str; 2] = [
+    "[[uncertainty.parameter]]\nname = \"leg.screw.stiffness\"\nrelative_std = 0.2\n",
+    "[[uncertainty.chain_error]]\nchain = \"*\"\nbase_translation_mm = { std = 0.05 }\ndrive_offsets_mm_or_deg = { std = 0.02 }\n",
+];
 
 fn main() {
     let mut criterion = Criterion::default().configure_from_args().sample_size(10);
@@ -19,6 +49,17 @@ fn main() {
         criterion.bench_function(&format!("map 5x5x5, {threads} threads"), |bencher| {
             bencher.iter(|| pool.install(|| map::run(map, &Work::default()).expect("nothing stops it")));
         });
+    }
+    let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread pool");
+    for (machine, z, [six, more]) in [("kr270", 850.0, ARM), ("hexapod", 800.0, HEXAPOD)] {
+        let force = "[uncertainty.process]\nforce_relative_std = 0.15";
+        for uncertainty in [String::new(), format!("{six}{force}"), format!("{six}{more}{force}")] {
+            let map = map_of(machine, z, &uncertainty);
+            let count = map.uncertainty.as_ref().map_or(0, |own| own.parameters.len());
+            criterion.bench_function(&format!("map of {machine}, {count} uncertain parameters"), |bencher| {
+                bencher.iter(|| one.install(|| map::run(&map, &Work::default()).expect("nothing stops it")));
+            });
+        }
     }
     criterion.final_summary();
 }

@@ -22,7 +22,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         tolerance_mm: None,
         machine,
     };
-    let study = WorkspaceMapStudy { scene, grid };
+    let study = WorkspaceMapStudy { scene, grid, uncertainty: None };
 
     // Any range of points, such as the share of one machine of several.
     for point in map::run_range(&study, 0..2, &Work::default())? {

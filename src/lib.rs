@@ -84,7 +84,6 @@ pub mod redundancy;
 pub mod run;
 pub mod simulation;
 pub mod toolpath;
-pub mod uncertainty;
 pub mod urdf;
 pub mod work;
 
@@ -93,7 +92,6 @@ pub use kinetostat_engine::{compensation, machine, spatial, statics};
 /// The linear algebra in the types of this library.
 pub use nalgebra;
 
-#[cfg(feature = "report")]
 use kinetostat_engine::lanes;
 
 pub use compensation::{Compensation, CompensationSettings, Method, Session, Target, TaskPoint, compensate};

@@ -110,11 +110,16 @@ fn program(data: &[u8], dialect: Dialect) {
     let moved = moved(&path);
     let Ok(rewritten) = program.rewrite(&path, &moved, format) else { return beyond_the_end(&moved) };
     // A program near the end of the range may be moved out of it by rounding or by its work offset.
-    if let Ok(back) = rewritten.read_back() {
+    let read = rewritten.read_back();
+    if let Ok(back) = &read {
         let last_place = 10f64.powi(-i32::from(format.mm_decimals()));
         near(&back.positions_mm(), &moved, last_place.max(25.4 * 10f64.powi(-i32::from(format.inch_decimals()))));
     } else {
-        assert!(moved.iter().any(|position| position.amax() > 0.9e6), "the moved program does not read back");
+        assert!(
+            moved.iter().any(|position| position.amax() > 0.9e6),
+            "the moved program does not read back: {}",
+            read.unwrap_err()
+        );
     }
 }
 
@@ -160,11 +165,16 @@ fn poses(data: &[u8], language: Language) {
         return;
     };
     // A program near the end of the range may be moved out of it by rounding or by its base.
-    if let Ok(back) = rewritten.read_back() {
+    let read = rewritten.read_back();
+    if let Ok(back) = &read {
         let last_place = 10f64.powi(-i32::from(format.mm_decimals()));
         near(&back.positions_mm(), &moved, 2.0 * last_place.max(25.4 * 10f64.powi(-i32::from(format.inch_decimals()))));
     } else {
-        assert!(moved.iter().any(|position| position.amax() > 0.9e6), "the moved program does not read back");
+        assert!(
+            moved.iter().any(|position| position.amax() > 0.9e6),
+            "the moved program does not read back: {}",
+            read.unwrap_err()
+        );
     }
 }
 

@@ -51,7 +51,6 @@ pub struct ExploreArguments {
 
 pub fn explore(arguments: &ExploreArguments) -> Result<Ending> {
     let scene = read_scene(arguments)?;
-    // Errors of machine and process are reported here, not by the page.
     Explorer::open(scene.clone())?;
     let stem = |file: &PathBuf| file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let machine = PathBuf::from(&arguments.machine);

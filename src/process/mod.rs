@@ -8,6 +8,7 @@ mod not_followed;
 mod placement;
 mod redundancy;
 pub(crate) mod tilt;
+pub mod uncertainty;
 mod workpiece;
 
 pub use cutting_rule::CuttingRule;

@@ -11,9 +11,11 @@ use crate::{
         error::{Error, Result},
     },
     machine::{Branch, Machine},
-    process::{GammaChoice, Process},
+    process::{
+        GammaChoice, Process,
+        uncertainty::{self, Uncertainty},
+    },
     questions::spec::{Header, ProcessRef},
-    uncertainty::{self, Uncertainty},
     work::Work,
 };
 
@@ -307,7 +309,7 @@ macro_rules! questions {
             #[serde(default)]
             locked: std::collections::BTreeMap<String, f64>,
             process: Option<spec::ProcessRef>,
-            uncertainty: Option<crate::uncertainty::spec::UncertaintySpec>,
+            uncertainty: Option<crate::process::uncertainty::spec::UncertaintySpec>,
             $($(#[$gate])* $key: Option<<$folder::$study as Question>::Spec>,)*
         }
 

@@ -9,8 +9,10 @@ use serde::{
 
 use crate::{
     input::{check::Check, error::Result, toml_file},
-    process::file::{self, spec::ProcessSpec},
-    uncertainty::spec::UncertaintySpec,
+    process::{
+        file::{self, spec::ProcessSpec},
+        uncertainty::spec::UncertaintySpec,
+    },
 };
 
 /// Version of study files.

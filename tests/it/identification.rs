@@ -12,13 +12,13 @@ use kinetostat::{
     compensation::Target,
     input::Folder,
     inspect::point::{self, PointLoad, PointQuestion},
-    machine::{Configuration, Grade, Machine, ZeroState, catalogue},
+    machine::{Configuration, Grade, Machine, ZeroState, catalogue, is_pattern_of},
     process::Process,
     questions::{
         Overrides, Study, StudyKind,
         identification::{
             Estimate, IdentificationStudy, Identified, LoadedModel, Predicted, Prediction, RowUse, half_width,
-            is_pattern_of, mean_square_limit, predict, rank_correlation, ranks, read, run,
+            mean_square_limit, predict, rank_correlation, ranks, read, run,
         },
     },
     simulation::Machines,

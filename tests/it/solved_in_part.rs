@@ -76,7 +76,7 @@ fn a_deflection_is_shown_where_its_correction_is_not() {
         );
         assert_eq!(point.effect(Source::All).is_some(), point.position_mm[1] >= 0.0);
     }
-    let table = table(&study.scene.machine, &map.points);
+    let table = table(&study, &map.points);
     let column = |name: &str| table.columns().iter().position(|column| column.name == name).unwrap();
     let known = |row: &Vec<Cell>, name: &str| row[column(name)] != Cell::Missing;
     let correction = format!("delta_rho_{}_deg", study.scene.machine.drive_labels()[0]);

@@ -354,7 +354,7 @@ fn stiffness_is_given_or_taken_from_a_machine_with_the_same_drives() {
         (DriveStiffness::Given(vec![0.0; 6]), "--stiffness: expected numbers between 1e-12 and 1e15, got 0.0"),
         (
             DriveStiffness::Like(Machine::named("orthoglide").unwrap()),
-            "--like: orthoglide has the drives slide, slide, slide; the imported robot has hinge, hinge, hinge, hinge, hinge, hinge: expected the same kinds",
+            "--like: orthoglide has the drives slide, slide, slide; the imported robot has hinge, hinge, hinge, hinge, hinge, hinge: expected the same kinds in the same order, or --stiffness",
         ),
     ] {
         assert_eq!(with(stiffness).unwrap_err().to_string(), expected);

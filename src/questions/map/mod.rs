@@ -19,10 +19,10 @@ use crate::{
     compensation::{Compensation, Method, Session, TaskPoint, compensate_batch},
     input::error,
     machine::{Configuration, Machine, Unreachable},
+    process::uncertainty::Uncertainty,
     simulation::{BySource, Failure, Machines, Scene, Source, status_of},
     spatial::Grid,
     statics::{self, Batch, Outcome, State, tool_compliance},
-    uncertainty::Uncertainty,
     work::{Event, Work, compute_overlapped, if_this_shard},
 };
 

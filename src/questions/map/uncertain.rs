@@ -11,9 +11,9 @@ use crate::{
     compensation::{Method, Session, TaskPoint},
     input::error,
     machine::{Configuration, Machine},
+    process::uncertainty::{Draws, P95, Quantiles, Response, Surrogate, Uncertainty, quantile},
     simulation::{Failure, Machines, Source},
     statics::Batch,
-    uncertainty::{Draws, P95, Quantiles, Response, Surrogate, Uncertainty, quantile},
 };
 
 /// Distribution of the deflection by all sources at a grid point, worst over the tool angle φ.
@@ -181,7 +181,7 @@ impl<'a> Variations<'a> {
                 sizes.iter_mut().for_each(|size| *size *= mean);
                 spread.median_mm *= mean;
                 spread.p95_mm *= mean;
-                spread.p95_standard_error_mm = spread.p95_standard_error_mm.hypot(p95 * error);
+                spread.p95_standard_error_mm = libm::hypot(spread.p95_standard_error_mm, p95 * error);
                 return true;
             }
         }
@@ -214,7 +214,7 @@ impl<'a> Variations<'a> {
         spread.solved_draws = solved.len();
         spread.median_mm += median;
         spread.p95_mm += p95;
-        spread.p95_standard_error_mm = spread.p95_standard_error_mm.hypot(error);
+        spread.p95_standard_error_mm = libm::hypot(spread.p95_standard_error_mm, error);
         solved
     }
 }

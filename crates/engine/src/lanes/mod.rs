@@ -1,4 +1,4 @@
-//! Arithmetic for one case, or for four or eight at once in vector registers (SIMD): written once, with the same bits.
+//! Arithmetic for one case, or four or eight at once (SIMD): written once, with the same bits.
 //!
 //! Solving a machine takes the same operations at every point, so a vector register can hold one number for each of 4 or 8
 //! points: its *lanes*. What is written once over [`Real`] is compiled for `f64` and for each kind of register; which of

@@ -19,7 +19,10 @@ use crate::{
     },
     input::error::Result,
     page::{Description, Fact, Section, TableNote},
-    process::ForceLaw,
+    process::{
+        ForceLaw,
+        uncertainty::{Spread, SpreadSource, UncertainParameter, Uncertainty, Z_95_INTERVAL},
+    },
     questions::{
         Answered,
         map::{MapPoint, WorkspaceMapStudy, run_in_blocks},
@@ -76,7 +79,7 @@ fn page(summary: &Summary<'_>, text: &ReportText) -> Description {
             Section::new("How far does the tool move, and where?", "the map, to slice, turn and click")
                 .text(&text.place)
                 .explorers([MAP])
-                .figures(&["slices_deflection_all", "workspace_"]),
+                .figures(&["slices_deflection_p95", "slices_deflection_all", "workspace_"]),
             Section::new(
                 "Why?",
                 "cutting force, chain errors and weight one by one; stiffness; what adding them misses",
@@ -91,8 +94,29 @@ fn page(summary: &Summary<'_>, text: &ReportText) -> Description {
     }
 }
 
+/// Describes what varies in which 95 % interval.
+fn spread_words(uncertainty: &Uncertainty) -> String {
+    let interval = |ends: [f64; 2]| ends.map(|end| format!("{end:.4}")).join(" to ");
+    let parameter = |own: &UncertainParameter| {
+        let source = match own.source {
+            SpreadSource::Given => "",
+            SpreadSource::Provenance => ", machine file",
+            SpreadSource::Assumed => ", assumed",
+        };
+        format!("{} {} {} ({}{source})", own.name(), interval(own.interval_95()), own.unit, own.spread.words())
+    };
+    let mut words: Vec<String> = uncertainty.parameters.iter().take(MOST_SHOWN).map(parameter).collect();
+    words.extend(uncertainty.parameters.len().checked_sub(MOST_SHOWN + 1).map(|more| format!("{} more", more + 1)));
+    let factor = |spread: Spread| [-1.0, 1.0].map(|side| spread.value(1.0, side * Z_95_INTERVAL));
+    words.extend(uncertainty.force.map(|own| format!("cutting force × {}", interval(factor(own)))));
+    format!("95 % intervals: {}; {} draws", words.join("; "), uncertainty.draws.count())
+}
+
+/// Uncertain parameters that the page lists; summary.json has all.
+const MOST_SHOWN: usize = 12;
+
 /// Returns the facts about machine, force, tool angles and grid that head the page.
-fn setting(WorkspaceMapStudy { scene, grid, .. }: &WorkspaceMapStudy) -> Vec<Fact> {
+fn setting(WorkspaceMapStudy { scene, grid, uncertainty }: &WorkspaceMapStudy) -> Vec<Fact> {
     let span = |axis: usize| {
         let values = &grid.axes[axis];
         // The way to the middle of a box leaves rounding that must not show.
@@ -113,6 +137,10 @@ fn setting(WorkspaceMapStudy { scene, grid, .. }: &WorkspaceMapStudy) -> Vec<Fac
         Fact::new("grid", format!("{} positions of P, x {}, y {}, z {}", size_words(grid), span(0), span(1), span(2))),
         Fact::new("best and worst", over),
         Fact::new("compensation holds", scene.target.words()),
+        Fact::new(
+            "uncertain inputs",
+            uncertainty.as_ref().map_or_else(|| "none: all are taken as exact".into(), spread_words),
+        ),
     ]);
     facts[1].value += match scene.force.law {
         ForceLaw::Printed => "; eq. (17) as printed",

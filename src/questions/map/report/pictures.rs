@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use super::{
     Summary,
-    quantities::{ANGLE, DEFLECTION, STIFFNESS, SUPERPOSITION_ERROR, drives},
+    quantities::{ANGLE, DEFLECTION, P95_DEFLECTION, STIFFNESS, SUPERPOSITION_ERROR, drives},
 };
 use crate::{
     answer::{GridMap, MapLayer, Quantity, Tolerance, deflected_pose::deflected_pose},
@@ -49,6 +49,10 @@ fn drawn_quantities(study: &WorkspaceMapStudy) -> Vec<MapLayer<MapPoint>> {
         of("deflection_cutting", "How far the cutting force moves the tool", Source::Cutting, DEFLECTION),
         of("deflection_all", together, Source::All, DEFLECTION),
     ];
+    if study.uncertainty.is_some() {
+        let title = "How far the tool moves at most with 95 % probability";
+        all.push(of("deflection_p95_all", title, Source::All, P95_DEFLECTION));
+    }
     if let Some(own) = machine.own_load_words() {
         let words = match own {
             "weight" => "How far the machine's own weight moves the tool",

@@ -11,6 +11,7 @@ use super::quantities::{
 use crate::{
     answer::{DriveQuantities, Quantity, QuantityExtremes, ShareWithin, ValueAt},
     files::StatusCount,
+    process::uncertainty::UncertainParameter,
     questions::map::{MapPoint, SourceEffect, WorkspaceMapStudy},
     simulation::{BySource, SOLVED, Source},
 };
@@ -170,7 +171,23 @@ impl<'a> Summary<'a> {
         let entries = self.sources.iter().map(|(source, sums)| (source.label().to_string(), sums.in_json.json()));
         let sources: Map<String, Value> =
             entries.filter(|(_, entry)| !entry.is_empty()).map(|(label, entry)| (label, entry.into())).collect();
-        json!({ "schema": SCHEMA, "rows": rows(&mut self.statuses.iter()), "rows_solved": solved, "sources": sources })
+        let mut summary = json!({ "schema": SCHEMA, "rows": rows(&mut self.statuses.iter()), "rows_solved": solved, "sources": sources });
+        if let Some(uncertainty) = &self.study.uncertainty {
+            let parameter = |own: &UncertainParameter| {
+                let names: Vec<&str> = own.values.iter().map(|(name, _)| name.as_str()).collect();
+                let (unit, [low, high]) = (own.unit.in_files(), own.interval_95());
+                json!({ "names": names, "unit": unit, "low_95": low, "high_95": high, "distribution": own.spread.words() })
+            };
+            summary["uncertainty"] = json!({
+                "parameters": uncertainty.parameters.iter().map(parameter).collect::<Vec<Value>>(),
+                "draws": uncertainty.draws.count(),
+                "points_corrected": self.spread.corrected,
+                "points_without_spread": self.spread.unknown,
+                "main_causes": self.spread.causes,
+                "share_within_tolerance_p95": self.within_p95.get(),
+            });
+        }
+        summary
     }
 }
 

@@ -12,9 +12,9 @@ use crate::{
     },
     machine::{Machine, Motion},
     page::headline::{Extreme, Headline, InTable, KeyNumber},
+    process::uncertainty::ASSUMED_RELATIVE_STD,
     questions::map::{SourceEffect, WorkspaceMapStudy},
     simulation::{ROUNDING_MM, Source},
-    uncertainty::ASSUMED_RELATIVE_STD,
 };
 
 /// Returns the sentences of the report for `summary`, which holds all points of a map.
@@ -212,7 +212,11 @@ pub(super) fn headline(summary: &Summary<'_>, text: &ReportText) -> Headline {
     let (scene, all) = (&summary.study.scene, summary.of(Source::All));
     let name = &scene.machine.name;
     let points = counted(summary.study.grid.len(), "grid point");
-    let basis = format!("{points}, {}", counted(scene.phis.len(), "tool angle"));
+    let inputs = match &summary.study.uncertainty {
+        None => "inputs taken as exact".into(),
+        Some(uncertainty) => counted(uncertainty.draws.count(), "draw"),
+    };
+    let basis = format!("{points}, {}, {inputs}", counted(scene.phis.len(), "tool angle"));
     let Some([least, most]) = all.of(&DEFLECTION).filter(|_| summary.is_enough(all.known)) else {
         let sentence = match all.known {
             0 => format!("How far the tool of {name} moves could be computed at none of the {points}."),
@@ -255,12 +259,13 @@ fn verdict(summary: &Summary<'_>) -> String {
     let (Some(tolerance), Some(share)) = (summary.study.scene.tolerance_mm, summary.within_p95.get()) else {
         return String::new();
     };
-    let nominally = summary.within.get().map_or_else(String::new, |share| format!(" ({} nominally)", percent(share)));
+    let nominally =
+        summary.within.get().map_or_else(String::new, |share| format!("; nominally in {} of the box", percent(share)));
     match share {
         1.0 => format!("Within tolerance ({tolerance} mm) with 95 % probability everywhere. "),
-        0.0 => format!("Out of tolerance: {tolerance} mm are kept with 95 % probability nowhere{nominally}. "),
+        0.0 => format!("Out of tolerance ({tolerance} mm): nowhere within it with 95 % probability{nominally}. "),
         _ => format!(
-            "Partly within tolerance: {tolerance} mm are kept with 95 % probability in {} of the box{nominally}. ",
+            "Partly within tolerance ({tolerance} mm): in {} of the box with 95 % probability{nominally}. ",
             percent(share)
         ),
     }

@@ -76,7 +76,9 @@ impl Writer<'_> {
             words.extend(piece.centre.iter().map(|(letter, number)| style.word(*letter, number)));
             words.extend(feed_for(&piece).map(|feed| style.word('F', &feed)));
             if left.points.is_empty() {
-                words.extend_from_slice(&at_end);
+                // Directly behind a number an E would read as an exponent.
+                let is_joined = |word: &str| style.separator().is_empty() && word.starts_with(['E', 'e']);
+                words.extend(at_end.iter().map(|word| if is_joined(word) { format!(" {word}") } else { word.clone() }));
             }
             self.out.extend_from_slice(&content[..block.prefix]);
             self.out.extend_from_slice(words.join(style.separator()).as_bytes());

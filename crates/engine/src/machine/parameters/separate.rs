@@ -43,7 +43,18 @@ impl Machine {
             return Err(refusal(name, problem.into()));
         }
         own.chain = chains;
-        own.provenance = spec.provenance.iter().flat_map(|entry| separate_entries(entry, &designs)).collect();
+        let names = super::names(&own);
+        let parts_of = |chain: &str, parts: Vec<String>| -> Vec<String> {
+            let patterns = parts.iter().map(|part| format!("{chain}.{part}"));
+            patterns.filter(|pattern| names.iter().any(|name| is_named(name, pattern))).collect()
+        };
+        let elements = |copy: &str, design: Option<&str>| -> Vec<String> {
+            let Some(design) = design else { return parts_of(copy, vec!["base".into(), "platform".into()]) };
+            let of_design = spec.chain.iter().filter(|chain| chain.name == design);
+            parts_of(copy, of_design.flat_map(|chain| ElementSpec::names(&chain.elements)).collect())
+        };
+        own.provenance =
+            spec.provenance.iter().flat_map(|entry| separate_entries(entry, &designs, &elements)).collect();
         Ok((self.rebuild_from(own)?, designs))
     }
 }
@@ -96,13 +107,24 @@ impl Separation<'_> {
     }
 }
 
-/// The entry of provenance for parameters of the copies in `designs`: one for each copy where it has an interval, which is about one number.
-fn separate_entries(entry: &ProvenanceSpec, designs: &BTreeMap<String, String>) -> Vec<ProvenanceSpec> {
+/// The entry of provenance for parameters of the copies in `designs`: one for each copy where it has an interval, which is about one number. `parts`
+/// are the parts of a chain by the names of copy and design, or of its mount.
+fn separate_entries(
+    entry: &ProvenanceSpec,
+    designs: &BTreeMap<String, String>,
+    parts: &dyn Fn(&str, Option<&str>) -> Vec<String>,
+) -> Vec<ProvenanceSpec> {
     let copies = |pattern: &String| -> Vec<String> {
-        let of = |(copy, design): (&String, &String)| {
-            is_named(pattern, design).then(|| format!("{copy}{}", &pattern[design.len()..]))
+        let of = |(copy, design): (&String, &String)| match pattern.strip_prefix(design.as_str()) {
+            Some("") => parts(copy, Some(design)),
+            Some(rest) if rest.starts_with('.') => vec![format!("{copy}{rest}")],
+            _ => Vec::new(),
         };
-        let copies: Vec<String> = designs.iter().filter_map(of).collect();
+        // A mount and the copy of a design in it have the same name.
+        if designs.contains_key(pattern) {
+            return parts(pattern, None);
+        }
+        let copies: Vec<String> = designs.iter().flat_map(of).collect();
         if copies.is_empty() { vec![pattern.clone()] } else { copies }
     };
     let parameters: Vec<String> = entry.parameters.iter().flat_map(copies).collect();

@@ -8,6 +8,7 @@
 use nalgebra::Vector3;
 
 use super::Draws;
+use crate::lanes::{Lanewise, Level, Real};
 
 /// Displacements of the tool tip under one load (O axes, mm): at nominal parameters, and with each parameter alone at its ends.
 #[derive(Debug, Clone)]
@@ -59,15 +60,17 @@ impl Polynomial {
         self
     }
 
-    /// Adds up its components in the draws `from` to `from + sums[0].len()`.
-    fn evaluate(&self, draws: &Draws, from: usize, sums: &mut [[f64; CHUNK]; 3]) {
-        for (axis, sums) in sums.iter_mut().enumerate() {
-            sums.fill(self.constant[axis]);
-            for ([linear, square], x) in self.terms.iter().zip(&draws.coordinates) {
-                let (linear, square) = (linear[axis], square[axis]);
-                for (sum, x) in sums.iter_mut().zip(&x[from..from + CHUNK]) {
-                    *sum += x * (linear + square * x);
-                }
+    /// Computes its components in the draws from `from` on.
+    #[inline(always)]
+    fn evaluate(&self, draws: &Draws, from: usize, [xs, ys, zs]: &mut [[f64; CHUNK]; 3]) {
+        let [x, y, z]: [f64; 3] = self.constant.into();
+        (*xs, *ys, *zs) = ([x; CHUNK], [y; CHUNK], [z; CHUNK]);
+        for ([linear, square], own) in self.terms.iter().zip(&draws.coordinates) {
+            // Plain loops over three arrays become vector instructions.
+            for (i, own) in own[from..from + CHUNK].iter().enumerate() {
+                xs[i] += own * (linear.x + square.x * own);
+                ys[i] += own * (linear.y + square.y * own);
+                zs[i] += own * (linear.z + square.z * own);
             }
         }
     }
@@ -79,6 +82,51 @@ impl Polynomial {
             ends.map(|x| (x * (linear + square * x)).norm_squared()).into_iter().fold(0.0, f64::max)
         };
         (self.terms.iter().zip(ends).map(of).sum::<f64>()).sqrt() * 4.0 / Response::ENDS[1]
+    }
+}
+
+/// The longest displacements under `loads`, to be computed with the instructions that the processor has.
+struct Sampling<'a> {
+    surrogate: &'a Surrogate,
+    loads: Vec<&'a Polynomial>,
+    draws: &'a Draws,
+    sizes: &'a mut [f64],
+}
+
+impl Lanewise for Sampling<'_> {
+    type Output = ();
+
+    fn run_with<R: Real>(mut self) {
+        R::vectorized(
+            #[inline(always)]
+            || self.fill(),
+        );
+    }
+}
+
+impl Sampling<'_> {
+    #[inline(always)]
+    fn fill(&mut self) {
+        let Self { surrogate, loads, draws, sizes } = self;
+        let (mut free, mut own) = ([[0.0; CHUNK]; 3], [[0.0; CHUNK]; 3]);
+        for (chunk, sizes) in sizes.chunks_mut(CHUNK).enumerate() {
+            let from = chunk * CHUNK;
+            surrogate.unloaded.evaluate(draws, from, &mut free);
+            let force = &draws.force[from..from + CHUNK];
+            for load in loads.iter() {
+                load.evaluate(draws, from, &mut own);
+                for (i, (size, force)) in sizes.iter_mut().zip(force).enumerate() {
+                    let x = free[0][i] + force * own[0][i];
+                    let y = free[1][i] + force * own[1][i];
+                    let z = free[2][i] + force * own[2][i];
+                    let square = x * x + y * y + z * z;
+                    *size = if square > *size { square } else { *size };
+                }
+            }
+            for size in sizes {
+                *size = size.sqrt();
+            }
+        }
     }
 }
 
@@ -105,23 +153,13 @@ impl Surrogate {
 
     /// Length of the longest displacement under all loads, in each draw, mm.
     pub fn largest_displacements(&self, draws: &Draws) -> Vec<f64> {
-        let loads = self.loads_that_may_be_worst(draws);
         let mut sizes = vec![0.0; draws.count()];
-        let (mut free, mut own) = ([[0.0; CHUNK]; 3], [[0.0; CHUNK]; 3]);
-        for (chunk, sizes) in sizes.chunks_mut(CHUNK).enumerate() {
-            let from = chunk * CHUNK;
-            self.unloaded.evaluate(draws, from, &mut free);
-            let force = &draws.force[from..from + CHUNK];
-            for load in &loads {
-                load.evaluate(draws, from, &mut own);
-                for i in 0..CHUNK {
-                    let [x, y, z] = [0, 1, 2].map(|axis| free[axis][i] + force[i] * own[axis][i]);
-                    let square = x * x + y * y + z * z;
-                    sizes[i] = if square > sizes[i] { square } else { sizes[i] };
-                }
-            }
-            sizes.iter_mut().for_each(|size| *size = size.sqrt());
-        }
+        Level::best().run(Sampling {
+            surrogate: self,
+            loads: self.loads_that_may_be_worst(draws),
+            draws,
+            sizes: &mut sizes,
+        });
         sizes
     }
 
@@ -131,7 +169,8 @@ impl Surrogate {
         let free = self.unloaded.reach(&self.ends);
         let bounds = |load: &Polynomial| {
             let nominal = (self.unloaded.constant + load.constant).norm();
-            let reach = free.hypot(load.reach(&self.ends) * (1.0 + factor)).hypot(factor * load.constant.norm());
+            let by_parameters = libm::hypot(free, load.reach(&self.ends) * (1.0 + factor));
+            let reach = libm::hypot(by_parameters, factor * load.constant.norm());
             [nominal - reach, nominal + reach]
         };
         let least = self.by_load.iter().fold(0.0, |most: f64, load| most.max(bounds(load)[0]));

@@ -1,4 +1,7 @@
-//! What is not known exactly (stiffnesses, chain errors, the cutting force): as distributions, as draws, and what draws do to a displacement.
+//! What is not known exactly: distributions, draws, and the displacements in all draws from a few solved ones.
+//!
+//! Parameters of the machine (stiffnesses, sections, errors of chains) and the cutting force. The question makes the machines and solves them;
+//! nothing here does.
 
 mod draws;
 mod resolve;
@@ -58,6 +61,12 @@ impl UncertainParameter {
             true => nominal / value - 1.0,
             false => value - nominal,
         }
+    }
+
+    /// Interval that holds 95 % of the values of its first parameter.
+    pub fn interval_95(&self) -> [f64; 2] {
+        let nominal = self.values.first().map_or(0.0, |(_, nominal)| *nominal);
+        [-Z_95_INTERVAL, Z_95_INTERVAL].map(|z| self.spread.value(nominal, z))
     }
 
     fn is_stiffness(&self) -> bool {

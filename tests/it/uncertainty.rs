@@ -1,0 +1,305 @@
+//! Uncertain inputs: draws, distributions, a machine with a design for each mounting, and the spread of a map against closed forms and brute force.
+
+use kinetostat::{
+    Machine, Overrides, Study, Work,
+    compensation::{Method, Session, TaskPoint, compensate},
+    map::{self, MapPoint, WorkspaceMapStudy},
+    process::uncertainty::{P95, Spread, normal_quantile, normal_share, quantile, sobol},
+    questions::StudyKind,
+    simulation::{Source, settings},
+    statics::Sensitivities,
+};
+use nalgebra::Vector3;
+
+// ---- draws ----------------------------------------------------------------------------------------------------------
+
+#[test]
+fn scrambles_are_evenly_spread_in_each_dimension_and_differ() {
+    let (scrambles, points) = (3, 256);
+    let all = sobol::points(sobol::MOST_DIMENSIONS, scrambles, points, 7);
+    assert_eq!(all.len(), sobol::MOST_DIMENSIONS);
+    for (dimension, own) in all.iter().enumerate() {
+        assert_eq!(own.len(), scrambles * points);
+        assert!(own.iter().all(|u| *u > 0.0 && *u < 1.0));
+        for scramble in own.chunks(points) {
+            let mut cells: Vec<usize> = scramble.iter().map(|u| (u * points as f64) as usize).collect();
+            cells.sort_unstable();
+            assert!(cells.iter().enumerate().all(|(cell, found)| cell == *found), "dimension {dimension}");
+        }
+        assert!(own[..points] != own[points..2 * points], "dimension {dimension}: two scrambles are the same");
+    }
+    // A dimension does not depend on how many there are, and another seed gives other points.
+    assert_eq!(sobol::points(3, scrambles, points, 7)[..], all[..3]);
+    assert!(sobol::points(3, scrambles, points, 8)[0] != all[0]);
+}
+
+/// The first two dimensions of the Sobol sequence are a (0, m, 2)-net: every box of the area of a point, of any proportions, holds one. The published
+/// direction numbers of the next ones give nets of low t, which random points are far from.
+#[test]
+fn the_first_dimensions_are_nets() {
+    let bits = 8;
+    let points = sobol::points(6, 4, 1 << bits, 1);
+    let most_in_a_box = |a: &[f64], b: &[f64]| {
+        let of_shape = |wide: usize| {
+            let (columns, rows) = (1 << wide, 1 << (bits - wide));
+            let mut counts = vec![0; columns * rows];
+            for (x, y) in a.iter().zip(b) {
+                counts[(x * columns as f64) as usize * rows + (y * rows as f64) as usize] += 1;
+            }
+            counts.into_iter().max().unwrap()
+        };
+        (0..=bits).map(of_shape).max().unwrap()
+    };
+    for scramble in 0..4 {
+        let own = |dimension: usize| &points[dimension][scramble << bits..(scramble + 1) << bits];
+        assert_eq!(most_in_a_box(own(0), own(1)), 1);
+        for dimension in 1..5 {
+            assert!(most_in_a_box(own(dimension), own(dimension + 1)) <= 8, "dimensions {dimension} and the next");
+        }
+    }
+}
+
+/// A product of twenty factors whose integral is 1: evenly spread points integrate it far better than random ones, whose error at 4096 would be 0.5 %.
+#[test]
+fn twenty_dimensions_integrate_a_product() {
+    let points = sobol::points(20, 16, 256, 0);
+    let product = |index: usize| -> f64 {
+        points.iter().enumerate().map(|(k, own)| 1.0 + (own[index] - 0.5) / (1.0 + k as f64)).product()
+    };
+    let mean = (0..4096).map(product).sum::<f64>() / 4096.0;
+    assert!((mean - 1.0).abs() < 5e-4, "{mean}");
+}
+
+#[test]
+fn normal_quantiles_are_exact() {
+    // Values of tables with 15 digits.
+    for (share, expected) in [
+        (0.5, 0.0),
+        (0.95, 1.644_853_626_951_472_7),
+        (0.975, 1.959_963_984_540_054_2),
+        (0.999, 3.090_232_306_167_813_5),
+        (1e-10, -6.361_340_902_404_056),
+    ] {
+        let found = normal_quantile(share);
+        assert!((found - expected).abs() < 1e-12, "{share}: {found} instead of {expected}");
+        assert!((normal_share(found) / share - 1.0).abs() < 1e-12);
+    }
+}
+
+#[test]
+fn an_interval_fixes_both_its_quantiles() {
+    let shares = [-1.0, 0.0, 1.0].map(|side: f64| side * normal_quantile(0.975));
+    let of = |spread: Spread, nominal: f64| shares.map(|z| spread.value(nominal, z));
+    let logarithm = Spread::Logarithm { below: 2f64.ln() / shares[2], above: 1.5f64.ln() / shares[2] };
+    for (found, expected) in of(logarithm, 10.0).into_iter().zip([5.0, 10.0, 15.0]) {
+        assert!((found - expected).abs() < 1e-12, "{found} instead of {expected}");
+    }
+    let uniform = Spread::Uniform { least: -0.1, largest: 0.3 };
+    for (found, expected) in of(uniform, 1.0).into_iter().zip([0.91, 1.1, 1.29]) {
+        assert!((found - expected).abs() < 1e-12, "{found} instead of {expected}");
+    }
+    // Standard deviation over mean of draws.
+    let spread = Spread::of_relative_std(0.3);
+    let values: Vec<f64> =
+        sobol::points(1, 16, 4096, 0)[0].iter().map(|u| spread.value(1.0, normal_quantile(*u))).collect();
+    let mean = values.iter().sum::<f64>() / values.len() as f64;
+    let square = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / values.len() as f64;
+    assert!((square.sqrt() / mean - 0.3).abs() < 1e-3, "{}", square.sqrt() / mean);
+}
+
+// ---- a design for each mounting -------------------------------------------------------------------------------------
+
+#[test]
+fn a_machine_with_separate_mounts_is_the_same_and_has_more_parameters() {
+    for name in kinetostat::machine::catalogue::names() {
+        let machine = Machine::named(name).unwrap();
+        let (separate, designs) = machine.with_separate_mounts().unwrap();
+        assert_eq!(separate.chains, machine.chains, "{name}");
+        assert_eq!(separate.home, machine.home, "{name}");
+        let (own, shared) = (separate.parameters(), machine.parameters());
+        if designs.is_empty() {
+            assert_eq!(own, shared, "{name}");
+            continue;
+        }
+        // What stood once for several chains stands once for each; provenance goes with it.
+        for parameter in &own {
+            let copy = designs.iter().filter(|(copy, _)| parameter.name.starts_with(&format!("{copy}.")));
+            let copy = copy.max_by_key(|(copy, _)| copy.len());
+            let in_design = copy.map(|(copy, design)| format!("{design}{}", &parameter.name[copy.len()..]));
+            let of_mount = shared.iter().find(|own| own.name == parameter.name);
+            let of_design = in_design.and_then(|name| shared.iter().find(|own| own.name == name));
+            let from =
+                of_mount.or(of_design).unwrap_or_else(|| panic!("{name}: {} comes from nowhere", parameter.name));
+            assert_eq!((parameter.value, parameter.grade, parameter.interval), (from.value, from.grade, from.interval));
+        }
+    }
+}
+
+/// The derivative by a number that three legs share is the sum of those by each leg's own.
+#[test]
+fn derivatives_of_mounts_add_up_to_that_of_the_design() {
+    let machine = Machine::named("orthoglide").unwrap();
+    let (separate, _) = machine.with_separate_mounts().unwrap();
+    let at = machine.command(Vector3::new(40.0, -30.0, 20.0)).unwrap();
+    let load = kinetostat::MillingForce::PAPER.wrench(0.7, &machine.tool_at(&at.pose.rotation));
+    let derivatives = |machine: &Machine, names: &[&str]| {
+        let (state, outcome) = crate::support::engine::settle(machine, &at, &load);
+        assert_eq!(outcome.status, kinetostat::Status::Solved);
+        let mut sensitivities = Sensitivities::new(machine, names).unwrap();
+        let mut workspace = kinetostat::statics::Workspace::new(machine);
+        sensitivities.at(machine, &at.drives, &state, &|_| load, &mut workspace).unwrap()
+    };
+    let shared = derivatives(&machine, &["leg.foot.width"])[0].twist;
+    let own: Vec<_> = derivatives(&separate, &["x.foot.width", "y.foot.width", "z.foot.width"]);
+    let sum = own.iter().fold(nalgebra::Vector6::zeros(), |sum, own| sum + own.twist);
+    assert!((sum - shared).norm() < 1e-6 * shared.norm(), "{sum} instead of {shared}");
+    assert!(own.iter().all(|own| own.twist.norm() > 0.01 * shared.norm()));
+}
+
+// ---- maps -----------------------------------------------------------------------------------------------------------
+
+fn map_study(text: &str) -> WorkspaceMapStudy {
+    match Study::from_toml(text, "study.toml", kinetostat::Folder::in_memory([]), &Overrides::default()).unwrap().kind {
+        StudyKind::WorkspaceMap(map, _) => *map,
+        _ => panic!("not a map"),
+    }
+}
+
+/// A slide of 10 N/µm that pushes back along x, and nothing else.
+const LEVER: &str = r#"
+schema = 1
+name = "lever"
+title = "a slide"
+gravity_m_per_s2 = [0.0, 0.0, 0.0]
+[platform]
+tool_tip_mm = [0.0, 0.0, 50.0]
+controls = ["x"]
+[workspace]
+min_mm = [-1.0, 0.0, 0.0]
+max_mm = [1.0, 0.0, 0.0]
+[[chain]]
+name = "guide"
+elements = [{ prismatic_drive = { name = "slide", axis = "x", stiffness_N_per_mm = 1e4 } }]
+[[mount]]
+name = "guide"
+chain = "guide"
+"#;
+
+fn study_of(machine: &str, process: &str, uncertainty: &str, map: &str) -> String {
+    format!(
+        "schema = 3\nquestion = \"?\"\nmachine = \"{machine}\"\n{process}\n{uncertainty}\n[workspace_map]\nslices_z_mm = [0.0]\n{map}\n"
+    )
+}
+
+fn force(radial: f64, tangential: f64, axial: f64) -> String {
+    format!(
+        "[process.force.path_frame]\nradial_force_N = {radial:?}\ntangential_force_N = {tangential:?}\naxial_force_N = {axial:?}\n"
+    )
+}
+
+/// Compliance and force are lognormal, so that the deflection is, whose quantiles are exact.
+#[test]
+fn a_lever_has_the_exact_quantiles() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("lever.toml"), LEVER).unwrap();
+    let (stiffness, load): (f64, f64) = (0.3, 0.15);
+    let uncertainty = format!(
+        "[[uncertainty.parameter]]\nname = \"guide.slide.stiffness\"\nrelative_std = {stiffness}\n[uncertainty.process]\nforce_relative_std = {load}"
+    );
+    let process = "process.tolerance_mm = 0.12\n".to_string() + &force(1000.0, 0.0, 0.0);
+    let text = study_of("lever.toml", &process, &uncertainty, "grid = [2, 1, 1]");
+    let study = Study::from_toml(&text, "study.toml", folder.path().to_path_buf(), &Overrides::default()).unwrap();
+    let StudyKind::WorkspaceMap(study, _) = study.kind else { panic!("not a map") };
+    let points = map::run(&study, &Work::default()).unwrap().points;
+    let variance = |relative: f64| (1.0 + relative * relative).ln();
+    let std = (variance(stiffness) + variance(load)).sqrt();
+    for point in &points {
+        let spread = point.effect(Source::All).unwrap().spread.clone().unwrap().unwrap();
+        let exact = |share| 0.1 * (std * normal_quantile(share)).exp();
+        assert!((spread.p95_mm / exact(0.95) - 1.0).abs() < 3e-3, "{} instead of {}", spread.p95_mm, exact(0.95));
+        assert!((spread.median_mm / exact(0.5) - 1.0).abs() < 3e-3, "{} instead of {}", spread.median_mm, exact(0.5));
+        let within = normal_share((0.12f64 / 0.1).ln() / std);
+        assert!((spread.within_tolerance.unwrap() - within).abs() < 3e-3, "{spread:?} instead of {within}");
+        assert_eq!(spread.main_cause, "guide.slide.stiffness");
+        let expected = variance(stiffness) / (variance(stiffness) + variance(load));
+        assert!((spread.main_cause_share - expected).abs() < 0.02, "{spread:?} instead of {expected}");
+        assert!(spread.check_difference.unwrap().abs() < 1e-6 && spread.solved_draws == 1, "{spread:?}");
+    }
+}
+
+/// Longest displacements over φ in `count` draws at a position, computed one by one and without the surrogate, lanes and draws of the map.
+fn brute_force(study: &WorkspaceMapStudy, positions: &[Vector3<f64>], count: usize) -> Vec<Vec<f64>> {
+    let (scene, uncertainty) = (&study.scene, study.uncertainty.as_ref().unwrap());
+    let points = sobol::points(uncertainty.parameters.len() + 1, 1, count, 4711);
+    let commands: Vec<_> = positions.iter().map(|position| scene.machine.command(*position).unwrap()).collect();
+    let mut found = vec![Vec::with_capacity(count); positions.len()];
+    for index in 0..count {
+        let z = |dimension: usize| normal_quantile(points[dimension][index]);
+        let values = |is_wanted: &dyn Fn(bool) -> bool| -> Vec<(&str, f64)> {
+            let wanted = uncertainty.parameters.iter().enumerate().filter(|(_, own)| is_wanted(own.is_geometry()));
+            wanted.flat_map(|(i, own)| own.at(z(i))).collect()
+        };
+        let real = uncertainty.machine.with_parameters(&values(&|_| true)).unwrap().with_errors(&scene.errors);
+        let unloaded = uncertainty.machine.with_parameters(&values(&|is_geometry| !is_geometry)).unwrap();
+        let factor = uncertainty.force.map_or(1.0, |spread| spread.value(1.0, z(uncertainty.parameters.len())));
+        for (at, found) in commands.iter().zip(&mut found) {
+            let mut session = Session::new(&scene.machine, &real, settings()).with_unloaded_machine(&unloaded);
+            let size = |phi: &f64| {
+                let load = scene.force.wrench(*phi, &scene.machine.tool_at(&at.pose.rotation)).scale(factor);
+                let task = TaskPoint { pose: at.pose, load, target: scene.target, wanted: None, external: None };
+                let answer = compensate(&mut session, &task, Method::None);
+                if answer.status.is_success() { answer.tool_displacement.norm() } else { f64::INFINITY }
+            };
+            found.push(scene.phis.iter().map(size).fold(0.0, f64::max));
+        }
+    }
+    found
+}
+
+/// Compares the spread at `points` of `study` with brute force of `count` draws: quantiles within `share`, probabilities within 1.5 %.
+fn check_against_brute_force(study: &WorkspaceMapStudy, points: &[&MapPoint], count: usize, share: f64) {
+    let name = &study.scene.machine.name;
+    let positions: Vec<_> = points.iter().map(|point| Vector3::from(point.position_mm)).collect();
+    for (point, mut sizes) in points.iter().zip(brute_force(study, &positions, count)) {
+        let spread = point.effect(Source::All).unwrap().spread.clone().unwrap().unwrap();
+        for (what, found, at) in [("P95", spread.p95_mm, P95), ("median", spread.median_mm, 0.5)] {
+            let expected = quantile(&mut sizes, at);
+            let error = found / expected - 1.0;
+            assert!(
+                error.abs() < share,
+                "{name} {:?}: {what} {found} instead of {expected}, {spread:?}",
+                point.position_mm
+            );
+        }
+        if let (Some(tolerance), Some(found)) = (study.scene.tolerance_mm, spread.within_tolerance) {
+            let expected = sizes.iter().filter(|size| **size <= tolerance).count() as f64 / count as f64;
+            assert!((found - expected).abs() < 0.015, "{name} {:?}: {found} instead of {expected}", point.position_mm);
+        }
+    }
+}
+
+const TOLERANCES: &str = "[[uncertainty.chain_error]]\nchain = \"*\"\nturn_about_drive_axis_deg = { uniform = [-0.1, 0.1] }\n\
+     [uncertainty.process]\nforce_relative_std = 0.15\n";
+
+fn uncertain_stiffness(pattern: &str, relative_std: f64) -> String {
+    format!(
+        "[uncertainty]\n[[uncertainty.parameter]]\nname = \"{pattern}\"\nrelative_std = {relative_std}\n{TOLERANCES}"
+    )
+}
+
+/// An overconstrained machine whose legs pull against one another, and one with six legs and a beam each.
+#[test]
+fn maps_agree_with_brute_force() {
+    for (machine, pattern, load, tolerance) in [
+        ("orthoglide", "material.aluminium.*", force(215.0, -10.0, -25.0), 0.7),
+        ("hexapod", "leg.screw.stiffness", force(800.0, 300.0, -200.0), 0.03),
+    ] {
+        let process = format!("process.tolerance_mm = {tolerance}\n{load}");
+        let map = "grid = [2, 1, 1]\nphi_step_deg = 60.0".replace("slices_z_mm = [0.0]", "");
+        let text = study_of(machine, &process, &uncertain_stiffness(pattern, 0.3), &map);
+        let text = if machine == "hexapod" { text.replace("[0.0]", "[800.0]") } else { text };
+        let study = map_study(&text);
+        let points = map::run(&study, &Work::default()).unwrap().points;
+        check_against_brute_force(&study, &[&points[0]], 2048, 0.015);
+    }
+}
