@@ -233,15 +233,15 @@ fn brute_force(study: &WorkspaceMapStudy, positions: &[Vector3<f64>], count: usi
     let points = sobol::points(uncertainty.parameters.len() + 1, 1, count, 4711);
     let commands: Vec<_> = positions.iter().map(|position| scene.machine.command(*position).unwrap()).collect();
     let mut found = vec![Vec::with_capacity(count); positions.len()];
-    for index in 0..count {
-        let z = |dimension: usize| normal_quantile(points[dimension][index]);
+    let draw = |index: usize| points.iter().map(|own| normal_quantile(own[index])).collect::<Vec<f64>>();
+    for z in (0..count).map(draw) {
         let values = |is_wanted: &dyn Fn(bool) -> bool| -> Vec<(&str, f64)> {
             let wanted = uncertainty.parameters.iter().enumerate().filter(|(_, own)| is_wanted(own.is_geometry()));
-            wanted.flat_map(|(i, own)| own.at(z(i))).collect()
+            wanted.flat_map(|(i, own)| own.at(z[i])).collect()
         };
         let real = uncertainty.machine.with_parameters(&values(&|_| true)).unwrap().with_errors(&scene.errors);
         let unloaded = uncertainty.machine.with_parameters(&values(&|is_geometry| !is_geometry)).unwrap();
-        let factor = uncertainty.force.map_or(1.0, |spread| spread.value(1.0, z(uncertainty.parameters.len())));
+        let factor = uncertainty.force.map_or(1.0, |spread| spread.value(1.0, z[uncertainty.parameters.len()]));
         for (at, found) in commands.iter().zip(&mut found) {
             let mut session = Session::new(&scene.machine, &real, settings()).with_unloaded_machine(&unloaded);
             let size = |phi: &f64| {

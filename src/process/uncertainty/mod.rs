@@ -156,6 +156,13 @@ impl Uncertainty {
         some_of(exact.map(|own| own.name.as_str()).collect())
     }
 
+    /// Which ends of `parameter` are solved: both of an elastic one, and the farther of an error of geometry, which is small and acts linearly.
+    pub fn solved_ends(&self, parameter: usize) -> [bool; 2] {
+        let own = &self.parameters[parameter];
+        let [low, high] = Response::ENDS.map(|z| own.coordinate(z).abs());
+        if own.is_geometry() { [low > high, low <= high] } else { [true; 2] }
+    }
+
     /// Coordinates of each parameter at one end of what the response is computed at, and at the other ([`Response`]).
     pub fn end_coordinates(&self) -> Vec<[f64; 2]> {
         self.parameters.iter().map(|own| Response::ENDS.map(|z| own.coordinate(z))).collect()

@@ -15,8 +15,8 @@ use crate::lanes::{Lanewise, Level, Real};
 pub struct Response {
     /// At nominal parameters.
     pub nominal: Vector3<f64>,
-    /// For each parameter, at both ends.
-    pub ends: Vec<[Vector3<f64>; 2]>,
+    /// For each parameter, at both ends; at one of them where the displacement is taken as linear in it.
+    pub ends: Vec<[Option<Vector3<f64>>; 2]>,
 }
 
 impl Response {
@@ -35,18 +35,14 @@ struct Polynomial {
 impl Polynomial {
     /// The polynomial through `response`, whose ends are at the coordinates `ends` of each parameter.
     fn through(response: &Response, ends: &[[f64; 2]]) -> Self {
-        let term = |(at, [low, high]): (&[Vector3<f64>; 2], &[f64; 2])| {
-            let slope = |at: &Vector3<f64>, x: f64| (at - response.nominal) / x;
-            match (*low != 0.0, *high != 0.0) {
-                (true, true) => {
-                    let (below, above) = (slope(&at[0], *low), slope(&at[1], *high));
-                    let square = (above - below) / (high - low);
-                    [above - square * *high, square]
+        let term = |(at, x): (&[Option<Vector3<f64>>; 2], &[f64; 2])| {
+            let slope = |end: usize| Some((at[end]? - response.nominal) / x[end]).filter(|_| x[end] != 0.0);
+            match [slope(0), slope(1)] {
+                [Some(below), Some(above)] => {
+                    let square = (above - below) / (x[1] - x[0]);
+                    [above - square * x[1], square]
                 }
-                // It varies to one side alone, or not at all.
-                (true, false) => [slope(&at[0], *low), Vector3::zeros()],
-                (false, true) => [slope(&at[1], *high), Vector3::zeros()],
-                (false, false) => [Vector3::zeros(); 2],
+                [one, other] => [one.or(other).unwrap_or_default(), Vector3::zeros()],
             }
         };
         Self { constant: response.nominal, terms: response.ends.iter().zip(ends).map(term).collect() }
@@ -67,7 +63,16 @@ impl Polynomial {
         (*xs, *ys, *zs) = ([x; CHUNK], [y; CHUNK], [z; CHUNK]);
         for ([linear, square], own) in self.terms.iter().zip(&draws.coordinates) {
             // Plain loops over three arrays become vector instructions.
-            for (i, own) in own[from..from + CHUNK].iter().enumerate() {
+            let own = &own[from..from + CHUNK];
+            if *square == Vector3::zeros() {
+                for (i, own) in own.iter().enumerate() {
+                    xs[i] += own * linear.x;
+                    ys[i] += own * linear.y;
+                    zs[i] += own * linear.z;
+                }
+                continue;
+            }
+            for (i, own) in own.iter().enumerate() {
                 xs[i] += own * (linear.x + square.x * own);
                 ys[i] += own * (linear.y + square.y * own);
                 zs[i] += own * (linear.z + square.z * own);
@@ -132,7 +137,7 @@ impl Sampling<'_> {
 
 /// Draws computed at a time.
 const CHUNK: usize = 256;
-const _: () = assert!(Draws::COUNT % CHUNK == 0);
+const _: () = assert!(Draws::COUNT.is_multiple_of(CHUNK));
 
 /// Displacements at one place, in all draws.
 #[derive(Debug, Clone)]
@@ -184,13 +189,13 @@ impl Surrogate {
         let longest = |a: &&Polynomial, b: &&Polynomial| nominal(a).norm().total_cmp(&nominal(b).norm());
         let Some(load) = self.by_load.iter().max_by(longest) else { return Vec::new() };
         let along = nominal(load).try_normalize(0.0).unwrap_or_default();
-        let of_term = |((own, free), x): (([Vector3<f64>; 2], &[Vector3<f64>; 2]), &Vec<f64>)| {
-            let [linear, square] = [0, 1].map(|k| along.dot(&(own[k] + free[k])));
-            variance(x.iter().map(|x| x * (linear + square * x)))
+        let of_term = |parameter: usize| {
+            let [linear, square] =
+                [0, 1].map(|k| along.dot(&(load.terms[parameter][k] + self.unloaded.terms[parameter][k])));
+            variance(draws.coordinates[parameter].iter().map(|x| x * (linear + square * x)))
         };
-        let terms = load.terms.iter().copied().zip(&self.unloaded.terms).zip(&draws.coordinates);
         let by_force = variance(draws.force.iter().map(|factor| factor * along.dot(&load.constant)));
-        terms.map(of_term).chain([by_force]).collect()
+        (0..load.terms.len()).map(of_term).chain([by_force]).collect()
     }
 }
 

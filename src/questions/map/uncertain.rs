@@ -54,8 +54,8 @@ pub(super) struct Variations<'a> {
     study: &'a WorkspaceMapStudy,
     uncertainty: &'a Uncertainty,
     nominal: &'a Machines,
-    /// Machines with each parameter alone at both ends ([`Response::ENDS`]).
-    ends: Vec<[Machines; 2]>,
+    /// Machines with each parameter alone at its ends ([`Response::ENDS`]), as far as they are solved.
+    ends: Vec<[Option<Machines>; 2]>,
     /// Machines of the draws of the first scramble, made when they are needed.
     drawn: Vec<OnceLock<Option<Machines>>>,
 }
@@ -64,11 +64,12 @@ impl<'a> Variations<'a> {
     /// Makes the machines with each parameter at its ends; `None` for a study without uncertainty.
     pub fn new(study: &'a WorkspaceMapStudy, nominal: &'a Machines) -> error::Result<Option<Self>> {
         let Some(uncertainty) = &study.uncertainty else { return Ok(None) };
-        let end = |parameter: usize, z: f64| {
-            nominal.drawn(&uncertainty.machine, &uncertainty.values_at(parameter, z), &study.scene.errors)
+        let end = |parameter: usize, end: usize| {
+            let values = uncertainty.values_at(parameter, Response::ENDS[end]);
+            let machines = || nominal.drawn(&uncertainty.machine, &values, &study.scene.errors);
+            uncertainty.solved_ends(parameter)[end].then(machines).transpose()
         };
-        let ends = (0..uncertainty.parameters.len())
-            .map(|own| Ok([end(own, Response::ENDS[0])?, end(own, Response::ENDS[1])?]));
+        let ends = (0..uncertainty.parameters.len()).map(|own| Ok([end(own, 0)?, end(own, 1)?]));
         let drawn = (0..Draws::PER_SCRAMBLE).map(|_| OnceLock::new()).collect();
         Ok(Some(Self { study, uncertainty, nominal, ends: ends.collect::<error::Result<_>>()?, drawn }))
     }
@@ -79,7 +80,7 @@ impl<'a> Variations<'a> {
         SpreadSolver {
             variations: self,
             nominal: group(self.nominal),
-            ends: self.ends.iter().map(|ends| ends.each_ref().map(group)).collect(),
+            ends: self.ends.iter().map(|ends| ends.each_ref().map(|own| own.as_ref().map(group))).collect(),
         }
     }
 
@@ -268,7 +269,7 @@ impl LoadedGroup {
 pub(super) struct SpreadSolver<'a> {
     variations: &'a Variations<'a>,
     nominal: LoadedGroup,
-    ends: Vec<[LoadedGroup; 2]>,
+    ends: Vec<[Option<LoadedGroup>; 2]>,
 }
 
 impl SpreadSolver<'_> {
@@ -280,60 +281,61 @@ impl SpreadSolver<'_> {
     ) -> Vec<Option<Result<DeflectionSpread, Failure>>> {
         let Self { variations, nominal: group, ends } = self;
         let (study, parameters) = (variations.study, &variations.uncertainty.parameters);
-        let count = study.scene.phis.len();
-        let with_ends =
-            |nominal: Vector3<f64>| Response { nominal, ends: vec![[Vector3::zeros(); 2]; parameters.len()] };
-        let mut lanes: Vec<usize> = (0..configurations.len()).filter(|lane| nominal[*lane].is_some()).collect();
-        let mut failures: Vec<Option<Failure>> = vec![None; configurations.len()];
-        // Without load, and then under each load.
-        let mut responses: Vec<Vec<Response>> = nominal
-            .iter()
-            .map(|own| {
-                own.iter()
-                    .flat_map(|own| {
-                        std::iter::once(&Vector3::zeros()).chain(own.iter()).copied().map(with_ends).collect::<Vec<_>>()
-                    })
-                    .collect()
-            })
-            .collect();
-        let mut sweep = |group: &mut LoadedGroup,
-                         loads: usize,
-                         lanes: &mut Vec<usize>,
-                         words: &dyn Fn() -> String,
-                         take: &mut dyn FnMut(usize, usize, Vector3<f64>)| {
-            group.set_rigid(configurations);
-            for load in 0..loads {
-                let phi = load.checked_sub(1).map(|load| study.scene.phis[load]);
-                let found = group
-                    .displacements(&study.scene.machine, lanes, |lane| task(study, configurations[lane], phi, 1.0));
-                for (lane, found) in lanes.clone().into_iter().zip(found) {
-                    match found {
-                        Ok(displacement) => take(lane, load, displacement),
-                        Err(failure) => {
-                            failures[lane] =
-                                Some(Failure { reason: format!("{}: {}", words(), failure.reason), ..failure });
-                        }
-                    }
-                }
-                lanes.retain(|lane| failures[*lane].is_none());
-            }
+        let response = |nominal: Vector3<f64>| Response { nominal, ends: vec![[None; 2]; parameters.len()] };
+        let of_point = |loaded: &Vec<Vector3<f64>>| {
+            Ok(std::iter::once(Vector3::zeros()).chain(loaded.iter().copied()).map(response).collect())
         };
-        sweep(group, 1, &mut lanes, &|| "without cutting force".into(), &mut |lane, load, displacement| {
-            responses[lane][load].nominal = displacement;
-        });
+        let mut points: Vec<Option<Responses>> = nominal.iter().map(|loaded| loaded.as_ref().map(of_point)).collect();
+        let mut sweep = Sweep { study, configurations, points: &mut points };
+        sweep.solve(group, 1, "without cutting force", |response, found| response.nominal = found);
         for (own, (ends, parameter)) in ends.iter_mut().zip(parameters).enumerate() {
             for (end, group) in ends.iter_mut().enumerate() {
-                let words = || format!("with {} at its {} quantile", parameter.name(), ["5 %", "95 %"][end]);
-                sweep(group, 1 + count, &mut lanes, &words, &mut |lane, load, displacement| {
-                    responses[lane][load].ends[own][end] = displacement;
-                });
+                let Some(group) = group else { continue };
+                let words = format!("with {} at its {} quantile", parameter.name(), ["5 %", "95 %"][end]);
+                let loads = 1 + study.scene.phis.len();
+                sweep.solve(group, loads, &words, |response, found| response.ends[own][end] = Some(found));
             }
         }
-        let spread = |lane: usize| match (&failures[lane], &responses[lane][..]) {
-            (Some(failure), _) => Some(Err(failure.clone())),
-            (None, [unloaded, loaded @ ..]) => Some(variations.spread(configurations[lane], unloaded, loaded)),
-            (None, []) => None,
+        let spread = |(point, at): (Option<Responses>, &&Configuration)| match point?.as_deref() {
+            Ok([unloaded, loaded @ ..]) => Some(variations.spread(at, unloaded, loaded)),
+            Ok([]) => None,
+            Err(failure) => Some(Err(failure.clone())),
         };
-        (0..configurations.len()).map(spread).collect()
+        points.into_iter().zip(configurations).map(spread).collect()
+    }
+}
+
+/// Displacements at one point without load and then under each load, or why one of them is missing.
+type Responses = Result<Vec<Response>, Failure>;
+
+/// A group of points whose displacements are being solved.
+struct Sweep<'a> {
+    study: &'a WorkspaceMapStudy,
+    configurations: &'a [&'a Configuration],
+    /// `None` where even the nominal machine has no displacement.
+    points: &'a mut [Option<Responses>],
+}
+
+impl Sweep<'_> {
+    /// Solves the first `loads` of no load and the cutting force at each φ with the machine of `group`, and hands each displacement to `put`. A
+    /// point at which one is missing fails; `words` say with which machine.
+    fn solve(&mut self, group: &mut LoadedGroup, loads: usize, words: &str, put: impl Fn(&mut Response, Vector3<f64>)) {
+        let Self { study, configurations, points } = self;
+        group.set_rigid(configurations);
+        for load in 0..loads {
+            let phi = load.checked_sub(1).map(|load| study.scene.phis[load]);
+            let lanes: Vec<usize> = (0..points.len()).filter(|lane| matches!(points[*lane], Some(Ok(_)))).collect();
+            let task = |lane: usize| task(study, configurations[lane], phi, 1.0);
+            let found = group.displacements(&study.scene.machine, &lanes, task);
+            for (lane, found) in lanes.into_iter().zip(found) {
+                match (found, &mut points[lane]) {
+                    (Ok(displacement), Some(Ok(responses))) => put(&mut responses[load], displacement),
+                    (Err(Failure { status, reason }), point) => {
+                        *point = Some(Err(Failure { status, reason: format!("{words}: {reason}") }));
+                    }
+                    (Ok(_), _) => {}
+                }
+            }
+        }
     }
 }

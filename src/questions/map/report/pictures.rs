@@ -17,6 +17,8 @@ use crate::{
 
 /// Index of the quantity drawn in 3-D: the deflection by all sources.
 const IN_3D: usize = 1;
+/// Index of its 95 % quantile, where inputs are uncertain.
+const P95: usize = 2;
 
 /// Makes the figures of a map of `study`, to which points are then added one by one.
 pub(super) fn pictures<'a>(study: &'a WorkspaceMapStudy, slices_z: &[f64]) -> GridMap<'a, MapPoint> {
@@ -83,9 +85,13 @@ fn drawn_quantities(study: &WorkspaceMapStudy) -> Vec<MapLayer<MapPoint>> {
 /// Returns all figures with their file stems: the result, slices of every quantity, and the workspace in 3-D.
 pub(super) fn figures(map: &GridMap<'_, MapPoint>, summary: &Summary<'_>) -> Vec<(String, Figure)> {
     let tolerance = summary.study.scene.tolerance_mm.map(Tolerance);
-    let found = summary.of(Source::All).of(&DEFLECTION).into_iter().flatten();
+    let (layer, quantity, title) = match summary.study.uncertainty {
+        None => (IN_3D, &DEFLECTION, "Where the tool is moved least and most"),
+        Some(_) => (P95, &P95_DEFLECTION, "Where the tool is moved least and most with 95 % probability"),
+    };
+    let found = summary.of(Source::All).of(quantity).into_iter().flatten();
     let ends: Vec<_> = found.zip(["least", "most"]).map(|(at, word)| (at.value, at.position_mm, word)).collect();
-    let answer = map.slices_at(IN_3D, "Where the tool is moved least and most", &ends, tolerance);
+    let answer = map.slices_at(layer, title, &ends, tolerance);
     let mut figures = vec![("answer".to_string(), answer)];
     figures.extend(map.slices());
     // Without a cutting force there is no angle.

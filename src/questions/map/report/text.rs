@@ -83,17 +83,20 @@ fn spread_text(summary: &Summary<'_>) -> String {
         text += &format!("With 95 % probability the tool is {met}.\n");
     }
     if let Some((cause, share)) = counts.main_cause() {
-        text += &format!(
-            "What spreads it most is {cause}, at {} of the points: measure or tighten that first.\n",
-            percent(share)
-        );
+        text +=
+            &format!("What spreads it most is {cause}, at {} of the points: know that better first.\n", percent(share));
     }
+    let corrected = match counts.corrected {
+        0 => String::new(),
+        corrected => format!(
+            " but for {}, where it was corrected by more draws ({} solved in all)",
+            counted(corrected, "point"),
+            counts.solved_draws
+        ),
+    };
     text + &format!(
-        "At {} of {} the engine, solved in the draw at that quantile, agreed with the estimate within 0.5 %; at the others it was corrected by \
-         more draws, {} solved in all.\n",
-        counts.known - counts.corrected,
-        counted(counts.known, "point"),
-        counts.solved_draws
+        "The engine, solved at each of {} in the draw at that quantile, agrees with the estimate within 0.5 %{corrected}.\n",
+        counted(counts.known, "point")
     )
 }
 
@@ -229,28 +232,33 @@ pub(super) fn headline(summary: &Summary<'_>, text: &ReportText) -> Headline {
     let under = acting_words(&scene.machine, &scene.errors, !scene.force.is_zero());
     let [low, high] = [least, most].map(|found| millimetres(found.value, 3));
     let met = summary.within.words(scene.tolerance_mm, BOX);
-    let verdict = verdict(summary);
-    let sentence = verdict
-        + &match low == high {
-            true => format!("{under}, the tool of {name} moves by {high} everywhere."),
-            false => format!(
-                "{under}, the tool of {name} moves by {low} at best and {high} at worst; {} near {}.",
-                met.map_or_else(|| "cut".into(), |met| format!("{met}, best")),
-                least.place()
-            ),
-        };
+    let spread = all.of(&P95_DEFLECTION);
+    let sentence = match (spread, low == high) {
+        (Some([least, most]), _) => format!(
+            "{}{under}, the tool of {name} moves with 95 % probability by at most {} at best and {} at worst (nominally {low} and {high}); cut near \
+             {}.",
+            verdict(summary),
+            millimetres(least.value, 3),
+            millimetres(most.value, 3),
+            least.place()
+        ),
+        (None, true) => format!("{under}, the tool of {name} moves by {high} everywhere."),
+        (None, false) => format!(
+            "{under}, the tool of {name} moves by {low} at best and {high} at worst; {} near {}.",
+            met.map_or_else(|| "cut".into(), |met| format!("{met}, best")),
+            least.place()
+        ),
+    };
     let best = || {
         let against = scene.tolerance_mm.map(|tolerance| Tolerance(tolerance).against(least.value)).unwrap_or_default();
         let what = format!("smallest, at {}", least.place());
         KeyNumber::new(&low, what, against).found(in_map_table(&DEFLECTION, Extreme::Smallest, least.value))
     };
-    let p95 = p95_number(summary);
-    let is_uncertain = p95.is_some();
     Headline::new(sentence, basis)
         .with_cautions(&text.cautions)
-        .with_numbers(p95)
+        .with_numbers(spread.map(p95_number))
         .with(worst_number(summary, [least, most], &high))
-        .with_numbers((low != high && !is_uncertain).then(best))
+        .with_numbers((low != high && spread.is_none()).then(best))
         .with_numbers(correction_number(all, summary))
 }
 
@@ -271,13 +279,15 @@ fn verdict(summary: &Summary<'_>) -> String {
     }
 }
 
-/// Returns the key number of the largest 95 % quantile; `None` where inputs are taken as exact.
-fn p95_number(summary: &Summary<'_>) -> Option<KeyNumber> {
-    let [least, most] = summary.of(Source::All).of(&P95_DEFLECTION)?;
+/// Returns the key number of the largest 95 % quantile.
+fn p95_number([least, most]: &[ValueAt<AtAngle>; 2]) -> KeyNumber {
     let what = format!("largest deflection not exceeded with 95 % probability, at {}", most.place());
     let against = format!("{} where it is the smallest", millimetres(least.value, 3));
-    let number = KeyNumber::new(&millimetres(most.value, 3), what, against);
-    Some(number.found(in_map_table(&P95_DEFLECTION, Extreme::Largest, most.value)))
+    KeyNumber::new(&millimetres(most.value, 3), what, against).found(in_map_table(
+        &P95_DEFLECTION,
+        Extreme::Largest,
+        most.value,
+    ))
 }
 
 /// Returns where in `map.csv` the extreme `value` of `quantity` by all sources stands.
@@ -292,7 +302,8 @@ fn worst_number(summary: &Summary<'_>, [least, most]: [&ValueAt<AtAngle>; 2], hi
         None if least.value > ROUNDING_MM => format!("{:.1} times the smallest", most.value / least.value),
         None => String::new(),
     };
-    let what = format!("largest tool deflection, at {}", most.place());
+    let nominal = if summary.study.uncertainty.is_some() { "nominal " } else { "" };
+    let what = format!("largest {nominal}tool deflection, at {}", most.place());
     KeyNumber::new(high, what, against).found(in_map_table(&DEFLECTION, Extreme::Largest, most.value))
 }
 
