@@ -5,10 +5,12 @@ use super::{Spread, UncertainParameter, normal_quantile, sobol};
 /// Draws of all uncertain quantities, in scrambles that are independent of one another.
 #[derive(Debug, Clone)]
 pub struct Draws {
-    /// Standard normal number of each parameter in each draw; the last one is that of the force.
+    /// Standard normal number of each parameter in each draw.
     pub normal: Vec<Vec<f64>>,
     /// Coordinate of each parameter in each draw ([`UncertainParameter::coordinate`]).
     pub coordinates: Vec<Vec<f64>>,
+    /// Least and largest coordinate of each parameter.
+    pub ranges: Vec<[f64; 2]>,
     /// Factor of the cutting force in each draw.
     pub force: Vec<f64>,
 }
@@ -24,13 +26,17 @@ impl Draws {
     /// Draws of `parameters` and of a force with the distribution `force`.
     pub fn new(parameters: &[UncertainParameter], force: Option<Spread>, seed: u32) -> Self {
         let points = sobol::points(parameters.len() + 1, Self::SCRAMBLES, Self::PER_SCRAMBLE, seed.into());
-        let normal: Vec<Vec<f64>> =
+        // The force comes first, so that it is the same with other parameters.
+        let mut normal: Vec<Vec<f64>> =
             points.into_iter().map(|own| own.into_iter().map(normal_quantile).collect()).collect();
+        let factor = |z: f64| force.map_or(1.0, |spread| spread.value(1.0, z));
+        let force = normal.remove(0).into_iter().map(factor).collect();
         let of = |(own, normal): (&UncertainParameter, &Vec<f64>)| normal.iter().map(|z| own.coordinate(*z)).collect();
-        let coordinates = parameters.iter().zip(&normal).map(of).collect();
-        let factor = |z: &f64| force.map_or(1.0, |spread| spread.value(1.0, *z));
-        let force = normal[parameters.len()].iter().map(factor).collect();
-        Self { normal, coordinates, force }
+        let coordinates: Vec<Vec<f64>> = parameters.iter().zip(&normal).map(of).collect();
+        let range =
+            |own: &Vec<f64>| own.iter().fold([0.0f64; 2], |[least, largest], x| [least.min(*x), largest.max(*x)]);
+        let ranges = coordinates.iter().map(range).collect();
+        Self { normal, coordinates, ranges, force }
     }
 
     /// Number of draws.

@@ -12,7 +12,7 @@ mod surrogate;
 
 pub use draws::Draws;
 pub use resolve::{ASSUMED_RELATIVE_STD, resolve};
-pub use spread::{Spread, Z_95_INTERVAL, normal_quantile, normal_share};
+pub use spread::{Spread, Z_95_INTERVAL, normal_cdf, normal_quantile};
 pub use surrogate::{P95, Quantiles, Response, Surrogate, quantile};
 
 use crate::machine::{Machine, Unit};
@@ -26,8 +26,21 @@ pub struct UncertainParameter {
     pub unit: Unit,
     /// Distribution of each value about its nominal one.
     pub spread: Spread,
+    /// What of the machine it changes.
+    pub role: Role,
     /// Who says so.
     pub source: SpreadSource,
+}
+
+/// What a parameter changes of a machine.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Role {
+    /// How it bends: stiffnesses, sections, masses, springs.
+    Elasticity,
+    /// Where its parts are: lengths, axes. Commands are computed without it, so that the tool is off without load.
+    Geometry,
+    /// An error of a chain: geometry that is small.
+    ChainError,
 }
 
 /// Where a spread comes from.
@@ -39,6 +52,17 @@ pub enum SpreadSource {
     Provenance,
     /// The default for what the machine file grades as assumed.
     Assumed,
+}
+
+impl SpreadSource {
+    /// Its word in files.
+    pub fn label(self) -> &'static str {
+        match self {
+            SpreadSource::Given => "study",
+            SpreadSource::Provenance => "machine file",
+            SpreadSource::Assumed => "assumed",
+        }
+    }
 }
 
 impl UncertainParameter {
@@ -55,28 +79,19 @@ impl UncertainParameter {
     /// Coordinate in which displacements are nearly linear, for the standard normal number `z`: the relative change of the compliance of what is a
     /// stiffness, else the difference from the nominal value.
     pub fn coordinate(&self, z: f64) -> f64 {
-        let nominal = self.values.first().map_or(0.0, |(_, nominal)| *nominal);
-        let value = self.spread.value(nominal, z);
-        match self.is_stiffness() {
-            true => nominal / value - 1.0,
-            false => value - nominal,
-        }
+        let (nominal, value) = (self.nominal(), self.spread.value(self.nominal(), z));
+        let is_compliance = is_stiffness(self.unit) && !matches!(self.spread, Spread::Difference { .. });
+        if is_compliance { nominal / value - 1.0 } else { value - nominal }
     }
 
     /// Interval that holds 95 % of the values of its first parameter.
     pub fn interval_95(&self) -> [f64; 2] {
-        let nominal = self.values.first().map_or(0.0, |(_, nominal)| *nominal);
-        [-Z_95_INTERVAL, Z_95_INTERVAL].map(|z| self.spread.value(nominal, z))
+        [-Z_95_INTERVAL, Z_95_INTERVAL].map(|z| self.spread.value(self.nominal(), z))
     }
 
-    fn is_stiffness(&self) -> bool {
-        let units = [Unit::N_PER_MM, Unit::NMM_PER_RAD, Unit::N_PER_MM2];
-        units.contains(&self.unit) && matches!(self.spread, Spread::Logarithm { .. })
-    }
-
-    /// Whether it says where the parts of the machine are: commands are computed without it, so that the tool is off without load.
-    pub fn is_geometry(&self) -> bool {
-        [Unit::MM, Unit::DEG, Unit::ONE].contains(&self.unit)
+    /// Nominal value of its first parameter.
+    fn nominal(&self) -> f64 {
+        self.values.first().map_or(0.0, |(_, nominal)| *nominal)
     }
 }
 
@@ -91,6 +106,11 @@ pub struct Uncertainty {
     pub force: Option<Spread>,
     /// The draws.
     pub draws: Draws,
+}
+
+/// Whether `unit` is that of a stiffness or an elastic constant.
+fn is_stiffness(unit: Unit) -> bool {
+    [Unit::N_PER_MM, Unit::NMM_PER_RAD, Unit::N_PER_MM2].contains(&unit)
 }
 
 /// Up to four of `names`, and how many more there are; `None` without any.
@@ -109,7 +129,7 @@ impl Uncertainty {
     fn values(&self, z: impl Fn(usize) -> f64) -> [Values<'_>; 2] {
         let mut values = [Vec::new(), Vec::new()];
         for (i, parameter) in self.parameters.iter().enumerate() {
-            values[usize::from(parameter.is_geometry())].extend(parameter.at(z(i)));
+            values[usize::from(parameter.role != Role::Elasticity)].extend(parameter.at(z(i)));
         }
         values
     }
@@ -123,7 +143,7 @@ impl Uncertainty {
     pub fn values_at(&self, parameter: usize, z: f64) -> [Values<'_>; 2] {
         let own = &self.parameters[parameter];
         let mut values = [Vec::new(), Vec::new()];
-        values[usize::from(own.is_geometry())].extend(own.at(z));
+        values[usize::from(own.role != Role::Elasticity)].extend(own.at(z));
         values
     }
 
@@ -140,6 +160,11 @@ impl Uncertainty {
         }
     }
 
+    /// Interval that holds 95 % of the factors of the cutting force; `None` where that is exact.
+    pub fn force_factor_95(&self) -> Option<[f64; 2]> {
+        self.force.map(|spread| [-Z_95_INTERVAL, Z_95_INTERVAL].map(|z| spread.value(1.0, z)))
+    }
+
     /// Names of parameters that vary by a default, some of them where they are many; `None` without any.
     pub fn assumed_words(&self) -> Option<String> {
         let assumed = self.parameters.iter().filter(|own| own.source == SpreadSource::Assumed);
@@ -148,19 +173,17 @@ impl Uncertainty {
 
     /// Names of stiffnesses and elastic constants that do not vary, some of them where they are many; `None` without any.
     pub fn exact_words(&self) -> Option<String> {
-        let stiffness = [Unit::N_PER_MM, Unit::NMM_PER_RAD, Unit::N_PER_MM2];
         let varies = |name: &str| self.parameters.iter().flat_map(|own| &own.values).any(|(own, _)| own == name);
         let all = self.machine.parameters();
-        let exact =
-            all.iter().filter(|own| stiffness.contains(&own.unit) && own.value != Some(0.0) && !varies(&own.name));
+        let exact = all.iter().filter(|own| is_stiffness(own.unit) && own.value != Some(0.0) && !varies(&own.name));
         some_of(exact.map(|own| own.name.as_str()).collect())
     }
 
-    /// Which ends of `parameter` are solved: both of an elastic one, and the farther of an error of geometry, which is small and acts linearly.
+    /// Which ends of `parameter` are solved: both, but of an error of a chain, which is small and acts linearly, the farther.
     pub fn solved_ends(&self, parameter: usize) -> [bool; 2] {
         let own = &self.parameters[parameter];
         let [low, high] = Response::ENDS.map(|z| own.coordinate(z).abs());
-        if own.is_geometry() { [low > high, low <= high] } else { [true; 2] }
+        if own.role == Role::ChainError { [low > high, low <= high] } else { [true; 2] }
     }
 
     /// Coordinates of each parameter at one end of what the response is computed at, and at the other ([`Response`]).

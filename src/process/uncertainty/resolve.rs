@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::{
-    Draws, Spread, SpreadSource, UncertainParameter, Uncertainty, Z_95_INTERVAL,
+    Draws, Role, Spread, SpreadSource, UncertainParameter, Uncertainty, Z_95_INTERVAL,
     spec::{ChainErrorToleranceSpec, ParameterUncertaintySpec, SpreadSpec, UncertaintySpec},
 };
 use crate::{
@@ -12,10 +12,11 @@ use crate::{
 };
 
 /// Most parameters that vary.
-const MOST: usize = 200;
+const MOST_PARAMETERS: usize = 200;
 /// Largest standard deviation over the nominal value.
 const LARGEST_RELATIVE_STD: f64 = 2.0;
-/// Standard deviation over the value of stiffnesses and masses that a machine file grades as assumed: `docs/uncertainty.md` says why.
+/// Standard deviation over the value of stiffnesses and masses that a machine file grades as assumed: they are known to ten or
+/// thirty per cent where they were measured, and sources of the same joint differ by more.
 pub const ASSUMED_RELATIVE_STD: f64 = 0.3;
 
 /// Parts of names of parameters that are limits, or by which commands are computed and forces applied: what they do is not a displacement of the
@@ -52,8 +53,9 @@ pub fn resolve(spec: &UncertaintySpec, machine: &Machine, check: &Check) -> Resu
         found.add_from_provenance(&check.key("machine"))?;
     }
     let parameters = found.parameters;
-    if parameters.len() > MOST {
-        return check.fail(format!("at most {MOST} parameters may vary by themselves, got {}", parameters.len()));
+    if parameters.len() > MOST_PARAMETERS {
+        return check
+            .fail(format!("at most {MOST_PARAMETERS} parameters may vary by themselves, got {}", parameters.len()));
     }
     let force = spec.process.as_ref().and_then(|own| own.force_relative_std);
     let force = force.map(|std| relative_std(std, &check.key("process.force_relative_std"))).transpose()?;
@@ -92,6 +94,14 @@ impl Found<'_> {
         self.designs.iter().filter_map(of).max().map(|(_, name)| name)
     }
 
+    /// Whether the parameter called `name` moves the tool, and not the workpiece.
+    fn may_vary(&self, name: &str) -> bool {
+        let of_carrier =
+            |carrier: &Machine| name.strip_prefix(&*carrier.name).is_some_and(|rest| rest.starts_with('.'));
+        !name.split('.').any(|part| NOT_VARIED.contains(&part))
+            && !self.machine.carrier.as_ref().is_some_and(of_carrier)
+    }
+
     /// Parameters whose name, or name in their design, matches `pattern`, and that may vary.
     fn matching(&self, pattern: &str, check: &Check) -> Result<Vec<Parameter>> {
         let is_meant = |own: &&Parameter| {
@@ -104,12 +114,12 @@ impl Found<'_> {
             let error = self.machine.parameter(pattern).err().map_or_else(String::new, |error| error.to_string());
             return check.misfit(error, Vec::new());
         }
-        let may_vary = |own: &&&Parameter| !own.name.split('.').any(|part| NOT_VARIED.contains(&part));
+        let may_vary = |own: &&&Parameter| self.may_vary(&own.name);
         let varied: Vec<Parameter> = named.iter().filter(may_vary).map(|own| (**own).clone()).collect();
         if varied.is_empty() {
             let name = &named[0].name;
             let problem = format!(
-                "{name} cannot vary: it is a limit, or commands and forces are computed with it; expected a stiffness, section, length, mass or \
+                "{name} cannot vary: it is a limit, of the workpiece carrier, or commands and forces are computed with it; expected a stiffness, section, length, mass or \
                  error of a chain"
             );
             return check.fail(problem);
@@ -161,6 +171,10 @@ impl Found<'_> {
                 let pattern = format!("{}.{parameters}", self.machine.chains[*chain].name);
                 let is_error = |own: &&Parameter| own.key.is_none() && is_pattern_of(&pattern, &own.name);
                 let named: Vec<Parameter> = self.all.iter().filter(is_error).cloned().collect();
+                if named.is_empty() {
+                    let name = &self.machine.chains[*chain].name;
+                    return check.key(key).fail(format!("chain {name} has no such error, as it has no drive"));
+                }
                 for own in named {
                     self.add(vec![own], spec, SpreadSource::Given, &check.key(key))?;
                 }
@@ -174,7 +188,7 @@ impl Found<'_> {
         let is_named = |name: &str| self.parameters.iter().flat_map(|own| &own.values).any(|(own, _)| own == name);
         let open: Vec<Parameter> = self.all.iter().filter(|own| !is_named(&own.name)).cloned().collect();
         for own in open {
-            if own.name.split('.').any(|part| NOT_VARIED.contains(&part)) {
+            if !self.may_vary(&own.name) {
                 continue;
             }
             let spec = match (own.interval, own.grade) {
@@ -190,6 +204,17 @@ impl Found<'_> {
             self.add(vec![own], &spec.0, spec.1, check)?;
         }
         Ok(())
+    }
+
+    /// Whether the undeflected `machine` stands at home as the nominal one: what differs is not where its parts are.
+    fn stands_alike(&self, machine: &Machine) -> bool {
+        let (nominal, own) = (&self.machine.home, &machine.home);
+        let scale = self.machine.characteristic_length;
+        let differences = nominal.drives.iter().zip(&own.drives).map(|(a, b)| (a - b).abs());
+        let way = (nominal.pose.translation - own.pose.translation).norm();
+        let turn = (nominal.pose.rotation - own.pose.rotation).norm() * scale;
+        let passive = nominal.passive.iter().flatten().zip(own.passive.iter().flatten()).map(|(a, b)| (a - b).abs());
+        differences.chain(passive).fold(way.max(turn), f64::max) <= SAME_HOME * scale
     }
 
     /// Adds parameters with the same draws.
@@ -212,11 +237,16 @@ impl Found<'_> {
                 first.name
             ));
         }
-        let own = UncertainParameter { values, unit: first.unit, spread: spread(spec, first, check)?, source };
-        for z in [-FAR, FAR] {
+        let role = if first.key.is_none() { Role::ChainError } else { Role::Elasticity };
+        let mut own =
+            UncertainParameter { values, unit: first.unit, spread: spread(spec, first, check)?, role, source };
+        for z in [-LARGEST_Z, LARGEST_Z] {
             let made = self.machine.with_parameters(&own.at(z).collect::<Vec<_>>());
-            if let Err(error) = made {
-                return check.fail(format!("makes no machine {FAR} standard deviations from the nominal one: {error}"));
+            let made = made.or_else(|error| {
+                check.fail(format!("makes no machine {LARGEST_Z} standard deviations from the nominal one: {error}"))
+            })?;
+            if own.role == Role::Elasticity && !self.stands_alike(&made) {
+                own.role = Role::Geometry;
             }
         }
         self.parameters.push(own);
@@ -224,8 +254,10 @@ impl Found<'_> {
     }
 }
 
-/// Standard normal number at which a draw must still make a machine: one of 16,000 is farther.
-const FAR: f64 = 4.0;
+/// Standard normal number at which each parameter alone must still make a machine: one of 16,000 is farther.
+const LARGEST_Z: f64 = 4.0;
+/// Largest difference of configurations at home, as a share of the characteristic length, that is rounding.
+const SAME_HOME: f64 = 1e-9;
 
 /// Whether the parameter must stay positive.
 fn is_positive(parameter: &Parameter) -> bool {
@@ -269,10 +301,20 @@ fn spread(spec: &SpreadSpec, parameter: &Parameter, check: &Check) -> Result<Spr
         (None, None, Some(ends), None) => {
             let [low, high] = interval(ends, parameter, &check.key("interval_95"))?;
             match is_positive(parameter) {
-                true => Ok(Spread::Logarithm {
-                    below: libm::log(nominal / low) / Z_95_INTERVAL,
-                    above: libm::log(high / nominal) / Z_95_INTERVAL,
-                }),
+                true => {
+                    let [below, above] =
+                        [nominal / low, high / nominal].map(|factor| libm::log(factor) / Z_95_INTERVAL);
+                    let Spread::Logarithm { above: most, .. } = Spread::of_relative_std(LARGEST_RELATIVE_STD) else {
+                        return check.fail("is too wide".into());
+                    };
+                    match below.max(above) <= most {
+                        true => Ok(Spread::Logarithm { below, above }),
+                        false => check.fail(format!(
+                            "must be within a factor of {:.1} of the nominal value {nominal} {unit}, got {low} and {high}",
+                            libm::exp(most * Z_95_INTERVAL)
+                        )),
+                    }
+                }
                 false => Ok(Spread::Difference {
                     below: (nominal - low) / Z_95_INTERVAL,
                     above: (high - nominal) / Z_95_INTERVAL,

@@ -20,7 +20,7 @@ const MOST_BITS: usize = 16;
 fn direction_numbers(dimensions: usize) -> Vec<[u64; MOST_BITS]> {
     let digit = |number: u64, k: usize| number << (DIGITS - 1 - k);
     let mut all = vec![std::array::from_fn(|k| digit(1, k))];
-    for line in DIRECTION_NUMBERS.lines() {
+    for line in DIRECTION_NUMBERS.lines().filter(|line| !line.starts_with('#')) {
         let mut numbers = line.split_whitespace().filter_map(|word| word.parse::<u64>().ok()).skip(1);
         let (Some(degree), Some(polynomial)) = (numbers.next(), numbers.next()) else { continue };
         let (degree, first): (usize, Vec<u64>) = (degree as usize, numbers.collect());

@@ -38,13 +38,15 @@ impl Spread {
         match *self {
             Spread::Logarithm { below, above } => nominal * libm::exp(scaled(below, above)),
             Spread::Difference { below, above } => nominal + scaled(below, above),
-            Spread::Uniform { least, largest } => nominal + least + (largest - least) * normal_share(z),
+            Spread::Uniform { least, largest } => nominal + least + (largest - least) * normal_cdf(z),
         }
     }
 
-    /// Logarithm with the standard deviation `relative_std` of value over mean.
+    /// Logarithm whose values have the standard deviation `relative_std` over the nominal value, their median.
     pub fn of_relative_std(relative_std: f64) -> Self {
-        let std = libm::log(1.0 + relative_std * relative_std).sqrt();
+        // The square of the standard deviation over the median is w (w − 1), with w the exponential of the variance of the logarithm.
+        let w = 0.5 * (1.0 + (1.0 + 4.0 * relative_std * relative_std).sqrt());
+        let std = libm::log(w).sqrt();
         Spread::Logarithm { below: std, above: std }
     }
 
@@ -59,21 +61,21 @@ impl Spread {
 }
 
 /// Probability that a standard normal number is below `z`.
-pub fn normal_share(z: f64) -> f64 {
+pub fn normal_cdf(z: f64) -> f64 {
     0.5 * libm::erfc(-z / SQRT_2)
 }
 
-/// The standard normal number below which the share `share`, in (0, 1), of all is.
-pub fn normal_quantile(share: f64) -> f64 {
-    let tail = share.min(1.0 - share);
+/// The standard normal number that is not exceeded with `probability`, in (0, 1).
+pub fn normal_quantile(probability: f64) -> f64 {
+    let tail = probability.min(1.0 - probability);
     // Rational approximation to 4.5e-4 (Abramowitz and Stegun, 26.2.23), corrected by steps of the third order with the exact distribution.
     let t = (-2.0 * libm::log(tail)).sqrt();
     let numerator = 2.515_517 + t * (0.802_853 + t * 0.010_328);
     let mut z = numerator / (1.0 + t * (1.432_788 + t * (0.189_269 + t * 0.001_308))) - t;
     for _ in 0..2 {
         let density = libm::exp(-0.5 * z * z) / (2.0 * PI).sqrt();
-        let step = (normal_share(z) - tail) / density;
+        let step = (normal_cdf(z) - tail) / density;
         z -= step / (1.0 + 0.5 * z * step);
     }
-    if share < 0.5 { z } else { -z }
+    if probability < 0.5 { z } else { -z }
 }

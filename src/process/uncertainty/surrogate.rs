@@ -36,7 +36,9 @@ impl Polynomial {
     /// The polynomial through `response`, whose ends are at the coordinates `ends` of each parameter.
     fn through(response: &Response, ends: &[[f64; 2]]) -> Self {
         let term = |(at, x): (&[Option<Vector3<f64>>; 2], &[f64; 2])| {
-            let slope = |end: usize| Some((at[end]? - response.nominal) / x[end]).filter(|_| x[end] != 0.0);
+            // An end that is all but the nominal value says nothing of the slope.
+            let is_far = |end: usize| x[end].abs() > 1e-6 * x[0].abs().max(x[1].abs());
+            let slope = |end: usize| Some((at[end]? - response.nominal) / x[end]).filter(|_| is_far(end));
             match [slope(0), slope(1)] {
                 [Some(below), Some(above)] => {
                     let square = (above - below) / (x[1] - x[0]);
@@ -80,13 +82,12 @@ impl Polynomial {
         }
     }
 
-    /// The farthest that it is likely to be from its constant: the root of the sum of squares of what each parameter does at `ends`, times the
-    /// ratio of four standard deviations to the distance of an end.
-    fn reach(&self, ends: &[[f64; 2]]) -> f64 {
-        let of = |([linear, square], ends): (&[Vector3<f64>; 2], &[f64; 2])| {
-            ends.map(|x| (x * (linear + square * x)).norm_squared()).into_iter().fold(0.0, f64::max)
+    /// The farthest that it is likely to be from its constant: the root of the sum of squares of what each parameter does at most in any draw.
+    fn largest_deviation(&self, draws: &Draws) -> f64 {
+        let of = |([linear, square], range): (&[Vector3<f64>; 2], &[f64; 2])| {
+            range.map(|x| (x * (linear + square * x)).norm_squared()).into_iter().fold(0.0, f64::max)
         };
-        (self.terms.iter().zip(ends).map(of).sum::<f64>()).sqrt() * 4.0 / Response::ENDS[1]
+        self.terms.iter().zip(&draws.ranges).map(of).sum::<f64>().sqrt()
     }
 }
 
@@ -145,15 +146,14 @@ pub struct Surrogate {
     unloaded: Polynomial,
     /// Displacement under each load less that without load.
     by_load: Vec<Polynomial>,
-    ends: Vec<[f64; 2]>,
 }
 
 impl Surrogate {
     /// Makes it of the displacements without load and under each load; `ends` are the coordinates of the ends of each parameter.
-    pub fn new(ends: Vec<[f64; 2]>, unloaded: &Response, loaded: &[Response]) -> Self {
-        let unloaded = Polynomial::through(unloaded, &ends);
-        let by_load = loaded.iter().map(|own| Polynomial::through(own, &ends).minus(&unloaded)).collect();
-        Self { unloaded, by_load, ends }
+    pub fn new(ends: &[[f64; 2]], unloaded: &Response, loaded: &[Response]) -> Self {
+        let unloaded = Polynomial::through(unloaded, ends);
+        let by_load = loaded.iter().map(|own| Polynomial::through(own, ends).minus(&unloaded)).collect();
+        Self { unloaded, by_load }
     }
 
     /// Length of the longest displacement under all loads, in each draw, mm.
@@ -171,10 +171,10 @@ impl Surrogate {
     /// The loads under which the displacement may be the longest in some draw.
     fn loads_that_may_be_worst(&self, draws: &Draws) -> Vec<&Polynomial> {
         let factor = draws.force.iter().fold(0.0, |most: f64, factor| most.max((factor - 1.0).abs()));
-        let free = self.unloaded.reach(&self.ends);
+        let free = self.unloaded.largest_deviation(draws);
         let bounds = |load: &Polynomial| {
             let nominal = (self.unloaded.constant + load.constant).norm();
-            let by_parameters = libm::hypot(free, load.reach(&self.ends) * (1.0 + factor));
+            let by_parameters = libm::hypot(free, load.largest_deviation(draws) * (1.0 + factor));
             let reach = libm::hypot(by_parameters, factor * load.constant.norm());
             [nominal - reach, nominal + reach]
         };
@@ -182,20 +182,29 @@ impl Surrogate {
         self.by_load.iter().filter(|load| bounds(load)[1] >= least).collect()
     }
 
-    /// Variance of the displacement along its nominal direction under the load under which it is the longest, by each parameter alone and, last,
-    /// by the force alone, mm².
+    /// Variance of the displacement along its nominal direction, of the whole vector where that is zero, by each parameter alone and, last, by the
+    /// force alone, mm²: under the load under which the nominal displacement is the longest.
     pub fn variances(&self, draws: &Draws) -> Vec<f64> {
         let nominal = |load: &Polynomial| self.unloaded.constant + load.constant;
         let longest = |a: &&Polynomial, b: &&Polynomial| nominal(a).norm().total_cmp(&nominal(b).norm());
         let Some(load) = self.by_load.iter().max_by(longest) else { return Vec::new() };
-        let along = nominal(load).try_normalize(0.0).unwrap_or_default();
-        let of_term = |parameter: usize| {
-            let [linear, square] =
-                [0, 1].map(|k| along.dot(&(load.terms[parameter][k] + self.unloaded.terms[parameter][k])));
-            variance(draws.coordinates[parameter].iter().map(|x| x * (linear + square * x)))
+        let directions = match nominal(load).try_normalize(0.0) {
+            Some(along) => vec![along],
+            None => [Vector3::x(), Vector3::y(), Vector3::z()].into(),
         };
-        let by_force = variance(draws.force.iter().map(|factor| factor * along.dot(&load.constant)));
-        (0..load.terms.len()).map(of_term).chain([by_force]).collect()
+        let of_term = |parameter: usize| {
+            let along = |along: &Vector3<f64>| {
+                let [linear, square] =
+                    [0, 1].map(|k| along.dot(&(load.terms[parameter][k] + self.unloaded.terms[parameter][k])));
+                variance(draws.coordinates[parameter].iter().map(|x| x * (linear + square * x)))
+            };
+            directions.iter().map(along).sum()
+        };
+        let by_force = |along: &Vector3<f64>| {
+            let size = along.dot(&load.constant);
+            variance(draws.force.iter().map(|factor| factor * size))
+        };
+        (0..load.terms.len()).map(of_term).chain([directions.iter().map(by_force).sum()]).collect()
     }
 }
 

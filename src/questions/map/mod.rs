@@ -64,8 +64,8 @@ pub struct SourceEffect {
     pub principal_stiffness_n_per_mm: [f64; 3],
     /// Sum of the displacements by the single sources less that by all, at the worst φ, O axes, mm; only for all sources.
     pub superposition_error_vector_mm: Option<[f64; 3]>,
-    /// Distribution of the deflection, or why there is none; only for all sources, and where inputs are uncertain.
-    pub spread: Option<Result<DeflectionSpread, Failure>>,
+    /// Distribution of the deflection; only for all sources, and where inputs are uncertain.
+    pub spread: Option<DeflectionSpread>,
 }
 
 impl SourceEffect {
@@ -190,7 +190,7 @@ fn run_block(
             work.check()?;
             let first = indices.start + group * Batch::WIDTH;
             let indices = first..indices.end.min(first + Batch::WIDTH);
-            Ok(solver.solve(&indices.map(|index| study.grid.position(index)).collect::<Vec<_>>(), work))
+            solver.solve(&indices.map(|index| study.grid.position(index)).collect::<Vec<_>>(), work)
         })
         .collect::<error::Result<Vec<Vec<MapPoint>>>>()?;
     Ok(groups.into_iter().flatten().collect())
@@ -234,8 +234,8 @@ struct GroupSolver<'a> {
 }
 
 impl GroupSolver<'_> {
-    /// Computes the grid points at `positions` (P, O, mm) and reports progress to `work`.
-    fn solve(&mut self, positions: &[Vector3<f64>], work: &Work) -> Vec<MapPoint> {
+    /// Computes the grid points at `positions` (P, O, mm) and reports progress to `work`; `Err` if that is stopped.
+    fn solve(&mut self, positions: &[Vector3<f64>], work: &Work) -> error::Result<Vec<MapPoint>> {
         let machine = &self.study.scene.machine;
         let reached: Vec<_> = positions.iter().map(|position| machine.command(*position)).collect();
         let configurations: Vec<&Configuration> = reached.iter().flatten().collect();
@@ -248,11 +248,12 @@ impl GroupSolver<'_> {
             let loads = if source.has_cutting_force() { &phis[..] } else { &[None] };
             sweep_phi(self.study, source, group, &configurations, loads).into_iter()
         });
-        let mut spreads = self.spread.as_mut().map(|solver| {
+        let spreads = self.spread.as_mut().map(|solver| {
             let displacements = |turn: &Result<PhiSweep, Failure>| Some(turn.as_ref().ok()?.displacements.clone());
             let nominal: Vec<_> = turns[Source::All].as_slice().iter().map(displacements).collect();
-            solver.solve(&configurations, &nominal).into_iter()
+            Ok::<_, error::Error>(solver.solve(&configurations, &nominal, work)?.into_iter())
         });
+        let mut spreads = spreads.transpose()?;
         let mut effects = configurations.iter().map(|_| {
             let nothing = || Err(Failure { status: "not_converged".into(), reason: "there is no load".into() });
             let own = BySource::of(machine, |source| turns[source].next().unwrap_or_else(nothing));
@@ -278,7 +279,7 @@ impl GroupSolver<'_> {
             work.tell(Event::Computed(1));
             effects.map(|effects| MapPoint { position_mm: (*position).into(), effects })
         };
-        positions.iter().zip(&reached).filter_map(point).collect()
+        Ok(positions.iter().zip(&reached).filter_map(point).collect())
     }
 }
 

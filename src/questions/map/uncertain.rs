@@ -11,40 +11,43 @@ use crate::{
     compensation::{Method, Session, TaskPoint},
     input::error,
     machine::{Configuration, Machine},
-    process::uncertainty::{Draws, P95, Quantiles, Response, Surrogate, Uncertainty, quantile},
-    simulation::{Failure, Machines, Source},
+    process::uncertainty::{Draws, Quantiles, Response, Surrogate, Uncertainty},
+    simulation::{Failure, Machines, ROUNDING_MM, Source},
     statics::Batch,
+    work::Work,
 };
 
 /// Distribution of the deflection by all sources at a grid point, worst over the tool angle φ.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct DeflectionSpread {
-    /// Half of the draws deflect less, mm.
-    pub median_mm: f64,
-    /// 95 % of the draws deflect less, mm.
-    pub p95_mm: f64,
-    /// Standard error of `p95_mm`: by the number of draws, and by the check where it corrected them.
-    pub p95_standard_error_mm: f64,
+    /// Half of the draws deflect less, mm; `None` where as many have no equilibrium.
+    pub median_mm: Option<f64>,
+    /// 95 % of the draws deflect less, mm; `None` where more than 5 % have no equilibrium.
+    pub p95_mm: Option<f64>,
+    /// Standard error of `p95_mm`: by the number of draws, and by the check; `None` where draws without equilibrium leave it open.
+    pub p95_standard_error_mm: Option<f64>,
     /// Probability that the deflection is within tolerance, 0 to 1; `None` without tolerance.
     pub within_tolerance: Option<f64>,
-    /// What causes the largest part of the variance: a parameter, or "cutting force".
-    pub main_cause: String,
+    /// What causes the largest part of the variance, a parameter or "cutting force"; `None` where nothing does, or too few draws have an equilibrium.
+    pub main_cause: Option<String>,
     /// Its share of the sum of variances by each alone, 0 to 1.
-    pub main_cause_share: f64,
-    /// How far the engine differs from the surrogate in the draw at the 95 % quantile, as a share.
+    pub main_cause_share: Option<f64>,
+    /// Engine over surrogate less 1 in the draw next to the 95 % quantile; `None` where the surrogate was not used.
     pub check_difference: Option<f64>,
     /// Number of draws solved by the engine.
     pub solved_draws: usize,
-    /// Number of those in which the machine has no equilibrium; they do not count as within tolerance.
+    /// Number of those in which the machine has no equilibrium, or there is no such machine; they do not count as within tolerance.
     pub failed_draws: usize,
+    /// Why the first of these failed.
+    pub first_failure: Option<String>,
 }
 
 /// Largest difference of the engine from the surrogate that needs no further draws, as a share.
 const CLOSE: f64 = 0.005;
 /// Largest standard error of the 95 % quantile by the check, as a share.
 const LARGEST_ERROR: f64 = 0.003;
-/// Fewest and most draws next to the 95 % quantile by which it is corrected.
-const FEWEST_NEXT: usize = 4;
+/// Fewest and most draws next to a value by which a quantile or probability is corrected.
+const FEWEST_NEXT: usize = 8;
 const MOST_NEXT: usize = 32;
 /// Fewest scrambles of which all draws are solved, where those next to the quantile do not suffice.
 const FEWEST_SCRAMBLES: usize = 4;
@@ -57,7 +60,7 @@ pub(super) struct Variations<'a> {
     /// Machines with each parameter alone at its ends ([`Response::ENDS`]), as far as they are solved.
     ends: Vec<[Option<Machines>; 2]>,
     /// Machines of the draws of the first scramble, made when they are needed.
-    drawn: Vec<OnceLock<Option<Machines>>>,
+    drawn: Vec<OnceLock<Result<Machines, Failure>>>,
 }
 
 impl<'a> Variations<'a> {
@@ -84,12 +87,25 @@ impl<'a> Variations<'a> {
         }
     }
 
-    /// Longest displacement over φ at `at` in the draw `index`, mm, the machine undeflected to begin with; `None` without equilibrium.
-    fn largest_displacement(&self, index: usize, at: &Configuration) -> Option<f64> {
+    /// Length of the longest displacement over φ at `at` in the draw `index`, mm, the machine undeflected to begin with, or why there is none; counted
+    /// in `spread`.
+    fn solve_draw(&self, index: usize, at: &Configuration, spread: &mut DeflectionSpread) -> Option<f64> {
+        let found = self.largest_displacement(index, at);
+        spread.solved_draws += 1;
+        found
+            .inspect_err(|failure| {
+                spread.failed_draws += 1;
+                spread.first_failure.get_or_insert_with(|| failure.reason.clone());
+            })
+            .ok()
+    }
+
+    fn largest_displacement(&self, index: usize, at: &Configuration) -> Result<f64, Failure> {
         let Self { study, uncertainty, .. } = self;
         let make = || {
             let values = uncertainty.values_of_draw(index);
-            self.nominal.drawn(&uncertainty.machine, &values, &study.scene.errors).ok()
+            let machines = self.nominal.drawn(&uncertainty.machine, &values, &study.scene.errors);
+            machines.map_err(|error| Failure { status: "no_equilibrium".into(), reason: error.to_string() })
         };
         let machines = match self.drawn.get(index) {
             Some(kept) => kept.get_or_init(make).clone(),
@@ -101,123 +117,150 @@ impl<'a> Variations<'a> {
         let mut largest: f64 = 0.0;
         for phis in study.scene.phis.chunks(Batch::WIDTH) {
             let tasks: Vec<TaskPoint> = phis.iter().map(|phi| task(study, at, Some(*phi), factor)).collect();
-            let places: Vec<usize> = (0..tasks.len()).collect();
-            for displacement in group.displacements(&study.scene.machine, &places, |lane| tasks[lane]) {
-                largest = largest.max(displacement.ok()?.norm());
+            let lanes: Vec<usize> = (0..tasks.len()).collect();
+            for displacement in group.displacements(&study.scene.machine, &lanes, |lane| tasks[lane]) {
+                largest = largest.max(displacement?.norm());
             }
         }
-        Some(largest)
+        Ok(largest)
     }
 
-    /// Distribution of the deflection at `at` from the displacements without load and under each load.
-    fn spread(
-        &self,
-        at: &Configuration,
-        unloaded: &Response,
-        loaded: &[Response],
-    ) -> Result<DeflectionSpread, Failure> {
-        let draws = &self.uncertainty.draws;
-        let surrogate = Surrogate::new(self.uncertainty.end_coordinates(), unloaded, loaded);
-        let mut sizes = surrogate.largest_displacements(draws);
-        let quantiles = Quantiles::of(&sizes);
-        let (main_cause, main_cause_share) = self.main_cause(&surrogate.variances(draws));
-        let mut spread = DeflectionSpread {
-            median_mm: quantiles.median,
-            p95_mm: quantiles.p95,
-            p95_standard_error_mm: quantiles.p95_standard_error,
-            within_tolerance: None,
-            main_cause,
-            main_cause_share,
-            check_difference: None,
-            solved_draws: 0,
-            failed_draws: 0,
+    /// Distribution of the deflection at `at` from the displacements without load and under each load, checked by the engine; by the engine alone
+    /// where one of these failed or the check does not end. `Err` if `work` is stopped.
+    fn spread(&self, at: &Configuration, responses: &Responses, work: &Work) -> error::Result<DeflectionSpread> {
+        let Ok([unloaded, loaded @ ..]) = responses.as_deref() else {
+            return self.spread_by_engine(at, DeflectionSpread::default(), work);
         };
-        if quantiles.p95 > 0.0 && !self.correct_by_next(at, &mut sizes, &mut spread) {
-            sizes = self.correct_by_scrambles(at, &sizes, &mut spread);
+        let draws = &self.uncertainty.draws;
+        let surrogate = Surrogate::new(&self.uncertainty.end_coordinates(), unloaded, loaded);
+        let sizes = surrogate.largest_displacements(draws);
+        let quantiles = Quantiles::of(&sizes);
+        let mut spread = self.spread_with_cause(&surrogate.variances(draws));
+        match self.checked(at, &sizes, quantiles, &mut spread) {
+            Some(()) => Ok(spread),
+            None => self.spread_by_engine(at, spread, work),
         }
-        if !spread.p95_mm.is_finite() {
-            let DeflectionSpread { failed_draws, solved_draws, .. } = spread;
-            let reason = format!(
-                "in {failed_draws} of {solved_draws} draws the machine has no equilibrium: there is no 95 % quantile"
-            );
-            return Err(Failure { status: "no_equilibrium".into(), reason });
-        }
-        let within =
-            |tolerance: f64| sizes.iter().filter(|size| **size <= tolerance).count() as f64 / sizes.len() as f64;
-        spread.within_tolerance = self.study.scene.tolerance_mm.map(within);
-        Ok(spread)
     }
 
-    /// Name and share of the largest of `variances`, of which the last is that by the force.
-    fn main_cause(&self, variances: &[f64]) -> (String, f64) {
+    /// A distribution with its main cause by `variances`, of which the last is that by the force.
+    fn spread_with_cause(&self, variances: &[f64]) -> DeflectionSpread {
         let sum: f64 = variances.iter().sum();
         let largest =
             (0..variances.len()).fold(0, |most, own| if variances[own] > variances[most] { own } else { most });
         let name = self.uncertainty.parameters.get(largest).map_or("cutting force", |own| own.name());
-        let share = if sum > 0.0 { variances[largest] / sum } else { 0.0 };
-        (name.into(), share)
+        let has_cause = sum > ROUNDING_MM * ROUNDING_MM;
+        DeflectionSpread {
+            main_cause: has_cause.then(|| name.into()),
+            main_cause_share: has_cause.then(|| variances[largest] / sum),
+            ..DeflectionSpread::default()
+        }
     }
 
-    /// Checks the surrogate by the draw next to the 95 % quantile, and scales `sizes` by the mean ratio of those next to it if it differs; false
-    /// where too few draws agree on the ratio.
-    fn correct_by_next(&self, at: &Configuration, sizes: &mut [f64], spread: &mut DeflectionSpread) -> bool {
-        let p95 = spread.p95_mm;
-        let mut next: Vec<usize> = (0..Draws::PER_SCRAMBLE).collect();
-        next.sort_by(|a, b| (sizes[*a] - p95).abs().total_cmp(&(sizes[*b] - p95).abs()));
-        let mut ratios: Vec<f64> = Vec::new();
-        for index in next.into_iter().take(MOST_NEXT) {
-            spread.solved_draws += 1;
-            let Some(size) = self.largest_displacement(index, at) else {
-                spread.failed_draws += 1;
-                return false;
-            };
-            ratios.push(size / sizes[index]);
-            let (mean, error) = mean_and_error(&ratios);
-            if ratios.len() == 1 {
-                spread.check_difference = Some(mean - 1.0);
-                if (mean - 1.0).abs() <= CLOSE {
-                    return true;
+    /// Fills `spread` with the quantiles of `sizes`, checked by the draw next to the 95 % quantile; where the engine differs there, quantiles and
+    /// probability are corrected by the mean ratio in draws next to each. `None` where too few draws agree on a ratio, or one has no equilibrium.
+    fn checked(
+        &self,
+        at: &Configuration,
+        sizes: &[f64],
+        quantiles: Quantiles,
+        spread: &mut DeflectionSpread,
+    ) -> Option<()> {
+        let Quantiles { mut median, mut p95, p95_standard_error } = quantiles;
+        let (mut error, mut by_tolerance) = (0.0, 1.0);
+        let tolerance = self.study.scene.tolerance_mm;
+        if p95 > ROUNDING_MM {
+            let mut order: Vec<usize> = (0..Draws::PER_SCRAMBLE).collect();
+            order.sort_by(|a, b| sizes[*a].total_cmp(&sizes[*b]));
+            let ratio =
+                |value: f64, spread: &mut DeflectionSpread| self.ratio_next_to(value, at, sizes, &order, spread);
+            let by_p95 = ratio(p95, spread)?;
+            error = by_p95.error * p95;
+            if by_p95.mean != 1.0 {
+                p95 *= by_p95.mean;
+                median *= ratio(median, spread)?.mean;
+                if let Some(tolerance) = tolerance {
+                    by_tolerance = ratio(tolerance, spread)?.mean;
                 }
-            } else if ratios.len() >= FEWEST_NEXT && error <= LARGEST_ERROR {
-                sizes.iter_mut().for_each(|size| *size *= mean);
-                spread.median_mm *= mean;
-                spread.p95_mm *= mean;
-                spread.p95_standard_error_mm = libm::hypot(spread.p95_standard_error_mm, p95 * error);
-                return true;
             }
         }
-        false
+        spread.median_mm = Some(median);
+        spread.p95_mm = Some(p95);
+        spread.p95_standard_error_mm = Some(libm::hypot(p95_standard_error, error));
+        spread.within_tolerance = tolerance.map(|tolerance| share_within(sizes, tolerance / by_tolerance));
+        Some(())
     }
 
-    /// Solves all draws, scramble after scramble, until it is known well enough how far quantiles are from those of the surrogate, `sizes`. Returns
-    /// what was solved.
-    fn correct_by_scrambles(&self, at: &Configuration, sizes: &[f64], spread: &mut DeflectionSpread) -> Vec<f64> {
-        (spread.solved_draws, spread.failed_draws) = (0, 0);
-        let mut solved = Vec::new();
-        let mut differences: [Vec<f64>; 2] = Default::default();
-        for own in sizes.chunks(Draws::PER_SCRAMBLE) {
-            let first = solved.len();
-            for index in first..first + own.len() {
-                let found = self.largest_displacement(index, at);
-                spread.failed_draws += usize::from(found.is_none());
-                solved.push(found.unwrap_or(f64::INFINITY));
+    /// Ratio of engine and surrogate in draws of the first scramble (in ascending `order` of `sizes`) on both sides of `value`, mm: 1 if the first
+    /// agrees. `None` where too few agree, or one has no equilibrium.
+    fn ratio_next_to(
+        &self,
+        value: f64,
+        at: &Configuration,
+        sizes: &[f64],
+        order: &[usize],
+        spread: &mut DeflectionSpread,
+    ) -> Option<Ratio> {
+        let above = order.partition_point(|index| sizes[*index] < value).clamp(1, order.len() - 1);
+        let (below, above) = order.split_at(above);
+        let sides = above.iter().zip(below.iter().rev()).flat_map(|(above, below)| [*above, *below]);
+        let mut ratios: Vec<f64> = Vec::new();
+        for index in sides.take(MOST_NEXT) {
+            ratios.push(self.solve_draw(index, at, spread)? / sizes[index]);
+            let (mean, error) = mean_and_error(&ratios);
+            let difference = (mean - 1.0).abs();
+            if ratios.len() == 1 {
+                spread.check_difference.get_or_insert(mean - 1.0);
             }
-            for (differences, share) in differences.iter_mut().zip([0.5, P95]) {
-                differences.push(quantile(&mut solved[first..].to_vec(), share) - quantile(&mut own.to_vec(), share));
+            if ratios.len() == 1 && difference <= CLOSE {
+                return Some(Ratio { mean: 1.0, error: difference });
             }
-            let [_, (mean, error)] = differences.each_ref().map(|own| mean_and_error(own));
-            let is_known = error <= LARGEST_ERROR * spread.p95_mm || !mean.is_finite();
-            if differences[1].len() >= FEWEST_SCRAMBLES && is_known {
+            if ratios.len() >= FEWEST_NEXT && error <= LARGEST_ERROR {
+                return Some(Ratio { mean, error });
+            }
+        }
+        None
+    }
+
+    /// Fills `spread` by draws of the engine, scramble after scramble, until the 95 % quantile is known well enough. `Err` if `work` is stopped.
+    fn spread_by_engine(
+        &self,
+        at: &Configuration,
+        spread: DeflectionSpread,
+        work: &Work,
+    ) -> error::Result<DeflectionSpread> {
+        let mut spread = DeflectionSpread { solved_draws: 0, failed_draws: 0, first_failure: None, ..spread };
+        let mut solved: Vec<f64> = Vec::new();
+        let mut quantiles = Quantiles::of(&solved);
+        for scramble in 0..Draws::SCRAMBLES {
+            for index in scramble * Draws::PER_SCRAMBLE..(scramble + 1) * Draws::PER_SCRAMBLE {
+                work.check()?;
+                solved.push(self.solve_draw(index, at, &mut spread).unwrap_or(f64::INFINITY));
+            }
+            quantiles = Quantiles::of(&solved);
+            let is_known =
+                quantiles.p95_standard_error <= LARGEST_ERROR * quantiles.p95 || quantiles.p95 == f64::INFINITY;
+            if scramble + 1 >= FEWEST_SCRAMBLES && is_known {
                 break;
             }
         }
-        let [(median, _), (p95, error)] = differences.each_ref().map(|own| mean_and_error(own));
-        spread.solved_draws = solved.len();
-        spread.median_mm += median;
-        spread.p95_mm += p95;
-        spread.p95_standard_error_mm = libm::hypot(spread.p95_standard_error_mm, error);
-        solved
+        let finite = |value: f64| Some(value).filter(|value| value.is_finite());
+        spread.median_mm = finite(quantiles.median);
+        spread.p95_mm = finite(quantiles.p95);
+        spread.p95_standard_error_mm = spread.p95_mm.and(finite(quantiles.p95_standard_error));
+        spread.within_tolerance = self.study.scene.tolerance_mm.map(|tolerance| share_within(&solved, tolerance));
+        Ok(spread)
     }
+}
+
+/// Ratio of engine and surrogate, and its standard error.
+struct Ratio {
+    mean: f64,
+    error: f64,
+}
+
+/// Share of `sizes` that are at most `tolerance`.
+fn share_within(sizes: &[f64], tolerance: f64) -> f64 {
+    sizes.iter().filter(|size| **size <= tolerance).count() as f64 / sizes.len() as f64
 }
 
 /// Mean of `values`, and its standard error.
@@ -273,12 +316,14 @@ pub(super) struct SpreadSolver<'a> {
 }
 
 impl SpreadSolver<'_> {
-    /// Distribution of the deflection at each of `configurations` whose displacements under each load are in `nominal`; `None` for the others.
+    /// Distribution of the deflection at each of `configurations` whose displacements under each load are in `nominal`; `None` for the others. `Err`
+    /// if `work` is stopped.
     pub fn solve(
         &mut self,
         configurations: &[&Configuration],
         nominal: &[Option<Vec<Vector3<f64>>>],
-    ) -> Vec<Option<Result<DeflectionSpread, Failure>>> {
+        work: &Work,
+    ) -> error::Result<Vec<Option<DeflectionSpread>>> {
         let Self { variations, nominal: group, ends } = self;
         let (study, parameters) = (variations.study, &variations.uncertainty.parameters);
         let response = |nominal: Vector3<f64>| Response { nominal, ends: vec![[None; 2]; parameters.len()] };
@@ -296,10 +341,8 @@ impl SpreadSolver<'_> {
                 sweep.solve(group, loads, &words, |response, found| response.ends[own][end] = Some(found));
             }
         }
-        let spread = |(point, at): (Option<Responses>, &&Configuration)| match point?.as_deref() {
-            Ok([unloaded, loaded @ ..]) => Some(variations.spread(at, unloaded, loaded)),
-            Ok([]) => None,
-            Err(failure) => Some(Err(failure.clone())),
+        let spread = |(point, at): (Option<Responses>, &&Configuration)| {
+            point.map(|responses| variations.spread(at, &responses, work)).transpose()
         };
         points.into_iter().zip(configurations).map(spread).collect()
     }

@@ -21,7 +21,7 @@ use crate::{
     page::{Description, Fact, Section, TableNote},
     process::{
         ForceLaw,
-        uncertainty::{Spread, SpreadSource, UncertainParameter, Uncertainty, Z_95_INTERVAL},
+        uncertainty::{UncertainParameter, Uncertainty},
     },
     questions::{
         Answered,
@@ -96,20 +96,24 @@ fn page(summary: &Summary<'_>, text: &ReportText) -> Description {
 
 /// Describes what varies in which 95 % interval.
 fn spread_words(uncertainty: &Uncertainty) -> String {
-    let interval = |ends: [f64; 2]| ends.map(|end| format!("{end:.4}")).join(" to ");
+    let interval = |ends: [f64; 2]| ends.map(four_digits).join(" to ");
     let parameter = |own: &UncertainParameter| {
-        let source = match own.source {
-            SpreadSource::Given => "",
-            SpreadSource::Provenance => ", machine file",
-            SpreadSource::Assumed => ", assumed",
-        };
-        format!("{} {} {} ({}{source})", own.name(), interval(own.interval_95()), own.unit, own.spread.words())
+        let (words, source) = (own.spread.words(), own.source.label());
+        format!("{} {} {} ({words}, {source})", own.name(), interval(own.interval_95()), own.unit)
     };
     let mut words: Vec<String> = uncertainty.parameters.iter().take(MOST_SHOWN).map(parameter).collect();
     words.extend(uncertainty.parameters.len().checked_sub(MOST_SHOWN + 1).map(|more| format!("{} more", more + 1)));
-    let factor = |spread: Spread| [-1.0, 1.0].map(|side| spread.value(1.0, side * Z_95_INTERVAL));
-    words.extend(uncertainty.force.map(|own| format!("cutting force × {}", interval(factor(own)))));
+    words.extend(uncertainty.force_factor_95().map(|own| format!("cutting force × {}", interval(own))));
     format!("95 % intervals: {}; {} draws", words.join("; "), uncertainty.draws.count())
+}
+
+/// Formats a number with about four significant digits.
+fn four_digits(value: f64) -> String {
+    match value.abs() {
+        size if size != 0.0 && !(1e-3..1e7).contains(&size) => format!("{value:.3e}"),
+        size if size >= 1000.0 => format!("{value:.0}"),
+        _ => format!("{value:.4}"),
+    }
 }
 
 /// Uncertain parameters that the page lists; summary.json has all.

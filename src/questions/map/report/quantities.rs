@@ -12,6 +12,7 @@ use crate::{
         WORST_ANGLE,
     },
     questions::map::{DeflectionSpread, MapPoint, SourceEffect, WorkspaceMapStudy},
+    simulation::Failure,
 };
 
 type Of = Quantity<SourceEffect>;
@@ -44,13 +45,13 @@ pub(super) const RESIDUAL_ERROR: Of =
 
 /// Returns the distribution of the deflection, where it is known.
 pub(super) fn spread(effect: &SourceEffect) -> Option<&DeflectionSpread> {
-    effect.spread.as_ref()?.as_ref().ok()
+    effect.spread.as_ref()
 }
 
 pub(super) const MEDIAN: Of =
-    Of::new("deflection_median_mm", "median deflection", Smaller, |effect| Some(spread(effect)?.median_mm));
+    Of::new("deflection_median_mm", "median deflection", Smaller, |effect| spread(effect)?.median_mm);
 pub(super) const P95_DEFLECTION: Of =
-    Of::new("deflection_p95_mm", "95 % quantile of the deflection", Smaller, |effect| Some(spread(effect)?.p95_mm));
+    Of::new("deflection_p95_mm", "95 % quantile of the deflection", Smaller, |effect| spread(effect)?.p95_mm);
 pub(super) const PROBABILITY: Of =
     Of::new("within_tolerance_probability", "probability within tolerance", Larger, |e| spread(e)?.within_tolerance);
 
@@ -67,22 +68,26 @@ fn spread_quantities(study: &WorkspaceMapStudy) -> Vec<Of> {
 fn spread_columns() -> [Of; 8] {
     /// Returns status and reason of the distribution.
     fn status(effect: FoundOr<'_, SourceEffect>) -> [Cell; 2] {
-        match effect.map(|effect| effect.spread.as_ref()) {
-            Ok(Some(spread)) => status_cells(spread.as_ref()),
-            Ok(None) => [Cell::Missing, Cell::Missing],
-            Err(failure) => status_cells::<DeflectionSpread>(Err(failure)),
-        }
+        let spread = match effect.map(spread) {
+            Ok(Some(spread)) => spread,
+            Ok(None) => return [Cell::Missing, Cell::Missing],
+            Err(failure) => return status_cells::<DeflectionSpread>(Err(failure)),
+        };
+        let DeflectionSpread { p95_mm, solved_draws, failed_draws, first_failure, .. } = spread;
+        let first = first_failure.as_deref().unwrap_or_default();
+        let reason = format!("{failed_draws} of {solved_draws} draws have no equilibrium; the first: {first}");
+        status_cells(p95_mm.ok_or(&Failure { status: "no_equilibrium".into(), reason }))
     }
     let cause = |effect: FoundOr<'_, SourceEffect>| match effect.ok().and_then(spread) {
-        Some(spread) => spread.main_cause.as_str().into(),
-        None => Cell::Missing,
+        Some(DeflectionSpread { main_cause: Some(cause), .. }) => cause.as_str().into(),
+        _ => Cell::Missing,
     };
     [
         Of::text("spread_status", |effect| status(effect)[0].clone()),
         Of::text("spread_reason", |effect| status(effect)[1].clone()),
-        Of::in_table("deflection_p95_standard_error_mm", |effect| Some(spread(effect)?.p95_standard_error_mm)),
+        Of::in_table("deflection_p95_standard_error_mm", |effect| spread(effect)?.p95_standard_error_mm),
         Of::text("spread_main_cause", cause),
-        Of::in_table("spread_main_cause_share", |effect| Some(spread(effect)?.main_cause_share)),
+        Of::in_table("spread_main_cause_share", |effect| spread(effect)?.main_cause_share),
         Of::in_table("spread_check_difference", |effect| spread(effect)?.check_difference),
         Of::count("spread_solved_draws", |effect| Some(spread(effect)?.solved_draws)),
         Of::count("spread_failed_draws", |effect| Some(spread(effect)?.failed_draws)),

@@ -12,7 +12,7 @@ use crate::{
     answer::{DriveQuantities, Quantity, QuantityExtremes, ShareWithin, ValueAt},
     files::StatusCount,
     process::uncertainty::UncertainParameter,
-    questions::map::{MapPoint, SourceEffect, WorkspaceMapStudy},
+    questions::map::{DeflectionSpread, MapPoint, SourceEffect, WorkspaceMapStudy},
     simulation::{BySource, SOLVED, Source},
 };
 
@@ -45,12 +45,14 @@ impl SourceExtremes {
 /// What is counted of the distributions over a map.
 #[derive(Debug, Default)]
 pub(super) struct SpreadCounts {
-    /// Number of points whose distribution is known.
+    /// Number of points with a distribution.
     pub known: usize,
-    /// Number of points with a deflection whose distribution is not known.
+    /// Number of those without a 95 % quantile, as too many draws have no equilibrium.
     pub unknown: usize,
     /// Number of points at which the engine differed from the surrogate, so that more draws were solved.
     pub corrected: usize,
+    /// Draws solved by the engine at all points that have no equilibrium.
+    pub failed_draws: usize,
     /// Draws solved by the engine at all points.
     pub solved_draws: usize,
     /// Number of points of which each is the main cause, by name.
@@ -60,15 +62,15 @@ pub(super) struct SpreadCounts {
 impl SpreadCounts {
     /// Adds the distribution of an effect, if it has one.
     fn add(&mut self, effect: &SourceEffect) {
-        match (&effect.spread, spread(effect)) {
-            (_, Some(spread)) => {
-                self.known += 1;
-                self.corrected += usize::from(spread.solved_draws > 1);
-                self.solved_draws += spread.solved_draws;
-                *self.causes.entry(spread.main_cause.clone()).or_default() += 1;
+        if let Some(spread) = spread(effect) {
+            self.known += 1;
+            self.corrected += usize::from(spread.solved_draws > 1);
+            self.solved_draws += spread.solved_draws;
+            self.unknown += usize::from(spread.p95_mm.is_none());
+            self.failed_draws += spread.failed_draws;
+            if let Some(cause) = &spread.main_cause {
+                *self.causes.entry(cause.clone()).or_default() += 1;
             }
-            (Some(_), None) => self.unknown += 1,
-            (None, None) => {}
         }
     }
 
@@ -130,7 +132,8 @@ impl<'a> Summary<'a> {
             let is_within = point.effect(Source::All).map(|effect| effect.deflection_mm <= tolerance);
             self.within.add(self.study.grid.cell_share(self.points), is_within);
             if self.study.uncertainty.is_some() {
-                let is_within = point.effect(Source::All).and_then(spread).map(|spread| spread.p95_mm <= tolerance);
+                let is_met = |spread: &DeflectionSpread| spread.p95_mm.is_some_and(|p95| p95 <= tolerance);
+                let is_within = point.effect(Source::All).and_then(spread).map(is_met);
                 self.within_p95.add(self.study.grid.cell_share(self.points), is_within);
             }
         }
@@ -176,13 +179,16 @@ impl<'a> Summary<'a> {
             let parameter = |own: &UncertainParameter| {
                 let names: Vec<&str> = own.values.iter().map(|(name, _)| name.as_str()).collect();
                 let (unit, [low, high]) = (own.unit.in_files(), own.interval_95());
-                json!({ "names": names, "unit": unit, "low_95": low, "high_95": high, "distribution": own.spread.words() })
+                let (distribution, source) = (own.spread.words(), own.source.label());
+                json!({ "names": names, "unit": unit, "low_95": low, "high_95": high, "distribution": distribution, "source": source })
             };
             summary["uncertainty"] = json!({
                 "parameters": uncertainty.parameters.iter().map(parameter).collect::<Vec<Value>>(),
+                "force_factor_95": uncertainty.force_factor_95(),
                 "draws": uncertainty.draws.count(),
                 "points_corrected": self.spread.corrected,
-                "points_without_spread": self.spread.unknown,
+                "points_without_p95": self.spread.unknown,
+                "failed_draws": self.spread.failed_draws,
                 "main_causes": self.spread.causes,
                 "share_within_tolerance_p95": self.within_p95.get(),
             });

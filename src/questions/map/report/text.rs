@@ -2,7 +2,7 @@
 
 use super::{
     quantities::{DEFLECTION, P95_DEFLECTION, RESIDUAL_ERROR, SUPERPOSITION_ERROR, SUPERPOSITION_ERROR_SHARE},
-    summary::{AtAngle, SourceExtremes, Summary},
+    summary::{AtAngle, SourceExtremes, SpreadCounts, Summary},
 };
 use crate::{
     answer::{Quantity, ReportText, Tolerance, ValueAt, acting_words},
@@ -113,15 +113,20 @@ fn spread_cautions(summary: &Summary<'_>) -> String {
     if let Some(names) = uncertainty.exact_words() {
         text += &format!("Taken as exact, as nobody says how well they are known: {names}.\n");
     }
-    match summary.spread.unknown {
-        0 => text,
-        unknown => {
-            text + &format!(
-                "At {} the deflection is known, but not its spread: map.csv says why.\n",
-                counted(unknown, "point")
-            )
-        }
+    let SpreadCounts { unknown, failed_draws, solved_draws, .. } = summary.spread;
+    if failed_draws > 0 {
+        text += &format!(
+            "In {failed_draws} of {} that the engine solved the machine has no equilibrium.\n",
+            counted(solved_draws, "draw")
+        );
     }
+    if unknown > 0 {
+        text += &format!(
+            "At {} more than 5 % of the draws have no equilibrium: there is no 95 % quantile, and the tool is not within tolerance.\n",
+            counted(unknown, "point")
+        );
+    }
+    text
 }
 
 /// Words for the share of the box in which the tolerance is met.
@@ -242,12 +247,15 @@ pub(super) fn headline(summary: &Summary<'_>, text: &ReportText) -> Headline {
             millimetres(most.value, 3),
             least.place()
         ),
-        (None, true) => format!("{under}, the tool of {name} moves by {high} everywhere."),
-        (None, false) => format!(
-            "{under}, the tool of {name} moves by {low} at best and {high} at worst; {} near {}.",
-            met.map_or_else(|| "cut".into(), |met| format!("{met}, best")),
-            least.place()
-        ),
+        (None, true) => verdict(summary) + &format!("{under}, the tool of {name} moves by {high} everywhere."),
+        (None, false) => {
+            verdict(summary)
+                + &format!(
+                    "{under}, the tool of {name} moves by {low} at best and {high} at worst; {} near {}.",
+                    met.map_or_else(|| "cut".into(), |met| format!("{met}, best")),
+                    least.place()
+                )
+        }
     };
     let best = || {
         let against = scene.tolerance_mm.map(|tolerance| Tolerance(tolerance).against(least.value)).unwrap_or_default();
@@ -264,19 +272,18 @@ pub(super) fn headline(summary: &Summary<'_>, text: &ReportText) -> Headline {
 
 /// Returns whether the tolerance is met with 95 % probability, as the begin of a sentence; empty without tolerance, or where inputs are exact.
 fn verdict(summary: &Summary<'_>) -> String {
-    let (Some(tolerance), Some(share)) = (summary.study.scene.tolerance_mm, summary.within_p95.get()) else {
+    let tolerance = summary.study.scene.tolerance_mm;
+    let (Some(share), Some(met)) = (summary.within_p95.get(), summary.within_p95.words(tolerance, BOX)) else {
         return String::new();
     };
+    let word = match share {
+        1.0 => "Within tolerance",
+        0.0 => "Out of tolerance",
+        _ => "Partly within tolerance",
+    };
     let nominally =
-        summary.within.get().map_or_else(String::new, |share| format!("; nominally in {} of the box", percent(share)));
-    match share {
-        1.0 => format!("Within tolerance ({tolerance} mm) with 95 % probability everywhere. "),
-        0.0 => format!("Out of tolerance ({tolerance} mm): nowhere within it with 95 % probability{nominally}. "),
-        _ => format!(
-            "Partly within tolerance ({tolerance} mm): in {} of the box with 95 % probability{nominally}. ",
-            percent(share)
-        ),
-    }
+        summary.within.get().map_or_else(String::new, |share| format!(" (nominally in {} of it)", percent(share)));
+    format!("{word}: with 95 % probability {met}{nominally}. ")
 }
 
 /// Returns the key number of the largest 95 % quantile.

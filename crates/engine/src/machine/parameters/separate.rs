@@ -15,7 +15,7 @@ use crate::{
 impl Machine {
     /// This machine with a chain design of its own for each mounting, called as the mount (in a module as the outer mount, a dot and the inner
     /// one): `leg.rail.stiffness` of three legs becomes `x.rail.stiffness`, `y.rail.stiffness` and `z.rail.stiffness`. A design that is mounted
-    /// once keeps its name. Beside the machine, the design of each new name.
+    /// once keeps its name, but for that of a workpiece carrier. Beside the machine, the design of each new name.
     ///
     /// # Errors
     /// A mount is called as another design.
@@ -25,6 +25,8 @@ impl Machine {
         spec.mount.iter().for_each(|mount| count_mountings(spec, &mount.chain, &mut counts));
         if let Some(carrier) = &spec.workpiece_carrier {
             count_mountings(spec, &carrier.chain, &mut counts);
+            // A design of its own even where it is mounted once, so that its parameters are known from the name.
+            *counts.entry(carrier.chain.clone()).or_default() += 1;
         }
         let mut separate = Separation { spec, counts, chains: Vec::new(), designs: BTreeMap::new() };
         let mut own = MachineSpec::clone(spec);
