@@ -222,14 +222,14 @@ fn what_a_program_needs_is_at_the_top_of_the_crate() {
 const MOST_LINES: [(&[&str], usize); 10] = [
     (&["crates/engine/src"], 21_390),
     (&["src/toolpath"], 15_880),
-    (&["src/process", "crates/input/src", "src/input", "src/urdf"], 7_990),
+    (&["src/process", "crates/input/src", "src/input", "src/urdf"], 8_090),
     (&["src/simulation", "src/redundancy"], 3_680),
     (&["src/answer", "src/files", "src/work", "src/run"], 5_540),
     (&["src/figures", "src/page"], 9_180),
     (&["src/questions"], 22_890),
     (&["src/products", "src/inspect", "src/explore"], 9_110),
     (&["src/cli"], 2_900),
-    (&["crates/engine/src", "crates/input/src", "src"], 98_770),
+    (&["crates/engine/src", "crates/input/src", "src"], 98_860),
 ];
 
 #[test]

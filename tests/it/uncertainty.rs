@@ -399,3 +399,32 @@ fn spreads_are_the_same_on_any_number_of_threads() {
     // A point alone, in another group, is the same as among others.
     assert_eq!(map::run_range(&study, 11..12, &Work::default()).unwrap()[0], one[11]);
 }
+
+/// What is assumed varies on every built-in machine that has something so graded: matrices of links as a whole.
+#[test]
+fn provenance_of_built_in_machines_is_accepted() {
+    let mut count = 0;
+    for name in kinetostat::machine::catalogue::names() {
+        let machine = Machine::named(name).unwrap();
+        let z = machine.workspace.min.z;
+        let text = study_of(name, &force(100.0, 0.0, 0.0), "[uncertainty]\nmachine = \"provenance\"", "grid = [1, 1, 1]");
+        let text = text.replace("slices_z_mm = [0.0]", &format!("slices_z_mm = [{z:?}]"));
+        match Study::from_toml(&text, "study.toml", kinetostat::Folder::in_memory([]), &Overrides::default()) {
+            Ok(_) => count += 1,
+            Err(error) => assert!(error.to_string().contains("varies nothing"), "{name}: {error}"),
+        }
+    }
+    assert!(count >= 5, "{count} machines");
+}
+
+/// The cause is what alone spreads the length of the displacement, also where the nominal one is zero.
+#[test]
+fn the_main_cause_is_what_moves_the_tool() {
+    let uncertainty = "[[uncertainty.parameter]]\nname = \"leg.rail.stiffness\"\nrelative_std = 0.2\n[[uncertainty.chain_error]]\nchain = \"x\"\n\
+         drive_offsets_mm_or_deg = { std = 0.2 }";
+    let text = study_of("orthoglide", &force(0.0, 0.0, 0.0), uncertainty, "grid = [2, 1, 1]\nphi_step_deg = 90.0");
+    let points = map::run(&map_study(&text), &Work::default()).unwrap().points;
+    let spread = points[0].effect(Source::All).unwrap().spread.clone().unwrap();
+    assert_eq!(spread.main_cause.as_deref(), Some("x.rail.offset"), "{spread:?}");
+    assert!(spread.main_cause_share.unwrap() > 0.99, "{spread:?}");
+}

@@ -7,7 +7,10 @@ use super::{
     spec::{ChainErrorToleranceSpec, ParameterUncertaintySpec, SpreadSpec, UncertaintySpec},
 };
 use crate::{
-    input::{check::Check, error::Result},
+    input::{
+        check::Check,
+        error::{Error, Result},
+    },
     machine::{Grade, Machine, Parameter, Unit, is_pattern_of},
 };
 
@@ -102,12 +105,33 @@ impl Found<'_> {
             && !self.machine.carrier.as_ref().is_some_and(of_carrier)
     }
 
+    /// Names of a parameter: its own, and that which the machine file has for all mountings of its design.
+    fn names(&self, parameter: &Parameter) -> impl Iterator<Item = String> {
+        let is_of_design = parameter.key.as_ref().is_some_and(|key| key.starts_with("chain["));
+        let in_design = self.name_in_design(&parameter.name).filter(|_| is_of_design);
+        std::iter::once(parameter.name.clone()).chain(in_design)
+    }
+
+    /// Matrices whose name, or name in their design, matches `pattern`: their entries.
+    fn matrices(&self, is_wanted: &dyn Fn(&str) -> bool) -> Vec<Vec<Parameter>> {
+        let mut found: BTreeMap<&str, Vec<Parameter>> = BTreeMap::new();
+        for own in &self.all {
+            let is_meant = |name: &String| matrix_of(name).is_some_and(is_wanted);
+            if let Some(matrix) =
+                matrix_of(&own.name).filter(|_| self.may_vary(&own.name) && self.names(own).any(|name| is_meant(&name)))
+            {
+                found.entry(matrix).or_default().push(own.clone());
+            }
+        }
+        let mut found: Vec<Vec<Parameter>> = found.into_values().collect();
+        // The first says what the values are.
+        found.iter_mut().for_each(|own| own.sort_by_key(|own| own.value == Some(0.0)));
+        found
+    }
+
     /// Parameters whose name, or name in their design, matches `pattern`, and that may vary.
     fn matching(&self, pattern: &str, check: &Check) -> Result<Vec<Parameter>> {
-        let is_meant = |own: &&Parameter| {
-            is_pattern_of(pattern, &own.name)
-                || self.name_in_design(&own.name).is_some_and(|name| is_pattern_of(pattern, &name))
-        };
+        let is_meant = |own: &&Parameter| self.names(own).any(|name| is_pattern_of(pattern, &name));
         let named: Vec<&Parameter> = self.all.iter().filter(is_meant).collect();
         if named.is_empty() {
             // Says the nearest names.
@@ -131,7 +155,15 @@ impl Found<'_> {
     fn add_entry(&mut self, entry: &ParameterUncertaintySpec, check: &Check) -> Result<()> {
         let ParameterUncertaintySpec { name, shared, std, relative_std, interval_95, uniform } = entry;
         let spec = SpreadSpec { std: *std, relative_std: *relative_std, interval_95: *interval_95, uniform: *uniform };
-        let named = self.matching(name, &check.key("name"))?;
+        let matrices = self.matrices(&|matrix| is_pattern_of(name, matrix));
+        if !matrices.is_empty() {
+            return matrices.into_iter().try_for_each(|own| self.add(own, &spec, SpreadSource::Given, check));
+        }
+        let mut named = self.matching(name, &check.key("name"))?;
+        if relative_std.is_some() && name.contains('*') {
+            // What is zero has no share, and a pattern is about the others.
+            named.retain(|own| own.value != Some(0.0));
+        }
         if !shared {
             return named.into_iter().try_for_each(|own| self.add(vec![own], &spec, SpreadSource::Given, check));
         }
@@ -186,22 +218,30 @@ impl Found<'_> {
     /// Adds parameters that are not named so far and have an interval in the machine file, or are assumed.
     fn add_from_provenance(&mut self, check: &Check) -> Result<()> {
         let is_named = |name: &str| self.parameters.iter().flat_map(|own| &own.values).any(|(own, _)| own == name);
-        let open: Vec<Parameter> = self.all.iter().filter(|own| !is_named(&own.name)).cloned().collect();
+        let is_open =
+            |own: &&Parameter| !is_named(&own.name) && matrix_of(&own.name).is_none() && self.may_vary(&own.name);
+        let single: Vec<Vec<Parameter>> = self.all.iter().filter(is_open).map(|own| vec![own.clone()]).collect();
+        let matrices = self.matrices(&|_| true).into_iter().filter(|own| !own.iter().any(|own| is_named(&own.name)));
+        let open: Vec<Vec<Parameter>> = single.into_iter().chain(matrices).collect();
         for own in open {
-            if !self.may_vary(&own.name) {
-                continue;
-            }
-            let spec = match (own.interval, own.grade) {
+            let Some(first) = own.first().cloned() else { continue };
+            let (spec, source) = match (first.interval, first.grade) {
                 (Some(ends), _) => {
                     (SpreadSpec { interval_95: Some(ends), ..SpreadSpec::default() }, SpreadSource::Provenance)
                 }
-                (None, Some(Grade::Assumed)) if is_positive(&own) => {
-                    let assumed = SpreadSpec { relative_std: Some(ASSUMED_RELATIVE_STD), ..SpreadSpec::default() };
-                    (assumed, SpreadSource::Assumed)
-                }
+                (None, Some(Grade::Assumed)) if is_positive(&first) => (
+                    SpreadSpec { relative_std: Some(ASSUMED_RELATIVE_STD), ..SpreadSpec::default() },
+                    SpreadSource::Assumed,
+                ),
                 _ => continue,
             };
-            self.add(vec![own], &spec.0, spec.1, check)?;
+            let found = self.add(own, &spec, source, check);
+            found.or_else(|error| match error {
+                Error::Value { problem, .. } => {
+                    check.fail(format!("the machine file's [[provenance]] of {}: {problem}", first.name))
+                }
+                other => Err(other),
+            })?;
         }
         Ok(())
     }
@@ -231,9 +271,10 @@ impl Found<'_> {
             values.push((own.name.clone(), value));
         }
         let Some(first) = named.first() else { return Ok(()) };
-        if values.iter().any(|(_, value)| *value != values[0].1) {
+        let is_factor = spec.relative_std.is_some() && is_positive(first);
+        if !is_factor && values.iter().any(|(_, value)| *value != values[0].1) {
             return check.fail(format!(
-                "{} and others of the same name have several values: they cannot be shared",
+                "{} and others of the same name have several values: they vary together by relative_std alone",
                 first.name
             ));
         }
@@ -259,18 +300,27 @@ const LARGEST_Z: f64 = 4.0;
 /// Largest difference of configurations at home, as a share of the characteristic length, that is rounding.
 const SAME_HOME: f64 = 1e-9;
 
+/// Name of the matrix of which the parameter called `name` is an entry (`leg.rod.stiffness` of `leg.rod.stiffness.x_ry`), whose entries vary together:
+/// one by one they make no stiffness.
+fn matrix_of(name: &str) -> Option<&str> {
+    let (matrix, entry) = name.rsplit_once('.')?;
+    let (row, column) = entry.split_once('_')?;
+    let is_axis = |axis: &str| ["x", "y", "z", "rx", "ry", "rz"].contains(&axis);
+    (is_axis(row) && is_axis(column)).then_some(matrix)
+}
+
 /// Whether the parameter must stay positive.
 fn is_positive(parameter: &Parameter) -> bool {
-    let units = [Unit::N_PER_MM, Unit::NMM_PER_RAD, Unit::N_PER_MM2, Unit::KG];
+    let units = [Unit::N_PER_MM, Unit::NMM_PER_RAD, Unit::N_PER_MM2, Unit::KG, Unit::MM_PER_N];
     units.contains(&parameter.unit) && parameter.value.is_some_and(|value| value > 0.0)
 }
 
 /// Checks a standard deviation over the nominal value.
 fn relative_std(value: f64, check: &Check) -> Result<f64> {
-    let value = check.not_negative(value)?;
-    match value <= LARGEST_RELATIVE_STD {
+    match (0.0..=LARGEST_RELATIVE_STD).contains(&value) {
         true => Ok(value),
-        false => check.fail(format!("must be at most {LARGEST_RELATIVE_STD}, got {value}: it is a share, 0.1 is 10 %")),
+        false => check
+            .fail(format!("must be from 0 to {LARGEST_RELATIVE_STD}, got {value}: a share of the value, 0.1 is 10 %")),
     }
 }
 
@@ -282,7 +332,10 @@ fn spread(spec: &SpreadSpec, parameter: &Parameter, check: &Check) -> Result<Spr
             let check = check.key("std");
             let std = check.not_negative(std)?;
             match is_positive(parameter) {
-                true => Ok(Spread::of_relative_std(relative_std(std / nominal, &check)?)),
+                true if std > LARGEST_RELATIVE_STD * nominal => check.fail(format!(
+                    "must be at most {LARGEST_RELATIVE_STD} times the value, {nominal} {unit}, got {std}"
+                )),
+                true => Ok(Spread::of_relative_std(std / nominal)),
                 false => Ok(Spread::Difference { below: std, above: std }),
             }
         }
@@ -292,7 +345,7 @@ fn spread(spec: &SpreadSpec, parameter: &Parameter, check: &Check) -> Result<Spr
             match nominal {
                 _ if is_positive(parameter) => Ok(Spread::of_relative_std(relative)),
                 0.0 => check.fail(format!(
-                    "is a share of the value of {}, which is 0: expected std or uniform",
+                    "is a share of the value of {}, which is 0: expected std, interval_95 or uniform",
                     parameter.name
                 )),
                 _ => Ok(Spread::Difference { below: relative * nominal.abs(), above: relative * nominal.abs() }),

@@ -182,36 +182,28 @@ impl Surrogate {
         self.by_load.iter().filter(|load| bounds(load)[1] >= least).collect()
     }
 
-    /// Variance of the displacement along its nominal direction, of the whole vector where that is zero, by each parameter alone and, last, by the
-    /// force alone, mm²: under the load under which the nominal displacement is the longest.
+    /// Variance of the length of the longest displacement under all loads, mm², by each parameter alone and, last, by the force alone, over the draws
+    /// of the first scramble.
     pub fn variances(&self, draws: &Draws) -> Vec<f64> {
-        let nominal = |load: &Polynomial| self.unloaded.constant + load.constant;
-        let longest = |a: &&Polynomial, b: &&Polynomial| nominal(a).norm().total_cmp(&nominal(b).norm());
-        let Some(load) = self.by_load.iter().max_by(longest) else { return Vec::new() };
-        let directions = match nominal(load).try_normalize(0.0) {
-            Some(along) => vec![along],
-            None => [Vector3::x(), Vector3::y(), Vector3::z()].into(),
+        let alone = |size: &dyn Fn(&Polynomial, usize) -> f64| {
+            let longest = |draw: usize| self.by_load.iter().fold(0.0, |most: f64, load| most.max(size(load, draw)));
+            variance(&(0..Draws::PER_SCRAMBLE).map(longest).collect::<Vec<f64>>())
         };
-        let of_term = |parameter: usize| {
-            let along = |along: &Vector3<f64>| {
-                let [linear, square] =
-                    [0, 1].map(|k| along.dot(&(load.terms[parameter][k] + self.unloaded.terms[parameter][k])));
-                variance(draws.coordinates[parameter].iter().map(|x| x * (linear + square * x)))
-            };
-            directions.iter().map(along).sum()
+        let by_parameter = |parameter: usize| {
+            let x = &draws.coordinates[parameter];
+            let moved =
+                |own: &Polynomial, x: f64| own.constant + x * (own.terms[parameter][0] + x * own.terms[parameter][1]);
+            alone(&|load, draw| (moved(&self.unloaded, x[draw]) + moved(load, x[draw])).norm())
         };
-        let by_force = |along: &Vector3<f64>| {
-            let size = along.dot(&load.constant);
-            variance(draws.force.iter().map(|factor| factor * size))
-        };
-        (0..load.terms.len()).map(of_term).chain([directions.iter().map(by_force).sum()]).collect()
+        let by_force = alone(&|load, draw| (self.unloaded.constant + draws.force[draw] * load.constant).norm());
+        (0..self.unloaded.terms.len()).map(by_parameter).chain([by_force]).collect()
     }
 }
 
-fn variance(values: impl Iterator<Item = f64> + Clone) -> f64 {
-    let (count, sum) = values.clone().fold((0.0, 0.0), |(count, sum), value| (count + 1.0, sum + value));
-    let mean = sum / count;
-    values.map(|value| (value - mean) * (value - mean)).sum::<f64>() / count
+fn variance(values: &[f64]) -> f64 {
+    let count = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / count;
+    values.iter().map(|value| (value - mean) * (value - mean)).sum::<f64>() / count
 }
 
 /// Value below or at which the share `share` of `values` is; they are put in another order.
@@ -240,7 +232,7 @@ impl Quantiles {
         let of_scrambles: Vec<f64> =
             values.chunks(Draws::PER_SCRAMBLE).map(|own| quantile(&mut own.to_vec(), P95)).collect();
         let count = of_scrambles.len() as f64;
-        let spread = variance(of_scrambles.iter().copied()) * count / (count - 1.0);
+        let spread = variance(&of_scrambles) * count / (count - 1.0);
         let mut all = values.to_vec();
         Self {
             median: quantile(&mut all, 0.5),

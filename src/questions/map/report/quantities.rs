@@ -12,7 +12,6 @@ use crate::{
         WORST_ANGLE,
     },
     questions::map::{DeflectionSpread, MapPoint, SourceEffect, WorkspaceMapStudy},
-    simulation::Failure,
 };
 
 type Of = Quantity<SourceEffect>;
@@ -65,26 +64,22 @@ fn spread_quantities(study: &WorkspaceMapStudy) -> Vec<Of> {
 }
 
 /// Lists the columns of the distribution of the deflection that only tables have: how well it is known, and why it is as it is.
-fn spread_columns() -> [Of; 8] {
-    /// Returns status and reason of the distribution.
-    fn status(effect: FoundOr<'_, SourceEffect>) -> [Cell; 2] {
-        let spread = match effect.map(spread) {
-            Ok(Some(spread)) => spread,
-            Ok(None) => return [Cell::Missing, Cell::Missing],
-            Err(failure) => return status_cells::<DeflectionSpread>(Err(failure)),
+fn spread_columns() -> [Of; 7] {
+    /// Returns why there is no 95 % quantile; nothing where there is one.
+    fn reason(effect: FoundOr<'_, SourceEffect>) -> Cell {
+        let spread = effect.ok().and_then(spread).filter(|spread| spread.p95_mm.is_none());
+        let Some(DeflectionSpread { solved_draws, failed_draws, first_failure, .. }) = spread else {
+            return Cell::Missing;
         };
-        let DeflectionSpread { p95_mm, solved_draws, failed_draws, first_failure, .. } = spread;
         let first = first_failure.as_deref().unwrap_or_default();
-        let reason = format!("{failed_draws} of {solved_draws} draws have no equilibrium; the first: {first}");
-        status_cells(p95_mm.ok_or(&Failure { status: "no_equilibrium".into(), reason }))
+        format!("{failed_draws} of {solved_draws} draws have no equilibrium; the first: {first}").as_str().into()
     }
     let cause = |effect: FoundOr<'_, SourceEffect>| match effect.ok().and_then(spread) {
         Some(DeflectionSpread { main_cause: Some(cause), .. }) => cause.as_str().into(),
         _ => Cell::Missing,
     };
     [
-        Of::text("spread_status", |effect| status(effect)[0].clone()),
-        Of::text("spread_reason", |effect| status(effect)[1].clone()),
+        Of::text("spread_reason", reason),
         Of::in_table("deflection_p95_standard_error_mm", |effect| spread(effect)?.p95_standard_error_mm),
         Of::text("spread_main_cause", cause),
         Of::in_table("spread_main_cause_share", |effect| spread(effect)?.main_cause_share),
