@@ -407,7 +407,8 @@ fn provenance_of_built_in_machines_is_accepted() {
     for name in kinetostat::machine::catalogue::names() {
         let machine = Machine::named(name).unwrap();
         let z = machine.workspace.min.z;
-        let text = study_of(name, &force(100.0, 0.0, 0.0), "[uncertainty]\nmachine = \"provenance\"", "grid = [1, 1, 1]");
+        let text =
+            study_of(name, &force(100.0, 0.0, 0.0), "[uncertainty]\nmachine = \"provenance\"", "grid = [1, 1, 1]");
         let text = text.replace("slices_z_mm = [0.0]", &format!("slices_z_mm = [{z:?}]"));
         match Study::from_toml(&text, "study.toml", kinetostat::Folder::in_memory([]), &Overrides::default()) {
             Ok(_) => count += 1,
