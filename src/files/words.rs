@@ -94,6 +94,16 @@ pub fn join_words(words: &[&str]) -> String {
     }
 }
 
+/// Joins the first `most` of `all` with commas, and says how many more there are.
+pub fn listed_up_to(most: usize, all: impl Iterator<Item = String>) -> String {
+    let all: Vec<String> = all.collect();
+    let more = match all.len().saturating_sub(most) {
+        0 => String::new(),
+        more => format!(" and {more} more"),
+    };
+    format!("{}{more}", all[..all.len().min(most)].join(", "))
+}
+
 /// Formats a number with `words`, or returns a dash where there is none.
 pub fn or_dash<T>(number: Option<T>, words: impl FnOnce(T) -> String) -> String {
     number.map_or_else(|| "–".into(), words)

@@ -184,8 +184,8 @@ impl Machines {
         Self { real: self.zeroed.with_errors(errors), ..self.clone() }
     }
 
-    /// Returns these machines with the parameter values of a draw (elastic ones and geometry) of `machine`, the nominal one with a chain design for each mounting, and with
-    /// the chain `errors`. Commands stay those of the nominal machine; deflections are measured from the unloaded machine without `geometry`.
+    /// Returns these machines with the parameter values of a draw (elastic ones and geometry) of `machine`, the nominal one with a chain design for
+    /// each mounting, and with the chain `errors`. Commands stay those of the nominal machine; deflections are measured from the unloaded machine without `geometry`.
     ///
     /// # Errors
     /// Values that make no machine, or one that no drives hold at home under its weight, where it is calibrated there.

@@ -220,16 +220,16 @@ fn what_a_program_needs_is_at_the_top_of_the_crate() {
 /// Most lines of folders, and of them all: no more than there were when this was written. What must have more says in
 /// ARCHITECTURE.md why; what has become shorter lowers its number.
 const MOST_LINES: [(&[&str], usize); 10] = [
-    (&["crates/engine/src"], 21_390),
+    (&["crates/engine/src"], 21_370),
     (&["src/toolpath"], 15_880),
-    (&["src/process", "crates/input/src", "src/input", "src/urdf"], 8_090),
+    (&["src/process", "crates/input/src", "src/input", "src/urdf"], 8_015),
     (&["src/simulation", "src/redundancy"], 3_680),
-    (&["src/answer", "src/files", "src/work", "src/run"], 5_540),
+    (&["src/answer", "src/files", "src/work", "src/run"], 5_550),
     (&["src/figures", "src/page"], 9_180),
-    (&["src/questions"], 22_890),
+    (&["src/questions"], 22_850),
     (&["src/products", "src/inspect", "src/explore"], 9_110),
     (&["src/cli"], 2_900),
-    (&["crates/engine/src", "crates/input/src", "src"], 98_860),
+    (&["crates/engine/src", "crates/input/src", "src"], 98_720),
 ];
 
 #[test]

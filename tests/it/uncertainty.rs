@@ -429,3 +429,24 @@ fn the_main_cause_is_what_moves_the_tool() {
     assert_eq!(spread.main_cause.as_deref(), Some("x.rail.offset"), "{spread:?}");
     assert!(spread.main_cause_share.unwrap() > 0.99, "{spread:?}");
 }
+
+/// A pattern names the stiffnesses of drives and, as wholes, the matrices of links beside them; `shared` takes all mountings together.
+#[test]
+fn a_pattern_names_matrices_and_numbers() {
+    let names_of = |shared: &str| -> Vec<Vec<String>> {
+        let uncertainty =
+            format!("[[uncertainty.parameter]]\nname = \"leg.*.stiffness\"\nrelative_std = 0.1\nshared = {shared}");
+        let text = study_of("delta_3puu", &force(100.0, 0.0, 0.0), &uncertainty, "grid = [1, 1, 1]");
+        let machine = Machine::named("delta_3puu").unwrap();
+        let study = map_study(&text.replace("[0.0]", &format!("[{:?}]", machine.workspace.min.z)));
+        let names = |own: &kinetostat::process::uncertainty::UncertainParameter| {
+            own.values.iter().map(|(name, _)| name.clone()).collect()
+        };
+        study.uncertainty.unwrap().parameters.iter().map(names).collect()
+    };
+    let own = names_of("false");
+    assert_eq!(own.iter().map(Vec::len).collect::<Vec<_>>(), [1, 21, 1, 21, 1, 21], "{own:?}");
+    assert!(own[0][0].ends_with(".rail.stiffness") && own[1].iter().all(|name| name.contains(".rod.stiffness.")));
+    let shared = names_of("true");
+    assert_eq!(shared.iter().map(Vec::len).collect::<Vec<_>>(), [3, 63], "{shared:?}");
+}

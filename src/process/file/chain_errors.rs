@@ -47,13 +47,18 @@ pub(crate) fn chain_errors(specs: &[ChainErrorSpec], machine: &Machine, check: &
         let check = check.key(&format!("chain_error[{i}]"));
         check.key("chain").unique(&spec.chain, specs[..i].iter().map(|s| s.chain.as_str()))?;
         let Some(index) = machine.chain_index(&spec.chain) else {
-            let known = machine.chains.iter().map(|c| c.name.as_str()).collect::<Vec<_>>().join(", ");
-            check.key("chain").misfit(format!("no chain is called \"{}\"; there are: {known}", spec.chain), ())?;
+            check.key("chain").misfit(unknown_chain(machine, &spec.chain), ())?;
             continue;
         };
         errors[index] = chain_error(spec, machine, index, &check)?;
     }
     Ok(errors)
+}
+
+/// Says that no chain of `machine` is called `name`, and which there are.
+pub(crate) fn unknown_chain(machine: &Machine, name: &str) -> String {
+    let known = machine.chains.iter().map(|chain| chain.name.as_str()).collect::<Vec<_>>().join(", ");
+    format!("no chain is called \"{name}\"; there are: {known}")
 }
 
 /// Checks the errors of chain number `index`.

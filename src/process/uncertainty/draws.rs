@@ -13,6 +13,8 @@ pub struct Draws {
     pub ranges: Vec<[f64; 2]>,
     /// Factor of the cutting force in each draw.
     pub force: Vec<f64>,
+    /// Largest difference of these from 1.
+    pub force_range: f64,
 }
 
 impl Draws {
@@ -30,17 +32,13 @@ impl Draws {
         let mut normal: Vec<Vec<f64>> =
             points.into_iter().map(|own| own.into_iter().map(normal_quantile).collect()).collect();
         let factor = |z: f64| force.map_or(1.0, |spread| spread.value(1.0, z));
-        let force = normal.remove(0).into_iter().map(factor).collect();
+        let force: Vec<f64> = normal.remove(0).into_iter().map(factor).collect();
+        let force_range = force.iter().fold(0.0, |most: f64, factor| most.max((factor - 1.0).abs()));
         let of = |(own, normal): (&UncertainParameter, &Vec<f64>)| normal.iter().map(|z| own.coordinate(*z)).collect();
         let coordinates: Vec<Vec<f64>> = parameters.iter().zip(&normal).map(of).collect();
         let range =
             |own: &Vec<f64>| own.iter().fold([0.0f64; 2], |[least, largest], x| [least.min(*x), largest.max(*x)]);
         let ranges = coordinates.iter().map(range).collect();
-        Self { normal, coordinates, ranges, force }
-    }
-
-    /// Number of draws.
-    pub fn count(&self) -> usize {
-        self.force.len()
+        Self { normal, coordinates, ranges, force, force_range }
     }
 }

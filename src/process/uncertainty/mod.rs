@@ -13,9 +13,9 @@ mod surrogate;
 pub use draws::Draws;
 pub use resolve::{ASSUMED_RELATIVE_STD, resolve};
 pub use spread::{Spread, Z_95_INTERVAL, normal_cdf, normal_quantile};
-pub use surrogate::{P95, Quantiles, Response, Surrogate, quantile};
+pub use surrogate::{P95, Quantiles, Response, Surrogate, mean_and_error, quantile};
 
-use crate::machine::{Machine, Unit};
+use crate::machine::{Machine, Parameter, Unit};
 
 /// A parameter of the machine that is not known exactly, or several that have the same draws.
 #[derive(Debug, Clone, PartialEq)]
@@ -80,7 +80,7 @@ impl UncertainParameter {
     /// stiffness, else the difference from the nominal value.
     pub fn coordinate(&self, z: f64) -> f64 {
         let (nominal, value) = (self.nominal(), self.spread.value(self.nominal(), z));
-        let is_compliance = is_stiffness(self.unit) && !matches!(self.spread, Spread::Difference { .. });
+        let is_compliance = self.unit.is_stiffness() && !matches!(self.spread, Spread::Difference { .. });
         if is_compliance { nominal / value - 1.0 } else { value - nominal }
     }
 
@@ -108,56 +108,33 @@ pub struct Uncertainty {
     pub draws: Draws,
 }
 
-/// Whether `unit` is that of a stiffness or an elastic constant.
-fn is_stiffness(unit: Unit) -> bool {
-    [Unit::N_PER_MM, Unit::NMM_PER_RAD, Unit::N_PER_MM2].contains(&unit)
-}
-
-/// Up to four of `names`, and how many more there are; `None` without any.
-fn some_of(mut names: Vec<&str>) -> Option<String> {
-    let count = names.len();
-    names.truncate(4);
-    let more = if count > names.len() { format!(" and {} more", count - names.len()) } else { String::new() };
-    (count > 0).then(|| names.join(", ") + &more)
+/// Whether one of `parameters` is called `name`.
+fn varies(parameters: &[UncertainParameter], name: &str) -> bool {
+    parameters.iter().flat_map(|own| &own.values).any(|(own, _)| own == name)
 }
 
 /// Parameter values of the machine in a draw, by name.
 pub type Values<'a> = Vec<(&'a str, f64)>;
 
 impl Uncertainty {
-    /// Values of `parameters` for their standard normal numbers `z`: those that do not say where parts are, and those that do.
-    fn values(&self, z: impl Fn(usize) -> f64) -> [Values<'_>; 2] {
+    /// Values of parameters, by their indices, for their standard normal numbers: those that do not say where parts are, and those that do.
+    fn values(&self, normal: impl Iterator<Item = (usize, f64)>) -> [Values<'_>; 2] {
         let mut values = [Vec::new(), Vec::new()];
-        for (i, parameter) in self.parameters.iter().enumerate() {
-            values[usize::from(parameter.role != Role::Elasticity)].extend(parameter.at(z(i)));
+        for (parameter, z) in normal {
+            let own = &self.parameters[parameter];
+            values[usize::from(own.role != Role::Elasticity)].extend(own.at(z));
         }
         values
     }
 
     /// Parameter values of the draw `index`, without those that say where parts are, and those.
     pub fn values_of_draw(&self, index: usize) -> [Values<'_>; 2] {
-        self.values(|parameter| self.draws.normal[parameter][index])
+        self.values(self.draws.normal.iter().map(|own| own[index]).enumerate())
     }
 
     /// Parameter values with only `parameter` off its median, by the standard normal number `z`.
     pub fn values_at(&self, parameter: usize, z: f64) -> [Values<'_>; 2] {
-        let own = &self.parameters[parameter];
-        let mut values = [Vec::new(), Vec::new()];
-        values[usize::from(own.role != Role::Elasticity)].extend(own.at(z));
-        values
-    }
-
-    /// What varies, counted: "6 uncertain parameters and an uncertain force".
-    pub fn words(&self) -> String {
-        let parameters = match self.parameters.len() {
-            1 => "an uncertain parameter".into(),
-            count => format!("{count} uncertain parameters"),
-        };
-        match (self.parameters.is_empty(), &self.force) {
-            (true, _) => "an uncertain force".into(),
-            (false, None) => parameters,
-            (false, Some(_)) => format!("{parameters} and an uncertain force"),
-        }
+        self.values(std::iter::once((parameter, z)))
     }
 
     /// Interval that holds 95 % of the factors of the cutting force; `None` where that is exact.
@@ -165,18 +142,16 @@ impl Uncertainty {
         self.force.map(|spread| [-Z_95_INTERVAL, Z_95_INTERVAL].map(|z| spread.value(1.0, z)))
     }
 
-    /// Names of parameters that vary by a default, some of them where they are many; `None` without any.
-    pub fn assumed_words(&self) -> Option<String> {
-        let assumed = self.parameters.iter().filter(|own| own.source == SpreadSource::Assumed);
-        some_of(assumed.map(UncertainParameter::name).collect())
+    /// Names of parameters that vary by a default.
+    pub fn assumed(&self) -> impl Iterator<Item = &str> {
+        self.parameters.iter().filter(|own| own.source == SpreadSource::Assumed).map(UncertainParameter::name)
     }
 
-    /// Names of stiffnesses and elastic constants that do not vary, some of them where they are many; `None` without any.
-    pub fn exact_words(&self) -> Option<String> {
-        let varies = |name: &str| self.parameters.iter().flat_map(|own| &own.values).any(|(own, _)| own == name);
-        let all = self.machine.parameters();
-        let exact = all.iter().filter(|own| is_stiffness(own.unit) && own.value != Some(0.0) && !varies(&own.name));
-        some_of(exact.map(|own| own.name.as_str()).collect())
+    /// Names of stiffnesses and elastic constants that do not vary.
+    pub fn exact_stiffnesses(&self) -> impl Iterator<Item = String> {
+        let is_exact =
+            |own: &Parameter| own.unit.is_stiffness() && own.value != Some(0.0) && !varies(&self.parameters, &own.name);
+        self.machine.parameters().into_iter().filter(is_exact).map(|own| own.name)
     }
 
     /// Which ends of `parameter` are solved: both, but of an error of a chain, which is small and acts linearly, the farther.

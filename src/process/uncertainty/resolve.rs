@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use super::{
     Draws, Role, Spread, SpreadSource, UncertainParameter, Uncertainty, Z_95_INTERVAL,
     spec::{ChainErrorToleranceSpec, ParameterUncertaintySpec, SpreadSpec, UncertaintySpec},
+    varies,
 };
 use crate::{
     input::{
@@ -12,6 +13,7 @@ use crate::{
         error::{Error, Result},
     },
     machine::{Grade, Machine, Parameter, Unit, is_pattern_of},
+    process::file::chain_errors::unknown_chain,
 };
 
 /// Most parameters that vary.
@@ -106,72 +108,58 @@ impl Found<'_> {
     }
 
     /// Names of a parameter: its own, and that which the machine file has for all mountings of its design.
-    fn names(&self, parameter: &Parameter) -> impl Iterator<Item = String> {
+    fn names(&self, parameter: &Parameter) -> Vec<String> {
         let is_of_design = parameter.key.as_ref().is_some_and(|key| key.starts_with("chain["));
         let in_design = self.name_in_design(&parameter.name).filter(|_| is_of_design);
-        std::iter::once(parameter.name.clone()).chain(in_design)
+        std::iter::once(parameter.name.clone()).chain(in_design).collect()
     }
 
-    /// Matrices whose name, or name in their design, matches `pattern`: their entries.
-    fn matrices(&self, is_wanted: &dyn Fn(&str) -> bool) -> Vec<Vec<Parameter>> {
-        let mut found: BTreeMap<&str, Vec<Parameter>> = BTreeMap::new();
+    /// Parameters of an entry that may vary, in groups that have the same draws: those whose name, or name in their design, matches `pattern`, all
+    /// mountings of a design together if `shared`, and the entries of a link's matrix that matches, as one by one they make no stiffness.
+    fn matching(&self, pattern: &str, shared: bool, check: &Check) -> Result<Vec<Vec<Parameter>>> {
+        let mut groups = Groups::default();
+        let mut refused = None;
         for own in &self.all {
-            let is_meant = |name: &String| matrix_of(name).is_some_and(is_wanted);
-            if let Some(matrix) =
-                matrix_of(&own.name).filter(|_| self.may_vary(&own.name) && self.names(own).any(|name| is_meant(&name)))
-            {
-                found.entry(matrix).or_default().push(own.clone());
+            let names = self.names(own);
+            let is_matched = names.iter().any(|name| is_pattern_of(pattern, name));
+            let is_entry = || names.iter().filter_map(|name| matrix_of(name)).any(|name| is_pattern_of(pattern, name));
+            let is_whole = !is_matched && is_entry();
+            if !is_matched && !is_whole {
+                continue;
+            }
+            if !self.may_vary(&own.name) {
+                refused.get_or_insert(&own.name);
+                continue;
+            }
+            let in_design = if shared { self.name_in_design(&own.name) } else { None };
+            let name = in_design.unwrap_or_else(|| own.name.clone());
+            let key = matrix_of(&name).filter(|_| is_whole).unwrap_or(&name);
+            groups.add(key, own.clone());
+        }
+        match (groups.found.is_empty(), refused) {
+            (false, _) => Ok(groups.found.into_iter().map(|(_, own)| own).collect()),
+            (true, Some(name)) => check.fail(format!(
+                "{name} cannot vary: it is a limit, of the workpiece carrier, or commands and forces are computed with it; expected a stiffness, \
+                 section, length, mass or error of a chain"
+            )),
+            (true, None) => {
+                // Says the nearest names.
+                let error = self.machine.parameter(pattern).err().map_or_else(String::new, |error| error.to_string());
+                check.misfit(error, Vec::new())
             }
         }
-        let mut found: Vec<Vec<Parameter>> = found.into_values().collect();
-        // The first says what the values are.
-        found.iter_mut().for_each(|own| own.sort_by_key(|own| own.value == Some(0.0)));
-        found
-    }
-
-    /// Parameters whose name, or name in their design, matches `pattern`, and that may vary.
-    fn matching(&self, pattern: &str, check: &Check) -> Result<Vec<Parameter>> {
-        let is_meant = |own: &&Parameter| self.names(own).any(|name| is_pattern_of(pattern, &name));
-        let named: Vec<&Parameter> = self.all.iter().filter(is_meant).collect();
-        if named.is_empty() {
-            // Says the nearest names.
-            let error = self.machine.parameter(pattern).err().map_or_else(String::new, |error| error.to_string());
-            return check.misfit(error, Vec::new());
-        }
-        let may_vary = |own: &&&Parameter| self.may_vary(&own.name);
-        let varied: Vec<Parameter> = named.iter().filter(may_vary).map(|own| (**own).clone()).collect();
-        if varied.is_empty() {
-            let name = &named[0].name;
-            let problem = format!(
-                "{name} cannot vary: it is a limit, of the workpiece carrier, or commands and forces are computed with it; expected a stiffness, section, length, mass or \
-                 error of a chain"
-            );
-            return check.fail(problem);
-        }
-        Ok(varied)
     }
 
     /// Adds the parameters of an entry of the study.
     fn add_entry(&mut self, entry: &ParameterUncertaintySpec, check: &Check) -> Result<()> {
         let ParameterUncertaintySpec { name, shared, std, relative_std, interval_95, uniform } = entry;
         let spec = SpreadSpec { std: *std, relative_std: *relative_std, interval_95: *interval_95, uniform: *uniform };
-        let matrices = self.matrices(&|matrix| is_pattern_of(name, matrix));
-        if !matrices.is_empty() {
-            return matrices.into_iter().try_for_each(|own| self.add(own, &spec, SpreadSource::Given, check));
-        }
-        let mut named = self.matching(name, &check.key("name"))?;
+        let mut groups = self.matching(name, *shared, &check.key("name"))?;
         if relative_std.is_some() && name.contains('*') {
             // What is zero has no share, and a pattern is about the others.
-            named.retain(|own| own.value != Some(0.0));
+            groups.retain(|own| own.iter().any(|own| own.value != Some(0.0)));
         }
-        if !shared {
-            return named.into_iter().try_for_each(|own| self.add(vec![own], &spec, SpreadSource::Given, check));
-        }
-        let mut by_name: BTreeMap<String, Vec<Parameter>> = BTreeMap::new();
-        for own in named {
-            by_name.entry(self.name_in_design(&own.name).unwrap_or_else(|| own.name.clone())).or_default().push(own);
-        }
-        by_name.into_values().try_for_each(|own| self.add(own, &spec, SpreadSource::Given, check))
+        groups.into_iter().try_for_each(|own| self.add(own, &spec, SpreadSource::Given, check))
     }
 
     /// Adds the errors of chains of an entry of the study.
@@ -180,10 +168,7 @@ impl Found<'_> {
             .filter(|i| is_pattern_of(&entry.chain, &self.machine.chains[*i].name))
             .collect();
         if chains.is_empty() {
-            let known = self.machine.chains.iter().map(|chain| chain.name.as_str()).collect::<Vec<_>>().join(", ");
-            return check
-                .key("chain")
-                .misfit(format!("no chain is called \"{}\"; there are: {known}", entry.chain), ());
+            return check.key("chain").misfit(unknown_chain(self.machine, &entry.chain), ());
         }
         let tolerances = [
             ("turn_about_drive_axis_deg", "turn", &entry.turn_about_drive_axis_deg),
@@ -217,15 +202,15 @@ impl Found<'_> {
 
     /// Adds parameters that are not named so far and have an interval in the machine file, or are assumed.
     fn add_from_provenance(&mut self, check: &Check) -> Result<()> {
-        let is_named = |name: &str| self.parameters.iter().flat_map(|own| &own.values).any(|(own, _)| own == name);
-        let is_open =
-            |own: &&Parameter| !is_named(&own.name) && matrix_of(&own.name).is_none() && self.may_vary(&own.name);
-        let single: Vec<Vec<Parameter>> = self.all.iter().filter(is_open).map(|own| vec![own.clone()]).collect();
-        let matrices = self.matrices(&|_| true).into_iter().filter(|own| !own.iter().any(|own| is_named(&own.name)));
-        let open: Vec<Vec<Parameter>> = single.into_iter().chain(matrices).collect();
-        for own in open {
-            let Some(first) = own.first().cloned() else { continue };
+        let mut groups = Groups::default();
+        for own in self.all.iter().filter(|own| self.may_vary(&own.name)) {
+            groups.add(matrix_of(&own.name).unwrap_or(&own.name), own.clone());
+        }
+        for (_, own) in groups.found {
+            let is_given = |own: &&Parameter| own.value != Some(0.0);
+            let Some(first) = own.iter().find(is_given).or(own.first()).cloned() else { continue };
             let (spec, source) = match (first.interval, first.grade) {
+                _ if own.iter().any(|own| varies(&self.parameters, &own.name)) => continue,
                 (Some(ends), _) => {
                     (SpreadSpec { interval_95: Some(ends), ..SpreadSpec::default() }, SpreadSource::Provenance)
                 }
@@ -257,15 +242,16 @@ impl Found<'_> {
         differences.chain(passive).fold(way.max(turn), f64::max) <= SAME_HOME * scale
     }
 
-    /// Adds parameters with the same draws.
-    fn add(&mut self, named: Vec<Parameter>, spec: &SpreadSpec, source: SpreadSource, check: &Check) -> Result<()> {
+    /// Adds parameters with the same draws, the first that is not zero before the others: it says what their values are.
+    fn add(&mut self, mut named: Vec<Parameter>, spec: &SpreadSpec, source: SpreadSource, check: &Check) -> Result<()> {
+        named.sort_by_key(|own| own.value == Some(0.0));
         let mut values = Vec::new();
         for own in &named {
             let Some(value) = own.value else {
                 let problem = format!("{} is \"unknown\" in the machine file: expected a nominal value", own.name);
                 return check.fail(problem);
             };
-            if self.parameters.iter().flat_map(|other| &other.values).any(|(name, _)| *name == own.name) {
+            if varies(&self.parameters, &own.name) {
                 return check.fail(format!("{} is named by an entry before", own.name));
             }
             values.push((own.name.clone(), value));
@@ -300,6 +286,21 @@ const LARGEST_Z: f64 = 4.0;
 /// Largest difference of configurations at home, as a share of the characteristic length, that is rounding.
 const SAME_HOME: f64 = 1e-9;
 
+/// Parameters in groups, by a key, in the order in which the keys came.
+#[derive(Default)]
+struct Groups {
+    found: Vec<(String, Vec<Parameter>)>,
+}
+
+impl Groups {
+    fn add(&mut self, key: &str, parameter: Parameter) {
+        match self.found.iter_mut().find(|(own, _)| own == key) {
+            Some((_, group)) => group.push(parameter),
+            None => self.found.push((key.into(), vec![parameter])),
+        }
+    }
+}
+
 /// Name of the matrix of which the parameter called `name` is an entry (`leg.rod.stiffness` of `leg.rod.stiffness.x_ry`), whose entries vary together:
 /// one by one they make no stiffness.
 fn matrix_of(name: &str) -> Option<&str> {
@@ -311,8 +312,8 @@ fn matrix_of(name: &str) -> Option<&str> {
 
 /// Whether the parameter must stay positive.
 fn is_positive(parameter: &Parameter) -> bool {
-    let units = [Unit::N_PER_MM, Unit::NMM_PER_RAD, Unit::N_PER_MM2, Unit::KG, Unit::MM_PER_N];
-    units.contains(&parameter.unit) && parameter.value.is_some_and(|value| value > 0.0)
+    let is_kind = parameter.unit.is_stiffness() || [Unit::KG, Unit::MM_PER_N].contains(&parameter.unit);
+    is_kind && parameter.value.is_some_and(|value| value > 0.0)
 }
 
 /// Checks a standard deviation over the nominal value.
@@ -357,9 +358,7 @@ fn spread(spec: &SpreadSpec, parameter: &Parameter, check: &Check) -> Result<Spr
                 true => {
                     let [below, above] =
                         [nominal / low, high / nominal].map(|factor| libm::log(factor) / Z_95_INTERVAL);
-                    let Spread::Logarithm { above: most, .. } = Spread::of_relative_std(LARGEST_RELATIVE_STD) else {
-                        return check.fail("is too wide".into());
-                    };
+                    let most = Spread::std_of_logarithm(LARGEST_RELATIVE_STD);
                     match below.max(above) <= most {
                         true => Ok(Spread::Logarithm { below, above }),
                         false => check.fail(format!(

@@ -41,11 +41,10 @@ fn direction_numbers(dimensions: usize) -> Vec<[u64; MOST_BITS]> {
     all
 }
 
-/// The number `index` of the Sobol sequence in each dimension, as [`DIGITS`] digits.
-fn digits(directions: &[[u64; MOST_BITS]], index: usize) -> impl Iterator<Item = u64> {
-    directions.iter().map(move |own| {
-        own.iter().enumerate().filter(|(k, _)| index >> k & 1 == 1).fold(0, |digits, (_, number)| digits ^ number)
-    })
+/// The number `index` of the sequence in the dimension with these `directions`, as [`DIGITS`] digits.
+fn digits(directions: &[u64; MOST_BITS], index: usize) -> u64 {
+    let chosen = directions.iter().enumerate().filter(|(k, _)| index >> k & 1 == 1);
+    chosen.fold(0, |digits, (_, number)| digits ^ number)
 }
 
 /// Random lower triangular matrix of digits times `directions`: each digit becomes itself plus a random choice of those before it.
@@ -75,10 +74,10 @@ pub fn points(dimensions: usize, scrambles: usize, points: usize, seed: u64) -> 
             // Each dimension of each scramble has random numbers of its own.
             let own = seed.wrapping_add((dimension as u64) << 32).wrapping_add((scramble as u64) << 48);
             let mut random = Xoshiro256PlusPlus::seed_from_u64(own);
-            let directions = [scrambled(&directions, &mut random)];
+            let directions = scrambled(&directions, &mut random);
             let shift = random.next_u64() >> (64 - DIGITS);
-            let in_unit = |digits: u64| ((digits ^ shift) as f64 + 0.5) / (1u64 << DIGITS) as f64;
-            (0..points).filter_map(move |index| digits(&directions, index).next()).map(in_unit).collect::<Vec<f64>>()
+            let in_unit = |index| ((digits(&directions, index) ^ shift) as f64 + 0.5) / (1u64 << DIGITS) as f64;
+            (0..points).map(in_unit).collect::<Vec<f64>>()
         };
         (0..scrambles).flat_map(of_scramble).collect()
     };

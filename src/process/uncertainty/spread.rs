@@ -44,10 +44,15 @@ impl Spread {
 
     /// Logarithm whose values have the standard deviation `relative_std` over the nominal value, their median.
     pub fn of_relative_std(relative_std: f64) -> Self {
+        let std = Self::std_of_logarithm(relative_std);
+        Spread::Logarithm { below: std, above: std }
+    }
+
+    /// Standard deviation of the logarithm of values that have the standard deviation `relative_std` over their median.
+    pub fn std_of_logarithm(relative_std: f64) -> f64 {
         // The square of the standard deviation over the median is w (w − 1), with w the exponential of the variance of the logarithm.
         let w = 0.5 * (1.0 + (1.0 + 4.0 * relative_std * relative_std).sqrt());
-        let std = libm::log(w).sqrt();
-        Spread::Logarithm { below: std, above: std }
+        libm::log(w).sqrt()
     }
 
     /// The distribution in words.

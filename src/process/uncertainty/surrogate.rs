@@ -91,10 +91,9 @@ impl Polynomial {
     }
 }
 
-/// The longest displacements under `loads`, to be computed with the instructions that the processor has.
+/// The longest displacements, to be computed with the instructions that the processor has.
 struct Sampling<'a> {
     surrogate: &'a Surrogate,
-    loads: Vec<&'a Polynomial>,
     draws: &'a Draws,
     sizes: &'a mut [f64],
 }
@@ -113,13 +112,13 @@ impl Lanewise for Sampling<'_> {
 impl Sampling<'_> {
     #[inline(always)]
     fn fill(&mut self) {
-        let Self { surrogate, loads, draws, sizes } = self;
+        let Self { surrogate, draws, sizes } = self;
         let (mut free, mut own) = ([[0.0; CHUNK]; 3], [[0.0; CHUNK]; 3]);
         for (chunk, sizes) in sizes.chunks_mut(CHUNK).enumerate() {
             let from = chunk * CHUNK;
             surrogate.unloaded.evaluate(draws, from, &mut free);
             let force = &draws.force[from..from + CHUNK];
-            for load in loads.iter() {
+            for load in &surrogate.by_load {
                 load.evaluate(draws, from, &mut own);
                 for (i, (size, force)) in sizes.iter_mut().zip(force).enumerate() {
                     let x = free[0][i] + force * own[0][i];
@@ -144,42 +143,35 @@ const _: () = assert!(Draws::COUNT.is_multiple_of(CHUNK));
 #[derive(Debug, Clone)]
 pub struct Surrogate {
     unloaded: Polynomial,
-    /// Displacement under each load less that without load.
+    /// Displacement under each load that may be the worst, less that without load.
     by_load: Vec<Polynomial>,
 }
 
 impl Surrogate {
-    /// Makes it of the displacements without load and under each load; `ends` are the coordinates of the ends of each parameter.
-    pub fn new(ends: &[[f64; 2]], unloaded: &Response, loaded: &[Response]) -> Self {
+    /// Makes it of the displacements without load and under each load, as far as that may move the tool farthest in some of `draws`; `ends` are the
+    /// coordinates of the ends of each parameter.
+    pub fn new(ends: &[[f64; 2]], unloaded: &Response, loaded: &[Response], draws: &Draws) -> Self {
         let unloaded = Polynomial::through(unloaded, ends);
-        let by_load = loaded.iter().map(|own| Polynomial::through(own, ends).minus(&unloaded)).collect();
+        let free = unloaded.largest_deviation(draws);
+        let with_bounds = |response: &Response| {
+            let load = Polynomial::through(response, ends).minus(&unloaded);
+            let nominal = (unloaded.constant + load.constant).norm();
+            let by_parameters = libm::hypot(free, load.largest_deviation(draws) * (1.0 + draws.force_range));
+            let deviation = libm::hypot(by_parameters, draws.force_range * load.constant.norm());
+            (load, [nominal - deviation, nominal + deviation])
+        };
+        let all: Vec<(Polynomial, [f64; 2])> = loaded.iter().map(with_bounds).collect();
+        let least = all.iter().fold(0.0, |most: f64, (_, [least, _])| most.max(*least));
+        let may_be_longest = all.into_iter().filter(|(_, [_, most])| *most >= least);
+        let by_load = may_be_longest.map(|(load, _)| load).collect();
         Self { unloaded, by_load }
     }
 
     /// Length of the longest displacement under all loads, in each draw, mm.
     pub fn largest_displacements(&self, draws: &Draws) -> Vec<f64> {
-        let mut sizes = vec![0.0; draws.count()];
-        Level::best().run(Sampling {
-            surrogate: self,
-            loads: self.loads_that_may_be_worst(draws),
-            draws,
-            sizes: &mut sizes,
-        });
+        let mut sizes = vec![0.0; Draws::COUNT];
+        Level::best().run(Sampling { surrogate: self, draws, sizes: &mut sizes });
         sizes
-    }
-
-    /// The loads under which the displacement may be the longest in some draw.
-    fn loads_that_may_be_worst(&self, draws: &Draws) -> Vec<&Polynomial> {
-        let factor = draws.force.iter().fold(0.0, |most: f64, factor| most.max((factor - 1.0).abs()));
-        let free = self.unloaded.largest_deviation(draws);
-        let bounds = |load: &Polynomial| {
-            let nominal = (self.unloaded.constant + load.constant).norm();
-            let by_parameters = libm::hypot(free, load.largest_deviation(draws) * (1.0 + factor));
-            let reach = libm::hypot(by_parameters, factor * load.constant.norm());
-            [nominal - reach, nominal + reach]
-        };
-        let least = self.by_load.iter().fold(0.0, |most: f64, load| most.max(bounds(load)[0]));
-        self.by_load.iter().filter(|load| bounds(load)[1] >= least).collect()
     }
 
     /// Variance of the length of the longest displacement under all loads, mm², by each parameter alone and, last, by the force alone, over the draws
@@ -200,10 +192,16 @@ impl Surrogate {
     }
 }
 
+/// Mean of the squared differences of `values` from their mean.
 fn variance(values: &[f64]) -> f64 {
+    let mean = values.iter().sum::<f64>() / values.len() as f64;
+    values.iter().map(|value| (value - mean) * (value - mean)).sum::<f64>() / values.len() as f64
+}
+
+/// Mean of `values`, and its standard error; that is not a number for a single value.
+pub fn mean_and_error(values: &[f64]) -> (f64, f64) {
     let count = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / count;
-    values.iter().map(|value| (value - mean) * (value - mean)).sum::<f64>() / count
+    (values.iter().sum::<f64>() / count, (variance(values) / (count - 1.0)).sqrt())
 }
 
 /// Value below or at which the share `share` of `values` is; they are put in another order.
@@ -231,13 +229,11 @@ impl Quantiles {
     pub fn of(values: &[f64]) -> Self {
         let of_scrambles: Vec<f64> =
             values.chunks(Draws::PER_SCRAMBLE).map(|own| quantile(&mut own.to_vec(), P95)).collect();
-        let count = of_scrambles.len() as f64;
-        let spread = variance(&of_scrambles) * count / (count - 1.0);
         let mut all = values.to_vec();
         Self {
             median: quantile(&mut all, 0.5),
             p95: quantile(&mut all, P95),
-            p95_standard_error: (spread / count).sqrt(),
+            p95_standard_error: mean_and_error(&of_scrambles).1,
         }
     }
 }

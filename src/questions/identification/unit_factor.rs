@@ -1,7 +1,6 @@
 //! Common factor of all fitted stiffnesses, which looks like forces or lengths in another unit.
 
 use super::{IdentificationStudy, degrees_of_freedom, fit::Fit, scatter, unknown::Coordinate};
-use crate::machine::Unit;
 
 /// A common factor between all fitted stiffnesses and those of the machine file, near that of a mistaken unit.
 #[derive(Debug, Clone, PartialEq)]
@@ -37,9 +36,8 @@ const MOST_SCATTER: f64 = 0.2;
 /// Returns the common factor of all identifiable stiffnesses, if it looks like a mistaken unit. Each is a sample with an error and a
 /// scatter of its own, so their mean is that of a random-effects model (DerSimonian and Laird 1986).
 pub fn unit_factor(study: &IdentificationStudy, fit: &Fit) -> Option<UnitFactor> {
-    let stiffness = [Unit::N_PER_MM, Unit::NMM_PER_RAD, Unit::N_PER_MM2];
     let stiffnesses: Vec<(f64, f64)> = (study.unknowns.iter().enumerate())
-        .filter(|(_, own)| own.coordinate == Coordinate::Logarithm && stiffness.contains(&own.unit))
+        .filter(|(_, own)| own.coordinate == Coordinate::Logarithm && own.unit.is_stiffness())
         .map(|(k, _)| (fit.x[k], fit.std(k).powi(2).max(f64::MIN_POSITIVE)))
         .filter(|(_, variance)| variance.is_finite())
         .collect();

@@ -34,8 +34,7 @@ impl Unknown {
             let problem = format!("{} is \"unknown\" in the machine file: expected an initial value", parameter.name);
             return check.fail(problem);
         };
-        let positive = [Unit::N_PER_MM, Unit::NMM_PER_RAD, Unit::N_PER_MM2, Unit::KG];
-        let is_positive = positive.contains(&unit) || name.ends_with(".backlash");
+        let is_positive = unit.is_stiffness() || unit == Unit::KG || name.ends_with(".backlash");
         let coordinate = match unit {
             _ if is_positive && start > 0.0 => Coordinate::Logarithm,
             Unit::MM | Unit::DEG => Coordinate::Linear(1.0),

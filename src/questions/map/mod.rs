@@ -198,22 +198,52 @@ fn run_block(
 
 /// Sessions of one machine at several points, each commanded twice: without and with compensation.
 struct Group {
-    plain: Vec<Session>,
-    corrected: Vec<Session>,
-    plain_batch: Batch,
-    corrected_batch: Batch,
+    plain: SessionGroup,
+    corrected: SessionGroup,
 }
 
 impl Group {
     /// Makes the sessions of the machine of `source` for [`Batch::WIDTH`] points.
     fn new(machines: &Machines, source: Source) -> Self {
-        let (session, batch) = (machines.session(source), machines.batch(source));
-        Self {
-            plain: vec![session.clone(); Batch::WIDTH],
-            corrected: vec![session; Batch::WIDTH],
-            plain_batch: batch.clone(),
-            corrected_batch: batch,
+        let plain = SessionGroup::new(machines, source);
+        Self { corrected: plain.clone(), plain }
+    }
+}
+
+/// Sessions of one machine, solved side by side.
+#[derive(Clone)]
+struct SessionGroup {
+    sessions: Vec<Session>,
+    batch: Batch,
+}
+
+impl SessionGroup {
+    /// Makes [`Batch::WIDTH`] sessions of the machine of `source`.
+    fn new(machines: &Machines, source: Source) -> Self {
+        Self { sessions: vec![machines.session(source); Batch::WIDTH], batch: machines.batch(source) }
+    }
+
+    /// Commands each session its entry of `at`, the machine undeflected.
+    fn set_rigid(&mut self, at: &[&Configuration]) {
+        for (session, at) in self.sessions.iter_mut().zip(at) {
+            session.set_rigid(at);
         }
+    }
+
+    /// Solves the tasks of the sessions with the indices `places` with `method`; failures name the tool angle `phi` (rad), if there is one.
+    fn command(
+        &mut self,
+        machine: &Machine,
+        phi: Option<f64>,
+        method: Method,
+        places: &[usize],
+        task: impl Fn(usize) -> TaskPoint,
+    ) -> Vec<Result<Compensation, Failure>> {
+        let tasks: Vec<TaskPoint> = places.iter().map(|&i| task(i)).collect();
+        let chosen = self.sessions.iter_mut().enumerate().filter(|(i, _)| places.contains(i));
+        let mut sessions: Vec<&mut Session> = chosen.map(|(_, session)| session).collect();
+        let answers = compensate_batch(&mut sessions, &tasks, method, &mut self.batch);
+        answers.into_iter().map(|answer| success_or_failure(machine, phi, answer)).collect()
     }
 }
 
@@ -242,23 +272,20 @@ impl GroupSolver<'_> {
         let phis: Vec<Option<f64>> = self.study.scene.phis.iter().copied().map(Some).collect();
         let mut turns = BySource::of(machine, |source| {
             let group = &mut self.groups[source];
-            for (session, at) in group.plain.iter_mut().zip(&configurations) {
-                session.set_rigid(at);
-            }
+            group.plain.set_rigid(&configurations);
             let loads = if source.has_cutting_force() { &phis[..] } else { &[None] };
             sweep_phi(self.study, source, group, &configurations, loads).into_iter()
         });
         let spreads = self.spread.as_mut().map(|solver| {
-            let displacements = |turn: &Result<PhiSweep, Failure>| Some(turn.as_ref().ok()?.displacements.clone());
-            let nominal: Vec<_> = turns[Source::All].as_slice().iter().map(displacements).collect();
-            Ok::<_, error::Error>(solver.solve(&configurations, &nominal, work)?.into_iter())
+            let nominal = turns[Source::All].as_slice().iter().map(|turn| Some(&*turn.as_ref().ok()?.displacements));
+            solver.solve(&configurations, nominal, work)
         });
-        let mut spreads = spreads.transpose()?;
+        let mut spreads = spreads.transpose()?.unwrap_or_default().into_iter();
         let mut effects = configurations.iter().map(|_| {
             let nothing = || Err(Failure { status: "not_converged".into(), reason: "there is no load".into() });
             let own = BySource::of(machine, |source| turns[source].next().unwrap_or_else(nothing));
             let superposition_error = superposition_error(machine, &own);
-            let mut spread = spreads.as_mut().and_then(|spreads| spreads.next().flatten());
+            let mut spread = spreads.next().flatten();
             own.map(|source, turn: Result<PhiSweep, Failure>| {
                 let mut effect = turn?.effect;
                 if source == Source::All {
@@ -310,26 +337,24 @@ fn sweep_phi(
     let task_at = |phi: Option<f64>, i: usize| source.task(&study.scene.task(configurations[i].pose, phi));
     for (index, &phi) in phis.iter().enumerate() {
         let task = |i: usize| task_at(phi, i);
-        let command = |sessions: &mut [Session], batch: &mut Batch, method, places: &[usize]| {
-            let answers = command_points(sessions, batch, method, places, task);
-            let judged = answers.into_iter().map(|answer| success_or_failure(machine, phi, answer));
-            places.iter().copied().zip(judged).collect::<Vec<_>>()
-        };
-        let plain = command(&mut group.plain, &mut group.plain_batch, Method::None, &select(&tallies, |_| true));
-        for (i, answer) in plain {
+        let places = select(&tallies, |_| true);
+        let plain = group.plain.command(machine, phi, Method::None, &places, task);
+        for (i, answer) in places.into_iter().zip(plain) {
+            let state = group.plain.sessions[i].state();
             if index == 0 && answer.is_ok() {
-                group.corrected[i].set_state(configurations[i], group.plain[i].state());
+                group.corrected.sessions[i].set_state(configurations[i], state);
             }
             match (answer, &mut tallies[i]) {
                 (Ok(plain), Ok(tally)) => {
-                    tally.add(machine, phi, plain, group.plain[i].state());
+                    tally.add(machine, phi, plain, state);
                 }
                 (Err(failure), tally) => *tally = Err(failure),
                 (Ok(_), Err(_)) => {}
             }
         }
         let to_correct = select(&tallies, |tally| tally.delta_rho.is_ok());
-        for (i, answer) in command(&mut group.corrected, &mut group.corrected_batch, Method::Direct, &to_correct) {
+        let corrected = group.corrected.command(machine, phi, Method::Direct, &to_correct, task);
+        for (i, answer) in to_correct.into_iter().zip(corrected) {
             if let Ok(tally) = &mut tallies[i] {
                 tally.add_correction(configurations[i], answer);
             }
@@ -338,7 +363,7 @@ fn sweep_phi(
     let conclude = |(i, tally): (usize, Result<Tally, Failure>)| {
         let tally = tally?;
         let phi = tally.worst.as_ref().and_then(|worst| worst.phi);
-        match group.plain[i].workpiece_compliance(&task_at(phi, i)) {
+        match group.plain.sessions[i].workpiece_compliance(&task_at(phi, i)) {
             Ok(carried) => tally.conclude(&carried),
             Err(status) => Err(Failure { status: status.label().into(), reason: status.reason(machine) }),
         }
@@ -349,20 +374,6 @@ fn sweep_phi(
 /// Returns the indices of the points without failure so far whose tally `is_wanted`.
 fn select(tallies: &[Result<Tally, Failure>], is_wanted: impl Fn(&Tally) -> bool) -> Vec<usize> {
     (0..tallies.len()).filter(|&i| tallies[i].as_ref().is_ok_and(&is_wanted)).collect()
-}
-
-/// Solves the points with the indices `places` with `method`, side by side.
-fn command_points(
-    sessions: &mut [Session],
-    batch: &mut Batch,
-    method: Method,
-    places: &[usize],
-    task: impl Fn(usize) -> TaskPoint,
-) -> Vec<Compensation> {
-    let tasks: Vec<TaskPoint> = places.iter().map(|&i| task(i)).collect();
-    let chosen = sessions.iter_mut().enumerate().filter(|(i, _)| places.contains(i));
-    let mut sessions: Vec<&mut Session> = chosen.map(|(_, session)| session).collect();
-    compensate_batch(&mut sessions, &tasks, method, batch)
 }
 
 /// Returns the result of a command if it succeeded; else its failure, with the tool angle `phi` in rad.

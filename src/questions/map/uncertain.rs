@@ -6,12 +6,12 @@ use std::sync::OnceLock;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-use super::{WorkspaceMapStudy, command_points, success_or_failure};
+use super::{SessionGroup, WorkspaceMapStudy};
 use crate::{
-    compensation::{Method, Session, TaskPoint},
+    compensation::{Method, TaskPoint},
     input::error,
-    machine::{Configuration, Machine},
-    process::uncertainty::{Draws, Quantiles, Response, Surrogate, Uncertainty},
+    machine::Configuration,
+    process::uncertainty::{Draws, Quantiles, Response, Surrogate, Uncertainty, mean_and_error},
     simulation::{Failure, Machines, ROUNDING_MM, Source},
     statics::Batch,
     work::Work,
@@ -59,6 +59,8 @@ pub(super) struct Variations<'a> {
     nominal: &'a Machines,
     /// Machines with each parameter alone at its ends ([`Response::ENDS`]), as far as they are solved.
     ends: Vec<[Option<Machines>; 2]>,
+    /// Coordinates of each parameter at these ends.
+    end_coordinates: Vec<[f64; 2]>,
     /// Machines of the draws of the first scramble, made when they are needed.
     drawn: Vec<OnceLock<Result<Machines, Failure>>>,
 }
@@ -74,12 +76,13 @@ impl<'a> Variations<'a> {
         };
         let ends = (0..uncertainty.parameters.len()).map(|own| Ok([end(own, 0)?, end(own, 1)?]));
         let drawn = (0..Draws::PER_SCRAMBLE).map(|_| OnceLock::new()).collect();
-        Ok(Some(Self { study, uncertainty, nominal, ends: ends.collect::<error::Result<_>>()?, drawn }))
+        let (ends, end_coordinates) = (ends.collect::<error::Result<_>>()?, uncertainty.end_coordinates());
+        Ok(Some(Self { study, uncertainty, nominal, ends, end_coordinates, drawn }))
     }
 
     /// Sessions for a group of grid points.
     pub fn solver(&self) -> SpreadSolver<'_> {
-        let group = |machines: &Machines| LoadedGroup::new(machines);
+        let group = |machines: &Machines| SessionGroup::new(machines, Source::All);
         SpreadSolver {
             variations: self,
             nominal: group(self.nominal),
@@ -112,14 +115,14 @@ impl<'a> Variations<'a> {
             None => make(),
         }?;
         let factor = uncertainty.draws.force[index];
-        let mut group = LoadedGroup::new(&machines);
+        let mut group = SessionGroup::new(&machines, Source::All);
         group.set_rigid(&[at; Batch::WIDTH]);
         let mut largest: f64 = 0.0;
         for phis in study.scene.phis.chunks(Batch::WIDTH) {
             let tasks: Vec<TaskPoint> = phis.iter().map(|phi| task(study, at, Some(*phi), factor)).collect();
             let lanes: Vec<usize> = (0..tasks.len()).collect();
-            for displacement in group.displacements(&study.scene.machine, &lanes, |lane| tasks[lane]) {
-                largest = largest.max(displacement?.norm());
+            for answer in group.command(&study.scene.machine, None, Method::None, &lanes, |lane| tasks[lane]) {
+                largest = largest.max(answer?.tool_displacement.norm());
             }
         }
         Ok(largest)
@@ -132,7 +135,7 @@ impl<'a> Variations<'a> {
             return self.spread_by_engine(at, DeflectionSpread::default(), work);
         };
         let draws = &self.uncertainty.draws;
-        let surrogate = Surrogate::new(&self.uncertainty.end_coordinates(), unloaded, loaded);
+        let surrogate = Surrogate::new(&self.end_coordinates, unloaded, loaded, draws);
         let sizes = surrogate.largest_displacements(draws);
         let quantiles = Quantiles::of(&sizes);
         let mut spread = self.spread_with_cause(&surrogate.variances(draws));
@@ -230,19 +233,18 @@ impl<'a> Variations<'a> {
     ) -> error::Result<DeflectionSpread> {
         let mut spread = DeflectionSpread { solved_draws: 0, failed_draws: 0, first_failure: None, ..spread };
         let mut solved: Vec<f64> = Vec::new();
-        let mut quantiles = Quantiles::of(&solved);
-        for scramble in 0..Draws::SCRAMBLES {
-            for index in scramble * Draws::PER_SCRAMBLE..(scramble + 1) * Draws::PER_SCRAMBLE {
+        let quantiles = loop {
+            for index in solved.len()..solved.len() + Draws::PER_SCRAMBLE {
                 work.check()?;
                 solved.push(self.solve_draw(index, at, &mut spread).unwrap_or(f64::INFINITY));
             }
-            quantiles = Quantiles::of(&solved);
-            let is_known =
-                quantiles.p95_standard_error <= LARGEST_ERROR * quantiles.p95 || quantiles.p95 == f64::INFINITY;
-            if scramble + 1 >= FEWEST_SCRAMBLES && is_known {
-                break;
+            let found = Quantiles::of(&solved);
+            let is_known = found.p95_standard_error <= LARGEST_ERROR * found.p95 || found.p95 == f64::INFINITY;
+            let is_enough = solved.len() >= FEWEST_SCRAMBLES * Draws::PER_SCRAMBLE && is_known;
+            if is_enough || solved.len() == Draws::COUNT {
+                break found;
             }
-        }
+        };
         let finite = |value: f64| Some(value).filter(|value| value.is_finite());
         spread.median_mm = finite(quantiles.median);
         spread.p95_mm = finite(quantiles.p95);
@@ -263,74 +265,35 @@ fn share_within(sizes: &[f64], tolerance: f64) -> f64 {
     sizes.iter().filter(|size| **size <= tolerance).count() as f64 / sizes.len() as f64
 }
 
-/// Mean of `values`, and its standard error.
-fn mean_and_error(values: &[f64]) -> (f64, f64) {
-    let count = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / count;
-    let variance = values.iter().map(|value| (value - mean) * (value - mean)).sum::<f64>() / (count - 1.0);
-    (mean, (variance / count).sqrt())
-}
-
 /// The task at `at` under the cutting force times `factor` at φ, or without it.
 fn task(study: &WorkspaceMapStudy, at: &Configuration, phi: Option<f64>, factor: f64) -> TaskPoint {
     let task = Source::All.task(&study.scene.task(at.pose, phi));
     if factor == 1.0 { task } else { TaskPoint { load: task.load.scale(factor), ..task } }
 }
 
-/// Sessions of one machine, solved side by side.
-struct LoadedGroup {
-    sessions: Vec<Session>,
-    batch: Batch,
-}
-
-impl LoadedGroup {
-    fn new(machines: &Machines) -> Self {
-        Self { sessions: vec![machines.session(Source::All); Batch::WIDTH], batch: machines.batch(Source::All) }
-    }
-
-    /// Commands each session its entry of `at`, the machine undeflected.
-    fn set_rigid(&mut self, at: &[&Configuration]) {
-        for (session, at) in self.sessions.iter_mut().zip(at) {
-            session.set_rigid(at);
-        }
-    }
-
-    /// Solves the task of each session in `lanes`; returns displacements of the tool tip, O axes, mm.
-    fn displacements(
-        &mut self,
-        machine: &Machine,
-        lanes: &[usize],
-        task: impl Fn(usize) -> TaskPoint,
-    ) -> Vec<Result<Vector3<f64>, Failure>> {
-        let answers = command_points(&mut self.sessions, &mut self.batch, Method::None, lanes, task);
-        let judged = answers.into_iter().map(|answer| success_or_failure(machine, None, answer));
-        judged.map(|answer| Ok(answer?.tool_displacement)).collect()
-    }
-}
-
 /// Solver of the spread at neighbouring grid points side by side; that of one point does not depend on the others.
 pub(super) struct SpreadSolver<'a> {
     variations: &'a Variations<'a>,
-    nominal: LoadedGroup,
-    ends: Vec<[Option<LoadedGroup>; 2]>,
+    nominal: SessionGroup,
+    ends: Vec<[Option<SessionGroup>; 2]>,
 }
 
 impl SpreadSolver<'_> {
     /// Distribution of the deflection at each of `configurations` whose displacements under each load are in `nominal`; `None` for the others. `Err`
     /// if `work` is stopped.
-    pub fn solve(
+    pub fn solve<'d>(
         &mut self,
         configurations: &[&Configuration],
-        nominal: &[Option<Vec<Vector3<f64>>>],
+        nominal: impl Iterator<Item = Option<&'d [Vector3<f64>]>>,
         work: &Work,
     ) -> error::Result<Vec<Option<DeflectionSpread>>> {
         let Self { variations, nominal: group, ends } = self;
         let (study, parameters) = (variations.study, &variations.uncertainty.parameters);
         let response = |nominal: Vector3<f64>| Response { nominal, ends: vec![[None; 2]; parameters.len()] };
-        let of_point = |loaded: &Vec<Vector3<f64>>| {
+        let of_point = |loaded: &[Vector3<f64>]| {
             Ok(std::iter::once(Vector3::zeros()).chain(loaded.iter().copied()).map(response).collect())
         };
-        let mut points: Vec<Option<Responses>> = nominal.iter().map(|loaded| loaded.as_ref().map(of_point)).collect();
+        let mut points: Vec<Option<Responses>> = nominal.map(|loaded| loaded.map(of_point)).collect();
         let mut sweep = Sweep { study, configurations, points: &mut points };
         sweep.solve(group, 1, "without cutting force", |response, found| response.nominal = found);
         for (own, (ends, parameter)) in ends.iter_mut().zip(parameters).enumerate() {
@@ -362,17 +325,23 @@ struct Sweep<'a> {
 impl Sweep<'_> {
     /// Solves the first `loads` of no load and the cutting force at each φ with the machine of `group`, and hands each displacement to `put`. A
     /// point at which one is missing fails; `words` say with which machine.
-    fn solve(&mut self, group: &mut LoadedGroup, loads: usize, words: &str, put: impl Fn(&mut Response, Vector3<f64>)) {
+    fn solve(
+        &mut self,
+        group: &mut SessionGroup,
+        loads: usize,
+        words: &str,
+        put: impl Fn(&mut Response, Vector3<f64>),
+    ) {
         let Self { study, configurations, points } = self;
         group.set_rigid(configurations);
         for load in 0..loads {
             let phi = load.checked_sub(1).map(|load| study.scene.phis[load]);
             let lanes: Vec<usize> = (0..points.len()).filter(|lane| matches!(points[*lane], Some(Ok(_)))).collect();
             let task = |lane: usize| task(study, configurations[lane], phi, 1.0);
-            let found = group.displacements(&study.scene.machine, &lanes, task);
+            let found = group.command(&study.scene.machine, None, Method::None, &lanes, task);
             for (lane, found) in lanes.into_iter().zip(found) {
                 match (found, &mut points[lane]) {
-                    (Ok(displacement), Some(Ok(responses))) => put(&mut responses[load], displacement),
+                    (Ok(answer), Some(Ok(responses))) => put(&mut responses[load], answer.tool_displacement),
                     (Err(Failure { status, reason }), point) => {
                         *point = Some(Err(Failure { status, reason: format!("{words}: {reason}") }));
                     }

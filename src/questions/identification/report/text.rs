@@ -2,7 +2,7 @@
 
 use super::{ERRORS, MACHINE, summary::Report};
 use crate::{
-    files::words::{counted, join_words, millimetres, percent},
+    files::words::{counted, join_words, listed_up_to, millimetres, percent},
     machine::Machine,
     page::headline::{Headline, KeyNumber},
     questions::identification::{
@@ -118,16 +118,6 @@ pub(super) fn brief(own: &Estimate) -> String {
 /// Lists the first identified parameters, for a part of a sentence.
 fn first_identified(report: &Report<'_>) -> String {
     listed_up_to(FEW, report.identified().map(brief))
-}
-
-/// Joins the first `most` of `all` with commas, and says how many more there are.
-fn listed_up_to(most: usize, all: impl Iterator<Item = String>) -> String {
-    let all: Vec<String> = all.collect();
-    let more = match all.len().saturating_sub(most) {
-        0 => String::new(),
-        more => format!(" and {more} more"),
-    };
-    format!("{}{more}", all[..all.len().min(most)].join(", "))
 }
 
 /// Returns a line for each unknown: value and interval, or why it is not identified.

@@ -15,13 +15,13 @@ use crate::{
     answer::{Output, ReportText, Run, Streams, layers, size_words, source_group},
     files::{
         exchange::{Image, Layer},
-        words::{counted, typographic},
+        words::{counted, listed_up_to, typographic},
     },
     input::error::Result,
-    page::{Description, Fact, Section, TableNote},
+    page::{Description, Fact, Section, TableNote, table::format_number},
     process::{
         ForceLaw,
-        uncertainty::{UncertainParameter, Uncertainty},
+        uncertainty::{Draws, UncertainParameter, Uncertainty},
     },
     questions::{
         Answered,
@@ -96,24 +96,15 @@ fn page(summary: &Summary<'_>, text: &ReportText) -> Description {
 
 /// Describes what varies in which 95 % interval.
 fn spread_words(uncertainty: &Uncertainty) -> String {
-    let interval = |ends: [f64; 2]| ends.map(four_digits).join(" to ");
+    let interval = |ends: [f64; 2]| ends.map(format_number).join(" to ");
     let parameter = |own: &UncertainParameter| {
         let (words, source) = (own.spread.words(), own.source.label());
         format!("{} {} {} ({words}, {source})", own.name(), interval(own.interval_95()), own.unit)
     };
-    let mut words: Vec<String> = uncertainty.parameters.iter().take(MOST_SHOWN).map(parameter).collect();
-    words.extend(uncertainty.parameters.len().checked_sub(MOST_SHOWN + 1).map(|more| format!("{} more", more + 1)));
-    words.extend(uncertainty.force_factor_95().map(|own| format!("cutting force × {}", interval(own))));
-    format!("95 % intervals: {}; {} draws", words.join("; "), uncertainty.draws.count())
-}
-
-/// Formats a number with about four significant digits.
-fn four_digits(value: f64) -> String {
-    match value.abs() {
-        size if size != 0.0 && !(1e-3..1e7).contains(&size) => format!("{value:.3e}"),
-        size if size >= 1000.0 => format!("{value:.0}"),
-        _ => format!("{value:.4}"),
-    }
+    let parameters = listed_up_to(MOST_SHOWN, uncertainty.parameters.iter().map(parameter));
+    let force = uncertainty.force_factor_95().map(|own| format!("cutting force × {}", interval(own)));
+    let words: Vec<String> = Some(parameters).filter(|words| !words.is_empty()).into_iter().chain(force).collect();
+    format!("95 % intervals: {}; {} draws", words.join(", "), Draws::COUNT)
 }
 
 /// Uncertain parameters that the page lists; summary.json has all.

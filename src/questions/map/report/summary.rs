@@ -11,7 +11,7 @@ use super::quantities::{
 use crate::{
     answer::{DriveQuantities, Quantity, QuantityExtremes, ShareWithin, ValueAt},
     files::StatusCount,
-    process::uncertainty::UncertainParameter,
+    process::uncertainty::{Draws, UncertainParameter},
     questions::map::{DeflectionSpread, MapPoint, SourceEffect, WorkspaceMapStudy},
     simulation::{BySource, SOLVED, Source},
 };
@@ -185,7 +185,7 @@ impl<'a> Summary<'a> {
             summary["uncertainty"] = json!({
                 "parameters": uncertainty.parameters.iter().map(parameter).collect::<Vec<Value>>(),
                 "force_factor_95": uncertainty.force_factor_95(),
-                "draws": uncertainty.draws.count(),
+                "draws": Draws::COUNT,
                 "points_corrected": self.spread.corrected,
                 "points_without_p95": self.spread.unknown,
                 "failed_draws": self.spread.failed_draws,

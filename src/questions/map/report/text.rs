@@ -8,11 +8,11 @@ use crate::{
     answer::{Quantity, ReportText, Tolerance, ValueAt, acting_words},
     files::{
         table::kind_word,
-        words::{counted, millimetres, percent},
+        words::{counted, listed_up_to, millimetres, percent},
     },
     machine::{Machine, Motion},
     page::headline::{Extreme, Headline, InTable, KeyNumber},
-    process::uncertainty::ASSUMED_RELATIVE_STD,
+    process::uncertainty::{ASSUMED_RELATIVE_STD, Draws, Uncertainty},
     questions::map::{SourceEffect, WorkspaceMapStudy},
     simulation::{ROUNDING_MM, Source},
 };
@@ -73,7 +73,7 @@ fn spread_text(summary: &Summary<'_>) -> String {
     let mut text = format!(
         "With {} (machine and force as uncertain as the study says), the deflection stays below {} with 95 % probability at the best place, {}, and \
          below {} at the worst, {}.\n",
-        uncertainty.words(),
+        uncertain_words(uncertainty),
         millimetres(least.value, 3),
         least.place(),
         millimetres(most.value, 3),
@@ -100,18 +100,34 @@ fn spread_text(summary: &Summary<'_>) -> String {
     )
 }
 
+/// Counts what varies: "6 uncertain parameters and an uncertain force".
+fn uncertain_words(uncertainty: &Uncertainty) -> String {
+    let parameters = match uncertainty.parameters.len() {
+        0 => None,
+        count => Some(counted(count, "uncertain parameter")),
+    };
+    let words: Vec<String> =
+        parameters.into_iter().chain(uncertainty.force.map(|_| "an uncertain force".into())).collect();
+    words.join(" and ")
+}
+
+/// Parameters that a caution names.
+const MOST_NAMED: usize = 4;
+
 /// Returns the cautions about what the distribution rests on; empty where inputs are taken as exact.
 fn spread_cautions(summary: &Summary<'_>) -> String {
     let Some(uncertainty) = &summary.study.uncertainty else { return String::new() };
     let mut text = String::new();
-    if let Some(names) = uncertainty.assumed_words() {
+    let assumed = listed_up_to(MOST_NAMED, uncertainty.assumed().map(String::from));
+    if !assumed.is_empty() {
         text += &format!(
-            "The spread rests on assumptions: {names} are graded as assumed in the machine file and vary by {:.0} %, a default.\n",
+            "The spread rests on assumptions: {assumed} are graded as assumed in the machine file and vary by {:.0} %, a default.\n",
             100.0 * ASSUMED_RELATIVE_STD
         );
     }
-    if let Some(names) = uncertainty.exact_words() {
-        text += &format!("Taken as exact, as nobody says how well they are known: {names}.\n");
+    let exact = listed_up_to(MOST_NAMED, uncertainty.exact_stiffnesses());
+    if !exact.is_empty() {
+        text += &format!("Taken as exact, as nobody says how well they are known: {exact}.\n");
     }
     let SpreadCounts { unknown, failed_draws, solved_draws, .. } = summary.spread;
     if failed_draws > 0 {
@@ -222,7 +238,7 @@ pub(super) fn headline(summary: &Summary<'_>, text: &ReportText) -> Headline {
     let points = counted(summary.study.grid.len(), "grid point");
     let inputs = match &summary.study.uncertainty {
         None => "inputs taken as exact".into(),
-        Some(uncertainty) => counted(uncertainty.draws.count(), "draw"),
+        Some(_) => counted(Draws::COUNT, "draw"),
     };
     let basis = format!("{points}, {}, {inputs}", counted(scene.phis.len(), "tool angle"));
     let Some([least, most]) = all.of(&DEFLECTION).filter(|_| summary.is_enough(all.known)) else {
@@ -238,31 +254,27 @@ pub(super) fn headline(summary: &Summary<'_>, text: &ReportText) -> Headline {
     let [low, high] = [least, most].map(|found| millimetres(found.value, 3));
     let met = summary.within.words(scene.tolerance_mm, BOX);
     let spread = all.of(&P95_DEFLECTION);
-    let sentence = match (spread, low == high) {
+    let moves = match (spread, low == high) {
         (Some([least, most]), _) => format!(
-            "{}{under}, the tool of {name} moves with 95 % probability by at most {} at best and {} at worst (nominally {low} and {high}); cut near \
+            "{under}, the tool of {name} moves with 95 % probability by at most {} at best and {} at worst (nominally {low} and {high}); best near \
              {}.",
-            verdict(summary),
             millimetres(least.value, 3),
             millimetres(most.value, 3),
             least.place()
         ),
-        (None, true) => verdict(summary) + &format!("{under}, the tool of {name} moves by {high} everywhere."),
-        (None, false) => {
-            verdict(summary)
-                + &format!(
-                    "{under}, the tool of {name} moves by {low} at best and {high} at worst; {} near {}.",
-                    met.map_or_else(|| "cut".into(), |met| format!("{met}, best")),
-                    least.place()
-                )
-        }
+        (None, true) => format!("{under}, the tool of {name} moves by {high} everywhere."),
+        (None, false) => format!(
+            "{under}, the tool of {name} moves by {low} at best and {high} at worst; {} near {}.",
+            met.map_or_else(|| "cut".into(), |met| format!("{met}, best")),
+            least.place()
+        ),
     };
     let best = || {
         let against = scene.tolerance_mm.map(|tolerance| Tolerance(tolerance).against(least.value)).unwrap_or_default();
         let what = format!("smallest, at {}", least.place());
         KeyNumber::new(&low, what, against).found(in_map_table(&DEFLECTION, Extreme::Smallest, least.value))
     };
-    Headline::new(sentence, basis)
+    Headline::new(verdict(summary) + &moves, basis)
         .with_cautions(&text.cautions)
         .with_numbers(spread.map(p95_number))
         .with(worst_number(summary, [least, most], &high))

@@ -46,6 +46,11 @@ impl Unit {
         self.in_files
     }
 
+    /// Whether it is that of a stiffness or an elastic constant, of which a zero means nothing.
+    pub fn is_stiffness(self) -> bool {
+        [Self::N_PER_MM, Self::NMM_PER_RAD, Self::N_PER_MM2].contains(&self)
+    }
+
     /// Key of a field with this unit in machine files.
     pub(super) fn key(self, field: &str) -> String {
         if self.in_files.is_empty() || self.in_files == field {
