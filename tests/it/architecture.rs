@@ -226,10 +226,10 @@ const MOST_LINES: [(&[&str], usize); 10] = [
     (&["src/simulation", "src/redundancy"], 3_680),
     (&["src/answer", "src/files", "src/work", "src/run"], 5_550),
     (&["src/figures", "src/page"], 9_180),
-    (&["src/questions"], 22_850),
+    (&["src/questions"], 22_860),
     (&["src/products", "src/inspect", "src/explore"], 9_110),
     (&["src/cli"], 2_900),
-    (&["crates/engine/src", "crates/input/src", "src"], 98_720),
+    (&["crates/engine/src", "crates/input/src", "src"], 98_730),
 ];
 
 #[test]

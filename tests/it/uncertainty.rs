@@ -450,3 +450,27 @@ fn a_pattern_names_matrices_and_numbers() {
     let shared = names_of("true");
     assert_eq!(shared.iter().map(Vec::len).collect::<Vec<_>>(), [3, 63], "{shared:?}");
 }
+
+/// A tool that is probably within tolerance, but not with 95 % probability, is not said to be out of it with 95 % probability.
+#[test]
+fn the_verdict_says_what_is_known() {
+    let load = force(800.0, 300.0, -200.0);
+    let verdict = |tolerance: f64| {
+        let uncertainty = uncertain_stiffness("leg.screw.stiffness", 0.3);
+        let (study, points) = map_of("hexapod", &load, tolerance, &uncertainty, 800.0);
+        let spread = points[0].effect(Source::All).unwrap().spread.clone().unwrap();
+        let mut summary = map::report::Summary::new(&study);
+        points.iter().for_each(|point| summary.add(point));
+        (spread, map::report::text(&summary, &[]).place)
+    };
+    let (spread, all) = verdict(10.0);
+    assert!(all.contains("The tool is within tolerance (10 mm) in all of the box with 95 % probability."), "{all}");
+    let between = 0.5 * (spread.median_mm.unwrap() + spread.p95_mm.unwrap());
+    let (spread, none) = verdict(between);
+    assert!(spread.within_tolerance.unwrap() > 0.5, "{spread:?}");
+    assert!(
+        none.contains(&format!("The tool is nowhere within tolerance ({between} mm) with 95 % probability.")),
+        "{none}"
+    );
+    assert!(!none.contains("probability the tool is out of tolerance"), "{none}");
+}

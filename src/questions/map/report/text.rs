@@ -79,8 +79,8 @@ fn spread_text(summary: &Summary<'_>) -> String {
         millimetres(most.value, 3),
         most.place()
     );
-    if let Some(met) = summary.within_p95.words(summary.study.scene.tolerance_mm, BOX) {
-        text += &format!("With 95 % probability the tool is {met}.\n");
+    if let Some((_, met)) = probably_within(summary) {
+        text += &format!("The tool is {met}.\n");
     }
     if let Some((cause, share)) = counts.main_cause() {
         text +=
@@ -284,10 +284,7 @@ pub(super) fn headline(summary: &Summary<'_>, text: &ReportText) -> Headline {
 
 /// Returns whether the tolerance is met with 95 % probability, as the begin of a sentence; empty without tolerance, or where inputs are exact.
 fn verdict(summary: &Summary<'_>) -> String {
-    let tolerance = summary.study.scene.tolerance_mm;
-    let (Some(share), Some(met)) = (summary.within_p95.get(), summary.within_p95.words(tolerance, BOX)) else {
-        return String::new();
-    };
+    let Some((share, met)) = probably_within(summary) else { return String::new() };
     let word = match share {
         1.0 => "Within tolerance",
         0.0 => "Out of tolerance",
@@ -295,7 +292,18 @@ fn verdict(summary: &Summary<'_>) -> String {
     };
     let nominally =
         summary.within.get().map_or_else(String::new, |share| format!(" (nominally in {} of it)", percent(share)));
-    format!("{word}: with 95 % probability {met}{nominally}. ")
+    format!("{word}: {met}{nominally}. ")
+}
+
+/// Returns the share of the box that is within tolerance with 95 % probability, and says so; `None` without tolerance, or where inputs are exact.
+fn probably_within(summary: &Summary<'_>) -> Option<(f64, String)> {
+    let (share, tolerance) = (summary.within_p95.get()?, summary.study.scene.tolerance_mm?);
+    // Not to be within with 95 % probability is not to be out of tolerance with it.
+    let met = match share {
+        0.0 => format!("nowhere within tolerance ({tolerance} mm)"),
+        _ => summary.within_p95.words(Some(tolerance), BOX)?,
+    };
+    Some((share, met + " with 95 % probability"))
 }
 
 /// Returns the key number of the largest 95 % quantile.
