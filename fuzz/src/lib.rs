@@ -7,6 +7,7 @@ use std::{path::Path, sync::LazyLock};
 
 use kinetostat::{
     compensation::{Compensation, CompensationSettings, Method, Session, TaskPoint, compensate},
+    input::error::Error,
     inspect::machine_check,
     machine::Machine,
     process::Process,
@@ -44,7 +45,7 @@ pub fn process_file(data: &[u8], folder: &Path) {
             Ok(tasks) => tasks.iter().for_each(finite_task),
             Err(refusal) => named(&refusal.to_string()),
         },
-        Err(refusal) => named(&refusal.to_string()),
+        Err(refusal) => all_named(&refusal),
     }
 }
 
@@ -53,7 +54,7 @@ pub fn study_file(data: &[u8], folder: &Path) {
     let Ok(text) = std::str::from_utf8(data) else { return };
     match Study::from_toml(text, NAME, folder, &Overrides::default()) {
         Ok(study) => one_point(study.kind),
-        Err(refusal) => named(&refusal.to_string()),
+        Err(refusal) => all_named(&refusal),
     }
 }
 
@@ -175,6 +176,14 @@ fn poses(data: &[u8], language: Language) {
             "the moved program does not read back: {}",
             read.unwrap_err()
         );
+    }
+}
+
+/// As [`named`], each of several errors of one cause.
+fn all_named(refusal: &Error) {
+    match refusal {
+        Error::Several { errors, .. } => errors.iter().for_each(all_named),
+        alone => named(&alone.to_string()),
     }
 }
 

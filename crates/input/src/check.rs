@@ -98,7 +98,7 @@ impl Check {
         }
     }
 
-    /// Returns `found` if no misfit was collected, or else one error with all misfits, which do not fit `what`, and their lines; `text` returns
+    /// Returns `found` if no misfit was collected, or else one error with each misfit once, which do not fit `what`, and their lines; `text` returns
     /// the text of a TOML file by its name in errors, if that is one. An error of `found` is left out beside misfits, since values that stand
     /// for them may have caused it.
     pub fn with_misfits<'a, T>(
@@ -110,6 +110,8 @@ impl Check {
         let Some(misfits) = &self.misfits else { return found };
         let misfits = std::mem::take(&mut *misfits.lock().unwrap_or_else(PoisonError::into_inner));
         let mut errors: Vec<Error> = misfits.into_iter().map(|error| error.with_line(&text)).collect();
+        let mut said = std::collections::HashSet::new();
+        errors.retain(|error| said.insert(error.to_string()));
         match errors.len() {
             0 => found,
             1 => Err(errors.remove(0)),
