@@ -1,5 +1,5 @@
-//! A workspace map of 5³ points, 36 tool angles and both sources, on one thread and on all; and what uncertain inputs cost: maps of an arm and of a
-//! hexapod with exact inputs, with six uncertain parameters and with thirty.
+//! A workspace map of 5³ points, 36 tool angles and both sources, on one thread and on all; and what uncertain inputs cost: maps and paths of an arm
+//! and of a hexapod with exact inputs, with six uncertain parameters and with thirty.
 
 use std::path::Path;
 
@@ -9,20 +9,34 @@ use kinetostat::{
     questions::{
         Overrides, Study, StudyKind,
         map::{self, WorkspaceMapStudy},
+        path::{self, PathStudy},
     },
     work::Work,
 };
 
-/// A map of 4³ points of `machine` with its slice at `z` mm, and the table `uncertainty`.
-fn map_of(machine: &str, z: f64, uncertainty: &str) -> WorkspaceMapStudy {
+/// The study of `machine` with the tables `uncertainty` and `question`.
+fn study_of(machine: &str, uncertainty: &str, question: &str) -> StudyKind {
     let text = format!(
         "schema = 3\nquestion = \"?\"\nmachine = \"{machine}\"\n{uncertainty}\n[process.force.path_frame]\nradial_force_N = 800.0\n\
-         tangential_force_N = 300.0\naxial_force_N = -200.0\n[workspace_map]\ngrid = [4, 4, 4]\nslices_z_mm = [{z:?}]\n"
+         tangential_force_N = 300.0\naxial_force_N = -200.0\n{question}\n"
     );
-    let study = Study::from_toml(&text, "study.toml", Folder::in_memory([]), &Overrides::default());
-    match study.expect("a valid study").kind {
+    Study::from_toml(&text, "study.toml", Folder::in_memory([]), &Overrides::default()).expect("a valid study").kind
+}
+
+/// A map of 4³ points of `machine` with its slice at `z` mm, and the table `uncertainty`.
+fn map_of(machine: &str, z: f64, uncertainty: &str) -> WorkspaceMapStudy {
+    match study_of(machine, uncertainty, &format!("[workspace_map]\ngrid = [4, 4, 4]\nslices_z_mm = [{z:?}]")) {
         StudyKind::WorkspaceMap(map, _) => *map,
         _ => panic!("a workspace map"),
+    }
+}
+
+/// A circle of 512 points of `machine` around `centre` (mm), and the table `uncertainty`.
+fn path_of(machine: &str, centre: [f64; 3], uncertainty: &str) -> PathStudy {
+    let circle = format!("[path]\ncircle = {{ centre_mm = {centre:?}, diameter_mm = 100.0, points = 512 }}");
+    match study_of(machine, uncertainty, &circle) {
+        StudyKind::Path(path, _) => *path,
+        _ => panic!("a path"),
     }
 }
 
@@ -51,13 +65,19 @@ fn main() {
         });
     }
     let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread pool");
-    for (machine, z, [six, more]) in [("kr270", 850.0, ARM), ("hexapod", 800.0, HEXAPOD)] {
+    for (machine, centre, [six, more]) in
+        [("kr270", [1800.0, 0.0, 850.0], ARM), ("hexapod", [0.0, 0.0, 800.0], HEXAPOD)]
+    {
         let force = "[uncertainty.process]\nforce_relative_std = 0.15";
         for uncertainty in [String::new(), format!("{six}{force}"), format!("{six}{more}{force}")] {
-            let map = map_of(machine, z, &uncertainty);
+            let map = map_of(machine, centre[2], &uncertainty);
             let count = map.uncertainty.as_ref().map_or(0, |own| own.parameters.len());
             criterion.bench_function(&format!("map of {machine}, {count} uncertain parameters"), |bencher| {
                 bencher.iter(|| one.install(|| map::run(&map, &Work::default()).expect("nothing stops it")));
+            });
+            let path = path_of(machine, centre, &uncertainty);
+            criterion.bench_function(&format!("path of {machine}, {count} uncertain parameters"), |bencher| {
+                bencher.iter(|| one.install(|| path::run(&path, &Work::default()).expect("nothing stops it")));
             });
         }
     }

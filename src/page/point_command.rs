@@ -61,7 +61,7 @@ fn point_command(source: &str, phi: Option<usize>, keys: &Keys) -> Option<PointC
     }
     text += &key("study", "branch").map_or_else(String::new, |branch| format!(" --branch {branch}"));
     text += match key("process", "compensate.target") {
-        Some("platform") => " --platform",
+        Some("platform_point") => " --platform",
         Some("full_pose") => " --full-pose",
         _ => "",
     };

@@ -9,6 +9,8 @@ mod question;
 pub(crate) mod resolve;
 pub(crate) mod spec;
 #[cfg(feature = "report")]
+mod spread_report;
+#[cfg(feature = "report")]
 mod template;
 
 #[cfg(feature = "report")]

@@ -13,7 +13,7 @@ use crate::{
     machine::{Configuration, Machine},
     simulation::{
         Machines, Source,
-        path_blocks::solve_blocks,
+        path_blocks::{Stretch, solve_stretches},
         tracking::{TrackPoint, join_stretches, last_in_stretch, track_stretches},
     },
     spatial::Pose,
@@ -181,7 +181,10 @@ fn solve_grouped(
     };
     let together = group_size(track.len());
     let groups = track.par_chunks(together).enumerate().map(|(group, track)| {
-        let answers = solve_blocks(case, commands, first + group * together, track, &done);
+        let first = first + group * together;
+        let stretches: Vec<Stretch<'_>> =
+            track.iter().enumerate().map(|(k, track)| ((first + k) * BLOCK, &track[..])).collect();
+        let answers = solve_stretches(case, commands, &stretches, &done);
         answers.unwrap_or_else(|never| match never {})
     });
     groups.flatten_iter().flatten().collect()
@@ -222,7 +225,7 @@ impl<'a> TrackBlocks<'a> {
     }
 
     /// Returns the tracked points of the block that begins at `start`.
-    fn block(&self, start: usize) -> &Vec<TrackPoint> {
+    pub fn block(&self, start: usize) -> &[TrackPoint] {
         let found = || track_stretches(self.nominal, &[block_tasks(self.tasks, start)], |_, _| true).swap_remove(0);
         self.blocks[start / BLOCK].get_or_init(found)
     }
@@ -236,27 +239,43 @@ impl<'a> TrackBlocks<'a> {
 pub(crate) fn run_pieces<T: Serialize + DeserializeOwned + Send>(
     case: &PathCase<'_>,
     track: &TrackBlocks<'_>,
-    (first, passes): (usize, usize),
+    place: (usize, usize),
     method: Method,
     work: &Work,
     keep: impl Fn(PathPointResult) -> T + Sync,
 ) -> Result<Vec<T>> {
-    let blocks = (0..case.tasks.len()).into_par_iter().step_by(BLOCK).filter_map(|start| {
-        let work = work.shard((first + start) / BLOCK * passes);
-        let compute = || {
-            let done = || {
-                work.tell(Event::Computed(1));
-                work.check()
-            };
-            let track = std::slice::from_ref(track.block(start));
-            let answers = solve_blocks(case, &Commands::Method(method), start / BLOCK, track, &done)?.concat();
-            let unsolved = answers.iter().filter(|answer| !answer.is_settled).count();
-            if unsolved > 0 {
-                work.tell(Event::Unsolved(unsolved));
-            }
-            Ok(answers.into_iter().map(&keep).collect())
+    let compute = |block: Range<usize>, work: &Work| {
+        let done = || {
+            work.tell(Event::Computed(1));
+            work.check()
         };
-        if_this_shard(work.piece(&(first + start), Vec::len, compute)).transpose()
+        let stretch = (block.start, track.block(block.start));
+        let answers = solve_stretches(case, &Commands::Method(method), &[stretch], &done)?.concat();
+        let unsolved = answers.iter().filter(|answer| !answer.is_settled).count();
+        if unsolved > 0 {
+            work.tell(Event::Unsolved(unsolved));
+        }
+        Ok(answers.into_iter().map(&keep).collect())
+    };
+    Ok(block_pieces(case.tasks.len(), place, work, Vec::len, compute)?.into_iter().flatten().collect())
+}
+
+/// Computes the blocks of `count` points from `first` on as pieces of `work`, in parallel, and returns them in order; pieces of other shards are
+/// left out. `compute` gets the indices of a block's points, counted from `first`; `items` says how many points a piece has.
+///
+/// # Errors
+/// Of `work` and of `compute`.
+pub(crate) fn block_pieces<T: Serialize + DeserializeOwned + Send>(
+    count: usize,
+    (first, passes): (usize, usize),
+    work: &Work,
+    items: impl Fn(&T) -> usize + Sync,
+    compute: impl Fn(Range<usize>, &Work) -> Result<T> + Sync,
+) -> Result<Vec<T>> {
+    let blocks = (0..count).into_par_iter().step_by(BLOCK).filter_map(|start| {
+        let work = work.shard((first + start) / BLOCK * passes);
+        let block = start..count.min(start + BLOCK);
+        if_this_shard(work.piece(&(first + start), &items, || compute(block, &work))).transpose()
     });
-    Ok(blocks.collect::<Result<Vec<Vec<T>>>>()?.into_iter().flatten().collect())
+    blocks.collect()
 }

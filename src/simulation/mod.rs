@@ -4,12 +4,13 @@
 pub mod along_path;
 pub mod blocks;
 pub(crate) mod external_axes;
-mod path_blocks;
+pub(crate) mod path_blocks;
 mod path_sums;
 pub(crate) mod program_file;
 mod scene;
 pub(crate) mod settled;
 pub(crate) mod sources;
+pub mod spread;
 mod status;
 pub mod tasks;
 pub(crate) mod tracking;

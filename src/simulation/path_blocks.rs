@@ -1,7 +1,7 @@
-//! Solves blocks of a path: the points of a block one after another, each from the one before, and several blocks at a time.
+//! Solves stretches of a path: the points of a stretch one after another, each from the one before, and several stretches at a time.
 
 use super::{
-    along_path::{BLOCK, Commands, PathCase, PathPointResult},
+    along_path::{Commands, PathCase, PathPointResult},
     settings,
     tracking::TrackPoint,
 };
@@ -15,8 +15,11 @@ use crate::{
     statics::Batch,
 };
 
-/// A block being solved.
-struct Block<'a> {
+/// A stretch of a path: the index of its first point, and the nominal machine tracked along it.
+pub(crate) type Stretch<'a> = (usize, &'a [TrackPoint]);
+
+/// A stretch being solved.
+struct OpenStretch<'a> {
     session: Session,
     /// Index of its first point.
     first: usize,
@@ -26,29 +29,27 @@ struct Block<'a> {
     answers: Vec<PathPointResult>,
 }
 
-/// Solves the blocks of `case` from number `first` on, with the nominal machine tracked as in `track`; an error of `done` ends everything.
-pub(crate) fn solve_blocks<'a, E>(
+/// Solves `stretches` of `case`; an error of `done` ends everything.
+pub(crate) fn solve_stretches<'a, E>(
     case: &PathCase<'a>,
     commands: &Commands<'_>,
-    first: usize,
-    track: &'a [Vec<TrackPoint>],
+    stretches: &[Stretch<'a>],
     done: &(dyn Fn() -> Result<(), E> + Sync),
 ) -> Result<Vec<Vec<PathPointResult>>, E> {
-    let begin = |(k, track): (usize, &'a Vec<TrackPoint>)| {
+    let begin = |&(first, track): &Stretch<'a>| {
         let mut session = Session::new(case.nominal, case.real, settings()).with_unloaded_machine(case.unloaded);
-        let first = (first + k) * BLOCK;
         // From home the way would be long, and might end on another branch.
         let near = track.first().and_then(|point| point.at.as_ref()).filter(|_| case.tasks[first].external.is_none());
         if let Some(at) = near {
             session.set_rigid(at);
         }
         let (near, answers) = (near.unwrap_or(&case.nominal.home), Vec::with_capacity(track.len()));
-        Block { session, first, track, near, answers }
+        OpenStretch { session, first, track, near, answers }
     };
-    let mut blocks: Vec<Block<'a>> = track.iter().enumerate().map(begin).collect();
+    let mut blocks: Vec<OpenStretch<'a>> = stretches.iter().map(begin).collect();
     let mut batch = Batch::new(case.real);
-    for point in 0..track.iter().map(Vec::len).max().unwrap_or(0) {
-        let mut going: Vec<&mut Block<'a>> = blocks.iter_mut().filter(|block| point < block.track.len()).collect();
+    for point in 0..stretches.iter().map(|(_, track)| track.len()).max().unwrap_or(0) {
+        let mut going: Vec<&mut OpenStretch<'a>> = blocks.iter_mut().filter(|block| point < block.track.len()).collect();
         let found = solve_points(case, commands, point, &mut going, &mut batch);
         for (block, found) in going.into_iter().zip(found) {
             let answer = block.result(point, found);
@@ -64,7 +65,7 @@ fn solve_points(
     case: &PathCase<'_>,
     commands: &Commands<'_>,
     point: usize,
-    blocks: &mut [&mut Block<'_>],
+    blocks: &mut [&mut OpenStretch<'_>],
     batch: &mut Batch,
 ) -> Vec<Compensation> {
     let asked: Vec<TaskPoint> = blocks.iter().map(|block| case.tasks[block.first + point]).collect();
@@ -85,7 +86,7 @@ fn solve_group(
     case: &PathCase<'_>,
     commands: &Commands<'_>,
     point: usize,
-    blocks: &mut [&mut Block<'_>],
+    blocks: &mut [&mut OpenStretch<'_>],
     asked: &[TaskPoint],
     batch: &mut Batch,
 ) -> Vec<Compensation> {
@@ -130,7 +131,7 @@ fn solve_group(
     answers.flatten().collect()
 }
 
-impl<'a> Block<'a> {
+impl<'a> OpenStretch<'a> {
     /// Gives the session the tracked configuration at `point` as its command for `task`.
     fn seed_command(&mut self, point: usize, task: &TaskPoint) {
         if let (Some(at), None) = (&self.track[point].at, task.external) {

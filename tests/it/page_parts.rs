@@ -257,6 +257,12 @@ fn a_point_is_asked_for_with_force_and_errors_of_its_source() {
     );
     assert_eq!(all.phi, Some(8));
     assert!(errors.text.ends_with("{position} --wrench 0,0,0,0,0,0 --set x.turn=1.0") && errors.phi.is_none());
+    for (target, flag) in [("platform_point", " --platform"), ("full_pose", " --full-pose")] {
+        let mut other = keys.clone();
+        other.insert(("process".into(), "compensate.target".into()), target.into());
+        let ([Some(all), _], _) = told(Some(8), &other) else { panic!("a command") };
+        assert!(all.text.ends_with(&format!("--set x.turn=1.0{flag}")), "{}", all.text);
+    }
     assert_eq!(told(None, &keys).0[0], None);
     assert_eq!(
         left,

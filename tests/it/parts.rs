@@ -183,6 +183,31 @@ fn a_path_in_parts_is_the_whole_path() {
     holds(folder.path(), &study, &[1, 2, 3, 7], false);
 }
 
+const UNCERTAIN_PATH: &str = r#"
+schema = 3
+question = "How far from the path?"
+machine = "orthoglide"
+[uncertainty]
+machine = "provenance"
+[uncertainty.process]
+force_relative_std = 0.15
+[path]
+circle = { centre_mm = [0.0, 0.0, 0.0], diameter_mm = 60.0, points = 530 }
+methods = ["direct"]
+[process.force.path_frame]
+radial_force_N = 215.0
+tangential_force_N = -10.0
+axial_force_N = -25.0
+"#;
+
+#[test]
+fn a_path_with_uncertain_inputs_in_parts_is_the_whole_path() {
+    let folder = tempfile::tempdir().unwrap();
+    let study = written(folder.path(), UNCERTAIN_PATH);
+    assert_eq!(study.kind.pieces(), 3 * (2 * 3 + 1 + 1));
+    holds(folder.path(), &study, &[2, 7], false);
+}
+
 #[test]
 fn a_validation_in_parts_is_the_whole_one() {
     let folder = tempfile::tempdir().unwrap();

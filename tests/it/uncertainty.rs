@@ -166,7 +166,7 @@ fn map_study(text: &str) -> WorkspaceMapStudy {
 }
 
 /// A slide of 10 N/µm that pushes back along x, and nothing else.
-const LEVER: &str = r#"
+pub const LEVER: &str = r#"
 schema = 1
 name = "lever"
 title = "a slide"
@@ -191,7 +191,7 @@ fn study_of(machine: &str, process: &str, uncertainty: &str, map: &str) -> Strin
     )
 }
 
-fn force(radial: f64, tangential: f64, axial: f64) -> String {
+pub fn force(radial: f64, tangential: f64, axial: f64) -> String {
     format!(
         "[process.force.path_frame]\nradial_force_N = {radial:?}\ntangential_force_N = {tangential:?}\naxial_force_N = {axial:?}\n"
     )
@@ -234,7 +234,7 @@ fn a_lever_has_the_exact_quantiles() {
 }
 
 /// Whether a parameter is an error of a chain, by its name.
-fn is_error(name: &str) -> bool {
+pub fn is_error(name: &str) -> bool {
     [".turn", ".translation.", ".offset"].iter().any(|part| name.contains(part))
 }
 
@@ -292,7 +292,7 @@ fn check_against_brute_force(study: &WorkspaceMapStudy, points: &[&MapPoint], co
     }
 }
 
-const TOLERANCES: &str = "[[uncertainty.chain_error]]\nchain = \"*\"\nturn_about_drive_axis_deg = { uniform = [-0.1, 0.1] }\n\
+pub const TOLERANCES: &str = "[[uncertainty.chain_error]]\nchain = \"*\"\nturn_about_drive_axis_deg = { uniform = [-0.1, 0.1] }\n\
      [uncertainty.process]\nforce_relative_std = 0.15\n";
 
 fn uncertain_stiffness(pattern: &str, relative_std: f64) -> String {

@@ -6,21 +6,23 @@ mod resolve;
 pub(crate) mod spec;
 mod uncertain;
 
-pub use uncertain::DeflectionSpread;
-
 use std::ops::Range;
 
 use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use self::uncertain::{SpreadSolver, Variations};
+use self::uncertain::SpreadSolver;
 use crate::{
     compensation::{Compensation, Method, Session, TaskPoint, compensate_batch},
     input::error,
     machine::{Configuration, Machine, Unreachable},
     process::uncertainty::Uncertainty,
-    simulation::{BySource, Failure, Machines, Scene, Source, status_of},
+    simulation::{
+        BySource, Failure, Machines, Scene, Source,
+        spread::{DeflectionSpread, DrawnMachines},
+        status_of,
+    },
     spatial::Grid,
     statics::{self, Batch, Outcome, State, tool_compliance},
     work::{Event, Work, compute_overlapped, if_this_shard},
@@ -143,13 +145,13 @@ pub fn run_in_blocks(
     take: impl FnMut(Vec<MapPoint>) -> error::Result<()> + Send,
 ) -> error::Result<()> {
     let machines = study.scene.machines()?;
-    let variations = Variations::new(study, &machines)?;
+    let drawn = drawn_machines(study, &machines)?;
     let (total, size) = (study.grid.len(), block_size(study));
     let compute = |start: usize| {
         let work = work.shard(start / size);
         if_this_shard(work.piece(&start, Vec::len, || {
             let indices = start..total.min(start + size);
-            run_block(study, &machines, variations.as_ref(), indices, &work)
+            run_block(study, &machines, drawn.as_ref(), indices, &work)
         }))
     };
     compute_overlapped((0..total).step_by(size), compute, take)?;
@@ -168,21 +170,29 @@ pub(super) fn block_count(study: &WorkspaceMapStudy) -> usize {
 pub fn run_range(study: &WorkspaceMapStudy, indices: Range<usize>, work: &Work) -> error::Result<Vec<MapPoint>> {
     let indices = indices.start.min(study.grid.len())..indices.end.min(study.grid.len());
     let machines = study.scene.machines()?;
-    run_block(study, &machines, Variations::new(study, &machines)?.as_ref(), indices, work)
+    run_block(study, &machines, drawn_machines(study, &machines)?.as_ref(), indices, work)
+}
+
+/// Returns the machines that uncertain inputs make of `machines`; `None` where inputs are exact.
+fn drawn_machines<'a>(
+    study: &'a WorkspaceMapStudy,
+    machines: &'a Machines,
+) -> error::Result<Option<DrawnMachines<'a>>> {
+    DrawnMachines::new(study.uncertainty.as_ref(), machines, &study.scene.errors)
 }
 
 /// Computes the grid points with these indices, in groups that are solved side by side.
 fn run_block(
     study: &WorkspaceMapStudy,
     machines: &Machines,
-    variations: Option<&Variations<'_>>,
+    drawn: Option<&DrawnMachines<'_>>,
     indices: Range<usize>,
     work: &Work,
 ) -> error::Result<Vec<MapPoint>> {
     let solver = || GroupSolver {
         study,
         groups: BySource::of(&study.scene.machine, |source| Group::new(machines, source)),
-        spread: variations.map(Variations::solver),
+        spread: drawn.map(|drawn| SpreadSolver::new(study, machines, drawn)),
     };
     let groups = (0..indices.len().div_ceil(Batch::WIDTH))
         .into_par_iter()

@@ -6,6 +6,7 @@ pub(crate) mod resolve;
 pub(crate) mod spec;
 #[cfg_attr(target_family = "wasm", path = "not_turned.rs")]
 mod turned;
+mod uncertain;
 
 use std::ops::Range;
 
@@ -17,14 +18,18 @@ use crate::{
     compensation::{Method, TaskPoint},
     input::error::Result,
     machine::{ChainError, Configuration, Machine},
+    process::uncertainty::Uncertainty,
     simulation::{
         BySource, Machines, Source,
         along_path::{self, PathCase, PathPointResult, PathSummary, PathSums, PointResidual, TrackBlocks, run_pieces},
+        spread::DrawnMachines,
     },
     work::{Work, compute_overlapped},
 };
 
+use self::uncertain::{LargestBoth, SpreadBlock};
 pub use turned::PathGammaSearch;
+pub use uncertain::{LargestSpread, PathSpread, PointSpread};
 
 /// Where a point of the path lies: length, tool angle and program line.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -68,6 +73,8 @@ pub struct PathStudy {
     pub gamma_search: Option<PathGammaSearch>,
     /// Names of the files that its program calls.
     pub called_files: Vec<String>,
+    /// What is not known exactly; `None` where all inputs are taken as exact.
+    pub uncertainty: Option<Uncertainty>,
 }
 
 /// Display settings of a path report.
@@ -101,6 +108,8 @@ pub struct PointEffect {
     pub plain: PathPointResult,
     /// At the compensated command, whether it succeeds or not.
     pub answer: PathPointResult,
+    /// Distributions of both distances; only for all sources, and where inputs are uncertain.
+    pub spread: Option<PointSpread>,
 }
 
 impl PointEffect {
@@ -128,6 +137,12 @@ impl PathPart {
     /// Makes a part without points, at the start of a path of `machine`.
     pub(crate) fn empty(machine: &Machine) -> Self {
         Self { first: 0, sources: BySource::of(machine, |_| Vec::new()) }
+    }
+
+    /// Sets the distributions at its points, block after block.
+    fn set_spread(&mut self, blocks: Vec<SpreadBlock>) {
+        let spreads = blocks.into_iter().flat_map(|block| block.points);
+        self.sources[Source::All].iter_mut().zip(spreads).for_each(|(effect, spread)| effect.spread = spread);
     }
 
     /// Returns the indices of its points.
@@ -162,6 +177,15 @@ pub struct MethodAlongPath {
     pub summary: PathSummary,
 }
 
+/// What holds for the whole path.
+#[derive(Debug, Clone, Serialize)]
+pub struct WholePath {
+    /// The methods, in the order of the study.
+    pub methods: Vec<MethodAlongPath>,
+    /// Distribution of the largest distance from the path; `None` where inputs are taken as exact, or the machine is at none of its points.
+    pub spread: Option<PathSpread>,
+}
+
 /// Results of a path study, held in memory at once.
 #[derive(Debug, Clone, Serialize)]
 pub struct PathResults {
@@ -172,6 +196,8 @@ pub struct PathResults {
     pub whole: PathPart,
     /// The methods, in the order of the study.
     pub methods: Vec<MethodAlongPath>,
+    /// As in [`WholePath`].
+    pub spread: Option<PathSpread>,
 }
 
 /// Runs the study on the current rayon pool, after the search for γ if there is one.
@@ -182,14 +208,14 @@ pub fn run(study: &PathStudy, work: &Work) -> Result<PathResults> {
     let turned = study.with_gamma(work)?;
     let study = turned.as_ref();
     let mut whole = PathPart::empty(&study.machine);
-    let methods = run_in_parts(study, work, |part| {
+    let WholePath { methods, spread } = run_in_parts(study, work, |part| {
         part.sources.map(|source, next| whole.sources[source].extend(next));
         Ok(())
     })?;
-    Ok(PathResults { whole, methods, study: study.clone() })
+    Ok(PathResults { whole, methods, spread, study: study.clone() })
 }
 
-/// Runs a study returned by [`PathStudy::with_gamma`]; hands its points to `take` part by part, and returns the residuals of each method.
+/// Runs a study returned by [`PathStudy::with_gamma`]; hands its points to `take` part by part, and returns what holds for all of them.
 ///
 /// # Errors
 /// Of `work` and of `take`.
@@ -197,14 +223,21 @@ pub fn run_in_parts(
     study: &PathStudy,
     work: &Work,
     take: impl FnMut(PathPart) -> Result<()> + Send,
-) -> Result<Vec<MethodAlongPath>> {
+) -> Result<WholePath> {
     let machines = Machines::new(&study.machine, &study.errors)?;
+    let drawn = DrawnMachines::new(study.uncertainty.as_ref(), &machines, &study.errors)?;
+    let mut largest = LargestBoth::default();
     let mut methods = vec![PathSums::default(); study.methods.len()];
     let mut before: Option<Configuration> = None;
     let compute = |points: Range<usize>| {
         let track = TrackBlocks::new(&machines.nominal, before.as_ref(), &study.tasks[points.clone()]);
         before = track.last().or(before.take());
-        let (next, left) = compute_part(study, &machines, &track, points, work)?;
+        let (mut next, left) = compute_part(study, &machines, &track, points.clone(), work)?;
+        if let Some(drawn) = &drawn {
+            let blocks = uncertain::solve_part(study, drawn, &machines, &track, points, pass_count(study), work)?;
+            blocks.iter().for_each(|block| uncertain::add(&mut largest, &block.largest));
+            next.set_spread(blocks);
+        }
         let counted_before = usize::from(study.is_closed && next.first == 0);
         for (sums, left) in methods.iter_mut().zip(left) {
             left.iter().skip(counted_before).for_each(|left| sums.add(left));
@@ -214,7 +247,12 @@ pub fn run_in_parts(
     compute_overlapped(along_path::parts(study.tasks.len()), compute, take)?;
     work.barrier()?;
     let along = |(&method, sums): (&Method, PathSums)| MethodAlongPath { method, summary: sums.summary() };
-    Ok(study.methods.iter().zip(methods).map(along).collect())
+    let methods = study.methods.iter().zip(methods).map(along).collect();
+    let spread = match &drawn {
+        Some(drawn) => uncertain::whole_path(study, drawn, &machines, &largest, work)?,
+        None => None,
+    };
+    Ok(WholePath { methods, spread })
 }
 
 /// What each method leaves at points.
@@ -230,7 +268,10 @@ pub fn run_range(study: &PathStudy, points: Range<usize>, work: &Work) -> Result
     let machines = Machines::new(&study.machine, &study.errors)?;
     let passed = TrackBlocks::new(&machines.nominal, None, &study.tasks[..points.start]);
     let track = TrackBlocks::new(&machines.nominal, passed.last().as_ref(), &study.tasks[points.clone()]);
-    let part = compute_sources(study, &machines, &track, points, work)?;
+    let mut part = compute_sources(study, &machines, &track, points.clone(), work)?;
+    if let Some(drawn) = DrawnMachines::new(study.uncertainty.as_ref(), &machines, &study.errors)? {
+        part.set_spread(uncertain::solve_part(study, &drawn, &machines, &track, points, pass_count(study), work)?);
+    }
     work.barrier()?;
     Ok(part)
 }
@@ -278,15 +319,16 @@ fn compute_sources(
             || pass(Method::None, 2 * number, "plain"),
             || pass(Method::Direct, 2 * number + 1, "compensated"),
         );
-        Ok(plain?.into_iter().zip(compensated?).map(|(plain, answer)| PointEffect { plain, answer }).collect())
+        let effect = |(plain, answer)| PointEffect { plain, answer, spread: None };
+        Ok(plain?.into_iter().zip(compensated?).map(effect).collect())
     };
     let answers: Vec<Result<Vec<PointEffect>>> = Source::of(&study.machine).par_iter().enumerate().map(along).collect();
     Ok(PathPart { first, sources: BySource::from_results(answers)? })
 }
 
-/// Returns how often [`run`] solves the path: twice for each source, and once for each method.
+/// Returns how often [`run`] goes along the path: twice for each source, once for each method, and once for what is uncertain.
 pub fn pass_count(study: &PathStudy) -> usize {
-    source_passes(study) + study.methods.len()
+    source_passes(study) + study.methods.len() + usize::from(study.uncertainty.is_some())
 }
 
 /// Returns how often the path is solved for the sources alone.

@@ -42,7 +42,12 @@ impl Question for PathStudy {
     fn resolve(spec: &PathSpec, given: &StudyContext<'_>) -> Result<Resolved<Self>> {
         given.overrides.refuse_grid(given.name)?;
         let process = given.process_with_gamma(None, &given.check)?;
-        let (study, program) = path(spec, &process, given, &given.check)?;
+        let (mut study, program) = path(spec, &process, given, &given.check)?;
+        study.uncertainty = given.uncertainty(&study.machine)?;
+        if study.uncertainty.is_some() && study.gamma_search.is_some() {
+            let problem = "is not computed where γ is sought: compensate with the γ found first, and give that program";
+            return given.check.root().key("uncertainty").fail(problem.into());
+        }
         let points = Inputs::of("points of the path", study.stations.len().to_string());
         let inputs = process.inputs.and(program).and(points);
         Ok(Resolved { study, shown: Shown { is_circle: spec.circle.is_some() }, inputs })
@@ -95,6 +100,7 @@ pub(crate) fn path(
         gamma_search: PathGammaSearch::of(process, &toolpath, &origin),
         called_files: program.as_ref().map_or_else(Vec::new, ProgramFile::called_files),
         machine: process.machine.clone(),
+        uncertainty: None,
     };
     Ok((study, program_input(spec.file.as_deref(), program.as_ref())))
 }

@@ -15,18 +15,16 @@ use crate::{
     answer::{Output, ReportText, Run, Streams, layers, size_words, source_group},
     files::{
         exchange::{Image, Layer},
-        words::{counted, listed_up_to, typographic},
+        words::{counted, typographic},
     },
     input::error::Result,
-    page::{Description, Fact, Section, TableNote, table::format_number},
-    process::{
-        ForceLaw,
-        uncertainty::{Draws, UncertainParameter, Uncertainty},
-    },
+    page::{Description, Fact, Section, TableNote},
+    process::ForceLaw,
     questions::{
         Answered,
         map::{MapPoint, WorkspaceMapStudy, run_in_blocks},
         over_workspace::Shown,
+        spread_report,
     },
 };
 
@@ -94,22 +92,6 @@ fn page(summary: &Summary<'_>, text: &ReportText) -> Description {
     }
 }
 
-/// Describes what varies in which 95 % interval.
-fn spread_words(uncertainty: &Uncertainty) -> String {
-    let interval = |ends: [f64; 2]| ends.map(format_number).join(" to ");
-    let parameter = |own: &UncertainParameter| {
-        let (words, source) = (own.spread.words(), own.source.label());
-        format!("{} {} {} ({words}, {source})", own.name(), interval(own.interval_95()), own.unit)
-    };
-    let parameters = listed_up_to(MOST_SHOWN, uncertainty.parameters.iter().map(parameter));
-    let force = uncertainty.force_factor_95().map(|own| format!("cutting force × {}", interval(own)));
-    let words: Vec<String> = Some(parameters).filter(|words| !words.is_empty()).into_iter().chain(force).collect();
-    format!("95 % intervals: {}; {} draws", words.join(", "), Draws::COUNT)
-}
-
-/// Uncertain parameters that the page lists; summary.json has all.
-const MOST_SHOWN: usize = 12;
-
 /// Returns the facts about machine, force, tool angles and grid that head the page.
 fn setting(WorkspaceMapStudy { scene, grid, uncertainty }: &WorkspaceMapStudy) -> Vec<Fact> {
     let span = |axis: usize| {
@@ -132,10 +114,7 @@ fn setting(WorkspaceMapStudy { scene, grid, uncertainty }: &WorkspaceMapStudy) -
         Fact::new("grid", format!("{} positions of P, x {}, y {}, z {}", size_words(grid), span(0), span(1), span(2))),
         Fact::new("best and worst", over),
         Fact::new("compensation holds", scene.target.words()),
-        Fact::new(
-            "uncertain inputs",
-            uncertainty.as_ref().map_or_else(|| "none: all are taken as exact".into(), spread_words),
-        ),
+        spread_report::fact(uncertainty.as_ref()),
     ]);
     facts[1].value += match scene.force.law {
         ForceLaw::Printed => "; eq. (17) as printed",

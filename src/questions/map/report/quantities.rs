@@ -11,7 +11,8 @@ use crate::{
         Better::{Larger, Neither, Smaller},
         WORST_ANGLE,
     },
-    questions::map::{DeflectionSpread, MapPoint, SourceEffect, WorkspaceMapStudy},
+    questions::map::{MapPoint, SourceEffect, WorkspaceMapStudy},
+    simulation::spread::DeflectionSpread,
 };
 
 type Of = Quantity<SourceEffect>;
@@ -65,21 +66,12 @@ fn spread_quantities(study: &WorkspaceMapStudy) -> Vec<Of> {
 
 /// Lists the columns of the distribution of the deflection that only tables have: how well it is known, and why it is as it is.
 fn spread_columns() -> [Of; 7] {
-    /// Returns why there is no 95 % quantile; nothing where there is one.
-    fn reason(effect: FoundOr<'_, SourceEffect>) -> Cell {
-        let spread = effect.ok().and_then(spread).filter(|spread| spread.p95_mm.is_none());
-        let Some(DeflectionSpread { solved_draws, failed_draws, first_failure, .. }) = spread else {
-            return Cell::Missing;
-        };
-        let first = first_failure.as_deref().unwrap_or_default();
-        format!("{failed_draws} of {solved_draws} draws have no equilibrium; the first: {first}").as_str().into()
-    }
     let cause = |effect: FoundOr<'_, SourceEffect>| match effect.ok().and_then(spread) {
         Some(DeflectionSpread { main_cause: Some(cause), .. }) => cause.as_str().into(),
         _ => Cell::Missing,
     };
     [
-        Of::text("spread_reason", reason),
+        Of::text("spread_reason", |effect| effect.ok().and_then(|own| spread(own)?.reason()).into()),
         Of::in_table("deflection_p95_standard_error_mm", |effect| spread(effect)?.p95_standard_error_mm),
         Of::text("spread_main_cause", cause),
         Of::in_table("spread_main_cause_share", |effect| spread(effect)?.main_cause_share),

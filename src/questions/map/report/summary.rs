@@ -1,7 +1,5 @@
 //! Extremes over a map, collected point by point, and the summary as JSON.
 
-use std::collections::BTreeMap;
-
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 
@@ -11,9 +9,11 @@ use super::quantities::{
 use crate::{
     answer::{DriveQuantities, Quantity, QuantityExtremes, ShareWithin, ValueAt},
     files::StatusCount,
-    process::uncertainty::{Draws, UncertainParameter},
-    questions::map::{DeflectionSpread, MapPoint, SourceEffect, WorkspaceMapStudy},
-    simulation::{BySource, SOLVED, Source},
+    questions::{
+        map::{MapPoint, SourceEffect, WorkspaceMapStudy},
+        spread_report::{self, SpreadCounts},
+    },
+    simulation::{BySource, SOLVED, Source, spread::DeflectionSpread},
 };
 
 /// The tool angle φ at which a value was found.
@@ -39,45 +39,6 @@ impl SourceExtremes {
     /// Returns the smallest and the largest value of `quantity`.
     pub fn of(&self, quantity: &Quantity<SourceEffect>) -> Option<&[ValueAt<AtAngle>; 2]> {
         self.in_json.of(quantity).or_else(|| self.in_sentences.of(quantity))
-    }
-}
-
-/// What is counted of the distributions over a map.
-#[derive(Debug, Default)]
-pub(super) struct SpreadCounts {
-    /// Number of points with a distribution.
-    pub known: usize,
-    /// Number of those without a 95 % quantile, as too many draws have no equilibrium.
-    pub unknown: usize,
-    /// Number of points at which the engine differed from the surrogate, so that more draws were solved.
-    pub corrected: usize,
-    /// Draws solved by the engine at all points that have no equilibrium.
-    pub failed_draws: usize,
-    /// Draws solved by the engine at all points.
-    pub solved_draws: usize,
-    /// Number of points of which each is the main cause, by name.
-    pub causes: BTreeMap<String, usize>,
-}
-
-impl SpreadCounts {
-    /// Adds the distribution of an effect, if it has one.
-    fn add(&mut self, effect: &SourceEffect) {
-        if let Some(spread) = spread(effect) {
-            self.known += 1;
-            self.corrected += usize::from(spread.solved_draws > 1);
-            self.solved_draws += spread.solved_draws;
-            self.unknown += usize::from(spread.p95_mm.is_none());
-            self.failed_draws += spread.failed_draws;
-            if let Some(cause) = &spread.main_cause {
-                *self.causes.entry(cause.clone()).or_default() += 1;
-            }
-        }
-    }
-
-    /// Returns what is the main cause at most points, the first by name of equal ones, with the share of the points.
-    pub fn main_cause(&self) -> Option<(&str, f64)> {
-        let most = self.causes.iter().max_by(|a, b| a.1.cmp(b.1).then(b.0.cmp(a.0)));
-        most.map(|(name, count)| (name.as_str(), *count as f64 / self.known as f64))
     }
 }
 
@@ -137,8 +98,8 @@ impl<'a> Summary<'a> {
                 self.within_p95.add(self.study.grid.cell_share(self.points), is_within);
             }
         }
-        if let Some(effect) = point.effect(Source::All) {
-            self.spread.add(effect);
+        if let Some(spread) = point.effect(Source::All).and_then(spread) {
+            self.spread.add(spread);
         }
         self.points += 1;
         for (source, sums) in self.sources.iter_mut() {
@@ -176,22 +137,8 @@ impl<'a> Summary<'a> {
             entries.filter(|(_, entry)| !entry.is_empty()).map(|(label, entry)| (label, entry.into())).collect();
         let mut summary = json!({ "schema": SCHEMA, "rows": rows(&mut self.statuses.iter()), "rows_solved": solved, "sources": sources });
         if let Some(uncertainty) = &self.study.uncertainty {
-            let parameter = |own: &UncertainParameter| {
-                let names: Vec<&str> = own.values.iter().map(|(name, _)| name.as_str()).collect();
-                let (unit, [low, high]) = (own.unit.in_files(), own.interval_95());
-                let (distribution, source) = (own.spread.words(), own.source.label());
-                json!({ "names": names, "unit": unit, "low_95": low, "high_95": high, "distribution": distribution, "source": source })
-            };
-            summary["uncertainty"] = json!({
-                "parameters": uncertainty.parameters.iter().map(parameter).collect::<Vec<Value>>(),
-                "force_factor_95": uncertainty.force_factor_95(),
-                "draws": Draws::COUNT,
-                "points_corrected": self.spread.corrected,
-                "points_without_p95": self.spread.unknown,
-                "failed_draws": self.spread.failed_draws,
-                "main_causes": self.spread.causes,
-                "share_within_tolerance_p95": self.within_p95.get(),
-            });
+            summary["uncertainty"] = spread_report::json(uncertainty, &self.spread);
+            summary["uncertainty"]["share_within_tolerance_p95"] = json!(self.within_p95.get());
         }
         summary
     }

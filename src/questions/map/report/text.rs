@@ -2,18 +2,20 @@
 
 use super::{
     quantities::{DEFLECTION, P95_DEFLECTION, RESIDUAL_ERROR, SUPERPOSITION_ERROR, SUPERPOSITION_ERROR_SHARE},
-    summary::{AtAngle, SourceExtremes, SpreadCounts, Summary},
+    summary::{AtAngle, SourceExtremes, Summary},
 };
 use crate::{
     answer::{Quantity, ReportText, Tolerance, ValueAt, acting_words},
     files::{
         table::kind_word,
-        words::{counted, listed_up_to, millimetres, percent},
+        words::{counted, millimetres, percent},
     },
     machine::{Machine, Motion},
     page::headline::{Extreme, Headline, InTable, KeyNumber},
-    process::uncertainty::{ASSUMED_RELATIVE_STD, Draws, Uncertainty},
-    questions::map::{SourceEffect, WorkspaceMapStudy},
+    questions::{
+        map::{SourceEffect, WorkspaceMapStudy},
+        spread_report,
+    },
     simulation::{ROUNDING_MM, Source},
 };
 
@@ -37,7 +39,7 @@ fn cautions_text(summary: &Summary<'_>, not_used: &[&str]) -> String {
         rows => format!("At {} the correction is missing; the deflection is known.\n", counted(rows, "row")),
     };
     missing
-        + &spread_cautions(summary)
+        + &spread_report::cautions(summary.study.uncertainty.as_ref(), &summary.spread)
         + &scene.cautions(not_used, "grid point", (0..grid.len()).map(|index| grid.position(index)))
 }
 
@@ -68,12 +70,12 @@ fn deflection_text(summary: &Summary<'_>, source: Source) -> String {
 
 /// Returns the sentences about the distribution of the deflection; empty where inputs are taken as exact.
 fn spread_text(summary: &Summary<'_>) -> String {
-    let (Some(uncertainty), counts) = (&summary.study.uncertainty, &summary.spread) else { return String::new() };
+    let Some(uncertainty) = &summary.study.uncertainty else { return String::new() };
     let Some([least, most]) = summary.of(Source::All).of(&P95_DEFLECTION) else { return String::new() };
     let mut text = format!(
         "With {} (machine and force as uncertain as the study says), the deflection stays below {} with 95 % probability at the best place, {}, and \
          below {} at the worst, {}.\n",
-        uncertain_words(uncertainty),
+        spread_report::counted_inputs(uncertainty),
         millimetres(least.value, 3),
         least.place(),
         millimetres(most.value, 3),
@@ -82,67 +84,7 @@ fn spread_text(summary: &Summary<'_>) -> String {
     if let Some((_, met)) = probably_within(summary) {
         text += &format!("The tool is {met}.\n");
     }
-    if let Some((cause, share)) = counts.main_cause() {
-        text +=
-            &format!("What spreads it most is {cause}, at {} of the points: know that better first.\n", percent(share));
-    }
-    let corrected = match counts.corrected {
-        0 => String::new(),
-        corrected => format!(
-            " but for {}, where it was corrected by more draws ({} solved in all)",
-            counted(corrected, "point"),
-            counts.solved_draws
-        ),
-    };
-    text + &format!(
-        "The engine, solved at each of {} in the draw at that quantile, agrees with the estimate within 0.5 %{corrected}.\n",
-        counted(counts.known, "point")
-    )
-}
-
-/// Counts what varies: "6 uncertain parameters and an uncertain force".
-fn uncertain_words(uncertainty: &Uncertainty) -> String {
-    let parameters = match uncertainty.parameters.len() {
-        0 => None,
-        count => Some(counted(count, "uncertain parameter")),
-    };
-    let words: Vec<String> =
-        parameters.into_iter().chain(uncertainty.force.map(|_| "an uncertain force".into())).collect();
-    words.join(" and ")
-}
-
-/// Parameters that a caution names.
-const MOST_NAMED: usize = 4;
-
-/// Returns the cautions about what the distribution rests on; empty where inputs are taken as exact.
-fn spread_cautions(summary: &Summary<'_>) -> String {
-    let Some(uncertainty) = &summary.study.uncertainty else { return String::new() };
-    let mut text = String::new();
-    let assumed = listed_up_to(MOST_NAMED, uncertainty.assumed().map(String::from));
-    if !assumed.is_empty() {
-        text += &format!(
-            "The spread rests on assumptions: {assumed} are graded as assumed in the machine file and vary by {:.0} %, a default.\n",
-            100.0 * ASSUMED_RELATIVE_STD
-        );
-    }
-    let exact = listed_up_to(MOST_NAMED, uncertainty.exact_stiffnesses());
-    if !exact.is_empty() {
-        text += &format!("Taken as exact, as nobody says how well they are known: {exact}.\n");
-    }
-    let SpreadCounts { unknown, failed_draws, solved_draws, .. } = summary.spread;
-    if failed_draws > 0 {
-        text += &format!(
-            "In {failed_draws} of {} that the engine solved the machine has no equilibrium.\n",
-            counted(solved_draws, "draw")
-        );
-    }
-    if unknown > 0 {
-        text += &format!(
-            "At {} more than 5 % of the draws have no equilibrium: there is no 95 % quantile, and the tool is not within tolerance.\n",
-            counted(unknown, "point")
-        );
-    }
-    text
+    text + "At single places: " + &summary.spread.sentences()
 }
 
 /// Words for the share of the box in which the tolerance is met.
@@ -236,10 +178,7 @@ pub(super) fn headline(summary: &Summary<'_>, text: &ReportText) -> Headline {
     let (scene, all) = (&summary.study.scene, summary.of(Source::All));
     let name = &scene.machine.name;
     let points = counted(summary.study.grid.len(), "grid point");
-    let inputs = match &summary.study.uncertainty {
-        None => "inputs taken as exact".into(),
-        Some(_) => counted(Draws::COUNT, "draw"),
-    };
+    let inputs = spread_report::basis(summary.study.uncertainty.as_ref());
     let basis = format!("{points}, {}, {inputs}", counted(scene.phis.len(), "tool angle"));
     let Some([least, most]) = all.of(&DEFLECTION).filter(|_| summary.is_enough(all.known)) else {
         let sentence = match all.known {

@@ -12,7 +12,7 @@ pub use on_part::view_axes;
 pub(crate) use quantities::{ANGLE, ARC_LENGTH, DISPLACEMENT, displacement_components, drives, points_table};
 pub use summary::Summary;
 pub(crate) use text::cautions_of;
-pub use text::{facts_text, failures_text, text};
+pub use text::{facts_text, failures_text, headline, text};
 pub use thinned::{Curve, MOST_POINTS, drawn_indices};
 
 use serde_json::json;
@@ -31,7 +31,8 @@ use crate::{
     process::RedundancySettings,
     questions::{
         Answered,
-        path::{PathPart, PathStudy, PointEffect, Shown, run_in_parts},
+        path::{PathPart, PathStudy, PointEffect, Shown, WholePath, run_in_parts},
+        spread_report,
     },
     redundancy::{self, FoundGamma},
     simulation::Source,
@@ -52,11 +53,12 @@ impl Answered for PathStudy {
         let mut table = Streams::new(run, None).with_kept("points", (empty, kept), |part| points_table(study, part))?;
         let mut summary = Summary::new(study, *shown);
         let mut pictures = run.figures.then(|| Pictures::new(study, *shown));
-        let methods = run_in_parts(study, run.work, |part| {
+        let WholePath { methods, spread } = run_in_parts(study, run.work, |part| {
             summary.add(&part);
             pictures.iter_mut().for_each(|pictures| pictures.add(&part));
             table.write_block(&part)
         })?;
+        summary.add_whole(&spread);
         let text = text(&summary);
         let bent = summary.largest_displacement().filter(|_| run.figures).and_then(|(_, point)| {
             let place = format!("{:.1} mm along the path", study.stations[point].arc_length_mm);
@@ -75,7 +77,7 @@ impl Answered for PathStudy {
                 json!({ "points": study.stations.len() }),
                 summary.statuses(),
                 summary.json(&methods),
-                Description { headline: text::headline(&summary, &text), ..page },
+                Description { headline: headline(&summary, &text), ..page },
             )
         };
         if let Some((found, how)) = found_gamma(study) {
@@ -118,7 +120,7 @@ fn page(study: &PathStudy, shown: &Shown, text: &ReportText) -> Description {
     }
     Description {
         setting: setting(study, shown),
-        explorers: vec![path_view(&study.machine), methods_view()],
+        explorers: vec![path_view(study), methods_view()],
         tables,
         sections: sections(study, text),
         ..Description::new("path", MachineDescription::new(&study.machine))
@@ -131,7 +133,7 @@ fn sections(study: &PathStudy, text: &ReportText) -> Vec<Section> {
         Section::new("How far is the tool off its path, and where?", "along the path, and on the part")
             .text(&text.place)
             .explorers([ALONG])
-            .figures(&["paths", "displacement"]),
+            .figures(&["spread", "paths", "displacement"]),
         Section::new("Why?", "cutting force, chain errors and weight one by one; the machine bent")
             .text(&text.cause)
             .figures(&["cutting_force", "delta_rho_sources", "machine_bent"]),
@@ -171,14 +173,17 @@ fn setting(study: &PathStudy, shown: &Shown) -> Vec<Fact> {
     own.push(Fact::new("force on the tool", force));
     own.extend(study.tasks.first().map(|task| Fact::new("compensation holds", task.target.words())));
     own.extend(study.gamma_search.as_ref().map(|own| Fact::new("rotation about the tool axis", own.choice().words())));
+    own.push(spread_report::fact(study.uncertainty.as_ref()));
     facts_of(&study.machine, &study.errors, own)
 }
 
 /// Returns the view of the table of points: largest quantities first, then components and the cutting force.
-fn path_view(machine: &Machine) -> Explorer {
+fn path_view(study: &PathStudy) -> Explorer {
+    let machine = &study.machine;
     let mut first = vec![DISPLACEMENT];
     first.extend(quantities::drives(machine).largest().cloned());
     first.push(quantities::RESIDUAL_ERROR);
+    first.splice(1..1, quantities::spread_quantities(study));
     let mut view = points_view(machine, ALONG.into(), "points.csv".into(), first);
     view.quantities.extend(cutting_force::quantities());
     view

@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use super::{
     cutting_force::{self, ForceCurves},
     on_part::PathDrawing,
-    quantities::{DISPLACEMENT, drives},
+    quantities::{DISPLACEMENT, MEDIAN_RESIDUAL, P95_DISPLACEMENT, P95_RESIDUAL, WITHOUT_FORCE, drives},
     thinned::{Curve, points_per_step},
 };
 use crate::{
@@ -167,6 +167,21 @@ fn curve_figures(study: &PathStudy) -> Vec<CurveFigure> {
         y_label: "|Δt| [mm]".into(),
         lines: distances,
     }];
+    if study.uncertainty.is_some() {
+        let own = |label: &str, dashed, quantity| of(label.into(), dashed, Source::All, &quantity);
+        all.push(CurveFigure {
+            stem: "spread".into(),
+            title: "Distance from the path where inputs are uncertain".into(),
+            y_label: "distance [mm]".into(),
+            lines: vec![
+                own("without compensation, nominal", true, DISPLACEMENT),
+                own("without compensation, 95 % below", false, P95_DISPLACEMENT),
+                own("compensated, median", true, MEDIAN_RESIDUAL),
+                own("compensated, 95 % below", false, P95_RESIDUAL),
+                own("compensated, no cutting force", true, WITHOUT_FORCE),
+            ],
+        });
+    }
     let each = drives(machine).each;
     let (corrections, forces) = each.split_at(machine.drive_count());
     all.extend(machine.drive_kinds().map(|kind| CurveFigure {

@@ -6,11 +6,11 @@ use crate::{
         DriveQuantities, Quantity, QuantityTable,
         command_columns::{drive_cells, drive_columns, pose_cells, pose_columns},
     },
-    files::exchange::{Row, Table, cells, counts, numbers, texts},
+    files::exchange::{Cell, Row, Table, cells, counts, numbers, texts},
     machine::Machine,
-    page::Better::{Neither, Smaller},
+    page::Better::{Larger, Neither, Smaller},
     questions::path::{MethodAlongPath, PathPart, PathStudy, PointEffect},
-    simulation::Source,
+    simulation::{Source, spread::DeflectionSpread},
 };
 
 type Of = Quantity<PointEffect>;
@@ -19,6 +19,68 @@ pub(crate) const DISPLACEMENT: Of =
     Of::new("displacement_mm", "displacement without compensation", Smaller, |at| Some(at.displacement()?.norm()));
 pub(super) const RESIDUAL_ERROR: Of =
     Of::new("residual_error_mm", "residual error", Smaller, |at| Some(at.compensated()?.position_error.norm()));
+
+/// Returns the distribution of the distance from the path at the nominal command, where inputs are uncertain.
+pub(super) fn plain_spread(at: &PointEffect) -> Option<&DeflectionSpread> {
+    Some(&at.spread.as_ref()?.plain)
+}
+
+/// Returns the distribution of the residual error, where inputs are uncertain and the point could be compensated.
+pub(super) fn residual_spread(at: &PointEffect) -> Option<&DeflectionSpread> {
+    at.spread.as_ref()?.compensated.as_ref()
+}
+
+pub(super) const P95_DISPLACEMENT: Of =
+    Of::new("displacement_p95_mm", "95 % quantile of the displacement without compensation", Smaller, |at| {
+        plain_spread(at)?.p95_mm
+    });
+pub(super) const P95_RESIDUAL: Of =
+    Of::new("residual_error_p95_mm", "95 % quantile of the residual error", Smaller, |at| residual_spread(at)?.p95_mm);
+pub(super) const MEDIAN_RESIDUAL: Of =
+    Of::new("residual_error_median_mm", "median residual error", Smaller, |at| residual_spread(at)?.median_mm);
+pub(super) const WITHOUT_FORCE: Of =
+    Of::new("residual_without_force_mm", "residual error where the force is absent", Smaller, |at| {
+        at.spread.as_ref()?.without_force_mm
+    });
+const WORSE: Of = Of::new("worse_probability", "probability that compensation makes it worse", Smaller, |at| {
+    at.spread.as_ref()?.worse
+});
+const WITHIN: Of = Of::new(
+    "residual_within_tolerance_probability",
+    "probability that the residual error is within tolerance",
+    Larger,
+    |at| residual_spread(at)?.within_tolerance,
+);
+
+/// Lists the quantities of the distributions that pages show; none where inputs are taken as exact.
+pub(super) fn spread_quantities(study: &PathStudy) -> Vec<Of> {
+    if study.uncertainty.is_none() {
+        return Vec::new();
+    }
+    let within = study.tolerance_mm.map(|_| WITHIN);
+    let all = [P95_RESIDUAL, MEDIAN_RESIDUAL, P95_DISPLACEMENT, WITHOUT_FORCE, WORSE];
+    all.into_iter().chain(within).collect()
+}
+
+/// Lists the columns of the distributions that only tables have: why they are as they are, and how well they are known.
+fn spread_columns(study: &PathStudy) -> Vec<Of> {
+    if study.uncertainty.is_none() {
+        return Vec::new();
+    }
+    vec![
+        Of::in_table("displacement_median_mm", |at| plain_spread(at)?.median_mm),
+        Of::text("residual_error_main_cause", |at| match at.ok().and_then(residual_spread) {
+            Some(DeflectionSpread { main_cause: Some(cause), .. }) => cause.as_str().into(),
+            _ => Cell::Missing,
+        }),
+        Of::in_table("residual_error_main_cause_share", |at| residual_spread(at)?.main_cause_share),
+        Of::in_table("residual_error_p95_standard_error_mm", |at| residual_spread(at)?.p95_standard_error_mm),
+        Of::in_table("spread_check_difference", |at| residual_spread(at)?.check_difference),
+        Of::count("spread_solved_draws", |at| Some(residual_spread(at)?.solved_draws)),
+        Of::count("spread_failed_draws", |at| Some(residual_spread(at)?.failed_draws)),
+        Of::text("spread_reason", |at| at.ok().and_then(|at| residual_spread(at)?.reason()).into()),
+    ]
+}
 
 /// Returns the components of the displacement at the nominal command, O axes, mm.
 pub(crate) fn displacement_components() -> [Of; 3] {
@@ -48,6 +110,7 @@ pub(crate) fn points_table(study: &PathStudy, part: &PathPart) -> Table {
     });
     let left: Vec<Of> = leftover.into_iter().chain([RESIDUAL_ERROR]).collect();
     let drives = drives(machine).each;
+    let spread: Vec<Of> = spread_quantities(study).into_iter().chain(spread_columns(study)).collect();
     let columns = |all: &[Of]| all.iter().map(Of::column).collect();
     let columns = [
         counts(["point"]),
@@ -59,6 +122,7 @@ pub(crate) fn points_table(study: &PathStudy, part: &PathPart) -> Table {
         columns(&left),
         numbers(drive_columns(machine)),
         columns(&drives),
+        columns(&spread),
     ];
     let row = |k: usize, source: Source| {
         let (station, task, at) = (&study.stations[k], &study.tasks[k], part.at(source, k));
@@ -72,7 +136,7 @@ pub(crate) fn points_table(study: &PathStudy, part: &PathPart) -> Table {
         row.extend(pose_cells(compensated.and_then(|answer| answer.target.as_ref())));
         row.extend(left.iter().map(|own| own.cell_of(Ok(at))));
         row.extend(drive_cells(machine, task, answer, compensated.is_some()));
-        row.extend(drives.iter().map(|own| own.cell_of(Ok(at))));
+        row.extend(drives.iter().chain(&spread).map(|own| own.cell_of(Ok(at))));
         row
     };
     let sources = part.sources.sources();

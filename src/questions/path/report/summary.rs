@@ -2,11 +2,16 @@
 
 use serde_json::{Map, Value, json};
 
-use super::quantities::{DISPLACEMENT, RESIDUAL_ERROR, drives};
+use super::quantities::{
+    DISPLACEMENT, P95_RESIDUAL, RESIDUAL_ERROR, WITHOUT_FORCE, drives, plain_spread, residual_spread,
+};
 use crate::{
     answer::{DriveQuantities, Quantity, ShareWithin},
     files::StatusCount,
-    questions::path::{MethodAlongPath, PathPart, PathStudy, PointEffect, Shown},
+    questions::{
+        path::{MethodAlongPath, PathPart, PathSpread, PathStudy, PointEffect, Shown},
+        spread_report::{self, SpreadCounts},
+    },
     simulation::{BySource, Source},
 };
 
@@ -31,22 +36,41 @@ pub struct Summary<'a> {
     pub(super) within: ShareWithin,
     /// Displacements by the single sources, mm, at the point at which all together move the tool farthest.
     pub(super) single_sources: Vec<(Source, f64)>,
+    /// What is counted of the distributions: of what the compensation leaves, or where it was found nowhere, of what is without it.
+    spread: [SpreadCounts; 2],
+    /// Distribution of the largest distance from the path, where inputs are uncertain.
+    pub(super) whole: Option<PathSpread>,
 }
 
 impl<'a> Summary<'a> {
     /// Makes an empty summary of `study`.
     pub fn new(study: &'a PathStudy, shown: Shown) -> Self {
         let drives = drives(&study.machine);
-        let quantities: Vec<_> = [DISPLACEMENT, RESIDUAL_ERROR].into_iter().chain(drives.largest().cloned()).collect();
+        let own = [DISPLACEMENT, RESIDUAL_ERROR, P95_RESIDUAL, WITHOUT_FORCE];
+        let quantities: Vec<_> = own.into_iter().chain(drives.largest().cloned()).collect();
         let of_source = |_| SourceExtremes { largest: vec![None; quantities.len()], ..SourceExtremes::default() };
         let sources = BySource::of(&study.machine, of_source);
-        Self { study, shown, drives, quantities, sources, within: ShareWithin::default(), single_sources: Vec::new() }
+        Self {
+            study,
+            shown,
+            drives,
+            quantities,
+            sources,
+            within: ShareWithin::default(),
+            single_sources: Vec::new(),
+            spread: Default::default(),
+            whole: None,
+        }
     }
 
     /// Adds the points of the next part of the path.
     pub fn add(&mut self, part: &PathPart) {
         for k in part.points() {
             self.note_displacement(part, k);
+            let spreads = [residual_spread, plain_spread].map(|of| of(part.at(Source::All, k)));
+            for (counts, spread) in self.spread.iter_mut().zip(spreads) {
+                spread.into_iter().for_each(|spread| counts.add(spread));
+            }
             for (source, sums) in self.sources.iter_mut() {
                 let at = part.at(source, k);
                 StatusCount::add(&mut sums.statuses, at.answer.status.label());
@@ -71,6 +95,17 @@ impl<'a> Summary<'a> {
             let parts = Source::parts(&self.study.machine).iter();
             self.single_sources = parts.filter_map(|source| Some((*source, size(*source)?))).collect();
         }
+    }
+
+    /// Adds the distribution of the largest distance from the path.
+    pub fn add_whole(&mut self, spread: &Option<PathSpread>) {
+        self.whole.clone_from(spread);
+    }
+
+    /// Returns what is counted of the distributions.
+    pub(super) fn spread_counts(&self) -> &SpreadCounts {
+        let [compensated, plain] = &self.spread;
+        if compensated.known > 0 { compensated } else { plain }
     }
 
     /// Returns the largest value of `quantity` under `source`, and its point.
@@ -130,7 +165,16 @@ impl<'a> Summary<'a> {
         };
         let sources: Map<String, Value> = self.sources.sources().iter().copied().map(of_source).collect();
         let methods: Vec<Value> = methods.iter().map(of_method).collect();
-        json!({ "schema": SCHEMA, "points": self.study.stations.len(), "sources": sources, "methods": methods })
+        let points = self.study.stations.len();
+        let mut summary = json!({ "schema": SCHEMA, "points": points, "sources": sources, "methods": methods });
+        if let Some(uncertainty) = &self.study.uncertainty {
+            summary["uncertainty"] = spread_report::json(uncertainty, self.spread_counts());
+            summary["uncertainty"]["largest"] = json!(self.whole);
+            for quantity in [P95_RESIDUAL, WITHOUT_FORCE] {
+                summary["uncertainty"][format!("{}_max", quantity.name)] = json!(largest(Source::All, &quantity));
+            }
+        }
+        summary
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::{
     found_gamma,
-    quantities::{DISPLACEMENT, RESIDUAL_ERROR},
+    quantities::{DISPLACEMENT, RESIDUAL_ERROR, WITHOUT_FORCE},
     summary::Summary,
 };
 use crate::{
@@ -13,11 +13,15 @@ use crate::{
     files::{
         table::kind_word,
         text_table::text_table,
-        words::{counted, join_words, millimetres, millimetres_in_table, or_dash},
+        words::{counted, join_words, millimetres, millimetres_in_table, or_dash, percent},
     },
     machine::Motion,
     page::headline::{Extreme, Headline, InTable, KeyNumber},
-    questions::path::{MethodAlongPath, PathStudy, PointEffect},
+    process::uncertainty::P95,
+    questions::{
+        path::{LargestSpread, MethodAlongPath, PathStudy, PointEffect},
+        spread_report,
+    },
     redundancy,
     simulation::{ROUNDING_MM, Source, along_path::PathSummary, program_file::line_in_words},
 };
@@ -26,7 +30,9 @@ use crate::{
 pub fn text(summary: &Summary<'_>) -> ReportText {
     ReportText {
         cautions: cautions_text(summary),
-        place: displacement_text(summary, Source::All) + &summary.within.sentence(summary.study.tolerance_mm, POINTS),
+        place: displacement_text(summary, Source::All)
+            + &summary.within.sentence(summary.study.tolerance_mm, POINTS)
+            + &spread_text(summary),
         cause: cause_text(summary),
         remedy: remedy_text(summary),
     }
@@ -53,7 +59,82 @@ fn cautions_text(summary: &Summary<'_>) -> String {
         }
     };
     let turned = found_gamma(study).map_or_else(String::new, |(found, how)| redundancy::report::sentence(found, how));
-    failed + &turned + &cautions_of(study)
+    failed
+        + &turned
+        + &spread_cautions(summary)
+        + &spread_report::cautions(study.uncertainty.as_ref(), summary.spread_counts())
+        + &cautions_of(study)
+}
+
+/// Returns the cautions about the largest distance from the path, where inputs are uncertain: what it is not of, and whether it is confirmed.
+fn spread_cautions(summary: &Summary<'_>) -> String {
+    let Some(whole) = &summary.whole else { return String::new() };
+    let all = summary.study.stations.len();
+    let of = |name: &str, others: &str, own: &LargestSpread| {
+        let mut text = String::new();
+        if own.points < all {
+            text += &format!(
+                "The distribution of the largest distance {name} is of {} of {}: the others {others}.\n",
+                own.points,
+                counted(all, "point")
+            );
+        }
+        if !own.is_confirmed {
+            text += &format!(
+                "The distribution of the largest distance {name} is an estimate: {} the engine solved along the whole path, {} of them without \
+                 equilibrium, and they do not confirm it.\n",
+                counted(own.spread.solved_draws, "draw"),
+                own.spread.failed_draws
+            );
+        }
+        text
+    };
+    let compensated = whole.compensated.as_ref();
+    let compensated = compensated.map(|own| of("with compensation", "could not be compensated", own)).unwrap_or_default();
+    of("without compensation", "have no equilibrium", &whole.plain) + &compensated
+}
+
+/// Formats a quantile of the largest distance, or says that there is none.
+fn quantile_words(quantile: Option<f64>) -> String {
+    let unknown = || "an unknown distance (too many draws have no equilibrium)".into();
+    quantile.map_or_else(unknown, |own| millimetres(own, 3))
+}
+
+/// Returns the sentences about the distribution of the distance from the path; empty where inputs are taken as exact.
+fn spread_text(summary: &Summary<'_>) -> String {
+    let (Some(uncertainty), Some(whole)) = (&summary.study.uncertainty, &summary.whole) else { return String::new() };
+    let within = |own: &LargestSpread| {
+        let share = own.spread.within_tolerance.zip(summary.study.tolerance_mm);
+        share.map_or_else(String::new, |(share, tolerance)| {
+            format!(" (within {tolerance} mm all along it with {} probability)", percent(share))
+        })
+    };
+    let mut text = format!(
+        "With {} (machine and force as uncertain as the study says; one machine and one force for the whole path), the tool without compensation stays \
+         within {} of its path with 95 % probability{}.\n",
+        spread_report::counted_inputs(uncertainty),
+        quantile_words(whole.plain.spread.p95_mm),
+        within(&whole.plain)
+    );
+    if let Some(compensated) = &whole.compensated {
+        text += &format!(
+            "With the commands that compensate, computed with nominal numbers, it stays within {} with 95 % probability{}; the median is {}.\n",
+            quantile_words(compensated.spread.p95_mm),
+            within(compensated),
+            quantile_words(compensated.spread.median_mm)
+        );
+    }
+    if let Some(worse) = whole.worse {
+        text += &format!("Compensation makes the largest distance larger with {} probability.\n", percent(worse));
+    }
+    if let Some((off, k)) = summary.largest(Source::All, &WITHOUT_FORCE) {
+        text += &format!(
+            "Where the force is absent (in air, in a spring pass, with a broken tool), the compensated commands lead the tool off by up to {}, {}.\n",
+            millimetres(off, 3),
+            point_words(summary, k)
+        );
+    }
+    text + "At single points, of what the compensation leaves: " + &summary.spread_counts().sentences()
 }
 
 /// Returns the cautions for any result along the path of `study`: about the machine, its errors and assumed values.
@@ -163,9 +244,14 @@ pub fn failures_text<'a>(passes: impl Iterator<Item = (String, &'a PathSummary)>
 }
 
 /// Returns the first screen: one sentence, key numbers and cautions.
-pub(super) fn headline(summary: &Summary<'_>, text: &ReportText) -> Headline {
+pub fn headline(summary: &Summary<'_>, text: &ReportText) -> Headline {
     let study = summary.study;
-    let basis = format!("a path of {:.1} mm, {}", study.length_mm(), counted(study.stations.len(), "point"));
+    let basis = format!(
+        "a path of {:.1} mm, {}, {}",
+        study.length_mm(),
+        counted(study.stations.len(), "point"),
+        spread_report::basis(study.uncertainty.as_ref())
+    );
     let name = &study.machine.name;
     let Some((worst, k)) = summary.largest_displacement() else {
         let sentence = format!("How far the tool of {name} leaves the path could be computed at none of its points.");
@@ -175,12 +261,16 @@ pub(super) fn headline(summary: &Summary<'_>, text: &ReportText) -> Headline {
     let under = acting_words(&study.machine, &study.errors, has_force);
     let off = millimetres(worst, 3);
     let left = summary.largest(Source::All, &RESIDUAL_ERROR).map(|(left, _)| left);
+    let verdict = OutsidePositions::of(&study.machine, study.positions()).verdict(&study.machine, "this path");
+    if let Some((sure, numbers)) = spread_headline(summary) {
+        let sentence = format!("{verdict}{sure} {under}, the tool of {name} is nominally off by up to {off} without compensation.");
+        return Headline::new(sentence, basis).with_cautions(&text.cautions).with_numbers(numbers);
+    }
     let then = match left {
         Some(left) if left <= ROUNDING_MM => "; compensated, the tool stays on the path".into(),
         Some(left) => format!("; compensated, by {}", millimetres(left, 4)),
         None => "; no compensation was found at any point".into(),
     };
-    let verdict = OutsidePositions::of(&study.machine, study.positions()).verdict(&study.machine, "this path");
     let place = point_words(summary, k);
     let sentence = format!("{verdict}{under}, the tool of {name} is off this path by up to {off}, {place}{then}.");
     let against = summary.within.words(study.tolerance_mm, POINTS).unwrap_or_default();
@@ -190,6 +280,54 @@ pub(super) fn headline(summary: &Summary<'_>, text: &ReportText) -> Headline {
         .with(number.found(in_points_table(&DISPLACEMENT, worst)))
         .with_numbers(left.map(|left| residual_number(summary, left)))
         .with_numbers(correction_number(summary))
+}
+
+/// Returns the verdict by the distribution of the largest distance after compensation, and its key numbers; `None` where inputs are taken as exact
+/// or nothing could be compensated.
+fn spread_headline(summary: &Summary<'_>) -> Option<(String, Vec<KeyNumber>)> {
+    let (whole, tolerance) = (summary.whole.as_ref()?, summary.study.tolerance_mm);
+    let compensated = whole.compensated.as_ref()?;
+    let p95 = |own: &LargestSpread| own.spread.p95_mm.map_or_else(|| "–".into(), |own| millimetres(own, 3));
+    let stays = format!(
+        "the compensated program leaves at most {} with 95 % probability; without compensation it is {}.",
+        quantile_words(compensated.spread.p95_mm),
+        quantile_words(whole.plain.spread.p95_mm)
+    );
+    let sure = match compensated.spread.within_tolerance.zip(tolerance) {
+        None => format!("With what is known of machine and force, {stays}"),
+        Some((share, tolerance)) => {
+            let word = match share {
+                share if share >= P95 => "Within tolerance",
+                share if share < 1.0 - P95 => "Out of tolerance",
+                _ => "Perhaps within tolerance",
+            };
+            let probability = percent(share);
+            format!("{word}: the compensated program stays within {tolerance} mm all along the path with {probability} probability. With what is known of machine and force, {stays}")
+        }
+    };
+    let against = |own: &LargestSpread| {
+        own.spread.within_tolerance.map_or_else(String::new, |share| format!("within tolerance with {} probability", percent(share)))
+    };
+    let worse = whole.worse.map_or_else(String::new, |share| format!("worse than without with {} probability", percent(share)));
+    let met = Some(against(compensated)).filter(|words| !words.is_empty());
+    let of_compensated: Vec<String> = met.into_iter().chain(Some(worse).filter(|words| !words.is_empty())).collect();
+    let mut numbers = vec![
+        KeyNumber::new(
+            &p95(compensated),
+            "largest distance from the path not exceeded with 95 % probability, compensated",
+            of_compensated.join("; "),
+        ),
+        KeyNumber::new(&p95(&whole.plain), "the same without compensation", against(&whole.plain)),
+    ];
+    numbers.extend(summary.largest(Source::All, &WITHOUT_FORCE).map(|(off, k)| {
+        let number = KeyNumber::new(
+            &millimetres(off, 3),
+            "largest distance, compensated, where the force is absent: in air, a spring pass, a broken tool",
+            point_words(summary, k),
+        );
+        number.found(in_points_table(&WITHOUT_FORCE, off))
+    }));
+    Some((sure, numbers))
 }
 
 /// Returns where in `points.csv` the largest `value` of `quantity` by all sources stands.

@@ -1,0 +1,386 @@
+//! Spread along a path where inputs are uncertain: at each point, and of the largest distance from the whole path.
+//!
+//! Commands are those of the nominal machine, nominal and compensated. What is left of the compensation on other machines under other forces is what
+//! the program leaves in the shop.
+
+use std::ops::Range;
+
+use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
+
+use super::PathStudy;
+use crate::{
+    compensation::{Method, TaskPoint},
+    input::error::Result,
+    process::uncertainty::Response,
+    simulation::{
+        Failure, Machines, ROUNDING_MM, Source,
+        along_path::{self, Commands, PathCase, PathPointResult, TrackBlocks, block_pieces},
+        path_blocks::{Stretch, solve_stretches},
+        spread::{DeflectionSpread, DrawnMachines, Sizes, WantedSpread},
+        tracking::TrackPoint,
+    },
+    spatial::Pose,
+    statics::Batch,
+    work::{Event, Work},
+};
+
+/// Distributions at a point of a path.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct PointSpread {
+    /// Distance from the path at the nominal command.
+    pub plain: DeflectionSpread,
+    /// Distance from the path at the compensated command, which is computed with nominal numbers; `None` where compensation failed.
+    pub compensated: Option<DeflectionSpread>,
+    /// Probability that the tool is farther from the path at the compensated command than at the nominal one; `None` where only one of the
+    /// distributions is by the engine.
+    pub worse: Option<f64>,
+    /// Distance from the path at the compensated command where the cutting force is absent, with nominal numbers, mm; `None` without equilibrium.
+    pub without_force_mm: Option<f64>,
+}
+
+/// Distributions of the largest distance from the path over its points: each draw is one machine and one force for the whole path.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct PathSpread {
+    /// At the nominal commands.
+    pub plain: LargestSpread,
+    /// At the compensated commands, which are computed with nominal numbers; `None` where no point could be compensated.
+    pub compensated: Option<LargestSpread>,
+    /// Probability that the largest distance is larger at the compensated commands than at the nominal ones; `None` where they are not of the same
+    /// points.
+    pub worse: Option<f64>,
+}
+
+/// Distribution of the largest distance over some points of the path.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct LargestSpread {
+    /// The distribution.
+    pub spread: DeflectionSpread,
+    /// Whether draws of the engine along the whole path agree with it, after correction; not where there is no 95 % quantile.
+    pub is_confirmed: bool,
+    /// Number of points with an equilibrium at the nominal numbers, of which it is.
+    pub points: usize,
+}
+
+/// Sizes in the draws of the largest distance over points, mm: the first draws, as far as they are known at all of these points.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+pub(super) struct Largest {
+    sizes: Vec<f64>,
+    points: usize,
+}
+
+impl Largest {
+    /// Adds the largest distance over `points` other points.
+    fn add(&mut self, sizes: &[f64], points: usize) {
+        if points == 0 {
+            return;
+        }
+        if self.points == 0 {
+            self.sizes = sizes.to_vec();
+        }
+        self.points += points;
+        self.sizes.truncate(sizes.len());
+        for (own, size) in self.sizes.iter_mut().zip(sizes) {
+            *own = own.max(*size);
+        }
+    }
+}
+
+/// Largest distances at nominal and at compensated commands.
+pub(super) type LargestBoth = [Largest; 2];
+
+/// Adds the largest distances over other points.
+pub(super) fn add(all: &mut LargestBoth, next: &LargestBoth) {
+    for (all, next) in all.iter_mut().zip(next) {
+        all.add(&next.sizes, next.points);
+    }
+}
+
+/// Spread at the points of a block.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(super) struct SpreadBlock {
+    /// `None` where the nominal machine has no equilibrium.
+    pub points: Vec<Option<PointSpread>>,
+    pub largest: LargestBoth,
+}
+
+/// How a point is commanded.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Command {
+    Plain,
+    Compensated,
+}
+
+/// Points solved one after another, of which several stretches are solved side by side.
+const STRETCH: usize = along_path::BLOCK / Batch::WIDTH;
+
+/// Displacements at a point without load and under the cutting force, or why one of them is missing.
+type Responses = std::result::Result<[Response; 2], Failure>;
+
+/// Computes the spread at the points of a part of the path, as pieces of `work`, pass number `passes - 1` of all that number their pieces together.
+///
+/// # Errors
+/// Of `work`.
+pub(super) fn solve_part(
+    study: &PathStudy,
+    drawn: &DrawnMachines<'_>,
+    machines: &Machines,
+    track: &TrackBlocks<'_>,
+    points: Range<usize>,
+    passes: usize,
+    work: &Work,
+) -> Result<Vec<SpreadBlock>> {
+    let tasks = &study.tasks[points.clone()];
+    let work = work.part("spread").numbered_after(passes - 1);
+    let items = |block: &SpreadBlock| block.points.len();
+    block_pieces(tasks.len(), (points.start, passes), &work, items, |block, work| {
+        let (tasks, track) = (&tasks[block.clone()], track.block(block.start));
+        let solved = Block { study, machines, tasks, track, work }.spread(drawn)?;
+        work.tell(Event::Computed(tasks.len()));
+        Ok(solved)
+    })
+}
+
+/// Checks the largest distances by draws of the engine along the whole path.
+///
+/// # Errors
+/// Of `work`.
+pub(super) fn whole_path(
+    study: &PathStudy,
+    drawn: &DrawnMachines<'_>,
+    machines: &Machines,
+    [plain, compensated]: &LargestBoth,
+    work: &Work,
+) -> Result<Option<PathSpread>> {
+    let of = |largest: &Largest, command: Command, name: &str| -> Result<Option<LargestSpread>> {
+        if largest.points == 0 {
+            return Ok(None);
+        }
+        let work = work.part("whole path").part(name);
+        let solve = |index: usize, drawn: &Machines, factor: f64| {
+            largest_along(study, machines, (drawn, factor), command, &work.part(&format!("draw {index}")))
+        };
+        let wanted = WantedSpread { drawn, tolerance_mm: study.tolerance_mm, solve: &solve };
+        let mut spread = DeflectionSpread::default();
+        let agrees = wanted.check(&largest.sizes, &mut spread)?;
+        let is_confirmed = agrees && (spread.solved_draws > 0 || spread.p95_mm.is_some_and(|p95| p95 <= ROUNDING_MM));
+        Ok(Some(LargestSpread { spread, is_confirmed, points: largest.points }))
+    };
+    let Some(of_plain) = of(plain, Command::Plain, "plain")? else { return Ok(None) };
+    let of_compensated = of(compensated, Command::Compensated, "compensated")?;
+    let worse = (plain.points == compensated.points).then(|| share_larger(&compensated.sizes, &plain.sizes));
+    Ok(Some(PathSpread { plain: of_plain, compensated: of_compensated, worse }))
+}
+
+/// Share of the draws, as far as both are known, in which `sizes` is larger than `than` by more than rounding.
+fn share_larger(sizes: &[f64], than: &[f64]) -> f64 {
+    let pairs = || sizes.iter().zip(than);
+    let larger = pairs().filter(|(size, than)| **size > **than + ROUNDING_MM).count();
+    larger as f64 / pairs().count() as f64
+}
+
+/// Largest distance from the path over all its points in a draw, its machines and its factor of the force, mm, or why there is none.
+fn largest_along(
+    study: &PathStudy,
+    machines: &Machines,
+    draw: (&Machines, f64),
+    command: Command,
+    work: &Work,
+) -> Result<std::result::Result<f64, Failure>> {
+    let (mut before, mut largest) = (None, Ok(0.0));
+    for part in along_path::parts(study.tasks.len()) {
+        let tasks = &study.tasks[part.clone()];
+        let track = TrackBlocks::new(&machines.nominal, before.as_ref(), tasks);
+        before = track.last().or(before);
+        let blocks = block_pieces(
+            tasks.len(),
+            (part.start, 1),
+            work,
+            |_: &std::result::Result<f64, Failure>| 0,
+            |block, work| {
+                let (tasks, track) = (&tasks[block.clone()], track.block(block.start));
+                Block { study, machines, tasks, track, work }.largest(draw, command)
+            },
+        )?;
+        work.barrier()?;
+        for block in blocks {
+            largest = largest.and_then(|most: f64| block.map(|block| most.max(block)));
+        }
+    }
+    Ok(largest)
+}
+
+/// A block of the path on the nominal machine.
+struct Block<'a> {
+    study: &'a PathStudy,
+    machines: &'a Machines,
+    tasks: &'a [TaskPoint],
+    track: &'a [TrackPoint],
+    work: &'a Work,
+}
+
+impl Block<'_> {
+    /// Solves `commands` with `machines` under the cutting force times `factor`.
+    fn solve(&self, machines: &Machines, factor: f64, commands: &Commands<'_>) -> Result<Vec<PathPointResult>> {
+        let tasks: Vec<TaskPoint> = self.tasks.iter().map(|task| under(task, factor)).collect();
+        let case = PathCase::new(machines, Source::All, &tasks);
+        let stretch = |(k, track)| (k * STRETCH, track);
+        let stretches: Vec<Stretch<'_>> = self.track.chunks(STRETCH).enumerate().map(stretch).collect();
+        Ok(solve_stretches(&case, commands, &stretches, &|| self.work.check())?.concat())
+    }
+
+    /// Poses of P commanded to compensate with nominal numbers; `None` where that fails. Solved as the study does, so that they are the same.
+    fn targets(&self) -> Result<Vec<Option<Pose>>> {
+        let tasks: Vec<TaskPoint> = self.tasks.iter().map(|task| Source::All.task(task)).collect();
+        let case = PathCase::new(self.machines, Source::All, &tasks);
+        let commands = Commands::Method(Method::Direct);
+        let answers = solve_stretches(&case, &commands, &[(0, self.track)], &|| self.work.check())?.concat();
+        Ok(answers.into_iter().map(|answer| answer.target.filter(|_| answer.status.is_success())).collect())
+    }
+
+    /// Displacements at each point whose command is wanted, at nominal parameters and with each alone at its ends; `None` where even the nominal
+    /// machine has none.
+    fn responses(
+        &self,
+        drawn: &DrawnMachines<'_>,
+        commands: &Commands<'_>,
+        is_wanted: impl Fn(usize) -> bool,
+    ) -> Result<Vec<Option<Responses>>> {
+        let response = |nominal: Vector3<f64>| Response { nominal, ends: vec![[None; 2]; drawn.ends.len()] };
+        let nominal = self.solve(self.machines, 1.0, commands)?;
+        let begin = |(k, answer): (usize, PathPointResult)| {
+            let loaded = answer.solved_error().filter(|_| is_wanted(k))?;
+            Some(Ok([response(Vector3::zeros()), response(loaded)]))
+        };
+        let mut points: Vec<Option<Responses>> = nominal.into_iter().enumerate().map(begin).collect();
+        let mut fill = |machines: &Machines, load: usize, words: &str, put: &dyn Fn(&mut Response, Vector3<f64>)| -> Result<()> {
+            let answers = self.solve(machines, load as f64, commands)?;
+            for (point, answer) in points.iter_mut().zip(answers) {
+                let Some(Ok(responses)) = point else { continue };
+                match answer.solved_error() {
+                    Some(error) => put(&mut responses[load], error),
+                    None => *point = Some(Err(self.failure(&answer, words))),
+                }
+            }
+            Ok(())
+        };
+        fill(self.machines, 0, "without cutting force", &|response, error| response.nominal = error)?;
+        for (own, ends) in drawn.ends.iter().enumerate() {
+            for (end, machines) in ends.iter().enumerate() {
+                let Some(machines) = machines else { continue };
+                for load in 0..2 {
+                    fill(machines, load, &drawn.end_words(own, end), &|response, error| {
+                        response.ends[own][end] = Some(error);
+                    })?;
+                }
+            }
+        }
+        Ok(points)
+    }
+
+    /// Why there is no equilibrium in `answer`; `words` say with which machine.
+    fn failure(&self, answer: &PathPointResult, words: &str) -> Failure {
+        let reason = format!("{words}: {}", answer.status.reason(&self.study.machine));
+        Failure { status: answer.status.label().into(), reason }
+    }
+
+    /// Distance from the path at point `k` in a draw, mm, at the nominal command or the one with the given target.
+    fn size_at(
+        &self,
+        k: usize,
+        target: Option<&Pose>,
+        machines: &Machines,
+        factor: f64,
+    ) -> Result<std::result::Result<f64, Failure>> {
+        let task = [under(&self.tasks[k], factor)];
+        let case = PathCase::new(machines, Source::All, &task);
+        let commands = match target {
+            None => Commands::Method(Method::None),
+            Some(target) => Commands::Program(std::slice::from_ref(target)),
+        };
+        let answers = solve_stretches(&case, &commands, &[(0, &self.track[k..=k])], &|| self.work.check())?;
+        Ok(match answers.first().and_then(|answers| answers.first()) {
+            Some(answer) => answer.solved_error().map(|error| error.norm()).ok_or_else(|| self.failure(answer, "draw")),
+            None => Err(Failure { status: "not_converged".into(), reason: "there is no point".into() }),
+        })
+    }
+
+    /// Distribution at point `k` with its sizes in the draws; `target` as in [`Block::size_at`].
+    fn spread_at(
+        &self,
+        k: usize,
+        target: Option<&Pose>,
+        drawn: &DrawnMachines<'_>,
+        responses: &Responses,
+    ) -> Result<(DeflectionSpread, Sizes)> {
+        let solve = |_, machines: &Machines, factor| self.size_at(k, target, machines, factor);
+        let wanted = WantedSpread { drawn, tolerance_mm: self.study.tolerance_mm, solve: &solve };
+        wanted.spread(responses.as_ref().ok().map(|own| &own[..]))
+    }
+
+    /// Distributions at the points, and the largest distances over them.
+    fn spread(&self, drawn: &DrawnMachines<'_>) -> Result<SpreadBlock> {
+        let targets = self.targets()?;
+        let poses = commanded(&targets, self.tasks);
+        let plain = self.responses(drawn, &Commands::Method(Method::None), |_| true)?;
+        let compensated = self.responses(drawn, &Commands::Program(&poses), |k| targets[k].is_some())?;
+        let unloaded = self.solve(self.machines, 0.0, &Commands::Program(&poses))?;
+        let mut largest = LargestBoth::default();
+        let mut points = Vec::with_capacity(plain.len());
+        for (k, (plain, compensated)) in plain.iter().zip(&compensated).enumerate() {
+            let Some(plain) = plain else {
+                points.push(None);
+                continue;
+            };
+            let (plain, sizes) = self.spread_at(k, None, drawn, plain)?;
+            largest[0].add(&sizes.mm, 1);
+            let mut point = PointSpread { plain, compensated: None, worse: None, without_force_mm: None };
+            if let Some(responses) = compensated {
+                let (compensated, left) = self.spread_at(k, targets[k].as_ref(), drawn, responses)?;
+                largest[1].add(&left.mm, 1);
+                point.compensated = Some(compensated);
+                point.worse = (left.is_by_engine == sizes.is_by_engine).then(|| share_larger(&left.mm, &sizes.mm));
+                point.without_force_mm = unloaded[k].solved_error().map(|error| error.norm());
+            }
+            points.push(Some(point));
+        }
+        Ok(SpreadBlock { points, largest })
+    }
+
+    /// Largest distance from the path in a draw, over the points at which the nominal machine is there under the same command, mm, or why
+    /// there is none.
+    fn largest(&self, (machines, factor): (&Machines, f64), command: Command) -> Result<std::result::Result<f64, Failure>> {
+        let targets = match command {
+            Command::Plain => Vec::new(),
+            Command::Compensated => self.targets()?,
+        };
+        let poses = commanded(&targets, self.tasks);
+        let commands = match command {
+            Command::Plain => Commands::Method(Method::None),
+            Command::Compensated => Commands::Program(&poses),
+        };
+        let nominal = self.solve(self.machines, 1.0, &commands)?;
+        let mut largest = 0.0f64;
+        for (k, (nominal, answer)) in nominal.iter().zip(self.solve(machines, factor, &commands)?).enumerate() {
+            if !nominal.is_settled || targets.get(k).is_some_and(Option::is_none) {
+                continue;
+            }
+            match answer.solved_error() {
+                Some(error) => largest = largest.max(error.norm()),
+                None => return Ok(Err(self.failure(&answer, "draw"))),
+            }
+        }
+        Ok(Ok(largest))
+    }
+}
+
+/// Commanded poses: the targets, and where there is none the pose of the task.
+fn commanded(targets: &[Option<Pose>], tasks: &[TaskPoint]) -> Vec<Pose> {
+    targets.iter().zip(tasks).map(|(target, task)| target.unwrap_or(task.pose)).collect()
+}
+
+/// The task of all sources with the cutting force times `factor`.
+fn under(task: &TaskPoint, factor: f64) -> TaskPoint {
+    let task = Source::All.task(task);
+    if factor == 1.0 { task } else { TaskPoint { load: task.load.scale(factor), ..task } }
+}

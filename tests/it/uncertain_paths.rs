@@ -1,0 +1,233 @@
+//! Paths with uncertain inputs: what is left of a compensation on other machines, against closed forms and brute force.
+
+use kinetostat::{
+    Overrides, Study, Work,
+    compensation::{Method, Session, compensate, simulate},
+    process::uncertainty::{P95, normal_cdf, normal_quantile, quantile, sobol},
+    questions::{
+        StudyKind,
+        path::{self, PathResults, PathStudy, Shown, report},
+    },
+    simulation::{Machines, Source, settings, spread::DeflectionSpread},
+};
+use crate::uncertainty::{LEVER, TOLERANCES, force, is_error};
+
+fn path_study(folder: impl Into<kinetostat::Folder>, text: &str) -> Box<PathStudy> {
+    match Study::from_toml(text, "study.toml", folder.into(), &Overrides::default()).unwrap().kind {
+        StudyKind::Path(path, _) => path,
+        _ => panic!("not a path"),
+    }
+}
+
+fn study_of(machine: &str, process: &str, uncertainty: &str, path: &str) -> String {
+    format!(
+        "schema = 3\nquestion = \"?\"\nmachine = \"{machine}\"\n{process}\n{uncertainty}\n[path]\nmethods = [\"direct\"]\n{path}\n"
+    )
+}
+
+/// A slide that is moved along x under a force along y: force over stiffness is lognormal, and what the nominal correction leaves has known quantiles.
+#[test]
+fn what_a_compensation_leaves_on_a_lever_has_the_exact_quantiles() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("lever.toml"), LEVER).unwrap();
+    let (stiffness, load): (f64, f64) = (0.3, 0.15);
+    let uncertainty = format!(
+        "[[uncertainty.parameter]]\nname = \"guide.slide.stiffness\"\nrelative_std = {stiffness}\n[uncertainty.process]\nforce_relative_std = {load}"
+    );
+    // Along +x the tangential force points against the feed.
+    let process = "process.tolerance_mm = 0.05\nprocess.placement = { origin_mm = [0.0, 0.0, 50.0] }\n".to_string()
+        + &force(0.0, 1000.0, 0.0);
+    let path = "line = { start_mm = [-0.5, 0.0, 0.0], end_mm = [0.5, 0.0, 0.0] }";
+    let study = path_study(folder.path().to_path_buf(), &study_of("lever.toml", &process, &uncertainty, path));
+    let found = path::run(&study, &Work::default()).unwrap();
+    let variance = |relative: f64| (0.5 * (1.0 + (1.0 + 4.0 * relative * relative).sqrt())).ln();
+    let std = (variance(stiffness) + variance(load)).sqrt();
+    // Of force over stiffness: 0.1 mm times a lognormal number of which the nominal correction takes 1 away.
+    let below = |size: f64| {
+        let of = |number: f64| if number <= 0.0 { 0.0 } else { normal_cdf(number.ln() / std) };
+        of(1.0 + size / 0.1) - of(1.0 - size / 0.1)
+    };
+    let exact_residual = |share: f64| {
+        let (mut low, mut high) = (0.0, 1.0);
+        for _ in 0..60 {
+            let middle = 0.5 * (low + high);
+            if below(middle) < share { low = middle } else { high = middle }
+        }
+        low
+    };
+    let exact_plain = |share| 0.1 * (std * normal_quantile(share)).exp();
+    let check = |spread: &DeflectionSpread, exact: &dyn Fn(f64) -> f64, within: f64| {
+        for (value, share) in [(spread.p95_mm, 0.95), (spread.median_mm, 0.5)] {
+            let value = value.unwrap();
+            assert!((value / exact(share) - 1.0).abs() < 0.012, "{value} instead of {}: {spread:?}", exact(share));
+        }
+        assert!((spread.within_tolerance.unwrap() - within).abs() < 6e-3, "{spread:?} instead of {within}");
+    };
+    // Worse where force over stiffness is below half of the nominal one.
+    let worse = normal_cdf(0.5f64.ln() / std);
+    let plain_within = normal_cdf((0.05f64 / 0.1).ln() / std);
+    for effect in &found.whole.sources[Source::All] {
+        let spread = effect.spread.as_ref().unwrap();
+        check(&spread.plain, &exact_plain, plain_within);
+        check(spread.compensated.as_ref().unwrap(), &exact_residual, below(0.05));
+        assert!((spread.worse.unwrap() - worse).abs() < 4e-3, "{spread:?} instead of {worse}");
+        assert!((spread.without_force_mm.unwrap() - 0.1).abs() < 1e-6, "{spread:?}");
+    }
+    // The same force and machine at all points: the largest is that of each.
+    let whole = found.spread.clone().unwrap();
+    check(&whole.plain.spread, &exact_plain, plain_within);
+    let compensated = whole.compensated.unwrap();
+    check(&compensated.spread, &exact_residual, below(0.05));
+    assert!(compensated.is_confirmed && compensated.points == found.study.stations.len());
+    assert!((whole.worse.unwrap() - worse).abs() < 4e-3);
+}
+
+/// Largest distance along the path, and that at each point, without and with compensation, in draws computed one by one: without surrogate, lanes,
+/// blocks and draws of the study.
+fn brute_force(found: &PathResults, count: usize) -> Vec<[Vec<f64>; 2]> {
+    let study = &found.study;
+    let uncertainty = study.uncertainty.as_ref().unwrap();
+    let points = sobol::points(uncertainty.parameters.len() + 1, 1, count, 4711);
+    let draw = |index: usize| points.iter().map(|own| normal_quantile(own[index])).collect::<Vec<f64>>();
+    let mut sizes = vec![[Vec::new(), Vec::new()]; study.tasks.len() + 1];
+    for z in (0..count).map(draw) {
+        let values = |is_wanted: &dyn Fn(bool) -> bool| -> Vec<(&str, f64)> {
+            let wanted = uncertainty.parameters.iter().enumerate().filter(|(_, own)| is_wanted(is_error(own.name())));
+            wanted.flat_map(|(i, own)| own.at(z[i])).collect()
+        };
+        let unloaded = uncertainty.machine.with_parameters(&values(&|is_error| !is_error)).unwrap();
+        let unloaded = Machines::new(&unloaded, &[]).unwrap().real;
+        let real = unloaded.with_parameters(&values(&|is_error| is_error)).unwrap().with_errors(&study.errors);
+        let factor = uncertainty.force.map_or(1.0, |spread| spread.value(1.0, z[uncertainty.parameters.len()]));
+        let mut largest = [0.0f64; 2];
+        let new = || Session::new(&study.machine, &real, settings()).with_unloaded_machine(&unloaded);
+        let mut sessions = [new(), new()];
+        for (k, task) in study.tasks.iter().enumerate() {
+            let mut task = *task;
+            task.load = task.load.scale(factor);
+            let target = found.whole.at(Source::All, k).answer.target.unwrap();
+            let answers = [compensate(&mut sessions[0], &task, Method::None), simulate(&mut sessions[1], &task, &target)];
+            for (i, answer) in answers.into_iter().enumerate() {
+                assert!(answer.outcome.is_some(), "{:?}", answer.status);
+                let size = answer.position_error.norm();
+                largest[i] = largest[i].max(size);
+                sizes[k][i].push(size);
+            }
+        }
+        let whole = &mut sizes[study.tasks.len()];
+        (0..2).for_each(|i| whole[i].push(largest[i]));
+    }
+    sizes
+}
+
+/// An overconstrained machine whose legs pull against one another, one with six legs, and an arm under its weight.
+#[test]
+fn paths_agree_with_brute_force() {
+    let (small, large) = (force(215.0, -10.0, -25.0), force(800.0, 300.0, -200.0));
+    let count = 1024;
+    for (machine, pattern, relative, load, tolerance, centre) in [
+        ("orthoglide", "material.aluminium.*", 0.3, &small, 0.4, [0.0, 0.0, 0.0]),
+        ("hexapod", "leg.screw.stiffness", 0.3, &large, 0.1, [0.0, 0.0, 800.0]),
+        ("kr500", "arm.*.stiffness", 0.3, &large, 0.5, [1900.0, 0.0, 900.0]),
+    ] {
+        let uncertainty =
+            format!("[uncertainty]\n[[uncertainty.parameter]]\nname = \"{pattern}\"\nrelative_std = {relative}\n{TOLERANCES}");
+        let process = format!("process.tolerance_mm = {tolerance}\n{load}");
+        let path = format!("circle = {{ centre_mm = {centre:?}, diameter_mm = 60.0, points = 7 }}");
+        let study = path_study(kinetostat::Folder::in_memory([]), &study_of(machine, &process, &uncertainty, &path));
+        let found = path::run(&study, &Work::default()).unwrap();
+        let brute = brute_force(&found, count);
+        let whole = found.spread.as_ref().unwrap();
+        assert!(whole.plain.is_confirmed, "{machine}: {whole:?}");
+        let check = |what: &str, spread: &DeflectionSpread, sizes: &[f64]| {
+            for (value, share) in [(spread.p95_mm, P95), (spread.median_mm, 0.5)] {
+                let (value, expected) = (value.unwrap(), quantile(&mut sizes.to_vec(), share));
+                let error = value / expected - 1.0;
+                assert!(error.abs() < 0.025, "{machine} {what}: {value} instead of {expected} ({share}): {spread:?}");
+            }
+            let expected = sizes.iter().filter(|size| **size <= tolerance).count() as f64 / count as f64;
+            assert!((spread.within_tolerance.unwrap() - expected).abs() < 0.015, "{machine} {what}: {expected}, {spread:?}");
+        };
+        for (k, sizes) in brute[..study.tasks.len()].iter().enumerate().step_by(3) {
+            let spread = found.whole.at(Source::All, k).spread.as_ref().unwrap();
+            check("plain", &spread.plain, &sizes[0]);
+            check("compensated", spread.compensated.as_ref().unwrap(), &sizes[1]);
+            let worse = sizes[1].iter().zip(&sizes[0]).filter(|(after, before)| after > before).count() as f64;
+            assert!((spread.worse.unwrap() - worse / count as f64).abs() < 0.01, "{machine}: {spread:?}");
+        }
+        let [plain, compensated] = &brute[study.tasks.len()];
+        check("whole, plain", &whole.plain.spread, plain);
+        check("whole, compensated", &whole.compensated.as_ref().unwrap().spread, compensated);
+        // What the nominal machine does at the compensated command without force.
+        let machines = Machines::new(&study.machine, &study.errors).unwrap();
+        let mut session = machines.session(Source::All);
+        let mut task = found.study.tasks[0];
+        task.load = task.load.scale(0.0);
+        let target = found.whole.at(Source::All, 0).answer.target.unwrap();
+        let expected = simulate(&mut session, &task, &target).position_error.norm();
+        let without = found.whole.at(Source::All, 0).spread.as_ref().unwrap().without_force_mm.unwrap();
+        assert!((without - expected).abs() < 1e-6 * expected, "{machine}: {without} instead of {expected}");
+    }
+}
+
+fn orthoglide_path(points: usize, tolerance: f64) -> Box<PathStudy> {
+    let uncertainty =
+        format!("[uncertainty]\n[[uncertainty.parameter]]\nname = \"leg.*.stiffness\"\nrelative_std = 0.3\n{TOLERANCES}");
+    let process = format!("process.tolerance_mm = {tolerance}\n{}", force(215.0, -10.0, -25.0));
+    let path = format!("circle = {{ centre_mm = [20.0, 10.0, 0.0], diameter_mm = 80.0, points = {points} }}");
+    path_study(kinetostat::Folder::in_memory([]), &study_of("orthoglide", &process, &uncertainty, &path))
+}
+
+#[test]
+fn spreads_along_a_path_are_the_same_on_any_number_of_threads() {
+    let study = orthoglide_path(300, 0.5);
+    let on = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| path::run(&study, &Work::default()).unwrap())
+    };
+    let (one, three) = (on(1), on(3));
+    assert_eq!(one.spread, three.spread);
+    assert_eq!(one.whole.sources, three.whole.sources);
+    let block = path::run_range(&study, 256..300, &Work::default()).unwrap();
+    assert_eq!(block.sources[Source::All][..], one.whole.sources[Source::All][256..]);
+}
+
+/// The first sentence says whether the tolerance is kept with compensation, on machines and under forces as they may be.
+#[test]
+fn the_verdict_is_that_of_the_compensated_program() {
+    let said = |tolerance: f64| {
+        let study = orthoglide_path(7, tolerance);
+        let found = path::run(&study, &Work::default()).unwrap();
+        let mut summary = report::Summary::new(&study, Shown { is_circle: true });
+        summary.add(&found.whole);
+        summary.add_whole(&found.spread);
+        let text = report::text(&summary);
+        (found.spread.clone().unwrap(), report::headline(&summary, &text).sentence, text.place)
+    };
+    let (whole, sentence, place) = said(10.0);
+    assert!(sentence.starts_with("Within tolerance: the compensated program stays within 10 mm all along the path"), "{sentence}");
+    assert!(place.contains("Where the force is absent (in air, in a spring pass, with a broken tool)"), "{place}");
+    let spread = whole.compensated.unwrap().spread;
+    let between = 0.5 * (spread.median_mm.unwrap() + spread.p95_mm.unwrap());
+    let (_, sentence, _) = said(between);
+    assert!(sentence.starts_with("Perhaps within tolerance: "), "{sentence}");
+    let (_, sentence, _) = said(1e-4);
+    assert!(sentence.starts_with("Out of tolerance: "), "{sentence}");
+}
+
+/// In air nothing acts but weight: stiffnesses leave rounding, which no draw is solved for.
+#[test]
+fn a_path_in_air_takes_no_more_draws_than_one_per_point() {
+    let uncertainty = "[[uncertainty.parameter]]\nname = \"leg.*.stiffness\"\nrelative_std = 0.3";
+    let path = "circle = { centre_mm = [20.0, 10.0, 0.0], diameter_mm = 80.0, points = 7 }";
+    let text = study_of("orthoglide", &force(0.0, 0.0, 0.0), uncertainty, path);
+    let found = path::run(&path_study(kinetostat::Folder::in_memory([]), &text), &Work::default()).unwrap();
+    for effect in &found.whole.sources[Source::All] {
+        let spread = effect.spread.as_ref().unwrap();
+        let left = spread.compensated.clone().unwrap();
+        assert!(left.solved_draws <= 1 && left.p95_mm.unwrap() < 1e-6, "{spread:?}");
+        assert!(spread.worse == Some(0.0) && spread.without_force_mm.unwrap() < 1e-6, "{spread:?}");
+    }
+    let whole = found.spread.unwrap();
+    assert!(whole.plain.is_confirmed && whole.compensated.unwrap().is_confirmed && whole.worse == Some(0.0));
+}
