@@ -260,7 +260,8 @@ impl StudyContext<'_> {
     /// Refuses a process and an uncertainty in the study file that the question never read.
     pub(crate) fn refuse_unused(&self) -> Result<()> {
         if self.header.uncertainty.is_some() && !self.is_uncertainty_read.get() {
-            let problem = format!("is not computed for {}: expected a workspace map or a path, or no such table", self.name);
+            let problem =
+                format!("is not computed for {}: expected a workspace map or a path, or no such table", self.name);
             return self.check.root().key("uncertainty").fail(problem);
         }
         if self.header.process.is_some() && !self.is_process_read.get() {

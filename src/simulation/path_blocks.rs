@@ -49,7 +49,8 @@ pub(crate) fn solve_stretches<'a, E>(
     let mut blocks: Vec<OpenStretch<'a>> = stretches.iter().map(begin).collect();
     let mut batch = Batch::new(case.real);
     for point in 0..stretches.iter().map(|(_, track)| track.len()).max().unwrap_or(0) {
-        let mut going: Vec<&mut OpenStretch<'a>> = blocks.iter_mut().filter(|block| point < block.track.len()).collect();
+        let mut going: Vec<&mut OpenStretch<'a>> =
+            blocks.iter_mut().filter(|block| point < block.track.len()).collect();
         let found = solve_points(case, commands, point, &mut going, &mut batch);
         for (block, found) in going.into_iter().zip(found) {
             let answer = block.result(point, found);

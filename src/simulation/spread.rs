@@ -1,6 +1,6 @@
 //! Distribution of a deflection where inputs are uncertain: sampled from a surrogate, and checked by draws of the whole engine.
 
-use std::sync::OnceLock;
+use std::{cell::OnceCell, cmp::Reverse, sync::OnceLock};
 
 use serde::{Deserialize, Serialize};
 
@@ -41,9 +41,9 @@ const CLOSE: f64 = 0.005;
 const CLOSE_MM: f64 = 1e-6;
 /// Largest standard error of the 95 % quantile by the check, as a share.
 const LARGEST_ERROR: f64 = 0.003;
-/// Fewest and most draws next to a value by which a quantile or probability is corrected.
+/// Fewest draws next to a value by which a quantile or probability is corrected, and most: of the first scramble, whose machines are kept, and of all.
 const FEWEST_NEXT: usize = 8;
-const MOST_NEXT: usize = 32;
+const MOST_NEXT: [usize; 2] = [32, 256];
 /// Fewest scrambles of which all draws are solved, where those next to the quantile do not suffice.
 const FEWEST_SCRAMBLES: usize = 4;
 
@@ -171,16 +171,37 @@ impl WantedSpread<'_> {
         if p95 <= ROUNDING_MM || !p95.is_finite() {
             return Ok(true);
         }
-        let mut order: Vec<usize> = (0..Draws::PER_SCRAMBLE).filter(|index| sizes[*index].is_finite()).collect();
-        order.sort_by(|a, b| sizes[*a].total_cmp(&sizes[*b]));
-        let mut next_to = |value: f64| self.difference_next_to(value, p95, sizes, &order, spread);
-        let Some(by_p95) = next_to(p95)? else { return Ok(false) };
+        let in_order = |draws: usize| {
+            let mut order: Vec<usize> = (0..draws).filter(|index| sizes[*index].is_finite()).collect();
+            order.sort_by(|a, b| sizes[*a].total_cmp(&sizes[*b]));
+            order
+        };
+        let (few, all) = (in_order(Draws::PER_SCRAMBLE), OnceCell::new());
+        let mut next_to = |value: f64, is_known: &dyn Fn(&Difference) -> bool| {
+            let [most, most_of_all] = MOST_NEXT;
+            let found = self.difference_next_to((value, p95), sizes, (&few, most), is_known, spread)?;
+            match found {
+                None if spread.failed_draws == 0 => {
+                    let all = all.get_or_init(|| in_order(sizes.len()));
+                    self.difference_next_to((value, p95), sizes, (all, most_of_all), is_known, spread)
+                }
+                found => Ok(found),
+            }
+        };
+        let is_small = |found: &Difference| found.error_mm <= (LARGEST_ERROR * p95).max(CLOSE_MM);
+        let Some(by_p95) = next_to(p95, &is_small)? else { return Ok(false) };
         let (mut by_median, mut by_tolerance) = (0.0, 0.0);
         if by_p95.mean_mm != 0.0 {
-            let Some(found) = next_to(median)? else { return Ok(false) };
+            let Some(found) = next_to(median, &is_small)? else { return Ok(false) };
             by_median = found.mean_mm;
             if let Some(tolerance) = self.tolerance_mm {
-                let Some(found) = next_to(tolerance)? else { return Ok(false) };
+                // Far from all draws it changes nothing.
+                let is_sure = |found: &Difference| {
+                    let [most, least] =
+                        [1.0, -1.0].map(|sign| share_within(sizes, tolerance - found.mean_mm + sign * found.error_mm));
+                    most - least <= LARGEST_ERROR
+                };
+                let Some(found) = next_to(tolerance, &is_sure)? else { return Ok(false) };
                 by_tolerance = found.mean_mm;
             }
         }
@@ -189,24 +210,22 @@ impl WantedSpread<'_> {
         Ok(true)
     }
 
-    /// Difference of engine and surrogate in draws of the first scramble (in ascending `order` of `sizes`) on both sides of `value`, mm: none if the
-    /// first agrees, measured by the quantile `p95`. `None` where too few agree, or one has no equilibrium.
+    /// Difference of engine and surrogate in the `most` draws of `order` (by ascending `sizes`) on both sides of `value`, mm: none if the first
+    /// agrees, measured by the quantile `p95`. `None` where it is not known well enough after these, or one has no equilibrium.
     fn difference_next_to(
         &self,
-        value: f64,
-        p95: f64,
+        (value, p95): (f64, f64),
         sizes: &[f64],
-        order: &[usize],
+        (order, most): (&[usize], usize),
+        is_known: &dyn Fn(&Difference) -> bool,
         spread: &mut DeflectionSpread,
     ) -> error::Result<Option<Difference>> {
-        if order.len() < FEWEST_NEXT {
-            return Ok(None);
-        }
-        let above = order.partition_point(|index| sizes[*index] < value).clamp(1, order.len() - 1);
-        let (below, above) = order.split_at(above);
-        let sides = above.iter().zip(below.iter().rev()).flat_map(|(above, below)| [*above, *below]);
+        // By turns above and below, on one side alone behind the last of the other.
+        let above = order.partition_point(|index| sizes[*index] < value);
+        let mut nearest: Vec<usize> = (0..order.len()).collect();
+        nearest.sort_by_key(|rank| ((2 * rank + 1).abs_diff(2 * above), Reverse(*rank)));
         let mut differences: Vec<f64> = Vec::new();
-        for index in sides.take(MOST_NEXT) {
+        for index in nearest.into_iter().take(most).map(|rank| order[rank]) {
             let Some(solved) = self.solve_draw(index, spread)? else { return Ok(None) };
             differences.push(solved - sizes[index]);
             let (mean_mm, error_mm) = mean_and_error(&differences);
@@ -216,8 +235,9 @@ impl WantedSpread<'_> {
                     return Ok(Some(Difference { mean_mm: 0.0, error_mm: mean_mm.abs() }));
                 }
             }
-            if differences.len() >= FEWEST_NEXT && error_mm <= (LARGEST_ERROR * p95).max(CLOSE_MM) {
-                return Ok(Some(Difference { mean_mm, error_mm }));
+            let found = Difference { mean_mm, error_mm };
+            if differences.len() >= FEWEST_NEXT && is_known(&found) {
+                return Ok(Some(found));
             }
         }
         Ok(None)

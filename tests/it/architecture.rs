@@ -223,13 +223,13 @@ const MOST_LINES: [(&[&str], usize); 10] = [
     (&["crates/engine/src"], 21_370),
     (&["src/toolpath"], 15_880),
     (&["src/process", "crates/input/src", "src/input", "src/urdf"], 8_015),
-    (&["src/simulation", "src/redundancy"], 3_680),
+    (&["src/simulation", "src/redundancy"], 4_000),
     (&["src/answer", "src/files", "src/work", "src/run"], 5_550),
     (&["src/figures", "src/page"], 9_180),
-    (&["src/questions"], 22_860),
+    (&["src/questions"], 23_380),
     (&["src/products", "src/inspect", "src/explore"], 9_110),
     (&["src/cli"], 2_900),
-    (&["crates/engine/src", "crates/input/src", "src"], 98_730),
+    (&["crates/engine/src", "crates/input/src", "src"], 99_570),
 ];
 
 #[test]

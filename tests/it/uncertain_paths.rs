@@ -1,5 +1,6 @@
 //! Paths with uncertain inputs: what is left of a compensation on other machines, against closed forms and brute force.
 
+use crate::uncertainty::{LEVER, TOLERANCES, force, is_error};
 use kinetostat::{
     Overrides, Study, Work,
     compensation::{Method, Session, compensate, simulate},
@@ -10,7 +11,6 @@ use kinetostat::{
     },
     simulation::{Machines, Source, settings, spread::DeflectionSpread},
 };
-use crate::uncertainty::{LEVER, TOLERANCES, force, is_error};
 
 fn path_study(folder: impl Into<kinetostat::Folder>, text: &str) -> Box<PathStudy> {
     match Study::from_toml(text, "study.toml", folder.into(), &Overrides::default()).unwrap().kind {
@@ -106,7 +106,8 @@ fn brute_force(found: &PathResults, count: usize) -> Vec<[Vec<f64>; 2]> {
             let mut task = *task;
             task.load = task.load.scale(factor);
             let target = found.whole.at(Source::All, k).answer.target.unwrap();
-            let answers = [compensate(&mut sessions[0], &task, Method::None), simulate(&mut sessions[1], &task, &target)];
+            let answers =
+                [compensate(&mut sessions[0], &task, Method::None), simulate(&mut sessions[1], &task, &target)];
             for (i, answer) in answers.into_iter().enumerate() {
                 assert!(answer.outcome.is_some(), "{:?}", answer.status);
                 let size = answer.position_error.norm();
@@ -130,23 +131,35 @@ fn paths_agree_with_brute_force() {
         ("hexapod", "leg.screw.stiffness", 0.3, &large, 0.1, [0.0, 0.0, 800.0]),
         ("kr500", "arm.*.stiffness", 0.3, &large, 0.5, [1900.0, 0.0, 900.0]),
     ] {
-        let uncertainty =
-            format!("[uncertainty]\n[[uncertainty.parameter]]\nname = \"{pattern}\"\nrelative_std = {relative}\n{TOLERANCES}");
-        let process = format!("process.tolerance_mm = {tolerance}\n{load}");
+        let uncertainty = format!(
+            "[uncertainty]\n[[uncertainty.parameter]]\nname = \"{pattern}\"\nrelative_std = {relative}\n{TOLERANCES}"
+        );
+        let placement = "process.placement = { reference = \"platform_point\" }";
+        let process = format!("process.tolerance_mm = {tolerance}\n{placement}\n{load}");
         let path = format!("circle = {{ centre_mm = {centre:?}, diameter_mm = 60.0, points = 7 }}");
         let study = path_study(kinetostat::Folder::in_memory([]), &study_of(machine, &process, &uncertainty, &path));
         let found = path::run(&study, &Work::default()).unwrap();
         let brute = brute_force(&found, count);
         let whole = found.spread.as_ref().unwrap();
         assert!(whole.plain.is_confirmed, "{machine}: {whole:?}");
-        let check = |what: &str, spread: &DeflectionSpread, sizes: &[f64]| {
+        let mut widest = 0.0f64;
+        let mut check = |what: &str, spread: &DeflectionSpread, sizes: &[f64]| {
             for (value, share) in [(spread.p95_mm, P95), (spread.median_mm, 0.5)] {
-                let (value, expected) = (value.unwrap(), quantile(&mut sizes.to_vec(), share));
-                let error = value / expected - 1.0;
-                assert!(error.abs() < 0.025, "{machine} {what}: {value} instead of {expected} ({share}): {spread:?}");
+                // Quantiles of so many draws are where the share is known to three standard errors, and draws of the study are as good.
+                let error = 3.0 * (share * (1.0 - share) / count as f64).sqrt();
+                let [low, high] = [share - error, share + error].map(|share| quantile(&mut sizes.to_vec(), share));
+                let value = value.unwrap();
+                assert!(
+                    (low..=high).contains(&value),
+                    "{machine} {what}: {value}, not {low} to {high} ({share}): {spread:?}"
+                );
+                widest = widest.max(high / low - 1.0);
             }
             let expected = sizes.iter().filter(|size| **size <= tolerance).count() as f64 / count as f64;
-            assert!((spread.within_tolerance.unwrap() - expected).abs() < 0.015, "{machine} {what}: {expected}, {spread:?}");
+            assert!(
+                (spread.within_tolerance.unwrap() - expected).abs() < 0.015,
+                "{machine} {what}: {expected}, {spread:?}"
+            );
         };
         for (k, sizes) in brute[..study.tasks.len()].iter().enumerate().step_by(3) {
             let spread = found.whole.at(Source::All, k).spread.as_ref().unwrap();
@@ -158,6 +171,7 @@ fn paths_agree_with_brute_force() {
         let [plain, compensated] = &brute[study.tasks.len()];
         check("whole, plain", &whole.plain.spread, plain);
         check("whole, compensated", &whole.compensated.as_ref().unwrap().spread, compensated);
+        assert!(widest < 0.35, "{machine}: {widest}");
         // What the nominal machine does at the compensated command without force.
         let machines = Machines::new(&study.machine, &study.errors).unwrap();
         let mut session = machines.session(Source::All);
@@ -171,9 +185,12 @@ fn paths_agree_with_brute_force() {
 }
 
 fn orthoglide_path(points: usize, tolerance: f64) -> Box<PathStudy> {
-    let uncertainty =
-        format!("[uncertainty]\n[[uncertainty.parameter]]\nname = \"leg.*.stiffness\"\nrelative_std = 0.3\n{TOLERANCES}");
-    let process = format!("process.tolerance_mm = {tolerance}\n{}", force(215.0, -10.0, -25.0));
+    let uncertainty = format!(
+        "[uncertainty]\n[[uncertainty.parameter]]\nname = \"leg.*.stiffness\"\nrelative_std = 0.3\n{TOLERANCES}"
+    );
+    // On the platform point, within the box.
+    let placement = "process.placement = { reference = \"platform_point\" }";
+    let process = format!("process.tolerance_mm = {tolerance}\n{placement}\n{}", force(215.0, -10.0, -25.0));
     let path = format!("circle = {{ centre_mm = [20.0, 10.0, 0.0], diameter_mm = 80.0, points = {points} }}");
     path_study(kinetostat::Folder::in_memory([]), &study_of("orthoglide", &process, &uncertainty, &path))
 }
@@ -205,7 +222,10 @@ fn the_verdict_is_that_of_the_compensated_program() {
         (found.spread.clone().unwrap(), report::headline(&summary, &text).sentence, text.place)
     };
     let (whole, sentence, place) = said(10.0);
-    assert!(sentence.starts_with("Within tolerance: the compensated program stays within 10 mm all along the path"), "{sentence}");
+    assert!(
+        sentence.starts_with("Within tolerance: the compensated program stays within 10 mm all along the path"),
+        "{sentence}"
+    );
     assert!(place.contains("Where the force is absent (in air, in a spring pass, with a broken tool)"), "{place}");
     let spread = whole.compensated.unwrap().spread;
     let between = 0.5 * (spread.median_mm.unwrap() + spread.p95_mm.unwrap());

@@ -253,17 +253,18 @@ impl Block<'_> {
             Some(Ok([response(Vector3::zeros()), response(loaded)]))
         };
         let mut points: Vec<Option<Responses>> = nominal.into_iter().enumerate().map(begin).collect();
-        let mut fill = |machines: &Machines, load: usize, words: &str, put: &dyn Fn(&mut Response, Vector3<f64>)| -> Result<()> {
-            let answers = self.solve(machines, load as f64, commands)?;
-            for (point, answer) in points.iter_mut().zip(answers) {
-                let Some(Ok(responses)) = point else { continue };
-                match answer.solved_error() {
-                    Some(error) => put(&mut responses[load], error),
-                    None => *point = Some(Err(self.failure(&answer, words))),
+        let mut fill =
+            |machines: &Machines, load: usize, words: &str, put: &dyn Fn(&mut Response, Vector3<f64>)| -> Result<()> {
+                let answers = self.solve(machines, load as f64, commands)?;
+                for (point, answer) in points.iter_mut().zip(answers) {
+                    let Some(Ok(responses)) = point else { continue };
+                    match answer.solved_error() {
+                        Some(error) => put(&mut responses[load], error),
+                        None => *point = Some(Err(self.failure(&answer, words))),
+                    }
                 }
-            }
-            Ok(())
-        };
+                Ok(())
+            };
         fill(self.machines, 0, "without cutting force", &|response, error| response.nominal = error)?;
         for (own, ends) in drawn.ends.iter().enumerate() {
             for (end, machines) in ends.iter().enumerate() {
@@ -349,7 +350,11 @@ impl Block<'_> {
 
     /// Largest distance from the path in a draw, over the points at which the nominal machine is there under the same command, mm, or why
     /// there is none.
-    fn largest(&self, (machines, factor): (&Machines, f64), command: Command) -> Result<std::result::Result<f64, Failure>> {
+    fn largest(
+        &self,
+        (machines, factor): (&Machines, f64),
+        command: Command,
+    ) -> Result<std::result::Result<f64, Failure>> {
         let targets = match command {
             Command::Plain => Vec::new(),
             Command::Compensated => self.targets()?,

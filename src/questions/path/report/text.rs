@@ -90,7 +90,8 @@ fn spread_cautions(summary: &Summary<'_>) -> String {
         text
     };
     let compensated = whole.compensated.as_ref();
-    let compensated = compensated.map(|own| of("with compensation", "could not be compensated", own)).unwrap_or_default();
+    let compensated =
+        compensated.map(|own| of("with compensation", "could not be compensated", own)).unwrap_or_default();
     of("without compensation", "have no equilibrium", &whole.plain) + &compensated
 }
 
@@ -263,7 +264,9 @@ pub fn headline(summary: &Summary<'_>, text: &ReportText) -> Headline {
     let left = summary.largest(Source::All, &RESIDUAL_ERROR).map(|(left, _)| left);
     let verdict = OutsidePositions::of(&study.machine, study.positions()).verdict(&study.machine, "this path");
     if let Some((sure, numbers)) = spread_headline(summary) {
-        let sentence = format!("{verdict}{sure} {under}, the tool of {name} is nominally off by up to {off} without compensation.");
+        let sentence = format!(
+            "{verdict}{sure} {under}, the tool of {name} is nominally off by up to {off} without compensation."
+        );
         return Headline::new(sentence, basis).with_cautions(&text.cautions).with_numbers(numbers);
     }
     let then = match left {
@@ -302,13 +305,18 @@ fn spread_headline(summary: &Summary<'_>) -> Option<(String, Vec<KeyNumber>)> {
                 _ => "Perhaps within tolerance",
             };
             let probability = percent(share);
-            format!("{word}: the compensated program stays within {tolerance} mm all along the path with {probability} probability. With what is known of machine and force, {stays}")
+            format!(
+                "{word}: the compensated program stays within {tolerance} mm all along the path with {probability} probability. With what is known of machine and force, {stays}"
+            )
         }
     };
     let against = |own: &LargestSpread| {
-        own.spread.within_tolerance.map_or_else(String::new, |share| format!("within tolerance with {} probability", percent(share)))
+        own.spread
+            .within_tolerance
+            .map_or_else(String::new, |share| format!("within tolerance with {} probability", percent(share)))
     };
-    let worse = whole.worse.map_or_else(String::new, |share| format!("worse than without with {} probability", percent(share)));
+    let worse =
+        whole.worse.map_or_else(String::new, |share| format!("worse than without with {} probability", percent(share)));
     let met = Some(against(compensated)).filter(|words| !words.is_empty());
     let of_compensated: Vec<String> = met.into_iter().chain(Some(worse).filter(|words| !words.is_empty())).collect();
     let mut numbers = vec![
