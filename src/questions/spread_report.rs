@@ -75,6 +75,12 @@ pub(crate) fn counted_inputs(uncertainty: &Uncertainty) -> String {
     words.join(" and ")
 }
 
+/// Formats a probability: that no draw, or each, does something does not make it impossible or certain.
+pub(crate) fn probability(share: f64) -> String {
+    let unseen = 2.0 / Draws::COUNT as f64;
+    percent(share.clamp(unseen, 1.0 - unseen))
+}
+
 /// Words for the first screen: how inputs were taken.
 pub(crate) fn basis(uncertainty: Option<&Uncertainty>) -> String {
     uncertainty.map_or_else(|| "inputs taken as exact".into(), |_| counted(Draws::COUNT, "draw"))

@@ -13,7 +13,7 @@ use crate::{
     files::{
         table::kind_word,
         text_table::text_table,
-        words::{counted, join_words, millimetres, millimetres_in_table, or_dash, percent},
+        words::{counted, join_words, millimetres, millimetres_in_table, or_dash},
     },
     machine::Motion,
     page::headline::{Extreme, Headline, InTable, KeyNumber},
@@ -107,7 +107,7 @@ fn spread_text(summary: &Summary<'_>) -> String {
     let within = |own: &LargestSpread| {
         let share = own.spread.within_tolerance.zip(summary.study.tolerance_mm);
         share.map_or_else(String::new, |(share, tolerance)| {
-            format!(" (within {tolerance} mm all along it with {} probability)", percent(share))
+            format!(" (within {tolerance} mm all along it with {} probability)", spread_report::probability(share))
         })
     };
     let mut text = format!(
@@ -126,7 +126,8 @@ fn spread_text(summary: &Summary<'_>) -> String {
         );
     }
     if let Some(worse) = whole.worse {
-        text += &format!("Compensation makes the largest distance larger with {} probability.\n", percent(worse));
+        let probability = spread_report::probability(worse);
+        text += &format!("Compensation makes the largest distance larger with {probability} probability.\n");
     }
     if let Some((off, k)) = summary.largest(Source::All, &WITHOUT_FORCE) {
         text += &format!(
@@ -264,10 +265,7 @@ pub fn headline(summary: &Summary<'_>, text: &ReportText) -> Headline {
     let left = summary.largest(Source::All, &RESIDUAL_ERROR).map(|(left, _)| left);
     let verdict = OutsidePositions::of(&study.machine, study.positions()).verdict(&study.machine, "this path");
     if let Some((sure, numbers)) = spread_headline(summary) {
-        let sentence = format!(
-            "{verdict}{sure} {under}, the tool of {name} is nominally off by up to {off} without compensation."
-        );
-        return Headline::new(sentence, basis).with_cautions(&text.cautions).with_numbers(numbers);
+        return Headline::new(verdict + &sure, basis).with_cautions(&text.cautions).with_numbers(numbers);
     }
     let then = match left {
         Some(left) if left <= ROUNDING_MM => "; compensated, the tool stays on the path".into(),
@@ -285,48 +283,44 @@ pub fn headline(summary: &Summary<'_>, text: &ReportText) -> Headline {
         .with_numbers(correction_number(summary))
 }
 
-/// Returns the verdict by the distribution of the largest distance after compensation, and its key numbers; `None` where inputs are taken as exact
-/// or nothing could be compensated.
+/// Returns the verdict by the distribution of the largest distance after compensation, and its key numbers; `None` where inputs are taken as exact.
 fn spread_headline(summary: &Summary<'_>) -> Option<(String, Vec<KeyNumber>)> {
-    let (whole, tolerance) = (summary.whole.as_ref()?, summary.study.tolerance_mm);
-    let compensated = whole.compensated.as_ref()?;
-    let p95 = |own: &LargestSpread| own.spread.p95_mm.map_or_else(|| "–".into(), |own| millimetres(own, 3));
-    let stays = format!(
-        "the compensated program leaves at most {} with 95 % probability; without compensation it is {}.",
-        quantile_words(compensated.spread.p95_mm),
-        quantile_words(whole.plain.spread.p95_mm)
-    );
-    let sure = match compensated.spread.within_tolerance.zip(tolerance) {
-        None => format!("With what is known of machine and force, {stays}"),
+    let (whole, name) = (summary.whole.as_ref()?, &summary.study.machine.name);
+    let (judged, how, without) = match &whole.compensated {
+        Some(own) => (own, "compensated", format!(" ({} without compensation)", quantile_words(whole.plain.spread.p95_mm))),
+        None => (&whole.plain, "without compensation, as none was found", String::new()),
+    };
+    let stays = format!("within {} with 95 %", quantile_words(judged.spread.p95_mm));
+    let sure = match judged.spread.within_tolerance.zip(summary.study.tolerance_mm) {
+        None => format!("The tool of {name}, {how}, stays {stays} probability{without} all along this path."),
         Some((share, tolerance)) => {
             let word = match share {
                 share if share >= P95 => "Within tolerance",
                 share if share < 1.0 - P95 => "Out of tolerance",
                 _ => "Perhaps within tolerance",
             };
-            let probability = percent(share);
+            let probability = spread_report::probability(share);
             format!(
-                "{word}: the compensated program stays within {tolerance} mm all along the path with {probability} probability. With what is known of machine and force, {stays}"
+                "{word}: the tool of {name}, {how}, stays within {tolerance} mm all along this path with {probability} probability, {stays}{without}."
             )
         }
     };
     let against = |own: &LargestSpread| {
-        own.spread
-            .within_tolerance
-            .map_or_else(String::new, |share| format!("within tolerance with {} probability", percent(share)))
+        let share = own.spread.within_tolerance;
+        share.map(|share| format!("within tolerance with {} probability", spread_report::probability(share)))
     };
-    let worse =
-        whole.worse.map_or_else(String::new, |share| format!("worse than without with {} probability", percent(share)));
-    let met = Some(against(compensated)).filter(|words| !words.is_empty());
-    let of_compensated: Vec<String> = met.into_iter().chain(Some(worse).filter(|words| !words.is_empty())).collect();
-    let mut numbers = vec![
-        KeyNumber::new(
-            &p95(compensated),
-            "largest distance from the path not exceeded with 95 % probability, compensated",
-            of_compensated.join("; "),
-        ),
-        KeyNumber::new(&p95(&whole.plain), "the same without compensation", against(&whole.plain)),
-    ];
+    let worse = whole.worse.map(|share| format!("worse than without with {}", spread_report::probability(share)));
+    let p95 = |own: &LargestSpread, what: &str, against: [Option<String>; 2]| {
+        let size = own.spread.p95_mm.map_or_else(|| "–".into(), |own| millimetres(own, 3));
+        KeyNumber::new(&size, what, against.into_iter().flatten().collect::<Vec<_>>().join("; "))
+    };
+    let mut numbers: Vec<KeyNumber> = Vec::new();
+    if let Some(own) = &whole.compensated {
+        let what = "largest distance from the path not exceeded with 95 % probability, compensated";
+        numbers.push(p95(own, what, [against(own), worse]));
+    }
+    let what = "largest distance from the path not exceeded with 95 % probability, without compensation";
+    numbers.push(p95(&whole.plain, what, [against(&whole.plain), None]));
     numbers.extend(summary.largest(Source::All, &WITHOUT_FORCE).map(|(off, k)| {
         let number = KeyNumber::new(
             &millimetres(off, 3),
