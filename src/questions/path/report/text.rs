@@ -287,7 +287,9 @@ pub fn headline(summary: &Summary<'_>, text: &ReportText) -> Headline {
 fn spread_headline(summary: &Summary<'_>) -> Option<(String, Vec<KeyNumber>)> {
     let (whole, name) = (summary.whole.as_ref()?, &summary.study.machine.name);
     let (judged, how, without) = match &whole.compensated {
-        Some(own) => (own, "compensated", format!(" ({} without compensation)", quantile_words(whole.plain.spread.p95_mm))),
+        Some(own) => {
+            (own, "compensated", format!(" ({} without compensation)", quantile_words(whole.plain.spread.p95_mm)))
+        }
         None => (&whole.plain, "without compensation, as none was found", String::new()),
     };
     let stays = format!("within {} with 95 %", quantile_words(judged.spread.p95_mm));
