@@ -733,3 +733,41 @@ fn what_is_cut_short_leaves_no_program_beside_files_of_another() {
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 5);
     }
 }
+
+/// What corrects for a force leads the tool off where that is absent; how far is said first, and refused where the process allows less.
+#[test]
+fn what_the_program_does_without_force_is_said_and_limited() {
+    let process = std::fs::read_to_string(folder().join("process.toml")).unwrap();
+    let program = std::fs::read_to_string(folder().join("groove.nc")).unwrap();
+    let with = |limit: f64| format!("{process}\n[limits]\nunloaded_gouge_mm = {limit:?}\n");
+    let (output, out) = compensate_on("orthoglide", ("groove.nc", &program), &with(10.0), &[]);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let most = report(&out)["without_force"]["error_max_mm"].as_f64().unwrap();
+    let said = unwrapped(&text(&output.stdout));
+    let expected = format!(
+        "Where the cutting force is absent (in air, in a spring pass, with a broken tool), the compensated program leads the tool off its path by \
+         up to {most:.3} mm, line "
+    );
+    assert!(said.contains(&expected), "{expected}{said}");
+    let mut table = csv::Reader::from_path(out.path().join("out.nc.points.csv")).unwrap();
+    let header = table.headers().unwrap().clone();
+    let column = |name: &str| header.iter().position(|own| own == name).unwrap();
+    let (without, cutting, by_force) =
+        (column("error_without_force_mm"), column("cutting"), column("error_before_cutting_mm"));
+    let number = |row: &csv::StringRecord, column: usize| row[column].parse::<f64>().unwrap();
+    let mut largest = 0.0f64;
+    for row in table.records().map(Result::unwrap).filter(|row| &row[cutting] == "1") {
+        // Nearly what the force does alone, to the other side.
+        let (off, moved) = (number(&row, without), number(&row, by_force));
+        assert!((off - moved).abs() < 0.03 * moved + 0.006, "{off} and {moved}");
+        largest = largest.max(off);
+    }
+    assert_eq!(largest, most);
+    let (output, out) = compensate_on("orthoglide", ("groove.nc", &program), &with(0.01), &[]);
+    let refused = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{refused}");
+    assert!(refused.contains("limits.unloaded_gouge_mm allows 0.01 mm") && refused.contains("groove.nc"), "{refused}");
+    let mut left: Vec<_> = std::fs::read_dir(out.path()).unwrap().map(|file| file.unwrap().file_name()).collect();
+    left.sort();
+    assert_eq!(left, ["groove.nc", "process.toml"]);
+}

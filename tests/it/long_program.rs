@@ -1,7 +1,7 @@
 //! A program of several parts: its points answer as if all of it were held at once, to the last bit.
 
 use kinetostat::{
-    compensation::Method,
+    compensation::{Method, Session, TaskPoint, simulate},
     input::Folder,
     machine::Machine,
     process::file::Process,
@@ -9,7 +9,9 @@ use kinetostat::{
     simulation::{
         ProgramFile, Source,
         along_path::{Commands, PathCase, PathPointResult, run},
+        settings,
     },
+    spatial::Wrench,
     work::Work,
 };
 use nalgebra::Vector3;
@@ -79,12 +81,13 @@ fn parts_answer_as_the_whole_does() {
 
     // What is tracked once for all passes of a part is what each would have been tracked to.
     let written = job.write(&corrected).unwrap();
-    let (mut before, mut as_written) = (Vec::new(), Vec::new());
+    let (mut before, mut as_written, mut without_force) = (Vec::new(), Vec::new(), Vec::new());
     let asked = Asked { compared: vec![Method::Linear], sources_apart: true, ..Asked::by(Method::Direct) };
     let proof = job
         .prove(("as written".into(), &written), &asked, &nothing_to_tell, |proved| {
             before.extend_from_slice(&proved.before[Source::All]);
             as_written.extend_from_slice(proved.written);
+            without_force.extend_from_slice(proved.without_force);
             Ok(())
         })
         .unwrap();
@@ -96,7 +99,21 @@ fn parts_answer_as_the_whole_does() {
         Ok(())
     });
     assert!(as_written == read_back);
-    let [_, by_linear, proved] = &proof[..] else { panic!("{proof:?}") };
+    // Point by point, of a session that begins anew at each: where the written program leads the unloaded machine.
+    let off = |k: usize| {
+        let mut session = Session::new(&job.machine, &job.real, settings());
+        let task = TaskPoint { load: Wrench::zero(), ..tasks[k] };
+        simulate(&mut session, &task, as_written[k].target.as_ref().unwrap()).position_error
+    };
+    for k in (0..job.path.len()).step_by(97) {
+        let (found, expected) = (without_force[k].unwrap(), off(k));
+        assert!((found - expected).norm() < 1e-8, "{k}: {found} instead of {expected}");
+    }
+    let most = proof.without_force.unwrap();
+    let largest = (0..job.path.len()).filter(|k| job.is_counted(*k) && tasks[*k].load != Wrench::zero());
+    let largest = largest.map(|k| without_force[k].unwrap().norm()).fold(0.0, f64::max);
+    assert!(most.size_mm == largest && largest > 0.2, "{most:?}: {largest}");
+    let [_, by_linear, proved] = &proof.passes[..] else { panic!("{proof:?}") };
     assert_eq!(proved.summary, pass.unwrap().summary);
     let linear = job.pass_by(Method::Linear, &nothing_to_tell, |_, _| Ok(())).unwrap();
     assert_eq!(by_linear.summary, linear.summary);

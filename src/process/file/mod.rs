@@ -114,6 +114,8 @@ pub struct CorrectionLimits {
     pub force_N: Option<f64>,
     /// The error norm to minimise where limits bind.
     pub objective: ErrorNorm,
+    /// Most that a compensated program may leave its path by where the cutting force is absent, mm.
+    pub unloaded_gouge_mm: Option<f64>,
 }
 
 impl CorrectionLimits {

@@ -144,6 +144,7 @@ fn limits(spec: &LimitsSpec, check: &Check) -> Result<CorrectionLimits> {
         correction_change_mm: change.optional_positive(spec.max_correction_change_mm)?,
         force_N: check.key("force_limit_N").optional_positive(spec.force_limit)?,
         objective: spec.objective,
+        unloaded_gouge_mm: check.key("unloaded_gouge_mm").optional_positive(spec.unloaded_gouge_mm)?,
     })
 }
 

@@ -184,6 +184,8 @@ pub struct LimitsSpec {
     /// The error norm to minimise where the limits bind.
     #[serde(default)]
     pub objective: ErrorNorm,
+    /// Most that a compensated program may leave its path by where the cutting force is absent.
+    pub unloaded_gouge_mm: Option<f64>,
 }
 
 /// The table `compensate`: what is compensated, and force blending at corners.

@@ -1,7 +1,7 @@
 //! Compensates a program: finds the commands, writes the program that gives them, reads it back and proves it by simulation.
 
 use super::{
-    CorrectedPath, Part, Pass, ProgramAsWritten, ProgramCommands, ProgramJob, ProvedPart,
+    CorrectedPath, Part, Pass, ProgramAsWritten, ProgramCommands, ProgramJob, Proof, ProvedPart, WithoutForce,
     bounded::{ExcessSearch, LimitExcess},
 };
 use crate::{
@@ -87,6 +87,8 @@ pub struct ProvedProgram {
     pub bounded: Option<BoundedPath>,
     /// Limits that the program as written exceeds; `None` where limits were not checked.
     pub exceeded: Option<Vec<LimitExcess>>,
+    /// Where the program as written leaves its path most if the cutting force is absent; `None` where none is expected.
+    pub without_force: Option<WithoutForce>,
     /// Number of non-cutting points (rapid moves) that have no correction and keep their position.
     pub uncorrected: usize,
 }
@@ -120,7 +122,7 @@ impl Asked {
     /// Returns the number of passes over the points of `job` for which progress is reported.
     pub fn pass_count(&self, job: &ProgramJob) -> usize {
         let sources = if self.sources_apart { Source::of(&job.machine).len() } else { 1 };
-        usize::from(self.ends_early) + 1 + self.compared.len() + sources + 1
+        usize::from(self.ends_early) + 1 + self.compared.len() + sources + 2
     }
 }
 
@@ -170,13 +172,20 @@ impl ProgramJob {
         drop(corrected);
         let mut exceedances = bounded.as_ref().map(|bounded| ExcessSearch::new(self, bounded));
         let name = format!("{}, as written", own.name);
-        let mut passes = self.prove((name, &written), asked, &done, |proved| {
+        let Proof { mut passes, without_force } = self.prove((name, &written), asked, &done, |proved| {
             work.check()?;
             exceedances.iter_mut().for_each(|exceedances| exceedances.add(proved.part.first, proved.written));
             to.take(proved, bounded.as_ref())
         })?;
         let exceeded = exceedances.map(ExcessSearch::worst);
         passes.insert(passes.len() - 1, own);
-        Ok(Compensated::Proved(Box::new(ProvedProgram { passes, written, bounded, exceeded, uncorrected })))
+        Ok(Compensated::Proved(Box::new(ProvedProgram {
+            passes,
+            written,
+            bounded,
+            exceeded,
+            without_force,
+            uncorrected,
+        })))
     }
 }

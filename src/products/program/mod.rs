@@ -23,7 +23,7 @@ use self::turned::with_best_gamma;
 pub use compensate::{Asked, CommandSource, Compensated, InMemory, ProvedProgram, Receiver, Refusal};
 pub use corrected::{CorrectedPath, ProgramAsWritten, WrittenCalls};
 pub use part::Part;
-pub use prove::{CuttingLawCheck, ProvedPart};
+pub use prove::{CuttingLawCheck, Proof, ProvedPart, WithoutForce};
 
 use crate::{
     compensation::{Method, Target, TaskPoint},

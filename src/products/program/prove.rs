@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use super::{Asked, Part, Pass, ProgramAsWritten, ProgramCommands, ProgramJob};
 use crate::{
-    compensation::Method,
+    compensation::{Method, TaskPoint},
     input::error::{Error, Result},
     process::cutting::PathLoad,
     simulation::{
@@ -25,25 +25,47 @@ pub struct ProvedPart<'a> {
     pub before: &'a BySource<Vec<Option<Vector3<f64>>>>,
     /// Results of the program as written.
     pub written: &'a [PathPointResult],
+    /// Error of the program as written where the cutting force is absent, base axes, mm; `None` without equilibrium.
+    pub without_force: &'a [Option<Vector3<f64>>],
+}
+
+/// Where the program as written leaves its path most if the cutting force is absent: in air, in a spring pass, with a broken tool.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WithoutForce {
+    /// Index of the point, one that counts and at which a force is expected.
+    pub point: usize,
+    /// Distance from the path there, mm.
+    pub size_mm: f64,
+}
+
+/// What a proof found.
+#[derive(Debug)]
+pub struct Proof {
+    /// No compensation, the compared methods, and last the program as written.
+    pub passes: Vec<Pass>,
+    /// `None` where no force is expected anywhere.
+    pub without_force: Option<WithoutForce>,
 }
 
 impl ProgramJob {
-    /// Simulates the program without compensation, by the other methods `asked` for, and as `written` under `name`; returns these passes in
-    /// this order. `take` gets each part in order, and `done` is called after each point of each pass.
+    /// Simulates the program without compensation, by the other methods `asked` for, and as `written` under `name`, with the cutting force and
+    /// without. `take` gets each part in order, and `done` is called after each point of each pass.
     ///
     /// # Errors
-    /// Errors of `take`, a machine without equilibrium under its weight, or a cutting force that its law does not give.
+    /// Errors of `take`, a machine without equilibrium under its weight, a cutting force that its law does not give, or more than
+    /// `unloaded_gouge_mm` off the path without it.
     pub fn prove(
         &self,
         (name, written): (String, &ProgramAsWritten),
         asked: &Asked,
         done: &(dyn Fn() + Sync),
         mut take: impl FnMut(&ProvedPart<'_>) -> Result<()>,
-    ) -> Result<Vec<Pass>> {
+    ) -> Result<Proof> {
         let machines = Machines::new(&self.machine, &self.process.errors)?;
         let methods: Vec<Method> = [Method::None].into_iter().chain(asked.compared.iter().copied()).collect();
         let (mut sums, mut as_written) = (vec![PathSums::default(); methods.len()], PathSums::default());
-        let (mut written_tracked, mut law, mut tracked_before) = (self.tracker(), CuttingLawCheck::new(self), None);
+        let (mut written_tracked, mut unloaded_tracked) = (self.tracker(), self.tracker());
+        let (mut law, mut tracked_before, mut most_off) = (CuttingLawCheck::new(self), None, None);
         for part in self.parts() {
             let part = part?;
             law.check(&part)?;
@@ -70,11 +92,51 @@ impl ProgramJob {
                 run_tracked(&case, commands, &track, done)
             });
             self.sum_up(&mut as_written, part.first, &answers);
-            take(&ProvedPart { part: &part, before: &before, written: &answers })?;
+            let unloaded = part.with_tasks(|task| TaskPoint { load: Wrench::zero(), ..*task });
+            let case = unloaded.case([&self.machine, &self.real, &self.machine]);
+            let without_force = self.part_results(&part, &mut unloaded_tracked, &commands, &|commands| {
+                run_tracked(&case, commands, &track, done)
+            });
+            let without_force: Vec<_> = without_force.iter().map(PathPointResult::solved_error).collect();
+            most_off = self.most_off(most_off, &part, &without_force);
+            take(&ProvedPart { part: &part, before: &before, written: &answers, without_force: &without_force })?;
         }
         sums.push(as_written);
         let names = methods.iter().map(|method| method.label()).chain([name]);
-        Ok(names.zip(&sums).map(|(name, sums)| Pass { name, summary: sums.summary() }).collect())
+        let passes = names.zip(&sums).map(|(name, sums)| Pass { name, summary: sums.summary() }).collect();
+        self.check_gouge(most_off)?;
+        Ok(Proof { passes, without_force: most_off })
+    }
+
+    /// Returns where the `errors` at the points of `part` are larger than at the point `before`, or that; of points that count and at which a force is
+    /// expected.
+    fn most_off(
+        &self,
+        before: Option<WithoutForce>,
+        part: &Part<'_>,
+        errors: &[Option<Vector3<f64>>],
+    ) -> Option<WithoutForce> {
+        let at = part.range().zip(part.tasks()).zip(errors);
+        let expected = at.filter(|((point, task), _)| self.is_counted(*point) && task.load != Wrench::zero());
+        let here = expected.filter_map(|((point, _), error)| Some(WithoutForce { point, size_mm: error.as_ref()?.norm() }));
+        before.into_iter().chain(here).reduce(|most, next| if next.size_mm > most.size_mm { next } else { most })
+    }
+
+    /// Refuses a program that leaves its path by more than its limit where the cutting force is absent.
+    fn check_gouge(&self, most_off: Option<WithoutForce>) -> Result<()> {
+        let (Some(limit), Some(WithoutForce { point, size_mm })) = (self.process.limits.unloaded_gouge_mm, most_off) else {
+            return Ok(());
+        };
+        if size_mm <= limit {
+            return Ok(());
+        }
+        let line = self.file.line_name(self.path.points()[point].source.segment).map_or_else(String::new, |line| format!("{line}, "));
+        let along = self.path.points()[point].arc_length_mm;
+        let problem = format!(
+            "where the cutting force is absent (in air, in a spring pass, with a broken tool), the compensated program would leave its path by \
+             {size_mm:.4} mm, {line}{along:.1} mm along the path: limits.unloaded_gouge_mm allows {limit} mm"
+        );
+        Err(Error::argument(&self.name, problem))
     }
 }
 

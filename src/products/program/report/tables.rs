@@ -27,6 +27,9 @@ use crate::{
 /// Columns of [`program_table`] whose largest values are the worst points.
 pub const PROGRAM_RANKS: [&str; 2] = ["error_before_mm", "error_after_mm"];
 
+/// Column of the error as written where the cutting force is absent.
+pub(super) const WITHOUT_FORCE: &str = "error_without_force_mm";
+
 /// Returns the columns of [`program_table`].
 pub fn program_columns(job: &ProgramJob) -> Vec<Column> {
     let (machine, calls_files) = (&job.machine, !job.file.called_files().is_empty());
@@ -37,6 +40,7 @@ pub fn program_columns(job: &ProgramJob) -> Vec<Column> {
     columns.extend(numbers(["x_mm", "y_mm", "z_mm", "commanded_x_mm", "commanded_y_mm", "commanded_z_mm"]));
     columns.extend(numbers(Source::of(machine).iter().map(|source| error_before_column(*source))));
     columns.extend(numbers(["error_after_mm", "error_after_x_mm", "error_after_y_mm", "error_after_z_mm"]));
+    columns.extend(numbers([WITHOUT_FORCE]));
     columns.extend(numbers(["residual_rotation_deg"]));
     columns.extend(numbers(cutting_force::columns()));
     columns.extend(texts(["status", "reason", "limits"]));
@@ -63,7 +67,7 @@ pub fn program_table(job: &ProgramJob, proved: &ProvedPart<'_>, bounded: Option<
     let columns = program_columns(job);
     let called = job.file.called_files();
     let width = columns.len();
-    let ProvedPart { part, before, written } = proved;
+    let ProvedPart { part, before, written, without_force } = proved;
     let (points, tasks) = (part.points, part.tasks());
     let stations = stations(&job.process, points, tasks, Some(&job.file));
     let mut track = job.tracker();
@@ -82,6 +86,7 @@ pub fn program_table(job: &ProgramJob, proved: &ProvedPart<'_>, bounded: Option<
         let shown = |value: f64| Cell::from(answer.is_settled.then_some(value));
         row.push(shown(answer.position_error.norm()));
         row.extend(answer.position_error.iter().map(|v| shown(*v)));
+        row.push(without_force[i].map(|error| error.norm()).into());
         row.push(shown(answer.residual_rotation.norm().to_degrees()));
         row.extend(cutting_force::force_cells(task));
         row.extend([
@@ -187,7 +192,8 @@ const SCHEMA: u32 = 3;
 
 /// Returns the report of the program as JSON: its passes, limits, blocks, calls and assumptions.
 pub fn program_json(report: &Report<'_>) -> Value {
-    let Report { job, proved: ProvedProgram { passes, bounded, exceeded, written, .. }, .. } = report;
+    let Report { job, proved, .. } = report;
+    let ProvedProgram { passes, bounded, exceeded, written, .. } = proved;
     let (notes, dialect) = match &job.file {
         ProgramFile::Gcode(program) => (program.notes().clone(), Some(program.notes().dialect.label())),
         ProgramFile::Robot(program) => {
@@ -220,6 +226,7 @@ pub fn program_json(report: &Report<'_>) -> Value {
         "length_mm": job.path.length_mm(),
         "passes": passes,
         "bounded": bounded.as_ref().map(|path| bounded_json(job, path)),
+        "without_force": proved.without_force.map(|most| json!({ "point": most.point, "error_max_mm": most.size_mm })),
         "limits_exceeded_as_written": exceeded.as_ref().map(|exceeded| exceeded_json(job, exceeded)),
         "write_tolerance_mm": (!matches!(job.file, ProgramFile::Polyline(_))).then_some(job.process.write_tolerance_mm),
         "blocks": written.blocks,

@@ -17,7 +17,7 @@ use crate::{
     products::program::{ProgramJob, ProvedProgram, bounded::LimitExcess},
     questions::path::report::facts_text,
     simulation::{
-        ProgramFile, Source,
+        ProgramFile, ROUNDING_MM, Source,
         blocks::{Blocks, BlocksBeforeAfter, Spread},
     },
 };
@@ -213,6 +213,7 @@ pub fn headline(report: &Report<'_>) -> Headline {
         .with_cautions(
             &report.proved.exceeded.as_deref().map_or_else(String::new, |found| exceeded_text(report.job, found)),
         )
+        .with_cautions(&without_force_text(report))
         .with_cautions(&caution_text(report))
         .with_numbers(distances(report).into_iter().flatten())
         .with_numbers(largest_correction(report));
@@ -229,6 +230,19 @@ fn caution_text(report: &Report<'_>) -> String {
         + &report.findings.outside.words("point")
         + &facts_text(&report.job.process.assumed())
         + &notes_text(report.job, &report.proved.written.calls)
+}
+
+/// Returns where the written program leads the tool if the cutting force is absent; empty where none is expected, or rounding is left.
+fn without_force_text(report: &Report<'_>) -> String {
+    let Some(most) = report.proved.without_force.filter(|most| most.size_mm > ROUNDING_MM) else { return String::new() };
+    let point = &report.job.path.points()[most.point];
+    let line = report.job.file.line_name(point.source.segment).map_or_else(String::new, |line| format!("{line}, "));
+    format!(
+        "Where the cutting force is absent (in air, in a spring pass, with a broken tool), the compensated program leads the tool off its path by up to \
+         {}, {line}{:.1} mm along the path.\n",
+        millimetres(most.size_mm, 3),
+        point.arc_length_mm
+    )
 }
 
 /// Returns the main sentence: the largest error without compensation, its line, and the residual error as written.
