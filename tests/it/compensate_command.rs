@@ -762,7 +762,7 @@ fn what_the_program_does_without_force_is_said_and_limited() {
         assert!((off - moved).abs() < 0.03 * moved + 0.006, "{off} and {moved}");
         largest = largest.max(off);
     }
-    assert_eq!(largest, most);
+    assert!((largest / most - 1.0).abs() < 1e-12, "{largest} and {most}");
     let (output, out) = compensate_on("orthoglide", ("groove.nc", &program), &with(0.01), &[]);
     let refused = text(&output.stderr);
     assert_eq!(output.status.code(), Some(2), "{refused}");

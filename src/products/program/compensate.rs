@@ -87,8 +87,8 @@ pub struct ProvedProgram {
     pub bounded: Option<BoundedPath>,
     /// Limits that the program as written exceeds; `None` where limits were not checked.
     pub exceeded: Option<Vec<LimitExcess>>,
-    /// Where the program as written leaves its path most if the cutting force is absent; `None` where none is expected.
-    pub without_force: Option<WithoutForce>,
+    /// What the program as written does if the cutting force is absent.
+    pub without_force: WithoutForce,
     /// Number of non-cutting points (rapid moves) that have no correction and keep their position.
     pub uncorrected: usize,
 }

@@ -29,13 +29,14 @@ pub struct ProvedPart<'a> {
     pub without_force: &'a [Option<Vector3<f64>>],
 }
 
-/// Where the program as written leaves its path most if the cutting force is absent: in air, in a spring pass, with a broken tool.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// What the program as written does if the cutting force is absent (in air, in a spring pass, with a broken tool), over the points that count and
+/// at which a force is expected.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct WithoutForce {
-    /// Index of the point, one that counts and at which a force is expected.
-    pub point: usize,
-    /// Distance from the path there, mm.
-    pub size_mm: f64,
+    /// Point farthest from the path, and its distance, mm; `None` where no force is expected anywhere.
+    pub most: Option<(usize, f64)>,
+    /// Number of points at which the machine then has no equilibrium.
+    pub unknown: usize,
 }
 
 /// What a proof found.
@@ -43,8 +44,8 @@ pub struct WithoutForce {
 pub struct Proof {
     /// No compensation, the compared methods, and last the program as written.
     pub passes: Vec<Pass>,
-    /// `None` where no force is expected anywhere.
-    pub without_force: Option<WithoutForce>,
+    /// The program as written where the cutting force is absent.
+    pub without_force: WithoutForce,
 }
 
 impl ProgramJob {
@@ -65,7 +66,7 @@ impl ProgramJob {
         let methods: Vec<Method> = [Method::None].into_iter().chain(asked.compared.iter().copied()).collect();
         let (mut sums, mut as_written) = (vec![PathSums::default(); methods.len()], PathSums::default());
         let (mut written_tracked, mut unloaded_tracked) = (self.tracker(), self.tracker());
-        let (mut law, mut tracked_before, mut most_off) = (CuttingLawCheck::new(self), None, None);
+        let (mut law, mut tracked_before, mut off) = (CuttingLawCheck::new(self), None, WithoutForce::default());
         for part in self.parts() {
             let part = part?;
             law.check(&part)?;
@@ -98,45 +99,54 @@ impl ProgramJob {
                 run_tracked(&case, commands, &track, done)
             });
             let without_force: Vec<_> = without_force.iter().map(PathPointResult::solved_error).collect();
-            most_off = self.most_off(most_off, &part, &without_force);
+            self.add_without_force(&mut off, &part, &without_force);
             take(&ProvedPart { part: &part, before: &before, written: &answers, without_force: &without_force })?;
         }
         sums.push(as_written);
         let names = methods.iter().map(|method| method.label()).chain([name]);
         let passes = names.zip(&sums).map(|(name, sums)| Pass { name, summary: sums.summary() }).collect();
-        self.check_gouge(most_off)?;
-        Ok(Proof { passes, without_force: most_off })
+        self.check_gouge(off)?;
+        Ok(Proof { passes, without_force: off })
     }
 
-    /// Returns where the `errors` at the points of `part` are larger than at the point `before`, or that; of points that count and at which a force is
-    /// expected.
-    fn most_off(
-        &self,
-        before: Option<WithoutForce>,
-        part: &Part<'_>,
-        errors: &[Option<Vector3<f64>>],
-    ) -> Option<WithoutForce> {
-        let at = part.range().zip(part.tasks()).zip(errors);
-        let expected = at.filter(|((point, task), _)| self.is_counted(*point) && task.load != Wrench::zero());
-        let here = expected.filter_map(|((point, _), error)| Some(WithoutForce { point, size_mm: error.as_ref()?.norm() }));
-        before.into_iter().chain(here).reduce(|most, next| if next.size_mm > most.size_mm { next } else { most })
-    }
-
-    /// Refuses a program that leaves its path by more than its limit where the cutting force is absent.
-    fn check_gouge(&self, most_off: Option<WithoutForce>) -> Result<()> {
-        let (Some(limit), Some(WithoutForce { point, size_mm })) = (self.process.limits.unloaded_gouge_mm, most_off) else {
-            return Ok(());
-        };
-        if size_mm <= limit {
-            return Ok(());
+    /// Adds the `errors` without force at the points of `part`.
+    fn add_without_force(&self, off: &mut WithoutForce, part: &Part<'_>, errors: &[Option<Vector3<f64>>]) {
+        for ((point, task), error) in part.range().zip(part.tasks()).zip(errors) {
+            if !self.is_counted(point) || task.load == Wrench::zero() {
+                continue;
+            }
+            match error.map(|error| error.norm()) {
+                None => off.unknown += 1,
+                Some(size) if off.most.is_none_or(|(_, most)| size > most) => off.most = Some((point, size)),
+                Some(_) => {}
+            }
         }
-        let line = self.file.line_name(self.path.points()[point].source.segment).map_or_else(String::new, |line| format!("{line}, "));
-        let along = self.path.points()[point].arc_length_mm;
-        let problem = format!(
-            "where the cutting force is absent (in air, in a spring pass, with a broken tool), the compensated program would leave its path by \
-             {size_mm:.4} mm, {line}{along:.1} mm along the path: limits.unloaded_gouge_mm allows {limit} mm"
-        );
+    }
+
+    /// Refuses a program that leaves its path by more than its limit where the cutting force is absent, or of which that is not known.
+    fn check_gouge(&self, off: WithoutForce) -> Result<()> {
+        let Some(limit) = self.process.limits.unloaded_gouge_mm else { return Ok(()) };
+        let allows = format!("limits.unloaded_gouge_mm allows {limit} mm");
+        let problem = match off {
+            WithoutForce { unknown: 1.., .. } => format!(
+                "where the cutting force is absent, the machine has no equilibrium at {} points of the compensated program: {allows}",
+                off.unknown
+            ),
+            WithoutForce { most: Some((point, size)), .. } if size > limit => format!(
+                "where the cutting force is absent (in air, in a spring pass, with a broken tool), the compensated program would leave its path by \
+                 {size:.4} mm, {}: {allows}",
+                self.place_words(point)
+            ),
+            _ => return Ok(()),
+        };
         Err(Error::argument(&self.name, problem))
+    }
+
+    /// Describes a point of the path: its line and the length up to it.
+    pub(super) fn place_words(&self, point: usize) -> String {
+        let at = &self.path.points()[point];
+        let line = self.file.line_name(at.source.segment).map_or_else(String::new, |line| format!("{line}, "));
+        format!("{line}{:.1} mm along the path", at.arc_length_mm)
     }
 }
 

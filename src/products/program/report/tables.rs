@@ -226,7 +226,11 @@ pub fn program_json(report: &Report<'_>) -> Value {
         "length_mm": job.path.length_mm(),
         "passes": passes,
         "bounded": bounded.as_ref().map(|path| bounded_json(job, path)),
-        "without_force": proved.without_force.map(|most| json!({ "point": most.point, "error_max_mm": most.size_mm })),
+        "without_force": json!({
+            "point": proved.without_force.most.map(|(point, _)| point),
+            "error_max_mm": proved.without_force.most.map(|(_, size)| size),
+            "points_unknown": proved.without_force.unknown,
+        }),
         "limits_exceeded_as_written": exceeded.as_ref().map(|exceeded| exceeded_json(job, exceeded)),
         "write_tolerance_mm": (!matches!(job.file, ProgramFile::Polyline(_))).then_some(job.process.write_tolerance_mm),
         "blocks": written.blocks,

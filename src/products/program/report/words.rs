@@ -234,15 +234,19 @@ fn caution_text(report: &Report<'_>) -> String {
 
 /// Returns where the written program leads the tool if the cutting force is absent; empty where none is expected, or rounding is left.
 fn without_force_text(report: &Report<'_>) -> String {
-    let Some(most) = report.proved.without_force.filter(|most| most.size_mm > ROUNDING_MM) else { return String::new() };
-    let point = &report.job.path.points()[most.point];
-    let line = report.job.file.line_name(point.source.segment).map_or_else(String::new, |line| format!("{line}, "));
-    format!(
-        "Where the cutting force is absent (in air, in a spring pass, with a broken tool), the compensated program leads the tool off its path by up to \
-         {}, {line}{:.1} mm along the path.\n",
-        millimetres(most.size_mm, 3),
-        point.arc_length_mm
-    )
+    let off = &report.proved.without_force;
+    let mut text = off.most.filter(|(_, size)| *size > ROUNDING_MM).map_or_else(String::new, |(point, size)| {
+        format!(
+            "Where the cutting force is absent (in air, in a spring pass, with a broken tool), the compensated program leads the tool off its path by \
+             up to {}, {}.\n",
+            millimetres(size, 3),
+            report.job.place_words(point)
+        )
+    });
+    if off.unknown > 0 {
+        text += &format!("At {} it has no equilibrium without the force.\n", counted(off.unknown, "point"));
+    }
+    text
 }
 
 /// Returns the main sentence: the largest error without compensation, its line, and the residual error as written.
