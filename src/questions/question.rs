@@ -244,17 +244,26 @@ impl StudyContext<'_> {
         self.check.root().key("machine").misfit(problem, ())
     }
 
-    /// Returns what the study says is not known exactly, for `machine` as its process has it; `None` if it says nothing, and on pages, which compute
-    /// with nominal numbers.
+    /// Returns what the study says is not known exactly, for `machine` with chain `errors` as its process has it, and the files read for it; `None` if it says nothing, and
+    /// on pages, which compute with nominal numbers.
     ///
     /// # Errors
-    /// A table that makes no sense for the machine.
-    pub(crate) fn uncertainty(&self, machine: &Machine) -> Result<Option<Uncertainty>> {
+    /// A table that makes no sense for the machine, or a file that cannot be read.
+    pub(crate) fn uncertainty(&self, machine: &Machine, errors: &[ChainError]) -> Result<(Option<Uncertainty>, Inputs)> {
         self.is_uncertainty_read.set(true);
         let Some(spec) = self.header.uncertainty.as_ref().filter(|_| !cfg!(target_family = "wasm")) else {
-            return Ok(None);
+            return Ok((None, Inputs::default()));
         };
-        uncertainty::resolve(spec, machine, &self.check.root().key("uncertainty")).map(Some)
+        let (check, machine) = (self.check.root().key("uncertainty"), (machine, errors));
+        let Some(file) = &spec.covariance else {
+            return Ok((Some(uncertainty::resolve(spec, None, machine, &check)?), Inputs::default()));
+        };
+        if !self.folder.has_file(file) {
+            return check.key("covariance").fail(format!("\"{file}\" is not a file in the study's folder"));
+        }
+        let (bytes, origin) = (self.folder.bytes(file)?, self.folder.path(file).display().to_string());
+        let found = uncertainty::resolve(spec, Some((&bytes, &origin)), machine, &check)?;
+        Ok((Some(found), Inputs::of(file, String::from_utf8_lossy(&bytes).into_owned())))
     }
 
     /// Refuses a process and an uncertainty in the study file that the question never read.

@@ -104,6 +104,12 @@ pub(crate) fn cautions(uncertainty: Option<&Uncertainty>, counts: &SpreadCounts)
     if !exact.is_empty() {
         text += &format!("Taken as exact, as nobody says how well they are known: {exact}.\n");
     }
+    if !uncertainty.cut.is_empty() {
+        text += &format!(
+            "Not taken from the identification, but varied by themselves or not at all: {}.\n",
+            listed_up_to(MOST_NAMED, uncertainty.cut.iter().cloned())
+        );
+    }
     let SpreadCounts { unknown, failed_draws, solved_draws, .. } = counts;
     if *failed_draws > 0 {
         text += &format!(

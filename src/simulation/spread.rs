@@ -57,6 +57,8 @@ pub(crate) struct DrawnMachines<'a> {
     pub ends: Vec<[Option<Machines>; 2]>,
     /// Coordinates of each parameter at these ends.
     end_coordinates: Vec<[f64; 2]>,
+    /// What spreads a result ([`Uncertainty::causes`]).
+    causes: Vec<(String, Vec<usize>)>,
     /// Machines of the draws of the first scramble, made when they are needed.
     drawn: Vec<OnceLock<Result<Machines, Failure>>>,
 }
@@ -81,7 +83,8 @@ impl<'a> DrawnMachines<'a> {
         let ends = (0..uncertainty.parameters.len()).map(|own| Ok([end(own, 0)?, end(own, 1)?]));
         let drawn = (0..Draws::PER_SCRAMBLE).map(|_| OnceLock::new()).collect();
         let (ends, end_coordinates) = (ends.collect::<error::Result<_>>()?, uncertainty.end_coordinates());
-        Ok(Some(Self { uncertainty, nominal, errors, ends, end_coordinates, drawn }))
+        let causes = uncertainty.causes().collect();
+        Ok(Some(Self { uncertainty, nominal, errors, ends, end_coordinates, causes, drawn }))
     }
 
     /// Words for the machine with `parameter` alone at one of its ends.
@@ -140,22 +143,22 @@ impl WantedSpread<'_> {
         };
         let surrogate = Surrogate::new(&self.drawn.end_coordinates, unloaded, loaded, draws);
         let sizes = surrogate.largest_displacements(draws);
-        let mut spread = self.spread_with_cause(&surrogate.variances(draws));
+        let causes = self.drawn.causes.iter().map(|(_, parameters)| &parameters[..]);
+        let mut spread = self.spread_with_cause(&surrogate.variances(draws, causes));
         match self.check(&sizes, &mut spread)? {
             true => Ok((spread, Sizes { mm: sizes, is_by_engine: false })),
             false => self.spread_by_engine(spread),
         }
     }
 
-    /// A distribution with its main cause by `variances`, of which the last is that by the force.
+    /// A distribution with its main cause by the `variances` of each cause.
     fn spread_with_cause(&self, variances: &[f64]) -> DeflectionSpread {
         let sum: f64 = variances.iter().sum();
         let largest =
             (0..variances.len()).fold(0, |most, own| if variances[own] > variances[most] { own } else { most });
-        let name = self.drawn.uncertainty.parameters.get(largest).map_or("cutting force", |own| own.name());
         let has_cause = sum > ROUNDING_MM * ROUNDING_MM;
         DeflectionSpread {
-            main_cause: has_cause.then(|| name.into()),
+            main_cause: has_cause.then(|| self.drawn.causes[largest].0.clone()),
             main_cause_share: has_cause.then(|| variances[largest] / sum),
             ..DeflectionSpread::default()
         }

@@ -1,5 +1,7 @@
 //! The draws: standard normal numbers for each uncertain quantity, the same at every place.
 
+use nalgebra::DMatrix;
+
 use super::{Spread, UncertainParameter, normal_quantile, sobol};
 
 /// Draws of all uncertain quantities, in scrambles that are independent of one another.
@@ -11,6 +13,8 @@ pub struct Draws {
     pub coordinates: Vec<Vec<f64>>,
     /// Least and largest coordinate of each parameter.
     pub ranges: Vec<[f64; 2]>,
+    /// Parameters whose draws are correlated, by their indices.
+    pub correlated: Vec<usize>,
     /// Factor of the cutting force in each draw.
     pub force: Vec<f64>,
     /// Largest difference of these from 1.
@@ -25,20 +29,33 @@ impl Draws {
     /// Number of draws.
     pub const COUNT: usize = Self::SCRAMBLES * Self::PER_SCRAMBLE;
 
-    /// Draws of `parameters` and of a force with the distribution `force`.
-    pub fn new(parameters: &[UncertainParameter], force: Option<Spread>, seed: u32) -> Self {
+    /// Draws of `parameters` and of a force with the distribution `force`. Those of the parameters with the indices `correlated` are the products of
+    /// `factor` with independent ones.
+    pub fn new(
+        parameters: &[UncertainParameter],
+        (correlated, factor): (&[usize], &DMatrix<f64>),
+        force: Option<Spread>,
+        seed: u32,
+    ) -> Self {
         let points = sobol::points(parameters.len() + 1, Self::SCRAMBLES, Self::PER_SCRAMBLE, seed.into());
         // The force comes first, so that it is the same with other parameters.
         let mut normal: Vec<Vec<f64>> =
             points.into_iter().map(|own| own.into_iter().map(normal_quantile).collect()).collect();
-        let factor = |z: f64| force.map_or(1.0, |spread| spread.value(1.0, z));
-        let force: Vec<f64> = normal.remove(0).into_iter().map(factor).collect();
+        let force_factor = |z: f64| force.map_or(1.0, |spread| spread.value(1.0, z));
+        let force: Vec<f64> = normal.remove(0).into_iter().map(force_factor).collect();
+        let mut independent = vec![0.0; correlated.len()];
+        for draw in 0..Self::COUNT {
+            independent.iter_mut().zip(correlated).for_each(|(own, parameter)| *own = normal[*parameter][draw]);
+            for (row, parameter) in factor.row_iter().zip(correlated) {
+                normal[*parameter][draw] = row.iter().zip(&independent).map(|(a, b)| a * b).sum();
+            }
+        }
         let force_range = force.iter().fold(0.0, |most: f64, factor| most.max((factor - 1.0).abs()));
         let of = |(own, normal): (&UncertainParameter, &Vec<f64>)| normal.iter().map(|z| own.coordinate(*z)).collect();
         let coordinates: Vec<Vec<f64>> = parameters.iter().zip(&normal).map(of).collect();
         let range =
             |own: &Vec<f64>| own.iter().fold([0.0f64; 2], |[least, largest], x| [least.min(*x), largest.max(*x)]);
         let ranges = coordinates.iter().map(range).collect();
-        Self { normal, coordinates, ranges, force, force_range }
+        Self { normal, coordinates, ranges, correlated: correlated.into(), force, force_range }
     }
 }

@@ -3,6 +3,7 @@
 //! Parameters of the machine (stiffnesses, sections, errors of chains) and the cutting force. The question makes the machines and solves them;
 //! nothing here does.
 
+mod covariance;
 mod draws;
 mod resolve;
 pub mod sobol;
@@ -10,6 +11,7 @@ pub(crate) mod spec;
 mod spread;
 mod surrogate;
 
+pub use covariance::{COVARIANCE_COLUMNS, DISTRIBUTIONS};
 pub use draws::Draws;
 pub use resolve::{ASSUMED_RELATIVE_STD, resolve};
 pub use spread::{Spread, Z_95_INTERVAL, normal_cdf, normal_quantile};
@@ -52,6 +54,8 @@ pub enum SpreadSource {
     Provenance,
     /// The default for what the machine file grades as assumed.
     Assumed,
+    /// The covariance that an identification wrote.
+    Identified,
 }
 
 impl SpreadSource {
@@ -61,6 +65,7 @@ impl SpreadSource {
             SpreadSource::Given => "study",
             SpreadSource::Provenance => "machine file",
             SpreadSource::Assumed => "assumed",
+            SpreadSource::Identified => "identification",
         }
     }
 }
@@ -102,6 +107,10 @@ pub struct Uncertainty {
     pub machine: Machine,
     /// Parameters that vary.
     pub parameters: Vec<UncertainParameter>,
+    /// Parameters that vary together as an identification found, by their indices; empty where there are none.
+    pub correlated: Vec<usize>,
+    /// Names of parameters whose correlations with others an entry of the study cuts.
+    pub cut: Vec<String>,
     /// Distribution of the factor of the cutting force.
     pub force: Option<Spread>,
     /// The draws.
@@ -140,6 +149,17 @@ impl Uncertainty {
     /// Interval that holds 95 % of the factors of the cutting force; `None` where that is exact.
     pub fn force_factor_95(&self) -> Option<[f64; 2]> {
         self.force.map(|spread| [-Z_95_INTERVAL, Z_95_INTERVAL].map(|z| spread.value(1.0, z)))
+    }
+
+    /// What spreads a result, with the indices of its parameters: each by itself, those that are correlated together; the force, with none, last.
+    pub fn causes(&self) -> impl Iterator<Item = (String, Vec<usize>)> {
+        let together = (!self.correlated.is_empty()).then(|| {
+            let names: Vec<&str> = self.correlated.iter().map(|own| self.parameters[*own].name()).collect();
+            (names.join(" with "), self.correlated.clone())
+        });
+        let alone = (0..self.parameters.len()).filter(|own| !self.correlated.contains(own));
+        let alone = alone.map(|own| (self.parameters[own].name().to_string(), vec![own]));
+        alone.chain(together).chain([("cutting force".into(), Vec::new())])
     }
 
     /// Names of parameters that vary by a default.

@@ -2,8 +2,11 @@
 
 use std::collections::BTreeMap;
 
+use nalgebra::DMatrix;
+
 use super::{
     Draws, Role, Spread, SpreadSource, UncertainParameter, Uncertainty, Z_95_INTERVAL,
+    covariance::Covariance,
     spec::{ChainErrorToleranceSpec, ParameterUncertaintySpec, SpreadSpec, UncertaintySpec},
     varies,
 };
@@ -12,7 +15,7 @@ use crate::{
         check::Check,
         error::{Error, Result},
     },
-    machine::{Grade, Machine, Parameter, Unit, is_pattern_of},
+    machine::{ChainError, Grade, Machine, Parameter, Unit, is_pattern_of},
     process::file::chain_errors::unknown_chain,
 };
 
@@ -41,11 +44,16 @@ const NOT_VARIED: [&str; 12] = [
     "gravity",
 ];
 
-/// Checks the table at `check` for the nominal `machine`.
+/// Checks the table at `check` for the nominal `machine` with chain `errors`; `covariance` is its file with the name for errors.
 ///
 /// # Errors
-/// Patterns that name no parameter, parameters named twice, deviations that make no machine.
-pub fn resolve(spec: &UncertaintySpec, machine: &Machine, check: &Check) -> Result<Uncertainty> {
+/// Patterns that name no parameter, parameters named twice, deviations that make no machine, a covariance of another machine.
+pub fn resolve(
+    spec: &UncertaintySpec,
+    covariance: Option<(&[u8], &str)>,
+    (machine, errors): (&Machine, &[ChainError]),
+    check: &Check,
+) -> Result<Uncertainty> {
     let (machine, designs) = machine.with_separate_mounts().or_else(|error| check.fail(error.to_string()))?;
     let mut found = Found { all: machine.parameters(), machine: &machine, designs, parameters: Vec::new() };
     for (i, entry) in spec.parameter.iter().enumerate() {
@@ -54,8 +62,26 @@ pub fn resolve(spec: &UncertaintySpec, machine: &Machine, check: &Check) -> Resu
     for (i, entry) in spec.chain_error.iter().enumerate() {
         found.add_tolerances(entry, &check.key(&format!("chain_error[{i}]")))?;
     }
+    let covariance = covariance.map(|(bytes, origin)| Covariance::read(bytes, origin)).transpose()?;
+    let (mut correlated, mut cut, mut factor) = (Vec::new(), Vec::new(), DMatrix::zeros(0, 0));
+    if let Some(covariance) = &covariance {
+        let taken = found.add_from_covariance(covariance, errors, &check.key("covariance"))?;
+        factor = covariance.correlation_factor(&taken.iter().map(|(own, _)| *own).collect::<Vec<_>>());
+        correlated = taken.iter().map(|(_, parameter)| *parameter).collect();
+        let is_cut = |own: &usize| taken.iter().all(|(taken, _)| taken != own);
+        cut = (0..covariance.parameters.len()).filter(is_cut).map(|own| covariance.parameters[own].name.clone()).collect();
+    }
     if spec.machine.is_some() {
         found.add_from_provenance(&check.key("machine"))?;
+    }
+    for open in covariance.iter().flat_map(|own| &own.open) {
+        let may_vary = |own: &Parameter| found.may_vary(&own.name) && !varies(&found.parameters, &own.name);
+        let named = found.named(open);
+        if !named.is_empty() && named.iter().all(may_vary) {
+            return check.key("covariance").fail(format!(
+                "the measurements left {open} open: expected an entry [[uncertainty.parameter]] that says how well it is known"
+            ));
+        }
     }
     let parameters = found.parameters;
     if parameters.len() > MOST_PARAMETERS {
@@ -71,13 +97,13 @@ pub fn resolve(spec: &UncertaintySpec, machine: &Machine, check: &Check) -> Resu
                 "varies nothing: the machine file has neither intervals nor assumed stiffnesses in [[provenance]]"
             }
             None => {
-                "varies nothing: expected machine = \"provenance\", parameter, chain_error or process.force_relative_std"
+                "varies nothing: expected machine = \"provenance\", covariance, parameter, chain_error or process.force_relative_std"
             }
         };
         return check.fail(nothing.into());
     }
-    let draws = Draws::new(&parameters, force, spec.seed);
-    Ok(Uncertainty { machine, parameters, force, draws })
+    let draws = Draws::new(&parameters, (&correlated, &factor), force, spec.seed);
+    Ok(Uncertainty { machine, parameters, correlated, cut, force, draws })
 }
 
 /// Parameters found so far.
@@ -200,6 +226,58 @@ impl Found<'_> {
         Ok(())
     }
 
+    /// Parameters called `name`, themselves or in their design: of a design, those of all mountings.
+    fn named(&self, name: &str) -> Vec<Parameter> {
+        self.all.iter().filter(|own| self.names(own).iter().any(|own| own == name)).cloned().collect()
+    }
+
+    /// Adds the identified parameters that may vary and are not named so far; returns index in the covariance and in the parameters of each.
+    fn add_from_covariance(
+        &mut self,
+        covariance: &Covariance,
+        errors: &[ChainError],
+        check: &Check,
+    ) -> Result<Vec<(usize, usize)>> {
+        // Errors of chains stand in the process.
+        let with_errors = self.machine.with_errors(errors).parameters();
+        let mut taken = Vec::new();
+        for (own, identified) in covariance.parameters.iter().enumerate() {
+            let named = self.named(&identified.name);
+            let Some(first) = named.first() else {
+                // Says the nearest names.
+                let error = self.machine.parameter(&identified.name).err();
+                check.misfit(error.map_or_else(String::new, |error| error.to_string()), ())?;
+                continue;
+            };
+            if named.iter().any(|own| varies(&self.parameters, &own.name) || !self.may_vary(&own.name)) {
+                continue;
+            }
+            let value_of = |parameter: &Parameter| {
+                let there = with_errors.iter().find(|own| own.name == parameter.name);
+                there.and_then(|own| own.value).unwrap_or_default()
+            };
+            let differs = |value: f64| {
+                (value - identified.value).abs() > SAME_VALUE * value.abs().max(identified.value.abs())
+            };
+            if let Some(value) = named.iter().map(value_of).find(|value| differs(*value)) {
+                let (name, machine) = (&identified.name, &self.machine.name);
+                let expected = match first.key {
+                    Some(_) => "the machine file that the identification wrote",
+                    None => "the chain errors that the identification wrote (chain_errors.toml)",
+                };
+                let found = identified.value;
+                return check.fail(format!("{name} is {found} where it was identified and {value} in machine {machine}: expected {expected}"));
+            }
+            if identified.is_lognormal && !is_positive(first) {
+                let name = &identified.name;
+                return check.fail(format!("{name} may be negative, and has no logarithm: expected normal as distribution"));
+            }
+            taken.push((own, self.parameters.len()));
+            self.add_with(named, covariance.spread(own), SpreadSource::Identified, check)?;
+        }
+        Ok(taken)
+    }
+
     /// Adds parameters that are not named so far and have an interval in the machine file, or are assumed.
     fn add_from_provenance(&mut self, check: &Check) -> Result<()> {
         let mut groups = Groups::default();
@@ -245,6 +323,20 @@ impl Found<'_> {
     /// Adds parameters with the same draws, the first that is not zero before the others: it says what their values are.
     fn add(&mut self, mut named: Vec<Parameter>, spec: &SpreadSpec, source: SpreadSource, check: &Check) -> Result<()> {
         named.sort_by_key(|own| own.value == Some(0.0));
+        let Some(first) = named.first() else { return Ok(()) };
+        let is_factor = spec.relative_std.is_some() && is_positive(first);
+        if !is_factor && named.iter().any(|own| own.value != first.value) {
+            return check.fail(format!(
+                "{} and others of the same name have several values: they vary together by relative_std alone",
+                first.name
+            ));
+        }
+        let spread = spread(spec, first, check)?;
+        self.add_with(named, spread, source, check)
+    }
+
+    /// Adds parameters with the same draws and this distribution.
+    fn add_with(&mut self, named: Vec<Parameter>, spread: Spread, source: SpreadSource, check: &Check) -> Result<()> {
         let mut values = Vec::new();
         for own in &named {
             let Some(value) = own.value else {
@@ -257,16 +349,8 @@ impl Found<'_> {
             values.push((own.name.clone(), value));
         }
         let Some(first) = named.first() else { return Ok(()) };
-        let is_factor = spec.relative_std.is_some() && is_positive(first);
-        if !is_factor && values.iter().any(|(_, value)| *value != values[0].1) {
-            return check.fail(format!(
-                "{} and others of the same name have several values: they vary together by relative_std alone",
-                first.name
-            ));
-        }
         let role = if first.key.is_none() { Role::ChainError } else { Role::Elasticity };
-        let mut own =
-            UncertainParameter { values, unit: first.unit, spread: spread(spec, first, check)?, role, source };
+        let mut own = UncertainParameter { values, unit: first.unit, spread, role, source };
         for z in [-LARGEST_Z, LARGEST_Z] {
             let made = self.machine.with_parameters(&own.at(z).collect::<Vec<_>>());
             let made = made.or_else(|error| {
@@ -281,6 +365,8 @@ impl Found<'_> {
     }
 }
 
+/// Largest difference of a value from that which was identified, as a share, that is rounding.
+const SAME_VALUE: f64 = 1e-9;
 /// Standard normal number at which each parameter alone must still make a machine: one of 16,000 is farther.
 const LARGEST_Z: f64 = 4.0;
 /// Largest difference of configurations at home, as a share of the characteristic length, that is rounding.

@@ -8,6 +8,8 @@ use serde::Deserialize;
 pub struct UncertaintySpec {
     /// Whether parameters of the machine vary as its file says; only those that are named here if not given.
     pub machine: Option<MachineUncertaintySpec>,
+    /// File with the covariance of identified parameters, relative to the study's folder.
+    pub covariance: Option<String>,
     /// Parameters of the machine, by name.
     #[serde(default)]
     pub parameter: Vec<ParameterUncertaintySpec>,

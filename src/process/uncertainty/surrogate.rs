@@ -82,12 +82,16 @@ impl Polynomial {
         }
     }
 
-    /// The farthest that it is likely to be from its constant: the root of the sum of squares of what each parameter does at most in any draw.
+    /// The farthest that it is likely to be from its constant: the root of the sum of squares of what each parameter does at most in any draw, and
+    /// those that are correlated together.
     fn largest_deviation(&self, draws: &Draws) -> f64 {
         let of = |([linear, square], range): (&[Vector3<f64>; 2], &[f64; 2])| {
-            range.map(|x| (x * (linear + square * x)).norm_squared()).into_iter().fold(0.0, f64::max)
+            range.map(|x| (x * (linear + square * x)).norm()).into_iter().fold(0.0, f64::max)
         };
-        self.terms.iter().zip(&draws.ranges).map(of).sum::<f64>().sqrt()
+        let all: Vec<f64> = self.terms.iter().zip(&draws.ranges).map(of).collect();
+        let together: f64 = draws.correlated.iter().map(|own| all[*own]).sum();
+        let alone = (0..all.len()).filter(|own| !draws.correlated.contains(own)).map(|own| all[own] * all[own]);
+        (alone.sum::<f64>() + together * together).sqrt()
     }
 }
 
@@ -174,21 +178,25 @@ impl Surrogate {
         sizes
     }
 
-    /// Variance of the length of the longest displacement under all loads, mm², by each parameter alone and, last, by the force alone, over the draws
-    /// of the first scramble.
-    pub fn variances(&self, draws: &Draws) -> Vec<f64> {
+    /// Variance of the length of the longest displacement under all loads, mm², by each of `causes` alone, the indices of its parameters, or by the
+    /// force where there are none, over the draws of the first scramble.
+    pub fn variances<'a>(&self, draws: &Draws, causes: impl Iterator<Item = &'a [usize]>) -> Vec<f64> {
         let alone = |size: &dyn Fn(&Polynomial, usize) -> f64| {
             let longest = |draw: usize| self.by_load.iter().fold(0.0, |most: f64, load| most.max(size(load, draw)));
             variance(&(0..Draws::PER_SCRAMBLE).map(longest).collect::<Vec<f64>>())
         };
-        let by_parameter = |parameter: usize| {
-            let x = &draws.coordinates[parameter];
-            let moved =
-                |own: &Polynomial, x: f64| own.constant + x * (own.terms[parameter][0] + x * own.terms[parameter][1]);
-            alone(&|load, draw| (moved(&self.unloaded, x[draw]) + moved(load, x[draw])).norm())
+        let by_parameters = |parameters: &[usize]| {
+            let moved = |own: &Polynomial, draw: usize| {
+                let terms = parameters.iter().map(|parameter| {
+                    let (x, [linear, square]) = (draws.coordinates[*parameter][draw], own.terms[*parameter]);
+                    x * (linear + x * square)
+                });
+                terms.fold(own.constant, |sum, term| sum + term)
+            };
+            alone(&|load, draw| (moved(&self.unloaded, draw) + moved(load, draw)).norm())
         };
-        let by_force = alone(&|load, draw| (self.unloaded.constant + draws.force[draw] * load.constant).norm());
-        (0..self.unloaded.terms.len()).map(by_parameter).chain([by_force]).collect()
+        let by_force = || alone(&|load, draw| (self.unloaded.constant + draws.force[draw] * load.constant).norm());
+        causes.map(|parameters| if parameters.is_empty() { by_force() } else { by_parameters(parameters) }).collect()
     }
 }
 

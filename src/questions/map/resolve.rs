@@ -34,8 +34,9 @@ impl Question for WorkspaceMapStudy {
         let (grid, slices_z, size) =
             region.checked_grid(given, [scene.machine.workspace.min, scene.machine.workspace.max], MAX_POINTS)?;
         let shown = Shown { slices_z, not_used };
-        let uncertainty = given.uncertainty(&scene.machine)?;
-        Ok(Resolved { study: WorkspaceMapStudy { scene, grid, uncertainty }, shown, inputs: inputs.and(size) })
+        let (uncertainty, read) = given.uncertainty(&scene.machine, &scene.errors)?;
+        let inputs = inputs.and(read).and(size);
+        Ok(Resolved { study: WorkspaceMapStudy { scene, grid, uncertainty }, shown, inputs })
     }
 
     /// Returns the number of grid points of the map.

@@ -43,13 +43,14 @@ impl Question for PathStudy {
         given.overrides.refuse_grid(given.name)?;
         let process = given.process_with_gamma(None, &given.check)?;
         let (mut study, program) = path(spec, &process, given, &given.check)?;
-        study.uncertainty = given.uncertainty(&study.machine)?;
+        let (uncertainty, read) = given.uncertainty(&study.machine, &study.errors)?;
+        study.uncertainty = uncertainty;
         if study.uncertainty.is_some() && study.gamma_search.is_some() {
             let problem = "is not computed where γ is sought: compensate with the γ found first, and give that program";
             return given.check.root().key("uncertainty").fail(problem.into());
         }
         let points = Inputs::of("points of the path", study.stations.len().to_string());
-        let inputs = process.inputs.and(program).and(points);
+        let inputs = process.inputs.and(read).and(program).and(points);
         Ok(Resolved { study, shown: Shown { is_circle: spec.circle.is_some() }, inputs })
     }
 

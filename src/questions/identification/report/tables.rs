@@ -4,7 +4,11 @@ use super::summary::Report;
 use crate::{
     answer::status_cells,
     files::exchange::{Cell, Row, Table, cells, counts, numbers, texts},
-    questions::identification::measurements::FORCE,
+    process::uncertainty::{COVARIANCE_COLUMNS, DISTRIBUTIONS},
+    questions::identification::{
+        Coordinate, Unknown,
+        measurements::FORCE,
+    },
 };
 
 /// Returns a cell with a number, empty if it is infinite.
@@ -20,7 +24,9 @@ pub(super) fn tables(report: Option<&Report<'_>>) -> Vec<(String, Table)> {
         ("models", models(report)),
         ("open", open(report)),
     ];
-    let answered = report.map(|report| [("patterns", patterns(report)), ("correlations", correlations(report))]);
+    let answered = report.map(|report| {
+        [("patterns", patterns(report)), ("correlations", correlations(report)), ("covariance", covariance(report))]
+    });
     always.into_iter().chain(answered.into_iter().flatten()).map(|(name, table)| (name.into(), table)).collect()
 }
 
@@ -134,4 +140,25 @@ fn correlations(report: &Report<'_>) -> Table {
         vec![unknowns[a].name.as_str().into(), unknowns[b].name.as_str().into(), correlation.into()]
     });
     Table::new([texts(["parameter", "other"]), numbers(["correlation"])].concat(), rows)
+}
+
+/// Makes the table of the covariance of the estimates, as uncertain inputs of other studies read it: a row for each pair of identified unknowns, and one
+/// without number for each that is open. Of logarithms where the unknown must stay positive, else in its unit.
+fn covariance(report: &Report<'_>) -> Table {
+    let (unknowns, fit) = (&report.study.unknowns, &report.found.fit);
+    let scale = |own: &Unknown| match own.coordinate {
+        Coordinate::Logarithm => 1.0,
+        Coordinate::Linear(scale) => scale,
+    };
+    let is_open = |own: usize| report.found.found[own].open.is_some();
+    let pairs = (0..unknowns.len()).flat_map(|a| (a..unknowns.len()).map(move |b| (a, b)));
+    let rows = pairs.filter(|(a, b)| a == b || !is_open(*a) && !is_open(*b)).map(|(a, b)| -> Row {
+        let (own, other) = (&unknowns[a], &unknowns[b]);
+        let distribution = DISTRIBUTIONS[usize::from(own.coordinate != Coordinate::Logarithm)];
+        let covariance = (!is_open(a)).then(|| fit.covariance[(a, b)] * scale(own) * scale(other));
+        let value = report.found.found[a].value;
+        vec![own.name.as_str().into(), other.name.as_str().into(), distribution.into(), value.into(), covariance.into()]
+    });
+    let [parameter, other, distribution, value, covariance] = COVARIANCE_COLUMNS;
+    Table::new([texts([parameter, other, distribution]), numbers([value, covariance])].concat(), rows)
 }
