@@ -803,6 +803,7 @@ fn a_run_leaves_a_machine_file_with_grades() {
         "models.csv",
         "open.csv",
         "correlations.csv",
+        "covariance.csv",
         "patterns.csv",
         "report.html",
         "answer.svg",
