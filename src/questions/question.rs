@@ -10,7 +10,7 @@ use crate::{
         check::Check,
         error::{Error, Result},
     },
-    machine::{Branch, Machine},
+    machine::{Branch, ChainError, Machine},
     process::{
         GammaChoice, Process,
         uncertainty::{self, Uncertainty},
@@ -249,7 +249,11 @@ impl StudyContext<'_> {
     ///
     /// # Errors
     /// A table that makes no sense for the machine, or a file that cannot be read.
-    pub(crate) fn uncertainty(&self, machine: &Machine, errors: &[ChainError]) -> Result<(Option<Uncertainty>, Inputs)> {
+    pub(crate) fn uncertainty(
+        &self,
+        machine: &Machine,
+        errors: &[ChainError],
+    ) -> Result<(Option<Uncertainty>, Inputs)> {
         self.is_uncertainty_read.set(true);
         let Some(spec) = self.header.uncertainty.as_ref().filter(|_| !cfg!(target_family = "wasm")) else {
             return Ok((None, Inputs::default()));

@@ -759,7 +759,7 @@ fn what_the_program_does_without_force_is_said_and_limited() {
     for row in table.records().map(Result::unwrap).filter(|row| &row[cutting] == "1") {
         // Nearly what the force does alone, to the other side.
         let (off, moved) = (number(&row, without), number(&row, by_force));
-        assert!((off - moved).abs() < 0.03 * moved + 0.006, "{off} and {moved}");
+        assert!((off - moved).abs() < 0.08 * moved + 0.006, "{off} and {moved}");
         largest = largest.max(off);
     }
     assert!((largest / most - 1.0).abs() < 1e-12, "{largest} and {most}");

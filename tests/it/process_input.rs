@@ -94,6 +94,7 @@ fn every_key_arrives_in_the_program_s_units() {
         correction_change_mm: Some(0.1),
         force_N: Some(400.0),
         objective: ErrorNorm::Worst,
+        unloaded_gouge_mm: None,
     };
     assert_eq!(process.limits, limits);
     assert_eq!(process.target, Target::PlatformPoint);

@@ -55,7 +55,7 @@ fn draws_have_the_correlations_of_the_file() {
         let uncertainty = study.uncertainty.as_ref().unwrap();
         assert_eq!(uncertainty.correlated, [0, 1]);
         let [a, b] = &uncertainty.draws.normal[..] else { panic!("two parameters") };
-        assert!((correlation(a, b) - expected).abs() < 2e-3, "{} instead of {expected}", correlation(a, b));
+        assert!((correlation(a, b) - expected).abs() < 5e-3, "{} instead of {expected}", correlation(a, b));
         for (own, std) in uncertainty.parameters.iter().zip([0.2, 0.3]) {
             let [low, high] = own.interval_95();
             assert!((f64::ln(high / low) / (2.0 * 1.959_963_984_540_054) - std).abs() < 1e-12, "{own:?}");
@@ -76,7 +76,10 @@ fn what_is_correlated_spreads_together() {
     assert!(ratio(&against) < ratio(&alone) && ratio(&alone) < ratio(&together), "{against:?} {alone:?} {together:?}");
     for own in [&against, &alone, &together] {
         assert_eq!(own.main_cause.as_deref(), Some("arm.A2.stiffness with arm.A3.stiffness"));
-        assert!((own.main_cause_share.unwrap() - 1.0).abs() < 1e-12 && own.check_difference.unwrap().abs() < 0.02, "{own:?}");
+        assert!(
+            (own.main_cause_share.unwrap() - 1.0).abs() < 1e-12 && own.check_difference.unwrap().abs() < 0.02,
+            "{own:?}"
+        );
     }
 }
 
@@ -92,30 +95,56 @@ fn an_entry_of_the_study_comes_first_and_cuts_what_it_names() {
     let mut summary = map::report::Summary::new(&study);
     points.iter().for_each(|point| summary.add(point));
     let said = map::report::text(&summary, &[]).cautions;
-    assert!(said.contains("Not taken from the identification, but varied by themselves or not at all: arm.A3.stiffness."), "{said}");
+    assert!(
+        said.contains("Not taken from the identification, but varied by themselves or not at all: arm.A3.stiffness."),
+        "{said}"
+    );
 }
 
 #[test]
 fn what_is_no_covariance_of_the_machine_is_refused() {
     let good = two_joints([0.04, 0.09], 0.05);
     let lines: Vec<&str> = good.lines().collect();
-    let without = |line: usize| lines.iter().enumerate().filter(|(i, _)| *i != line).map(|(_, own)| format!("{own}\n")).collect::<String>();
+    let without = |line: usize| {
+        lines.iter().enumerate().filter(|(i, _)| *i != line).map(|(_, own)| format!("{own}\n")).collect::<String>()
+    };
     let refused = |text: &str| read(text, "").map(|_| ()).unwrap_err();
     for (text, expected) in [
-        (String::new(), "covariance.csv:1: is empty: expected the columns parameter, other, distribution, value, covariance"),
+        (
+            String::new(),
+            "covariance.csv:1: is empty: expected the columns parameter, other, distribution, value, covariance",
+        ),
         (good.replace(",covariance\n", ",variance\n"), "covariance.csv:1: covariance: missing column"),
         (without(2), "covariance.csv: lacks a row of arm.A2.stiffness and arm.A3.stiffness"),
         (without(3), "covariance.csv:3: other: arm.A3.stiffness has no row with itself"),
-        (format!("{good}{}\n", lines[2]), "covariance.csv:5: other: arm.A2.stiffness and arm.A3.stiffness are given twice"),
+        (
+            format!("{good}{}\n", lines[2]),
+            "covariance.csv:5: other: arm.A2.stiffness and arm.A3.stiffness are given twice",
+        ),
         (format!("{good}{}\n", lines[1]), "covariance.csv:5: parameter: arm.A2.stiffness is given twice"),
-        (good.replacen("lognormal", "gamma", 1), "covariance.csv:2: distribution: expected lognormal or normal, got \"gamma\""),
+        (
+            good.replacen("lognormal", "gamma", 1),
+            "covariance.csv:2: distribution: expected lognormal or normal, got \"gamma\"",
+        ),
         (good.replace(",0.05\n", ",many\n"), "covariance.csv:3: covariance: expected a number, got \"many\""),
         (good.replace(",0.05\n", ",NaN\n"), "covariance.csv:3: covariance: expected a number, got \"NaN\""),
-        (two_joints([0.0, 0.09], 0.01), "covariance.csv: arm.A2.stiffness does not vary, and has a covariance with arm.A3.stiffness"),
-        (two_joints([-0.04, 0.09], 0.0), "covariance.csv: the variance of arm.A2.stiffness is -0.04: expected none below 0"),
-        (two_joints([0.04, 0.09], 0.07), "covariance.csv: is no covariance: its matrix of correlations has the eigenvalue -1.667e-1"),
+        (
+            two_joints([0.0, 0.09], 0.01),
+            "covariance.csv: arm.A2.stiffness does not vary, and has a covariance with arm.A3.stiffness",
+        ),
+        (
+            two_joints([-0.04, 0.09], 0.0),
+            "covariance.csv: the variance of arm.A2.stiffness is -0.04: expected none below 0",
+        ),
+        (
+            two_joints([0.04, 0.09], 0.07),
+            "covariance.csv: is no covariance: its matrix of correlations has the eigenvalue -1.667e-1",
+        ),
         (good.replace("arm.A3.stiffness", "arm.A9.stiffness"), "uncertainty.covariance: "),
-        (good.replacen(",0.04\n", ",\n", 1).replace(lines[2], ""), "uncertainty.covariance: the measurements left arm.A2.stiffness open"),
+        (
+            good.replacen(",0.04\n", ",\n", 1).replace(lines[2], ""),
+            "uncertainty.covariance: the measurements left arm.A2.stiffness open",
+        ),
     ] {
         let said = refused(&text);
         assert!(said.contains(expected), "{expected}\n{said}\n{text}");
@@ -132,7 +161,11 @@ fn what_is_no_covariance_of_the_machine_is_refused() {
     }
     let value = lines[1].split(',').nth(3).unwrap();
     let said = refused(&good.replacen(&format!(",{value},0.04"), ",1.0,0.04", 1));
-    assert!(said.contains("arm.A2.stiffness is 1 where it was identified and") && said.contains("expected the machine file"), "{said}");
+    assert!(
+        said.contains("arm.A2.stiffness is 1 where it was identified and")
+            && said.contains("expected the machine file"),
+        "{said}"
+    );
 }
 
 /// What the identification of the template writes is what a map reads: the standard deviations of its table.

@@ -49,21 +49,23 @@ impl Covariance {
             key: key.into(),
             problem,
         };
-        let rows = csv_rows::read(source)
-            .map_err(|(byte, reason)| at(Some(line_number(source, byte)), "", reason))?;
+        let rows = csv_rows::read(source).map_err(|(byte, reason)| at(Some(line_number(source, byte)), "", reason))?;
         let Some((header, rows)) = rows.split_first() else {
             return Err(at(Some(1), "", format!("is empty: expected the columns {}", COVARIANCE_COLUMNS.join(", "))));
         };
         let place = |name: &str| {
             let found = header.fields.iter().position(|own| own == name.as_bytes());
-            found.ok_or_else(|| at(Some(1), name, "missing column: expected the file that an identification writes".into()))
+            found.ok_or_else(|| {
+                at(Some(1), name, "missing column: expected the file that an identification writes".into())
+            })
         };
         let [parameter, other, distribution, value, covariance] = COVARIANCE_COLUMNS.map(place);
         let columns = [parameter?, other?, distribution?, value?, covariance?];
         let (mut parameters, mut open, mut pairs) = (Vec::<CovarianceParameter>::new(), Vec::new(), Vec::new());
         for row in rows {
             let line = Some(line_number(source, row.span.start));
-            let cells = columns.map(|column| String::from_utf8_lossy(row.fields.get(column).unwrap_or_default()).into_owned());
+            let cells =
+                columns.map(|column| String::from_utf8_lossy(row.fields.get(column).unwrap_or_default()).into_owned());
             let [name, other, distribution, value, covariance] = cells;
             let number = |cell: &str, key: &str| match cell.parse::<f64>() {
                 Ok(number) if number.is_finite() => Ok(number),
@@ -121,9 +123,11 @@ impl Covariance {
         }
         let eigenvalues = found.correlation(&(0..count).collect::<Vec<_>>()).symmetric_eigenvalues();
         match eigenvalues.iter().copied().reduce(f64::min) {
-            Some(least) if least < -ROUNDING * eigenvalues.amax() => {
-                Err(at(None, "", format!("is no covariance: its matrix of correlations has the eigenvalue {least:.3e}")))
-            }
+            Some(least) if least < -ROUNDING * eigenvalues.amax() => Err(at(
+                None,
+                "",
+                format!("is no covariance: its matrix of correlations has the eigenvalue {least:.3e}"),
+            )),
             _ => Ok(found),
         }
     }

@@ -69,7 +69,10 @@ pub fn resolve(
         factor = covariance.correlation_factor(&taken.iter().map(|(own, _)| *own).collect::<Vec<_>>());
         correlated = taken.iter().map(|(_, parameter)| *parameter).collect();
         let is_cut = |own: &usize| taken.iter().all(|(taken, _)| taken != own);
-        cut = (0..covariance.parameters.len()).filter(is_cut).map(|own| covariance.parameters[own].name.clone()).collect();
+        cut = (0..covariance.parameters.len())
+            .filter(is_cut)
+            .map(|own| covariance.parameters[own].name.clone())
+            .collect();
     }
     if spec.machine.is_some() {
         found.add_from_provenance(&check.key("machine"))?;
@@ -256,9 +259,8 @@ impl Found<'_> {
                 let there = with_errors.iter().find(|own| own.name == parameter.name);
                 there.and_then(|own| own.value).unwrap_or_default()
             };
-            let differs = |value: f64| {
-                (value - identified.value).abs() > SAME_VALUE * value.abs().max(identified.value.abs())
-            };
+            let differs =
+                |value: f64| (value - identified.value).abs() > SAME_VALUE * value.abs().max(identified.value.abs());
             if let Some(value) = named.iter().map(value_of).find(|value| differs(*value)) {
                 let (name, machine) = (&identified.name, &self.machine.name);
                 let expected = match first.key {
@@ -266,11 +268,14 @@ impl Found<'_> {
                     None => "the chain errors that the identification wrote (chain_errors.toml)",
                 };
                 let found = identified.value;
-                return check.fail(format!("{name} is {found} where it was identified and {value} in machine {machine}: expected {expected}"));
+                return check.fail(format!(
+                    "{name} is {found} where it was identified and {value} in machine {machine}: expected {expected}"
+                ));
             }
             if identified.is_lognormal && !is_positive(first) {
                 let name = &identified.name;
-                return check.fail(format!("{name} may be negative, and has no logarithm: expected normal as distribution"));
+                return check
+                    .fail(format!("{name} may be negative, and has no logarithm: expected normal as distribution"));
             }
             taken.push((own, self.parameters.len()));
             self.add_with(named, covariance.spread(own), SpreadSource::Identified, check)?;

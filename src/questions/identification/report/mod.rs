@@ -116,7 +116,10 @@ fn page(report: &Report<'_>) -> Description {
         tables: vec![
             TableNote::new("parameters.csv", "The unknowns: value, interval, and what hinders."),
             TableNote::new("correlations.csv", "Correlations of the unknowns."),
-            TableNote::new("covariance.csv", "Covariance of the identified unknowns, for [uncertainty] of other studies."),
+            TableNote::new(
+                "covariance.csv",
+                "Covariance of the identified unknowns, for [uncertainty] of other studies.",
+            ),
             TableNote::new("open.csv", "Combinations of unknowns that the measurements leave open."),
             TableNote::new("patterns.csv", "Rank correlations of the residuals with order, load, direction and pose."),
             TableNote::new("models.csv", "Sets of unknowns by how well they predict."),

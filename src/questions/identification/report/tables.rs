@@ -5,10 +5,7 @@ use crate::{
     answer::status_cells,
     files::exchange::{Cell, Row, Table, cells, counts, numbers, texts},
     process::uncertainty::{COVARIANCE_COLUMNS, DISTRIBUTIONS},
-    questions::identification::{
-        Coordinate, Unknown,
-        measurements::FORCE,
-    },
+    questions::identification::{Coordinate, Unknown, measurements::FORCE},
 };
 
 /// Returns a cell with a number, empty if it is infinite.
