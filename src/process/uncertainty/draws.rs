@@ -43,12 +43,10 @@ impl Draws {
             points.into_iter().map(|own| own.into_iter().map(normal_quantile).collect()).collect();
         let force_factor = |z: f64| force.map_or(1.0, |spread| spread.value(1.0, z));
         let force: Vec<f64> = normal.remove(0).into_iter().map(force_factor).collect();
-        let mut independent = vec![0.0; correlated.len()];
-        for draw in 0..Self::COUNT {
-            independent.iter_mut().zip(correlated).for_each(|(own, parameter)| *own = normal[*parameter][draw]);
-            for (row, parameter) in factor.row_iter().zip(correlated) {
-                normal[*parameter][draw] = row.iter().zip(&independent).map(|(a, b)| a * b).sum();
-            }
+        let independent: Vec<Vec<f64>> = correlated.iter().map(|parameter| normal[*parameter].clone()).collect();
+        for (row, parameter) in factor.row_iter().zip(correlated) {
+            let product = |draw: usize| row.iter().zip(&independent).map(|(a, own)| a * own[draw]).sum();
+            normal[*parameter] = (0..Self::COUNT).map(product).collect();
         }
         let force_range = force.iter().fold(0.0, |most: f64, factor| most.max((factor - 1.0).abs()));
         let of = |(own, normal): (&UncertainParameter, &Vec<f64>)| normal.iter().map(|z| own.coordinate(*z)).collect();
