@@ -43,7 +43,8 @@ def test_following_is_commanding_each_point(path: Path) -> None:
 def test_a_program_written_anew(path: Path, tmp_path: FilePath) -> None:
     seen: list[int] = []
     written = path.compensate(progress=lambda done, total, of: seen.append(done))
-    assert seen[-1] == 3 * len(path)
+    # The commands, then without compensation, as written, and as written without the cutting force.
+    assert seen[-1] == 4 * len(path)
     assert written.summaries["as_written"]["max_mm"] < 0.01 < written.summaries["none"]["max_mm"]
     assert written.content is not None and written.rounded_mm is not None and written.position is not None
     written.save(tmp_path / "corrected.nc")

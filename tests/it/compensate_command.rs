@@ -745,7 +745,7 @@ fn what_the_program_does_without_force_is_said_and_limited() {
     let most = report(&out)["without_force"]["error_max_mm"].as_f64().unwrap();
     let said = unwrapped(&text(&output.stdout));
     let expected = format!(
-        "Where the cutting force is absent (in air, in a spring pass, with a broken tool), the compensated program leads the tool off its path by \
+        "Where the cutting force is absent (in air, in a spring pass, with a broken tool), the program as written leads the tool off its path by \
          up to {most:.3} mm, line "
     );
     assert!(said.contains(&expected), "{expected}{said}");

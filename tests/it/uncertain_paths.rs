@@ -1,6 +1,9 @@
 //! Paths with uncertain inputs: what is left of a compensation on other machines, against closed forms and brute force.
 
-use crate::uncertainty::{LEVER, TOLERANCES, force, is_error};
+use crate::{
+    support::command::told,
+    uncertainty::{LEVER, TOLERANCES, force, is_error},
+};
 use kinetostat::{
     Overrides, Study, Work,
     compensation::{Method, Session, compensate, simulate},
@@ -222,7 +225,7 @@ fn the_verdict_is_that_of_the_compensated_program() {
         (found.spread.clone().unwrap(), report::headline(&summary, &text).sentence, text.place)
     };
     let (whole, sentence, place) = said(10.0);
-    let expected = "Within tolerance: the tool of orthoglide, compensated, stays within 10 mm all along this path with more than 99.9 % probability, within ";
+    let expected = "Within tolerance: the tool of orthoglide, compensated by direct, stays within 10 mm all along this path with more than 99.9 % probability, within ";
     assert!(sentence.starts_with(expected), "{sentence}");
     assert!(place.contains("Where the force is absent (in air, in a spring pass, with a broken tool)"), "{place}");
     let spread = whole.compensated.unwrap().spread;
@@ -248,4 +251,33 @@ fn a_path_in_air_takes_no_more_draws_than_one_per_point() {
     }
     let whole = found.spread.unwrap();
     assert!(whole.plain.is_confirmed && whole.compensated.unwrap().is_confirmed && whole.worse == Some(0.0));
+}
+
+/// A path that the machine cannot run to its end is judged nowhere as a whole, and one out of reach is answered without figures.
+#[test]
+fn a_path_that_is_known_in_part_has_no_verdict() {
+    let said = |end: f64| {
+        let uncertainty = "[uncertainty.process]\nforce_relative_std = 0.15";
+        let process = format!(
+            "process.tolerance_mm = 0.5\nprocess.placement = {{ reference = \"platform_point\" }}\nprocess.sampling.max_segment_mm = 20.0\n{}",
+            force(215.0, -10.0, -25.0)
+        );
+        let path = format!("line = {{ start_mm = [{:?}, 0.0, 0.0], end_mm = [{end:?}, 0.0, 0.0] }}", end - 900.0);
+        let folder = tempfile::tempdir().unwrap();
+        let study = folder.path().join("study");
+        std::fs::create_dir(&study).unwrap();
+        std::fs::write(study.join("study.toml"), study_of("orthoglide", &process, uncertainty, &path)).unwrap();
+        let (code, out, err) =
+            told(&["run", study.to_str().unwrap(), "--out", folder.path().join("out").to_str().unwrap()]);
+        (code, out.split_whitespace().collect::<Vec<_>>().join(" ") + &err)
+    };
+    let (_, partly) = said(900.0);
+    assert!(
+        partly.contains("Not known along all of this path: ")
+            && partly.contains("At the others: the tool of orthoglide"),
+        "{partly}"
+    );
+    assert!(!partly.contains("within tolerance: the tool") && !partly.contains("all along this path with"), "{partly}");
+    let (code, nowhere) = said(9000.0);
+    assert!(code != Some(3) && nowhere.contains("could be computed at none of its points"), "{code:?} {nowhere}");
 }

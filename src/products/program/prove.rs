@@ -129,11 +129,11 @@ impl ProgramJob {
         let allows = format!("limits.unloaded_gouge_mm allows {limit} mm");
         let problem = match off {
             WithoutForce { unknown: 1.., .. } => format!(
-                "where the cutting force is absent, the machine has no equilibrium at {} points of the compensated program: {allows}",
+                "where the cutting force is absent, the machine has no equilibrium at {} points of the program as written: {allows}",
                 off.unknown
             ),
             WithoutForce { most: Some((point, size)), .. } if size > limit => format!(
-                "where the cutting force is absent (in air, in a spring pass, with a broken tool), the compensated program would leave its path by \
+                "where the cutting force is absent (in air, in a spring pass, with a broken tool), the program as written would leave its path by \
                  {size:.4} mm, {}: {allows}",
                 self.place_words(point)
             ),

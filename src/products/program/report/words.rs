@@ -237,7 +237,7 @@ fn without_force_text(report: &Report<'_>) -> String {
     let off = &report.proved.without_force;
     let mut text = off.most.filter(|(_, size)| *size > ROUNDING_MM).map_or_else(String::new, |(point, size)| {
         format!(
-            "Where the cutting force is absent (in air, in a spring pass, with a broken tool), the compensated program leads the tool off its path by \
+            "Where the cutting force is absent (in air, in a spring pass, with a broken tool), the program as written leads the tool off its path by \
              up to {}, {}.\n",
             millimetres(size, 3),
             report.job.place_words(point)

@@ -72,11 +72,12 @@ impl<'a> Pictures<'a> {
         };
         // What each source asks of a drive is shown last.
         let (own, by_source) = self.drawn.split_at(self.drawn.len() - self.study.machine.drive_count());
+        let is_drawn = |drawn: &&CurveFigure| drawn.lines.iter().any(|line| !line.curve.points().is_empty());
         let mut figures = vec![("answer".to_string(), self.on_part.magnified_figure(self.shown))];
-        figures.extend(own.iter().map(of_lines));
+        figures.extend(own.iter().filter(is_drawn).map(of_lines));
         figures.extend(self.cutting_force().map(|figure| ("cutting_force".to_string(), figure)));
         figures.push(("paths".to_string(), self.on_part.top_view_figure()));
-        figures.extend(by_source.iter().map(of_lines));
+        figures.extend(by_source.iter().filter(is_drawn).map(of_lines));
         figures
     }
 

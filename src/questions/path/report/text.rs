@@ -80,12 +80,17 @@ fn spread_cautions(summary: &Summary<'_>) -> String {
             );
         }
         if !own.is_confirmed {
-            text += &format!(
-                "The distribution of the largest distance {name} is an estimate: {} the engine solved along the whole path, {} of them without \
-                 equilibrium, and they do not confirm it.\n",
-                counted(own.spread.solved_draws, "draw"),
-                own.spread.failed_draws
-            );
+            text += &match own.spread.solved_draws {
+                0 => format!(
+                    "There is no 95 % quantile of the largest distance {name}: too many draws have no equilibrium.\n"
+                ),
+                solved => format!(
+                    "The distribution of the largest distance {name} is an estimate: {} the engine solved along the whole path, {} of them without \
+                     equilibrium, and they do not confirm it.\n",
+                    counted(solved, "draw"),
+                    own.spread.failed_draws
+                ),
+            };
         }
         text
     };
@@ -286,27 +291,48 @@ pub fn headline(summary: &Summary<'_>, text: &ReportText) -> Headline {
 /// Returns the verdict by the distribution of the largest distance after compensation, and its key numbers; `None` where inputs are taken as exact.
 fn spread_headline(summary: &Summary<'_>) -> Option<(String, Vec<KeyNumber>)> {
     let (whole, name) = (summary.whole.as_ref()?, &summary.study.machine.name);
-    let (judged, how, without) = match &whole.compensated {
-        Some(own) => {
-            (own, "compensated", format!(" ({} without compensation)", quantile_words(whole.plain.spread.p95_mm)))
-        }
-        None => (&whole.plain, "without compensation, as none was found", String::new()),
+    let (judged, how) = match &whole.compensated {
+        Some(own) => (own, "compensated by direct"),
+        None => (&whole.plain, "without compensation, as none was found"),
     };
-    let stays = format!("within {} with 95 %", quantile_words(judged.spread.p95_mm));
+    let without = match &whole.compensated {
+        Some(own) if own.points == whole.plain.points => {
+            format!(" ({} without compensation)", quantile_words(whole.plain.spread.p95_mm))
+        }
+        _ => String::new(),
+    };
+    let all = summary.study.stations.len();
+    let (missing, along) = match all - judged.points {
+        0 => (String::new(), "all along this path"),
+        missing => {
+            let why = if whole.compensated.is_some() { "could not be compensated" } else { "have no equilibrium" };
+            (
+                format!("Not known along all of this path: {missing} of {} {why}. ", counted(all, "point")),
+                "at the others",
+            )
+        }
+    };
+    let stays = match judged.spread.p95_mm {
+        Some(p95) => format!("within {} with 95 %{without}", millimetres(p95, 3)),
+        None => "and too many draws have no equilibrium to say how far with 95 %".into(),
+    };
     let sure = match judged.spread.within_tolerance.zip(summary.study.tolerance_mm) {
-        None => format!("The tool of {name}, {how}, stays {stays} probability{without} all along this path."),
+        None => format!("The tool of {name}, {how}, stays {stays} {along}."),
         Some((share, tolerance)) => {
             let word = match share {
+                _ if !missing.is_empty() => "At the others",
                 share if share >= P95 => "Within tolerance",
                 share if share < 1.0 - P95 => "Out of tolerance",
                 _ => "Perhaps within tolerance",
             };
+            let along = if missing.is_empty() { format!(" {along}") } else { String::new() };
             let probability = spread_report::probability(share);
             format!(
-                "{word}: the tool of {name}, {how}, stays within {tolerance} mm all along this path with {probability} probability, {stays}{without}."
+                "{word}: the tool of {name}, {how}, stays within {tolerance} mm{along} with {probability} probability, {stays}."
             )
         }
     };
+    let sure = missing + &sure;
     let against = |own: &LargestSpread| {
         let share = own.spread.within_tolerance;
         share.map(|share| format!("within tolerance with {} probability", spread_report::probability(share)))
