@@ -226,10 +226,10 @@ const MOST_LINES: [(&[&str], usize); 10] = [
     (&["src/simulation", "src/redundancy"], 4_000),
     (&["src/answer", "src/files", "src/work", "src/run"], 5_550),
     (&["src/figures", "src/page"], 9_180),
-    (&["src/questions"], 23_430),
+    (&["src/questions"], 23_460),
     (&["src/products", "src/inspect", "src/explore"], 9_220),
     (&["src/cli"], 2_900),
-    (&["crates/engine/src", "crates/input/src", "src"], 100_040),
+    (&["crates/engine/src", "crates/input/src", "src"], 100_070),
 ];
 
 #[test]
