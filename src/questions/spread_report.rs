@@ -5,11 +5,31 @@ use std::collections::BTreeMap;
 use serde_json::{Value, json};
 
 use crate::{
+    answer::Quantity,
     files::words::{counted, listed_up_to, percent},
     page::{Fact, table::format_number},
     process::uncertainty::{ASSUMED_RELATIVE_STD, Draws, UncertainParameter, Uncertainty},
     simulation::spread::DeflectionSpread,
 };
+
+/// A result at a place that may have a distribution, of which tables say how well it is known.
+pub(crate) trait WithSpread: 'static {
+    /// Returns the distribution; `None` where there is none.
+    fn distribution(&self) -> Option<&DeflectionSpread>;
+}
+
+/// Lists the columns of a distribution that only tables have: why it is as it is, and how well it is known; the first three with these names.
+pub(crate) fn columns<E: WithSpread>([error, cause, share]: [&'static str; 3]) -> [Quantity<E>; 7] {
+    [
+        Quantity::text("spread_reason", |found| found.ok().and_then(|own| own.distribution()?.reason()).into()),
+        Quantity::in_table(error, |own: &E| own.distribution()?.p95_standard_error_mm),
+        Quantity::text(cause, |found| found.ok().and_then(|own| own.distribution()?.main_cause.as_deref()).into()),
+        Quantity::in_table(share, |own: &E| own.distribution()?.main_cause_share),
+        Quantity::in_table("spread_check_difference", |own: &E| own.distribution()?.check_difference),
+        Quantity::count("spread_solved_draws", |own: &E| Some(own.distribution()?.solved_draws)),
+        Quantity::count("spread_failed_draws", |own: &E| Some(own.distribution()?.failed_draws)),
+    ]
+}
 
 /// What is counted of the distributions at many points.
 #[derive(Debug, Default)]

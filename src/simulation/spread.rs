@@ -1,11 +1,12 @@
 //! Distribution of a deflection where inputs are uncertain: sampled from a surrogate, and checked by draws of the whole engine.
 
-use std::{cell::OnceCell, cmp::Reverse, sync::OnceLock};
+use std::{cell::OnceCell, sync::OnceLock};
 
 use serde::{Deserialize, Serialize};
 
-use super::{Failure, Machines, ROUNDING_MM};
+use super::{Failure, Machines, ROUNDING_MM, Source};
 use crate::{
+    compensation::TaskPoint,
     input::error,
     machine::ChainError,
     process::uncertainty::{Draws, Quantiles, Response, Surrogate, Uncertainty, mean_and_error},
@@ -223,12 +224,15 @@ impl WantedSpread<'_> {
         is_known: &dyn Fn(&Difference) -> bool,
         spread: &mut DeflectionSpread,
     ) -> error::Result<Option<Difference>> {
+        let middle = order.partition_point(|index| sizes[*index] < value);
+        let (mut below, mut above) = (order[..middle].iter().rev(), order[middle..].iter());
         // By turns above and below, on one side alone behind the last of the other.
-        let above = order.partition_point(|index| sizes[*index] < value);
-        let mut nearest: Vec<usize> = (0..order.len()).collect();
-        nearest.sort_by_key(|rank| ((2 * rank + 1).abs_diff(2 * above), Reverse(*rank)));
+        let nearest = (0..order.len()).map_while(|turn| match turn % 2 {
+            0 => above.next().or_else(|| below.next()),
+            _ => below.next().or_else(|| above.next()),
+        });
         let mut differences: Vec<f64> = Vec::new();
-        for index in nearest.into_iter().take(most).map(|rank| order[rank]) {
+        for &index in nearest.take(most) {
             let Some(solved) = self.solve_draw(index, spread)? else { return Ok(None) };
             differences.push(solved - sizes[index]);
             let (mean_mm, error_mm) = mean_and_error(&differences);
@@ -294,6 +298,12 @@ pub(crate) struct Sizes {
 struct Difference {
     mean_mm: f64,
     error_mm: f64,
+}
+
+/// The task of all sources with the cutting force times `factor`.
+pub(crate) fn under(task: &TaskPoint, factor: f64) -> TaskPoint {
+    let task = Source::All.task(task);
+    if factor == 1.0 { task } else { TaskPoint { load: task.load.scale(factor), ..task } }
 }
 
 /// Share of `sizes` that are at most `tolerance`.

@@ -10,7 +10,7 @@ use kinetostat::{
     simulation::Source,
 };
 
-use crate::{support::command::printed, uncertainty::force};
+use crate::support::{command::printed, uncertain::force};
 
 /// The map of a point of `machine` with these entries of the study beside the covariance.
 fn map_text(machine: &str, entries: &str) -> String {
@@ -53,7 +53,7 @@ fn draws_have_the_correlations_of_the_file() {
     for expected in [-0.8, 0.0, 0.5, 1.0] {
         let study = read(&two_joints([0.04, 0.09], expected * 0.06), "").unwrap();
         let uncertainty = study.uncertainty.as_ref().unwrap();
-        assert_eq!(uncertainty.correlated, [0, 1]);
+        assert_eq!(uncertainty.draws.correlated, [0, 1]);
         let [a, b] = &uncertainty.draws.normal[..] else { panic!("two parameters") };
         assert!((correlation(a, b) - expected).abs() < 5e-3, "{} instead of {expected}", correlation(a, b));
         for (own, std) in uncertainty.parameters.iter().zip([0.2, 0.3]) {
@@ -90,7 +90,10 @@ fn an_entry_of_the_study_comes_first_and_cuts_what_it_names() {
     let uncertainty = study.uncertainty.as_ref().unwrap();
     let names: Vec<&str> = uncertainty.parameters.iter().map(UncertainParameter::name).collect();
     assert_eq!(names, ["arm.A3.stiffness", "arm.A2.stiffness"]);
-    assert_eq!((&uncertainty.correlated[..], &uncertainty.cut[..]), (&[1][..], &["arm.A3.stiffness".to_string()][..]));
+    assert_eq!(
+        (&uncertainty.draws.correlated[..], &uncertainty.cut[..]),
+        (&[1][..], &["arm.A3.stiffness".to_string()][..])
+    );
     let points = map::run(&study, &Work::default()).unwrap().points;
     let mut summary = map::report::Summary::new(&study);
     points.iter().for_each(|point| summary.add(point));
@@ -157,7 +160,9 @@ fn what_is_no_covariance_of_the_machine_is_refused() {
     let all = "[[uncertainty.parameter]]\nname = \"arm.*.stiffness\"\nrelative_std = 0.1\n";
     for text in [&good, &open] {
         let study = read(text, all).unwrap();
-        assert!(study.uncertainty.as_ref().is_some_and(|own| own.correlated.is_empty() && own.parameters.len() == 6));
+        assert!(
+            study.uncertainty.as_ref().is_some_and(|own| own.draws.correlated.is_empty() && own.parameters.len() == 6)
+        );
     }
     let value = lines[1].split(',').nth(3).unwrap();
     let said = refused(&good.replacen(&format!(",{value},0.04"), ",1.0,0.04", 1));
@@ -205,5 +210,5 @@ fn an_identification_writes_what_a_map_reads() {
         assert!((found / std - 1.0).abs() < 1e-9, "{row:?}: {found}");
         count += 1;
     }
-    assert!(count >= 3 && uncertainty.correlated.len() == count, "{count}: {:?}", uncertainty.correlated);
+    assert!(count >= 3 && uncertainty.draws.correlated.len() == count, "{count}: {:?}", uncertainty.draws.correlated);
 }

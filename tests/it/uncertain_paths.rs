@@ -1,13 +1,13 @@
 //! Paths with uncertain inputs: what is left of a compensation on other machines, against closed forms and brute force.
 
-use crate::{
-    support::command::told,
-    uncertainty::{LEVER, TOLERANCES, force, is_error},
+use crate::support::{
+    command::told,
+    uncertain::{Drawn, LEVER, TOLERANCES, draws, force, study_text},
 };
 use kinetostat::{
     Overrides, Study, Work,
     compensation::{Method, Session, compensate, simulate},
-    process::uncertainty::{P95, normal_cdf, normal_quantile, quantile, sobol},
+    process::uncertainty::{P95, normal_cdf, normal_quantile, quantile},
     questions::{
         StudyKind,
         path::{self, PathResults, PathStudy, Shown, report},
@@ -23,9 +23,7 @@ fn path_study(folder: impl Into<kinetostat::Folder>, text: &str) -> Box<PathStud
 }
 
 fn study_of(machine: &str, process: &str, uncertainty: &str, path: &str) -> String {
-    format!(
-        "schema = 3\nquestion = \"?\"\nmachine = \"{machine}\"\n{process}\n{uncertainty}\n[path]\nmethods = [\"direct\"]\n{path}\n"
-    )
+    study_text(machine, process, uncertainty, &format!("[path]\nmethods = [\"direct\"]\n{path}"))
 }
 
 /// A slide that is moved along x under a force along y: force over stiffness is lognormal, and what the nominal correction leaves has known quantiles.
@@ -90,18 +88,8 @@ fn what_a_compensation_leaves_on_a_lever_has_the_exact_quantiles() {
 fn brute_force(found: &PathResults, count: usize) -> Vec<[Vec<f64>; 2]> {
     let study = &found.study;
     let uncertainty = study.uncertainty.as_ref().unwrap();
-    let points = sobol::points(uncertainty.parameters.len() + 1, 1, count, 4711);
-    let draw = |index: usize| points.iter().map(|own| normal_quantile(own[index])).collect::<Vec<f64>>();
     let mut sizes = vec![[Vec::new(), Vec::new()]; study.tasks.len() + 1];
-    for z in (0..count).map(draw) {
-        let values = |is_wanted: &dyn Fn(bool) -> bool| -> Vec<(&str, f64)> {
-            let wanted = uncertainty.parameters.iter().enumerate().filter(|(_, own)| is_wanted(is_error(own.name())));
-            wanted.flat_map(|(i, own)| own.at(z[i])).collect()
-        };
-        let unloaded = uncertainty.machine.with_parameters(&values(&|is_error| !is_error)).unwrap();
-        let unloaded = Machines::new(&unloaded, &[]).unwrap().real;
-        let real = unloaded.with_parameters(&values(&|is_error| is_error)).unwrap().with_errors(&study.errors);
-        let factor = uncertainty.force.map_or(1.0, |spread| spread.value(1.0, z[uncertainty.parameters.len()]));
+    for Drawn { unloaded, real, factor } in draws(uncertainty, &study.errors, count) {
         let mut largest = [0.0f64; 2];
         let new = || Session::new(&study.machine, &real, settings()).with_unloaded_machine(&unloaded);
         let mut sessions = [new(), new()];

@@ -6,10 +6,12 @@ use kinetostat::{
     map::{self, MapPoint, WorkspaceMapStudy},
     process::uncertainty::{P95, Spread, normal_cdf, normal_quantile, quantile, sobol},
     questions::StudyKind,
-    simulation::{Machines, Source, settings},
+    simulation::{Source, settings},
     statics::Sensitivities,
 };
 use nalgebra::Vector3;
+
+use crate::support::uncertain::{Drawn, LEVER, TOLERANCES, draws, force, study_text};
 
 // ---- draws ----------------------------------------------------------------------------------------------------------
 
@@ -165,36 +167,9 @@ fn map_study(text: &str) -> WorkspaceMapStudy {
     }
 }
 
-/// A slide of 10 N/µm that pushes back along x, and nothing else.
-pub const LEVER: &str = r#"
-schema = 1
-name = "lever"
-title = "a slide"
-gravity_m_per_s2 = [0.0, 0.0, 0.0]
-[platform]
-tool_tip_mm = [0.0, 0.0, 50.0]
-controls = ["x"]
-[workspace]
-min_mm = [-1.0, 0.0, 0.0]
-max_mm = [1.0, 0.0, 0.0]
-[[chain]]
-name = "guide"
-elements = [{ prismatic_drive = { name = "slide", axis = "x", stiffness_N_per_mm = 1e4 } }]
-[[mount]]
-name = "guide"
-chain = "guide"
-"#;
-
+/// A map with its slice at height 0.
 fn study_of(machine: &str, process: &str, uncertainty: &str, map: &str) -> String {
-    format!(
-        "schema = 3\nquestion = \"?\"\nmachine = \"{machine}\"\n{process}\n{uncertainty}\n[workspace_map]\nslices_z_mm = [0.0]\n{map}\n"
-    )
-}
-
-pub fn force(radial: f64, tangential: f64, axial: f64) -> String {
-    format!(
-        "[process.force.path_frame]\nradial_force_N = {radial:?}\ntangential_force_N = {tangential:?}\naxial_force_N = {axial:?}\n"
-    )
+    study_text(machine, process, uncertainty, &format!("[workspace_map]\nslices_z_mm = [0.0]\n{map}"))
 }
 
 /// Compliance and force are lognormal, so that the deflection is, whose quantiles are exact.
@@ -233,28 +208,12 @@ fn a_lever_has_the_exact_quantiles() {
     }
 }
 
-/// Whether a parameter is an error of a chain, by its name.
-pub fn is_error(name: &str) -> bool {
-    [".turn", ".translation.", ".offset"].iter().any(|part| name.contains(part))
-}
-
 /// Longest displacements over φ in `count` draws at a position, computed one by one and without the surrogate, lanes and draws of the map.
 fn brute_force(study: &WorkspaceMapStudy, positions: &[Vector3<f64>], count: usize) -> Vec<Vec<f64>> {
     let (scene, uncertainty) = (&study.scene, study.uncertainty.as_ref().unwrap());
-    let points = sobol::points(uncertainty.parameters.len() + 1, 1, count, 4711);
     let commands: Vec<_> = positions.iter().map(|position| scene.machine.command(*position).unwrap()).collect();
     let mut found = vec![Vec::with_capacity(count); positions.len()];
-    let draw = |index: usize| points.iter().map(|own| normal_quantile(own[index])).collect::<Vec<f64>>();
-    for z in (0..count).map(draw) {
-        let values = |is_wanted: &dyn Fn(bool) -> bool| -> Vec<(&str, f64)> {
-            let wanted = uncertainty.parameters.iter().enumerate().filter(|(_, own)| is_wanted(is_error(own.name())));
-            wanted.flat_map(|(i, own)| own.at(z[i])).collect()
-        };
-        let unloaded = uncertainty.machine.with_parameters(&values(&|is_error| !is_error)).unwrap();
-        // Its drives are offset where it is calibrated at home under its own weight.
-        let unloaded = Machines::new(&unloaded, &[]).unwrap().real;
-        let real = unloaded.with_parameters(&values(&|is_error| is_error)).unwrap().with_errors(&scene.errors);
-        let factor = uncertainty.force.map_or(1.0, |spread| spread.value(1.0, z[uncertainty.parameters.len()]));
+    for Drawn { unloaded, real, factor } in draws(uncertainty, &scene.errors, count) {
         for (at, found) in commands.iter().zip(&mut found) {
             let mut session = Session::new(&scene.machine, &real, settings()).with_unloaded_machine(&unloaded);
             let size = |phi: &f64| {
@@ -291,9 +250,6 @@ fn check_against_brute_force(study: &WorkspaceMapStudy, points: &[&MapPoint], co
         }
     }
 }
-
-pub const TOLERANCES: &str = "[[uncertainty.chain_error]]\nchain = \"*\"\nturn_about_drive_axis_deg = { uniform = [-0.1, 0.1] }\n\
-     [uncertainty.process]\nforce_relative_std = 0.15\n";
 
 fn uncertain_stiffness(pattern: &str, relative_std: f64) -> String {
     format!(

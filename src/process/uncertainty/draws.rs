@@ -13,7 +13,7 @@ pub struct Draws {
     pub coordinates: Vec<Vec<f64>>,
     /// Least and largest coordinate of each parameter.
     pub ranges: Vec<[f64; 2]>,
-    /// Parameters whose draws are correlated, by their indices.
+    /// Parameters that vary together as an identification found, by their indices; empty where there are none.
     pub correlated: Vec<usize>,
     /// Factor of the cutting force in each draw.
     pub force: Vec<f64>,

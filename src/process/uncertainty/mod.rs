@@ -107,8 +107,6 @@ pub struct Uncertainty {
     pub machine: Machine,
     /// Parameters that vary.
     pub parameters: Vec<UncertainParameter>,
-    /// Parameters that vary together as an identification found, by their indices; empty where there are none.
-    pub correlated: Vec<usize>,
     /// Names of parameters whose correlations with others an entry of the study cuts.
     pub cut: Vec<String>,
     /// Distribution of the factor of the cutting force.
@@ -153,11 +151,12 @@ impl Uncertainty {
 
     /// What spreads a result, with the indices of its parameters: each by itself, those that are correlated together; the force, with none, last.
     pub fn causes(&self) -> impl Iterator<Item = (String, Vec<usize>)> {
-        let together = (!self.correlated.is_empty()).then(|| {
-            let names: Vec<&str> = self.correlated.iter().map(|own| self.parameters[*own].name()).collect();
-            (names.join(" with "), self.correlated.clone())
+        let correlated = &self.draws.correlated;
+        let together = (!correlated.is_empty()).then(|| {
+            let names: Vec<&str> = correlated.iter().map(|own| self.parameters[*own].name()).collect();
+            (names.join(" with "), correlated.clone())
         });
-        let alone = (0..self.parameters.len()).filter(|own| !self.correlated.contains(own));
+        let alone = (0..self.parameters.len()).filter(|own| !correlated.contains(own));
         let alone = alone.map(|own| (self.parameters[own].name().to_string(), vec![own]));
         alone.chain(together).chain([("cutting force".into(), Vec::new())])
     }

@@ -106,7 +106,7 @@ pub fn resolve(
         return check.fail(nothing.into());
     }
     let draws = Draws::new(&parameters, (&correlated, &factor), force, spec.seed);
-    Ok(Uncertainty { machine, parameters, correlated, cut, force, draws })
+    Ok(Uncertainty { machine, parameters, cut, force, draws })
 }
 
 /// Parameters found so far.

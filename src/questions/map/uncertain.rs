@@ -10,7 +10,7 @@ use crate::{
     process::uncertainty::Response,
     simulation::{
         Failure, Machines, Source,
-        spread::{DeflectionSpread, DrawnMachines, WantedSpread},
+        spread::{DeflectionSpread, DrawnMachines, WantedSpread, under},
     },
     statics::Batch,
     work::Work,
@@ -83,19 +83,14 @@ fn largest_displacement(
     group.set_rigid(&[at; Batch::WIDTH]);
     let mut largest: f64 = 0.0;
     for phis in study.scene.phis.chunks(Batch::WIDTH) {
-        let tasks: Vec<TaskPoint> = phis.iter().map(|phi| task(study, at, Some(*phi), factor)).collect();
+        let tasks: Vec<TaskPoint> =
+            phis.iter().map(|phi| under(&study.scene.task(at.pose, Some(*phi)), factor)).collect();
         let lanes: Vec<usize> = (0..tasks.len()).collect();
         for answer in group.command(&study.scene.machine, None, Method::None, &lanes, |lane| tasks[lane]) {
             largest = largest.max(answer?.tool_displacement.norm());
         }
     }
     Ok(largest)
-}
-
-/// The task at `at` under the cutting force times `factor` at φ, or without it.
-fn task(study: &WorkspaceMapStudy, at: &Configuration, phi: Option<f64>, factor: f64) -> TaskPoint {
-    let task = Source::All.task(&study.scene.task(at.pose, phi));
-    if factor == 1.0 { task } else { TaskPoint { load: task.load.scale(factor), ..task } }
 }
 
 /// Displacements at one point without load and then under each load, or why one of them is missing.
@@ -124,7 +119,7 @@ impl Sweep<'_> {
         for load in 0..loads {
             let phi = load.checked_sub(1).map(|load| study.scene.phis[load]);
             let lanes: Vec<usize> = (0..points.len()).filter(|lane| matches!(points[*lane], Some(Ok(_)))).collect();
-            let task = |lane: usize| task(study, configurations[lane], phi, 1.0);
+            let task = |lane: usize| under(&study.scene.task(configurations[lane].pose, phi), 1.0);
             let found = group.command(&study.scene.machine, None, Method::None, &lanes, task);
             for (lane, found) in lanes.into_iter().zip(found) {
                 match (found, &mut points[lane]) {

@@ -235,7 +235,9 @@ pub fn run_in_parts(
         let (mut next, left) = compute_part(study, &machines, &track, points.clone(), work)?;
         if let Some(drawn) = &drawn {
             let blocks = uncertain::solve_part(study, drawn, &machines, &track, points, pass_count(study), work)?;
-            blocks.iter().for_each(|block| uncertain::add(&mut largest, &block.largest));
+            for block in &blocks {
+                largest.iter_mut().zip(&block.largest).for_each(|(all, next)| all.add(next));
+            }
             next.set_spread(blocks);
         }
         let counted_before = usize::from(study.is_closed && next.first == 0);

@@ -17,7 +17,7 @@ use crate::{
         Failure, Machines, ROUNDING_MM, Source,
         along_path::{self, Commands, PathCase, PathPointResult, TrackBlocks, block_pieces},
         path_blocks::{Stretch, solve_stretches},
-        spread::{DeflectionSpread, DrawnMachines, Sizes, WantedSpread},
+        spread::{DeflectionSpread, DrawnMachines, Sizes, WantedSpread, under},
         tracking::TrackPoint,
     },
     spatial::Pose,
@@ -70,31 +70,20 @@ pub(super) struct Largest {
 }
 
 impl Largest {
-    /// Adds the largest distance over `points` other points.
-    fn add(&mut self, sizes: &[f64], points: usize) {
-        if points == 0 {
-            return;
+    /// Adds the largest distance over other points.
+    pub fn add(&mut self, next: &Largest) {
+        match self.points {
+            _ if next.points == 0 => return,
+            0 => self.sizes.clone_from(&next.sizes),
+            _ => self.sizes.truncate(next.sizes.len()),
         }
-        if self.points == 0 {
-            self.sizes = sizes.to_vec();
-        }
-        self.points += points;
-        self.sizes.truncate(sizes.len());
-        for (own, size) in self.sizes.iter_mut().zip(sizes) {
-            *own = own.max(*size);
-        }
+        self.points += next.points;
+        self.sizes.iter_mut().zip(&next.sizes).for_each(|(own, size)| *own = own.max(*size));
     }
 }
 
 /// Largest distances at nominal and at compensated commands.
 pub(super) type LargestBoth = [Largest; 2];
-
-/// Adds the largest distances over other points.
-pub(super) fn add(all: &mut LargestBoth, next: &LargestBoth) {
-    for (all, next) in all.iter_mut().zip(next) {
-        all.add(&next.sizes, next.points);
-    }
-}
 
 /// Spread at the points of a block.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -114,8 +103,31 @@ enum Command {
 /// Points solved one after another, of which several stretches are solved side by side.
 const STRETCH: usize = along_path::BLOCK / Batch::WIDTH;
 
-/// Displacements at a point without load and under the cutting force, or why one of them is missing.
-type Responses = std::result::Result<[Response; 2], Failure>;
+/// Distances from the path at a point where even the nominal machine has an equilibrium.
+struct Solved {
+    /// Without cutting force, with nominal numbers; `None` without equilibrium.
+    unloaded: Option<Vector3<f64>>,
+    /// Without load and under the cutting force, or why one of them is missing.
+    responses: std::result::Result<[Response; 2], Failure>,
+}
+
+/// Commands of the points of a block.
+struct Commanded {
+    /// Commanded poses of P, where there is none that of the task; `None` at the nominal command.
+    poses: Option<Vec<Pose>>,
+    /// Whether each point has its command.
+    is_known: Vec<bool>,
+}
+
+impl Commanded {
+    /// The commands of `points`.
+    fn of(&self, points: Range<usize>) -> Commands<'_> {
+        match &self.poses {
+            None => Commands::Method(Method::None),
+            Some(poses) => Commands::Program(&poses[points]),
+        }
+    }
+}
 
 /// Computes the spread at the points of a part of the path, as pieces of `work`, pass number `passes - 1` of all that number their pieces together.
 ///
@@ -229,50 +241,51 @@ impl Block<'_> {
         Ok(solve_stretches(&case, commands, &stretches, &|| self.work.check())?.concat())
     }
 
-    /// Poses of P commanded to compensate with nominal numbers; `None` where that fails. Solved as the study does, so that they are the same.
-    fn targets(&self) -> Result<Vec<Option<Pose>>> {
+    /// Commands of the nominal machine, those that compensate solved as the study does, so that they are the same.
+    fn commanded(&self, command: Command) -> Result<Commanded> {
+        if command == Command::Plain {
+            return Ok(Commanded { poses: None, is_known: vec![true; self.tasks.len()] });
+        }
         let tasks: Vec<TaskPoint> = self.tasks.iter().map(|task| Source::All.task(task)).collect();
         let case = PathCase::new(self.machines, Source::All, &tasks);
         let commands = Commands::Method(Method::Direct);
         let answers = solve_stretches(&case, &commands, &[(0, self.track)], &|| self.work.check())?.concat();
-        Ok(answers.into_iter().map(|answer| answer.target.filter(|_| answer.status.is_success())).collect())
+        let targets = answers.into_iter().map(|answer| answer.target.filter(|_| answer.status.is_success()));
+        let with_poses = targets.zip(self.tasks).map(|(target, task)| (target.unwrap_or(task.pose), target.is_some()));
+        let (poses, is_known) = with_poses.unzip();
+        Ok(Commanded { poses: Some(poses), is_known })
     }
 
-    /// Displacements at each point whose command is wanted, at nominal parameters and with each alone at its ends; `None` where even the nominal
-    /// machine has none.
-    fn responses(
-        &self,
-        drawn: &DrawnMachines<'_>,
-        commands: &Commands<'_>,
-        is_wanted: impl Fn(usize) -> bool,
-    ) -> Result<Vec<Option<Responses>>> {
+    /// Distances from the path at each point, with nominal numbers and with each parameter alone at its ends; `None` where there is no command, or
+    /// even the nominal machine has no equilibrium.
+    fn responses(&self, drawn: &DrawnMachines<'_>, commanded: &Commanded) -> Result<Vec<Option<Solved>>> {
+        let commands = commanded.of(0..self.tasks.len());
         let response = |nominal: Vector3<f64>| Response { nominal, ends: vec![[None; 2]; drawn.ends.len()] };
-        let nominal = self.solve(self.machines, 1.0, commands)?;
-        let begin = |(k, answer): (usize, PathPointResult)| {
-            let loaded = answer.solved_error().filter(|_| is_wanted(k))?;
-            Some(Ok([response(Vector3::zeros()), response(loaded)]))
+        let unloaded = self.solve(self.machines, 0.0, &commands)?;
+        let loaded = self.solve(self.machines, 1.0, &commands)?;
+        let begin = |((unloaded, loaded), is_known): ((&PathPointResult, &PathPointResult), &bool)| {
+            let loaded = loaded.solved_error().filter(|_| *is_known)?;
+            let free = unloaded.solved_error();
+            let responses = free
+                .map(|free| [response(free), response(loaded)])
+                .ok_or_else(|| self.failure(unloaded, "without cutting force"));
+            Some(Solved { unloaded: free, responses })
         };
-        let mut points: Vec<Option<Responses>> = nominal.into_iter().enumerate().map(begin).collect();
-        let mut fill =
-            |machines: &Machines, load: usize, words: &str, put: &dyn Fn(&mut Response, Vector3<f64>)| -> Result<()> {
-                let answers = self.solve(machines, load as f64, commands)?;
-                for (point, answer) in points.iter_mut().zip(answers) {
-                    let Some(Ok(responses)) = point else { continue };
-                    match answer.solved_error() {
-                        Some(error) => put(&mut responses[load], error),
-                        None => *point = Some(Err(self.failure(&answer, words))),
-                    }
-                }
-                Ok(())
-            };
-        fill(self.machines, 0, "without cutting force", &|response, error| response.nominal = error)?;
+        let mut points: Vec<Option<Solved>> =
+            unloaded.iter().zip(&loaded).zip(&commanded.is_known).map(begin).collect();
         for (own, ends) in drawn.ends.iter().enumerate() {
             for (end, machines) in ends.iter().enumerate() {
                 let Some(machines) = machines else { continue };
                 for load in 0..2 {
-                    fill(machines, load, &drawn.end_words(own, end), &|response, error| {
-                        response.ends[own][end] = Some(error);
-                    })?;
+                    let answers = self.solve(machines, load as f64, &commands)?;
+                    for (point, answer) in points.iter_mut().zip(answers) {
+                        let Some(Solved { responses, .. }) = point else { continue };
+                        match (answer.solved_error(), &mut *responses) {
+                            (Some(error), Ok(responses)) => responses[load].ends[own][end] = Some(error),
+                            (None, Ok(_)) => *responses = Err(self.failure(&answer, &drawn.end_words(own, end))),
+                            (_, Err(_)) => {}
+                        }
+                    }
                 }
             }
         }
@@ -285,64 +298,59 @@ impl Block<'_> {
         Failure { status: answer.status.label().into(), reason }
     }
 
-    /// Distance from the path at point `k` in a draw, mm, at the nominal command or the one with the given target.
+    /// Distance from the path at point `k` in a draw, mm.
     fn size_at(
         &self,
         k: usize,
-        target: Option<&Pose>,
+        commanded: &Commanded,
         machines: &Machines,
         factor: f64,
     ) -> Result<std::result::Result<f64, Failure>> {
         let task = [under(&self.tasks[k], factor)];
         let case = PathCase::new(machines, Source::All, &task);
-        let commands = match target {
-            None => Commands::Method(Method::None),
-            Some(target) => Commands::Program(std::slice::from_ref(target)),
-        };
-        let answers = solve_stretches(&case, &commands, &[(0, &self.track[k..=k])], &|| self.work.check())?;
+        let stretch = (0, &self.track[k..=k]);
+        let answers = solve_stretches(&case, &commanded.of(k..k + 1), &[stretch], &|| self.work.check())?;
         Ok(match answers.first().and_then(|answers| answers.first()) {
             Some(answer) => answer.solved_error().map(|error| error.norm()).ok_or_else(|| self.failure(answer, "draw")),
             None => Err(Failure { status: "not_converged".into(), reason: "there is no point".into() }),
         })
     }
 
-    /// Distribution at point `k` with its sizes in the draws; `target` as in [`Block::size_at`].
+    /// Distribution at point `k` with its sizes in the draws.
     fn spread_at(
         &self,
         k: usize,
-        target: Option<&Pose>,
+        commanded: &Commanded,
         drawn: &DrawnMachines<'_>,
-        responses: &Responses,
+        solved: &Solved,
     ) -> Result<(DeflectionSpread, Sizes)> {
-        let solve = |_, machines: &Machines, factor| self.size_at(k, target, machines, factor);
+        let solve = |_, machines: &Machines, factor| self.size_at(k, commanded, machines, factor);
         let wanted = WantedSpread { drawn, tolerance_mm: self.study.tolerance_mm, solve: &solve };
-        wanted.spread(responses.as_ref().ok().map(|own| &own[..]))
+        wanted.spread(solved.responses.as_ref().ok().map(|own| &own[..]))
     }
 
     /// Distributions at the points, and the largest distances over them.
     fn spread(&self, drawn: &DrawnMachines<'_>) -> Result<SpreadBlock> {
-        let targets = self.targets()?;
-        let poses = commanded(&targets, self.tasks);
-        let plain = self.responses(drawn, &Commands::Method(Method::None), |_| true)?;
-        let compensated = self.responses(drawn, &Commands::Program(&poses), |k| targets[k].is_some())?;
-        let unloaded = self.solve(self.machines, 0.0, &Commands::Program(&poses))?;
+        let [plain, compensated] = [self.commanded(Command::Plain)?, self.commanded(Command::Compensated)?];
+        let all_plain = self.responses(drawn, &plain)?;
+        let all_compensated = self.responses(drawn, &compensated)?;
         let mut largest = LargestBoth::default();
-        let mut points = Vec::with_capacity(plain.len());
-        for (k, (plain, compensated)) in plain.iter().zip(&compensated).enumerate() {
-            let Some(plain) = plain else {
+        let mut points = Vec::with_capacity(all_plain.len());
+        for (k, (at_plain, at_compensated)) in all_plain.iter().zip(&all_compensated).enumerate() {
+            let Some(solved) = at_plain else {
                 points.push(None);
                 continue;
             };
-            let (plain, sizes) = self.spread_at(k, None, drawn, plain)?;
-            largest[0].add(&sizes.mm, 1);
-            let mut point = PointSpread { plain, compensated: None, worse: None, without_force_mm: None };
-            if let Some(responses) = compensated {
-                let (compensated, left) = self.spread_at(k, targets[k].as_ref(), drawn, responses)?;
-                largest[1].add(&left.mm, 1);
-                point.compensated = Some(compensated);
+            let (own, sizes) = self.spread_at(k, &plain, drawn, solved)?;
+            let mut point = PointSpread { plain: own, compensated: None, worse: None, without_force_mm: None };
+            if let Some(solved) = at_compensated {
+                let (own, left) = self.spread_at(k, &compensated, drawn, solved)?;
+                point.compensated = Some(own);
                 point.worse = (left.is_by_engine == sizes.is_by_engine).then(|| share_larger(&left.mm, &sizes.mm));
-                point.without_force_mm = unloaded[k].solved_error().map(|error| error.norm());
+                point.without_force_mm = solved.unloaded.map(|error| error.norm());
+                largest[1].add(&Largest { sizes: left.mm, points: 1 });
             }
+            largest[0].add(&Largest { sizes: sizes.mm, points: 1 });
             points.push(Some(point));
         }
         Ok(SpreadBlock { points, largest })
@@ -355,37 +363,20 @@ impl Block<'_> {
         (machines, factor): (&Machines, f64),
         command: Command,
     ) -> Result<std::result::Result<f64, Failure>> {
-        let targets = match command {
-            Command::Plain => Vec::new(),
-            Command::Compensated => self.targets()?,
-        };
-        let poses = commanded(&targets, self.tasks);
-        let commands = match command {
-            Command::Plain => Commands::Method(Method::None),
-            Command::Compensated => Commands::Program(&poses),
-        };
+        let commanded = self.commanded(command)?;
+        let commands = commanded.of(0..self.tasks.len());
         let nominal = self.solve(self.machines, 1.0, &commands)?;
+        let answers = self.solve(machines, factor, &commands)?;
         let mut largest = 0.0f64;
-        for (k, (nominal, answer)) in nominal.iter().zip(self.solve(machines, factor, &commands)?).enumerate() {
-            if !nominal.is_settled || targets.get(k).is_some_and(Option::is_none) {
+        for ((nominal, answer), is_known) in nominal.iter().zip(&answers).zip(&commanded.is_known) {
+            if !nominal.is_settled || !is_known {
                 continue;
             }
             match answer.solved_error() {
                 Some(error) => largest = largest.max(error.norm()),
-                None => return Ok(Err(self.failure(&answer, "draw"))),
+                None => return Ok(Err(self.failure(answer, "draw"))),
             }
         }
         Ok(Ok(largest))
     }
-}
-
-/// Commanded poses: the targets, and where there is none the pose of the task.
-fn commanded(targets: &[Option<Pose>], tasks: &[TaskPoint]) -> Vec<Pose> {
-    targets.iter().zip(tasks).map(|(target, task)| target.unwrap_or(task.pose)).collect()
-}
-
-/// The task of all sources with the cutting force times `factor`.
-fn under(task: &TaskPoint, factor: f64) -> TaskPoint {
-    let task = Source::All.task(task);
-    if factor == 1.0 { task } else { TaskPoint { load: task.load.scale(factor), ..task } }
 }

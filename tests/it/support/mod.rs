@@ -15,6 +15,7 @@ pub mod random_machine;
 pub mod results;
 pub mod robot_data;
 pub mod rs274;
+pub mod uncertain;
 
 use serde_json::Value;
 

@@ -11,7 +11,10 @@ use crate::{
         Better::{Larger, Neither, Smaller},
         WORST_ANGLE,
     },
-    questions::map::{MapPoint, SourceEffect, WorkspaceMapStudy},
+    questions::{
+        map::{MapPoint, SourceEffect, WorkspaceMapStudy},
+        spread_report::{self, WithSpread},
+    },
     simulation::spread::DeflectionSpread,
 };
 
@@ -43,17 +46,21 @@ pub(super) const SUPERPOSITION_ERROR_SHARE: Of =
 pub(super) const RESIDUAL_ERROR: Of =
     Of::in_table("residual_error_mm", |effect| effect.delta_rho.as_ref().ok().map(|_| effect.residual_mm));
 
-/// Returns the distribution of the deflection, where it is known.
-pub(super) fn spread(effect: &SourceEffect) -> Option<&DeflectionSpread> {
-    effect.spread.as_ref()
+impl WithSpread for SourceEffect {
+    /// Returns the distribution of the deflection.
+    fn distribution(&self) -> Option<&DeflectionSpread> {
+        self.spread.as_ref()
+    }
 }
 
 pub(super) const MEDIAN: Of =
-    Of::new("deflection_median_mm", "median deflection", Smaller, |effect| spread(effect)?.median_mm);
+    Of::new("deflection_median_mm", "median deflection", Smaller, |effect| effect.distribution()?.median_mm);
 pub(super) const P95_DEFLECTION: Of =
-    Of::new("deflection_p95_mm", "95 % quantile of the deflection", Smaller, |effect| spread(effect)?.p95_mm);
+    Of::new("deflection_p95_mm", "95 % quantile of the deflection", Smaller, |effect| effect.distribution()?.p95_mm);
 pub(super) const PROBABILITY: Of =
-    Of::new("within_tolerance_probability", "probability within tolerance", Larger, |e| spread(e)?.within_tolerance);
+    Of::new("within_tolerance_probability", "probability within tolerance", Larger, |e| {
+        e.distribution()?.within_tolerance
+    });
 
 /// Lists the quantities of the distribution of the deflection that pages show.
 fn spread_quantities(study: &WorkspaceMapStudy) -> Vec<Of> {
@@ -64,22 +71,8 @@ fn spread_quantities(study: &WorkspaceMapStudy) -> Vec<Of> {
     [P95_DEFLECTION, MEDIAN].into_iter().chain(probability).collect()
 }
 
-/// Lists the columns of the distribution of the deflection that only tables have: how well it is known, and why it is as it is.
-fn spread_columns() -> [Of; 7] {
-    let cause = |effect: FoundOr<'_, SourceEffect>| match effect.ok().and_then(spread) {
-        Some(DeflectionSpread { main_cause: Some(cause), .. }) => cause.as_str().into(),
-        _ => Cell::Missing,
-    };
-    [
-        Of::text("spread_reason", |effect| effect.ok().and_then(|own| spread(own)?.reason()).into()),
-        Of::in_table("deflection_p95_standard_error_mm", |effect| spread(effect)?.p95_standard_error_mm),
-        Of::text("spread_main_cause", cause),
-        Of::in_table("spread_main_cause_share", |effect| spread(effect)?.main_cause_share),
-        Of::in_table("spread_check_difference", |effect| spread(effect)?.check_difference),
-        Of::count("spread_solved_draws", |effect| Some(spread(effect)?.solved_draws)),
-        Of::count("spread_failed_draws", |effect| Some(spread(effect)?.failed_draws)),
-    ]
-}
+/// Names of the columns of the distribution of the deflection ([`spread_report::columns`]).
+const SPREAD_COLUMNS: [&str; 3] = ["deflection_p95_standard_error_mm", "spread_main_cause", "spread_main_cause_share"];
 
 /// Returns the components of the largest deflection, O axes, mm.
 fn deflection_components() -> [Of; 3] {
@@ -125,7 +118,7 @@ pub(super) fn columns(study: &WorkspaceMapStudy) -> QuantityTable<SourceEffect> 
     // The drives cannot put all of the error right.
     all.extend(machine.uncontrolled_axes().next().map(|_| RESIDUAL_ERROR));
     all.extend(spread_quantities(study));
-    all.extend(study.uncertainty.iter().flat_map(|_| spread_columns()));
+    all.extend(study.uncertainty.iter().flat_map(|_| spread_report::columns(SPREAD_COLUMNS)));
     QuantityTable::new([numbers(["x_mm", "y_mm", "z_mm"]), texts(["source"])].concat(), all)
 }
 

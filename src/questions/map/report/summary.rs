@@ -4,14 +4,14 @@ use serde::Serialize;
 use serde_json::{Map, Value, json};
 
 use super::quantities::{
-    DEFLECTION, P95_DEFLECTION, RESIDUAL_ERROR, SUPERPOSITION_ERROR, SUPERPOSITION_ERROR_SHARE, drives, spread,
+    DEFLECTION, P95_DEFLECTION, RESIDUAL_ERROR, SUPERPOSITION_ERROR, SUPERPOSITION_ERROR_SHARE, drives,
 };
 use crate::{
     answer::{DriveQuantities, Quantity, QuantityExtremes, ShareWithin, ValueAt},
     files::StatusCount,
     questions::{
         map::{MapPoint, SourceEffect, WorkspaceMapStudy},
-        spread_report::{self, SpreadCounts},
+        spread_report::{self, SpreadCounts, WithSpread},
     },
     simulation::{BySource, SOLVED, Source, spread::DeflectionSpread},
 };
@@ -94,11 +94,11 @@ impl<'a> Summary<'a> {
             self.within.add(self.study.grid.cell_share(self.points), is_within);
             if self.study.uncertainty.is_some() {
                 let is_met = |spread: &DeflectionSpread| spread.p95_mm.is_some_and(|p95| p95 <= tolerance);
-                let is_within = point.effect(Source::All).and_then(spread).map(is_met);
+                let is_within = point.effect(Source::All).and_then(WithSpread::distribution).map(is_met);
                 self.within_p95.add(self.study.grid.cell_share(self.points), is_within);
             }
         }
-        if let Some(spread) = point.effect(Source::All).and_then(spread) {
+        if let Some(spread) = point.effect(Source::All).and_then(WithSpread::distribution) {
             self.spread.add(spread);
         }
         self.points += 1;

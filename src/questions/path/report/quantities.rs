@@ -6,10 +6,13 @@ use crate::{
         DriveQuantities, Quantity, QuantityTable,
         command_columns::{drive_cells, drive_columns, pose_cells, pose_columns},
     },
-    files::exchange::{Cell, Row, Table, cells, counts, numbers, texts},
+    files::exchange::{Row, Table, cells, counts, numbers, texts},
     machine::Machine,
     page::Better::{Larger, Neither, Smaller},
-    questions::path::{MethodAlongPath, PathPart, PathStudy, PointEffect},
+    questions::{
+        path::{MethodAlongPath, PathPart, PathStudy, PointEffect},
+        spread_report::{self, WithSpread},
+    },
     simulation::{Source, spread::DeflectionSpread},
 };
 
@@ -25,9 +28,11 @@ pub(super) fn plain_spread(at: &PointEffect) -> Option<&DeflectionSpread> {
     Some(&at.spread.as_ref()?.plain)
 }
 
-/// Returns the distribution of the residual error, where inputs are uncertain and the point could be compensated.
-pub(super) fn residual_spread(at: &PointEffect) -> Option<&DeflectionSpread> {
-    at.spread.as_ref()?.compensated.as_ref()
+impl WithSpread for PointEffect {
+    /// Returns the distribution of the residual error.
+    fn distribution(&self) -> Option<&DeflectionSpread> {
+        self.spread.as_ref()?.compensated.as_ref()
+    }
 }
 
 pub(super) const P95_DISPLACEMENT: Of =
@@ -35,9 +40,9 @@ pub(super) const P95_DISPLACEMENT: Of =
         plain_spread(at)?.p95_mm
     });
 pub(super) const P95_RESIDUAL: Of =
-    Of::new("residual_error_p95_mm", "95 % quantile of the residual error", Smaller, |at| residual_spread(at)?.p95_mm);
+    Of::new("residual_error_p95_mm", "95 % quantile of the residual error", Smaller, |at| at.distribution()?.p95_mm);
 pub(super) const MEDIAN_RESIDUAL: Of =
-    Of::new("residual_error_median_mm", "median residual error", Smaller, |at| residual_spread(at)?.median_mm);
+    Of::new("residual_error_median_mm", "median residual error", Smaller, |at| at.distribution()?.median_mm);
 pub(super) const WITHOUT_FORCE: Of =
     Of::new("residual_without_force_mm", "residual error where the force is absent", Smaller, |at| {
         at.spread.as_ref()?.without_force_mm
@@ -49,7 +54,7 @@ const WITHIN: Of = Of::new(
     "residual_within_tolerance_probability",
     "probability that the residual error is within tolerance",
     Larger,
-    |at| residual_spread(at)?.within_tolerance,
+    |at| at.distribution()?.within_tolerance,
 );
 
 /// Lists the quantities of the distributions that pages show; none where inputs are taken as exact.
@@ -62,24 +67,15 @@ pub(super) fn spread_quantities(study: &PathStudy) -> Vec<Of> {
     all.into_iter().chain(within).collect()
 }
 
-/// Lists the columns of the distributions that only tables have: why they are as they are, and how well they are known.
+/// Lists the columns of the distributions that only tables have.
 fn spread_columns(study: &PathStudy) -> Vec<Of> {
     if study.uncertainty.is_none() {
         return Vec::new();
     }
-    vec![
-        Of::in_table("displacement_median_mm", |at| plain_spread(at)?.median_mm),
-        Of::text("residual_error_main_cause", |at| match at.ok().and_then(residual_spread) {
-            Some(DeflectionSpread { main_cause: Some(cause), .. }) => cause.as_str().into(),
-            _ => Cell::Missing,
-        }),
-        Of::in_table("residual_error_main_cause_share", |at| residual_spread(at)?.main_cause_share),
-        Of::in_table("residual_error_p95_standard_error_mm", |at| residual_spread(at)?.p95_standard_error_mm),
-        Of::in_table("spread_check_difference", |at| residual_spread(at)?.check_difference),
-        Of::count("spread_solved_draws", |at| Some(residual_spread(at)?.solved_draws)),
-        Of::count("spread_failed_draws", |at| Some(residual_spread(at)?.failed_draws)),
-        Of::text("spread_reason", |at| at.ok().and_then(|at| residual_spread(at)?.reason()).into()),
-    ]
+    let median = Of::in_table("displacement_median_mm", |at| plain_spread(at)?.median_mm);
+    let names =
+        ["residual_error_p95_standard_error_mm", "residual_error_main_cause", "residual_error_main_cause_share"];
+    [median].into_iter().chain(spread_report::columns(names)).collect()
 }
 
 /// Returns the components of the displacement at the nominal command, O axes, mm.

@@ -2,15 +2,13 @@
 
 use serde_json::{Map, Value, json};
 
-use super::quantities::{
-    DISPLACEMENT, P95_RESIDUAL, RESIDUAL_ERROR, WITHOUT_FORCE, drives, plain_spread, residual_spread,
-};
+use super::quantities::{DISPLACEMENT, P95_RESIDUAL, RESIDUAL_ERROR, WITHOUT_FORCE, drives, plain_spread};
 use crate::{
     answer::{DriveQuantities, Quantity, ShareWithin},
     files::StatusCount,
     questions::{
         path::{MethodAlongPath, PathPart, PathSpread, PathStudy, PointEffect, Shown},
-        spread_report::{self, SpreadCounts},
+        spread_report::{self, SpreadCounts, WithSpread},
     },
     simulation::{BySource, Source},
 };
@@ -67,7 +65,7 @@ impl<'a> Summary<'a> {
     pub fn add(&mut self, part: &PathPart) {
         for k in part.points() {
             self.note_displacement(part, k);
-            let spreads = [residual_spread, plain_spread].map(|of| of(part.at(Source::All, k)));
+            let spreads = [WithSpread::distribution, plain_spread].map(|of| of(part.at(Source::All, k)));
             for (counts, spread) in self.spread.iter_mut().zip(spreads) {
                 spread.into_iter().for_each(|spread| counts.add(spread));
             }

@@ -264,14 +264,14 @@ pub fn headline(summary: &Summary<'_>, text: &ReportText) -> Headline {
         let sentence = format!("How far the tool of {name} leaves the path could be computed at none of its points.");
         return Headline::new(sentence, basis).with_cautions(&text.cautions);
     };
-    let has_force = study.tasks.iter().any(|task| task.load != crate::spatial::Wrench::default());
-    let under = acting_words(&study.machine, &study.errors, has_force);
-    let off = millimetres(worst, 3);
-    let left = summary.largest(Source::All, &RESIDUAL_ERROR).map(|(left, _)| left);
     let verdict = OutsidePositions::of(&study.machine, study.positions()).verdict(&study.machine, "this path");
     if let Some((sure, numbers)) = spread_headline(summary) {
         return Headline::new(verdict + &sure, basis).with_cautions(&text.cautions).with_numbers(numbers);
     }
+    let has_force = study.tasks.iter().any(|task| task.load != crate::spatial::Wrench::default());
+    let under = acting_words(&study.machine, &study.errors, has_force);
+    let off = millimetres(worst, 3);
+    let left = summary.largest(Source::All, &RESIDUAL_ERROR).map(|(left, _)| left);
     let then = match left {
         Some(left) if left <= ROUNDING_MM => "; compensated, the tool stays on the path".into(),
         Some(left) => format!("; compensated, by {}", millimetres(left, 4)),
@@ -337,7 +337,9 @@ fn spread_headline(summary: &Summary<'_>) -> Option<(String, Vec<KeyNumber>)> {
         let share = own.spread.within_tolerance;
         share.map(|share| format!("within tolerance with {} probability", spread_report::probability(share)))
     };
-    let worse = whole.worse.map(|share| format!("worse than without with {}", spread_report::probability(share)));
+    let worse = whole
+        .worse
+        .map(|share| format!("worse than without compensation with {} probability", spread_report::probability(share)));
     let p95 = |own: &LargestSpread, what: &str, against: [Option<String>; 2]| {
         let size = own.spread.p95_mm.map_or_else(|| "–".into(), |own| millimetres(own, 3));
         KeyNumber::new(&size, what, against.into_iter().flatten().collect::<Vec<_>>().join("; "))

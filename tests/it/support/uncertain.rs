@@ -1,0 +1,73 @@
+//! Studies with uncertain inputs, and machines of draws made without the draws of a study.
+
+use kinetostat::{
+    Machine,
+    machine::ChainError,
+    process::uncertainty::{Uncertainty, normal_quantile, sobol},
+    simulation::Machines,
+};
+
+/// A slide of 10 N/µm that pushes back along x, and nothing else.
+pub const LEVER: &str = r#"
+schema = 1
+name = "lever"
+title = "a slide"
+gravity_m_per_s2 = [0.0, 0.0, 0.0]
+[platform]
+tool_tip_mm = [0.0, 0.0, 50.0]
+controls = ["x"]
+[workspace]
+min_mm = [-1.0, 0.0, 0.0]
+max_mm = [1.0, 0.0, 0.0]
+[[chain]]
+name = "guide"
+elements = [{ prismatic_drive = { name = "slide", axis = "x", stiffness_N_per_mm = 1e4 } }]
+[[mount]]
+name = "guide"
+chain = "guide"
+"#;
+
+pub const TOLERANCES: &str = "[[uncertainty.chain_error]]\nchain = \"*\"\nturn_about_drive_axis_deg = { uniform = [-0.1, 0.1] }\n\
+     [uncertainty.process]\nforce_relative_std = 0.15\n";
+
+/// A study of `machine` with these tables.
+pub fn study_text(machine: &str, process: &str, uncertainty: &str, question: &str) -> String {
+    format!("schema = 3\nquestion = \"?\"\nmachine = \"{machine}\"\n{process}\n{uncertainty}\n{question}\n")
+}
+
+pub fn force(radial: f64, tangential: f64, axial: f64) -> String {
+    format!(
+        "[process.force.path_frame]\nradial_force_N = {radial:?}\ntangential_force_N = {tangential:?}\naxial_force_N = {axial:?}\n"
+    )
+}
+
+/// Whether a parameter is an error of a chain, by its name.
+fn is_error(name: &str) -> bool {
+    [".turn", ".translation.", ".offset"].iter().any(|part| name.contains(part))
+}
+
+/// The machines of a draw and its factor of the cutting force.
+pub struct Drawn {
+    /// Without errors of chains.
+    pub unloaded: Machine,
+    pub real: Machine,
+    pub factor: f64,
+}
+
+/// Makes `count` draws, from another seed than those of studies and without anything of theirs but the distributions; `errors` are those of the process.
+pub fn draws(uncertainty: &Uncertainty, errors: &[ChainError], count: usize) -> impl Iterator<Item = Drawn> {
+    let points = sobol::points(uncertainty.parameters.len() + 1, 1, count, 4711);
+    (0..count).map(move |index| {
+        let z: Vec<f64> = points.iter().map(|own| normal_quantile(own[index])).collect();
+        let values = |is_wanted: &dyn Fn(bool) -> bool| -> Vec<(&str, f64)> {
+            let wanted = uncertainty.parameters.iter().enumerate().filter(|(_, own)| is_wanted(is_error(own.name())));
+            wanted.flat_map(|(i, own)| own.at(z[i])).collect()
+        };
+        let unloaded = uncertainty.machine.with_parameters(&values(&|is_error| !is_error)).unwrap();
+        // Its drives are offset where it is calibrated at home under its own weight.
+        let unloaded = Machines::new(&unloaded, &[]).unwrap().real;
+        let real = unloaded.with_parameters(&values(&|is_error| is_error)).unwrap().with_errors(errors);
+        let factor = uncertainty.force.map_or(1.0, |spread| spread.value(1.0, z[uncertainty.parameters.len()]));
+        Drawn { unloaded, real, factor }
+    })
+}
