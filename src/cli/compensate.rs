@@ -95,9 +95,7 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
         process.gcode.expand = Expand::Always;
     }
     let chosen = chosen_source(arguments)?;
-    if let Some(redundancy) = arguments.redundancy {
-        process.redundancy.gamma = redundancy;
-    }
+    process.redundancy.gamma = arguments.redundancy.unwrap_or(process.redundancy.gamma);
     let job = open_job(process, &arguments.path, reporting)?;
     let way = match &arguments.measured {
         Some(file) => CommandSource::Mirror(mirrored_pass(file, &job)?),
@@ -120,7 +118,7 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
             return Ok(Ending::SomeUnsolved);
         }
     };
-    let WrittenProgram { headline, proved, machine, process, gamma, blocks, used, rows, page } = *told;
+    let WrittenProgram { headline, proved, machine, process, gamma, blocks, used, spread, rows, page } = *told;
     reporting.print_styled(&headline::words(&headline, &format!("{:.1} s", started.elapsed().as_secs_f64())))?;
     if let Some(gamma) = gamma {
         reporting.print(&format!("\n{gamma}"))?;
@@ -134,7 +132,7 @@ pub fn compensate(arguments: &CompensateArguments) -> Result<Ending> {
     }
     let left = residual_text(&machine, proved.commanded_max_mm()) + &holes_text(proved.written.in_holes_mm);
     reporting.print(&(limits_text(&machine, &process.limits, proved.bounded.as_ref()) + &left))?;
-    reporting.print_styled(&headline::sentences(&blocks))?;
+    reporting.print_styled(&headline::sentences(&(spread + &blocks)))?;
     if proved.uncorrected > 0 {
         reporting.print(&format!(
             "Left as written, as there is no correction: {} where nothing is cut.\n",

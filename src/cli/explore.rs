@@ -70,7 +70,7 @@ pub fn explore(arguments: &ExploreArguments) -> Result<Ending> {
 /// Reads the files of a scene, so that an error names the file and not the study made of it.
 fn check_files(machine: &str, process: &Path, program: &Path) -> Result<()> {
     let machine = Machine::named_or_file(machine)?;
-    let process = Process::open(process, &machine)?;
+    let process = Process::open(process, &machine)?.exact_for("the explorer")?;
     let path = ProgramFile::read(program, &process)?.toolpath(process.sampling)?;
     check_placeable(program, &process, &path)?;
     if path.is_empty() { Err(no_motion_error(program)) } else { Ok(()) }

@@ -60,7 +60,7 @@ pub fn export_realtime(arguments: &ExportRealtimeArguments) -> Result<Ending> {
     let (nominal, errors) = match &arguments.process {
         None => (nominal, Vec::new()),
         Some(file) => {
-            let Process { machine, errors, target, .. } = Process::open(file, &nominal)?;
+            let Process { machine, errors, target, .. } = Process::open(file, &nominal)?.exact_for("real-time code")?;
             if target == Target::PlatformPoint {
                 let problem = "compensates P: expected the tool tip, which controllers are asked for";
                 return Check::new(&file.display().to_string()).key("target").fail(problem.into());

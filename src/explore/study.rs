@@ -1,7 +1,11 @@
 //! Study files of a workpiece's place or a map: read for a page, with the same keys and checks as [`crate::questions::Study`] has
 //! but without those of other questions; written for a path that has none, and with one place more.
 
-use std::{cell::Cell, collections::BTreeMap, path::Path};
+use std::{
+    cell::{Cell, RefCell},
+    collections::BTreeMap,
+    path::Path,
+};
 
 use nalgebra::Vector3;
 use serde::{Deserialize, de::IgnoredAny};
@@ -70,7 +74,9 @@ pub(super) fn read(text: &str, folder: &Folder, overrides: &Overrides) -> Result
         name,
         header: &header,
         is_process_read: Cell::new(false),
-        is_uncertainty_read: Cell::new(false),
+        // Nominal numbers are all that pages compute with.
+        is_uncertainty_read: Cell::new(true),
+        uncertainty_of_process: RefCell::default(),
     };
     let asked = match (placement, workspace_map) {
         (Some(spec), None) => {

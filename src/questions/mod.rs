@@ -9,7 +9,7 @@ mod question;
 pub(crate) mod resolve;
 pub(crate) mod spec;
 #[cfg(feature = "report")]
-mod spread_report;
+pub(crate) mod spread_report;
 #[cfg(feature = "report")]
 mod template;
 
@@ -20,7 +20,10 @@ pub use question::{Overrides, Question, Resolved, StudyContext, Template};
 #[cfg(feature = "report")]
 pub use template::StudyMachine;
 
-use std::{cell::Cell, path::Path};
+use std::{
+    cell::{Cell, RefCell},
+    path::Path,
+};
 
 use crate::input::{Folder, Inputs, check::Check, error::Result};
 
@@ -121,6 +124,7 @@ impl Study {
             header,
             is_process_read: Cell::new(false),
             is_uncertainty_read: Cell::new(false),
+            uncertainty_of_process: RefCell::default(),
         };
         let (kind, settings) = asked.resolve(given)?;
         Ok(Study {

@@ -1,6 +1,9 @@
 //! The trait that every question implements, what it is given when it is asked, and the macro that lists the questions.
 
-use std::{cell::Cell, io::ErrorKind};
+use std::{
+    cell::{Cell, RefCell},
+    io::ErrorKind,
+};
 
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
@@ -13,7 +16,7 @@ use crate::{
     machine::{Branch, ChainError, Machine},
     process::{
         GammaChoice, Process,
-        uncertainty::{self, Uncertainty},
+        uncertainty::{self, Uncertainty, UncertaintyTable},
     },
     questions::spec::{Header, ProcessRef},
     work::Work,
@@ -170,6 +173,8 @@ pub struct StudyContext<'a> {
     pub(crate) is_process_read: Cell<bool>,
     /// Whether the question has read what is uncertain.
     pub(crate) is_uncertainty_read: Cell<bool>,
+    /// The table `[uncertainty]` of a process that was read last.
+    pub(crate) uncertainty_of_process: RefCell<Option<UncertaintyTable>>,
 }
 
 impl StudyContext<'_> {
@@ -216,12 +221,16 @@ impl StudyContext<'_> {
     fn process_as_written(&self, own: Option<&str>, check: &Check) -> Result<Process> {
         let top = self.check.root().key("process");
         self.is_process_read.set(self.is_process_read.get() || own.is_none());
-        match (own, &self.header.process) {
+        let process = match (own, &self.header.process) {
             (Some(file), _) => self.process_file(file, &check.key("process")),
             (None, Some(ProcessRef::File(file))) => self.process_file(file, &top),
             (None, Some(ProcessRef::Tables(spec))) => Process::from_tables(spec, &top, self.folder, &self.machine),
             (None, None) => top.fail("missing: expected the name of a process file, or its tables".into()),
+        }?;
+        if process.uncertainty.is_some() {
+            self.uncertainty_of_process.replace(process.uncertainty.clone());
         }
+        Ok(process)
     }
 
     /// Reads the process file `file` in the study's folder. `Err` at `check` if there is no such file.
@@ -244,38 +253,46 @@ impl StudyContext<'_> {
         self.check.root().key("machine").misfit(problem, ())
     }
 
-    /// Returns what the study says is not known exactly, for `machine` with chain `errors` as its process has it, and the files read for it; `None` if it says nothing, and
-    /// on pages, which compute with nominal numbers.
+    /// Returns what the study or the table `of_process` says is not known exactly, for `machine` with chain `errors` as its process has it, and the files
+    /// read for it; `None` if they say nothing, and on pages, which compute with nominal numbers.
     ///
     /// # Errors
     /// A table that makes no sense for the machine, or a file that cannot be read.
     pub(crate) fn uncertainty(
         &self,
+        of_process: Option<&UncertaintyTable>,
         machine: &Machine,
         errors: &[ChainError],
     ) -> Result<(Option<Uncertainty>, Inputs)> {
         self.is_uncertainty_read.set(true);
-        let Some(spec) = self.header.uncertainty.as_ref().filter(|_| !cfg!(target_family = "wasm")) else {
+        let check = self.check.root().key("uncertainty");
+        if cfg!(target_family = "wasm") {
             return Ok((None, Inputs::default()));
-        };
-        let (check, machine) = (self.check.root().key("uncertainty"), (machine, errors));
-        let Some(file) = &spec.covariance else {
-            return Ok((Some(uncertainty::resolve(spec, None, machine, &check)?), Inputs::default()));
-        };
-        if !self.folder.has_file(file) {
-            return check.key("covariance").fail(format!("\"{file}\" is not a file in the study's folder"));
         }
-        let (bytes, origin) = (self.folder.bytes(file)?, self.folder.path(file).display().to_string());
-        let found = uncertainty::resolve(spec, Some((&bytes, &origin)), machine, &check)?;
-        Ok((Some(found), Inputs::of(file, String::from_utf8_lossy(&bytes).into_owned())))
+        let own = self
+            .header
+            .uncertainty
+            .as_ref()
+            .map(|spec| UncertaintyTable::read(spec, self.folder, check.clone()))
+            .transpose()?;
+        let (own, read) = own.unzip();
+        let table = match (&own, of_process) {
+            (Some(_), Some(of_process)) => {
+                let other = of_process.check.location();
+                return check.fail(format!("is also given by {other}: expected it in one of them"));
+            }
+            (own, of_process) => own.as_ref().or(of_process),
+        };
+        let found = table.map(|table| table.of(machine, errors)).transpose()?;
+        Ok((found, read.unwrap_or_default()))
     }
 
     /// Refuses a process and an uncertainty in the study file that the question never read.
     pub(crate) fn refuse_unused(&self) -> Result<()> {
-        if self.header.uncertainty.is_some() && !self.is_uncertainty_read.get() {
-            let problem =
-                format!("is not computed for {}: expected a workspace map or a path, or no such table", self.name);
-            return self.check.root().key("uncertainty").fail(problem);
+        let own = self.header.uncertainty.as_ref().map(|_| self.check.root().key("uncertainty"));
+        let of_process = || self.uncertainty_of_process.borrow().as_ref().map(|table| table.check.clone());
+        if let (false, Some(check)) = (self.is_uncertainty_read.get(), own.or_else(of_process)) {
+            return uncertainty::refuse(&check, self.name);
         }
         if self.header.process.is_some() && !self.is_process_read.get() {
             let problem = format!("has no effect: nothing in {} takes it", self.name);

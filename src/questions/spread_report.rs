@@ -2,14 +2,19 @@
 
 use std::collections::BTreeMap;
 
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 
 use crate::{
     answer::Quantity,
-    files::words::{counted, listed_up_to, percent},
-    page::{Fact, table::format_number},
-    process::uncertainty::{ASSUMED_RELATIVE_STD, Draws, UncertainParameter, Uncertainty},
-    simulation::spread::DeflectionSpread,
+    files::words::{counted, join_words, listed_up_to, millimetres, percent},
+    page::{Fact, headline::KeyNumber, table::format_number},
+    process::uncertainty::{
+        ASSUMED_RELATIVE_STD, Cause, Draws, ModelError, P95, SpreadSource, UncertainParameter, Uncertainty,
+    },
+    simulation::{
+        spread::DeflectionSpread,
+        spread_along::{LargestSpread, PathSpread},
+    },
 };
 
 /// A result at a place that may have a distribution, of which tables say how well it is known.
@@ -44,43 +49,60 @@ pub(crate) struct SpreadCounts {
     failed_draws: usize,
     /// Draws solved by the engine at all points.
     solved_draws: usize,
-    /// Number of points of which each is the main cause, by name.
-    causes: BTreeMap<String, usize>,
+    /// Number of points at which a draw was solved by the engine.
+    checked: usize,
+    /// Number of points of which each is the main cause, and the sum of its shares of the variance there, by name.
+    causes: BTreeMap<String, (usize, f64)>,
 }
 
 impl SpreadCounts {
     /// Adds the distribution at a point.
     pub fn add(&mut self, spread: &DeflectionSpread) {
         self.known += 1;
+        self.checked += usize::from(spread.solved_draws > 0);
         self.corrected += usize::from(spread.solved_draws > 1);
         self.solved_draws += spread.solved_draws;
         self.unknown += usize::from(spread.p95_mm.is_none());
         self.failed_draws += spread.failed_draws;
         if let Some(cause) = &spread.main_cause {
-            *self.causes.entry(cause.clone()).or_default() += 1;
+            let (count, shares) = self.causes.entry(cause.clone()).or_default();
+            *count += 1;
+            *shares += spread.main_cause_share.unwrap_or_default();
         }
     }
 
-    /// Returns the sentences about the main cause, the first by name of equally frequent ones, and about the check.
-    pub fn sentences(&self) -> String {
-        let most = self.causes.iter().max_by(|a, b| a.1.cmp(b.1).then(b.0.cmp(a.0)));
-        let cause = most.map_or_else(String::new, |(name, count)| {
-            let share = percent(*count as f64 / self.known as f64);
-            format!("what spreads it most is {name}, at {share} of the points: know that better first.\n")
-        });
+    /// Returns the sentence about the main cause, the first by name of equally frequent ones: what to do next.
+    fn next_step(&self, point: &str) -> String {
+        let most = self.causes.iter().max_by(|a, b| a.1.0.cmp(&b.1.0).then(b.0.cmp(a.0)));
+        most.map_or_else(String::new, |(name, (count, shares))| {
+            let (share, known) = (percent(shares / *count as f64), counted(self.known, point));
+            let next = match name == Cause::MODEL {
+                true => "measure the machine under load and identify it first",
+                false => "know that better first",
+            };
+            format!(
+                "What spreads the answer most is {name}, with {share} of the variance at {count} of {known}: {next}.\n"
+            )
+        })
+    }
+
+    /// Returns the sentence about the check, at what is called `point`.
+    pub fn sentences(&self, point: &str) -> String {
         let corrected = match self.corrected {
             0 => String::new(),
             corrected => format!(
                 " but for {}, where it was corrected by more draws ({} solved in all)",
-                counted(corrected, "point"),
+                counted(corrected, point),
                 self.solved_draws
             ),
         };
-        cause
-            + &format!(
+        match self.checked {
+            0 => "Nothing moves the tool by more than rounding: no draw was solved by the engine.\n".into(),
+            checked => format!(
                 "The engine, solved at each of {} in the draw at the 95 % quantile, agrees with the estimate within 0.5 %{corrected}.\n",
-                counted(self.known, "point")
-            )
+                counted(checked, point)
+            ),
+        }
     }
 }
 
@@ -90,9 +112,10 @@ pub(crate) fn counted_inputs(uncertainty: &Uncertainty) -> String {
         0 => None,
         count => Some(counted(count, "uncertain parameter")),
     };
+    let model = (uncertainty.model.relative_std > 0.0).then(|| "an inexact model".into());
     let words: Vec<String> =
-        parameters.into_iter().chain(uncertainty.force.map(|_| "an uncertain force".into())).collect();
-    words.join(" and ")
+        parameters.into_iter().chain(uncertainty.force.map(|_| "an uncertain force".into())).chain(model).collect();
+    join_words(&words.iter().map(String::as_str).collect::<Vec<_>>())
 }
 
 /// Formats a probability: that no draw, or each, does something does not make it impossible or certain.
@@ -109,16 +132,28 @@ pub(crate) fn basis(uncertainty: Option<&Uncertainty>) -> String {
 /// Parameters that a caution names.
 const MOST_NAMED: usize = 4;
 
-/// Returns the cautions about what the distributions that `counts` counts rest on; empty where inputs are taken as exact.
-pub(crate) fn cautions(uncertainty: Option<&Uncertainty>, counts: &SpreadCounts) -> String {
+/// Returns what to know better first, and the cautions about what the distributions that `counts` counts rest on; empty where inputs are taken as
+/// exact.
+pub(crate) fn cautions(uncertainty: Option<&Uncertainty>, counts: &SpreadCounts, point: &str) -> String {
     let Some(uncertainty) = uncertainty else { return String::new() };
-    let mut text = String::new();
+    let mut text = counts.next_step(point);
     let assumed = listed_up_to(MOST_NAMED, uncertainty.assumed().map(String::from));
     if !assumed.is_empty() {
         text += &format!(
             "The spread rests on assumptions: {assumed} are graded as assumed in the machine file and vary by {:.0} %, a default.\n",
             100.0 * ASSUMED_RELATIVE_STD
         );
+    }
+    let ModelError { relative_std, source } = uncertainty.model;
+    if source == SpreadSource::Assumed && relative_std > 0.0 {
+        text += &format!(
+            "What the model leaves out is assumed: {} of what the force does, as of a measured arm (FANUC R-2000iC); an identification of this machine, \
+             or [uncertainty.model], says it.\n",
+            percent(relative_std)
+        );
+    }
+    if uncertainty.finds_no_provenance {
+        text += "machine = \"provenance\" varies nothing: the machine file has neither intervals nor assumed stiffnesses.\n";
     }
     let exact = listed_up_to(MOST_NAMED, uncertainty.exact_stiffnesses());
     if !exact.is_empty() {
@@ -140,10 +175,173 @@ pub(crate) fn cautions(uncertainty: Option<&Uncertainty>, counts: &SpreadCounts)
     if *unknown > 0 {
         text += &format!(
             "At {} more than 5 % of the draws have no equilibrium: there is no 95 % quantile, and the tool is not within tolerance.\n",
-            counted(*unknown, "point")
+            counted(*unknown, point)
         );
     }
     text
+}
+
+/// How sentences about the distribution along a path name it.
+pub(crate) struct Along<'a> {
+    /// Name of the machine.
+    pub machine: &'a str,
+    /// The path, such as "this path".
+    pub path: String,
+    /// Words for the compensated commands, behind "the tool of …": "compensated".
+    pub commands: &'a str,
+    /// Number of points that the largest distance should be of.
+    pub points: usize,
+    /// Largest distance that is within tolerance, mm.
+    pub tolerance_mm: Option<f64>,
+    /// Why there is no verdict, such as "Nothing is cut"; `None` where there is.
+    pub unjudged: Option<&'static str>,
+}
+
+/// Why a path without cutting force has no verdict.
+pub(crate) const NO_FORCE: &str = "No cutting force is given";
+/// Why a path that the machine cannot run has none.
+pub(crate) const OUTSIDE: &str = "Outside the workspace box";
+
+impl Along<'_> {
+    /// The tolerance by which it is judged.
+    fn judged_by(&self) -> Option<f64> {
+        self.tolerance_mm.filter(|_| self.unjudged.is_none())
+    }
+}
+
+/// Formats a quantile of the largest distance, or says that there is none.
+fn quantile_words(quantile: Option<f64>) -> String {
+    let unknown = || "an unknown distance (too many draws have no equilibrium)".into();
+    quantile.map_or_else(unknown, |own| millimetres(own, 3))
+}
+
+/// Returns the cautions about the largest distance from a path of so many `points`, where inputs are uncertain: what it is not of, and whether it is
+/// confirmed.
+pub(crate) fn along_cautions(whole: Option<&PathSpread>, points: usize) -> String {
+    let Some(whole) = whole else { return String::new() };
+    let of = |name: &str, others: &str, own: &LargestSpread| {
+        let mut text = String::new();
+        if own.points < points {
+            text += &format!(
+                "The distribution of the largest distance {name} is of {} of {}: the others {others}.\n",
+                own.points,
+                counted(points, "point")
+            );
+        }
+        if !own.is_confirmed {
+            text += &match own.spread.solved_draws {
+                0 => format!(
+                    "There is no 95 % quantile of the largest distance {name}: too many draws have no equilibrium.\n"
+                ),
+                solved => format!(
+                    "The distribution of the largest distance {name} is an estimate: {} the engine solved along the whole path, {} of them without \
+                     equilibrium, and they do not confirm it.\n",
+                    counted(solved, "draw"),
+                    own.spread.failed_draws
+                ),
+            };
+        }
+        text
+    };
+    let compensated = whole.compensated.as_ref();
+    let compensated =
+        compensated.map(|own| of("with compensation", "could not be compensated", own)).unwrap_or_default();
+    of("without compensation", "have no equilibrium", &whole.plain) + &compensated
+}
+
+/// Returns the sentences about the distribution of the largest distance.
+pub(crate) fn along_sentences(along: &Along<'_>, whole: &PathSpread, uncertainty: &Uncertainty) -> String {
+    let within = |own: &LargestSpread| {
+        let share = own.spread.within_tolerance.zip(along.judged_by());
+        share.map_or_else(String::new, |(share, tolerance)| {
+            format!(" (within {tolerance} mm all along it with {} probability)", probability(share))
+        })
+    };
+    let mut text = format!(
+        "With {} (one machine and one force for the whole path), the tool without compensation stays within {} of its path with 95 % probability{}.\n",
+        counted_inputs(uncertainty),
+        quantile_words(whole.plain.spread.p95_mm),
+        within(&whole.plain)
+    );
+    if let Some(compensated) = &whole.compensated {
+        text += &format!(
+            "With the commands that compensate, computed with nominal numbers, it stays within {} with 95 % probability{}; the median is {}.\n",
+            quantile_words(compensated.spread.p95_mm),
+            within(compensated),
+            quantile_words(compensated.spread.median_mm)
+        );
+    }
+    let worse = whole.worse.map(probability);
+    text + &worse.map_or_else(String::new, |worse| {
+        format!("Compensation makes the largest distance larger with {worse} probability.\n")
+    })
+}
+
+/// Returns the verdict by the distribution of the largest distance after compensation.
+pub(crate) fn along_verdict(along: &Along<'_>, whole: &PathSpread) -> String {
+    let Along { machine, path, points, .. } = along;
+    let (judged, how) = match &whole.compensated {
+        Some(own) => (own, along.commands),
+        None => (&whole.plain, "without compensation, as none was found"),
+    };
+    let without = match &whole.compensated {
+        Some(own) if own.points == whole.plain.points => {
+            format!(" ({} without compensation)", quantile_words(whole.plain.spread.p95_mm))
+        }
+        _ => String::new(),
+    };
+    let missing = points - judged.points;
+    let (unknown, all_along) = match missing {
+        0 => (String::new(), format!("all along {path}")),
+        missing => {
+            let why = if whole.compensated.is_some() { "could not be compensated" } else { "have no equilibrium" };
+            let text = format!("Not known along all of {path}: {missing} of {} {why}. ", counted(*points, "point"));
+            (text, "at the others".into())
+        }
+    };
+    let stays = match judged.spread.p95_mm {
+        Some(p95) => format!("within {} with 95 %{without}", millimetres(p95, 3)),
+        None => "and too many draws have no equilibrium to say how far with 95 %".into(),
+    };
+    let sure = match judged.spread.within_tolerance.zip(along.judged_by()) {
+        None => format!("The tool of {machine}, {how}, stays {stays} {all_along}."),
+        Some((share, tolerance)) => {
+            let word = match share {
+                _ if missing > 0 => "At the others",
+                share if share >= P95 => "Within tolerance",
+                share if share < 1.0 - P95 => "Out of tolerance",
+                share if share < 0.5 => "Probably out of tolerance",
+                _ => "Probably within tolerance",
+            };
+            let all_along = if missing == 0 { format!(" {all_along}") } else { String::new() };
+            let probability = probability(share);
+            format!(
+                "{word}: the tool of {machine}, {how}, stays within {tolerance} mm{all_along} with {probability} probability, {stays}."
+            )
+        }
+    };
+    let unjudged = along.unjudged.map_or_else(String::new, |why| format!("{why}: there is no verdict. "));
+    // What does more harm than good is no success, whatever the tolerance.
+    let worse = whole.worse.filter(|worse| *worse > 0.5).map_or_else(String::new, |worse| {
+        format!("Probably worse than without compensation, with {} probability. ", probability(worse))
+    });
+    unknown + &unjudged + &worse + &sure
+}
+
+/// Returns the 95 % quantiles of the largest distance as key numbers, compensated first.
+pub(crate) fn along_numbers(along: &Along<'_>, whole: &PathSpread) -> Vec<KeyNumber> {
+    let against = |own: &LargestSpread| {
+        let share = own.spread.within_tolerance.filter(|_| along.judged_by().is_some());
+        share.map(|share| format!("within tolerance with {} probability", probability(share)))
+    };
+    let worse = |share| format!("worse than without compensation with {} probability", probability(share));
+    let number = |own: &LargestSpread, how: &str, worse: Option<String>| {
+        let size = own.spread.p95_mm.map_or_else(|| "–".into(), |own| millimetres(own, 3));
+        let what = format!("largest distance from the path not exceeded with 95 % probability, {how}");
+        KeyNumber::new(&size, what, against(own).into_iter().chain(worse).collect::<Vec<_>>().join("; "))
+    };
+    let compensated = whole.compensated.iter().map(|own| number(own, along.commands, whole.worse.map(worse)));
+    compensated.chain([number(&whole.plain, "without compensation", None)]).collect()
 }
 
 /// Uncertain parameters that the page lists; summary.json has all.
@@ -160,7 +358,12 @@ pub(crate) fn fact(uncertainty: Option<&Uncertainty>) -> Fact {
         let parameters = listed_up_to(MOST_SHOWN, uncertainty.parameters.iter().map(parameter));
         let force = uncertainty.force_factor_95().map(|own| format!("cutting force × {}", interval(own)));
         let words: Vec<String> = Some(parameters).filter(|words| !words.is_empty()).into_iter().chain(force).collect();
-        format!("95 % intervals: {}; {} draws", words.join(", "), Draws::COUNT)
+        let ModelError { relative_std, source } = uncertainty.model;
+        let model =
+            format!("the model leaves out {} of what the force does ({})", percent(relative_std), source.label());
+        let intervals =
+            if words.is_empty() { String::new() } else { format!("95 % intervals: {}; ", words.join(", ")) };
+        format!("{intervals}{model}; {} draws", Draws::COUNT)
     };
     Fact::new("uncertain inputs", uncertainty.map_or_else(|| "none: all are taken as exact".into(), words))
 }
@@ -176,10 +379,12 @@ pub(crate) fn json(uncertainty: &Uncertainty, counts: &SpreadCounts) -> Value {
     json!({
         "parameters": uncertainty.parameters.iter().map(parameter).collect::<Vec<Value>>(),
         "force_factor_95": uncertainty.force_factor_95(),
+        "model_relative_std": uncertainty.model.relative_std,
+        "model_source": uncertainty.model.source.label(),
         "draws": Draws::COUNT,
         "points_corrected": counts.corrected,
         "points_without_p95": counts.unknown,
         "failed_draws": counts.failed_draws,
-        "main_causes": counts.causes,
+        "main_causes": counts.causes.iter().map(|(name, (count, _))| (name.clone(), json!(count))).collect::<Map<_, _>>(),
     })
 }

@@ -213,10 +213,15 @@ impl<'a> TrackBlocks<'a> {
     /// Prepares tracking along `tasks`, beginning at the configuration `before`.
     pub fn new(nominal: &'a Machine, before: Option<&Configuration>, tasks: &'a [TaskPoint]) -> Self {
         let blocks = match nominal.may_change_posture() {
-            true => track_blocks(nominal, before, tasks, |_, _| true).into_iter().map(OnceLock::from).collect(),
+            true => return Self::of(nominal, tasks, track_blocks(nominal, before, tasks, |_, _| true)),
             false => tasks.chunks(BLOCK).map(|_| OnceLock::new()).collect(),
         };
         Self { nominal, tasks, blocks }
+    }
+
+    /// Makes those of `tasks` from the tracked points of each of its blocks.
+    pub fn of(nominal: &'a Machine, tasks: &'a [TaskPoint], blocks: Vec<Vec<TrackPoint>>) -> Self {
+        Self { nominal, tasks, blocks: blocks.into_iter().map(OnceLock::from).collect() }
     }
 
     /// Returns the configuration at the last point, from which the next part goes on.

@@ -11,6 +11,7 @@ mod scene;
 pub(crate) mod settled;
 pub(crate) mod sources;
 pub mod spread;
+pub mod spread_along;
 mod status;
 pub mod tasks;
 pub(crate) mod tracking;

@@ -189,7 +189,7 @@ impl Machines {
     ///
     /// # Errors
     /// Values that make no machine, or one that no drives hold at home under its weight, where it is calibrated there.
-    pub(crate) fn drawn(
+    pub fn drawn(
         &self,
         machine: &Machine,
         [elasticity, geometry]: &[Vec<(&str, f64)>; 2],

@@ -2,6 +2,7 @@
 
 use std::{cell::OnceCell, sync::OnceLock};
 
+use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use super::{Failure, Machines, ROUNDING_MM, Source};
@@ -9,7 +10,7 @@ use crate::{
     compensation::TaskPoint,
     input::error,
     machine::ChainError,
-    process::uncertainty::{Draws, Quantiles, Response, Surrogate, Uncertainty, mean_and_error},
+    process::uncertainty::{Cause, Draws, Quantiles, Response, Surrogate, Uncertainty, mean_and_error},
 };
 
 /// Distribution of a deflection over the draws.
@@ -23,7 +24,7 @@ pub struct DeflectionSpread {
     pub p95_standard_error_mm: Option<f64>,
     /// Probability that the deflection is within tolerance, 0 to 1; `None` without tolerance.
     pub within_tolerance: Option<f64>,
-    /// What causes the largest part of the variance, a parameter or "cutting force"; `None` where nothing does, or too few draws have an equilibrium.
+    /// What causes the largest part of the variance, a parameter, "cutting force" or "what the model leaves out"; `None` where nothing does, or too few draws have an equilibrium.
     pub main_cause: Option<String>,
     /// Its share of the sum of variances by each alone, 0 to 1.
     pub main_cause_share: Option<f64>,
@@ -48,6 +49,9 @@ const MOST_NEXT: [usize; 2] = [32, 256];
 /// Fewest scrambles of which all draws are solved, where those next to the quantile do not suffice.
 const FEWEST_SCRAMBLES: usize = 4;
 
+/// Share of draws without equilibrium from which no more are solved: three times that at which there is no 95 % quantile.
+const MANY_FAILED: f64 = 0.15;
+
 /// The machines that uncertain inputs make of a nominal one.
 pub(crate) struct DrawnMachines<'a> {
     /// What varies.
@@ -59,7 +63,7 @@ pub(crate) struct DrawnMachines<'a> {
     /// Coordinates of each parameter at these ends.
     end_coordinates: Vec<[f64; 2]>,
     /// What spreads a result ([`Uncertainty::causes`]).
-    causes: Vec<(String, Vec<usize>)>,
+    causes: Vec<(String, Cause)>,
     /// Machines of the draws of the first scramble, made when they are needed.
     drawn: Vec<OnceLock<Result<Machines, Failure>>>,
 }
@@ -93,6 +97,24 @@ impl<'a> DrawnMachines<'a> {
         format!("with {} at its {} quantile", self.uncertainty.parameters[parameter].name(), ["5 %", "95 %"][end])
     }
 
+    /// Whether the model leaves something out, so that displacements without cutting force are needed as well.
+    pub fn has_model_error(&self) -> bool {
+        !self.uncertainty.draws.model.is_empty()
+    }
+
+    /// The displacement `loaded` that the engine found in the draw `index`, with what the model leaves out of it; `free` is that without cutting force.
+    pub fn real_displacement(&self, index: usize, free: Vector3<f64>, loaded: Vector3<f64>) -> Vector3<f64> {
+        loaded + self.uncertainty.draws.model_error(index, &(loaded - free))
+    }
+
+    /// Returns what `on` makes of the machines of the draw `index`; those of the first scramble are kept.
+    pub fn on_draw<T>(&self, index: usize, on: impl FnOnce(&Machines) -> T) -> Result<T, Failure> {
+        match self.drawn.get(index) {
+            Some(kept) => kept.get_or_init(|| self.machines_of(index)).as_ref().map(on).map_err(Failure::clone),
+            None => self.machines_of(index).as_ref().map(on).map_err(Failure::clone),
+        }
+    }
+
     /// Makes the machines of the draw `index`.
     fn machines_of(&self, index: usize) -> Result<Machines, Failure> {
         let values = self.uncertainty.values_of_draw(index);
@@ -113,20 +135,16 @@ pub(crate) struct WantedSpread<'a> {
     pub tolerance_mm: Option<f64>,
     /// The engine.
     pub solve: &'a Solve<'a>,
+    /// Most draws solved next to a value, where each takes long.
+    pub most_next: Option<usize>,
 }
 
 impl WantedSpread<'_> {
     /// Size in the draw `index`, mm; `None` if it has none. Counted in `spread`.
     fn solve_draw(&self, index: usize, spread: &mut DeflectionSpread) -> error::Result<Option<f64>> {
         let factor = self.drawn.uncertainty.draws.force[index];
-        let on = |machines: &Result<Machines, Failure>| match machines {
-            Ok(machines) => (self.solve)(index, machines, factor),
-            Err(failure) => Ok(Err(failure.clone())),
-        };
-        let found = match self.drawn.drawn.get(index) {
-            Some(kept) => on(kept.get_or_init(|| self.drawn.machines_of(index))),
-            None => on(&self.drawn.machines_of(index)),
-        }?;
+        let found = self.drawn.on_draw(index, |machines| (self.solve)(index, machines, factor));
+        let found = found.unwrap_or_else(|failure| Ok(Err(failure)))?;
         spread.solved_draws += 1;
         if let Err(failure) = &found {
             spread.failed_draws += 1;
@@ -144,7 +162,7 @@ impl WantedSpread<'_> {
         };
         let surrogate = Surrogate::new(&self.drawn.end_coordinates, unloaded, loaded, draws);
         let sizes = surrogate.largest_displacements(draws);
-        let causes = self.drawn.causes.iter().map(|(_, parameters)| &parameters[..]);
+        let causes = self.drawn.causes.iter().map(|(_, cause)| cause);
         let mut spread = self.spread_with_cause(&surrogate.variances(draws, causes));
         match self.check(&sizes, &mut spread)? {
             true => Ok((spread, Sizes { mm: sizes, is_by_engine: false })),
@@ -182,7 +200,8 @@ impl WantedSpread<'_> {
         };
         let (few, all) = (in_order(Draws::PER_SCRAMBLE), OnceCell::new());
         let mut next_to = |value: f64, is_known: &dyn Fn(&Difference) -> bool| {
-            let [most, most_of_all] = MOST_NEXT;
+            let most_next = self.most_next.unwrap_or(usize::MAX).max(FEWEST_NEXT);
+            let [most, most_of_all] = MOST_NEXT.map(|most| most.min(most_next));
             let found = self.difference_next_to((value, p95), sizes, (&few, most), is_known, spread)?;
             match found {
                 None if spread.failed_draws == 0 => {
@@ -261,7 +280,9 @@ impl WantedSpread<'_> {
             let found = Quantiles::of(&solved);
             let is_known = found.p95_standard_error <= LARGEST_ERROR * found.p95 || found.p95 == f64::INFINITY;
             let is_enough = solved.len() >= FEWEST_SCRAMBLES * Draws::PER_SCRAMBLE && is_known;
-            if is_enough || solved.len() == Draws::COUNT {
+            // Draws without equilibrium take long, and here they are far more than leave a 95 % quantile.
+            let is_lost = spread.failed_draws as f64 > MANY_FAILED * solved.len() as f64;
+            if is_lost || is_enough || solved.len() == Draws::COUNT {
                 break found;
             }
         };

@@ -222,14 +222,14 @@ fn what_a_program_needs_is_at_the_top_of_the_crate() {
 const MOST_LINES: [(&[&str], usize); 10] = [
     (&["crates/engine/src"], 21_370),
     (&["src/toolpath"], 15_880),
-    (&["src/process", "crates/input/src", "src/input", "src/urdf"], 8_320),
-    (&["src/simulation", "src/redundancy"], 4_010),
+    (&["src/process", "crates/input/src", "src/input", "src/urdf"], 8_530),
+    (&["src/simulation", "src/redundancy"], 4_500),
     (&["src/answer", "src/files", "src/work", "src/run"], 5_550),
     (&["src/figures", "src/page"], 9_180),
-    (&["src/questions"], 23_455),
-    (&["src/products", "src/inspect", "src/explore"], 9_220),
+    (&["src/questions"], 23_580),
+    (&["src/products", "src/inspect", "src/explore"], 9_470),
     (&["src/cli"], 2_900),
-    (&["crates/engine/src", "crates/input/src", "src"], 100_070),
+    (&["crates/engine/src", "crates/input/src", "src"], 101_150),
 ];
 
 #[test]

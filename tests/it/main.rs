@@ -126,6 +126,8 @@ mod turn_lattice;
 mod turning_platforms;
 mod uncertain_covariance;
 mod uncertain_paths;
+mod uncertain_places;
+mod uncertain_programs;
 mod uncertainty;
 mod units;
 mod urdf_import;

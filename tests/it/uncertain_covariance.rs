@@ -5,17 +5,20 @@ use std::{collections::BTreeMap, fs};
 use kinetostat::{
     Folder, Overrides, Study, Work,
     map::{self, WorkspaceMapStudy},
-    process::uncertainty::UncertainParameter,
+    process::uncertainty::{SpreadSource, UncertainParameter},
     questions::StudyKind,
     simulation::Source,
 };
 
-use crate::support::{command::printed, uncertain::force};
+use crate::support::{
+    command::printed,
+    uncertain::{EXACT_MODEL, force},
+};
 
 /// The map of a point of `machine` with these entries of the study beside the covariance.
 fn map_text(machine: &str, entries: &str) -> String {
     format!(
-        "schema = 3\nquestion = \"?\"\nmachine = \"{machine}\"\n{}\n[uncertainty]\ncovariance = \"covariance.csv\"\n{entries}\n[workspace_map]\n\
+        "schema = 3\nquestion = \"?\"\nmachine = \"{machine}\"\n{}\n[uncertainty]\ncovariance = \"covariance.csv\"\n{entries}\n{EXACT_MODEL}[workspace_map]\n\
          grid = [1, 1, 1]\nslices_z_mm = [600.0]\nphi_step_deg = 90.0\n",
         force(800.0, 300.0, -200.0)
     )
@@ -198,7 +201,7 @@ fn an_identification_writes_what_a_map_reads() {
     let text = map_text("machine.toml", &entries).replace("grid = [1, 1, 1]\nslices_z_mm = [600.0]\n", box_z);
     let z = kinetostat::Machine::named("fanuc_r2000ic").unwrap().workspace.min.z;
     let text = text.replace(box_z, &format!("{box_z}slices_z_mm = [{z:?}]\n"));
-    let study = Study::from_toml(&text, "study.toml", own, &Overrides::default()).unwrap();
+    let study = Study::from_toml(&text, "study.toml", own.clone(), &Overrides::default()).unwrap();
     let StudyKind::WorkspaceMap(study, _) = study.kind else { panic!("not a map") };
     let uncertainty = study.uncertainty.as_ref().unwrap();
     let mut count = 0;
@@ -210,5 +213,14 @@ fn an_identification_writes_what_a_map_reads() {
         assert!((found / std - 1.0).abs() < 1e-9, "{row:?}: {found}");
         count += 1;
     }
+    // What the parameters do not explain comes from the measurements, unless the study says it.
+    assert_eq!(uncertainty.model.relative_std, 0.0);
+    let study = Study::from_toml(&text.replace(EXACT_MODEL, ""), "study.toml", own, &Overrides::default()).unwrap();
+    let StudyKind::WorkspaceMap(study, _) = study.kind else { panic!("not a map") };
+    let (model, source) = (study.uncertainty.as_ref().unwrap().model, SpreadSource::Identified);
+    let summary: serde_json::Value =
+        serde_json::from_str(&fs::read_to_string(found.join("summary.json")).unwrap()).unwrap();
+    let share = summary["residual_share"].as_f64().unwrap();
+    assert!((model.relative_std - share).abs() < 1e-12 && model.source == source, "{model:?}, {share}");
     assert!(count >= 3 && uncertainty.draws.correlated.len() == count, "{count}: {:?}", uncertainty.draws.correlated);
 }

@@ -45,6 +45,11 @@ impl Check {
         Self { misfits: Some(Arc::default()), ..Self::new(origin) }
     }
 
+    /// Returns the same location; misfits there and below are errors at once.
+    pub fn at_once(&self) -> Self {
+        Self { misfits: None, ..self.clone() }
+    }
+
     /// Returns the location at the top of the file called `origin`, whose misfits are collected with those of this one.
     pub fn other_file(&self, origin: &str) -> Self {
         Self { misfits: self.misfits.clone(), ..Self::new(origin) }

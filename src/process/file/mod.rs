@@ -26,6 +26,7 @@ use crate::{
         cutting::{CuttingLaw, LoadError, OwnForces, PathLoad},
         file::spec::ProcessSpec,
         not_followed::first_unreachable,
+        uncertainty::{self, UncertaintyTable},
     },
     toolpath::{
         FormatError, NumberFormat, PathPoint, Sampling, Toolpath,
@@ -54,6 +55,8 @@ pub struct Process {
     pub cutting_rule: CuttingRule,
     /// Errors of each chain of the machine, in its order.
     pub errors: Vec<ChainError>,
+    /// What is not known exactly; `None` where all inputs are taken as exact, and on pages, which compute with nominal numbers.
+    pub uncertainty: Option<UncertaintyTable>,
     /// How finely arcs and long lines of a program are split.
     pub sampling: Sampling,
     /// Limits of corrections and drive forces.
@@ -176,6 +179,14 @@ impl Process {
         Ok(path)
     }
 
+    /// Returns the process for what is called `name` and computes with exact inputs.
+    ///
+    /// # Errors
+    /// It has a table `[uncertainty]`.
+    pub fn exact_for(self, name: &str) -> Result<Self> {
+        self.uncertainty.as_ref().map_or(Ok(()), |table| uncertainty::refuse(&table.check, name)).map(|()| self)
+    }
+
     /// Computes the load at every point of `path`, in order. Fails like [`OwnForces::check`] and [`CuttingLaw::load`].
     pub fn loads(&self, path: &Toolpath) -> std::result::Result<Vec<PathLoad>, LoadError> {
         self.own_forces.check(&self.cutting, path)?;
@@ -247,7 +258,15 @@ impl Process {
     pub fn from_toml(text: &str, origin: &str, folder: impl Into<Folder>, machine: &Machine) -> Result<Process> {
         let check = Check::collecting(origin);
         let found = Self::checked(text, &check, &folder.into(), machine);
-        check.with_misfits(found, &format!("machine {}", machine.name), |file| (file == origin).then_some(text))
+        let found =
+            check.with_misfits(found, &format!("machine {}", machine.name), |file| (file == origin).then_some(text));
+        let mut process = found?;
+        if let Some(table) = process.uncertainty.as_mut().filter(|_| !cfg!(target_family = "wasm")) {
+            // Before anything is computed; the machine of a program may have other drives locked.
+            table.check = table.check.at_once();
+            table.of(&process.machine, &process.errors)?;
+        }
+        Ok(process)
     }
 
     /// Parses and checks the process file `text` at `check`.

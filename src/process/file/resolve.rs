@@ -21,6 +21,7 @@ use crate::{
             spec::{CuttingRuleSpec, GcodeSpec, LimitsSpec, PlacementSpec, ProcessSpec, SamplingSpec},
         },
         tilt::TiltAngles,
+        uncertainty::UncertaintyTable,
     },
     toolpath::{
         NumberFormat, Sampling,
@@ -53,7 +54,7 @@ fn process(
     machine: &Machine,
     key_prefix: &'static str,
 ) -> Result<Process> {
-    let (cutting, table) = force(&spec.force, folder, &check.key("force"))?;
+    let (cutting, wrenches) = force(&spec.force, folder, &check.key("force"))?;
     let (own_forces, own_tables) = own_forces(&spec.force_of_tool, &spec.force_of_feature, folder, check)?;
     let features = own_forces.by_feature.iter().map(|(text, _)| text.clone()).collect();
     let check_gcode = check.key("gcode");
@@ -63,6 +64,9 @@ fn process(
     };
     let placement = placement(&spec.placement, machine, &check.key("placement"))?;
     let target = spec.compensate.target;
+    let table = |spec| UncertaintyTable::read(spec, folder, check.key("uncertainty"));
+    let uncertainty = spec.uncertainty.as_ref().filter(|_| !cfg!(target_family = "wasm")).map(table).transpose()?;
+    let (uncertainty, covariance) = uncertainty.unzip();
     Ok(Process {
         machine: machine.clone(),
         has_own_tool: spec.tool.is_some(),
@@ -74,6 +78,7 @@ fn process(
         own_forces,
         cutting_rule: cutting_rule(&spec.cutting, &check.key("cutting"))?,
         errors: chain_errors(&spec.chain_error, machine, check)?,
+        uncertainty,
         sampling: sampling(&spec.sampling, &check.key("sampling"))?,
         limits: limits(&spec.limits, &check.key("limits"))?,
         target,
@@ -87,7 +92,7 @@ fn process(
         helical_arcs: spec.gcode.helical_arcs.unwrap_or(true),
         path_only_tables: spec.path_only_tables(),
         key_prefix,
-        inputs: table.and(own_tables),
+        inputs: wrenches.and(own_tables).and(covariance.unwrap_or_default()),
     })
 }
 

@@ -8,7 +8,7 @@ use super::{chain_errors::ChainErrorSpec, force_spec::ForceSpec};
 use crate::{
     compensation::{ErrorNorm, Target},
     machine::OtherToolSpec,
-    process::PathReference,
+    process::{PathReference, uncertainty::spec::UncertaintySpec},
     toolpath::gcode::{ArcCentres, BlockDelete, Dialect, LengthUnit, RotarySide},
 };
 
@@ -40,6 +40,8 @@ pub struct ProcessSpec {
     /// Manufacturing and assembly errors; chains not named are nominal.
     #[serde(default)]
     pub chain_error: Vec<ChainErrorSpec>,
+    /// What is not known exactly; all inputs are exact if not given.
+    pub uncertainty: Option<UncertaintySpec>,
     /// How finely arcs and long lines are split.
     #[serde(default)]
     pub sampling: SamplingSpec,

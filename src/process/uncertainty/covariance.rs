@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use super::Spread;
+use super::{Spread, resolve::LARGEST_RELATIVE_STD};
 use crate::input::{
     csv_rows::{self, line_number},
     error::{Error, Result},
@@ -13,6 +13,9 @@ pub const COVARIANCE_COLUMNS: [&str; 5] = ["parameter", "other", "distribution",
 /// Words of the column `distribution`: the covariance is of the logarithm of the value, or of the value in its unit.
 pub const DISTRIBUTIONS: [&str; 2] = ["lognormal", "normal"];
 
+/// Name of the row whose value is the share of the measured displacements that the identified model leaves.
+pub const MODEL: &str = "model";
+
 /// Parameters with their covariance.
 #[derive(Debug)]
 pub(super) struct Covariance {
@@ -20,6 +23,8 @@ pub(super) struct Covariance {
     pub parameters: Vec<CovarianceParameter>,
     /// Names of those that the measurements left open.
     pub open: Vec<String>,
+    /// Share of the measured displacements that the identified model leaves; `None` where the measurements do not say it.
+    pub model: Option<f64>,
     matrix: DMatrix<f64>,
 }
 
@@ -62,6 +67,7 @@ impl Covariance {
         let [parameter, other, distribution, value, covariance] = COVARIANCE_COLUMNS.map(place);
         let columns = [parameter?, other?, distribution?, value?, covariance?];
         let (mut parameters, mut open, mut pairs) = (Vec::<CovarianceParameter>::new(), Vec::new(), Vec::new());
+        let mut model = None;
         for row in rows {
             let line = Some(line_number(source, row.span.start));
             let cells =
@@ -71,6 +77,16 @@ impl Covariance {
                 Ok(number) if number.is_finite() => Ok(number),
                 _ => Err(at(line, key, format!("expected a number, got \"{cell}\""))),
             };
+            if name == MODEL {
+                let share = number(&value, "value")?;
+                if model.is_some() || !(0.0..=LARGEST_RELATIVE_STD).contains(&share) {
+                    let problem =
+                        format!("expected one row {MODEL} with a value from 0 to {LARGEST_RELATIVE_STD}, got {share}");
+                    return Err(at(line, "value", problem));
+                }
+                model = Some(share);
+                continue;
+            }
             if name == other && (parameters.iter().any(|own| own.name == name) || open.contains(&name)) {
                 return Err(at(line, "parameter", format!("{name} is given twice")));
             }
@@ -117,7 +133,7 @@ impl Covariance {
             let (name, variance) = (&parameters[variance].name, matrix[(variance, variance)]);
             return Err(at(None, "", format!("the variance of {name} is {variance}: expected none below 0")));
         }
-        let found = Self { parameters, open, matrix };
+        let found = Self { parameters, open, model, matrix };
         if count == 0 {
             return Ok(found);
         }

@@ -1,6 +1,6 @@
 //! The draws: standard normal numbers for each uncertain quantity, the same at every place.
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, Vector3};
 
 use super::{Spread, UncertainParameter, normal_quantile, sobol};
 
@@ -19,6 +19,10 @@ pub struct Draws {
     pub force: Vec<f64>,
     /// Largest difference of these from 1.
     pub force_range: f64,
+    /// Rows of the matrix E of a [`ModelError`](super::ModelError) in each draw, one after another; empty where the model leaves nothing out.
+    pub model: Vec<Vec<f64>>,
+    /// Largest norm of these matrices.
+    pub model_range: f64,
 }
 
 impl Draws {
@@ -29,20 +33,26 @@ impl Draws {
     /// Number of draws.
     pub const COUNT: usize = Self::SCRAMBLES * Self::PER_SCRAMBLE;
 
-    /// Draws of `parameters` and of a force with the distribution `force`. Those of the parameters with the indices `correlated` are the products of
-    /// `factor` with independent ones.
+    /// Draws of `parameters`, of a force with the distribution `force`, and of a model that is wrong by `model_std`. Those of the parameters with the
+    /// indices `correlated` are the products of `factor` with independent ones.
     pub fn new(
         parameters: &[UncertainParameter],
         (correlated, factor): (&[usize], &DMatrix<f64>),
-        force: Option<Spread>,
+        (force, model_std): (Option<Spread>, f64),
         seed: u32,
     ) -> Self {
-        let points = sobol::points(parameters.len() + 1, Self::SCRAMBLES, Self::PER_SCRAMBLE, seed.into());
+        let of_model = if model_std > 0.0 { 9 } else { 0 };
+        let points = sobol::points(parameters.len() + 1 + of_model, Self::SCRAMBLES, Self::PER_SCRAMBLE, seed.into());
         // The force comes first, so that it is the same with other parameters.
         let mut normal: Vec<Vec<f64>> =
             points.into_iter().map(|own| own.into_iter().map(normal_quantile).collect()).collect();
         let force_factor = |z: f64| force.map_or(1.0, |spread| spread.value(1.0, z));
         let force: Vec<f64> = normal.remove(0).into_iter().map(force_factor).collect();
+        // In each direction a third of the mean square.
+        let entry = |own: Vec<f64>| own.into_iter().map(|z| model_std / 3.0f64.sqrt() * z).collect();
+        let model: Vec<Vec<f64>> = normal.split_off(parameters.len()).into_iter().map(entry).collect();
+        let norm = |draw: usize| model.iter().map(|own| own[draw] * own[draw]).sum::<f64>().sqrt();
+        let model_range = (0..Self::COUNT).map(norm).fold(0.0, f64::max);
         let independent: Vec<Vec<f64>> = correlated.iter().map(|parameter| normal[*parameter].clone()).collect();
         for (row, parameter) in factor.row_iter().zip(correlated) {
             let product = |draw: usize| row.iter().zip(&independent).map(|(a, own)| a * own[draw]).sum();
@@ -54,6 +64,12 @@ impl Draws {
         let range =
             |own: &Vec<f64>| own.iter().fold([0.0f64; 2], |[least, largest], x| [least.min(*x), largest.max(*x)]);
         let ranges = coordinates.iter().map(range).collect();
-        Self { normal, coordinates, ranges, correlated: correlated.into(), force, force_range }
+        Self { normal, coordinates, ranges, correlated: correlated.into(), force, force_range, model, model_range }
+    }
+
+    /// What the model leaves out of the displacement `by_force` in the draw `index`.
+    pub fn model_error(&self, index: usize, by_force: &Vector3<f64>) -> Vector3<f64> {
+        let row = |row: usize| (0..3).map(|k| self.model[3 * row + k][index] * by_force[k]).sum();
+        if self.model.is_empty() { Vector3::zeros() } else { Vector3::from_fn(|own, _| row(own)) }
     }
 }

@@ -11,9 +11,9 @@ pub(crate) mod spec;
 mod spread;
 mod surrogate;
 
-pub use covariance::{COVARIANCE_COLUMNS, DISTRIBUTIONS};
+pub use covariance::{COVARIANCE_COLUMNS, DISTRIBUTIONS, MODEL};
 pub use draws::Draws;
-pub use resolve::{ASSUMED_RELATIVE_STD, resolve};
+pub use resolve::{ASSUMED_RELATIVE_STD, UncertaintyTable, refuse};
 pub use spread::{Spread, Z_95_INTERVAL, normal_cdf, normal_quantile};
 pub use surrogate::{P95, Quantiles, Response, Surrogate, mean_and_error, quantile};
 
@@ -48,7 +48,7 @@ pub enum Role {
 /// Where a spread comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SpreadSource {
-    /// The study.
+    /// The table itself.
     Given,
     /// An interval in the machine file.
     Provenance,
@@ -62,7 +62,7 @@ impl SpreadSource {
     /// Its word in files.
     pub fn label(self) -> &'static str {
         match self {
-            SpreadSource::Given => "study",
+            SpreadSource::Given => "given",
             SpreadSource::Provenance => "machine file",
             SpreadSource::Assumed => "assumed",
             SpreadSource::Identified => "identification",
@@ -100,6 +100,32 @@ impl UncertainParameter {
     }
 }
 
+/// What the model leaves out: a displacement d by the cutting force is really (I + E) d, with a matrix E (O axes) of nine independent normal
+/// numbers for each machine, the same everywhere.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ModelError {
+    /// Root mean square of |E d| over |d|.
+    pub relative_std: f64,
+    /// Who says so.
+    pub source: SpreadSource,
+}
+
+/// What may spread a result.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Cause {
+    /// Parameters, by their indices: one, or those that are correlated together.
+    Parameters(Vec<usize>),
+    /// The cutting force.
+    Force,
+    /// What the model leaves out.
+    Model,
+}
+
+impl Cause {
+    /// Name of what the model leaves out.
+    pub const MODEL: &str = "what the model leaves out";
+}
+
 /// What is not known exactly, and the draws made of it.
 #[derive(Debug, Clone)]
 pub struct Uncertainty {
@@ -109,8 +135,12 @@ pub struct Uncertainty {
     pub parameters: Vec<UncertainParameter>,
     /// Names of parameters whose correlations with others an entry of the study cuts.
     pub cut: Vec<String>,
+    /// Whether parameters should vary as the machine file says, and it says it of none that no entry names.
+    pub finds_no_provenance: bool,
     /// Distribution of the factor of the cutting force.
     pub force: Option<Spread>,
+    /// What the model leaves out.
+    pub model: ModelError,
     /// The draws.
     pub draws: Draws,
 }
@@ -139,6 +169,16 @@ impl Uncertainty {
         self.values(self.draws.normal.iter().map(|own| own[index]).enumerate())
     }
 
+    /// Values given one after another in the order of the parameters: those that do not say where parts are, and those that do.
+    pub fn values_of_row(&self, row: &[f64]) -> [Values<'_>; 2] {
+        let mut values = [Vec::new(), Vec::new()];
+        let named = self.parameters.iter().flat_map(|own| own.values.iter().map(|(name, _)| (name.as_str(), own.role)));
+        for ((name, role), value) in named.zip(row) {
+            values[usize::from(role != Role::Elasticity)].push((name, *value));
+        }
+        values
+    }
+
     /// Parameter values with only `parameter` off its median, by the standard normal number `z`.
     pub fn values_at(&self, parameter: usize, z: f64) -> [Values<'_>; 2] {
         self.values(std::iter::once((parameter, z)))
@@ -149,16 +189,16 @@ impl Uncertainty {
         self.force.map(|spread| [-Z_95_INTERVAL, Z_95_INTERVAL].map(|z| spread.value(1.0, z)))
     }
 
-    /// What spreads a result, with the indices of its parameters: each by itself, those that are correlated together; the force, with none, last.
-    pub fn causes(&self) -> impl Iterator<Item = (String, Vec<usize>)> {
+    /// What may spread a result, by name: each parameter by itself, those that are correlated together; force and model last.
+    pub fn causes(&self) -> impl Iterator<Item = (String, Cause)> {
         let correlated = &self.draws.correlated;
         let together = (!correlated.is_empty()).then(|| {
             let names: Vec<&str> = correlated.iter().map(|own| self.parameters[*own].name()).collect();
-            (names.join(" with "), correlated.clone())
+            (names.join(" with "), Cause::Parameters(correlated.clone()))
         });
         let alone = (0..self.parameters.len()).filter(|own| !correlated.contains(own));
-        let alone = alone.map(|own| (self.parameters[own].name().to_string(), vec![own]));
-        alone.chain(together).chain([("cutting force".into(), Vec::new())])
+        let alone = alone.map(|own| (self.parameters[own].name().to_string(), Cause::Parameters(vec![own])));
+        alone.chain(together).chain([("cutting force".into(), Cause::Force), (Cause::MODEL.into(), Cause::Model)])
     }
 
     /// Names of parameters that vary by a default.

@@ -5,15 +5,17 @@ use std::collections::BTreeMap;
 use nalgebra::DMatrix;
 
 use super::{
-    Draws, Role, Spread, SpreadSource, UncertainParameter, Uncertainty, Z_95_INTERVAL,
+    Draws, ModelError, Role, Spread, SpreadSource, UncertainParameter, Uncertainty, Z_95_INTERVAL,
     covariance::Covariance,
     spec::{ChainErrorToleranceSpec, ParameterUncertaintySpec, SpreadSpec, UncertaintySpec},
     varies,
 };
 use crate::{
     input::{
+        Folder, Inputs,
         check::Check,
         error::{Error, Result},
+        toml_file,
     },
     machine::{ChainError, Grade, Machine, Parameter, Unit, is_pattern_of},
     process::file::chain_errors::unknown_chain,
@@ -21,8 +23,11 @@ use crate::{
 
 /// Most parameters that vary.
 const MOST_PARAMETERS: usize = 200;
+/// What the model of a machine leaves out of which nobody says it: as much of its displacements as that of a measured arm left, with published
+/// stiffnesses (FANUC R-2000iC, `studies/07_robot_arm`).
+const MODEL_ERROR: f64 = 0.26;
 /// Largest standard deviation over the nominal value.
-const LARGEST_RELATIVE_STD: f64 = 2.0;
+pub(super) const LARGEST_RELATIVE_STD: f64 = 2.0;
 /// Standard deviation over the value of stiffnesses and masses that a machine file grades as assumed: they are known to ten or
 /// thirty per cent where they were measured, and sources of the same joint differ by more.
 pub const ASSUMED_RELATIVE_STD: f64 = 0.3;
@@ -44,11 +49,71 @@ const NOT_VARIED: [&str; 12] = [
     "gravity",
 ];
 
+/// The table `[uncertainty]` of a study or a process with its covariance, before it is checked for a machine.
+#[derive(Debug, Clone)]
+pub struct UncertaintyTable {
+    spec: UncertaintySpec,
+    /// The file with the covariance, and its path in errors.
+    covariance: Option<(Vec<u8>, String)>,
+    /// Where it is, for errors.
+    pub check: Check,
+}
+
+impl UncertaintyTable {
+    /// Reads the files of the table at `check`, relative to `folder`, and returns them as inputs, too.
+    ///
+    /// # Errors
+    /// A file that is not there, or cannot be read.
+    pub fn read(spec: &UncertaintySpec, folder: &Folder, check: Check) -> Result<(Self, Inputs)> {
+        let (mut covariance, mut inputs) = (None, Inputs::default());
+        if let Some(file) = &spec.covariance {
+            if !folder.has_file(file) {
+                return check.key("covariance").fail(format!("\"{file}\" is not a file in its folder"));
+            }
+            let bytes = folder.bytes(file)?;
+            inputs = Inputs::of(file, String::from_utf8_lossy(&bytes).into_owned());
+            covariance = Some((bytes.to_vec(), folder.path(file).display().to_string()));
+        }
+        Ok((Self { spec: spec.clone(), covariance, check }, inputs))
+    }
+
+    /// Checks the table for the nominal `machine` with chain `errors`.
+    ///
+    /// # Errors
+    /// As [`resolve`].
+    pub fn of(&self, machine: &Machine, errors: &[ChainError]) -> Result<Uncertainty> {
+        let covariance = self.covariance.as_ref().map(|(bytes, origin)| (&bytes[..], &origin[..]));
+        resolve(&self.spec, covariance, (machine, errors), &self.check)
+    }
+}
+
+impl Uncertainty {
+    /// Parses and checks a table given as TOML text, for the nominal `machine` without chain errors; `origin` names it in errors, and its files are in
+    /// `folder`.
+    ///
+    /// # Errors
+    /// Text of another form, a table that makes no sense for the machine, a file that cannot be read.
+    pub fn from_toml(text: &str, origin: &str, folder: impl Into<Folder>, machine: &Machine) -> Result<Self> {
+        let spec: UncertaintySpec = toml_file::parse(text, origin)?;
+        UncertaintyTable::read(&spec, &folder.into(), Check::new(origin))?.0.of(machine, &[])
+    }
+}
+
+/// Refuses the table at `check` for what is called `name`, which computes with exact inputs.
+///
+/// # Errors
+/// Always.
+pub fn refuse<T>(check: &Check, name: &str) -> Result<T> {
+    check.fail(format!(
+        "is not computed for {name}: expected a workspace map, a path, a placement or a program to compensate, or no such table"
+    ))
+}
+
 /// Checks the table at `check` for the nominal `machine` with chain `errors`; `covariance` is its file with the name for errors.
 ///
 /// # Errors
 /// Patterns that name no parameter, parameters named twice, deviations that make no machine, a covariance of another machine.
-pub fn resolve(
+fn resolve(
     spec: &UncertaintySpec,
     covariance: Option<(&[u8], &str)>,
     (machine, errors): (&Machine, &[ChainError]),
@@ -87,26 +152,38 @@ pub fn resolve(
         }
     }
     let parameters = found.parameters;
+    let is_of_file = |own: &UncertainParameter| matches!(own.source, SpreadSource::Provenance | SpreadSource::Assumed);
+    let finds_no_provenance = spec.machine.is_some() && !parameters.iter().any(is_of_file);
     if parameters.len() > MOST_PARAMETERS {
         return check
             .fail(format!("at most {MOST_PARAMETERS} parameters may vary by themselves, got {}", parameters.len()));
     }
     let force = spec.process.as_ref().and_then(|own| own.force_relative_std);
     let force = force.map(|std| relative_std(std, &check.key("process.force_relative_std"))).transpose()?;
-    let force = force.map(Spread::of_relative_std);
-    if parameters.is_empty() && force.is_none() {
+    let force = force.filter(|std| *std > 0.0).map(Spread::of_relative_std);
+    let identified = covariance.as_ref().and_then(|own| own.model);
+    let model = match (spec.model, identified) {
+        (Some(own), _) => {
+            let relative_std = relative_std(own.relative_std, &check.key("model.relative_std"))?;
+            ModelError { relative_std, source: SpreadSource::Given }
+        }
+        (None, Some(relative_std)) => ModelError { relative_std, source: SpreadSource::Identified },
+        (None, None) => ModelError { relative_std: MODEL_ERROR, source: SpreadSource::Assumed },
+    };
+    let model_varies = model.relative_std > 0.0 && model.source != SpreadSource::Assumed;
+    if parameters.is_empty() && force.is_none() && !model_varies {
         let nothing = match spec.machine {
             Some(_) => {
                 "varies nothing: the machine file has neither intervals nor assumed stiffnesses in [[provenance]]"
             }
             None => {
-                "varies nothing: expected machine = \"provenance\", covariance, parameter, chain_error or process.force_relative_std"
+                "varies nothing: expected machine = \"provenance\", covariance, parameter, chain_error, model or process.force_relative_std"
             }
         };
         return check.fail(nothing.into());
     }
-    let draws = Draws::new(&parameters, (&correlated, &factor), force, spec.seed);
-    Ok(Uncertainty { machine, parameters, cut, force, draws })
+    let draws = Draws::new(&parameters, (&correlated, &factor), (force, model.relative_std), spec.seed);
+    Ok(Uncertainty { machine, parameters, cut, finds_no_provenance, force, model, draws })
 }
 
 /// Parameters found so far.

@@ -18,6 +18,8 @@ pub struct UncertaintySpec {
     pub chain_error: Vec<ChainErrorToleranceSpec>,
     /// The process; exact if not given.
     pub process: Option<ProcessUncertaintySpec>,
+    /// What the model leaves out; as the machine is known if not given.
+    pub model: Option<ModelUncertaintySpec>,
     /// Number from which the draws are made; 0 if not given.
     #[serde(default)]
     pub seed: u32,
@@ -82,6 +84,14 @@ pub struct ChainErrorToleranceSpec {
     pub end_rotation_deg: Option<SpreadSpec>,
     /// Zero-point error of each drive of the chain.
     pub drive_offsets_mm_or_deg: Option<SpreadSpec>,
+}
+
+/// What the model of the machine leaves out.
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ModelUncertaintySpec {
+    /// Root mean square of what is wrong of a displacement by the cutting force, over its length.
+    pub relative_std: f64,
 }
 
 /// What is not known of the process.

@@ -1,13 +1,13 @@
 //! Displacements of the tool in all draws, from a few solved ones: a polynomial in compliances and geometry, times the factor of the force.
 //!
-//! The displacement under one load is `u + f (d − u)`: f is the factor of the cutting force, u the displacement without load and d that under
-//! the nominal force, each a sum over the parameters of polynomials of the second degree in the coordinate of one parameter
+//! The displacement under one load is `u + (I + E) f (d − u)`: f is the factor of the cutting force, E what the model leaves out
+//! ([`ModelError`](super::ModelError)), u the displacement without load and d that under the nominal force, each a sum over the parameters of polynomials of the second degree in the coordinate of one parameter
 //! ([`UncertainParameter::coordinate`](super::UncertainParameter::coordinate)), through the nominal value and both [`Response::ENDS`]. What two
 //! parameters do to one another is left out: who uses it checks it by a draw solved in full.
 
 use nalgebra::Vector3;
 
-use super::Draws;
+use super::{Cause, Draws};
 use crate::lanes::{Lanewise, Level, Real};
 
 /// Displacements of the tool tip under one load (O axes, mm): at nominal parameters, and with each parameter alone at its ends.
@@ -124,6 +124,7 @@ impl Sampling<'_> {
             let force = &draws.force[from..from + CHUNK];
             for load in &surrogate.by_load {
                 load.evaluate(draws, from, &mut own);
+                add_model_error(draws, from, &mut own);
                 for (i, (size, force)) in sizes.iter_mut().zip(force).enumerate() {
                     let x = free[0][i] + force * own[0][i];
                     let y = free[1][i] + force * own[1][i];
@@ -136,6 +137,19 @@ impl Sampling<'_> {
                 *size = size.sqrt();
             }
         }
+    }
+}
+
+/// Adds what the model leaves out to displacements by the force in the draws from `from` on.
+#[inline(always)]
+fn add_model_error(draws: &Draws, from: usize, [xs, ys, zs]: &mut [[f64; CHUNK]; 3]) {
+    let [a, b, c, d, e, f, g, h, k] = &draws.model[..] else { return };
+    let [a, b, c, d, e, f, g, h, k] = [a, b, c, d, e, f, g, h, k].map(|own| &own[from..from + CHUNK]);
+    for i in 0..CHUNK {
+        let (x, y, z) = (xs[i], ys[i], zs[i]);
+        xs[i] += a[i] * x + b[i] * y + c[i] * z;
+        ys[i] += d[i] * x + e[i] * y + f[i] * z;
+        zs[i] += g[i] * x + h[i] * y + k[i] * z;
     }
 }
 
@@ -160,8 +174,10 @@ impl Surrogate {
         let with_bounds = |response: &Response| {
             let load = Polynomial::through(response, ends).minus(&unloaded);
             let nominal = (unloaded.constant + load.constant).norm();
-            let by_parameters = libm::hypot(free, load.largest_deviation(draws) * (1.0 + draws.force_range));
-            let deviation = libm::hypot(by_parameters, draws.force_range * load.constant.norm());
+            let largest_factor = (1.0 + draws.force_range) * (1.0 + draws.model_range);
+            let by_parameters = libm::hypot(free, load.largest_deviation(draws) * largest_factor);
+            let by_force = libm::hypot(draws.force_range, draws.model_range * (1.0 + draws.force_range));
+            let deviation = libm::hypot(by_parameters, by_force * load.constant.norm());
             (load, [nominal - deviation, nominal + deviation])
         };
         let all: Vec<(Polynomial, [f64; 2])> = loaded.iter().map(with_bounds).collect();
@@ -178,9 +194,8 @@ impl Surrogate {
         sizes
     }
 
-    /// Variance of the length of the longest displacement under all loads, mm², by each of `causes` alone, the indices of its parameters, or by the
-    /// force where there are none, over the draws of the first scramble.
-    pub fn variances<'a>(&self, draws: &Draws, causes: impl Iterator<Item = &'a [usize]>) -> Vec<f64> {
+    /// Variance of the length of the longest displacement under all loads, mm², by each of `causes` alone, over the draws of the first scramble.
+    pub fn variances<'a>(&self, draws: &Draws, causes: impl Iterator<Item = &'a Cause>) -> Vec<f64> {
         let alone = |size: &dyn Fn(&Polynomial, usize) -> f64| {
             let longest = |draw: usize| self.by_load.iter().fold(0.0, |most: f64, load| most.max(size(load, draw)));
             variance(&(0..Draws::PER_SCRAMBLE).map(longest).collect::<Vec<f64>>())
@@ -196,7 +211,14 @@ impl Surrogate {
             alone(&|load, draw| (moved(&self.unloaded, draw) + moved(load, draw)).norm())
         };
         let by_force = || alone(&|load, draw| (self.unloaded.constant + draws.force[draw] * load.constant).norm());
-        causes.map(|parameters| if parameters.is_empty() { by_force() } else { by_parameters(parameters) }).collect()
+        let under_model = |load: &Polynomial, draw| load.constant + draws.model_error(draw, &load.constant);
+        let by_model = || alone(&|load, draw| (self.unloaded.constant + under_model(load, draw)).norm());
+        let by = |cause: &Cause| match cause {
+            Cause::Parameters(parameters) => by_parameters(parameters),
+            Cause::Force => by_force(),
+            Cause::Model => by_model(),
+        };
+        causes.map(by).collect()
     }
 }
 

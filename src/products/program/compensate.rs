@@ -7,7 +7,8 @@ use super::{
 use crate::{
     compensation::{BoundedPath, Method},
     input::error::{Error, Result},
-    simulation::{CommandedPath, Source, along_path::PathPointResult},
+    process::uncertainty,
+    simulation::{CommandedPath, Source, along_path::PathPointResult, spread_along::PathSpread},
     toolpath::gcode::CalledFile,
     work::{Event, Work},
 };
@@ -89,6 +90,8 @@ pub struct ProvedProgram {
     pub exceeded: Option<Vec<LimitExcess>>,
     /// What the program as written does if the cutting force is absent.
     pub without_force: WithoutForce,
+    /// Distributions of the largest error over the points that count, without compensation and as written; `None` where inputs are taken as exact.
+    pub spread: Option<PathSpread>,
     /// Number of non-cutting points (rapid moves) that have no correction and keep their position.
     pub uncorrected: usize,
 }
@@ -122,7 +125,8 @@ impl Asked {
     /// Returns the number of passes over the points of `job` for which progress is reported.
     pub fn pass_count(&self, job: &ProgramJob) -> usize {
         let sources = if self.sources_apart { Source::of(&job.machine).len() } else { 1 };
-        usize::from(self.ends_early) + 1 + self.compared.len() + sources + 2
+        let uncertain = usize::from(job.uncertainty.is_some());
+        usize::from(self.ends_early) + 1 + self.compared.len() + sources + 2 + uncertain
     }
 }
 
@@ -135,6 +139,10 @@ impl ProgramJob {
     /// # Errors
     /// Those of [`ProgramJob::bounded_pass`], [`ProgramJob::write`], [`ProgramJob::prove`], of `to` and of `work`.
     pub fn compensate(&self, asked: &Asked, to: &mut impl Receiver, work: &Work) -> Result<Compensated> {
+        if let (CommandSource::Mirror(_), Some(table)) = (&asked.way, &self.process.uncertainty) {
+            // What was measured has in it what the model leaves out.
+            uncertainty::refuse::<()>(&table.check, "a measured pass")?;
+        }
         if asked.ends_early {
             let failures = self.untrackable_points(NAMED, |points| work.tell(Event::Computed(points)))?;
             if !failures.is_empty() {
@@ -172,7 +180,7 @@ impl ProgramJob {
         drop(corrected);
         let mut exceedances = bounded.as_ref().map(|bounded| ExcessSearch::new(self, bounded));
         let name = format!("{}, as written", own.name);
-        let Proof { mut passes, without_force } = self.prove((name, &written), asked, &done, |proved| {
+        let Proof { mut passes, without_force, spread } = self.prove((name, &written), asked, work, |proved| {
             work.check()?;
             exceedances.iter_mut().for_each(|exceedances| exceedances.add(proved.part.first, proved.written));
             to.take(proved, bounded.as_ref())
@@ -185,6 +193,7 @@ impl ProgramJob {
             bounded,
             exceeded,
             without_force,
+            spread,
             uncorrected,
         })))
     }

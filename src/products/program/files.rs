@@ -14,7 +14,8 @@ use tempfile::TempDir;
 use super::{
     Asked, Compensated, ProgramJob, ProvedPart, ProvedProgram, Receiver, Refusal,
     report::{
-        self, Findings, PROGRAM_RANKS, Report, blocks_text, program_columns, program_json, program_table, use_text,
+        self, Findings, PROGRAM_RANKS, Report, blocks_text, program_columns, program_json, program_table, spread_text,
+        use_text,
     },
 };
 use crate::{
@@ -55,6 +56,8 @@ pub struct WrittenProgram {
     pub blocks: String,
     /// How to use it, in sentences.
     pub used: String,
+    /// How sure the errors are, in sentences; empty where inputs are taken as exact.
+    pub spread: String,
     /// Which rows its table of points has, if not all, in a sentence.
     pub rows: Option<String>,
     /// Path of its page.
@@ -105,13 +108,17 @@ pub fn compensate_into(
     }
     let gamma = job.redundancy.as_ref().map(|found| redundancy::report::text(found, turn));
     let (blocks, used) = (blocks_text(&job, proved.written.blocks.as_ref()), use_text(&report));
+    let mut spread = spread_text(&report);
+    if !spread.is_empty() {
+        spread.insert_str(0, "The table is of nominal numbers.\n");
+    }
     let (machine, process) = (job.machine.clone(), job.process.clone());
     // A page takes memory; nothing more is asked of the points.
     proved.written.sent = CommandedPath { positions: Vec::new(), orientations: None };
     drop((job, findings));
     let bytes = std::mem::take(&mut proved.written.bytes);
     let page = files.write((bytes, proved.written.callees(), points, json), made.path(), (page, &figures))?;
-    let written = WrittenProgram { headline, proved, machine, process, gamma, blocks, used, rows, page };
+    let written = WrittenProgram { headline, proved, machine, process, gamma, blocks, used, spread, rows, page };
     Ok(ProgramOutcome::Written(Box::new(written)))
 }
 

@@ -29,7 +29,7 @@ use crate::{
     compensation::{Method, Target, TaskPoint},
     input::error::{Error, Result},
     machine::{Coordinate, Machine},
-    process::{cutting::LoadError, file::Process},
+    process::{cutting::LoadError, file::Process, uncertainty::Uncertainty},
     redundancy::FoundGamma,
     simulation::{
         CommandedPath, Machines, ProgramFile,
@@ -51,6 +51,8 @@ pub struct ProgramJob {
     pub real: Machine,
     /// The process.
     pub process: Process,
+    /// What is not known exactly; `None` where all inputs are taken as exact.
+    pub uncertainty: Option<Uncertainty>,
     /// The program; where the best γ was sought, it has the orientations of that γ.
     pub file: ProgramFile,
     /// The γ (rotation about the tool axis) that was found, if the process asks for the best one.
@@ -138,11 +140,25 @@ impl ProgramJob {
         let all = || (0..path.len()).map(part::task_at(&process, &path)).collect::<std::result::Result<_, _>>();
         let tasks = machine.has_parasitic_rotation.then(all).transpose().map_err(faulty)?;
         let real = Machines::new(&machine, &process.errors)?.real;
+        let uncertainty = process.uncertainty.as_ref().map(|table| table.of(&machine, &process.errors)).transpose()?;
         let cuts_nowhere = !path.points().iter().any(|point| point.cutting);
         let is_closed = path.is_closed();
         let (name, part_tracks) = (name.to_string(), part::empty_tracks(&path));
         let file = program;
-        Ok(Self { real, machine, process, file, redundancy, path, name, tasks, part_tracks, cuts_nowhere, is_closed })
+        Ok(Self {
+            real,
+            machine,
+            process,
+            uncertainty,
+            file,
+            redundancy,
+            path,
+            name,
+            tasks,
+            part_tracks,
+            cuts_nowhere,
+            is_closed,
+        })
     }
 
     /// Returns whether point `k` counts in the residual error: the tool cuts there, or the program cuts nowhere; the first point of a closed
@@ -196,15 +212,7 @@ impl ProgramJob {
         match commands {
             ProgramCommands::Method(method) => run(&Commands::Method(*method)),
             ProgramCommands::Drives(drives) => run(&Commands::Drives(&drives[part.range()])),
-            ProgramCommands::CommandedPath(sent) => {
-                let asked = part.range().zip(part.points).zip(part.tasks());
-                let pose = |((k, point), task): ((usize, &PathPoint), &TaskPoint)| {
-                    let turned = sent.orientations.as_ref().map(|orientations| &orientations[k]);
-                    track.pose(sent.positions[k], turned.or(point.orientation.as_ref()), task.external)
-                };
-                let poses: Vec<Pose> = asked.map(pose).collect();
-                run(&Commands::Program(&poses))
-            }
+            ProgramCommands::CommandedPath(sent) => run(&Commands::Program(&commanded_poses(part, track, sent))),
         }
     }
 
@@ -226,6 +234,15 @@ impl ProgramJob {
     ) -> Result<Pass> {
         self.pass(method.label(), &ProgramCommands::Method(method), done, take)
     }
+}
+
+/// Returns the poses of P that `sent` commands at the points of `part`; `track` as in [`ProgramJob::part_results`].
+fn commanded_poses(part: &Part<'_>, track: &mut PoseTracker<'_>, sent: &CommandedPath) -> Vec<Pose> {
+    let pose = |((k, point), task): ((usize, &PathPoint), &TaskPoint)| {
+        let turned = sent.orientations.as_ref().map(|orientations| &orientations[k]);
+        track.pose(sent.positions[k], turned.or(point.orientation.as_ref()), task.external)
+    };
+    part.range().zip(part.points).zip(part.tasks()).map(pose).collect()
 }
 
 /// Returns whether the orientation of the platform is compensated.

@@ -2,18 +2,21 @@
 
 use nalgebra::Vector3;
 
-use super::{Asked, Part, Pass, ProgramAsWritten, ProgramCommands, ProgramJob};
+use super::{Asked, Part, Pass, ProgramAsWritten, ProgramCommands, ProgramJob, commanded_poses};
 use crate::{
     compensation::{Method, TaskPoint},
     input::error::{Error, Result},
     process::cutting::PathLoad,
     simulation::{
         BySource, Machines, Source,
-        along_path::{Commands, PathPointResult, PathSums, run_tracked},
+        along_path::{Commands, PathPointResult, PathSums, TrackBlocks, run_tracked},
+        spread::DrawnMachines,
+        spread_along::{self, LargestBoth, PathSpread, PointSpread, SpreadPart, SpreadPath},
         tasks::PoseTracker,
     },
     spatial::Wrench,
     toolpath::Load,
+    work::{Event, Work},
 };
 
 /// Consecutive points of a program, with simulated results before and after compensation.
@@ -27,6 +30,8 @@ pub struct ProvedPart<'a> {
     pub written: &'a [PathPointResult],
     /// Error of the program as written where the cutting force is absent, base axes, mm; `None` without equilibrium.
     pub without_force: &'a [Option<Vector3<f64>>],
+    /// Distributions of the error at each point, without compensation and as written; empty where inputs are taken as exact.
+    pub spread: &'a [Option<PointSpread>],
 }
 
 /// What the program as written does if the cutting force is absent (in air, in a spring pass, with a broken tool), over the points that count and
@@ -46,27 +51,37 @@ pub struct Proof {
     pub passes: Vec<Pass>,
     /// The program as written where the cutting force is absent.
     pub without_force: WithoutForce,
+    /// Distributions of the largest error over the points that count; `None` where inputs are taken as exact.
+    pub spread: Option<PathSpread>,
 }
 
 impl ProgramJob {
     /// Simulates the program without compensation, by the other methods `asked` for, and as `written` under `name`, with the cutting force and
-    /// without. `take` gets each part in order, and `done` is called after each point of each pass.
+    /// without, and on the machines and under the forces that uncertain inputs make. `take` gets each part in order, and `work` is told of each point
+    /// of each pass.
     ///
     /// # Errors
-    /// Errors of `take`, a machine without equilibrium under its weight, a cutting force that its law does not give, or more than
+    /// Errors of `take` and of `work`, a machine without equilibrium under its weight, a cutting force that its law does not give, or more than
     /// `unloaded_gouge_mm` off the path without it.
     pub fn prove(
         &self,
         (name, written): (String, &ProgramAsWritten),
         asked: &Asked,
-        done: &(dyn Fn() + Sync),
+        work: &Work,
         mut take: impl FnMut(&ProvedPart<'_>) -> Result<()>,
     ) -> Result<Proof> {
         let machines = Machines::new(&self.machine, &self.process.errors)?;
         let methods: Vec<Method> = [Method::None].into_iter().chain(asked.compared.iter().copied()).collect();
         let (mut sums, mut as_written) = (vec![PathSums::default(); methods.len()], PathSums::default());
-        let (mut written_tracked, mut unloaded_tracked) = (self.tracker(), self.tracker());
+        let (mut written_tracked, mut unloaded_tracked, mut spread_tracked) =
+            (self.tracker(), self.tracker(), self.tracker());
         let (mut law, mut tracked_before, mut off) = (CuttingLawCheck::new(self), None, WithoutForce::default());
+        let done = &|| work.tell(Event::Computed(1));
+        let drawn = DrawnMachines::new(self.uncertainty.as_ref(), &machines, &self.process.errors)?;
+        let (counts, tolerance_mm) = (|k: usize| self.is_counted(k), self.process.tolerance_mm);
+        let path = |drawn| SpreadPath { machines: &machines, drawn, tolerance_mm, counts: &counts };
+        let uncertain = drawn.as_ref().map(path);
+        let mut largest = LargestBoth::default();
         for part in self.parts() {
             let part = part?;
             law.check(&part)?;
@@ -100,13 +115,42 @@ impl ProgramJob {
             });
             let without_force: Vec<_> = without_force.iter().map(PathPointResult::solved_error).collect();
             self.add_without_force(&mut off, &part, &without_force);
-            take(&ProvedPart { part: &part, before: &before, written: &answers, without_force: &without_force })?;
+            let mut spread = Vec::new();
+            if let Some(uncertain) = &uncertain {
+                let track = TrackBlocks::of(&self.machine, part.tasks(), track.into_owned());
+                let poses = commanded_poses(&part, &mut spread_tracked, &written.sent);
+                let own = SpreadPart { first: part.first, tasks: part.tasks(), track: &track, written: Some(&poses) };
+                for block in uncertain.solve_part(&own, 1, work)? {
+                    largest.iter_mut().zip(&block.largest).for_each(|(all, next)| all.add(next));
+                    spread.extend(block.points);
+                }
+            }
+            take(&ProvedPart {
+                part: &part,
+                before: &before,
+                written: &answers,
+                without_force: &without_force,
+                spread: &spread,
+            })?;
         }
         sums.push(as_written);
         let names = methods.iter().map(|method| method.label()).chain([name]);
         let passes = names.zip(&sums).map(|(name, sums)| Pass { name, summary: sums.summary() }).collect();
         self.check_gouge(off)?;
-        Ok(Proof { passes, without_force: off })
+        let each_part = |take: &mut dyn FnMut(&SpreadPart<'_>) -> Result<()>| {
+            let (mut before, mut tracked) = (None, self.tracker());
+            for part in self.parts() {
+                let part = part?;
+                let track = self.track(&part, &mut before).into_owned();
+                let track = TrackBlocks::of(&self.machine, part.tasks(), track);
+                let poses = commanded_poses(&part, &mut tracked, &written.sent);
+                take(&SpreadPart { first: part.first, tasks: part.tasks(), track: &track, written: Some(&poses) })?;
+            }
+            Ok(())
+        };
+        let whole = |path| spread_along::whole(&[(path, &each_part)], &largest, work);
+        let spread = uncertain.as_ref().map(whole).transpose()?;
+        Ok(Proof { passes, without_force: off, spread: spread.flatten() })
     }
 
     /// Adds the `errors` without force at the points of `part`.

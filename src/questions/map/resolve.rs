@@ -34,7 +34,8 @@ impl Question for WorkspaceMapStudy {
         let (grid, slices_z, size) =
             region.checked_grid(given, [scene.machine.workspace.min, scene.machine.workspace.max], MAX_POINTS)?;
         let shown = Shown { slices_z, not_used };
-        let (uncertainty, read) = given.uncertainty(&scene.machine, &scene.errors)?;
+        let table = given.uncertainty_of_process.borrow().clone();
+        let (uncertainty, read) = given.uncertainty(table.as_ref(), &scene.machine, &scene.errors)?;
         let inputs = inputs.and(read).and(size);
         Ok(Resolved { study: WorkspaceMapStudy { scene, grid, uncertainty }, shown, inputs })
     }

@@ -61,33 +61,42 @@ impl<'a> SpreadSolver<'a> {
         }
         let spread = |(point, at): (Option<Responses>, &&Configuration)| {
             let Some(responses) = point else { return Ok(None) };
-            let solve = |_, machines: &Machines, factor| {
+            let solve = |index, machines: &Machines, factor| {
                 work.check()?;
-                Ok(largest_displacement(study, at, machines, factor))
+                Ok(largest_displacement((study, drawn), at, machines, (index, factor)))
             };
-            let wanted = WantedSpread { drawn, tolerance_mm: study.scene.tolerance_mm, solve: &solve };
+            let tolerance_mm = study.scene.tolerance_mm;
+            let wanted = WantedSpread { drawn, tolerance_mm, solve: &solve, most_next: None };
             Ok(Some(wanted.spread(responses.as_deref().ok())?.0))
         };
         points.into_iter().zip(configurations).map(spread).collect()
     }
 }
 
-/// Length of the longest displacement over φ at `at` of `machines` under the cutting force times `factor`, mm, undeflected to begin with.
+/// Length of the longest displacement over φ at `at` of the `machines` of the draw `index` under the cutting force times `factor`, mm, undeflected
+/// to begin with.
 fn largest_displacement(
-    study: &WorkspaceMapStudy,
+    (study, drawn): (&WorkspaceMapStudy, &DrawnMachines<'_>),
     at: &Configuration,
     machines: &Machines,
-    factor: f64,
+    (index, factor): (usize, f64),
 ) -> Result<f64, Failure> {
     let mut group = SessionGroup::new(machines, Source::All);
     group.set_rigid(&[at; Batch::WIDTH]);
-    let mut largest: f64 = 0.0;
+    let (mut largest, mut free) = (0.0f64, Vector3::zeros());
+    if drawn.has_model_error() {
+        let task = under(&study.scene.task(at.pose, None), 0.0);
+        let found = group.command(&study.scene.machine, None, Method::None, &[0], |_| task);
+        for answer in found {
+            free = answer?.tool_displacement;
+        }
+    }
     for phis in study.scene.phis.chunks(Batch::WIDTH) {
         let tasks: Vec<TaskPoint> =
             phis.iter().map(|phi| under(&study.scene.task(at.pose, Some(*phi)), factor)).collect();
         let lanes: Vec<usize> = (0..tasks.len()).collect();
         for answer in group.command(&study.scene.machine, None, Method::None, &lanes, |lane| tasks[lane]) {
-            largest = largest.max(answer?.tool_displacement.norm());
+            largest = largest.max(drawn.real_displacement(index, free, answer?.tool_displacement).norm());
         }
     }
     Ok(largest)

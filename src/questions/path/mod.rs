@@ -6,7 +6,6 @@ pub(crate) mod resolve;
 pub(crate) mod spec;
 #[cfg_attr(target_family = "wasm", path = "not_turned.rs")]
 mod turned;
-mod uncertain;
 
 use std::ops::Range;
 
@@ -23,13 +22,13 @@ use crate::{
         BySource, Machines, Source,
         along_path::{self, PathCase, PathPointResult, PathSummary, PathSums, PointResidual, TrackBlocks, run_pieces},
         spread::DrawnMachines,
+        spread_along::{self, LargestBoth, SpreadBlock, SpreadPart, SpreadPath},
     },
     work::{Work, compute_overlapped},
 };
 
-use self::uncertain::{LargestBoth, SpreadBlock};
+pub use crate::simulation::spread_along::{LargestSpread, PathSpread, PointSpread};
 pub use turned::PathGammaSearch;
-pub use uncertain::{LargestSpread, PathSpread, PointSpread};
 
 /// Where a point of the path lies: length, tool angle and program line.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -93,6 +92,16 @@ impl PathStudy {
     /// Returns the wanted position of P at each point of the path, O, mm.
     pub fn positions(&self) -> impl Iterator<Item = Vector3<f64>> {
         self.tasks.iter().map(|task| task.pose.translation)
+    }
+
+    /// The path as one whose spread is wanted.
+    fn spread_path<'a>(&self, machines: &'a Machines, drawn: &'a DrawnMachines<'a>) -> SpreadPath<'a> {
+        SpreadPath { machines, drawn, tolerance_mm: self.tolerance_mm, counts: &|_| true }
+    }
+
+    /// The part of it with these points, along which the nominal machine is tracked.
+    fn spread_part<'a>(&'a self, points: Range<usize>, track: &'a TrackBlocks<'a>) -> SpreadPart<'a> {
+        SpreadPart { first: points.start, tasks: &self.tasks[points], track, written: None }
     }
 
     /// Returns the wanted position of the compensated point at each point of the path, O, mm.
@@ -226,6 +235,7 @@ pub fn run_in_parts(
 ) -> Result<WholePath> {
     let machines = Machines::new(&study.machine, &study.errors)?;
     let drawn = DrawnMachines::new(study.uncertainty.as_ref(), &machines, &study.errors)?;
+    let uncertain = drawn.as_ref().map(|drawn| study.spread_path(&machines, drawn));
     let mut largest = LargestBoth::default();
     let mut methods = vec![PathSums::default(); study.methods.len()];
     let mut before: Option<Configuration> = None;
@@ -233,8 +243,8 @@ pub fn run_in_parts(
         let track = TrackBlocks::new(&machines.nominal, before.as_ref(), &study.tasks[points.clone()]);
         before = track.last().or(before.take());
         let (mut next, left) = compute_part(study, &machines, &track, points.clone(), work)?;
-        if let Some(drawn) = &drawn {
-            let blocks = uncertain::solve_part(study, drawn, &machines, &track, points, pass_count(study), work)?;
+        if let Some(uncertain) = &uncertain {
+            let blocks = uncertain.solve_part(&study.spread_part(points, &track), pass_count(study), work)?;
             for block in &blocks {
                 largest.iter_mut().zip(&block.largest).for_each(|(all, next)| all.add(next));
             }
@@ -250,11 +260,10 @@ pub fn run_in_parts(
     work.barrier()?;
     let along = |(&method, sums): (&Method, PathSums)| MethodAlongPath { method, summary: sums.summary() };
     let methods = study.methods.iter().zip(methods).map(along).collect();
-    let spread = match &drawn {
-        Some(drawn) => uncertain::whole_path(study, drawn, &machines, &largest, work)?,
-        None => None,
-    };
-    Ok(WholePath { methods, spread })
+    let each_part = spread_along::parts_of(&machines.nominal, &study.tasks);
+    let whole =
+        uncertain.as_ref().map(|path| spread_along::whole(&[(path, &*each_part)], &largest, work)).transpose()?;
+    Ok(WholePath { methods, spread: whole.flatten() })
 }
 
 /// What each method leaves at points.
@@ -272,7 +281,8 @@ pub fn run_range(study: &PathStudy, points: Range<usize>, work: &Work) -> Result
     let track = TrackBlocks::new(&machines.nominal, passed.last().as_ref(), &study.tasks[points.clone()]);
     let mut part = compute_sources(study, &machines, &track, points.clone(), work)?;
     if let Some(drawn) = DrawnMachines::new(study.uncertainty.as_ref(), &machines, &study.errors)? {
-        part.set_spread(uncertain::solve_part(study, &drawn, &machines, &track, points, pass_count(study), work)?);
+        let uncertain = study.spread_path(&machines, &drawn);
+        part.set_spread(uncertain.solve_part(&study.spread_part(points, &track), pass_count(study), work)?);
     }
     work.barrier()?;
     Ok(part)

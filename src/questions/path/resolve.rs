@@ -43,7 +43,7 @@ impl Question for PathStudy {
         given.overrides.refuse_grid(given.name)?;
         let process = given.process_with_gamma(None, &given.check)?;
         let (mut study, program) = path(spec, &process, given, &given.check)?;
-        let (uncertainty, read) = given.uncertainty(&study.machine, &study.errors)?;
+        let (uncertainty, read) = given.uncertainty(process.uncertainty.as_ref(), &study.machine, &study.errors)?;
         study.uncertainty = uncertainty;
         if study.uncertainty.is_some() && study.gamma_search.is_some() {
             let problem = "is not computed where γ is sought: compensate with the γ found first, and give that program";

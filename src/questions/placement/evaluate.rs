@@ -557,7 +557,7 @@ fn prepare(study: &PlacementStudy, job: &FeatureJob, lengths: &[f64], total: f64
 }
 
 /// Returns for each point whether the tool cuts there; true everywhere on a path that never cuts.
-fn counted_flags(job: &FeatureJob) -> Vec<bool> {
+pub(super) fn counted_flags(job: &FeatureJob) -> Vec<bool> {
     let points = job.feature.path.points();
     let never_cuts = points.iter().all(|point| !point.cutting);
     points.iter().map(|point| point.cutting || never_cuts).collect()

@@ -30,6 +30,7 @@ mod sweep;
 mod tally;
 #[cfg(not(target_family = "wasm"))]
 mod turned;
+mod uncertain;
 mod walk;
 
 pub(crate) use along::stride;
@@ -48,12 +49,17 @@ pub(crate) use resolve::reference_position;
 pub use resolve::{CLEARANCE_MM, parse_place};
 pub use site::{Bounds, COORDINATES, Site, SiteGrid, UNITS, is_angle};
 pub use sweep::{Cell, Verdict};
+pub use uncertain::PlaceSpread;
+
+use std::sync::Arc;
 
 use crate::{
     compensation::Target,
     input::error::Result,
     machine::{ChainError, Machine},
-    process::{CuttingRule, Extent, Feature, ForbiddenBox, PathReference, file::CorrectionLimits},
+    process::{
+        CuttingRule, Extent, Feature, ForbiddenBox, PathReference, file::CorrectionLimits, uncertainty::Uncertainty,
+    },
     simulation::{Machines, tasks::place_workpiece},
     spatial::Pose,
     work::{Event, Stage, Work},
@@ -74,6 +80,8 @@ pub struct FeatureJob {
     pub target: Target,
     /// Rule for which moves of its path cut.
     pub cuts: CuttingRule,
+    /// What is not known exactly; `None` where all inputs are taken as exact.
+    pub uncertainty: Option<Arc<Uncertainty>>,
     /// Settings of the search for γ, the rotation about the tool axis, at each place, if there is one.
     #[cfg(not(target_family = "wasm"))]
     pub gamma_search: Option<crate::process::RedundancySettings>,
@@ -162,8 +170,9 @@ pub fn run(study: &PlacementStudy, work: &Work) -> Result<PlacementResults> {
     let Found { cells, ranking, gaps, refinements, front } = search(&evaluator, study, work)?;
     let evaluators = study.entry_evaluators();
     let places = outcome::entry_places(study, (&cells, &ranking, &refinements));
-    let entries = outcome::evaluate_entries(&evaluators, study, work, places);
+    let mut entries = outcome::evaluate_entries(&evaluators, study, work, places);
     work.barrier()?;
+    uncertain::add_spread(&evaluators, study, &mut entries, work)?;
     let best = outcome::choose_best(study, &entries, &refinements);
     let flatness = margins::margins(&evaluator, study, work, best.as_ref().map(|best| (best.site, best.value)))?;
     let traces = along::traces(&evaluators, study, &entries, best.as_ref());
@@ -192,8 +201,10 @@ fn compute(study: &PlacementStudy, work: &Work) -> Result<()> {
             let Found { cells, ranking, refinements, .. } = search(&evaluator, study, work)?;
             Ok(outcome::entry_places(study, (&cells, &ranking, &refinements)))
         })?;
-        let entries = outcome::evaluate_entries(&study.entry_evaluators(), study, work, places);
+        let evaluators = study.entry_evaluators();
+        let mut entries = outcome::evaluate_entries(&evaluators, study, work, places);
         work.barrier()?;
+        uncertain::add_spread(&evaluators, study, &mut entries, work)?;
         Ok(outcome::best_entry(study, &entries).map(|(index, site)| (site, entries[index].value)))
     })?;
     margins::margins(&evaluator, study, work, best).map(drop)

@@ -14,6 +14,7 @@ use super::{
     refine::Refinement,
     site::Site,
     sweep::Cell,
+    uncertain::PlaceSpread,
 };
 use crate::{simulation::Failure, work::Work};
 
@@ -106,6 +107,8 @@ pub struct Entry {
     pub outcome: Result<Evaluation, Failure>,
     /// The objective; infinite without an evaluation.
     pub value: f64,
+    /// How sure it is; `None` where inputs are taken as exact, or the workpiece cannot be cut.
+    pub spread: Option<PlaceSpread>,
 }
 
 /// Name of the best place of the sweep.
@@ -209,7 +212,7 @@ pub(super) fn evaluate_entries(
         let outcome = evaluator.examine_in_work(&work.shard(number).part(part), &site);
         let value = outcome.as_ref().map_or(f64::INFINITY, |evaluation| study.objective.value(&evaluation.metrics));
         let turns = evaluator.gammas_at(&site);
-        Entry { name, found, site, turns, outcome, value }
+        Entry { name, found, site, turns, outcome, value, spread: None }
     };
     let mut entries: Vec<Entry> = places.into_par_iter().enumerate().map(entry).collect();
     // A stable sort: of equal ones, the named one first.

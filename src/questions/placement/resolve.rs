@@ -1,5 +1,7 @@
 //! Checks of a placement study as written, which make it a [`PlacementStudy`].
 
+use std::sync::Arc;
+
 use nalgebra::{Vector2, Vector3};
 
 use super::{
@@ -156,7 +158,20 @@ fn all_features(
         jobs.push(job);
         inputs = inputs.and(process);
     }
+    check_same_draws(&jobs, &check.key("feature"))?;
     Ok((jobs, today, inputs))
+}
+
+/// Checks that the same numbers are uncertain for all features: draws are of one machine that cuts all of them.
+fn check_same_draws(jobs: &[FeatureJob], check: &Check) -> Result<()> {
+    let of = |job: &FeatureJob| job.uncertainty.as_ref().map(|own| (own.parameters.clone(), own.force, own.model));
+    match jobs.windows(2).find(|pair| of(&pair[0]) != of(&pair[1])) {
+        None => Ok(()),
+        Some(pair) => check.fail(format!(
+            "{} and {} have other uncertain numbers: expected [uncertainty] in the study, and machines that have the numbers that it names",
+            pair[0].feature.name, pair[1].feature.name
+        )),
+    }
 }
 
 /// Checks one feature and reads its path; returns it, the place that its process gives, and its inputs.
@@ -197,6 +212,7 @@ fn resolve_feature(
         .or_else(|problem| given.process_location(spec.process.as_deref()).key("limits").misfit(problem, ()))?;
     let today = Candidate::from_process(&process);
     let cuts = process.cutting_rule;
+    let (uncertainty, read) = given.uncertainty(process.uncertainty.as_ref(), &process.machine, &process.errors)?;
     let machines = Machines::new(&process.machine, &process.errors)?;
     let job = FeatureJob {
         feature,
@@ -205,12 +221,13 @@ fn resolve_feature(
         limits: process.limits,
         target: process.target,
         cuts,
+        uncertainty: uncertainty.map(Arc::new),
         #[cfg(not(target_family = "wasm"))]
         gamma_search: Some(process.redundancy).filter(crate::process::RedundancySettings::is_sought),
     };
     #[cfg(not(target_family = "wasm"))]
     job.check_gamma_search()?;
-    Ok((job, today, inputs))
+    Ok((job, today, inputs.and(read)))
 }
 
 /// Returns `process` with the machine on the branch of home, if it asks for one constant γ. `Err` if γ may vary along the path.

@@ -29,9 +29,13 @@ chain = "guide"
 
 pub const TOLERANCES: &str = "[[uncertainty.chain_error]]\nchain = \"*\"\nturn_about_drive_axis_deg = { uniform = [-0.1, 0.1] }\n\
      [uncertainty.process]\nforce_relative_std = 0.15\n";
+/// A model that leaves nothing out.
+pub const EXACT_MODEL: &str = "[uncertainty.model]\nrelative_std = 0.0\n";
 
-/// A study of `machine` with these tables.
+/// A study of `machine` with these tables, whose model leaves nothing out unless `uncertainty` says so.
 pub fn study_text(machine: &str, process: &str, uncertainty: &str, question: &str) -> String {
+    let is_said = uncertainty.is_empty() || uncertainty.contains("uncertainty.model");
+    let uncertainty = format!("{uncertainty}\n{}", if is_said { "" } else { EXACT_MODEL });
     format!("schema = 3\nquestion = \"?\"\nmachine = \"{machine}\"\n{process}\n{uncertainty}\n{question}\n")
 }
 

@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 
+use super::tables::{P95_AFTER, P95_BEFORE};
 use crate::{
     answer::{ShareWithin, cautions::OutsidePositions},
     compensation::TaskPoint,
@@ -9,7 +10,10 @@ use crate::{
     input::error::Result,
     machine::Machine,
     products::program::{ProgramJob, ProvedPart},
-    questions::path::report::{Curve, cutting_force::ForceCurves, drawn_indices},
+    questions::{
+        path::report::{Curve, cutting_force::ForceCurves, drawn_indices},
+        spread_report::SpreadCounts,
+    },
     simulation::{BySource, Source, along_path::PathPointResult},
 };
 
@@ -52,6 +56,11 @@ pub struct Findings {
     pub(super) corners: [Vector3<f64>; 2],
     pub(super) before_curves: BySource<Curve>,
     pub(super) after_curve: Curve,
+    /// Error as written where the force is absent, and 95 % quantiles of the error without compensation and as written.
+    pub(super) without_force_curve: Curve,
+    pub(super) p95_curves: [Curve; 2],
+    /// What is counted of the distributions of the error as written, at the points that count.
+    pub(super) spread: SpreadCounts,
     pub(super) force: ForceCurves,
     /// Points outside the workspace box of the machine.
     pub(super) outside: OutsidePositions,
@@ -84,6 +93,9 @@ impl Findings {
             drawn: Vec::new(),
             before_curves: BySource::of(&job.machine, |_| Curve::new(count)),
             after_curve: Curve::new(count),
+            without_force_curve: Curve::new(count),
+            p95_curves: [Curve::new(count), Curve::new(count)],
+            spread: SpreadCounts::default(),
             force: ForceCurves::new(count),
             outside: outside_workspace(job)?,
             corrections: [None; 2],
@@ -101,6 +113,11 @@ impl Findings {
                 proved.before[source][i].iter().for_each(|error| curve.add(k, along, error.norm()));
             }
             after.iter().for_each(|error| self.after_curve.add(k, along, error.norm()));
+            proved.without_force[i].iter().for_each(|error| self.without_force_curve.add(k, along, error.norm()));
+            let spread = proved.spread.get(i).and_then(Option::as_ref);
+            for (curve, quantity) in self.p95_curves.iter_mut().zip([P95_BEFORE, P95_AFTER]) {
+                spread.and_then(|at| quantity.value(at)).iter().for_each(|p95| curve.add(k, along, *p95));
+            }
             self.force.add(Some(along), task);
             if self.drawn_indices.get(self.drawn.len()) == Some(&k) {
                 self.drawn.push(DrawnPoint { wanted: wanted_mm(job, task), before, after });
@@ -108,6 +125,7 @@ impl Findings {
             if !job.is_counted(k) {
                 continue;
             }
+            spread.and_then(|at| at.compensated.as_ref()).iter().for_each(|own| self.spread.add(own));
             let tolerance_mm = job.process.tolerance_mm.unwrap_or(f64::INFINITY);
             self.after.add(1.0, after.map(|error| error.norm() <= tolerance_mm));
             self.before.add(1.0, before.map(|error| error.norm() <= tolerance_mm));

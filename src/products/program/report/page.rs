@@ -5,8 +5,8 @@ use nalgebra::Vector3;
 use super::{
     Report,
     findings::{DrawnPoint, Findings, WorstPoint},
-    limits_text, passes_table, residual_text,
-    tables::error_before_column,
+    limits_text, passes_table, residual_text, spread_text,
+    tables::{error_before_column, spread_quantities},
     use_text,
     words::{blocks_table, written_text},
 };
@@ -21,7 +21,10 @@ use crate::{
         largest_drive_quantities,
     },
     products::program::ProgramJob,
-    questions::path::report::{ANGLE, Curve, along_columns, cutting_force},
+    questions::{
+        path::report::{ANGLE, Curve, along_columns, cutting_force},
+        spread_report,
+    },
     simulation::Source,
 };
 
@@ -60,6 +63,7 @@ fn setting_facts(job: &ProgramJob) -> Vec<Fact> {
     let mut own: Vec<Fact> = process.facts().into_iter().map(|(label, words)| Fact::new(label, words)).collect();
     own.push(Fact::new("compensation holds", process.target.words()));
     own.extend(process.tolerance_mm.map(|tolerance| Fact::new("tolerance", format!("{tolerance} mm"))));
+    own.push(spread_report::fact(job.uncertainty.as_ref()));
     facts_of(machine, &process.errors, own)
 }
 
@@ -81,9 +85,10 @@ fn worst_section(report: &Report<'_>) -> Section {
         rows: rows.collect(),
     };
     Section::new("How far is the tool off its path, and where?", "worst lines, error along the program and on the part")
+        .text(&spread_text(report))
         .small_tables([table])
         .explorers([ALONG])
-        .figures(&["errors", "paths"])
+        .figures(&["errors", SPREAD, "paths"])
 }
 
 /// Returns the section on the error sources at the worst point.
@@ -132,6 +137,8 @@ fn proof_section(report: &Report<'_>) -> Section {
         .small_tables([table])
 }
 
+/// Name of the figure of distributions.
+const SPREAD: &str = "spread";
 /// Title of the view along the program.
 const ALONG: &str = "Along the program";
 
@@ -146,6 +153,7 @@ fn along_explorer(job: &ProgramJob, points: &str) -> Explorer {
     };
     let after = Quantity::new(["error_after_mm"], "error as written", "mm", Better::Smaller);
     let mut quantities = vec![before(&Source::All), after];
+    quantities.extend(spread_quantities(job).iter().map(crate::answer::Quantity::layer));
     quantities.extend(Source::of(&job.machine).iter().filter(|source| **source != Source::All).map(before));
     quantities.extend(largest_drive_quantities(&job.machine));
     quantities.extend(drive_quantities(&job.machine, Better::Neither));
@@ -177,6 +185,16 @@ pub fn figures(report: &Report<'_>) -> Vec<(String, Figure)> {
         ("errors".into(), distances("Distance from the path before and after", &errors)),
         ("sources".into(), distances("What each source does without compensation", &sources)),
     ];
+    if report.job.uncertainty.is_some() {
+        let [before_p95, after_p95] = &findings.p95_curves;
+        let curves = [
+            ("before, 95 % below".into(), before_p95),
+            ("after, 95 % below".into(), after_p95),
+            ("after, nominal".into(), &findings.after_curve),
+            ("after, no cutting force".into(), &findings.without_force_curve),
+        ];
+        figures.push((SPREAD.into(), distances("Distance from the path where inputs are uncertain", &curves)));
+    }
     if !force.is_empty() {
         figures.push(("cutting_force".into(), curve_figure(report.job, cutting_force::TITLE, "force [N]", &force)));
     }

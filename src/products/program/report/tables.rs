@@ -7,20 +7,29 @@ use super::{
     words::{limit_unit, shown_price},
 };
 use crate::{
-    answer::command_columns::{drive_cells, drive_columns, pose_cells, pose_columns},
+    answer::{
+        Quantity,
+        command_columns::{drive_cells, drive_columns, pose_cells, pose_columns},
+    },
     compensation::{BoundedPath, Side},
     files::{
         exchange::{Cell, Column, Row, Table, cells, counts, numbers, texts},
         or_dash,
         table::{correction_columns, force_columns, shown_positions},
     },
+    page::Better::{Larger, Smaller},
     products::program::{Pass, ProgramJob, ProvedPart, ProvedProgram, WrittenCalls, bounded::LimitExcess},
-    questions::path::{
-        Station,
-        report::{ANGLE, cutting_force},
-        resolve::stations,
+    questions::{
+        path::{
+            Station,
+            report::{ANGLE, cutting_force},
+            resolve::stations,
+        },
+        spread_report::{self, WithSpread},
     },
-    simulation::{ProgramFile, Source, along_path::PathPointResult},
+    simulation::{
+        ProgramFile, Source, along_path::PathPointResult, spread::DeflectionSpread, spread_along::PointSpread,
+    },
     toolpath::gcode::Notes,
 };
 
@@ -29,6 +38,44 @@ pub const PROGRAM_RANKS: [&str; 2] = ["error_before_mm", "error_after_mm"];
 
 /// Column of the error as written where the cutting force is absent.
 pub(super) const WITHOUT_FORCE: &str = "error_without_force_mm";
+
+impl WithSpread for PointSpread {
+    /// Returns the distribution of the error as written.
+    fn distribution(&self) -> Option<&DeflectionSpread> {
+        self.compensated.as_ref()
+    }
+}
+
+type Of = Quantity<PointSpread>;
+
+pub(super) const P95_BEFORE: Of =
+    Of::new("error_before_p95_mm", "95 % quantile of the error without compensation", Smaller, |at| at.plain.p95_mm);
+pub(super) const P95_AFTER: Of =
+    Of::new("error_after_p95_mm", "95 % quantile of the error as written", Smaller, |at| at.distribution()?.p95_mm);
+const MEDIAN_AFTER: Of =
+    Of::new("error_after_median_mm", "median error as written", Smaller, |at| at.distribution()?.median_mm);
+const WORSE: Of =
+    Of::new("worse_probability", "probability that the written program is farther off", Smaller, |at| at.worse);
+const WITHIN: Of = Of::new(
+    "error_after_within_tolerance_probability",
+    "probability that the error as written is within tolerance",
+    Larger,
+    |at| at.distribution()?.within_tolerance,
+);
+
+/// Lists the quantities of the distributions that pages show; none where inputs are taken as exact.
+pub(super) fn spread_quantities(job: &ProgramJob) -> Vec<Of> {
+    let within = job.process.tolerance_mm.map(|_| WITHIN);
+    let all = [P95_AFTER, MEDIAN_AFTER, P95_BEFORE, WORSE].into_iter().chain(within);
+    if job.uncertainty.is_some() { all.collect() } else { Vec::new() }
+}
+
+/// Lists all columns of the distributions; none where inputs are taken as exact.
+fn spread_columns(job: &ProgramJob) -> Vec<Of> {
+    let names = ["error_after_p95_standard_error_mm", "error_after_main_cause", "error_after_main_cause_share"];
+    let in_tables = job.uncertainty.iter().flat_map(|_| spread_report::columns(names));
+    spread_quantities(job).into_iter().chain(in_tables).collect()
+}
 
 /// Returns the columns of [`program_table`].
 pub fn program_columns(job: &ProgramJob) -> Vec<Column> {
@@ -47,6 +94,7 @@ pub fn program_columns(job: &ProgramJob) -> Vec<Column> {
     columns.extend(numbers(["nominal", "commanded"].into_iter().flat_map(pose_columns)));
     columns.extend(numbers(drive_columns(machine)));
     columns.extend(numbers(correction_columns(machine).chain(force_columns(machine))));
+    columns.extend(spread_columns(job).iter().map(Of::column));
     columns
 }
 
@@ -61,13 +109,15 @@ pub(super) fn error_before_column(source: Source) -> String {
 /// Returns a row per point of `proved`: the line that leads there (of `called_file`, if the program calls some), the tool angle φ, the wanted
 /// and the commanded position (both in the workpiece frame), the error before (mm, by point of the path) and as written (base axes), the
 /// cutting force, the poses of P in O and the drive positions without and with compensation, drive corrections and forces as written. An
-/// empty cell has its reason in `status` and `reason`. `limits` names the limits that bind, if the path was corrected within limits.
+/// empty cell has its reason in `status` and `reason`. `limits` names the limits that bind, if the path was corrected within limits. Where inputs are
+/// uncertain, distributions follow.
 pub fn program_table(job: &ProgramJob, proved: &ProvedPart<'_>, bounded: Option<&BoundedPath>) -> Table {
     let machine = &job.machine;
     let columns = program_columns(job);
     let called = job.file.called_files();
-    let width = columns.len();
-    let ProvedPart { part, before, written, without_force } = proved;
+    let spread_columns = spread_columns(job);
+    let width = columns.len() - spread_columns.len();
+    let ProvedPart { part, before, written, without_force, spread } = proved;
     let (points, tasks) = (part.points, part.tasks());
     let stations = stations(&job.process, points, tasks, Some(&job.file));
     let mut track = job.tracker();
@@ -101,6 +151,8 @@ pub fn program_table(job: &ProgramJob, proved: &ProvedPart<'_>, bounded: Option<
         row.resize(width - machine.drive_count(), Cell::Missing);
         row.extend(answer.drive_forces.iter().map(|v| shown(*v)));
         row.resize(width, Cell::Missing);
+        let spread = spread.get(i).and_then(Option::as_ref);
+        row.extend(spread_columns.iter().map(|own| spread.map_or(Cell::Missing, |found| own.cell_of(Ok(found)))));
         row
     };
     Table::new(columns, written.iter().enumerate().zip(stations).map(row))
@@ -192,7 +244,7 @@ const SCHEMA: u32 = 3;
 
 /// Returns the report of the program as JSON: its passes, limits, blocks, calls and assumptions.
 pub fn program_json(report: &Report<'_>) -> Value {
-    let Report { job, proved, .. } = report;
+    let Report { job, proved, findings, .. } = report;
     let ProvedProgram { passes, bounded, exceeded, written, .. } = proved;
     let (notes, dialect) = match &job.file {
         ProgramFile::Gcode(program) => (program.notes().clone(), Some(program.notes().dialect.label())),
@@ -219,7 +271,7 @@ pub fn program_json(report: &Report<'_>) -> Value {
             })
         })
         .collect();
-    json!({
+    let mut report = json!({
         "schema": SCHEMA,
         "machine": job.machine.name,
         "points": job.path.len(),
@@ -245,5 +297,10 @@ pub fn program_json(report: &Report<'_>) -> Value {
         }),
         "lines_left_as_written": notes.unlocated_lines,
         "axes_left_as_written": job.machine.uncontrolled_axes().map(|axis| ["x", "y", "z"][axis]).collect::<Vec<_>>(),
-    })
+    });
+    if let Some(uncertainty) = &job.uncertainty {
+        report["uncertainty"] = spread_report::json(uncertainty, &findings.spread);
+        report["uncertainty"]["largest"] = json!(proved.spread);
+    }
+    report
 }

@@ -1,9 +1,12 @@
 //! Sentences about a compensated program: its first screen, the effect of limits, its blocks, and its residual error.
 
-use super::{Report, notes_text, tables::error_before_column};
+use super::{
+    Report, notes_text,
+    tables::{WITHOUT_FORCE, error_before_column},
+};
 use crate::{
     answer::{ShareWithin, cautions},
-    compensation::{BoundedPath, LimitKind, Price},
+    compensation::{BoundedPath, LimitKind, Method, Price},
     files::{
         table::kind_word,
         words::{counted, millimetres},
@@ -14,8 +17,11 @@ use crate::{
         headline::{Extreme, Headline, InTable, KeyNumber},
     },
     process::file::CorrectionLimits,
-    products::program::{ProgramJob, ProvedProgram, bounded::LimitExcess},
-    questions::path::report::facts_text,
+    products::program::{ProgramJob, ProvedProgram, WithoutForce, bounded::LimitExcess},
+    questions::{
+        path::report::facts_text,
+        spread_report::{self, Along},
+    },
     simulation::{
         ProgramFile, ROUNDING_MM, Source,
         blocks::{Blocks, BlocksBeforeAfter, Spread},
@@ -205,20 +211,76 @@ pub(super) fn shown_price(machine: &Machine, price: &Price) -> f64 {
 pub fn headline(report: &Report<'_>) -> Headline {
     let cutting = report.job.path.points().iter().filter(|point| point.cutting).count();
     let length = report.job.path.length_mm();
-    let basis =
-        format!("{}, {cutting} of them cutting, {length:.1} mm of path", counted(report.job.path.len(), "point"));
+    let (points, inputs) =
+        (counted(report.job.path.len(), "point"), spread_report::basis(report.job.uncertainty.as_ref()));
+    let basis = format!("{points}, {cutting} of them cutting, {length:.1} mm of path, {inputs}");
     let verdict = report.findings.outside.verdict(&report.job.machine, report.name);
-    let mut headline = Headline::new(verdict + &sentence(report), basis)
+    let whole = report.proved.spread.as_ref();
+    let (sure, numbers) = match whole {
+        Some(whole) => {
+            let gouge = without_force_number(report);
+            let numbers = spread_report::along_numbers(&along(report), whole).into_iter().chain(gouge).collect();
+            (spread_report::along_verdict(&along(report), whole), numbers)
+        }
+        None => (sentence(report), nominal_numbers(report)),
+    };
+    let uncertain = report.job.uncertainty.as_ref();
+    let mut headline = Headline::new(verdict + &sure, basis)
         .with_cautions(&report.proved.worse_as_written().unwrap_or_default())
         .with_cautions(
             &report.proved.exceeded.as_deref().map_or_else(String::new, |found| exceeded_text(report.job, found)),
         )
+        .with_cautions(&spread_report::along_cautions(whole, along(report).points))
         .with_cautions(&without_force_text(report))
+        .with_cautions(&spread_report::cautions(uncertain, &report.findings.spread, "point"))
         .with_cautions(&caution_text(report))
-        .with_numbers(distances(report).into_iter().flatten())
-        .with_numbers(largest_correction(report));
+        .with_numbers(numbers);
     headline.unsolved = report.proved.unsolved_as_written();
     headline
+}
+
+/// Returns the largest errors and the largest correction with nominal numbers.
+fn nominal_numbers(report: &Report<'_>) -> Vec<KeyNumber> {
+    distances(report).into_iter().flatten().chain(largest_correction(report)).collect()
+}
+
+/// Returns how sentences about the distribution along the program name it.
+fn along<'a>(report: &'a Report<'_>) -> Along<'a> {
+    let off = report.proved.without_force;
+    // The pass before the last is of the commands themselves.
+    let is_programmed = report.proved.passes.iter().rev().nth(1).is_some_and(|own| own.name == Method::None.label());
+    Along {
+        machine: &report.job.machine.name,
+        path: report.name.into(),
+        commands: if is_programmed { "as programmed" } else { "with the compensated program" },
+        points: report.proved.passes.first().map_or(0, |pass| pass.summary.points),
+        tolerance_mm: report.job.process.tolerance_mm,
+        unjudged: match off {
+            _ if report.job.path.points().iter().all(|point| !point.cutting) => Some("Nothing is cut"),
+            WithoutForce { most: None, unknown: 0 } => Some(spread_report::NO_FORCE),
+            _ if !report.findings.outside.verdict(&report.job.machine, report.name).is_empty() => {
+                Some(spread_report::OUTSIDE)
+            }
+            _ => None,
+        },
+    }
+}
+
+/// Returns how sure the errors are, in sentences; empty where inputs are taken as exact.
+pub fn spread_text(report: &Report<'_>) -> String {
+    let (Some(uncertainty), Some(whole)) = (&report.job.uncertainty, &report.proved.spread) else {
+        return String::new();
+    };
+    spread_report::along_sentences(&along(report), whole, uncertainty) + &report.findings.spread.sentences("point")
+}
+
+/// Returns the largest distance of the written program where the force is absent, as a key number.
+fn without_force_number(report: &Report<'_>) -> Option<KeyNumber> {
+    let (point, size) = report.proved.without_force.most.filter(|(_, size)| *size > ROUNDING_MM)?;
+    let what =
+        "largest distance with the compensated program where the force is absent: in air, a spring pass, a broken tool";
+    let found = InTable::new("points", [WITHOUT_FORCE], &[], Extreme::Largest, size);
+    Some(KeyNumber::new(&millimetres(size, 3), what, report.job.place_words(point)).found(found))
 }
 
 /// Returns the cautions of the result, a sentence per line.
@@ -229,13 +291,19 @@ fn caution_text(report: &Report<'_>) -> String {
         + &cautions::large_errors(machine, &report.job.process.errors)
         + &report.findings.outside.words("point")
         + &facts_text(&report.job.process.assumed())
+        + match report.job.is_full_pose() && report.job.uncertainty.is_some() {
+            true => "The distributions are of distances alone: the orientation that full_pose holds is not judged.\n",
+            false => "",
+        }
         + &notes_text(report.job, &report.proved.written.calls)
 }
 
-/// Returns where the written program leads the tool if the cutting force is absent; empty where none is expected, or rounding is left.
+/// Returns where the written program leads the tool if the cutting force is absent, unless that is a key number; empty where none is expected, or
+/// rounding is left.
 fn without_force_text(report: &Report<'_>) -> String {
     let off = &report.proved.without_force;
-    let mut text = off.most.filter(|(_, size)| *size > ROUNDING_MM).map_or_else(String::new, |(point, size)| {
+    let most = off.most.filter(|(_, size)| *size > ROUNDING_MM && report.proved.spread.is_none());
+    let mut text = most.map_or_else(String::new, |(point, size)| {
         format!(
             "Where the cutting force is absent (in air, in a spring pass, with a broken tool), the program as written leads the tool off its path by \
              up to {}, {}.\n",
@@ -262,8 +330,9 @@ fn sentence(report: &Report<'_>) -> String {
         .map_or_else(String::new, |worst| format!(", worst in {}, {along:.1} mm along the path", worst.place));
     let off = millimetres(worst.size_mm, 3);
     let left = report.proved.passes.last().and_then(|pass| pass.summary.max_mm);
-    let then =
-        left.map_or_else(String::new, |left| format!("; with the compensated program, by {}", millimetres(left, 4)));
+    let then = left.map_or_else(String::new, |left| {
+        format!("; with the compensated program, by {} if all inputs are exact", millimetres(left, 4))
+    });
     format!("Running {}, the tool of {name} is off by up to {off}{line}{then}.", report.name)
 }
 
@@ -280,7 +349,8 @@ fn distances(report: &Report<'_>) -> [Option<KeyNumber>; 2] {
         KeyNumber::new(&millimetres(length, decimals), what, tolerance_text(job, within)).found(found)
     };
     let before = "largest distance from the path without compensation, where the tool cuts";
-    let after = "largest distance with the compensated program as written, simulated";
+    let after =
+        "largest distance with the compensated program as written, simulated with the inputs it was computed from";
     let worst = findings.worst.as_ref().map(|worst| worst.size_mm);
     let left = proved.passes.last().and_then(|written| written.summary.max_mm);
     [

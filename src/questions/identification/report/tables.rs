@@ -4,7 +4,7 @@ use super::summary::Report;
 use crate::{
     answer::status_cells,
     files::exchange::{Cell, Row, Table, cells, counts, numbers, texts},
-    process::uncertainty::{COVARIANCE_COLUMNS, DISTRIBUTIONS},
+    process::uncertainty::{COVARIANCE_COLUMNS, DISTRIBUTIONS, MODEL},
     questions::identification::{Coordinate, Unknown, measurements::FORCE},
 };
 
@@ -156,6 +156,10 @@ fn covariance(report: &Report<'_>) -> Table {
         let value = report.found.found[a].value;
         vec![own.name.as_str().into(), other.name.as_str().into(), distribution.into(), value.into(), covariance.into()]
     });
+    // What parameters do not explain is a cause of its own.
+    let model = report
+        .residual_share()
+        .map(|share| vec![MODEL.into(), MODEL.into(), DISTRIBUTIONS[1].into(), share.into(), Cell::Missing]);
     let [parameter, other, distribution, value, covariance] = COVARIANCE_COLUMNS;
-    Table::new([texts([parameter, other, distribution]), numbers([value, covariance])].concat(), rows)
+    Table::new([texts([parameter, other, distribution]), numbers([value, covariance])].concat(), rows.chain(model))
 }

@@ -39,7 +39,7 @@ fn cautions_text(summary: &Summary<'_>, not_used: &[&str]) -> String {
         rows => format!("At {} the correction is missing; the deflection is known.\n", counted(rows, "row")),
     };
     missing
-        + &spread_report::cautions(summary.study.uncertainty.as_ref(), &summary.spread)
+        + &spread_report::cautions(summary.study.uncertainty.as_ref(), &summary.spread, "point")
         + &scene.cautions(not_used, "grid point", (0..grid.len()).map(|index| grid.position(index)))
 }
 
@@ -73,7 +73,7 @@ fn spread_text(summary: &Summary<'_>) -> String {
     let Some(uncertainty) = &summary.study.uncertainty else { return String::new() };
     let Some([least, most]) = summary.of(Source::All).of(&P95_DEFLECTION) else { return String::new() };
     let mut text = format!(
-        "With {} (machine and force as uncertain as the study says), the deflection stays below {} with 95 % probability at the best place, {}, and \
+        "With {} (as uncertain as given), the deflection stays below {} with 95 % probability at the best place, {}, and \
          below {} at the worst, {}.\n",
         spread_report::counted_inputs(uncertainty),
         millimetres(least.value, 3),
@@ -84,7 +84,7 @@ fn spread_text(summary: &Summary<'_>) -> String {
     if let Some((_, met)) = probably_within(summary) {
         text += &format!("The tool is {met}.\n");
     }
-    text + "At single places: " + &summary.spread.sentences()
+    text + &summary.spread.sentences("point")
 }
 
 /// Words for the share of the box in which the tolerance is met.

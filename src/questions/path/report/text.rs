@@ -17,13 +17,13 @@ use crate::{
     },
     machine::Motion,
     page::headline::{Extreme, Headline, InTable, KeyNumber},
-    process::uncertainty::P95,
     questions::{
-        path::{LargestSpread, MethodAlongPath, PathStudy, PointEffect},
-        spread_report,
+        path::{MethodAlongPath, PathStudy, PointEffect},
+        spread_report::{self, Along},
     },
     redundancy,
     simulation::{ROUNDING_MM, Source, along_path::PathSummary, program_file::line_in_words},
+    spatial::Wrench,
 };
 
 /// Returns the sentences of the report for `summary`, which holds all points.
@@ -61,79 +61,15 @@ fn cautions_text(summary: &Summary<'_>) -> String {
     let turned = found_gamma(study).map_or_else(String::new, |(found, how)| redundancy::report::sentence(found, how));
     failed
         + &turned
-        + &spread_cautions(summary)
-        + &spread_report::cautions(study.uncertainty.as_ref(), summary.spread_counts())
+        + &spread_report::along_cautions(summary.whole.as_ref(), study.stations.len())
+        + &spread_report::cautions(study.uncertainty.as_ref(), summary.spread_counts(), "point")
         + &cautions_of(study)
-}
-
-/// Returns the cautions about the largest distance from the path, where inputs are uncertain: what it is not of, and whether it is confirmed.
-fn spread_cautions(summary: &Summary<'_>) -> String {
-    let Some(whole) = &summary.whole else { return String::new() };
-    let all = summary.study.stations.len();
-    let of = |name: &str, others: &str, own: &LargestSpread| {
-        let mut text = String::new();
-        if own.points < all {
-            text += &format!(
-                "The distribution of the largest distance {name} is of {} of {}: the others {others}.\n",
-                own.points,
-                counted(all, "point")
-            );
-        }
-        if !own.is_confirmed {
-            text += &match own.spread.solved_draws {
-                0 => format!(
-                    "There is no 95 % quantile of the largest distance {name}: too many draws have no equilibrium.\n"
-                ),
-                solved => format!(
-                    "The distribution of the largest distance {name} is an estimate: {} the engine solved along the whole path, {} of them without \
-                     equilibrium, and they do not confirm it.\n",
-                    counted(solved, "draw"),
-                    own.spread.failed_draws
-                ),
-            };
-        }
-        text
-    };
-    let compensated = whole.compensated.as_ref();
-    let compensated =
-        compensated.map(|own| of("with compensation", "could not be compensated", own)).unwrap_or_default();
-    of("without compensation", "have no equilibrium", &whole.plain) + &compensated
-}
-
-/// Formats a quantile of the largest distance, or says that there is none.
-fn quantile_words(quantile: Option<f64>) -> String {
-    let unknown = || "an unknown distance (too many draws have no equilibrium)".into();
-    quantile.map_or_else(unknown, |own| millimetres(own, 3))
 }
 
 /// Returns the sentences about the distribution of the distance from the path; empty where inputs are taken as exact.
 fn spread_text(summary: &Summary<'_>) -> String {
     let (Some(uncertainty), Some(whole)) = (&summary.study.uncertainty, &summary.whole) else { return String::new() };
-    let within = |own: &LargestSpread| {
-        let share = own.spread.within_tolerance.zip(summary.study.tolerance_mm);
-        share.map_or_else(String::new, |(share, tolerance)| {
-            format!(" (within {tolerance} mm all along it with {} probability)", spread_report::probability(share))
-        })
-    };
-    let mut text = format!(
-        "With {} (machine and force as uncertain as the study says; one machine and one force for the whole path), the tool without compensation stays \
-         within {} of its path with 95 % probability{}.\n",
-        spread_report::counted_inputs(uncertainty),
-        quantile_words(whole.plain.spread.p95_mm),
-        within(&whole.plain)
-    );
-    if let Some(compensated) = &whole.compensated {
-        text += &format!(
-            "With the commands that compensate, computed with nominal numbers, it stays within {} with 95 % probability{}; the median is {}.\n",
-            quantile_words(compensated.spread.p95_mm),
-            within(compensated),
-            quantile_words(compensated.spread.median_mm)
-        );
-    }
-    if let Some(worse) = whole.worse {
-        let probability = spread_report::probability(worse);
-        text += &format!("Compensation makes the largest distance larger with {probability} probability.\n");
-    }
+    let mut text = spread_report::along_sentences(&along(summary), whole, uncertainty);
     if let Some((off, k)) = summary.largest(Source::All, &WITHOUT_FORCE) {
         text += &format!(
             "Where the force is absent (in air, in a spring pass, with a broken tool), the compensated commands lead the tool off by up to {}, {}.\n",
@@ -141,7 +77,33 @@ fn spread_text(summary: &Summary<'_>) -> String {
             point_words(summary, k)
         );
     }
-    text + "At single points, of what the compensation leaves: " + &summary.spread_counts().sentences()
+    text + &summary.spread_counts().sentences("point")
+}
+
+/// Returns how sentences about the distribution along the path name it and its commands.
+fn along<'a>(summary: &'a Summary<'_>) -> Along<'a> {
+    Along {
+        machine: &summary.study.machine.name,
+        path: "this path".into(),
+        commands: "compensated",
+        points: summary.study.stations.len(),
+        tolerance_mm: summary.study.tolerance_mm,
+        unjudged: match (has_force(summary.study), outside(summary.study).is_empty()) {
+            (false, _) => Some(spread_report::NO_FORCE),
+            (true, false) => Some(spread_report::OUTSIDE),
+            (true, true) => None,
+        },
+    }
+}
+
+/// Whether a cutting force is given at some point of the path.
+fn has_force(study: &PathStudy) -> bool {
+    study.tasks.iter().any(|task| task.load != Wrench::default())
+}
+
+/// Says that the machine cannot run the path as placed; empty where it can.
+fn outside(study: &PathStudy) -> String {
+    OutsidePositions::of(&study.machine, study.positions()).verdict(&study.machine, "this path")
 }
 
 /// Returns the cautions for any result along the path of `study`: about the machine, its errors and assumed values.
@@ -264,12 +226,11 @@ pub fn headline(summary: &Summary<'_>, text: &ReportText) -> Headline {
         let sentence = format!("How far the tool of {name} leaves the path could be computed at none of its points.");
         return Headline::new(sentence, basis).with_cautions(&text.cautions);
     };
-    let verdict = OutsidePositions::of(&study.machine, study.positions()).verdict(&study.machine, "this path");
+    let verdict = outside(study);
     if let Some((sure, numbers)) = spread_headline(summary) {
         return Headline::new(verdict + &sure, basis).with_cautions(&text.cautions).with_numbers(numbers);
     }
-    let has_force = study.tasks.iter().any(|task| task.load != crate::spatial::Wrench::default());
-    let under = acting_words(&study.machine, &study.errors, has_force);
+    let under = acting_words(&study.machine, &study.errors, has_force(study));
     let off = millimetres(worst, 3);
     let left = summary.largest(Source::All, &RESIDUAL_ERROR).map(|(left, _)| left);
     let then = match left {
@@ -290,67 +251,8 @@ pub fn headline(summary: &Summary<'_>, text: &ReportText) -> Headline {
 
 /// Returns the verdict by the distribution of the largest distance after compensation, and its key numbers; `None` where inputs are taken as exact.
 fn spread_headline(summary: &Summary<'_>) -> Option<(String, Vec<KeyNumber>)> {
-    let (whole, name) = (summary.whole.as_ref()?, &summary.study.machine.name);
-    let (judged, how) = match &whole.compensated {
-        Some(own) => (own, "compensated by direct"),
-        None => (&whole.plain, "without compensation, as none was found"),
-    };
-    let without = match &whole.compensated {
-        Some(own) if own.points == whole.plain.points => {
-            format!(" ({} without compensation)", quantile_words(whole.plain.spread.p95_mm))
-        }
-        _ => String::new(),
-    };
-    let all = summary.study.stations.len();
-    let (missing, along) = match all - judged.points {
-        0 => (String::new(), "all along this path"),
-        missing => {
-            let why = if whole.compensated.is_some() { "could not be compensated" } else { "have no equilibrium" };
-            (
-                format!("Not known along all of this path: {missing} of {} {why}. ", counted(all, "point")),
-                "at the others",
-            )
-        }
-    };
-    let stays = match judged.spread.p95_mm {
-        Some(p95) => format!("within {} with 95 %{without}", millimetres(p95, 3)),
-        None => "and too many draws have no equilibrium to say how far with 95 %".into(),
-    };
-    let sure = match judged.spread.within_tolerance.zip(summary.study.tolerance_mm) {
-        None => format!("The tool of {name}, {how}, stays {stays} {along}."),
-        Some((share, tolerance)) => {
-            let word = match share {
-                _ if !missing.is_empty() => "At the others",
-                share if share >= P95 => "Within tolerance",
-                share if share < 1.0 - P95 => "Out of tolerance",
-                _ => "Perhaps within tolerance",
-            };
-            let along = if missing.is_empty() { format!(" {along}") } else { String::new() };
-            let probability = spread_report::probability(share);
-            format!(
-                "{word}: the tool of {name}, {how}, stays within {tolerance} mm{along} with {probability} probability, {stays}."
-            )
-        }
-    };
-    let sure = missing + &sure;
-    let against = |own: &LargestSpread| {
-        let share = own.spread.within_tolerance;
-        share.map(|share| format!("within tolerance with {} probability", spread_report::probability(share)))
-    };
-    let worse = whole
-        .worse
-        .map(|share| format!("worse than without compensation with {} probability", spread_report::probability(share)));
-    let p95 = |own: &LargestSpread, what: &str, against: [Option<String>; 2]| {
-        let size = own.spread.p95_mm.map_or_else(|| "–".into(), |own| millimetres(own, 3));
-        KeyNumber::new(&size, what, against.into_iter().flatten().collect::<Vec<_>>().join("; "))
-    };
-    let mut numbers: Vec<KeyNumber> = Vec::new();
-    if let Some(own) = &whole.compensated {
-        let what = "largest distance from the path not exceeded with 95 % probability, compensated";
-        numbers.push(p95(own, what, [against(own), worse]));
-    }
-    let what = "largest distance from the path not exceeded with 95 % probability, without compensation";
-    numbers.push(p95(&whole.plain, what, [against(&whole.plain), None]));
+    let whole = summary.whole.as_ref()?;
+    let (along, mut numbers) = (along(summary), spread_report::along_numbers(&along(summary), whole));
     numbers.extend(summary.largest(Source::All, &WITHOUT_FORCE).map(|(off, k)| {
         let number = KeyNumber::new(
             &millimetres(off, 3),
@@ -359,7 +261,7 @@ fn spread_headline(summary: &Summary<'_>) -> Option<(String, Vec<KeyNumber>)> {
         );
         number.found(in_points_table(&WITHOUT_FORCE, off))
     }));
-    Some((sure, numbers))
+    Some((spread_report::along_verdict(&along, whole), numbers))
 }
 
 /// Returns where in `points.csv` the largest `value` of `quantity` by all sources stands.

@@ -1,8 +1,9 @@
 //! The first screen of a placement study: the best place of the workpiece, the gain, and the margin around it.
 
 use super::{
-    quantities::{entry_metric, verdict_counts},
-    text::{NO_DEFLECTION, best_entry, direction_words, infeasible_text, site_words},
+    largest_force_n,
+    quantities::{entry_metric, spread_counts, verdict_counts},
+    text::{NO_DEFLECTION, best_entry, direction_words, infeasible_text, robust_text, site_words},
 };
 use crate::{
     answer::{ShareWithin, cautions},
@@ -12,8 +13,10 @@ use crate::{
     questions::{
         path::report::facts_text,
         placement::{
-            End, Entry, Evaluation, FeatureJob, Margin, Metric, Origin, PlacementResults, PlacementStudy, is_angle,
+            End, Entry, Evaluation, FeatureJob, Margin, Metric, Origin, PlacementResults, PlacementStudy, evaluate,
+            is_angle,
         },
+        spread_report::{self, Along},
     },
 };
 
@@ -30,11 +33,35 @@ pub(super) fn headline(results: &PlacementResults) -> Headline {
         let (first, rest) = said.split_once('\n').unwrap_or((&said, ""));
         return Headline::new(first, basis).with_cautions(rest).with_cautions(&cautions_text(study));
     };
-    Headline::new(sentence(results, entry, evaluation), basis)
+    let uncertainty = study.features[0].uncertainty.as_deref();
+    basis += &format!(", {}", spread_report::basis(uncertainty));
+    let clamp = sentence(results, entry, evaluation);
+    let (sentence, numbers): (String, Vec<KeyNumber>) = match &entry.spread {
+        None => {
+            let numbers =
+                [uncompensated_number(study, entry, evaluation), compensated_number(study, entry, evaluation)];
+            (clamp, numbers.into_iter().flatten().collect())
+        }
+        Some(spread) => {
+            let verdict = spread_report::along_verdict(&along(study), &spread.largest);
+            let mut numbers = spread_report::along_numbers(&along(study), &spread.largest);
+            if study.has_limits() {
+                numbers.truncate(1);
+                numbers.extend(compensated_number(study, entry, evaluation));
+            }
+            (format!("{verdict} {clamp}"), numbers)
+        }
+    };
+    let spread_cautions = entry.spread.as_ref().map_or_else(String::new, |spread| {
+        spread_report::along_cautions(Some(&spread.largest), along(study).points)
+            + &spread_report::cautions(uncertainty, &spread_counts(results), "place")
+    });
+    Headline::new(sentence, basis)
+        .with_cautions(&robust_text(results))
+        .with_cautions(&spread_cautions)
         .with_cautions(&cautions_text(study))
         .with_cautions(&not_corrected(evaluation))
-        .with_numbers(uncompensated_number(study, entry, evaluation))
-        .with_numbers(compensated_number(study, entry, evaluation))
+        .with_numbers(numbers)
         .with_numbers(margin_number(results))
 }
 
@@ -50,6 +77,25 @@ fn not_corrected(evaluation: &Evaluation) -> String {
     reason.map_or_else(String::new, |reason| format!("There is no correction within the limits: {reason}.\n"))
 }
 
+/// Returns how sentences about the distribution along the paths name them.
+pub(super) fn along(study: &PlacementStudy) -> Along<'_> {
+    let points = study.features.iter().map(|job| evaluate::counted_flags(job).into_iter().filter(|own| *own).count());
+    Along {
+        machine: &study.machine.name,
+        path: format!("the {}", part(study)),
+        // The distribution is of the exact correction.
+        commands: if study.has_limits() { "compensated without the limits given" } else { "compensated" },
+        points: points.sum(),
+        tolerance_mm: common_tolerance(study),
+        unjudged: match common_tolerance(study) {
+            _ if study.features.iter().all(|job| largest_force_n(job) == 0.0) => Some(spread_report::NO_FORCE),
+            _ if study.has_limits() => Some("The limits given are in no distribution"),
+            None => Some("The features have different tolerances"),
+            Some(_) => None,
+        },
+    }
+}
+
 /// Returns the name of the only feature, or "workpiece".
 fn part(study: &PlacementStudy) -> &str {
     match study.features.as_slice() {
@@ -63,10 +109,13 @@ fn value_of(study: &PlacementStudy, evaluation: &Evaluation, metric: Metric) -> 
     Some(metric.value_words(&study.machine, evaluation.metrics.get(metric)?))
 }
 
-/// Returns the sentence of the first screen: where to clamp, and how far the tool leaves its path.
+/// Returns the sentence of the first screen: where to clamp, and unless a verdict by the distribution says it, how far the tool leaves its path.
 fn sentence(results: &PlacementResults, entry: &Entry, evaluation: &Evaluation) -> String {
     let study = &results.study;
     let mut text = format!("Clamp the {} at {}{}", part(study), site_words(&entry.site), gamma_words(study, entry));
+    if entry.spread.is_some() {
+        return text + ".";
+    }
     if let Some(worst) = value_of(study, evaluation, Metric::WorstDeflection) {
         text += &format!(": the tool leaves its path by at most {worst}{}", gain_words(results, entry, evaluation));
     }

@@ -15,7 +15,9 @@ pub use text::{entries_table, summary_text};
 use nalgebra::Vector3;
 use serde_json::{Value, json};
 
-use self::quantities::{available_metrics, cell_status, cell_values, entry_values, front_table, refinements_table};
+use self::quantities::{
+    available_metrics, cell_status, cell_values, entry_values, front_table, refinements_table, spread_values,
+};
 use crate::{
     answer::{Output, Run, layers, locked_fact},
     files::{
@@ -32,6 +34,7 @@ use crate::{
             Best, CLEARANCE_MM, COORDINATES, Entry, FeatureJob, Metric, Origin, PlacementResults, PlacementStudy, Site,
             UNITS, site::unit_suffix,
         },
+        spread_report,
     },
     simulation::{external_axes::axes_along, tasks::PoseTracker},
 };
@@ -174,6 +177,7 @@ fn setting(study: &PlacementStudy) -> Vec<Fact> {
             false => facts.extend(errors.into_iter().map(|e| Fact::new(format!("{}, {name}", e.label), e.value))),
         }
     }
+    facts.push(spread_report::fact(study.features[0].uncertainty.as_deref()));
     facts.extend(study.machine.uncontrolled_words().map(|words| Fact::new(NOT_CONTROLLED, words)));
     facts.extend(locked_fact(&study.machine));
     facts.push(Fact::new("P on all paths within", {
@@ -202,8 +206,8 @@ fn setting(study: &PlacementStudy) -> Vec<Fact> {
     facts
 }
 
-/// Describes a feature: points, largest force, tolerance, compensation and limits.
-fn feature_words(job: &FeatureJob) -> String {
+/// Returns the largest cutting force on the tool along a feature, N.
+fn largest_force_n(job: &FeatureJob) -> f64 {
     let (machine, feature) = (job.machine(), &job.feature);
     let (unplaced, external) = (Placement::default(), axes_along(machine, &feature.path));
     let mut track = PoseTracker::new(machine, &unplaced);
@@ -212,8 +216,12 @@ fn feature_words(job: &FeatureJob) -> String {
         let there = point.orientation.map_or(*placed, |orientation| placed.with_tool_orientation(&orientation));
         load.on_tool(point.tangent, there.tool_axes()).force_N.norm()
     });
-    let most = forces.fold(0.0, f64::max);
-    let limits = &job.limits;
+    forces.fold(0.0, f64::max)
+}
+
+/// Describes a feature: points, largest force, tolerance, compensation and limits.
+fn feature_words(job: &FeatureJob) -> String {
+    let (feature, limits, most) = (&job.feature, &job.limits, largest_force_n(job));
     let mut words = format!(
         "{}, force on the tool up to {most:.1} N, tolerance {} mm, compensation holds: {}, cutting: {}",
         counted(feature.path.len(), "point"),
@@ -276,7 +284,7 @@ fn places_view(study: &PlacementStudy) -> Explorer {
         shape: Shape::Names,
         coordinates: vec![Column::new("name", "place", "")],
         group: None,
-        quantities: layers(&entry_values(study, metrics)),
+        quantities: layers(&[entry_values(study, metrics), spread_values(study)].concat()),
         marks: Vec::new(),
     }
 }

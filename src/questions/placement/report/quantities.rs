@@ -6,9 +6,12 @@ use crate::{
     answer::{Quantity, QuantityTable, status_cells},
     files::exchange::{self, Column, Row, Table, counts, numbers, texts},
     page::Better::{Larger, Neither, Smaller},
-    questions::placement::{
-        Agreement, COORDINATES, Cell, End, Entry, FeatureJob, Margin, Metric, Metrics, Origin, PlacementResults,
-        PlacementStudy, Refinement, Site, Start, UNITS, Verdict, site::in_unit,
+    questions::{
+        placement::{
+            Agreement, COORDINATES, Cell, End, Entry, FeatureJob, Margin, Metric, Metrics, Origin, PlacementResults,
+            PlacementStudy, Refinement, Site, Start, UNITS, Verdict, site::in_unit,
+        },
+        spread_report::{self, SpreadCounts},
     },
     simulation::{Failure, SOLVED},
 };
@@ -58,6 +61,30 @@ pub(super) fn cell_values(study: &PlacementStudy) -> Vec<Quantity<Cell>> {
     std::iter::once(objective_from(move |cell: &Cell| Some(sought.value(cell.metrics()?)))).chain(metrics).collect()
 }
 
+/// Column of the probability that a place is the best.
+const BEST: &str = "best_probability";
+
+/// Makes the quantities of how sure named and found places are; none where inputs are taken as exact.
+pub(super) fn spread_values(study: &PlacementStudy) -> Vec<Quantity<Entry>> {
+    let p95 = "95 % quantile of the worst deflection";
+    let left = "95 % quantile of the largest distance with compensation";
+    let within = "probability that all is within tolerance with compensation";
+    let all = [
+        Quantity::new("worst_deflection_p95_mm", p95, Smaller, |entry: &Entry| {
+            entry.spread.as_ref()?.largest.plain.spread.p95_mm
+        }),
+        Quantity::new("compensated_p95_mm", left, Smaller, |entry: &Entry| {
+            entry.spread.as_ref()?.largest.compensated.as_ref()?.spread.p95_mm
+        }),
+        Quantity::new("compensated_within_tolerance_probability", within, Larger, |entry: &Entry| {
+            entry.spread.as_ref()?.largest.compensated.as_ref()?.spread.within_tolerance
+        }),
+        Quantity::new(BEST, "probability of being the best", Larger, |entry: &Entry| Some(entry.spread.as_ref()?.best)),
+    ];
+    let judged = all.into_iter().filter(|own| !study.has_limits() || own.better == Smaller || own.name == BEST);
+    if study.features[0].uncertainty.is_some() { judged.collect() } else { Vec::new() }
+}
+
 /// Returns the columns of the coordinates, their names after `lead`.
 fn coordinate_columns(lead: &str) -> Vec<Column> {
     numbers(COORDINATES.iter().zip(UNITS).map(|(name, unit)| format!("{lead}{name}_{unit}")))
@@ -96,6 +123,7 @@ pub fn candidates_table(study: &PlacementStudy, entries: &[Entry]) -> Table {
     let turn = |entry: &Entry, f: usize| entry.turns[f].map(f64::to_degrees);
     let turned = named().filter(|(_, (job, _))| job.gamma_search.is_some());
     quantities.extend(turned.map(|(f, (_, name))| of_feature(format!("gamma_{name}_deg"), turn, f)));
+    quantities.extend(spread_values(study));
     quantities.push(Quantity::text("correction_within_limits", |entry| {
         entry.ok().and_then(|entry| entry.outcome.as_ref().ok()?.not_corrected.clone()).into()
     }));
@@ -224,6 +252,9 @@ fn entry_json(study: &PlacementStudy, entry: &Entry) -> Value {
         let feature = |(job, metrics): (&FeatureJob, &Metrics)| json!({ "name": job.feature.name, "metrics": metrics_json(study, metrics) });
         object["features"] = study.features.iter().zip(&evaluation.features).map(feature).collect();
     }
+    if let Some(spread) = &entry.spread {
+        object["spread"] = json!(spread);
+    }
     if let Some(failure) = entry.refusal() {
         object["infeasible"] = json!({ "status": failure.status, "reason": failure.reason });
     }
@@ -254,7 +285,7 @@ pub fn summary_json(results: &PlacementResults) -> Value {
         let sign = if room.direction > 0.0 { "+" } else { "-" };
         json!({ "direction": format!("{sign}{}", COORDINATES[i]), "distance": in_unit(i, room.distance), "unit": UNITS[i], "end": end })
     };
-    json!({
+    let mut summary = json!({
         "schema": 3,
         "objective": study.objective.words(&study.machine),
         "sweep": {
@@ -269,5 +300,17 @@ pub fn summary_json(results: &PlacementResults) -> Value {
         "flatness": results.flatness.iter().map(room).collect::<Vec<_>>(),
         "entries": results.entries.iter().map(|entry| entry_json(study, entry)).collect::<Vec<_>>(),
         "pareto_front": results.front.len(),
-    })
+    });
+    if let Some(uncertainty) = &study.features[0].uncertainty {
+        summary["uncertainty"] = spread_report::json(uncertainty, &spread_counts(results));
+    }
+    summary
+}
+
+/// Counts the distributions at all places.
+pub(super) fn spread_counts(results: &PlacementResults) -> SpreadCounts {
+    let mut counts = SpreadCounts::default();
+    let spreads = results.entries.iter().filter_map(|entry| entry.spread.as_ref());
+    spreads.for_each(|own| counts.add(&own.largest.plain.spread));
+    counts
 }

@@ -1,16 +1,22 @@
 //! Sentences and small tables of a placement report: the search, the best place and its margins, the comparison with other places.
 
-use super::quantities::{available_metrics, verdict_counts};
+use super::{
+    headline,
+    quantities::{available_metrics, verdict_counts},
+};
 use crate::{
     files::{
         text_table::text_table,
-        words::{counted, position, typographic, with_minus_signs},
+        words::{counted, join_words, millimetres, position, typographic, with_minus_signs},
     },
     page::SmallTable,
-    questions::placement::{
-        Agreement, Best, COORDINATES, End, Entry, Evaluation, Margin, Metric, Metrics, Origin, PlacementResults,
-        PlacementStudy, Refinement, Site, Start, Verdict, is_angle,
-        site::{in_unit, unit_suffix},
+    questions::{
+        placement::{
+            Agreement, Best, COORDINATES, End, Entry, Evaluation, Margin, Metric, Metrics, Origin, PlaceSpread,
+            PlacementResults, PlacementStudy, Refinement, Site, Start, Verdict, is_angle,
+            site::{in_unit, unit_suffix},
+        },
+        spread_report,
     },
 };
 
@@ -121,10 +127,95 @@ pub(super) fn place_text(results: &PlacementResults) -> String {
     }
 }
 
-/// Returns the sentences about how the place was found, and its margins.
+/// Returns the sentences about how sure the numbers of the place are, how it was found, and its margins.
 pub(super) fn certainty_text(results: &PlacementResults) -> String {
     let Some(best) = &results.best else { return String::new() };
-    how_found_text(results, best) + &margins_text(results)
+    spread_text(results) + &how_found_text(results, best) + &margins_text(results)
+}
+
+/// Returns the sentences about the distributions at the recommended place; empty where inputs are taken as exact.
+fn spread_text(results: &PlacementResults) -> String {
+    let uncertainty = results.study.features[0].uncertainty.as_deref();
+    let spread = best_entry(results).and_then(|(entry, _)| entry.spread.as_ref());
+    let Some((uncertainty, spread)) = uncertainty.zip(spread) else { return String::new() };
+    spread_report::along_sentences(&headline::along(&results.study), &spread.largest, uncertainty)
+        + &robust_text(results)
+        + &unconfirmed_text(results)
+}
+
+/// Returns the sentence about estimates that draws of the engine along the whole paths do not confirm; empty where they confirm all.
+fn unconfirmed_text(results: &PlacementResults) -> String {
+    let is_open = |entry: &&Entry| entry.spread.as_ref().is_some_and(|own| !own.largest.plain.is_confirmed);
+    let open: Vec<&str> = results.entries.iter().filter(is_open).map(|entry| entry.name.as_str()).collect();
+    match open[..] {
+        [] => "The engine, solved along all paths at each place in the draw at the 95 % quantile, confirms the estimates.\n".into(),
+        _ => format!("Estimates that draws of the engine along all paths do not confirm: {}.\n", join_words(&open)),
+    }
+}
+
+/// Probability of being worse than another place from which on the two are told apart.
+const TOLD_APART: f64 = 0.95;
+
+/// Returns the sentences about the place that is the best by its 95 % quantile, and those that cannot be told apart from it; empty where inputs are
+/// taken as exact.
+pub(super) fn robust_text(results: &PlacementResults) -> String {
+    let Some((recommended, _)) = best_entry(results) else { return String::new() };
+    let known = results.entries.iter().filter_map(|entry| Some((entry, entry.spread.as_ref()?)));
+    let known: Vec<(&Entry, &PlaceSpread)> = known.collect();
+    let p95 = |spread: &PlaceSpread| spread.largest.plain.spread.p95_mm;
+    let words =
+        |spread: &PlaceSpread| p95(spread).map_or_else(|| "an unknown distance".into(), |own| millimetres(own, 3));
+    let inside = || known.iter().filter(|(entry, _)| results.study.bounds.inside(&entry.site).is_some());
+    let order = |spread: &PlaceSpread| p95(spread).unwrap_or(f64::INFINITY);
+    let robust = inside().min_by(|a, b| order(a.1).total_cmp(&order(b.1)));
+    let (Some((robust, at_robust)), Some(own)) = (robust, &recommended.spread) else { return String::new() };
+    // What the estimate is good for.
+    let is_as_good =
+        |own: Option<f64>, least: Option<f64>| own.zip(least).is_some_and(|(own, least)| own <= 1.005 * least);
+    let alike_best = is_as_good(p95(own), p95(at_robust));
+    let it = if alike_best { "it" } else { &robust.name };
+    let mut text = match alike_best {
+        true => format!(
+            "By what is not exceeded with 95 % probability without compensation, {}, no place of the list is better",
+            words(own)
+        ),
+        false => format!(
+            "By what is not exceeded with 95 % probability without compensation {} is better, with {} for {} here",
+            robust.name,
+            words(at_robust),
+            words(own)
+        ),
+    };
+    text += &format!(
+        "; the place recommended is the best of {} with {} probability",
+        counted(known.len(), "place"),
+        spread_report::probability(own.best)
+    );
+    let most = known.iter().max_by(|a, b| a.1.best.total_cmp(&b.1.best)).filter(|(_, most)| most.best > own.best);
+    text += &most.map_or_else(String::new, |(entry, most)| {
+        format!(", {} with {}", entry.name, spread_report::probability(most.best))
+    });
+    text += ".\n";
+    let left = |spread: &PlaceSpread| spread.largest.compensated.as_ref().and_then(|own| own.spread.p95_mm);
+    let least_left =
+        inside().filter_map(|(entry, spread)| Some((entry, left(spread)?))).min_by(|a, b| a.1.total_cmp(&b.1));
+    if let (Some((entry, least)), Some(here)) = (least_left, left(own))
+        && !is_as_good(Some(here), Some(least))
+    {
+        let lengths = [least, here].map(|length| millimetres(length, 3));
+        text += &format!("With compensation {} is better, with {} for {} here.\n", entry.name, lengths[0], lengths[1]);
+    }
+    let is_alike = |spread: &PlaceSpread| spread.worse_than_robust < TOLD_APART;
+    let alike = inside()
+        .filter(|(entry, spread)| entry.name != robust.name && entry.name != recommended.name && is_alike(spread));
+    let alike: Vec<&str> = alike.map(|(entry, _)| entry.name.as_str()).collect();
+    if !alike.is_empty() {
+        text += &format!(
+            "Not to be told apart from {it}, as they are worse by more than 0.5 % with less than 95 % probability: {}.\n",
+            join_words(&alike)
+        );
+    }
+    text
 }
 
 /// Returns the sentences that the workpiece can be cut at no place, with the first reason.

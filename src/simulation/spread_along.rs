@@ -1,25 +1,25 @@
 //! Spread along a path where inputs are uncertain: at each point, and of the largest distance from the whole path.
 //!
-//! Commands are those of the nominal machine, nominal and compensated. What is left of the compensation on other machines under other forces is what
-//! the program leaves in the shop.
+//! Commands are those of the nominal machine, nominal and compensated, or those of a program as it is written. What is left of the compensation on
+//! other machines under other forces is what the program leaves in the shop.
 
 use std::ops::Range;
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-use super::PathStudy;
+use super::{
+    Failure, Machines, ROUNDING_MM, Source,
+    along_path::{self, Commands, PathCase, PathPointResult, TrackBlocks, block_pieces},
+    path_blocks::{Stretch, solve_stretches},
+    spread::{DeflectionSpread, DrawnMachines, Sizes, WantedSpread, under},
+    tracking::TrackPoint,
+};
 use crate::{
     compensation::{Method, TaskPoint},
     input::error::Result,
+    machine::Machine,
     process::uncertainty::Response,
-    simulation::{
-        Failure, Machines, ROUNDING_MM, Source,
-        along_path::{self, Commands, PathCase, PathPointResult, TrackBlocks, block_pieces},
-        path_blocks::{Stretch, solve_stretches},
-        spread::{DeflectionSpread, DrawnMachines, Sizes, WantedSpread, under},
-        tracking::TrackPoint,
-    },
     spatial::Pose,
     statics::Batch,
     work::{Event, Work},
@@ -40,7 +40,7 @@ pub struct PointSpread {
 }
 
 /// Distributions of the largest distance from the path over its points: each draw is one machine and one force for the whole path.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct PathSpread {
     /// At the nominal commands.
     pub plain: LargestSpread,
@@ -52,9 +52,9 @@ pub struct PathSpread {
 }
 
 /// Distribution of the largest distance over some points of the path.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct LargestSpread {
-    /// The distribution.
+    /// The distribution; its main cause is that at the point with the largest 95 % quantile.
     pub spread: DeflectionSpread,
     /// Whether draws of the engine along the whole path agree with it, after correction; not where there is no 95 % quantile.
     pub is_confirmed: bool,
@@ -64,12 +64,19 @@ pub struct LargestSpread {
 
 /// Sizes in the draws of the largest distance over points, mm: the first draws, as far as they are known at all of these points.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
-pub(super) struct Largest {
+pub(crate) struct Largest {
     sizes: Vec<f64>,
     points: usize,
+    /// Distribution at the point with the largest 95 % quantile.
+    worst: DeflectionSpread,
 }
 
 impl Largest {
+    /// Returns them, mm.
+    pub fn sizes(&self) -> &[f64] {
+        &self.sizes
+    }
+
     /// Adds the largest distance over other points.
     pub fn add(&mut self, next: &Largest) {
         match self.points {
@@ -78,16 +85,19 @@ impl Largest {
             _ => self.sizes.truncate(next.sizes.len()),
         }
         self.points += next.points;
+        if next.worst.p95_mm > self.worst.p95_mm {
+            self.worst.clone_from(&next.worst);
+        }
         self.sizes.iter_mut().zip(&next.sizes).for_each(|(own, size)| *own = own.max(*size));
     }
 }
 
 /// Largest distances at nominal and at compensated commands.
-pub(super) type LargestBoth = [Largest; 2];
+pub(crate) type LargestBoth = [Largest; 2];
 
 /// Spread at the points of a block.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub(super) struct SpreadBlock {
+pub(crate) struct SpreadBlock {
     /// `None` where the nominal machine has no equilibrium.
     pub points: Vec<Option<PointSpread>>,
     pub largest: LargestBoth,
@@ -99,6 +109,9 @@ enum Command {
     Plain,
     Compensated,
 }
+
+/// Most points that draws of the engine along a whole path are solved at, next to each quantile: a long path has fewer of them.
+const MOST_POINTS: usize = 2_000_000;
 
 /// Points solved one after another, of which several stretches are solved side by side.
 const STRETCH: usize = along_path::BLOCK / Batch::WIDTH;
@@ -129,51 +142,118 @@ impl Commanded {
     }
 }
 
-/// Computes the spread at the points of a part of the path, as pieces of `work`, pass number `passes - 1` of all that number their pieces together.
-///
-/// # Errors
-/// Of `work`.
-pub(super) fn solve_part(
-    study: &PathStudy,
-    drawn: &DrawnMachines<'_>,
-    machines: &Machines,
-    track: &TrackBlocks<'_>,
-    points: Range<usize>,
-    passes: usize,
-    work: &Work,
-) -> Result<Vec<SpreadBlock>> {
-    let tasks = &study.tasks[points.clone()];
-    let work = work.part("spread").numbered_after(passes - 1);
-    let items = |block: &SpreadBlock| block.points.len();
-    block_pieces(tasks.len(), (points.start, passes), &work, items, |block, work| {
-        let (tasks, track) = (&tasks[block.clone()], track.block(block.start));
-        let solved = Block { study, machines, tasks, track, work }.spread(drawn)?;
-        work.tell(Event::Computed(tasks.len()));
-        Ok(solved)
+/// A part of a path with its commands.
+pub(crate) struct SpreadPart<'a> {
+    /// Index of its first point.
+    pub first: usize,
+    /// Poses and loads at its points.
+    pub tasks: &'a [TaskPoint],
+    /// The nominal machine along it.
+    pub track: &'a TrackBlocks<'a>,
+    /// Compensated poses of P as a program commands them at each point; those of the nominal machine if `None`.
+    pub written: Option<&'a [Pose]>,
+}
+
+/// Hands each part of a path to a function, in order.
+pub(crate) type EachPart<'a> = dyn Fn(&mut dyn FnMut(&SpreadPart<'_>) -> Result<()>) -> Result<()> + 'a;
+
+/// Returns the parts of the path of these `tasks`, along which the machine `nominal` is tracked, with the commands that it computes.
+pub(crate) fn parts_of<'a>(nominal: &'a Machine, tasks: &'a [TaskPoint]) -> Box<EachPart<'a>> {
+    Box::new(move |take| {
+        let mut before = None;
+        along_path::parts(tasks.len()).try_for_each(|points| {
+            let (first, tasks) = (points.start, &tasks[points]);
+            let track = TrackBlocks::new(nominal, before.as_ref(), tasks);
+            before = track.last().or(before.take());
+            take(&SpreadPart { first, tasks, track: &track, written: None })
+        })
     })
 }
 
-/// Checks the largest distances by draws of the engine along the whole path.
+/// A path whose spread is wanted.
+pub(crate) struct SpreadPath<'a> {
+    /// Nominal and actual machine.
+    pub machines: &'a Machines,
+    /// The machines that uncertain inputs make of them.
+    pub drawn: &'a DrawnMachines<'a>,
+    /// Largest distance that is within tolerance, mm.
+    pub tolerance_mm: Option<f64>,
+    /// Whether the point with this index counts in the largest distance.
+    pub counts: &'a (dyn Fn(usize) -> bool + Sync),
+}
+
+impl SpreadPath<'_> {
+    /// Computes the spread at the points of `part`, as pieces of `work`, pass number `passes - 1` of all that number their pieces together.
+    ///
+    /// # Errors
+    /// Of `work`.
+    pub fn solve_part(&self, part: &SpreadPart<'_>, passes: usize, work: &Work) -> Result<Vec<SpreadBlock>> {
+        let work = work.part("spread").numbered_after(passes - 1);
+        let items = |block: &SpreadBlock| block.points.len();
+        block_pieces(part.tasks.len(), (part.first, passes), &work, items, |points, work| {
+            let solved = Block::new(self, part, &points, work).spread(self.drawn)?;
+            work.tell(Event::Computed(points.len()));
+            Ok(solved)
+        })
+    }
+
+    /// Largest distance from the path over all its points in a draw, its machines and its factor of the force, mm, or why there is none.
+    fn largest_along(
+        &self,
+        each_part: &EachPart<'_>,
+        draw: (usize, &Machines, f64),
+        command: Command,
+        work: &Work,
+    ) -> Result<std::result::Result<f64, Failure>> {
+        let mut largest = Ok(0.0);
+        each_part(&mut |part| {
+            let items = |_: &std::result::Result<f64, Failure>| 0;
+            let blocks = block_pieces(part.tasks.len(), (part.first, 1), work, items, |points, work| {
+                Block::new(self, part, &points, work).largest(draw, command)
+            })?;
+            work.barrier()?;
+            for block in blocks {
+                largest = largest.clone().and_then(|most: f64| block.map(|block| most.max(block)));
+            }
+            Ok(())
+        })?;
+        Ok(largest)
+    }
+}
+
+/// Checks the largest distances over `paths`, which are under the same draws, by draws of the engine along all of them.
 ///
 /// # Errors
-/// Of `work`.
-pub(super) fn whole_path(
-    study: &PathStudy,
-    drawn: &DrawnMachines<'_>,
-    machines: &Machines,
+/// Of `work` and of the parts of the paths.
+pub(crate) fn whole(
+    paths: &[(&SpreadPath<'_>, &EachPart<'_>)],
     [plain, compensated]: &LargestBoth,
     work: &Work,
 ) -> Result<Option<PathSpread>> {
+    let Some((first, _)) = paths.first() else { return Ok(None) };
+    let tolerance_mm =
+        first.tolerance_mm.filter(|_| paths.iter().all(|(path, _)| path.tolerance_mm == first.tolerance_mm));
     let of = |largest: &Largest, command: Command, name: &str| -> Result<Option<LargestSpread>> {
         if largest.points == 0 {
             return Ok(None);
         }
         let work = work.part("whole path").part(name);
-        let solve = |index: usize, drawn: &Machines, factor: f64| {
-            largest_along(study, machines, (drawn, factor), command, &work.part(&format!("draw {index}")))
+        let solve = |index: usize, _: &Machines, factor: f64| {
+            let mut most = 0.0f64;
+            for (number, (path, each_part)) in paths.iter().enumerate() {
+                let work = work.part(&format!("draw {index}")).part(&number.to_string());
+                let on = |drawn: &Machines| path.largest_along(each_part, (index, drawn, factor), command, &work);
+                match path.drawn.on_draw(index, on).unwrap_or_else(|failure| Ok(Err(failure)))? {
+                    Ok(largest) => most = most.max(largest),
+                    Err(failure) => return Ok(Err(failure)),
+                }
+            }
+            Ok(Ok(most))
         };
-        let wanted = WantedSpread { drawn, tolerance_mm: study.tolerance_mm, solve: &solve };
-        let mut spread = DeflectionSpread::default();
+        let most_next = MOST_POINTS.checked_div(largest.points);
+        let wanted = WantedSpread { drawn: first.drawn, tolerance_mm, solve: &solve, most_next };
+        let DeflectionSpread { main_cause, main_cause_share, .. } = largest.worst.clone();
+        let mut spread = DeflectionSpread { main_cause, main_cause_share, ..DeflectionSpread::default() };
         let agrees = wanted.check(&largest.sizes, &mut spread)?;
         let is_confirmed = agrees && (spread.solved_draws > 0 || spread.p95_mm.is_some_and(|p95| p95 <= ROUNDING_MM));
         Ok(Some(LargestSpread { spread, is_confirmed, points: largest.points }))
@@ -188,50 +268,34 @@ pub(super) fn whole_path(
 fn share_larger(sizes: &[f64], than: &[f64]) -> f64 {
     let pairs = || sizes.iter().zip(than);
     let larger = pairs().filter(|(size, than)| **size > **than + ROUNDING_MM).count();
-    larger as f64 / pairs().count() as f64
-}
-
-/// Largest distance from the path over all its points in a draw, its machines and its factor of the force, mm, or why there is none.
-fn largest_along(
-    study: &PathStudy,
-    machines: &Machines,
-    draw: (&Machines, f64),
-    command: Command,
-    work: &Work,
-) -> Result<std::result::Result<f64, Failure>> {
-    let (mut before, mut largest) = (None, Ok(0.0));
-    for part in along_path::parts(study.tasks.len()) {
-        let tasks = &study.tasks[part.clone()];
-        let track = TrackBlocks::new(&machines.nominal, before.as_ref(), tasks);
-        before = track.last().or(before);
-        let blocks = block_pieces(
-            tasks.len(),
-            (part.start, 1),
-            work,
-            |_: &std::result::Result<f64, Failure>| 0,
-            |block, work| {
-                let (tasks, track) = (&tasks[block.clone()], track.block(block.start));
-                Block { study, machines, tasks, track, work }.largest(draw, command)
-            },
-        )?;
-        work.barrier()?;
-        for block in blocks {
-            largest = largest.and_then(|most: f64| block.map(|block| most.max(block)));
-        }
-    }
-    Ok(largest)
+    larger as f64 / pairs().count().max(1) as f64
 }
 
 /// A block of the path on the nominal machine.
 struct Block<'a> {
-    study: &'a PathStudy,
-    machines: &'a Machines,
+    path: &'a SpreadPath<'a>,
+    /// Index of its first point.
+    first: usize,
     tasks: &'a [TaskPoint],
     track: &'a [TrackPoint],
+    /// As in [`SpreadPart`].
+    written: Option<&'a [Pose]>,
     work: &'a Work,
 }
 
-impl Block<'_> {
+impl<'a> Block<'a> {
+    /// The block of the `points` of `part`.
+    fn new(path: &'a SpreadPath<'a>, part: &'a SpreadPart<'a>, points: &Range<usize>, work: &'a Work) -> Self {
+        let (tasks, track) = (&part.tasks[points.clone()], part.track.block(points.start));
+        let written = part.written.map(|poses| &poses[points.clone()]);
+        Self { path, first: part.first + points.start, tasks, track, written, work }
+    }
+
+    /// Whether point `k` counts in the largest distance.
+    fn counts(&self, k: usize) -> bool {
+        (self.path.counts)(self.first + k)
+    }
+
     /// Solves `commands` with `machines` under the cutting force times `factor`.
     fn solve(&self, machines: &Machines, factor: f64, commands: &Commands<'_>) -> Result<Vec<PathPointResult>> {
         let tasks: Vec<TaskPoint> = self.tasks.iter().map(|task| under(task, factor)).collect();
@@ -243,11 +307,14 @@ impl Block<'_> {
 
     /// Commands of the nominal machine, those that compensate solved as the study does, so that they are the same.
     fn commanded(&self, command: Command) -> Result<Commanded> {
-        if command == Command::Plain {
-            return Ok(Commanded { poses: None, is_known: vec![true; self.tasks.len()] });
+        let is_known = vec![true; self.tasks.len()];
+        match (command, self.written) {
+            (Command::Plain, _) => return Ok(Commanded { poses: None, is_known }),
+            (Command::Compensated, Some(poses)) => return Ok(Commanded { poses: Some(poses.to_vec()), is_known }),
+            (Command::Compensated, None) => {}
         }
         let tasks: Vec<TaskPoint> = self.tasks.iter().map(|task| Source::All.task(task)).collect();
-        let case = PathCase::new(self.machines, Source::All, &tasks);
+        let case = PathCase::new(self.path.machines, Source::All, &tasks);
         let commands = Commands::Method(Method::Direct);
         let answers = solve_stretches(&case, &commands, &[(0, self.track)], &|| self.work.check())?.concat();
         let targets = answers.into_iter().map(|answer| answer.target.filter(|_| answer.status.is_success()));
@@ -261,8 +328,8 @@ impl Block<'_> {
     fn responses(&self, drawn: &DrawnMachines<'_>, commanded: &Commanded) -> Result<Vec<Option<Solved>>> {
         let commands = commanded.of(0..self.tasks.len());
         let response = |nominal: Vector3<f64>| Response { nominal, ends: vec![[None; 2]; drawn.ends.len()] };
-        let unloaded = self.solve(self.machines, 0.0, &commands)?;
-        let loaded = self.solve(self.machines, 1.0, &commands)?;
+        let unloaded = self.solve(self.path.machines, 0.0, &commands)?;
+        let loaded = self.solve(self.path.machines, 1.0, &commands)?;
         let begin = |((unloaded, loaded), is_known): ((&PathPointResult, &PathPointResult), &bool)| {
             let loaded = loaded.solved_error().filter(|_| *is_known)?;
             let free = unloaded.solved_error();
@@ -294,7 +361,7 @@ impl Block<'_> {
 
     /// Why there is no equilibrium in `answer`; `words` say with which machine.
     fn failure(&self, answer: &PathPointResult, words: &str) -> Failure {
-        let reason = format!("{words}: {}", answer.status.reason(&self.study.machine));
+        let reason = format!("{words}: {}", answer.status.reason(&self.path.machines.nominal));
         Failure { status: answer.status.label().into(), reason }
     }
 
@@ -303,17 +370,29 @@ impl Block<'_> {
         &self,
         k: usize,
         commanded: &Commanded,
-        machines: &Machines,
-        factor: f64,
+        draw: (usize, &Machines, f64),
     ) -> Result<std::result::Result<f64, Failure>> {
-        let task = [under(&self.tasks[k], factor)];
-        let case = PathCase::new(machines, Source::All, &task);
-        let stretch = (0, &self.track[k..=k]);
-        let answers = solve_stretches(&case, &commanded.of(k..k + 1), &[stretch], &|| self.work.check())?;
-        Ok(match answers.first().and_then(|answers| answers.first()) {
-            Some(answer) => answer.solved_error().map(|error| error.norm()).ok_or_else(|| self.failure(answer, "draw")),
-            None => Err(Failure { status: "not_converged".into(), reason: "there is no point".into() }),
-        })
+        let none = Failure { status: "not_converged".into(), reason: "there is no point".into() };
+        let point = Self { tasks: &self.tasks[k..=k], track: &self.track[k..=k], ..*self };
+        Ok(point.sizes(draw, &commanded.of(k..k + 1))?.pop().unwrap_or(Err(none)))
+    }
+
+    /// Distances from the path at each point in the draw `index`, its machines and its factor of the force, mm, or why there is none.
+    fn sizes(
+        &self,
+        (index, machines, factor): (usize, &Machines, f64),
+        commands: &Commands<'_>,
+    ) -> Result<Vec<std::result::Result<f64, Failure>>> {
+        let loaded = self.solve(machines, factor, commands)?;
+        let free = match self.path.drawn.has_model_error() {
+            true => self.solve(machines, 0.0, commands)?,
+            false => loaded.clone(),
+        };
+        let error = |answer: &PathPointResult| answer.solved_error().ok_or_else(|| self.failure(answer, "draw"));
+        let size = |(loaded, free): (&PathPointResult, &PathPointResult)| {
+            Ok(self.path.drawn.real_displacement(index, error(free)?, error(loaded)?).norm())
+        };
+        Ok(loaded.iter().zip(&free).map(size).collect())
     }
 
     /// Distribution at point `k` with its sizes in the draws.
@@ -324,8 +403,9 @@ impl Block<'_> {
         drawn: &DrawnMachines<'_>,
         solved: &Solved,
     ) -> Result<(DeflectionSpread, Sizes)> {
-        let solve = |_, machines: &Machines, factor| self.size_at(k, commanded, machines, factor);
-        let wanted = WantedSpread { drawn, tolerance_mm: self.study.tolerance_mm, solve: &solve };
+        let solve = |index, machines: &Machines, factor| self.size_at(k, commanded, (index, machines, factor));
+        let tolerance_mm = self.path.tolerance_mm;
+        let wanted = WantedSpread { drawn, tolerance_mm, solve: &solve, most_next: None };
         wanted.spread(solved.responses.as_ref().ok().map(|own| &own[..]))
     }
 
@@ -348,9 +428,14 @@ impl Block<'_> {
                 point.compensated = Some(own);
                 point.worse = (left.is_by_engine == sizes.is_by_engine).then(|| share_larger(&left.mm, &sizes.mm));
                 point.without_force_mm = solved.unloaded.map(|error| error.norm());
-                largest[1].add(&Largest { sizes: left.mm, points: 1 });
+                if self.counts(k) {
+                    let worst = point.compensated.clone().unwrap_or_default();
+                    largest[1].add(&Largest { sizes: left.mm, points: 1, worst });
+                }
             }
-            largest[0].add(&Largest { sizes: sizes.mm, points: 1 });
+            if self.counts(k) {
+                largest[0].add(&Largest { sizes: sizes.mm, points: 1, worst: point.plain.clone() });
+            }
             points.push(Some(point));
         }
         Ok(SpreadBlock { points, largest })
@@ -358,23 +443,18 @@ impl Block<'_> {
 
     /// Largest distance from the path in a draw, over the points at which the nominal machine is there under the same command, mm, or why
     /// there is none.
-    fn largest(
-        &self,
-        (machines, factor): (&Machines, f64),
-        command: Command,
-    ) -> Result<std::result::Result<f64, Failure>> {
+    fn largest(&self, draw: (usize, &Machines, f64), command: Command) -> Result<std::result::Result<f64, Failure>> {
         let commanded = self.commanded(command)?;
         let commands = commanded.of(0..self.tasks.len());
-        let nominal = self.solve(self.machines, 1.0, &commands)?;
-        let answers = self.solve(machines, factor, &commands)?;
+        let nominal = self.solve(self.path.machines, 1.0, &commands)?;
         let mut largest = 0.0f64;
-        for ((nominal, answer), is_known) in nominal.iter().zip(&answers).zip(&commanded.is_known) {
-            if !nominal.is_settled || !is_known {
+        for (k, (nominal, size)) in nominal.iter().zip(self.sizes(draw, &commands)?).enumerate() {
+            if !nominal.is_settled || !commanded.is_known[k] || !self.counts(k) {
                 continue;
             }
-            match answer.solved_error() {
-                Some(error) => largest = largest.max(error.norm()),
-                None => return Ok(Err(self.failure(answer, "draw"))),
+            match size {
+                Ok(size) => largest = largest.max(size),
+                Err(failure) => return Ok(Err(failure)),
             }
         }
         Ok(Ok(largest))

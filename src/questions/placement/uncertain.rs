@@ -1,0 +1,135 @@
+//! How sure the ranking is where inputs are uncertain: distributions at named and found places, in the same draws at all of them.
+
+use rayon::prelude::*;
+use serde::Serialize;
+
+use super::{
+    PlacementStudy,
+    evaluate::Evaluator,
+    outcome::{Entry, EntryEvaluators},
+};
+use crate::{
+    compensation::TaskPoint,
+    input::error::Result,
+    simulation::{
+        ROUNDING_MM,
+        spread::DrawnMachines,
+        spread_along::{EachPart, LargestBoth, PathSpread, SpreadPath, parts_of, whole},
+    },
+    work::{Event, Stage, Work, if_this_shard},
+};
+
+/// How sure the numbers of a place are, and its rank among all that can be cut.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct PlaceSpread {
+    /// Distributions of the largest distance from the paths of all features, without and with compensation.
+    pub largest: PathSpread,
+    /// Probability that no other place has a smaller one without compensation; places within 0.5 % of one another share it.
+    pub best: f64,
+    /// Probability that it is larger here by more than 0.5 %, without compensation, than at the place within the bounds with the smallest 95 % quantile.
+    pub worse_than_robust: f64,
+}
+
+/// Adds to each of `entries` that can be cut how sure it is. Does nothing where inputs are taken as exact.
+///
+/// # Errors
+/// Of `work`.
+pub(super) fn add_spread(
+    evaluators: &EntryEvaluators,
+    study: &PlacementStudy,
+    entries: &mut [Entry],
+    work: &Work,
+) -> Result<()> {
+    // Pages compute with nominal numbers.
+    if cfg!(target_family = "wasm") {
+        return Ok(());
+    }
+    let drawn =
+        study.features.iter().map(|job| DrawnMachines::new(job.uncertainty.as_deref(), &job.machines, &job.errors));
+    let Some(drawn) = drawn.collect::<Result<Option<Vec<_>>>>()? else { return Ok(()) };
+    let can_be_cut: Vec<usize> = (0..entries.len()).filter(|own| entries[*own].feasible().is_some()).collect();
+    let points: usize = study.features.iter().map(|job| job.feature.path.len()).sum();
+    work.tell(Event::Stage(Stage { of: "points of uncertain places", items: can_be_cut.len() * points }));
+    let found = can_be_cut.par_iter().enumerate().filter_map(|(number, own)| {
+        let work = work.shard(number).part("uncertain").part(&number.to_string());
+        if_this_shard(spread_at(evaluators.of(entries[*own].found), &drawn, &entries[*own], &work)).transpose()
+    });
+    let found: Vec<Option<(PathSpread, LargestBoth)>> = found.collect::<Result<_>>()?;
+    work.barrier()?;
+    let known: Vec<(usize, (PathSpread, LargestBoth))> =
+        can_be_cut.into_iter().zip(found).filter_map(|(own, found)| Some((own, found?))).collect();
+    // Without a 95 % quantile a place is not the best, however it is where it stands.
+    let p95: Vec<f64> = known.iter().map(|(_, own)| own.0.plain.spread.p95_mm.unwrap_or(f64::INFINITY)).collect();
+    let is_inside = |place: &usize| study.bounds.inside(&entries[known[*place].0].site).is_some();
+    let robust = (0..known.len()).filter(is_inside).min_by(|a, b| p95[*a].total_cmp(&p95[*b]));
+    let sizes: Vec<&[f64]> = known.iter().map(|(_, (_, [plain, _]))| plain.sizes()).collect();
+    let judged: Vec<usize> = (0..known.len()).filter(|place| p95[*place].is_finite()).collect();
+    let mut best = vec![0.0; known.len()];
+    let shares = shares_best(&judged.iter().map(|place| sizes[*place]).collect::<Vec<_>>());
+    judged.iter().zip(shares).for_each(|(place, share)| best[*place] = share);
+    let spread = |place: usize| PlaceSpread {
+        largest: known[place].1.0.clone(),
+        best: best[place],
+        worse_than_robust: robust.map_or(0.0, |robust| share_worse(sizes[place], sizes[robust])),
+    };
+    for (place, (own, _)) in known.iter().enumerate() {
+        entries[*own].spread = Some(spread(place));
+    }
+    Ok(())
+}
+
+/// Returns the distributions at the place of `entry`, and the largest distances in the draws; `None` where they are of no point.
+fn spread_at(
+    evaluator: &Evaluator,
+    drawn: &[DrawnMachines<'_>],
+    entry: &Entry,
+    work: &Work,
+) -> Result<Option<(PathSpread, LargestBoth)>> {
+    let jobs = &evaluator.study.features;
+    let tasks: Vec<Vec<TaskPoint>> = (0..jobs.len()).map(|f| evaluator.tasks(&entry.site, f)).collect();
+    let counts: Vec<_> = evaluator.features.iter().map(|own| |k: usize| own.is_counted[k]).collect();
+    let path = |f: usize| {
+        let (machines, tolerance_mm) = (&jobs[f].machines, Some(jobs[f].feature.tolerance_mm));
+        SpreadPath { machines, drawn: &drawn[f], tolerance_mm, counts: &counts[f] }
+    };
+    let paths: Vec<SpreadPath<'_>> = (0..jobs.len()).map(path).collect();
+    let each_part: Vec<_> = jobs.iter().zip(&tasks).map(|(job, tasks)| parts_of(job.machine(), tasks)).collect();
+    let mut largest = LargestBoth::default();
+    for (f, (path, each_part)) in paths.iter().zip(&each_part).enumerate() {
+        let work = work.part(&format!("feature {f}"));
+        each_part(&mut |part| {
+            for block in path.solve_part(part, 1, &work)? {
+                largest.iter_mut().zip(&block.largest).for_each(|(all, next)| all.add(next));
+            }
+            Ok(())
+        })?;
+    }
+    let each_part = each_part.iter().map(|own| &**own as &EachPart<'_>);
+    let found = whole(&paths.iter().zip(each_part).collect::<Vec<_>>(), &largest, work)?;
+    Ok(found.map(|found| (found, largest)))
+}
+
+/// Largest difference at which two places are equally good, as a share: what the estimate is good for.
+const ALIKE: f64 = 0.005;
+
+/// Returns the share of the draws in which `sizes` are larger than those of another place with which they are not alike.
+fn share_worse(sizes: &[f64], than: &[f64]) -> f64 {
+    let pairs = || sizes.iter().zip(than);
+    let worse = pairs().filter(|(size, than)| **size > **than * (1.0 + ALIKE) + ROUNDING_MM).count();
+    worse as f64 / pairs().count().max(1) as f64
+}
+
+/// Returns for each place the share of the draws in which its size is the smallest of all; places that are alike share a draw.
+fn shares_best(sizes: &[&[f64]]) -> Vec<f64> {
+    let draws = sizes.iter().map(|own| own.len()).min().unwrap_or(0);
+    let mut shares = vec![0.0; sizes.len()];
+    for draw in 0..draws {
+        let least = sizes.iter().map(|own| own[draw]).fold(f64::INFINITY, f64::min);
+        let is_least = |own: &&[f64]| own[draw] <= least * (1.0 + ALIKE) + ROUNDING_MM;
+        let winners = sizes.iter().filter(|own| is_least(own)).count();
+        for (share, own) in shares.iter_mut().zip(sizes) {
+            *share += if is_least(own) { 1.0 / (winners * draws) as f64 } else { 0.0 };
+        }
+    }
+    shares
+}

@@ -1,0 +1,224 @@
+//! Places of the workpiece where inputs are uncertain: their distributions and which is the best, against brute force.
+
+use crate::support::{
+    command::told,
+    uncertain::{Drawn, TOLERANCES, draws, force, study_text},
+};
+use kinetostat::{
+    Overrides, Study, Work,
+    compensation::{Method, Session, compensate},
+    process::uncertainty::{P95, quantile},
+    questions::{
+        StudyKind,
+        path::PathStudy,
+        placement::{self, Entry, PlacementResults, PlacementStudy},
+    },
+    simulation::settings,
+};
+
+const CIRCLE: &str = "circle = { centre_mm = [0.0, 0.0, 0.0], diameter_mm = 50.0, points = 13 }";
+const TOLERANCE: f64 = 0.45;
+
+fn uncertain() -> String {
+    format!("[uncertainty]\n[[uncertainty.parameter]]\nname = \"leg.*.stiffness\"\nrelative_std = 0.3\n{TOLERANCES}")
+}
+
+/// Two places that are alike, as the machine is, one that is not, and a search around them.
+fn placement_text(uncertainty: &str) -> String {
+    let process = "process.placement = { reference = \"platform_point\" }\n".to_string() + &force(215.0, -10.0, -25.0);
+    let question = format!(
+        "[placement]\n[[placement.feature]]\nname = \"groove\"\n{CIRCLE}\ntolerance_mm = {TOLERANCE}\n\
+         [placement.bounds]\nx_mm = [-40.0, 60.0]\ny_mm = [-40.0, 60.0]\n[placement.fixed]\nz_mm = 0.0\n\
+         [placement.objective]\nweights = {{ worst_deflection = 1.0 }}\n\
+         [placement.search]\ngrid = {{ x = 3, y = 3 }}\nstarts = 1\nmax_iterations = 30\n\
+         [[placement.candidate]]\nname = \"near\"\norigin_mm = [20.0, 0.0, 0.0]\n\
+         [[placement.candidate]]\nname = \"alike\"\norigin_mm = [0.0, 20.0, 0.0]\n\
+         [[placement.candidate]]\nname = \"far\"\norigin_mm = [60.0, 60.0, 0.0]\n"
+    );
+    study_text("orthoglide", &process, uncertainty, &question)
+}
+
+fn study_of(text: &str) -> StudyKind {
+    let folder = kinetostat::Folder::in_memory([]);
+    Study::from_toml(text, "study.toml", folder, &Overrides::default()).unwrap_or_else(|error| panic!("{error}")).kind
+}
+
+fn placement(text: &str) -> Box<PlacementStudy> {
+    match study_of(text) {
+        StudyKind::Placement(study, _) => study,
+        _ => panic!("not a placement"),
+    }
+}
+
+/// The path of the groove at the place of `entry`, read by itself.
+fn path_at(entry: &Entry) -> Box<PathStudy> {
+    let origin = entry.site.position_mm();
+    let process = format!(
+        "process.placement = {{ reference = \"platform_point\", origin_mm = [{:?}, {:?}, {:?}] }}\n{}",
+        origin.x,
+        origin.y,
+        origin.z,
+        force(215.0, -10.0, -25.0)
+    );
+    match study_of(&study_text(
+        "orthoglide",
+        &process,
+        &uncertain(),
+        &format!("[path]\nmethods = [\"direct\"]\n{CIRCLE}"),
+    )) {
+        StudyKind::Path(study, _) => study,
+        _ => panic!("not a path"),
+    }
+}
+
+#[test]
+fn places_agree_with_brute_force() {
+    let study = placement(&placement_text(&uncertain()));
+    let found: PlacementResults = placement::run(&study, &Work::default()).unwrap();
+    assert!(found.entries.len() >= 4, "{:?}", found.entries);
+    let count = 1024;
+    // Largest distance without compensation at each place, in the same draws at all of them.
+    let mut sizes = vec![Vec::new(); found.entries.len()];
+    let paths: Vec<Box<PathStudy>> = found.entries.iter().map(path_at).collect();
+    let uncertainty = paths[0].uncertainty.as_ref().unwrap();
+    for Drawn { unloaded, real, factor } in draws(uncertainty, &[], count) {
+        for (path, sizes) in paths.iter().zip(&mut sizes) {
+            let mut session = Session::new(&path.machine, &real, settings()).with_unloaded_machine(&unloaded);
+            let at = |mut task: kinetostat::compensation::TaskPoint| {
+                task.load = task.load.scale(factor);
+                let answer = compensate(&mut session, &task, Method::None);
+                assert!(answer.outcome.is_some(), "{:?}", answer.status);
+                answer.position_error.norm()
+            };
+            sizes.push(path.tasks.iter().copied().map(at).fold(0.0, f64::max));
+        }
+    }
+    let mut best = vec![0.0; sizes.len()];
+    for draw in 0..count {
+        let least = sizes.iter().map(|own| own[draw]).fold(f64::INFINITY, f64::min);
+        let winners: Vec<usize> = (0..sizes.len()).filter(|own| sizes[*own][draw] <= least * 1.005).collect();
+        winners.iter().for_each(|own| best[*own] += 1.0 / (winners.len() * count) as f64);
+    }
+    let mut told = 0.0;
+    for ((entry, sizes), best) in found.entries.iter().zip(&mut sizes).zip(best) {
+        let spread = entry.spread.as_ref().unwrap();
+        let plain = &spread.largest.plain.spread;
+        assert!(spread.largest.plain.is_confirmed, "{entry:?}");
+        for (value, share) in [(plain.p95_mm, P95), (plain.median_mm, 0.5)] {
+            let error = 3.0 * (share * (1.0 - share) / count as f64).sqrt();
+            let [low, high] = [share - error, share + error].map(|share| quantile(&mut sizes.clone(), share));
+            assert!((low..=high).contains(&value.unwrap()), "{}: {value:?}, not {low} to {high} ({share})", entry.name);
+        }
+        let within = sizes.iter().filter(|size| **size <= TOLERANCE).count() as f64 / count as f64;
+        assert!((plain.within_tolerance.unwrap() - within).abs() < 0.015, "{}: {within}, {plain:?}", entry.name);
+        assert!((spread.best - best).abs() < 0.02, "{}: {} instead of {best}", entry.name, spread.best);
+        told += spread.best;
+        // What is compensated is far better, and in another place not much so.
+        let left = spread.largest.compensated.as_ref().unwrap();
+        assert!(left.is_confirmed && left.spread.p95_mm.unwrap() < plain.p95_mm.unwrap(), "{entry:?}");
+    }
+    assert!((told - 1.0).abs() < 1e-9, "{told}");
+    let of = |name: &str| found.entries.iter().find(|entry| entry.name == name).unwrap().spread.as_ref().unwrap();
+    assert!(of("far").best < 0.01 && of("far").worse_than_robust > 0.99, "{:?}", of("far"));
+}
+
+/// What is compensated at a place is what a study of its path says.
+#[test]
+fn a_place_is_as_sure_as_its_path() {
+    let study = placement(&placement_text(&uncertain()));
+    let found = placement::run(&study, &Work::default()).unwrap();
+    let entry = &found.entries[0];
+    let path = kinetostat::questions::path::run(&path_at(entry), &Work::default()).unwrap();
+    let (place, path) = (&entry.spread.as_ref().unwrap().largest, path.spread.unwrap());
+    for (place, path) in
+        [(&place.plain, &path.plain), (place.compensated.as_ref().unwrap(), path.compensated.as_ref().unwrap())]
+    {
+        let [a, b] = [place, path].map(|own| own.spread.p95_mm.unwrap());
+        assert!((a / b - 1.0).abs() < 1e-6, "{a}, {b}");
+    }
+}
+
+#[test]
+fn places_are_as_sure_on_any_number_of_threads() {
+    let study = placement(&placement_text(&uncertain()));
+    let on = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| placement::run(&study, &Work::default()).unwrap().entries)
+    };
+    assert_eq!(on(1), on(3));
+}
+
+/// The command line: the verdict first, which places cannot be told apart, and the columns.
+#[test]
+fn the_first_screen_of_a_placement_is_its_verdict() {
+    let said = |uncertainty: &str, more: &[&str]| {
+        let folder = tempfile::tempdir().unwrap();
+        let study = folder.path().join("study");
+        std::fs::create_dir(&study).unwrap();
+        std::fs::write(study.join("study.toml"), placement_text(uncertainty)).unwrap();
+        let out = folder.path().join("out");
+        let own = ["run", study.to_str().unwrap(), "--out", out.to_str().unwrap()];
+        let (code, printed, err) = told(&[&own, more].concat());
+        assert_eq!(code, Some(0), "{printed}{err}");
+        (printed.split_whitespace().collect::<Vec<_>>().join(" "), folder)
+    };
+    let (exact, _) = said("", &["--no-figures"]);
+    assert!(exact.contains("inputs taken as exact"), "{exact}");
+    let (words, folder) = said(&uncertain(), &[]);
+    let verdict =
+        "ithin tolerance: the tool of orthoglide, compensated, stays within 0.45 mm all along the groove with ";
+    assert!(words.contains(verdict) && words.contains("Clamp the groove at"), "{words}");
+    assert!(words.contains("best of ") && words.contains("4096 draws"), "{words}");
+    let table = walk(folder.path(), "candidates.csv");
+    let head = table.lines().next().unwrap().to_string();
+    for column in [
+        "worst_deflection_p95_mm",
+        "compensated_p95_mm",
+        "compensated_within_tolerance_probability",
+        "best_probability",
+    ] {
+        assert!(head.split(',').any(|own| own == column), "{column} is not in {head}");
+    }
+    let summary: serde_json::Value = serde_json::from_str(&walk(folder.path(), "summary.json")).unwrap();
+    let text = summary.to_string();
+    assert!(text.contains("\"worse_than_robust\"") && text.contains("\"force_factor_95\""), "{text}");
+}
+
+/// A control that cannot make the exact correction is not judged by it.
+#[test]
+fn places_with_limits_have_no_verdict() {
+    let limited = placement_text(&uncertain()).replacen(
+        "[process.force",
+        "[process.limits]\nmax_correction_mm = 0.05\n[process.force",
+        1,
+    );
+    let folder = tempfile::tempdir().unwrap();
+    let study = folder.path().join("study");
+    std::fs::create_dir(&study).unwrap();
+    std::fs::write(study.join("study.toml"), limited).unwrap();
+    let out = folder.path().join("out");
+    let (_, printed, err) = told(&["run", study.to_str().unwrap(), "--out", out.to_str().unwrap(), "--no-figures"]);
+    let words = printed.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(words.contains("The limits given are in no distribution: there is no verdict."), "{words}{err}");
+    assert!(!words.contains("ithin tolerance: ") && !words.contains("within tolerance with"), "{words}");
+    let head = walk(folder.path(), "candidates.csv").lines().next().unwrap().to_string();
+    assert!(head.contains("best_probability") && !head.contains("compensated_within_tolerance_probability"), "{head}");
+}
+
+/// The text of the file with this name below `folder`.
+fn walk(folder: &std::path::Path, name: &str) -> String {
+    let mut folders = vec![folder.to_path_buf()];
+    while let Some(next) = folders.pop() {
+        for entry in std::fs::read_dir(next).unwrap() {
+            let path = entry.unwrap().path();
+            match path.is_dir() {
+                true => folders.push(path),
+                false if path.file_name().is_some_and(|own| own == name) => {
+                    return std::fs::read_to_string(path).unwrap();
+                }
+                false => {}
+            }
+        }
+    }
+    panic!("no {name}")
+}
