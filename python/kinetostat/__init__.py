@@ -21,6 +21,7 @@ from .program import CompensatedProgram, Followed, Path
 from .results import Compensation, Equilibrium
 from .study import Answer, place, run, workspace_map
 from .table import Column, Table
+from .uncertainty import Sample, UncertainInput, Uncertainty
 
 __all__ = [
     "Answer",
@@ -36,7 +37,10 @@ __all__ = [
     "Path",
     "Predictions",
     "Process",
+    "Sample",
     "Table",
+    "UncertainInput",
+    "Uncertainty",
     "__version__",
     "identify",
     "machine_names",

@@ -13,6 +13,7 @@ __all__ = [
     "Machine",
     "Process",
     "Program",
+    "Uncertainty",
     "__version__",
     "as_toml",
     "compute_part",
@@ -178,3 +179,21 @@ class Program:
     def points(self) -> dict[str, NDArray[Any]]: ...
     def follow(self, method: str, told: _Told) -> dict[str, Any]: ...
     def compensated(self, method: str, told: _Told) -> dict[str, Any]: ...
+
+@final
+class Uncertainty:
+    @staticmethod
+    def from_toml(toml: str, origin: str, folder: str | PathLike[str], machine: Machine) -> Uncertainty: ...
+    def inputs(
+        self,
+    ) -> list[tuple[str, float, str, tuple[float, float], str, tuple[float, float], int]]: ...
+    def force(self) -> tuple[float, float] | None: ...
+    def values(self, normal: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]: ...
+    def draws(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]: ...
+    def deflections(
+        self,
+        values: NDArray[np.float64],
+        force: NDArray[np.float64],
+        pose: NDArray[np.float64],
+        wrench: NDArray[np.float64],
+    ) -> NDArray[np.float64]: ...

@@ -15,6 +15,7 @@ mod program;
 mod settle;
 mod study;
 mod tables;
+mod uncertain;
 mod waiting;
 
 /// The engine of the package; see `kinetostat`.
@@ -34,6 +35,8 @@ mod _kinetostat {
     use crate::study::{as_toml, run_study};
     #[pymodule_export]
     use crate::tables::read_table;
+    #[pymodule_export]
+    use crate::uncertain::Uncertainty;
 
     /// The version of the program whose engine this is.
     #[pymodule_export]

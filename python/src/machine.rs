@@ -53,6 +53,11 @@ impl Machine {
         &self.own
     }
 
+    /// The machines that command and answer.
+    pub fn machines(&self) -> &Machines {
+        &self.machines
+    }
+
     fn settled<'py>(
         &self,
         py: Python<'py>,

@@ -193,6 +193,11 @@ impl Asked {
         Some(Commands { found: commands_of(machine, &firsts), of_case })
     }
 
+    /// The same cases with their loads times `factor`.
+    pub fn scaled(&self, factor: f64) -> Self {
+        Self { places: self.places.clone(), loads: self.loads.iter().map(|load| load.scale(factor)).collect() }
+    }
+
     /// The load of a case.
     pub fn load(&self, case: usize) -> Wrench {
         self.loads[if self.loads.len() == 1 { 0 } else { case }]

@@ -1,0 +1,133 @@
+"""What is not known exactly of a machine and of the force on its tool."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from os import PathLike, fspath
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import _kinetostat
+from ._cases import Cases, numbers
+from .machine import Machine
+
+
+class UncertainInput(NamedTuple):
+    """A number of the machine that varies."""
+
+    name: str
+    """As in :meth:`Machine.parameters`, of a mounting: a leg that is mounted three times has three."""
+    value: float
+    """Nominal value, in :attr:`unit`."""
+    unit: str
+    """As in machine files."""
+    interval: tuple[float, float]
+    """95 % interval in :attr:`unit`."""
+    distribution: str
+    """lognormal, normal or uniform; the nominal value is the median of the first two."""
+    numbers: tuple[float, float]
+    """Standard deviations below and above the median, of the logarithm where it is lognormal; of a uniform one the
+    least and the largest difference from the nominal value."""
+    group: int
+    """Number of what varies by itself; those of one group vary together."""
+
+
+class Sample(NamedTuple):
+    """Machines and forces."""
+
+    values: NDArray[np.float64]
+    """``[n, k]``: a row for each machine, columns as :attr:`Uncertainty.names`."""
+    force: NDArray[np.float64]
+    """``[n]``: factor of the wrench."""
+
+
+class Uncertainty:
+    """Distributions of numbers of a machine and of the force on its tool, as the table ``[uncertainty]`` of studies
+    says them (docs/uncertainty.md).
+
+    >>> import kinetostat
+    >>> machine = kinetostat.Machine("orthoglide")
+    >>> table = {"parameter": [{"name": "leg.rail.stiffness", "relative_std": 0.15}]}
+    >>> uncertainty = kinetostat.Uncertainty(machine, table)
+    >>> uncertainty.names
+    ['x.rail.stiffness', 'y.rail.stiffness', 'z.rail.stiffness']
+    """
+
+    __slots__ = ("_uncertainty", "machine", "names")
+
+    def __init__(self, machine: Machine, what: Mapping[str, Any], *, folder: str | PathLike[str] = ".") -> None:
+        """The table `what` as a dictionary; the file of a ``covariance`` is sought in `folder`.
+
+        Raises :class:`Error` with key, value and what was expected.
+        """
+        toml = _kinetostat.as_toml(json.dumps(dict(what)))
+        self._uncertainty = _kinetostat.Uncertainty.from_toml(toml, "uncertainty", fspath(folder), machine._machine)
+        self.machine = machine
+        self.names: list[str] = [own[0] for own in self._uncertainty.inputs()]
+        """Names of all numbers that vary."""
+
+    @property
+    def inputs(self) -> list[UncertainInput]:
+        """All numbers that vary, with their distributions."""
+        return [UncertainInput(*own) for own in self._uncertainty.inputs()]
+
+    @property
+    def force_factor(self) -> tuple[float, float] | None:
+        """95 % interval of the factor of the force, which is lognormal about 1; None where it is exact."""
+        return self._uncertainty.force()
+
+    def draws(self) -> Sample:
+        """The 4096 machines and forces that studies draw of this table and its seed, correlations included."""
+        return Sample(*self._uncertainty.draws())
+
+    def sample(self, n: int, seed: int = 0) -> Sample:
+        """`n` independent machines and forces, from the random numbers of NumPy's generator with this `seed`.
+
+        Raises :class:`Error` where numbers are correlated, as :meth:`draws` has them.
+        """
+        groups = 1 + max((own.group for own in self.inputs), default=-1)
+        normal = np.random.default_rng(seed).standard_normal((n, groups + 1))
+        return Sample(*self._uncertainty.values(normal))
+
+    def deflection(
+        self, sample: Sample | tuple[ArrayLike, ArrayLike], pose: ArrayLike, wrench: ArrayLike | None = None
+    ) -> NDArray[np.float64]:
+        """``[n, m]``: how far the tool is moved at `m` cases on the `n` machines of `sample`, mm, each under the wrench
+        times its factor; every one solved by the engine.
+
+        `pose` and `wrench` as in :meth:`Machine.equilibrium`; `sample` may be two arrays of another library's numbers,
+        as :class:`Sample` has them. NaN where a machine has no equilibrium, or the numbers make none. What the model
+        leaves out is not in it.
+        """
+        values, force = (np.ascontiguousarray(numbers("sample", own)) for own in sample)
+        if values.shape != (len(force), len(self.names)) or force.ndim != 1:
+            shapes = f"{list(values.shape)} and {list(force.shape)}"
+            raise ValueError(f"sample: expected the shapes [n, {len(self.names)}] and [n], got {shapes}")
+        cases = Cases.of(pose, wrench)
+        vectors = self._uncertainty.deflections(values, force, cases.pose, cases.wrench)
+        return np.asarray(np.linalg.norm(vectors, axis=-1))
+
+    def quantiles(
+        self,
+        pose: ArrayLike,
+        wrench: ArrayLike | None = None,
+        *,
+        shares: Sequence[float] = (0.5, 0.95),
+        sample: Sample | None = None,
+    ) -> NDArray[np.float64]:
+        """``[len(shares), m]``: how far the tool is moved at most with these probabilities, mm; infinite where more of
+        the machines have no equilibrium. What the model leaves out is not in it, so that studies have wider ones.
+
+        Of the draws of studies, or of `sample`; `pose` and `wrench` as in :meth:`deflection`.
+        """
+        found = self.deflection(self.draws() if sample is None else sample, pose, wrench)
+        sorted_ = np.sort(np.where(np.isnan(found), np.inf, found), axis=0)
+        places = np.clip(np.ceil(np.asarray(shares) * len(sorted_)).astype(int), 1, len(sorted_)) - 1
+        return np.asarray(sorted_[places])
+
+    def __repr__(self) -> str:
+        force = " and the force" if self.force_factor is not None else ""
+        return f"Uncertainty of {self.machine.name}: {len(self.names)} numbers{force}"
