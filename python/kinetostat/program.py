@@ -62,6 +62,10 @@ class CompensatedProgram:
     """``[n, 3]``: what it commands, read back from its text, workpiece frame, mm."""
     rounded_mm: float | None
     """The farthest that writing has moved a position, mm."""
+    spread: dict[str, Any] | None = None
+    """Where the process has uncertain inputs: of the largest distance from the path without compensation ("none") and
+    as written ("as_written") median_mm, p95_mm and within_tolerance (None where there is none), and the probability
+    that it is larger as written ("worse")."""
 
     @property
     def text(self) -> str | None:
@@ -86,6 +90,16 @@ class CompensatedProgram:
             return f"CompensatedProgram: none, no command for {len(self.failures)} points; {reason}"
         before, after = (self.summaries[name]["max_mm"] for name in ("none", "as_written"))
         return f"CompensatedProgram: leaves up to {after:.4g} mm, without compensation {before:.4g} mm"
+
+
+def _spread(found: Any) -> dict[str, Any] | None:
+    """Names for what the engine tells of distributions."""
+    if found is None:
+        return None
+    names = ("median_mm", "p95_mm", "within_tolerance")
+    plain, written, worse = found
+    named = [None if own is None else dict(zip(names, own, strict=True)) for own in (plain, written)]
+    return {"none": named[0], "as_written": named[1], "worse": worse}
 
 
 class Path:
@@ -172,6 +186,7 @@ class Path:
             summaries=found["summaries"],
             position=found.get("position"),
             rounded_mm=found.get("rounded_mm"),
+            spread=_spread(found.get("spread")),
         )
 
     def to_table(self) -> Table:

@@ -123,7 +123,11 @@ class Uncertainty:
 
         Of the draws of studies, or of `sample`; `pose` and `wrench` as in :meth:`deflection`.
         """
+        if not all(0.0 < share <= 1.0 for share in shares):
+            raise ValueError(f"shares: expected numbers above 0 and at most 1, got {list(shares)}")
         found = self.deflection(self.draws() if sample is None else sample, pose, wrench)
+        if len(found) == 0:
+            raise ValueError("sample: expected at least one machine")
         sorted_ = np.sort(np.where(np.isnan(found), np.inf, found), axis=0)
         places = np.clip(np.ceil(np.asarray(shares) * len(sorted_)).astype(int), 1, len(sorted_)) - 1
         return np.asarray(sorted_[places])

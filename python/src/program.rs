@@ -12,7 +12,7 @@ use kinetostat::{
     Method, Result,
     nalgebra::Vector3,
     products::program::{Asked, Compensated, InMemory, Pass, ProgramJob},
-    simulation::{ProgramFile, along_path::PathPointResult},
+    simulation::{ProgramFile, along_path::PathPointResult, spread::DeflectionSpread, spread_along::LargestSpread},
     work::{Event, Work},
 };
 use pyo3::{
@@ -127,6 +127,7 @@ impl Program {
     /// What the commands of a method lead to at each point, as arrays by name.
     fn follow<'py>(&self, py: Python<'py>, method: &str, told: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyDict>> {
         let method = method_named(method)?;
+        self.job.process.clone().exact_for("following a program").map_err(raised)?;
         let (answers, pass) = self.wait(py, told, 1, |job, work| {
             let mut answers = Vec::with_capacity(job.path.len());
             let pass = job.pass_by(method, &|| work.tell(Event::Computed(1)), |_, found| {
@@ -151,7 +152,7 @@ impl Program {
         let asked = Asked::by(method_named(method)?);
         let (passes, found) = self.wait(py, told, asked.pass_count(&self.job), |job, work| {
             Ok(match job.compensate(&asked, &mut InMemory, work)? {
-                Compensated::Proved(proved) => (proved.passes, Ok(proved.written)),
+                Compensated::Proved(proved) => (proved.passes, Ok((proved.written, proved.spread))),
                 Compensated::Refused(refused) => {
                     let none = job.pass_by(Method::None, &|| work.tell(Event::Computed(1)), |_, _| work.check())?;
                     ([none].into_iter().chain(refused.pass).collect(), Err(refused.failures))
@@ -166,7 +167,15 @@ impl Program {
         }
         dict.set_item("summaries", summaries)?;
         match found {
-            Ok(written) => {
+            Ok((written, spread)) => {
+                let spread = spread.map(|own| {
+                    let of = |own: LargestSpread| {
+                        let DeflectionSpread { median_mm, p95_mm, within_tolerance, .. } = own.spread;
+                        (median_mm, p95_mm, within_tolerance)
+                    };
+                    (of(own.plain), own.compensated.map(of), own.worse)
+                });
+                dict.set_item("spread", spread)?;
                 let count = written.sent.positions.len();
                 dict.set_item("bytes", PyBytes::new(py, &written.bytes))?;
                 dict.set_item("position", array(py, numbers(written.sent.positions.iter()), [count, 3])?)?;

@@ -51,6 +51,12 @@ impl Uncertainty {
     /// The table `[uncertainty]` that is written in `toml`, whose files are in `folder`; `origin` names it in messages.
     #[staticmethod]
     fn from_toml(toml: &str, origin: &str, folder: PathBuf, machine: &Machine) -> PyResult<Self> {
+        if !machine.own().parameter_errors().is_empty() {
+            return Err(refused(
+                "machine",
+                "has errors of its chains among its parameters: expected them in chain_error",
+            ));
+        }
         let own = uncertainty::Uncertainty::from_toml(toml, origin, folder, machine.own()).map_err(raised)?;
         let names = own.parameters.iter().flat_map(|parameter| &parameter.values).map(|(name, _)| name.clone());
         Ok(Self { names: names.collect(), machines: machine.machines().clone(), own })

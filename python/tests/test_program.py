@@ -52,6 +52,24 @@ def test_a_program_written_anew(path: Path, tmp_path: FilePath) -> None:
     assert np.abs(again.position[-1] - written.position[-1]).max() < 1e-9
 
 
+def test_what_a_program_leaves_on_machines_as_they_may_be(path: Path) -> None:
+    assert path.compensate().spread is None
+    tables = {
+        "tolerance_mm": 0.5,
+        "placement": {"reference": "platform_point"},
+        "force": {"path_frame": {"radial_force_N": 215.0, "tangential_force_N": -10.0, "axial_force_N": -25.0}},
+        "uncertainty": {"process": {"force_relative_std": 0.15}},
+    }
+    uncertain = Path.from_gcode(STUDY / "groove.nc", Process(Machine("orthoglide"), tables))
+    written = uncertain.compensate()
+    assert written.spread is not None
+    plain, left = written.spread["none"], written.spread["as_written"]
+    assert 0.0 < left["median_mm"] < left["p95_mm"] < plain["p95_mm"] and 0.0 <= left["within_tolerance"] <= 1.0
+    assert 0.0 <= written.spread["worse"] <= 1.0
+    with pytest.raises(Error, match="uncertainty: is not computed for following a program"):
+        uncertain.follow()
+
+
 @pytest.mark.skipif(not PROGRAM, reason="KINETOSTAT names no program to hold it against")
 def test_a_program_has_the_bytes_of_the_command_line(path: Path, tmp_path: FilePath) -> None:
     out = tmp_path / "by_program.nc"

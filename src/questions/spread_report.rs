@@ -153,7 +153,7 @@ pub(crate) fn cautions(uncertainty: Option<&Uncertainty>, counts: &SpreadCounts,
         );
     }
     if uncertainty.finds_no_provenance {
-        text += "machine = \"provenance\" varies nothing: the machine file has neither intervals nor assumed stiffnesses.\n";
+        text += "machine = \"provenance\" adds nothing: the machine file has no interval and no assumed stiffness that is not named otherwise.\n";
     }
     let exact = listed_up_to(MOST_NAMED, uncertainty.exact_stiffnesses());
     if !exact.is_empty() {
@@ -189,6 +189,8 @@ pub(crate) struct Along<'a> {
     pub path: String,
     /// Words for the compensated commands, behind "the tool of …": "compensated".
     pub commands: &'a str,
+    /// Why the distribution with compensation may not be of all points, behind "the others".
+    pub missing: &'a str,
     /// Number of points that the largest distance should be of.
     pub points: usize,
     /// Largest distance that is within tolerance, mm.
@@ -199,6 +201,10 @@ pub(crate) struct Along<'a> {
 
 /// Why a path without cutting force has no verdict.
 pub(crate) const NO_FORCE: &str = "No cutting force is given";
+/// Why a path on which nothing is cut has none.
+pub(crate) const NOTHING_CUT: &str = "Nothing is cut";
+/// How a program that is written without compensation is called.
+pub(crate) const AS_PROGRAMMED: &str = "as programmed";
 /// Why a path that the machine cannot run has none.
 pub(crate) const OUTSIDE: &str = "Outside the workspace box";
 
@@ -215,10 +221,10 @@ fn quantile_words(quantile: Option<f64>) -> String {
     quantile.map_or_else(unknown, |own| millimetres(own, 3))
 }
 
-/// Returns the cautions about the largest distance from a path of so many `points`, where inputs are uncertain: what it is not of, and whether it is
+/// Returns the cautions about the largest distance from a path, where inputs are uncertain: what it is not of, and whether it is
 /// confirmed.
-pub(crate) fn along_cautions(whole: Option<&PathSpread>, points: usize) -> String {
-    let Some(whole) = whole else { return String::new() };
+pub(crate) fn along_cautions(along: &Along<'_>, whole: Option<&PathSpread>) -> String {
+    let (Some(whole), points) = (whole, along.points) else { return String::new() };
     let of = |name: &str, others: &str, own: &LargestSpread| {
         let mut text = String::new();
         if own.points < points {
@@ -244,8 +250,7 @@ pub(crate) fn along_cautions(whole: Option<&PathSpread>, points: usize) -> Strin
         text
     };
     let compensated = whole.compensated.as_ref();
-    let compensated =
-        compensated.map(|own| of("with compensation", "could not be compensated", own)).unwrap_or_default();
+    let compensated = compensated.map(|own| of(along.commands, along.missing, own)).unwrap_or_default();
     of("without compensation", "have no equilibrium", &whole.plain) + &compensated
 }
 
@@ -263,17 +268,19 @@ pub(crate) fn along_sentences(along: &Along<'_>, whole: &PathSpread, uncertainty
         quantile_words(whole.plain.spread.p95_mm),
         within(&whole.plain)
     );
-    if let Some(compensated) = &whole.compensated {
+    let compensated = whole.compensated.as_ref().filter(|_| along.commands != AS_PROGRAMMED);
+    if let Some(own) = compensated {
         text += &format!(
-            "With the commands that compensate, computed with nominal numbers, it stays within {} with 95 % probability{}; the median is {}.\n",
-            quantile_words(compensated.spread.p95_mm),
-            within(compensated),
-            quantile_words(compensated.spread.median_mm)
+            "The tool, {} (computed with nominal numbers), stays within {} with 95 % probability{}; the median is {}.\n",
+            along.commands,
+            quantile_words(own.spread.p95_mm),
+            within(own),
+            quantile_words(own.spread.median_mm)
         );
     }
-    let worse = whole.worse.map(probability);
+    let worse = whole.worse.filter(|_| compensated.is_some()).map(probability);
     text + &worse.map_or_else(String::new, |worse| {
-        format!("Compensation makes the largest distance larger with {worse} probability.\n")
+        format!("Compensation makes the largest distance larger by more than 0.5 % with {worse} probability.\n")
     })
 }
 
@@ -294,14 +301,14 @@ pub(crate) fn along_verdict(along: &Along<'_>, whole: &PathSpread) -> String {
     let (unknown, all_along) = match missing {
         0 => (String::new(), format!("all along {path}")),
         missing => {
-            let why = if whole.compensated.is_some() { "could not be compensated" } else { "have no equilibrium" };
+            let why = if whole.compensated.is_some() { along.missing } else { "have no equilibrium" };
             let text = format!("Not known along all of {path}: {missing} of {} {why}. ", counted(*points, "point"));
             (text, "at the others".into())
         }
     };
     let stays = match judged.spread.p95_mm {
         Some(p95) => format!("within {} with 95 %{without}", millimetres(p95, 3)),
-        None => "and too many draws have no equilibrium to say how far with 95 %".into(),
+        None => "within an unknown distance with 95 %, as too many draws have no equilibrium,".into(),
     };
     let sure = match judged.spread.within_tolerance.zip(along.judged_by()) {
         None => format!("The tool of {machine}, {how}, stays {stays} {all_along}."),

@@ -32,7 +32,7 @@ pub struct PointSpread {
     pub plain: DeflectionSpread,
     /// Distance from the path at the compensated command, which is computed with nominal numbers; `None` where compensation failed.
     pub compensated: Option<DeflectionSpread>,
-    /// Probability that the tool is farther from the path at the compensated command than at the nominal one; `None` where only one of the
+    /// Probability that the tool is farther from the path at the compensated command than at the nominal one, by more than 0.5 %; `None` where only one of the
     /// distributions is by the engine.
     pub worse: Option<f64>,
     /// Distance from the path at the compensated command where the cutting force is absent, with nominal numbers, mm; `None` without equilibrium.
@@ -46,7 +46,7 @@ pub struct PathSpread {
     pub plain: LargestSpread,
     /// At the compensated commands, which are computed with nominal numbers; `None` where no point could be compensated.
     pub compensated: Option<LargestSpread>,
-    /// Probability that the largest distance is larger at the compensated commands than at the nominal ones; `None` where they are not of the same
+    /// Probability that the largest distance is larger at the compensated commands than at the nominal ones, by more than 0.5 %; `None` where they are not of the same
     /// points.
     pub worse: Option<f64>,
 }
@@ -58,7 +58,7 @@ pub struct LargestSpread {
     pub spread: DeflectionSpread,
     /// Whether draws of the engine along the whole path agree with it, after correction; not where there is no 95 % quantile.
     pub is_confirmed: bool,
-    /// Number of points with an equilibrium at the nominal numbers, of which it is.
+    /// Number of points that it covers: those with an equilibrium at the nominal numbers.
     pub points: usize,
 }
 
@@ -72,7 +72,7 @@ pub(crate) struct Largest {
 }
 
 impl Largest {
-    /// Returns them, mm.
+    /// Returns the largest distance in each draw, mm.
     pub fn sizes(&self) -> &[f64] {
         &self.sizes
     }
@@ -178,6 +178,8 @@ pub(crate) struct SpreadPath<'a> {
     pub drawn: &'a DrawnMachines<'a>,
     /// Largest distance that is within tolerance, mm.
     pub tolerance_mm: Option<f64>,
+    /// Difference of two distances that means nothing, such as by rounding a written program, mm.
+    pub margin_mm: f64,
     /// Whether the point with this index counts in the largest distance.
     pub counts: &'a (dyn Fn(usize) -> bool + Sync),
 }
@@ -260,14 +262,18 @@ pub(crate) fn whole(
     };
     let Some(of_plain) = of(plain, Command::Plain, "plain")? else { return Ok(None) };
     let of_compensated = of(compensated, Command::Compensated, "compensated")?;
-    let worse = (plain.points == compensated.points).then(|| share_larger(&compensated.sizes, &plain.sizes));
+    let worse =
+        (plain.points == compensated.points).then(|| share_larger(&compensated.sizes, &plain.sizes, first.margin_mm));
     Ok(Some(PathSpread { plain: of_plain, compensated: of_compensated, worse }))
 }
 
-/// Share of the draws, as far as both are known, in which `sizes` is larger than `than` by more than rounding.
-fn share_larger(sizes: &[f64], than: &[f64]) -> f64 {
+/// Largest difference at which two distances are alike, as a share: what the estimate is good for.
+pub(crate) const ALIKE: f64 = 0.005;
+
+/// Share of the draws, as far as both are known, in which `sizes` is larger than `than` by more than what is alike and by more than `margin_mm`.
+pub(crate) fn share_larger(sizes: &[f64], than: &[f64], margin_mm: f64) -> f64 {
     let pairs = || sizes.iter().zip(than);
-    let larger = pairs().filter(|(size, than)| **size > **than + ROUNDING_MM).count();
+    let larger = pairs().filter(|(size, than)| **size > **than * (1.0 + ALIKE) + margin_mm + ROUNDING_MM).count();
     larger as f64 / pairs().count().max(1) as f64
 }
 
@@ -426,7 +432,8 @@ impl<'a> Block<'a> {
             if let Some(solved) = at_compensated {
                 let (own, left) = self.spread_at(k, &compensated, drawn, solved)?;
                 point.compensated = Some(own);
-                point.worse = (left.is_by_engine == sizes.is_by_engine).then(|| share_larger(&left.mm, &sizes.mm));
+                point.worse = (left.is_by_engine == sizes.is_by_engine)
+                    .then(|| share_larger(&left.mm, &sizes.mm, self.path.margin_mm));
                 point.without_force_mm = solved.unloaded.map(|error| error.norm());
                 if self.counts(k) {
                     let worst = point.compensated.clone().unwrap_or_default();

@@ -174,7 +174,8 @@ fn paths_agree_with_brute_force() {
             let spread = found.whole.at(Source::All, k).spread.as_ref().unwrap();
             check("plain", &spread.plain, &sizes[0]);
             check("compensated", spread.compensated.as_ref().unwrap(), &sizes[1]);
-            let worse = sizes[1].iter().zip(&sizes[0]).filter(|(after, before)| after > before).count() as f64;
+            let worse =
+                sizes[1].iter().zip(&sizes[0]).filter(|(after, before)| **after > 1.005 * **before).count() as f64;
             assert!((spread.worse.unwrap() - worse / count as f64).abs() < 0.01, "{machine}: {spread:?}");
         }
         let [plain, compensated] = &brute[study.tasks.len()];

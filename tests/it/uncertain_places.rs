@@ -51,7 +51,7 @@ fn placement(text: &str) -> Box<PlacementStudy> {
 }
 
 /// The path of the groove at the place of `entry`, read by itself.
-fn path_at(entry: &Entry) -> Box<PathStudy> {
+fn path_at(entry: &Entry, circle: &str) -> Box<PathStudy> {
     let origin = entry.site.position_mm();
     let process = format!(
         "process.placement = {{ reference = \"platform_point\", origin_mm = [{:?}, {:?}, {:?}] }}\n{}",
@@ -64,7 +64,7 @@ fn path_at(entry: &Entry) -> Box<PathStudy> {
         "orthoglide",
         &process,
         &uncertain(),
-        &format!("[path]\nmethods = [\"direct\"]\n{CIRCLE}"),
+        &format!("[path]\nmethods = [\"direct\"]\n{circle}"),
     )) {
         StudyKind::Path(study, _) => study,
         _ => panic!("not a path"),
@@ -79,7 +79,7 @@ fn places_agree_with_brute_force() {
     let count = 1024;
     // Largest distance without compensation at each place, in the same draws at all of them.
     let mut sizes = vec![Vec::new(); found.entries.len()];
-    let paths: Vec<Box<PathStudy>> = found.entries.iter().map(path_at).collect();
+    let paths: Vec<Box<PathStudy>> = found.entries.iter().map(|entry| path_at(entry, CIRCLE)).collect();
     let uncertainty = paths[0].uncertainty.as_ref().unwrap();
     for Drawn { unloaded, real, factor } in draws(uncertainty, &[], count) {
         for (path, sizes) in paths.iter().zip(&mut sizes) {
@@ -128,7 +128,7 @@ fn a_place_is_as_sure_as_its_path() {
     let study = placement(&placement_text(&uncertain()));
     let found = placement::run(&study, &Work::default()).unwrap();
     let entry = &found.entries[0];
-    let path = kinetostat::questions::path::run(&path_at(entry), &Work::default()).unwrap();
+    let path = kinetostat::questions::path::run(&path_at(entry, CIRCLE), &Work::default()).unwrap();
     let (place, path) = (&entry.spread.as_ref().unwrap().largest, path.spread.unwrap());
     for (place, path) in
         [(&place.plain, &path.plain), (place.compensated.as_ref().unwrap(), path.compensated.as_ref().unwrap())]
@@ -136,6 +136,68 @@ fn a_place_is_as_sure_as_its_path() {
         let [a, b] = [place, path].map(|own| own.spread.p95_mm.unwrap());
         assert!((a / b - 1.0).abs() < 1e-6, "{a}, {b}");
     }
+}
+
+/// Several features are cut by one machine under one force: the largest distance is over all of them in each draw.
+#[test]
+fn features_are_judged_together() {
+    let other =
+        CIRCLE.replace("diameter_mm = 50.0", "diameter_mm = 20.0").replace("centre_mm = [0.0", "centre_mm = [30.0");
+    let second =
+        format!("[[placement.feature]]\nname = \"ring\"\n{other}\ntolerance_mm = {TOLERANCE}\n[placement.bounds]");
+    let text = placement_text(&uncertain()).replace("[placement.bounds]", &second);
+    let found = placement::run(&placement(&text), &Work::default()).unwrap();
+    let entry = &found.entries[0];
+    let paths = [path_at(entry, CIRCLE), path_at(entry, &other)];
+    let (uncertainty, count) = (paths[0].uncertainty.as_ref().unwrap(), 1024);
+    let mut sizes = Vec::new();
+    for Drawn { unloaded, real, factor } in draws(uncertainty, &[], count) {
+        let of = |path: &PathStudy| {
+            let mut session = Session::new(&path.machine, &real, settings()).with_unloaded_machine(&unloaded);
+            let at = |mut task: kinetostat::compensation::TaskPoint| {
+                task.load = task.load.scale(factor);
+                compensate(&mut session, &task, Method::None).position_error.norm()
+            };
+            path.tasks.iter().copied().map(at).fold(0.0, f64::max)
+        };
+        sizes.push(of(&paths[0]).max(of(&paths[1])));
+    }
+    let plain = &entry.spread.as_ref().unwrap().largest.plain;
+    let error = 3.0 * (P95 * (1.0 - P95) / count as f64).sqrt();
+    let [low, high] = [P95 - error, P95 + error].map(|share| quantile(&mut sizes.clone(), share));
+    assert!(plain.is_confirmed && (low..=high).contains(&plain.spread.p95_mm.unwrap()), "{plain:?}, {low} to {high}");
+    let within = sizes.iter().filter(|size| **size <= TOLERANCE).count() as f64 / count as f64;
+    assert!((plain.spread.within_tolerance.unwrap() - within).abs() < 0.015, "{plain:?}, {within}");
+}
+
+/// Features whose processes make other draws are not of one machine.
+#[test]
+fn features_with_other_draws_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let process = |seed: u32| {
+        format!(
+            "schema = 1\n[placement]\nreference = \"platform_point\"\n[uncertainty]\nseed = {seed}\n[uncertainty.process]\nforce_relative_std = 0.1\n"
+        )
+    };
+    let said = |seeds: [u32; 2]| {
+        for (name, seed) in ["a.toml", "b.toml"].into_iter().zip(seeds) {
+            std::fs::write(folder.path().join(name), process(seed)).unwrap();
+        }
+        let feature = |name: &str| {
+            format!(
+                "[[placement.feature]]\nname = \"{name}\"\nprocess = \"{name}.toml\"\n{CIRCLE}\ntolerance_mm = {TOLERANCE}\n"
+            )
+        };
+        let text = placement_text("");
+        let (head, rest) = text.split_once("[placement]\n").unwrap();
+        let rest = &rest[rest.find("[placement.bounds]").unwrap()..];
+        let head: String = head.lines().take(3).map(|line| format!("{line}\n")).collect();
+        let text = format!("{head}[placement]\n{}{}{rest}", feature("a"), feature("b"));
+        Study::from_toml(&text, "study.toml", folder.path().to_path_buf(), &Overrides::default()).map(drop)
+    };
+    said([1, 1]).unwrap();
+    let refused = said([1, 2]).unwrap_err().to_string();
+    assert!(refused.contains("a and b have other uncertain numbers or draws"), "{refused}");
 }
 
 #[test]

@@ -80,7 +80,7 @@ impl UncertaintyTable {
     /// Checks the table for the nominal `machine` with chain `errors`.
     ///
     /// # Errors
-    /// As [`resolve`].
+    /// Patterns that name no parameter, parameters named twice, deviations that make no machine, a covariance of another machine.
     pub fn of(&self, machine: &Machine, errors: &[ChainError]) -> Result<Uncertainty> {
         let covariance = self.covariance.as_ref().map(|(bytes, origin)| (&bytes[..], &origin[..]));
         resolve(&self.spec, covariance, (machine, errors), &self.check)

@@ -7,7 +7,6 @@ use super::{
 use crate::{
     compensation::{BoundedPath, Method},
     input::error::{Error, Result},
-    process::uncertainty,
     simulation::{CommandedPath, Source, along_path::PathPointResult, spread_along::PathSpread},
     toolpath::gcode::CalledFile,
     work::{Event, Work},
@@ -141,7 +140,8 @@ impl ProgramJob {
     pub fn compensate(&self, asked: &Asked, to: &mut impl Receiver, work: &Work) -> Result<Compensated> {
         if let (CommandSource::Mirror(_), Some(table)) = (&asked.way, &self.process.uncertainty) {
             // What was measured has in it what the model leaves out.
-            uncertainty::refuse::<()>(&table.check, "a measured pass")?;
+            let problem = "is not computed for a measured pass: expected a method, or no such table";
+            table.check.fail::<()>(problem.into())?;
         }
         if asked.ends_early {
             let failures = self.untrackable_points(NAMED, |points| work.tell(Event::Computed(points)))?;

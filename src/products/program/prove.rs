@@ -79,7 +79,13 @@ impl ProgramJob {
         let done = &|| work.tell(Event::Computed(1));
         let drawn = DrawnMachines::new(self.uncertainty.as_ref(), &machines, &self.process.errors)?;
         let (counts, tolerance_mm) = (|k: usize| self.is_counted(k), self.process.tolerance_mm);
-        let path = |drawn| SpreadPath { machines: &machines, drawn, tolerance_mm, counts: &counts };
+        let path = |drawn| SpreadPath {
+            machines: &machines,
+            drawn,
+            tolerance_mm,
+            margin_mm: written.rounded_mm,
+            counts: &counts,
+        };
         let uncertain = drawn.as_ref().map(path);
         let mut largest = LargestBoth::default();
         for part in self.parts() {
@@ -115,6 +121,7 @@ impl ProgramJob {
             });
             let without_force: Vec<_> = without_force.iter().map(PathPointResult::solved_error).collect();
             self.add_without_force(&mut off, &part, &without_force);
+            self.check_gouge(off)?;
             let mut spread = Vec::new();
             if let Some(uncertain) = &uncertain {
                 let track = TrackBlocks::of(&self.machine, part.tasks(), track.into_owned());
@@ -136,7 +143,6 @@ impl ProgramJob {
         sums.push(as_written);
         let names = methods.iter().map(|method| method.label()).chain([name]);
         let passes = names.zip(&sums).map(|(name, sums)| Pass { name, summary: sums.summary() }).collect();
-        self.check_gouge(off)?;
         let each_part = |take: &mut dyn FnMut(&SpreadPart<'_>) -> Result<()>| {
             let (mut before, mut tracked) = (None, self.tracker());
             for part in self.parts() {

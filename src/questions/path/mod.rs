@@ -96,7 +96,7 @@ impl PathStudy {
 
     /// The path as one whose spread is wanted.
     fn spread_path<'a>(&self, machines: &'a Machines, drawn: &'a DrawnMachines<'a>) -> SpreadPath<'a> {
-        SpreadPath { machines, drawn, tolerance_mm: self.tolerance_mm, counts: &|_| true }
+        SpreadPath { machines, drawn, tolerance_mm: self.tolerance_mm, margin_mm: 0.0, counts: &|_| true }
     }
 
     /// The part of it with these points, along which the nominal machine is tracked.

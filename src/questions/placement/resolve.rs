@@ -19,7 +19,10 @@ use crate::{
         toml_file::renamed_hint,
     },
     machine::{Machine, ToolAxisSource},
-    process::{Extent, Feature, ForbiddenBox, PathReference, Process, cutting::LoadError, tilt::TiltAngles},
+    process::{
+        Extent, Feature, ForbiddenBox, PathReference, Process, cutting::LoadError, tilt::TiltAngles,
+        uncertainty::Uncertainty,
+    },
     questions::{
         Overrides, Question, Resolved, StudyContext, Template,
         over_workspace::grid_input,
@@ -164,11 +167,18 @@ fn all_features(
 
 /// Checks that the same numbers are uncertain for all features: draws are of one machine that cuts all of them.
 fn check_same_draws(jobs: &[FeatureJob], check: &Check) -> Result<()> {
-    let of = |job: &FeatureJob| job.uncertainty.as_ref().map(|own| (own.parameters.clone(), own.force, own.model));
-    match jobs.windows(2).find(|pair| of(&pair[0]) != of(&pair[1])) {
+    let is_same = |a: &Uncertainty, b: &Uncertainty| {
+        (&a.parameters, a.force, a.model) == (&b.parameters, b.force, b.model)
+            && (&a.draws.normal, &a.draws.force) == (&b.draws.normal, &b.draws.force)
+    };
+    let differ = |pair: &&[FeatureJob]| match (&pair[0].uncertainty, &pair[1].uncertainty) {
+        (Some(a), Some(b)) => !is_same(a, b),
+        (a, b) => a.is_some() != b.is_some(),
+    };
+    match jobs.windows(2).find(differ) {
         None => Ok(()),
         Some(pair) => check.fail(format!(
-            "{} and {} have other uncertain numbers: expected [uncertainty] in the study, and machines that have the numbers that it names",
+            "{} and {} have other uncertain numbers or draws: expected [uncertainty] in the study, and machines that have the numbers that it names",
             pair[0].feature.name, pair[1].feature.name
         )),
     }

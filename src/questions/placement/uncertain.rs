@@ -14,7 +14,7 @@ use crate::{
     simulation::{
         ROUNDING_MM,
         spread::DrawnMachines,
-        spread_along::{EachPart, LargestBoth, PathSpread, SpreadPath, parts_of, whole},
+        spread_along::{ALIKE, EachPart, LargestBoth, PathSpread, SpreadPath, parts_of, share_larger, whole},
     },
     work::{Event, Stage, Work, if_this_shard},
 };
@@ -70,7 +70,7 @@ pub(super) fn add_spread(
     let spread = |place: usize| PlaceSpread {
         largest: known[place].1.0.clone(),
         best: best[place],
-        worse_than_robust: robust.map_or(0.0, |robust| share_worse(sizes[place], sizes[robust])),
+        worse_than_robust: robust.map_or(0.0, |robust| share_larger(sizes[place], sizes[robust], 0.0)),
     };
     for (place, (own, _)) in known.iter().enumerate() {
         entries[*own].spread = Some(spread(place));
@@ -90,7 +90,7 @@ fn spread_at(
     let counts: Vec<_> = evaluator.features.iter().map(|own| |k: usize| own.is_counted[k]).collect();
     let path = |f: usize| {
         let (machines, tolerance_mm) = (&jobs[f].machines, Some(jobs[f].feature.tolerance_mm));
-        SpreadPath { machines, drawn: &drawn[f], tolerance_mm, counts: &counts[f] }
+        SpreadPath { machines, drawn: &drawn[f], tolerance_mm, margin_mm: 0.0, counts: &counts[f] }
     };
     let paths: Vec<SpreadPath<'_>> = (0..jobs.len()).map(path).collect();
     let each_part: Vec<_> = jobs.iter().zip(&tasks).map(|(job, tasks)| parts_of(job.machine(), tasks)).collect();
@@ -107,16 +107,6 @@ fn spread_at(
     let each_part = each_part.iter().map(|own| &**own as &EachPart<'_>);
     let found = whole(&paths.iter().zip(each_part).collect::<Vec<_>>(), &largest, work)?;
     Ok(found.map(|found| (found, largest)))
-}
-
-/// Largest difference at which two places are equally good, as a share: what the estimate is good for.
-const ALIKE: f64 = 0.005;
-
-/// Returns the share of the draws in which `sizes` are larger than those of another place with which they are not alike.
-fn share_worse(sizes: &[f64], than: &[f64]) -> f64 {
-    let pairs = || sizes.iter().zip(than);
-    let worse = pairs().filter(|(size, than)| **size > **than * (1.0 + ALIKE) + ROUNDING_MM).count();
-    worse as f64 / pairs().count().max(1) as f64
 }
 
 /// Returns for each place the share of the draws in which its size is the smallest of all; places that are alike share a draw.

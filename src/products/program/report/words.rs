@@ -230,7 +230,7 @@ pub fn headline(report: &Report<'_>) -> Headline {
         .with_cautions(
             &report.proved.exceeded.as_deref().map_or_else(String::new, |found| exceeded_text(report.job, found)),
         )
-        .with_cautions(&spread_report::along_cautions(whole, along(report).points))
+        .with_cautions(&spread_report::along_cautions(&along(report), whole))
         .with_cautions(&without_force_text(report))
         .with_cautions(&spread_report::cautions(uncertain, &report.findings.spread, "point"))
         .with_cautions(&caution_text(report))
@@ -252,11 +252,12 @@ fn along<'a>(report: &'a Report<'_>) -> Along<'a> {
     Along {
         machine: &report.job.machine.name,
         path: report.name.into(),
-        commands: if is_programmed { "as programmed" } else { "with the compensated program" },
+        missing: "have no equilibrium",
+        commands: if is_programmed { spread_report::AS_PROGRAMMED } else { "with the compensated program" },
         points: report.proved.passes.first().map_or(0, |pass| pass.summary.points),
         tolerance_mm: report.job.process.tolerance_mm,
         unjudged: match off {
-            _ if report.job.path.points().iter().all(|point| !point.cutting) => Some("Nothing is cut"),
+            _ if report.job.path.points().iter().all(|point| !point.cutting) => Some(spread_report::NOTHING_CUT),
             WithoutForce { most: None, unknown: 0 } => Some(spread_report::NO_FORCE),
             _ if !report.findings.outside.verdict(&report.job.machine, report.name).is_empty() => {
                 Some(spread_report::OUTSIDE)
@@ -278,7 +279,7 @@ pub fn spread_text(report: &Report<'_>) -> String {
 fn without_force_number(report: &Report<'_>) -> Option<KeyNumber> {
     let (point, size) = report.proved.without_force.most.filter(|(_, size)| *size > ROUNDING_MM)?;
     let what =
-        "largest distance with the compensated program where the force is absent: in air, a spring pass, a broken tool";
+        "largest distance with the program as written where the force is absent: in air, a spring pass, a broken tool";
     let found = InTable::new("points", [WITHOUT_FORCE], &[], Extreme::Largest, size);
     Some(KeyNumber::new(&millimetres(size, 3), what, report.job.place_words(point)).found(found))
 }

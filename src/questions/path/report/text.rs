@@ -61,7 +61,7 @@ fn cautions_text(summary: &Summary<'_>) -> String {
     let turned = found_gamma(study).map_or_else(String::new, |(found, how)| redundancy::report::sentence(found, how));
     failed
         + &turned
-        + &spread_report::along_cautions(summary.whole.as_ref(), study.stations.len())
+        + &spread_report::along_cautions(&along(summary), summary.whole.as_ref())
         + &spread_report::cautions(study.uncertainty.as_ref(), summary.spread_counts(), "point")
         + &cautions_of(study)
 }
@@ -86,9 +86,11 @@ fn along<'a>(summary: &'a Summary<'_>) -> Along<'a> {
         machine: &summary.study.machine.name,
         path: "this path".into(),
         commands: "compensated",
+        missing: "could not be compensated",
         points: summary.study.stations.len(),
         tolerance_mm: summary.study.tolerance_mm,
         unjudged: match (has_force(summary.study), outside(summary.study).is_empty()) {
+            _ if summary.study.stations.iter().all(|station| !station.cutting) => Some(spread_report::NOTHING_CUT),
             (false, _) => Some(spread_report::NO_FORCE),
             (true, false) => Some(spread_report::OUTSIDE),
             (true, true) => None,

@@ -46,14 +46,15 @@ pub(super) fn headline(results: &PlacementResults) -> Headline {
             let verdict = spread_report::along_verdict(&along(study), &spread.largest);
             let mut numbers = spread_report::along_numbers(&along(study), &spread.largest);
             if study.has_limits() {
-                numbers.truncate(1);
+                // Limits touch that without compensation, the last, in nothing.
+                numbers.drain(..numbers.len() - 1);
                 numbers.extend(compensated_number(study, entry, evaluation));
             }
             (format!("{verdict} {clamp}"), numbers)
         }
     };
     let spread_cautions = entry.spread.as_ref().map_or_else(String::new, |spread| {
-        spread_report::along_cautions(Some(&spread.largest), along(study).points)
+        spread_report::along_cautions(&along(study), Some(&spread.largest))
             + &spread_report::cautions(uncertainty, &spread_counts(results), "place")
     });
     Headline::new(sentence, basis)
@@ -85,15 +86,22 @@ pub(super) fn along(study: &PlacementStudy) -> Along<'_> {
         path: format!("the {}", part(study)),
         // The distribution is of the exact correction.
         commands: if study.has_limits() { "compensated without the limits given" } else { "compensated" },
+        missing: "could not be compensated",
         points: points.sum(),
         tolerance_mm: common_tolerance(study),
         unjudged: match common_tolerance(study) {
+            _ if study.features.iter().all(cuts_nowhere) => Some(spread_report::NOTHING_CUT),
             _ if study.features.iter().all(|job| largest_force_n(job) == 0.0) => Some(spread_report::NO_FORCE),
             _ if study.has_limits() => Some("The limits given are in no distribution"),
             None => Some("The features have different tolerances"),
             Some(_) => None,
         },
     }
+}
+
+/// Whether the tool cuts at no point of the feature.
+fn cuts_nowhere(job: &FeatureJob) -> bool {
+    job.feature.path.points().iter().all(|point| !point.cutting)
 }
 
 /// Returns the name of the only feature, or "workpiece".

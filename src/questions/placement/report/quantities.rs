@@ -61,9 +61,6 @@ pub(super) fn cell_values(study: &PlacementStudy) -> Vec<Quantity<Cell>> {
     std::iter::once(objective_from(move |cell: &Cell| Some(sought.value(cell.metrics()?)))).chain(metrics).collect()
 }
 
-/// Column of the probability that a place is the best.
-const BEST: &str = "best_probability";
-
 /// Makes the quantities of how sure named and found places are; none where inputs are taken as exact.
 pub(super) fn spread_values(study: &PlacementStudy) -> Vec<Quantity<Entry>> {
     let p95 = "95 % quantile of the worst deflection";
@@ -79,9 +76,11 @@ pub(super) fn spread_values(study: &PlacementStudy) -> Vec<Quantity<Entry>> {
         Quantity::new("compensated_within_tolerance_probability", within, Larger, |entry: &Entry| {
             entry.spread.as_ref()?.largest.compensated.as_ref()?.spread.within_tolerance
         }),
-        Quantity::new(BEST, "probability of being the best", Larger, |entry: &Entry| Some(entry.spread.as_ref()?.best)),
+        Quantity::new("best_probability", "probability of being the best", Larger, |entry: &Entry| {
+            Some(entry.spread.as_ref()?.best)
+        }),
     ];
-    let judged = all.into_iter().filter(|own| !study.has_limits() || own.better == Smaller || own.name == BEST);
+    let judged = all.into_iter().filter(|own| !study.has_limits() || !own.name.starts_with("compensated"));
     if study.features[0].uncertainty.is_some() { judged.collect() } else { Vec::new() }
 }
 
@@ -311,6 +310,6 @@ pub fn summary_json(results: &PlacementResults) -> Value {
 pub(super) fn spread_counts(results: &PlacementResults) -> SpreadCounts {
     let mut counts = SpreadCounts::default();
     let spreads = results.entries.iter().filter_map(|entry| entry.spread.as_ref());
-    spreads.for_each(|own| counts.add(&own.largest.plain.spread));
+    spreads.for_each(|own| counts.add(&own.largest.compensated.as_ref().unwrap_or(&own.largest.plain).spread));
     counts
 }

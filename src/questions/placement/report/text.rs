@@ -18,6 +18,7 @@ use crate::{
         },
         spread_report,
     },
+    simulation::spread_along::ALIKE,
 };
 
 /// Describes a place: position, and angles that are not zero.
@@ -139,13 +140,16 @@ fn spread_text(results: &PlacementResults) -> String {
     let spread = best_entry(results).and_then(|(entry, _)| entry.spread.as_ref());
     let Some((uncertainty, spread)) = uncertainty.zip(spread) else { return String::new() };
     spread_report::along_sentences(&headline::along(&results.study), &spread.largest, uncertainty)
-        + &robust_text(results)
         + &unconfirmed_text(results)
 }
 
 /// Returns the sentence about estimates that draws of the engine along the whole paths do not confirm; empty where they confirm all.
 fn unconfirmed_text(results: &PlacementResults) -> String {
-    let is_open = |entry: &&Entry| entry.spread.as_ref().is_some_and(|own| !own.largest.plain.is_confirmed);
+    let is_open = |own: &PlaceSpread| {
+        let all = [Some(&own.largest.plain), own.largest.compensated.as_ref()];
+        all.into_iter().flatten().any(|own| !own.is_confirmed)
+    };
+    let is_open = |entry: &&Entry| entry.spread.as_ref().is_some_and(is_open);
     let open: Vec<&str> = results.entries.iter().filter(is_open).map(|entry| entry.name.as_str()).collect();
     match open[..] {
         [] => "The engine, solved along all paths at each place in the draw at the 95 % quantile, confirms the estimates.\n".into(),
@@ -171,12 +175,14 @@ pub(super) fn robust_text(results: &PlacementResults) -> String {
     let (Some((robust, at_robust)), Some(own)) = (robust, &recommended.spread) else { return String::new() };
     // What the estimate is good for.
     let is_as_good =
-        |own: Option<f64>, least: Option<f64>| own.zip(least).is_some_and(|(own, least)| own <= 1.005 * least);
+        |own: Option<f64>, least: Option<f64>| own.zip(least).is_some_and(|(own, least)| own <= (1.0 + ALIKE) * least);
+    if p95(at_robust).is_none() {
+        return "No place within the bounds has a 95 % quantile: too many draws have no equilibrium.\n".into();
+    }
     let alike_best = is_as_good(p95(own), p95(at_robust));
-    let it = if alike_best { "it" } else { &robust.name };
     let mut text = match alike_best {
         true => format!(
-            "By what is not exceeded with 95 % probability without compensation, {}, no place of the list is better",
+            "By what is not exceeded with 95 % probability without compensation, {}, no place within the bounds is better",
             words(own)
         ),
         false => format!(
@@ -201,17 +207,19 @@ pub(super) fn robust_text(results: &PlacementResults) -> String {
         inside().filter_map(|(entry, spread)| Some((entry, left(spread)?))).min_by(|a, b| a.1.total_cmp(&b.1));
     if let (Some((entry, least)), Some(here)) = (least_left, left(own))
         && !is_as_good(Some(here), Some(least))
+        && !results.study.has_limits()
     {
         let lengths = [least, here].map(|length| millimetres(length, 3));
         text += &format!("With compensation {} is better, with {} for {} here.\n", entry.name, lengths[0], lengths[1]);
     }
-    let is_alike = |spread: &PlaceSpread| spread.worse_than_robust < TOLD_APART;
-    let alike = inside()
-        .filter(|(entry, spread)| entry.name != robust.name && entry.name != recommended.name && is_alike(spread));
+    let is_alike = |spread: &PlaceSpread| p95(spread).is_some() && spread.worse_than_robust < TOLD_APART;
+    let is_it = |entry: &Entry| entry.name == robust.name || (alike_best && entry.name == recommended.name);
+    let alike = inside().filter(|(entry, spread)| !is_it(entry) && is_alike(spread));
     let alike: Vec<&str> = alike.map(|(entry, _)| entry.name.as_str()).collect();
     if !alike.is_empty() {
         text += &format!(
-            "Not to be told apart from {it}, as they are worse by more than 0.5 % with less than 95 % probability: {}.\n",
+            "Not to be told apart from {}, as they are worse by more than 0.5 % with less than 95 % probability: {}.\n",
+            if alike_best { "the place recommended" } else { &robust.name },
             join_words(&alike)
         );
     }
