@@ -97,10 +97,10 @@ pub(crate) type LargestBoth = [Largest; 2];
 
 /// Spread at the points of a block.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub(crate) struct SpreadBlock {
+struct SpreadBlock {
     /// `None` where the nominal machine has no equilibrium.
-    pub points: Vec<Option<PointSpread>>,
-    pub largest: LargestBoth,
+    points: Vec<Option<PointSpread>>,
+    largest: LargestBoth,
 }
 
 /// How a point is commanded.
@@ -185,18 +185,29 @@ pub(crate) struct SpreadPath<'a> {
 }
 
 impl SpreadPath<'_> {
-    /// Computes the spread at the points of `part`, as pieces of `work`, pass number `passes - 1` of all that number their pieces together.
+    /// Computes the spread at the points of `part`, as pieces of `work`, pass number `passes - 1` of all that number their pieces together; `None` where
+    /// the nominal machine has no equilibrium. Adds their largest distances to `largest`.
     ///
     /// # Errors
     /// Of `work`.
-    pub fn solve_part(&self, part: &SpreadPart<'_>, passes: usize, work: &Work) -> Result<Vec<SpreadBlock>> {
+    pub fn solve_part(
+        &self,
+        part: &SpreadPart<'_>,
+        passes: usize,
+        work: &Work,
+        largest: &mut LargestBoth,
+    ) -> Result<Vec<Option<PointSpread>>> {
         let work = work.part("spread").numbered_after(passes - 1);
         let items = |block: &SpreadBlock| block.points.len();
-        block_pieces(part.tasks.len(), (part.first, passes), &work, items, |points, work| {
-            let solved = Block::new(self, part, &points, work).spread(self.drawn)?;
+        let blocks = block_pieces(part.tasks.len(), (part.first, passes), &work, items, |points, work| {
+            let solved = Block::new(self, part, &points, work).spread()?;
             work.tell(Event::Computed(points.len()));
             Ok(solved)
-        })
+        })?;
+        for block in &blocks {
+            largest.iter_mut().zip(&block.largest).for_each(|(all, next)| all.add(next));
+        }
+        Ok(blocks.into_iter().flat_map(|block| block.points).collect())
     }
 
     /// Largest distance from the path over all its points in a draw, its machines and its factor of the force, mm, or why there is none.
@@ -240,12 +251,16 @@ pub(crate) fn whole(
             return Ok(None);
         }
         let work = work.part("whole path").part(name);
-        let solve = |index: usize, _: &Machines, factor: f64| {
+        let solve = |index: usize, of_first: &Machines, factor: f64| {
             let mut most = 0.0f64;
             for (number, (path, each_part)) in paths.iter().enumerate() {
                 let work = work.part(&format!("draw {index}")).part(&number.to_string());
                 let on = |drawn: &Machines| path.largest_along(each_part, (index, drawn, factor), command, &work);
-                match path.drawn.on_draw(index, on).unwrap_or_else(|failure| Ok(Err(failure)))? {
+                let found = match number {
+                    0 => on(of_first),
+                    _ => path.drawn.on_draw(index, on).unwrap_or_else(|failure| Ok(Err(failure))),
+                };
+                match found? {
                     Ok(largest) => most = most.max(largest),
                     Err(failure) => return Ok(Err(failure)),
                 }
@@ -331,7 +346,8 @@ impl<'a> Block<'a> {
 
     /// Distances from the path at each point, with nominal numbers and with each parameter alone at its ends; `None` where there is no command, or
     /// even the nominal machine has no equilibrium.
-    fn responses(&self, drawn: &DrawnMachines<'_>, commanded: &Commanded) -> Result<Vec<Option<Solved>>> {
+    fn responses(&self, commanded: &Commanded) -> Result<Vec<Option<Solved>>> {
+        let drawn = self.path.drawn;
         let commands = commanded.of(0..self.tasks.len());
         let response = |nominal: Vector3<f64>| Response { nominal, ends: vec![[None; 2]; drawn.ends.len()] };
         let unloaded = self.solve(self.path.machines, 0.0, &commands)?;
@@ -390,36 +406,28 @@ impl<'a> Block<'a> {
         commands: &Commands<'_>,
     ) -> Result<Vec<std::result::Result<f64, Failure>>> {
         let loaded = self.solve(machines, factor, commands)?;
-        let free = match self.path.drawn.has_model_error() {
-            true => self.solve(machines, 0.0, commands)?,
-            false => loaded.clone(),
-        };
+        let free = if self.path.drawn.has_model_error() { self.solve(machines, 0.0, commands)? } else { Vec::new() };
         let error = |answer: &PathPointResult| answer.solved_error().ok_or_else(|| self.failure(answer, "draw"));
-        let size = |(loaded, free): (&PathPointResult, &PathPointResult)| {
-            Ok(self.path.drawn.real_displacement(index, error(free)?, error(loaded)?).norm())
+        let size = |(k, answer): (usize, &PathPointResult)| {
+            let (free, loaded) = (free.get(k).map(error).transpose()?, error(answer)?);
+            Ok(free.map_or(loaded, |free| self.path.drawn.real_displacement(index, free, loaded)).norm())
         };
-        Ok(loaded.iter().zip(&free).map(size).collect())
+        Ok(loaded.iter().enumerate().map(size).collect())
     }
 
     /// Distribution at point `k` with its sizes in the draws.
-    fn spread_at(
-        &self,
-        k: usize,
-        commanded: &Commanded,
-        drawn: &DrawnMachines<'_>,
-        solved: &Solved,
-    ) -> Result<(DeflectionSpread, Sizes)> {
+    fn spread_at(&self, k: usize, commanded: &Commanded, solved: &Solved) -> Result<(DeflectionSpread, Sizes)> {
         let solve = |index, machines: &Machines, factor| self.size_at(k, commanded, (index, machines, factor));
-        let tolerance_mm = self.path.tolerance_mm;
+        let SpreadPath { drawn, tolerance_mm, .. } = *self.path;
         let wanted = WantedSpread { drawn, tolerance_mm, solve: &solve, most_next: None };
         wanted.spread(solved.responses.as_ref().ok().map(|own| &own[..]))
     }
 
     /// Distributions at the points, and the largest distances over them.
-    fn spread(&self, drawn: &DrawnMachines<'_>) -> Result<SpreadBlock> {
+    fn spread(&self) -> Result<SpreadBlock> {
         let [plain, compensated] = [self.commanded(Command::Plain)?, self.commanded(Command::Compensated)?];
-        let all_plain = self.responses(drawn, &plain)?;
-        let all_compensated = self.responses(drawn, &compensated)?;
+        let all_plain = self.responses(&plain)?;
+        let all_compensated = self.responses(&compensated)?;
         let mut largest = LargestBoth::default();
         let mut points = Vec::with_capacity(all_plain.len());
         for (k, (at_plain, at_compensated)) in all_plain.iter().zip(&all_compensated).enumerate() {
@@ -427,10 +435,10 @@ impl<'a> Block<'a> {
                 points.push(None);
                 continue;
             };
-            let (own, sizes) = self.spread_at(k, &plain, drawn, solved)?;
+            let (own, sizes) = self.spread_at(k, &plain, solved)?;
             let mut point = PointSpread { plain: own, compensated: None, worse: None, without_force_mm: None };
             if let Some(solved) = at_compensated {
-                let (own, left) = self.spread_at(k, &compensated, drawn, solved)?;
+                let (own, left) = self.spread_at(k, &compensated, solved)?;
                 point.compensated = Some(own);
                 point.worse = (left.is_by_engine == sizes.is_by_engine)
                     .then(|| share_larger(&left.mm, &sizes.mm, self.path.margin_mm));

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::{Asked, Part, Pass, ProgramAsWritten, ProgramCommands, ProgramJob, commanded_poses};
+use super::{Asked, Part, Pass, ProgramAsWritten, ProgramJob, commanded_poses};
 use crate::{
     compensation::{Method, TaskPoint},
     input::error::{Error, Result},
@@ -73,9 +73,8 @@ impl ProgramJob {
         let machines = Machines::new(&self.machine, &self.process.errors)?;
         let methods: Vec<Method> = [Method::None].into_iter().chain(asked.compared.iter().copied()).collect();
         let (mut sums, mut as_written) = (vec![PathSums::default(); methods.len()], PathSums::default());
-        let (mut written_tracked, mut unloaded_tracked, mut spread_tracked) =
-            (self.tracker(), self.tracker(), self.tracker());
-        let (mut law, mut tracked_before, mut off) = (CuttingLawCheck::new(self), None, WithoutForce::default());
+        let (mut law, mut off) = (CuttingLawCheck::new(self), WithoutForce::default());
+        let (mut written_tracked, mut tracked_before) = (self.tracker(), None);
         let done = &|| work.tell(Event::Computed(1));
         let drawn = DrawnMachines::new(self.uncertainty.as_ref(), &machines, &self.process.errors)?;
         let (counts, tolerance_mm) = (|k: usize| self.is_counted(k), self.process.tolerance_mm);
@@ -109,28 +108,21 @@ impl ProgramJob {
                 let answers = run_tracked(&case, &Commands::Method(*method), &track, done);
                 self.sum_up(sums, part.first, &answers);
             }
-            let commands = ProgramCommands::CommandedPath(&written.sent);
-            let answers = self.part_results(&part, &mut written_tracked, &commands, &|commands| {
-                run_tracked(&case, commands, &track, done)
-            });
+            let poses = commanded_poses(&part, &mut written_tracked, &written.sent);
+            let commands = Commands::Program(&poses);
+            let answers = run_tracked(&case, &commands, &track, done);
             self.sum_up(&mut as_written, part.first, &answers);
             let unloaded = part.with_tasks(|task| TaskPoint { load: Wrench::zero(), ..*task });
             let case = unloaded.case([&self.machine, &self.real, &self.machine]);
-            let without_force = self.part_results(&part, &mut unloaded_tracked, &commands, &|commands| {
-                run_tracked(&case, commands, &track, done)
-            });
+            let without_force = run_tracked(&case, &commands, &track, done);
             let without_force: Vec<_> = without_force.iter().map(PathPointResult::solved_error).collect();
             self.add_without_force(&mut off, &part, &without_force);
             self.check_gouge(off)?;
             let mut spread = Vec::new();
             if let Some(uncertain) = &uncertain {
                 let track = TrackBlocks::of(&self.machine, part.tasks(), track.into_owned());
-                let poses = commanded_poses(&part, &mut spread_tracked, &written.sent);
                 let own = SpreadPart { first: part.first, tasks: part.tasks(), track: &track, written: Some(&poses) };
-                for block in uncertain.solve_part(&own, 1, work)? {
-                    largest.iter_mut().zip(&block.largest).for_each(|(all, next)| all.add(next));
-                    spread.extend(block.points);
-                }
+                spread = uncertain.solve_part(&own, 1, work, &mut largest)?;
             }
             take(&ProvedPart {
                 part: &part,

@@ -22,7 +22,7 @@ use crate::{
         BySource, Machines, Source,
         along_path::{self, PathCase, PathPointResult, PathSummary, PathSums, PointResidual, TrackBlocks, run_pieces},
         spread::DrawnMachines,
-        spread_along::{self, LargestBoth, SpreadBlock, SpreadPart, SpreadPath},
+        spread_along::{self, LargestBoth, SpreadPart, SpreadPath},
     },
     work::{Work, compute_overlapped},
 };
@@ -148,9 +148,8 @@ impl PathPart {
         Self { first: 0, sources: BySource::of(machine, |_| Vec::new()) }
     }
 
-    /// Sets the distributions at its points, block after block.
-    fn set_spread(&mut self, blocks: Vec<SpreadBlock>) {
-        let spreads = blocks.into_iter().flat_map(|block| block.points);
+    /// Sets the distributions at its points.
+    fn set_spread(&mut self, spreads: Vec<Option<PointSpread>>) {
         self.sources[Source::All].iter_mut().zip(spreads).for_each(|(effect, spread)| effect.spread = spread);
     }
 
@@ -244,11 +243,8 @@ pub fn run_in_parts(
         before = track.last().or(before.take());
         let (mut next, left) = compute_part(study, &machines, &track, points.clone(), work)?;
         if let Some(uncertain) = &uncertain {
-            let blocks = uncertain.solve_part(&study.spread_part(points, &track), pass_count(study), work)?;
-            for block in &blocks {
-                largest.iter_mut().zip(&block.largest).for_each(|(all, next)| all.add(next));
-            }
-            next.set_spread(blocks);
+            let own = study.spread_part(points, &track);
+            next.set_spread(uncertain.solve_part(&own, pass_count(study), work, &mut largest)?);
         }
         let counted_before = usize::from(study.is_closed && next.first == 0);
         for (sums, left) in methods.iter_mut().zip(left) {
@@ -282,7 +278,8 @@ pub fn run_range(study: &PathStudy, points: Range<usize>, work: &Work) -> Result
     let mut part = compute_sources(study, &machines, &track, points.clone(), work)?;
     if let Some(drawn) = DrawnMachines::new(study.uncertainty.as_ref(), &machines, &study.errors)? {
         let uncertain = study.spread_path(&machines, &drawn);
-        part.set_spread(uncertain.solve_part(&study.spread_part(points, &track), pass_count(study), work)?);
+        let (own, mut largest) = (study.spread_part(points, &track), LargestBoth::default());
+        part.set_spread(uncertain.solve_part(&own, pass_count(study), work, &mut largest)?);
     }
     work.barrier()?;
     Ok(part)

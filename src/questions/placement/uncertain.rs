@@ -97,12 +97,7 @@ fn spread_at(
     let mut largest = LargestBoth::default();
     for (f, (path, each_part)) in paths.iter().zip(&each_part).enumerate() {
         let work = work.part(&format!("feature {f}"));
-        each_part(&mut |part| {
-            for block in path.solve_part(part, 1, &work)? {
-                largest.iter_mut().zip(&block.largest).for_each(|(all, next)| all.add(next));
-            }
-            Ok(())
-        })?;
+        each_part(&mut |part| path.solve_part(part, 1, &work, &mut largest).map(drop))?;
     }
     let each_part = each_part.iter().map(|own| &**own as &EachPart<'_>);
     let found = whole(&paths.iter().zip(each_part).collect::<Vec<_>>(), &largest, work)?;
