@@ -1,6 +1,11 @@
 //! Distribution of a deflection where inputs are uncertain: sampled from a surrogate, and checked by draws of the whole engine.
 
-use std::{cell::OnceCell, sync::OnceLock};
+use std::{
+    borrow::Cow,
+    cell::OnceCell,
+    collections::{BTreeMap, btree_map::Entry},
+    sync::OnceLock,
+};
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
@@ -10,7 +15,7 @@ use crate::{
     compensation::TaskPoint,
     input::error,
     machine::ChainError,
-    process::uncertainty::{Cause, Draws, Quantiles, Response, Surrogate, Uncertainty, mean_and_error},
+    process::uncertainty::{Cause, Draws, P95, Quantiles, Response, Surrogate, Uncertainty, mean_and_error, quantile},
 };
 
 /// Distribution of a deflection over the draws.
@@ -41,8 +46,11 @@ pub struct DeflectionSpread {
 /// Largest difference of the engine from the surrogate that needs no further draws, as a share of the 95 % quantile, and in mm.
 const CLOSE: f64 = 0.005;
 const CLOSE_MM: f64 = 1e-6;
-/// Largest standard error of the 95 % quantile by the check, as a share.
+/// Largest standard error of the 95 % quantile by the check, as a share, where that by the number of draws is below half of it; and of the probability.
 const LARGEST_ERROR: f64 = 0.003;
+const LARGEST_PROBABILITY_ERROR: f64 = 0.01;
+/// Fewest draws, at a point or at those next to it, that show how far engine and surrogate differ in others.
+const FEWEST_ALIKE: usize = 4;
 /// Fewest draws next to a value by which a quantile or probability is corrected, and most: of the first scramble, whose machines are kept, and of all.
 const FEWEST_NEXT: usize = 8;
 const MOST_NEXT: [usize; 2] = [32, 256];
@@ -123,11 +131,13 @@ impl<'a> DrawnMachines<'a> {
     }
 }
 
-/// Size of a deflection in a draw, mm, or why it has none; of the number of the draw, its machines and its factor of the cutting force. `Err` if
-/// the work is stopped.
-type Solve<'a> = dyn Fn(usize, &Machines, f64) -> error::Result<Result<f64, Failure>> + 'a;
+/// A draw: its number, its machines and its factor of the cutting force.
+pub(crate) type Draw<'a> = (usize, &'a Machines, f64);
 
-/// A deflection whose distribution is wanted.
+/// Size of the deflection at the point with this index in a draw, mm, or why it has none. `Err` if the work is stopped.
+type Solve<'a> = dyn Fn(usize, Draw<'_>) -> error::Result<Result<f64, Failure>> + 'a;
+
+/// Deflections at points next to one another whose distributions are wanted.
 pub(crate) struct WantedSpread<'a> {
     /// The draws, and machines of them.
     pub drawn: &'a DrawnMachines<'a>,
@@ -140,10 +150,10 @@ pub(crate) struct WantedSpread<'a> {
 }
 
 impl WantedSpread<'_> {
-    /// Size in the draw `index`, mm; `None` if it has none. Counted in `spread`.
-    fn solve_draw(&self, index: usize, spread: &mut DeflectionSpread) -> error::Result<Option<f64>> {
+    /// Size at `point` in the draw `index`, mm; `None` if it has none. Counted in `spread`.
+    fn solve_draw(&self, point: usize, index: usize, spread: &mut DeflectionSpread) -> error::Result<Option<f64>> {
         let factor = self.drawn.uncertainty.draws.force[index];
-        let found = self.drawn.on_draw(index, |machines| (self.solve)(index, machines, factor));
+        let found = self.drawn.on_draw(index, |machines| (self.solve)(point, (index, machines, factor)));
         let found = found.unwrap_or_else(|failure| Ok(Err(failure)))?;
         spread.solved_draws += 1;
         if let Err(failure) = &found {
@@ -153,21 +163,34 @@ impl WantedSpread<'_> {
         Ok(found.ok())
     }
 
-    /// Distribution of the longest of the displacements without load (the first of `responses`) and under each load, and its size in the draws. Where
-    /// there are no `responses`, or the engine does not agree with the surrogate of them, by the engine.
-    pub fn spread(&self, responses: Option<&[Response]>) -> error::Result<(DeflectionSpread, Sizes)> {
-        let draws = &self.drawn.uncertainty.draws;
-        let Some([unloaded, loaded @ ..]) = responses else {
-            return self.spread_by_engine(DeflectionSpread::default());
+    /// Distribution at each of `points` of the longest of the displacements without load (the first response) and under each load, and its size in the
+    /// draws. Where there are no responses, or the engine does not agree with the surrogate of them, by the engine. `None` for points that are `None`.
+    pub fn spreads(
+        &self,
+        points: &[Option<Option<&[Response]>>],
+    ) -> error::Result<Vec<Option<(DeflectionSpread, Sizes)>>> {
+        let estimate = |(point, responses): (usize, &Option<Option<&[Response]>>)| {
+            let Some(Some([unloaded, loaded @ ..])) = responses else { return Ok(None) };
+            let draws = &self.drawn.uncertainty.draws;
+            let surrogate = Surrogate::new(&self.drawn.end_coordinates, unloaded, loaded, draws);
+            let causes = self.drawn.causes.iter().map(|(_, cause)| cause);
+            let spread = self.spread_with_cause(&surrogate.variances(draws, causes));
+            self.estimate(point, Cow::Owned(surrogate.largest_displacements(draws)), spread).map(Some)
         };
-        let surrogate = Surrogate::new(&self.drawn.end_coordinates, unloaded, loaded, draws);
-        let sizes = surrogate.largest_displacements(draws);
-        let causes = self.drawn.causes.iter().map(|(_, cause)| cause);
-        let mut spread = self.spread_with_cause(&surrogate.variances(draws, causes));
-        match self.check(&sizes, &mut spread)? {
-            true => Ok((spread, Sizes { mm: sizes, is_by_engine: false })),
-            false => self.spread_by_engine(spread),
-        }
+        let estimates: Vec<_> = points.iter().enumerate().map(estimate).collect::<error::Result<_>>()?;
+        let nearby: Vec<f64> = estimates.iter().flatten().filter_map(Estimate::first_share).collect();
+        let finish = |(point, (estimate, wanted)): (usize, (Option<Estimate<'_>>, _))| match (estimate, wanted) {
+            (_, &None) => Ok(None),
+            (None, _) => self.spread_by_engine(point, DeflectionSpread::default()).map(Some),
+            (Some(mut own), _) => match self.correct(&mut own, &nearby)? {
+                true => Ok(Some((
+                    own.spread,
+                    Sizes { mm: own.sizes.into_owned(), is_by_engine: false, is_corrected: own.is_corrected },
+                ))),
+                false => self.spread_by_engine(point, own.spread).map(Some),
+            },
+        };
+        estimates.into_iter().zip(points).enumerate().map(finish).collect()
     }
 
     /// A distribution with its main cause by the `variances` of each cause.
@@ -183,99 +206,135 @@ impl WantedSpread<'_> {
         }
     }
 
-    /// Fills `spread` with the quantiles of `sizes` in the draws (infinite without equilibrium), checked by the draw next to the 95 % quantile; where
-    /// the engine differs there, quantiles and probability are corrected by the mean difference in draws next to each. Returns whether the engine
-    /// agrees or corrected them: not where too few draws agree on a difference, or one has no equilibrium.
-    pub fn check(&self, sizes: &[f64], spread: &mut DeflectionSpread) -> error::Result<bool> {
-        let Quantiles { median, p95, p95_standard_error } = Quantiles::of(sizes);
-        spread.fill(median, p95, p95_standard_error);
-        spread.within_tolerance = self.tolerance_mm.map(|tolerance| share_within(sizes, tolerance));
-        if p95 <= ROUNDING_MM || !p95.is_finite() {
+    /// Distribution of `sizes` at the first point in the draws (infinite without equilibrium), begun as `spread`: checked, and corrected where the
+    /// engine differs. Returns also whether the engine agrees or corrected it.
+    pub fn check(&self, sizes: &[f64], spread: DeflectionSpread) -> error::Result<(DeflectionSpread, bool)> {
+        let mut own = self.estimate(0, Cow::Borrowed(sizes), spread)?;
+        let nearby: Vec<f64> = own.first_share().into_iter().collect();
+        let agrees = self.correct(&mut own, &nearby)?;
+        Ok((own.spread, agrees))
+    }
+
+    /// The distribution of `sizes` at `point`, begun as `spread`, with the draw next to its 95 % quantile solved by the engine.
+    fn estimate<'s>(
+        &self,
+        point: usize,
+        sizes: Cow<'s, [f64]>,
+        mut spread: DeflectionSpread,
+    ) -> error::Result<Estimate<'s>> {
+        let quantiles = Quantiles::of(&sizes);
+        spread.fill(quantiles.median, quantiles.p95, quantiles.p95_standard_error);
+        spread.within_tolerance = self.tolerance_mm.map(|tolerance| share_within(&sizes, &[0.0], tolerance));
+        let mut own =
+            Estimate { point, sizes, quantiles, spread, solved: BTreeMap::new(), first: None, is_corrected: false };
+        if own.is_checked() {
+            let order = own.in_order(Draws::PER_SCRAMBLE);
+            let nearest = own.next_to(&order, quantiles.p95, FEWEST_NEXT);
+            own.first = nearest.first().map(|index| self.difference(*index, &mut own)).transpose()?.flatten();
+            own.spread.check_difference = own.first.map(|difference| difference / quantiles.p95);
+        }
+        Ok(own)
+    }
+
+    /// Engine less surrogate in the draw `index`, mm, solved once; `None` where the engine has no equilibrium.
+    fn difference(&self, index: usize, estimate: &mut Estimate<'_>) -> error::Result<Option<f64>> {
+        let solved = match estimate.solved.entry(index) {
+            Entry::Occupied(kept) => *kept.get(),
+            Entry::Vacant(place) => *place.insert(self.solve_draw(estimate.point, index, &mut estimate.spread)?),
+        };
+        Ok(solved.map(|size| size - estimate.sizes[index]))
+    }
+
+    /// Where the engine differs at the 95 % quantile of `estimate`, or at points next to it (the differences `nearby`, as shares of that quantile),
+    /// moves quantiles and probability by the differences in draws next to each. Returns whether the engine agrees or corrected them: not where
+    /// these differ too much among one another, or one has no equilibrium.
+    fn correct(&self, estimate: &mut Estimate<'_>, nearby: &[f64]) -> error::Result<bool> {
+        if !estimate.is_checked() {
             return Ok(true);
         }
-        let in_order = |draws: usize| {
-            let mut order: Vec<usize> = (0..draws).filter(|index| sizes[*index].is_finite()).collect();
-            order.sort_by(|a, b| sizes[*a].total_cmp(&sizes[*b]));
-            order
-        };
-        let (few, all) = (in_order(Draws::PER_SCRAMBLE), OnceCell::new());
-        let mut next_to = |value: f64, is_known: &dyn Fn(&Difference) -> bool| {
+        let Quantiles { median, p95, p95_standard_error } = estimate.quantiles;
+        let (few, all) = (estimate.in_order(Draws::PER_SCRAMBLE), OnceCell::new());
+        let mut differences_at = |value: f64, nearby: &[f64], is_known: &IsKnown<'_>| {
             let most_next = self.most_next.unwrap_or(usize::MAX).max(FEWEST_NEXT);
             let [most, most_of_all] = MOST_NEXT.map(|most| most.min(most_next));
-            let found = self.difference_next_to((value, p95), sizes, (&few, most), is_known, spread)?;
-            match found {
-                None if spread.failed_draws == 0 => {
-                    let all = all.get_or_init(|| in_order(sizes.len()));
-                    self.difference_next_to((value, p95), sizes, (all, most_of_all), is_known, spread)
+            match self.differences_next_to(value, (&few, most), nearby, is_known, estimate)? {
+                None if estimate.spread.failed_draws == 0 => {
+                    let all = all.get_or_init(|| estimate.in_order(estimate.sizes.len()));
+                    self.differences_next_to(value, (all, most_of_all), nearby, is_known, estimate)
                 }
                 found => Ok(found),
             }
         };
-        let is_small = |found: &Difference| found.error_mm <= (LARGEST_ERROR * p95).max(CLOSE_MM);
-        let Some(by_p95) = next_to(p95, &is_small)? else { return Ok(false) };
-        let (mut by_median, mut by_tolerance) = (0.0, 0.0);
-        if by_p95.mean_mm != 0.0 {
-            let Some(found) = next_to(median, &is_small)? else { return Ok(false) };
-            by_median = found.mean_mm;
+        // Solving all draws instead would leave the error by their number.
+        let largest_error = (LARGEST_ERROR * p95).max(2.0 * p95_standard_error).max(CLOSE_MM);
+        let is_small = |_: &Estimate<'_>, found: &[f64]| mean_and_error(found).1 <= largest_error;
+        let Some(by_p95) = differences_at(p95, nearby, &is_small)? else { return Ok(false) };
+        let (mut by_median, mut by_tolerance) = (vec![0.0], vec![0.0]);
+        if by_p95 != [0.0] {
+            let Some(found) = differences_at(median, &[], &is_small)? else { return Ok(false) };
+            by_median = found;
             if let Some(tolerance) = self.tolerance_mm {
                 // Far from all draws it changes nothing.
-                let is_sure = |found: &Difference| {
+                let is_sure = |own: &Estimate<'_>, found: &[f64]| {
+                    let (_, error_mm) = mean_and_error(found);
                     let [most, least] =
-                        [1.0, -1.0].map(|sign| share_within(sizes, tolerance - found.mean_mm + sign * found.error_mm));
-                    most - least <= LARGEST_ERROR
+                        [1.0, -1.0].map(|sign| share_within(&own.sizes, found, tolerance + sign * error_mm));
+                    most - least <= LARGEST_PROBABILITY_ERROR
                 };
-                let Some(found) = next_to(tolerance, &is_sure)? else { return Ok(false) };
-                by_tolerance = found.mean_mm;
+                let Some(found) = differences_at(tolerance, &[], &is_sure)? else { return Ok(false) };
+                by_tolerance = found;
             }
         }
-        spread.fill(median + by_median, p95 + by_p95.mean_mm, libm::hypot(p95_standard_error, by_p95.error_mm));
-        spread.within_tolerance = self.tolerance_mm.map(|tolerance| share_within(sizes, tolerance - by_tolerance));
+        estimate.is_corrected = by_p95 != [0.0];
+        let Estimate { sizes, spread, first, .. } = estimate;
+        let error_mm = match by_p95[..] {
+            [_] => first.unwrap_or_default().abs(),
+            _ => mean_and_error(&by_p95).1,
+        };
+        let moved = |by: &[f64], share| quantile(&mut differing(sizes, by).collect::<Vec<f64>>(), share);
+        spread.fill(moved(&by_median, 0.5), moved(&by_p95, P95), libm::hypot(p95_standard_error, error_mm));
+        spread.within_tolerance = self.tolerance_mm.map(|tolerance| share_within(sizes, &by_tolerance, tolerance));
         Ok(true)
     }
 
-    /// Difference of engine and surrogate in the `most` draws of `order` (by ascending `sizes`) on both sides of `value`, mm: none if the first
-    /// agrees, measured by the quantile `p95`. `None` where it is not known well enough after these, or one has no equilibrium.
-    fn difference_next_to(
+    /// Differences of engine and surrogate in the `most` draws of `order` (by ascending size) on both sides of `value`, mm: a single zero if these, or
+    /// those `nearby`, agree. `None` where they are not known well enough after so many, or one has no equilibrium.
+    fn differences_next_to(
         &self,
-        (value, p95): (f64, f64),
-        sizes: &[f64],
+        value: f64,
         (order, most): (&[usize], usize),
-        is_known: &dyn Fn(&Difference) -> bool,
-        spread: &mut DeflectionSpread,
-    ) -> error::Result<Option<Difference>> {
-        let middle = order.partition_point(|index| sizes[*index] < value);
-        let (mut below, mut above) = (order[..middle].iter().rev(), order[middle..].iter());
-        // By turns above and below, on one side alone behind the last of the other.
-        let nearest = (0..order.len()).map_while(|turn| match turn % 2 {
-            0 => above.next().or_else(|| below.next()),
-            _ => below.next().or_else(|| above.next()),
-        });
-        let mut differences: Vec<f64> = Vec::new();
-        for &index in nearest.take(most) {
-            let Some(solved) = self.solve_draw(index, spread)? else { return Ok(None) };
-            differences.push(solved - sizes[index]);
-            let (mean_mm, error_mm) = mean_and_error(&differences);
-            if differences.len() == 1 {
-                spread.check_difference.get_or_insert(mean_mm / p95);
-                if mean_mm.abs() <= (CLOSE * p95).max(CLOSE_MM) {
-                    return Ok(Some(Difference { mean_mm: 0.0, error_mm: mean_mm.abs() }));
-                }
+        nearby: &[f64],
+        is_known: &IsKnown<'_>,
+        estimate: &mut Estimate<'_>,
+    ) -> error::Result<Option<Vec<f64>>> {
+        let p95 = estimate.quantiles.p95;
+        let is_alike = |own: &[f64]| {
+            let squares: f64 = own.iter().map(|share| share * share).sum();
+            own.len() >= FEWEST_ALIKE && squares <= CLOSE * CLOSE * own.len() as f64
+        };
+        let (mut differences, mut shares): (Vec<f64>, Vec<f64>) = (Vec::new(), Vec::new());
+        for index in estimate.next_to(order, value, most) {
+            let Some(difference) = self.difference(index, estimate)? else { return Ok(None) };
+            differences.push(difference);
+            shares.push(share_of(difference, p95));
+            let is_close = shares.iter().all(|share| share.abs() <= CLOSE);
+            if is_close && (is_alike(&shares) || is_alike(nearby)) {
+                return Ok(Some(vec![0.0]));
             }
-            let found = Difference { mean_mm, error_mm };
-            if differences.len() >= FEWEST_NEXT && is_known(&found) {
-                return Ok(Some(found));
+            if differences.len() >= FEWEST_NEXT && is_known(estimate, &differences) {
+                return Ok(Some(differences));
             }
         }
         Ok(None)
     }
 
     /// Fills `spread` by draws of the engine, scramble after scramble, until the 95 % quantile is known well enough; returns their sizes as well.
-    fn spread_by_engine(&self, spread: DeflectionSpread) -> error::Result<(DeflectionSpread, Sizes)> {
+    fn spread_by_engine(&self, point: usize, spread: DeflectionSpread) -> error::Result<(DeflectionSpread, Sizes)> {
         let mut spread = DeflectionSpread { solved_draws: 0, failed_draws: 0, first_failure: None, ..spread };
         let mut solved: Vec<f64> = Vec::new();
         let quantiles = loop {
             for index in solved.len()..solved.len() + Draws::PER_SCRAMBLE {
-                solved.push(self.solve_draw(index, &mut spread)?.unwrap_or(f64::INFINITY));
+                solved.push(self.solve_draw(point, index, &mut spread)?.unwrap_or(f64::INFINITY));
             }
             let found = Quantiles::of(&solved);
             let is_known = found.p95_standard_error <= LARGEST_ERROR * found.p95 || found.p95 == f64::INFINITY;
@@ -287,8 +346,8 @@ impl WantedSpread<'_> {
             }
         };
         spread.fill(quantiles.median, quantiles.p95, quantiles.p95_standard_error);
-        spread.within_tolerance = self.tolerance_mm.map(|tolerance| share_within(&solved, tolerance));
-        Ok((spread, Sizes { mm: solved, is_by_engine: true }))
+        spread.within_tolerance = self.tolerance_mm.map(|tolerance| share_within(&solved, &[0.0], tolerance));
+        Ok((spread, Sizes { mm: solved, is_by_engine: true, is_corrected: false }))
     }
 }
 
@@ -313,12 +372,65 @@ impl DeflectionSpread {
 pub(crate) struct Sizes {
     pub mm: Vec<f64>,
     pub is_by_engine: bool,
+    /// Whether the engine differs from these, so that their quantiles were corrected.
+    pub is_corrected: bool,
 }
 
-/// Engine less surrogate, and the standard error of that.
-struct Difference {
-    mean_mm: f64,
-    error_mm: f64,
+/// Whether differences of engine and surrogate in some draws say enough of an estimate.
+type IsKnown<'a> = dyn Fn(&Estimate<'_>, &[f64]) -> bool + 'a;
+
+/// A distribution by the surrogate.
+struct Estimate<'a> {
+    point: usize,
+    /// Sizes in the draws, mm.
+    sizes: Cow<'a, [f64]>,
+    quantiles: Quantiles,
+    spread: DeflectionSpread,
+    /// Sizes by the engine in draws, mm; `None` without equilibrium.
+    solved: BTreeMap<usize, Option<f64>>,
+    /// Engine less surrogate in the draw next to the 95 % quantile, mm; `None` where it was not solved, or has no equilibrium.
+    first: Option<f64>,
+    /// Whether quantiles and probability are corrected.
+    is_corrected: bool,
+}
+
+impl Estimate<'_> {
+    /// Whether there is something to check.
+    fn is_checked(&self) -> bool {
+        self.quantiles.p95 > ROUNDING_MM && self.quantiles.p95.is_finite()
+    }
+
+    /// The first of `draws` draws by ascending size.
+    fn in_order(&self, draws: usize) -> Vec<usize> {
+        let mut order: Vec<usize> = (0..draws).filter(|index| self.sizes[*index].is_finite()).collect();
+        order.sort_by(|a, b| self.sizes[*a].total_cmp(&self.sizes[*b]));
+        order
+    }
+
+    /// The `most` draws of `order`, by ascending size, next to `value`: by turns above and below it, on one side alone behind the last of the other. Points
+    /// begin with different ones, so that a draw that agrees by chance does not speak for all.
+    fn next_to(&self, order: &[usize], value: f64, most: usize) -> Vec<usize> {
+        let middle = order.partition_point(|index| self.sizes[*index] < value);
+        let (mut below, mut above) = (order[..middle].iter().rev(), order[middle..].iter());
+        let nearest = (0..order.len()).map_while(|turn| match turn % 2 {
+            0 => above.next().or_else(|| below.next()),
+            _ => below.next().or_else(|| above.next()),
+        });
+        let mut nearest: Vec<usize> = nearest.take(most).copied().collect();
+        let first = self.point % nearest.len().clamp(1, FEWEST_NEXT);
+        nearest.rotate_left(first);
+        nearest
+    }
+
+    /// `first` as a share of the 95 % quantile.
+    fn first_share(&self) -> Option<f64> {
+        self.first.map(|difference| share_of(difference, self.quantiles.p95))
+    }
+}
+
+/// `difference` as a share of `p95`: none where it is too small to matter.
+fn share_of(difference: f64, p95: f64) -> f64 {
+    if difference.abs() <= CLOSE_MM { 0.0 } else { difference / p95 }
 }
 
 /// The task of all sources with the cutting force times `factor`.
@@ -327,7 +439,12 @@ pub(crate) fn under(task: &TaskPoint, factor: f64) -> TaskPoint {
     if factor == 1.0 { task } else { TaskPoint { load: task.load.scale(factor), ..task } }
 }
 
-/// Share of `sizes` that are at most `tolerance`.
-fn share_within(sizes: &[f64], tolerance: f64) -> f64 {
-    sizes.iter().filter(|size| **size <= tolerance).count() as f64 / sizes.len() as f64
+/// Each of `sizes` with each of the differences `by`.
+fn differing<'a>(sizes: &'a [f64], by: &'a [f64]) -> impl Iterator<Item = f64> + 'a {
+    sizes.iter().flat_map(move |size| by.iter().map(move |difference| size + difference))
+}
+
+/// Share of `sizes`, each with each of the differences `by`, that are at most `tolerance`.
+fn share_within(sizes: &[f64], by: &[f64], tolerance: f64) -> f64 {
+    differing(sizes, by).filter(|size| *size <= tolerance).count() as f64 / (sizes.len() * by.len()) as f64
 }

@@ -12,7 +12,7 @@ use super::{
     Failure, Machines, ROUNDING_MM, Source,
     along_path::{self, Commands, PathCase, PathPointResult, TrackBlocks, block_pieces},
     path_blocks::{Stretch, solve_stretches},
-    spread::{DeflectionSpread, DrawnMachines, Sizes, WantedSpread, under},
+    spread::{DeflectionSpread, Draw, DrawnMachines, Sizes, WantedSpread, under},
     tracking::TrackPoint,
 };
 use crate::{
@@ -32,8 +32,8 @@ pub struct PointSpread {
     pub plain: DeflectionSpread,
     /// Distance from the path at the compensated command, which is computed with nominal numbers; `None` where compensation failed.
     pub compensated: Option<DeflectionSpread>,
-    /// Probability that the tool is farther from the path at the compensated command than at the nominal one, by more than 0.5 %; `None` where only one of the
-    /// distributions is by the engine.
+    /// Probability that the tool is farther from the path at the compensated command than at the nominal one, by more than 0.5 %; `None` where one of the
+    /// distributions is by the engine and the other had to be corrected.
     pub worse: Option<f64>,
     /// Distance from the path at the compensated command where the cutting force is absent, with nominal numbers, mm; `None` without equilibrium.
     pub without_force_mm: Option<f64>,
@@ -122,6 +122,13 @@ struct Solved {
     unloaded: Option<Vector3<f64>>,
     /// Without load and under the cutting force, or why one of them is missing.
     responses: std::result::Result<[Response; 2], Failure>,
+}
+
+impl Solved {
+    /// Without load and under the cutting force; `None` where one of them is missing.
+    fn known(&self) -> Option<&[Response]> {
+        self.responses.as_ref().ok().map(|own| &own[..])
+    }
 }
 
 /// Commands of the points of a block.
@@ -214,7 +221,7 @@ impl SpreadPath<'_> {
     fn largest_along(
         &self,
         each_part: &EachPart<'_>,
-        draw: (usize, &Machines, f64),
+        draw: Draw<'_>,
         command: Command,
         work: &Work,
     ) -> Result<std::result::Result<f64, Failure>> {
@@ -251,7 +258,7 @@ pub(crate) fn whole(
             return Ok(None);
         }
         let work = work.part("whole path").part(name);
-        let solve = |index: usize, of_first: &Machines, factor: f64| {
+        let solve = |_, (index, of_first, factor): Draw<'_>| {
             let mut most = 0.0f64;
             for (number, (path, each_part)) in paths.iter().enumerate() {
                 let work = work.part(&format!("draw {index}")).part(&number.to_string());
@@ -270,8 +277,8 @@ pub(crate) fn whole(
         let most_next = MOST_POINTS.checked_div(largest.points);
         let wanted = WantedSpread { drawn: first.drawn, tolerance_mm, solve: &solve, most_next };
         let DeflectionSpread { main_cause, main_cause_share, .. } = largest.worst.clone();
-        let mut spread = DeflectionSpread { main_cause, main_cause_share, ..DeflectionSpread::default() };
-        let agrees = wanted.check(&largest.sizes, &mut spread)?;
+        let spread = DeflectionSpread { main_cause, main_cause_share, ..DeflectionSpread::default() };
+        let (spread, agrees) = wanted.check(&largest.sizes, spread)?;
         let is_confirmed = agrees && (spread.solved_draws > 0 || spread.p95_mm.is_some_and(|p95| p95 <= ROUNDING_MM));
         Ok(Some(LargestSpread { spread, is_confirmed, points: largest.points }))
     };
@@ -388,12 +395,7 @@ impl<'a> Block<'a> {
     }
 
     /// Distance from the path at point `k` in a draw, mm.
-    fn size_at(
-        &self,
-        k: usize,
-        commanded: &Commanded,
-        draw: (usize, &Machines, f64),
-    ) -> Result<std::result::Result<f64, Failure>> {
+    fn size_at(&self, k: usize, commanded: &Commanded, draw: Draw<'_>) -> Result<std::result::Result<f64, Failure>> {
         let none = Failure { status: "not_converged".into(), reason: "there is no point".into() };
         let point = Self { tasks: &self.tasks[k..=k], track: &self.track[k..=k], ..*self };
         Ok(point.sizes(draw, &commanded.of(k..k + 1))?.pop().unwrap_or(Err(none)))
@@ -402,7 +404,7 @@ impl<'a> Block<'a> {
     /// Distances from the path at each point in the draw `index`, its machines and its factor of the force, mm, or why there is none.
     fn sizes(
         &self,
-        (index, machines, factor): (usize, &Machines, f64),
+        (index, machines, factor): Draw<'_>,
         commands: &Commands<'_>,
     ) -> Result<Vec<std::result::Result<f64, Failure>>> {
         let loaded = self.solve(machines, factor, commands)?;
@@ -415,12 +417,17 @@ impl<'a> Block<'a> {
         Ok(loaded.iter().enumerate().map(size).collect())
     }
 
-    /// Distribution at point `k` with its sizes in the draws.
-    fn spread_at(&self, k: usize, commanded: &Commanded, solved: &Solved) -> Result<(DeflectionSpread, Sizes)> {
-        let solve = |index, machines: &Machines, factor| self.size_at(k, commanded, (index, machines, factor));
+    /// Distributions at `points` from `first` on, with their sizes in the draws.
+    fn spreads_at(
+        &self,
+        first: usize,
+        commanded: &Commanded,
+        points: &[Option<Solved>],
+    ) -> Result<Vec<Option<(DeflectionSpread, Sizes)>>> {
+        let solve = |k, draw: Draw<'_>| self.size_at(first + k, commanded, draw);
         let SpreadPath { drawn, tolerance_mm, .. } = *self.path;
         let wanted = WantedSpread { drawn, tolerance_mm, solve: &solve, most_next: None };
-        wanted.spread(solved.responses.as_ref().ok().map(|own| &own[..]))
+        wanted.spreads(&points.iter().map(|point| point.as_ref().map(Solved::known)).collect::<Vec<_>>())
     }
 
     /// Distributions at the points, and the largest distances over them.
@@ -430,35 +437,41 @@ impl<'a> Block<'a> {
         let all_compensated = self.responses(&compensated)?;
         let mut largest = LargestBoth::default();
         let mut points = Vec::with_capacity(all_plain.len());
-        for (k, (at_plain, at_compensated)) in all_plain.iter().zip(&all_compensated).enumerate() {
-            let Some(solved) = at_plain else {
-                points.push(None);
-                continue;
-            };
-            let (own, sizes) = self.spread_at(k, &plain, solved)?;
-            let mut point = PointSpread { plain: own, compensated: None, worse: None, without_force_mm: None };
-            if let Some(solved) = at_compensated {
-                let (own, left) = self.spread_at(k, &compensated, solved)?;
-                point.compensated = Some(own);
-                point.worse = (left.is_by_engine == sizes.is_by_engine)
-                    .then(|| share_larger(&left.mm, &sizes.mm, self.path.margin_mm));
-                point.without_force_mm = solved.unloaded.map(|error| error.norm());
-                if self.counts(k) {
-                    let worst = point.compensated.clone().unwrap_or_default();
-                    largest[1].add(&Largest { sizes: left.mm, points: 1, worst });
+        for (group, (at_plain, at_compensated)) in
+            all_plain.chunks(Batch::WIDTH).zip(all_compensated.chunks(Batch::WIDTH)).enumerate()
+        {
+            let first = group * Batch::WIDTH;
+            let of_plain = self.spreads_at(first, &plain, at_plain)?;
+            let of_compensated = self.spreads_at(first, &compensated, at_compensated)?;
+            for (k, (own, with)) in (first..).zip(of_plain.into_iter().zip(of_compensated)) {
+                let Some((own, sizes)) = own else {
+                    points.push(None);
+                    continue;
+                };
+                let mut point = PointSpread { plain: own, compensated: None, worse: None, without_force_mm: None };
+                if let Some((own, left)) = with {
+                    let are_comparable =
+                        left.is_by_engine == sizes.is_by_engine || !(left.is_corrected || sizes.is_corrected);
+                    point.worse = are_comparable.then(|| share_larger(&left.mm, &sizes.mm, self.path.margin_mm));
+                    let unloaded = all_compensated[k].as_ref().and_then(|solved| solved.unloaded);
+                    point.without_force_mm = unloaded.map(|error| error.norm());
+                    if self.counts(k) {
+                        largest[1].add(&Largest { sizes: left.mm, points: 1, worst: own.clone() });
+                    }
+                    point.compensated = Some(own);
                 }
+                if self.counts(k) {
+                    largest[0].add(&Largest { sizes: sizes.mm, points: 1, worst: point.plain.clone() });
+                }
+                points.push(Some(point));
             }
-            if self.counts(k) {
-                largest[0].add(&Largest { sizes: sizes.mm, points: 1, worst: point.plain.clone() });
-            }
-            points.push(Some(point));
         }
         Ok(SpreadBlock { points, largest })
     }
 
     /// Largest distance from the path in a draw, over the points at which the nominal machine is there under the same command, mm, or why
     /// there is none.
-    fn largest(&self, draw: (usize, &Machines, f64), command: Command) -> Result<std::result::Result<f64, Failure>> {
+    fn largest(&self, draw: Draw<'_>, command: Command) -> Result<std::result::Result<f64, Failure>> {
         let commanded = self.commanded(command)?;
         let commands = commanded.of(0..self.tasks.len());
         let nominal = self.solve(self.path.machines, 1.0, &commands)?;

@@ -207,7 +207,7 @@ fn a_lever_has_the_exact_quantiles() {
         assert_eq!(spread.main_cause.as_deref(), Some("guide.slide.stiffness"));
         let expected = variance(stiffness) / (variance(stiffness) + variance(load));
         assert!((spread.main_cause_share.unwrap() - expected).abs() < 0.02, "{spread:?} instead of {expected}");
-        assert!(spread.check_difference.unwrap().abs() < 1e-6 && spread.solved_draws == 1, "{spread:?}");
+        assert!(spread.check_difference.unwrap().abs() < 1e-6 && spread.solved_draws == 4, "{spread:?}");
     }
 }
 
@@ -236,7 +236,7 @@ fn a_model_that_leaves_something_out_spreads_a_lever() {
         assert!((found / expected - 1.0).abs() < 6e-3, "{found} instead of {expected}");
     }
     assert_eq!(spread.main_cause.as_deref(), Some("what the model leaves out"));
-    assert!(spread.check_difference.unwrap().abs() < 1e-6 && spread.solved_draws == 1, "{spread:?}");
+    assert!(spread.check_difference.unwrap().abs() < 1e-6 && spread.solved_draws == 4, "{spread:?}");
 }
 
 /// The study's text with its slice at the floor of the workspace of a built-in machine.
@@ -401,8 +401,10 @@ fn spreads_are_the_same_on_any_number_of_threads() {
     };
     let one = on(1);
     assert_eq!(one, on(3));
-    // A point alone, in another group, is the same as among others.
-    assert_eq!(map::run_range(&study, 11..12, &Work::default()).unwrap()[0], one[11]);
+    // A point alone is checked by more draws than one among others, and is the same by more than its check.
+    let p95 = |point: &MapPoint| point.effect(Source::All).unwrap().spread.as_ref().unwrap().p95_mm.unwrap();
+    let alone = &map::run_range(&study, 11..12, &Work::default()).unwrap()[0];
+    assert!((p95(alone) / p95(&one[11]) - 1.0).abs() < 5e-3, "{alone:?}, {:?}", one[11]);
 }
 
 /// What is assumed varies on every built-in machine that has something so graded: matrices of links as a whole.

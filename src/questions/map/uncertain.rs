@@ -10,7 +10,7 @@ use crate::{
     process::uncertainty::Response,
     simulation::{
         Failure, Machines, Source,
-        spread::{DeflectionSpread, DrawnMachines, WantedSpread, under},
+        spread::{DeflectionSpread, Draw, DrawnMachines, WantedSpread, under},
     },
     statics::Batch,
     work::Work,
@@ -59,27 +59,22 @@ impl<'a> SpreadSolver<'a> {
                 });
             }
         }
-        let spread = |(point, at): (Option<Responses>, &&Configuration)| {
-            let Some(responses) = point else { return Ok(None) };
-            let solve = |index, machines: &Machines, factor| {
-                work.check()?;
-                Ok(largest_displacement((study, drawn), at, machines, (index, factor)))
-            };
-            let tolerance_mm = study.scene.tolerance_mm;
-            let wanted = WantedSpread { drawn, tolerance_mm, solve: &solve, most_next: None };
-            Ok(Some(wanted.spread(responses.as_deref().ok())?.0))
+        let solve = |point: usize, draw: Draw<'_>| {
+            work.check()?;
+            Ok(largest_displacement((study, drawn), configurations[point], draw))
         };
-        points.into_iter().zip(configurations).map(spread).collect()
+        let wanted = WantedSpread { drawn, tolerance_mm: study.scene.tolerance_mm, solve: &solve, most_next: None };
+        let responses = points.iter().map(|point| point.as_ref().map(|found| found.as_deref().ok()));
+        let found = wanted.spreads(&responses.collect::<Vec<_>>())?;
+        Ok(found.into_iter().map(|own| own.map(|(spread, _)| spread)).collect())
     }
 }
 
-/// Length of the longest displacement over φ at `at` of the `machines` of the draw `index` under the cutting force times `factor`, mm, undeflected
-/// to begin with.
+/// Length of the longest displacement over φ at `at` in a draw, mm, undeflected to begin with.
 fn largest_displacement(
     (study, drawn): (&WorkspaceMapStudy, &DrawnMachines<'_>),
     at: &Configuration,
-    machines: &Machines,
-    (index, factor): (usize, f64),
+    (index, machines, factor): Draw<'_>,
 ) -> Result<f64, Failure> {
     let mut group = SessionGroup::new(machines, Source::All);
     group.set_rigid(&[at; Batch::WIDTH]);
