@@ -23,7 +23,7 @@ pub enum Target {
 }
 
 impl Target {
-    /// Description of what is compensated.
+    /// Describes in words what is compensated.
     pub fn words(self) -> &'static str {
         match self {
             Target::ToolTip => "position of the tool tip T",
@@ -113,8 +113,7 @@ impl TaskPoint {
         Pose { rotation, translation: self.pose.translation + linear + turned_about_point }
     }
 
-    /// Change of each controlled coordinate of the commanded frame (rows, of P and of the platform's axes) per unit of
-    /// each compensated coordinate (columns), mm and rad.
+    /// Change of each controlled coordinate of the commanded frame (rows) per unit of each compensated coordinate (columns), mm and rad.
     pub fn control_changes(&self, machine: &Machine) -> DMatrix<f64> {
         let twists = self.shift_twists(machine);
         let change = |row: usize, column: usize| match machine.controls[row] {

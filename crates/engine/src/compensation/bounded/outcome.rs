@@ -94,8 +94,8 @@ pub struct Errors {
 }
 
 impl Errors {
-    /// Errors from the lengths of the points' task errors, mm; zero if there are none.
-    pub(super) fn of(lengths: impl Iterator<Item = f64>) -> Self {
+    /// Root mean square and maximum of `lengths`, the lengths of the points' task errors, mm; zero if there are none.
+    pub(super) fn from_lengths(lengths: impl Iterator<Item = f64>) -> Self {
         let (mut squares, mut worst, mut count) = (0.0, 0.0f64, 0);
         for length in lengths {
             squares += length * length;
