@@ -45,7 +45,7 @@ impl Check {
         Self { misfits: Some(Arc::default()), ..Self::new(origin) }
     }
 
-    /// Returns the same location; misfits there and below are errors at once.
+    /// Returns the same location without collecting: misfits there and below are returned as errors.
     pub fn at_once(&self) -> Self {
         Self { misfits: None, ..self.clone() }
     }
@@ -200,7 +200,7 @@ impl Check {
         if v.norm() > 1e-12 { Ok(v.normalize()) } else { self.fail(format!("must not be zero, got {value:?}")) }
     }
 
-    /// Checks an interval `[smallest, largest]`, if given, and returns it multiplied by `unit`.
+    /// Checks an interval `[smallest, largest]`, if given, and returns both ends multiplied by `unit`, the size of their unit.
     pub fn interval(&self, value: Option<[f64; 2]>, unit: f64) -> Result<Option<(f64, f64)>> {
         match value {
             None => Ok(None),
@@ -249,7 +249,7 @@ impl Check {
         Ok(())
     }
 
-    /// Checks that a name is not too long for a part of a file name.
+    /// Checks that a name, as [`file_stem`] writes it, is not too long for a part of a file name.
     pub fn short(&self, name: &str) -> Result<()> {
         let length = file_stem(name).len();
         if length <= LONGEST_IN_A_FILE_NAME {

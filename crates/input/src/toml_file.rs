@@ -14,7 +14,7 @@ use crate::error::{Error, Result};
 /// A longer file is no machine or study file, bytes.
 pub const MAX_LENGTH: u64 = 1 << 20;
 
-/// Reads `file` as text.
+/// Reads `file` as UTF-8 text; fails if it is no file, longer than 1 MiB or no text.
 pub fn read(file: &Path) -> Result<String> {
     text(crate::file::read_at_most(file, MAX_LENGTH)?, file)
 }
@@ -30,19 +30,19 @@ pub fn text(bytes: Vec<u8>, file: &Path) -> Result<String> {
 pub fn line_of(text: &str, key: &str) -> Option<usize> {
     let file = DeTable::parse(text).ok()?.into_inner();
     let mut steps = key.split(['.', '[']);
-    let (_, mut found) = file.get_key_value(steps.next()?)?;
+    let (_, mut value) = file.get_key_value(steps.next()?)?;
     for step in steps {
-        let below = match found.get_ref() {
+        let below = match value.get_ref() {
             DeValue::Table(table) => table.get(step),
             DeValue::Array(items) => step.strip_suffix(']').and_then(|index| items.get(index.parse::<usize>().ok()?)),
             _ => None,
         };
         match below {
-            Some(value) => found = value,
+            Some(inner) => value = inner,
             None => break,
         }
     }
-    Some(line_at(text, found.span().start))
+    Some(line_at(text, value.span().start))
 }
 
 /// Returns the line, from 1, of the byte `at` of `text`.
@@ -50,7 +50,7 @@ fn line_at(text: &str, at: usize) -> usize {
     1 + text[..at.min(text.len())].matches('\n').count()
 }
 
-/// Parses `text`; `origin` names it in error messages.
+/// Parses `text` as TOML into `T`; errors name it `origin` and have line and key.
 pub fn parse<T: DeserializeOwned>(text: &str, origin: &str) -> Result<T> {
     let fault = |message: &str, span: Option<Range<usize>>, key: String| Error::Syntax {
         file: origin.to_string(),

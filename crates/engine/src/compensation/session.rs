@@ -289,7 +289,7 @@ impl Session {
     /// Largest difference of `drives` from the present ones, as a share of the characteristic length; rotations count at that length.
     pub(super) fn drive_difference(&self, drives: &[f64]) -> f64 {
         let scale = self.nominal.characteristic_length;
-        let units = self.nominal.drives().map(|(_, drive)| drive.motion.of(1.0, scale) / scale);
+        let units = self.nominal.drives().map(|(_, drive)| drive.motion.choose(1.0, scale) / scale);
         let differences =
             self.drives.iter().zip(drives).zip(units).map(|((present, other), unit)| (present - other).abs() * unit);
         differences.fold(0.0, larger)

@@ -22,12 +22,10 @@ impl Machine {
     /// This machine with drives that stay at `positions` (mm or degrees) instead of serving the task; a drive is named by its label in tables
     /// ([`Machine::drive_labels`]), or by its own name if no other has it. Drives of the workpiece carrier that are not named stay where they are.
     ///
-    /// Home is with these drives where they are locked and the others as near to their home as they can with the platform
-    /// turned as before; it moves with a rail.
+    /// Home moves to where these drives are locked, the others as near to their home as the orientation of the platform there allows.
     ///
     /// # Errors
-    /// A drive that is unknown, ambiguous or named twice, a position beyond its travel, and drives without which the task cannot be
-    /// met; messages begin with the name.
+    /// A drive that is unknown, ambiguous or named twice, a position beyond its travel, a task that the others cannot meet.
     pub fn with_locked_drives<N: AsRef<str>>(&self, positions: &[(N, f64)]) -> Result<Machine> {
         let mut machine = self.clone();
         let all = self.lockable_drives();
@@ -103,7 +101,7 @@ impl Machine {
 
     /// All drives that can be locked: those of the machine, then those of its workpiece carrier.
     fn lockable_drives(&self) -> Vec<LockableDrive> {
-        let of = |machine: &Machine, carries: bool| -> Vec<LockableDrive> {
+        let lockable_of = |machine: &Machine, carries: bool| -> Vec<LockableDrive> {
             let drives = machine.drives().zip(machine.drive_labels()).enumerate();
             let lockable = |(index, ((_, drive), label)): (usize, ((usize, &Drive), String))| LockableDrive {
                 label,
@@ -113,8 +111,8 @@ impl Machine {
             };
             drives.map(lockable).collect()
         };
-        let mut all = of(self, false);
-        all.extend(self.carrier.iter().flat_map(|carrier| of(carrier, true)));
+        let mut all = lockable_of(self, false);
+        all.extend(self.carrier.iter().flat_map(|carrier| lockable_of(carrier, true)));
         all
     }
 

@@ -140,8 +140,7 @@ impl Machine {
     /// Inverse kinematics of P at `position` mm, the platform oriented as at home as far as the drives control that.
     ///
     /// # Errors
-    /// As [`Machine::inverse_kinematics`], and [`Machine::check_uncontrolled`]: a coordinate that is not controlled may be asked
-    /// for only where it stands.
+    /// As [`Machine::inverse_kinematics`], and [`Unreachable::Uncontrolled`] for an uncontrolled coordinate elsewhere than where it stands.
     pub fn command(&self, position: Vector3<f64>) -> Result<Configuration, Unreachable> {
         let at = self.inverse_kinematics(&self.pose_at(position))?;
         self.check_uncontrolled(position, &at)?;

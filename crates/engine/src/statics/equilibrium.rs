@@ -168,7 +168,7 @@ struct Balance {
 }
 
 impl<'a> Newton<'a> {
-    /// Prepares the iteration from `start`.
+    /// Prepares the iteration from the state `start`; `load`: dead wrench at P in O axes (N, N·mm); with a `task` the drives move.
     fn new(
         machine: &'a Machine,
         drives: &'a [f64],
@@ -289,8 +289,7 @@ impl<'a> Newton<'a> {
         is_singular
     }
 
-    /// Whether something moves without resistance in `state`, weight left out, that does not at home; without weight, a free platform
-    /// always counts.
+    /// Whether something moves without resistance in `state`, weight left out, but not at home; without weight a free platform counts.
     fn is_freer_than_at_home(&mut self, state: &State) -> bool {
         let softest = self.softest_without_weight(state);
         if softest.is_nearly_free() {
@@ -477,8 +476,7 @@ impl Softest {
         Self { value, largest, stiffness, is_stable, has_idle_motion: false }
     }
 
-    /// Softest direction by the compliance at P, rotations taken at `scale` mm; `None`: a free platform. A rigid direction counts as
-    /// compliant as the slack springs of `rigid`.
+    /// Softest direction by the compliance at P, rotations at `scale` mm; `None`: free platform. Rigid ones yield as the slacks of `rigid`.
     fn by_compliance(compliance: Option<&Matrix6<f64>>, scale: f64, is_stable: bool, rigid: &RigidDirections) -> Self {
         let (mut value, mut largest, mut stiffness) = (0.0, 1.0, None);
         if let Some(compliance) = compliance.and_then(|compliance| scaled_symmetric(compliance, 1.0 / scale)) {
@@ -492,7 +490,7 @@ impl Softest {
         Self { value, largest, stiffness, is_stable, has_idle_motion: false }
     }
 
-    /// Whether its stiffness is next to nothing compared with that of the stiffest direction.
+    /// Whether the softest direction has next to no stiffness, compared with the stiffest direction.
     fn is_nearly_free(&self) -> bool {
         self.value.abs() <= NEARLY_FREE * self.largest
     }

@@ -69,13 +69,13 @@ pub(super) struct Commands<'a> {
 }
 
 impl Commands<'_> {
-    /// Those of some cases.
+    /// The commands of the cases in the range `cases`.
     pub fn part(&mut self, cases: Range<usize>) -> Commands<'_> {
         Commands { nominal: self.nominal, starts: &self.starts[cases.clone()], poses: &mut self.poses[cases] }
     }
 }
 
-/// What tasks make of the poses, one per lane.
+/// Task errors at the poses of the lanes.
 struct Tasks<R> {
     square: SquareTask<R>,
     /// Length of each lane's task error, mm.
@@ -139,8 +139,8 @@ impl<R: Real> LaneSolver<R> {
         self.solve_commanded(machine, cases, None, settings, outcomes);
     }
 
-    /// The same; with `commands` the drives move as those of the nominal machine while P is commanded elsewhere, its rotation as commanded.
-    /// What is commanded then is left in them.
+    /// Solves as [`LaneSolver::solve`]. With `commands`, the drives follow the nominal machine, whose P moves, its rotation kept, so that
+    /// the tasks are met; the poses in `commands` get the positions found.
     pub(super) fn solve_commanded(
         &mut self,
         machine: &Machine,
@@ -161,7 +161,7 @@ impl<R: Real> LaneSolver<R> {
             for lane in 0..R::LANES {
                 // Lanes to spare do what the first one does.
                 let from = if lane < cases.len() { lane } else { 0 };
-                own.put(lane, commands.starts[from], cases[from].drives, &commands.poses[from]);
+                own.set_lane(lane, commands.starts[from], cases[from].drives, &commands.poses[from]);
             }
         }
         let gravity = Vec3::splat(&machine.gravity);
@@ -176,12 +176,12 @@ impl<R: Real> LaneSolver<R> {
                 self.linearise(machine, gravity);
             }
             let count = match (&commands, &self.command) {
-                (Some(_), Some(command)) => command.count(),
+                (Some(_), Some(command)) => command.coordinate_count(),
                 _ => self.drives.len(),
             };
-            let mut tasks = self.tasks(machine, cases, progress.active, count);
+            let mut tasks = self.task_errors(machine, cases, progress.active, count);
             if let (Some(commands), Some(tasks)) = (&commands, &mut tasks) {
-                self.command_motions(commands.nominal, tasks);
+                self.linearise_command(commands.nominal, tasks);
             }
             let imbalance = self.judge_lanes(machine, cases, tasks.as_ref(), &mut progress, settings);
             if iteration == 0 {
@@ -203,13 +203,13 @@ impl<R: Real> LaneSolver<R> {
         self.append_outcomes(machine, cases, &progress, outcomes);
         if let (Some(commands), Some(own)) = (&mut commands, &self.command) {
             for (lane, pose) in commands.poses.iter_mut().enumerate() {
-                pose.translation = own.position(lane);
+                pose.translation = own.commanded_position(lane);
             }
         }
     }
 
-    /// Has `tasks` say how the drives move with the command, and be no smaller than what the nominal machine is from it.
-    fn command_motions(&mut self, nominal: &Machine, tasks: &mut Tasks<R>) {
+    /// Linearises the nominal machine at its command: `tasks` get how the drives move with it, and sizes not below its closure errors, mm.
+    fn linearise_command(&mut self, nominal: &Machine, tasks: &mut Tasks<R>) {
         let Some(command) = &mut self.command else { return };
         let (error, motions, good) = R::vectorized(
             #[inline(always)]
@@ -269,8 +269,7 @@ impl<R: Real> LaneSolver<R> {
         );
     }
 
-    /// Linearises the machine with chain systems that `fill` makes of each chain's number, the platform and inputs; condenses them if
-    /// `condenses`.
+    /// Linearises the machine by `fill`, which fills the system of each chain from its number, the platform and inputs; may condense them.
     #[inline(always)]
     pub(super) fn linearise_with(
         &mut self,
@@ -328,8 +327,8 @@ impl<R: Real> LaneSolver<R> {
         )
     }
 
-    /// What each active lane with a task of `count` coordinates makes of its pose; `None` without tasks.
-    fn tasks(&self, machine: &Machine, cases: &[Case<'_>], active: u8, count: usize) -> Option<Tasks<R>> {
+    /// Task errors of the `active` lanes at their poses, in `count` coordinates; `None` if one of them has no task.
+    fn task_errors(&self, machine: &Machine, cases: &[Case<'_>], active: u8, count: usize) -> Option<Tasks<R>> {
         let nothing = SquareTask { count, error: [R::zero(); 6], slope: [[R::zero(); 6]; 6], command: None };
         let mut tasks = Tasks { square: nothing, sizes: [0.0; MAX_LANES], fitting: 0 };
         for lane in lanes(active) {

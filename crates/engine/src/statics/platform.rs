@@ -126,7 +126,7 @@ pub(super) fn drive_twists<R: Real>(
     }
 }
 
-/// Scalar product.
+/// Scalar product of two rows of six.
 #[inline(always)]
 pub(super) fn dot<R: Real>(a: &[R; 6], b: &[R; 6]) -> R {
     let mut sum = R::zero();
@@ -147,16 +147,15 @@ pub(super) struct SquareTask<R> {
 }
 
 impl SquareTask<f64> {
-    /// `None` unless `task` has `count` coordinates.
+    /// The error of `task` as rows of `count` coordinates; `None` unless it has so many.
     pub fn new(task: &TaskError, count: usize) -> Option<Self> {
         let own = || Self { count, error: task.error.into(), slope: to_rows(&task.slope), command: None };
         (task.count == count).then(own)
     }
 }
 
-/// The step in which the drives move as well, by `drive_step`, so that the task error vanishes to first order:
-/// `P dt + D dρ = right`, `S dt = −e`, and with a command `dρ = fixed + C ds`. The twist dt of P, ds (or dρ) and the lanes in which there is
-/// one.
+/// The step in which the drives move as well, by `drive_step`, so that the task error vanishes to first order: `P dt + D dρ = right`,
+/// `S dt = −e`, and with a command `dρ = fixed + C ds`. Returns the twist dt of P, ds (or dρ) and the lanes in which there is a step.
 #[inline(always)]
 pub(super) fn step_to_task<R: Real>(
     chains: &[ChainSystem<R>],
@@ -174,33 +173,33 @@ pub(super) fn step_to_task<R: Real>(
     let regular = solve(tangent, 6, &mut twists[..=drives]);
     rigid.correct_task_twists(chains, &mut twists[..=drives]);
     let mut response = [[R::zero(); 6]; 6];
-    let mut wanted = [[R::zero(); 6]];
+    let mut motions = [[R::zero(); 6]];
     for row in 0..count {
         let mut by_drive = [R::zero(); 6];
         for (drive, entry) in by_drive[..drives].iter_mut().enumerate() {
             *entry = dot(&task.slope[row], &twists[1 + drive]);
         }
-        wanted[0][row] = dot(&task.slope[row], &twists[0]) + task.error[row];
+        motions[0][row] = dot(&task.slope[row], &twists[0]) + task.error[row];
         let Some(command) = &task.command else {
             response[row] = by_drive;
             continue;
         };
-        let motions = pairs(&command.fixed[..drives], &command.per_coordinate[..drives]);
-        for (&by, (&fixed, per_coordinate)) in pairs(&by_drive[..drives], motions) {
-            wanted[0][row] -= by * fixed;
+        let parts = pairs(&command.fixed[..drives], &command.per_coordinate[..drives]);
+        for (&by, (&fixed, per_coordinate)) in pairs(&by_drive[..drives], parts) {
+            motions[0][row] -= by * fixed;
             for (entry, &motion) in pairs(response[row].iter_mut(), per_coordinate) {
                 *entry += by * motion;
             }
         }
     }
-    let controllable = solve(response, count, &mut wanted);
+    let controllable = solve(response, count, &mut motions);
     let mut step = twists[0];
     for (drive, motion) in drive_step.iter_mut().enumerate() {
         *motion = match &task.command {
-            None => wanted[0][drive],
+            None => motions[0][drive],
             Some(command) => {
                 let mut motion = command.fixed[drive];
-                for (&share, &coordinate) in pairs(&command.per_coordinate[drive][..count], &wanted[0][..count]) {
+                for (&share, &coordinate) in pairs(&command.per_coordinate[drive][..count], &motions[0][..count]) {
                     motion += share * coordinate;
                 }
                 motion
@@ -209,7 +208,7 @@ pub(super) fn step_to_task<R: Real>(
         subtract(&mut step, *motion, &twists[1 + drive]);
     }
     rigid.combine_task_slacks(drive_step);
-    (step, wanted[0], regular & controllable)
+    (step, motions[0], regular & controllable)
 }
 
 /// Lanes in which the symmetric part of `tangent` is clearly positive definite: no pivot near zero, rotations taken at `scale` mm. A free

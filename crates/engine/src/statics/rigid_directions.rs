@@ -243,8 +243,7 @@ impl<R: Real> RigidDirections<R> {
         self.slacks = slacks;
     }
 
-    /// Replaces the wrenches per unit drive motion, platform held, by twists of P under constant load; [`RigidDirections::drive_slacks`]
-    /// are kept.
+    /// Replaces `columns`, wrenches per unit drive motion (platform held), by twists of P under constant load; keeps the drives' slacks.
     #[inline(always)]
     pub fn drive_twists(&mut self, chains: &[ChainSystem<R>], tangent: &Square<R>, columns: &mut [[R; 6]]) {
         solve(*tangent, 6, columns);

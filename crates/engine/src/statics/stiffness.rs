@@ -55,8 +55,7 @@ fn solve_unloaded(machine: &Machine, at: &Configuration, workspace: &mut Workspa
     equilibrium(machine, &at.drives, &Wrench::zero(), &mut state, workspace, &Settings::default())
 }
 
-/// Basis of the wrenches at P (N, N·mm) that a machine of this compliance withstands rigidly, each with a 1 where all others have a 0.
-/// `scale` in mm makes rotations comparable.
+/// Basis of the wrenches at P (N, N·mm) that this compliance bears rigidly, each with a 1 where others have a 0; rotations at `scale` mm.
 pub fn rigid_wrenches(compliance: &Matrix6<f64>, scale: f64) -> Vec<Vector6<f64>> {
     let lever = |i: usize| if i < 3 { 1.0 } else { scale };
     let scaled = Matrix6::from_fn(|i, j| 0.5 * (compliance[(i, j)] + compliance[(j, i)]) * lever(i) * lever(j));

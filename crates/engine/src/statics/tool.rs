@@ -182,8 +182,7 @@ fn dead_load_stiffness(load: &Wrench) -> Matrix6<f64> {
     stays
 }
 
-/// Adds the stiffness by the load that the bent tool carries aside to the body's `tangent`: in the rotations, `(δ·F) 1 − δ Fᵀ`, and what δ
-/// changes by as the load does not turn along.
+/// Adds the stiffness by the load that the bent tool carries aside to `tangent`: in the rotations, `(δ·F) 1 − δ Fᵀ + [F]× ∂δ/∂ω`.
 pub(super) fn add_stiffness(machine: &Machine, body: &Pose, load: &Wrench, tangent: &mut Square<f64>) {
     if machine.tool_compliance.is_none() {
         return;

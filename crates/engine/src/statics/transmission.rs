@@ -46,9 +46,9 @@ pub(super) struct Scale {
 
 impl Scale {
     /// Scale of `machine`, by its characteristic length and its softest drive.
-    pub fn of(machine: &Machine) -> Self {
+    pub fn for_machine(machine: &Machine) -> Self {
         let length = machine.characteristic_length;
-        let compliances = machine.drives().map(|(_, drive)| drive.motion.of(1.0, length * length) / drive.stiffness);
+        let compliances = machine.drives().map(|(_, d)| d.motion.choose(1.0, length * length) / d.stiffness);
         let softest = compliances.fold(0.0, f64::max);
         Self { length, slack: if softest > 0.0 { 0.1 * softest } else { 1e-6 } }
     }
@@ -61,8 +61,7 @@ impl Scale {
     }
 }
 
-/// Known steps for which unknowns are substituted: factor of the residual, twist of the target, steps of drives with a column, turn of the
-/// first frame.
+/// Known steps for which unknowns are substituted: factor of the residual, twist of the target, drive steps, turn of the first frame.
 pub(super) struct KnownStep<'a, R> {
     pub residual: f64,
     pub dt: &'a [R; 6],
@@ -358,8 +357,7 @@ impl<R: Real> Transmission<R> {
         }
     }
 
-    /// Computes the route's unknowns for the `known` steps into `unknowns`; with `slacks`, or after [`Transmission::eliminate_slacks`] with
-    /// its own.
+    /// Computes the route's `unknowns` for the `known` steps and these `slacks`; `None`: as [`Transmission::eliminate_slacks`] has them.
     #[inline(always)]
     pub fn substitute(&mut self, known: KnownStep<'_, R>, slacks: Option<&[R]>, wrench_row: usize, unknowns: &mut [R]) {
         let KnownStep { residual, dt, drives, turn } = known;

@@ -54,14 +54,14 @@ impl Fault {
         key
     }
 
-    /// Sets the position to `span`, unless the fault has one already.
-    fn at(mut self, span: &Range<usize>) -> Self {
+    /// Sets the position to the bytes `span` of the text, unless the fault has one already.
+    fn with_span(mut self, span: &Range<usize>) -> Self {
         self.0.span.get_or_insert_with(|| span.clone());
         self
     }
 
-    /// Puts a step in front of the key path.
-    fn inside(mut self, step: Step) -> Self {
+    /// Puts `step` in front of the key path.
+    fn with_step(mut self, step: Step) -> Self {
         self.0.path.push(step);
         self
     }
@@ -130,13 +130,13 @@ impl<'a> From<Spanned<DeValue<'a>>> for Reader<'a> {
 impl<'a> Reader<'a> {
     /// Deserializes the value by `seed`.
     pub fn read<S: DeserializeSeed<'a>>(self, seed: S) -> Result<S::Value> {
-        self.with(|own| seed.deserialize(own))
+        self.with_position(|value| seed.deserialize(value))
     }
 
     /// Applies `read` to the value; its faults get the value's position.
-    fn with<T>(self, read: impl FnOnce(Self) -> Result<T>) -> Result<T> {
+    fn with_position<T>(self, read: impl FnOnce(Self) -> Result<T>) -> Result<T> {
         let span = self.span.clone();
-        read(self).map_err(|fault| fault.at(&span))
+        read(self).map_err(|fault| fault.with_span(&span))
     }
 
     /// Returns the error that the value is not of the `wanted` type.
@@ -208,8 +208,8 @@ impl<'a> Reader<'a> {
     fn items_of_length(self, length: usize, wanted: &dyn Expected) -> Result<Items<'a>> {
         let items = self.items(wanted)?;
         match items.rest.len() {
-            found if found == length => Ok(items),
-            found => Err(Fault::custom(length_message(found, length))),
+            count if count == length => Ok(items),
+            count => Err(Fault::custom(length_message(count, length))),
         }
     }
 
@@ -230,14 +230,14 @@ impl<'a> Reader<'a> {
         };
         let mut entries = table.into_iter();
         match (entries.next(), entries.next()) {
-            (Some((name, content)), None) => Ok(Variant { name: key(name), content: Some(content) }),
+            (Some((name, content)), None) => Ok(Variant { name: key_reader(name), content: Some(content) }),
             _ => Err(Fault::custom("expected a table with exactly one key")),
         }
     }
 }
 
-/// Returns the name of a key as a value to be read.
-fn key(name: Spanned<DeString>) -> Reader {
+/// Returns a reader of the name of a key, as a text value.
+fn key_reader(name: Spanned<DeString>) -> Reader {
     Reader { span: name.span(), value: DeValue::String(name.into_inner()) }
 }
 
@@ -342,7 +342,7 @@ impl<'de> SeqAccess<'de> for Items<'de> {
         let Some(item) = self.rest.next() else { return Ok(None) };
         let index = self.next;
         self.next += 1;
-        Reader::from(item).read(seed).map(Some).map_err(|fault| fault.inside(Step::Item(index)))
+        Reader::from(item).read(seed).map(Some).map_err(|fault| fault.with_step(Step::Item(index)))
     }
 
     /// Returns the number of items left.
@@ -358,19 +358,19 @@ impl<'de> MapAccess<'de> for Entries<'de> {
     fn next_key_seed<S: DeserializeSeed<'de>>(&mut self, seed: S) -> Result<Option<S::Value>> {
         let Some((name, value)) = self.rest.next() else { return Ok(None) };
         let text = name.get_ref().clone();
-        match key(name).read(seed) {
+        match key_reader(name).read(seed) {
             Ok(key) => {
                 self.value = Some((text, value));
                 Ok(Some(key))
             }
-            Err(fault) => Err(fault.inside(Step::Key(text.into_owned()))),
+            Err(fault) => Err(fault.with_step(Step::Key(text.into_owned()))),
         }
     }
 
     /// Reads the value of the last key, with the key in the path of faults.
     fn next_value_seed<S: DeserializeSeed<'de>>(&mut self, seed: S) -> Result<S::Value> {
         let (name, value) = self.value.take().ok_or_else(|| Fault::custom("a value was asked for before its key"))?;
-        Reader::from(value).read(seed).map_err(|fault| fault.inside(Step::Key(name.into_owned())))
+        Reader::from(value).read(seed).map_err(|fault| fault.with_step(Step::Key(name.into_owned())))
     }
 }
 
@@ -390,7 +390,7 @@ impl<'de> Content<'de> {
     /// Applies `read` to the content; its faults get the variant's key.
     fn read<T>(self, read: impl FnOnce(Reader<'de>) -> Result<T>) -> Result<T> {
         let Some(value) = self.value else { return Err(Fault::custom("wrong type, expected a table")) };
-        value.with(read).map_err(|fault| fault.inside(Step::Key(self.variant)))
+        value.with_position(read).map_err(|fault| fault.with_step(Step::Key(self.variant)))
     }
 }
 

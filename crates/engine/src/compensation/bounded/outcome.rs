@@ -77,8 +77,7 @@ pub struct Price {
     pub drive: usize,
     /// Which limit, both ends together.
     pub kind: LimitKind,
-    /// mm by which the objective would fall per unit (mm, rad, N, N·mm) by which the limit were relaxed along the whole
-    /// path: the sum of [`Binding::price`].
+    /// mm by which the objective would fall per unit (mm, rad, N, N·mm) of relaxation along the whole path: sum of [`Binding::price`].
     pub price: f64,
     /// Points at which it binds.
     pub points: usize,

@@ -29,7 +29,7 @@ impl Machine {
             let rho: Vec<f64> = start.drives.iter().zip(drives).map(|(a, b)| a + (b - a) * s).collect();
             closure.newton(from, &Command::Drives(&rho))
         });
-        self.result_of(reached, &Command::Drives(drives))
+        self.conclude(reached, &Command::Drives(drives))
     }
 
     /// Closes all chains at the home pose, from the joint values given in the machine file.
@@ -46,7 +46,7 @@ impl Machine {
                 return Ok(at);
             }
         }
-        Err(closure.why_not(&at, &command))
+        Err(closure.failure_reason(&at, &command))
     }
 
     /// Takes back full turns that the search has made, of hinge drives and of passive hinges without a spring.

@@ -6,8 +6,7 @@ use crate::{
     spatial::Pose,
 };
 
-/// A drive or joint is at its limit, not beyond it, within this share of the limit: rounding of what the search for the
-/// configuration, and a program's numbers, leave.
+/// Share of a limit by which a position beyond it still counts as within: rounding by searches, and of a program's numbers.
 const LIMIT_ROUNDING: f64 = 1e-9;
 
 impl Machine {
@@ -137,8 +136,7 @@ impl Machine {
         room.fold(f64::INFINITY, f64::min)
     }
 
-    /// Appends each limited drive's and joint's position in its range to `shares`: −1 at the lower end that `Machine::check_limits` takes, 1 at the
-    /// upper.
+    /// Appends to `shares` where each limited drive and joint is in its range, ±1 at the ends that `check_limits` takes.
     pub fn limit_fractions(&self, at: &Configuration, shares: &mut Vec<f64>) {
         shares.extend(self.limited_axes(at).map(|((low, high), _, value)| {
             let half = 0.5 * (high - low) + limit_rounding(low, high);

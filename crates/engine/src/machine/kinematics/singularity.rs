@@ -57,7 +57,7 @@ impl Closure<'_> {
             return false;
         }
         let (closures, drives) = (6 * self.machine.closure_count(), self.machine.drive_count());
-        let Some(left) = ReducedEquations::of(self.machine, [&self.start_jacobian, &self.jacobian], closures) else {
+        let Some(left) = ReducedEquations::new(self.machine, [&self.start_jacobian, &self.jacobian], closures) else {
             return self.has_passed_unreduced(from, to, by_drives, by_task);
         };
         let changes = |commanded: usize, row: &dyn Fn(usize, usize, usize) -> f64| left.sign_change(commanded, row);
@@ -75,8 +75,7 @@ impl Closure<'_> {
         passes(driven, &Command::Drives(&from.drives)) || passes(tasked, &Command::Task(&from.pose))
     }
 
-    /// Judges as [`Self::has_passed_singularity`] on the whole problem: for chains whose own joints are singular at both ends, such as stretched
-    /// ones.
+    /// As [`Self::has_passed_singularity`], by all equations: for chains whose passive joints are singular at both ends (stretched).
     fn has_passed_unreduced(
         &mut self,
         from: &Configuration,
@@ -145,7 +144,7 @@ struct ReducedEquations {
 impl ReducedEquations {
     /// Eliminates the passive joints from the first `closures` rows of the linearised problems at both `ends`; `None` where those at the second end
     /// cannot be eliminated by the equations that do so at the first.
-    fn of(machine: &Machine, ends: [&DMatrix<f64>; 2], closures: usize) -> Option<Self> {
+    fn new(machine: &Machine, ends: [&DMatrix<f64>; 2], closures: usize) -> Option<Self> {
         let others = 6 + machine.drive_count();
         let passive = ends[0].ncols() - others;
         let mut left = Self {
@@ -248,6 +247,7 @@ fn make_triangular(matrix: &mut DMatrix<f64>, count: usize) -> DVector<f64> {
     pivots
 }
 
+/// Sign of the product of `pivots`, +1 or −1.
 fn sign_product<'p>(pivots: impl Iterator<Item = &'p f64>) -> f64 {
     pivots.map(|pivot| pivot.signum()).product()
 }

@@ -29,6 +29,7 @@ struct FrameError {
 }
 
 impl FrameError {
+    /// The error as a twist in the frame's axes, mm and rad.
     fn twist(&self) -> Twist {
         let [linear, angular] = [self.translation_mm, self.turn_deg].map(Vector3::from);
         Twist { linear, angular: angular.map(f64::to_radians) }
@@ -42,6 +43,7 @@ impl MountErrors {
         Self { turn_deg: 0.0, base, end, offsets: vec![0.0; chain.drives.len()] }
     }
 
+    /// Whether all errors are zero.
     pub fn is_none(&self, chain: &Chain) -> bool {
         *self == Self::none(chain)
     }
@@ -60,7 +62,7 @@ impl MountErrors {
             }
         }
         for (Drive { name, motion, .. }, offset) in chain.drives.iter().zip(offsets) {
-            each(format!("{}.{name}.offset", chain.name), motion.of(Unit::MM, Unit::DEG), offset);
+            each(format!("{}.{name}.offset", chain.name), motion.choose(Unit::MM, Unit::DEG), offset);
         }
     }
 

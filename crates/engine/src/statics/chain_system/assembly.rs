@@ -14,7 +14,7 @@ impl ChainSystem<f64> {
         self.route_unknown_count() + self.loops.iter().map(|inner| inner.system.unknown_count()).sum::<usize>()
     }
 
-    /// The loops, each with the row of its first unknown.
+    /// The loops of the route, each with the row of its first unknown, where the system begins at row `start`.
     fn loops_with_rows(&self, start: usize) -> impl Iterator<Item = (&LoopSystem<f64>, usize)> {
         let mut first = start + self.route_unknown_count();
         self.loops.iter().map(move |inner| {
@@ -24,8 +24,7 @@ impl ChainSystem<f64> {
         })
     }
 
-    /// Writes the symmetric system before elimination into `matrix` from row `start` on, coupled with the platform's twist from row
-    /// `platform` on.
+    /// Writes the system before elimination into `matrix` from row `start` on, coupled with the platform's twist in row `platform`.
     pub fn assemble(&self, matrix: &mut DMatrix<f64>, start: usize, platform: usize) {
         self.assemble_route(matrix, start, &Vec::new());
         for i in 0..6 {
@@ -92,8 +91,7 @@ impl ChainSystem<f64> {
         }
     }
 
-    /// Row indices of all closure equations (six of the chain's own route, then six of each loop in order) in an assembled matrix where this
-    /// system begins at row `start`.
+    /// Rows of all closure equations (six of the chain's route, then six of each loop) in a matrix where this system begins at row `start`.
     pub fn closure_rows(&self, start: usize) -> Vec<usize> {
         let first_closure_row = start + self.wrench_row();
         let loop_rows = self.loops_with_rows(start).flat_map(|(inner, first)| inner.system.closure_rows(first));
@@ -137,7 +135,7 @@ impl ChainSystem<f64> {
         &self.loops
     }
 
-    /// The loops of the route.
+    /// The loops of the route, to be changed.
     pub fn loops_mut(&mut self) -> &mut [LoopSystem<f64>] {
         &mut self.loops
     }
