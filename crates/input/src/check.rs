@@ -92,33 +92,33 @@ impl Check {
         self.or_misfit(self.fail(problem), instead)
     }
 
-    /// Returns the value of `found`, or what [`Check::misfit`] does for its error.
-    pub fn or_misfit<T>(&self, found: Result<T>, instead: T) -> Result<T> {
-        match (found, &self.misfits) {
+    /// Returns the value of `result`, or what [`Check::misfit`] does for its error.
+    pub fn or_misfit<T>(&self, result: Result<T>, instead: T) -> Result<T> {
+        match (result, &self.misfits) {
             (Err(error), Some(misfits)) => {
                 misfits.lock().unwrap_or_else(PoisonError::into_inner).push(error);
                 Ok(instead)
             }
-            (found, _) => found,
+            (result, _) => result,
         }
     }
 
-    /// Returns `found` if no misfit was collected, or else one error with each misfit once, which do not fit `what`, and their lines; `text` returns
-    /// the text of a TOML file by its name in errors, if that is one. An error of `found` is left out beside misfits, since values that stand
-    /// for them may have caused it.
+    /// Returns `result` if no misfit was collected, or else one error with each misfit once and its line, which says that they do not fit
+    /// `what`; `text` returns the text of a TOML file by its name in errors. An error of `result` is left out beside misfits, since values
+    /// that stand for them may have caused it.
     pub fn with_misfits<'a, T>(
         &self,
-        found: Result<T>,
+        result: Result<T>,
         what: &str,
         text: impl Fn(&str) -> Option<&'a str>,
     ) -> Result<T> {
-        let Some(misfits) = &self.misfits else { return found };
+        let Some(misfits) = &self.misfits else { return result };
         let misfits = std::mem::take(&mut *misfits.lock().unwrap_or_else(PoisonError::into_inner));
         let mut errors: Vec<Error> = misfits.into_iter().map(|error| error.with_line(&text)).collect();
         let mut said = std::collections::HashSet::new();
         errors.retain(|error| said.insert(error.to_string()));
         match errors.len() {
-            0 => found,
+            0 => result,
             1 => Err(errors.remove(0)),
             count => Err(Error::Several { problem: format!("{count} values do not fit {what}"), errors }),
         }

@@ -88,18 +88,18 @@ fn toml_message(message: &str, place: &str) -> String {
     if message == "duplicate key" {
         return format!("key `{place}` is given twice");
     }
-    let (found, expected) = message.split_once(", expected ").unwrap_or((&message, ""));
-    let found = found
+    let (problem, expected) = message.split_once(", expected ").unwrap_or((&message, ""));
+    let problem = problem
         .replace("unknown variant", "unknown value")
         .replace("unknown field", "unknown key")
         .replace("missing field", "missing key")
         .replace("invalid type: map", "invalid type: table");
     match expected {
-        "" => found,
-        "a string" => format!("{found}, expected a text in quotes"),
-        "f64" => format!("{found}, expected a number"),
-        "u32" | "usize" => format!("{found}, expected a whole number, 0 or more"),
-        table if table.starts_with("struct ") => format!("{found}, expected a table"),
-        other => format!("{found}, expected {other}"),
+        "" => problem,
+        "a string" => format!("{problem}, expected a text in quotes"),
+        "f64" => format!("{problem}, expected a number"),
+        "u32" | "usize" => format!("{problem}, expected a whole number, 0 or more"),
+        table if table.starts_with("struct ") => format!("{problem}, expected a table"),
+        other => format!("{problem}, expected {other}"),
     }
 }

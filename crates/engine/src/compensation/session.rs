@@ -369,8 +369,8 @@ impl Session {
         task: &TaskPoint,
         shift: &Vector6<f64>,
     ) -> Result<(TaskError, Outcome), CompensationStatus> {
-        let found = self.command_pose(&task.shifted_pose(&self.nominal, shift)).map(|()| self.solve_near_state(task));
-        self.accept_shifted(task, shift, found)
+        let solved = self.command_pose(&task.shifted_pose(&self.nominal, shift)).map(|()| self.solve_near_state(task));
+        self.accept_shifted(task, shift, solved)
     }
 
     /// Does as [`Session::simulate_shifted`], but tracks a platform with parasitic rotation so that the compensated point is shifted, not P.
@@ -384,23 +384,23 @@ impl Session {
         }
         let target = task.shifted_pose(&self.nominal, shift);
         let tracked = self.nominal.track(task.offset(&self.nominal), &target, &self.command);
-        let found = tracked.map_err(CompensationStatus::Unreachable).map(|at| {
+        let solved = tracked.map_err(CompensationStatus::Unreachable).map(|at| {
             self.drives.clone_from(&at.drives);
             self.command = at;
             self.solve_near_state(task)
         });
-        self.accept_shifted(task, shift, found)
+        self.accept_shifted(task, shift, solved)
     }
 
-    /// Task error and outcome of the equilibrium `found` with the target shifted by `shift`; a failure after a long shift is `Diverged`.
+    /// Task error and outcome of the equilibrium `solved` with the target shifted by `shift`; a failure after a long shift is `Diverged`.
     pub(super) fn accept_shifted(
         &mut self,
         task: &TaskPoint,
         shift: &Vector6<f64>,
-        found: Result<Outcome, CompensationStatus>,
+        solved: Result<Outcome, CompensationStatus>,
     ) -> Result<(TaskError, Outcome), CompensationStatus> {
         let is_far = shift.norm() > self.nominal.characteristic_length;
-        let outcome = found.map_err(|status| if is_far { CompensationStatus::Diverged } else { status })?;
+        let outcome = solved.map_err(|status| if is_far { CompensationStatus::Diverged } else { status })?;
         let outcome = self.accept_or_solve_anew(task, outcome)?;
         Ok((self.task_error(task), outcome))
     }

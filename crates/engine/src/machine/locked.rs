@@ -33,21 +33,21 @@ impl Machine {
         let mut named: Vec<&str> = Vec::new();
         for (name, value) in positions {
             let name = name.as_ref();
-            let found = find_lockable(&all, name)?;
-            if named.contains(&found.label.as_str()) {
+            let lockable = find_lockable(&all, name)?;
+            if named.contains(&lockable.label.as_str()) {
                 return Err(refusal(name, "is locked twice".into()));
             }
-            named.push(&found.label);
-            let position = checked_position(&found.drive, name, *value)?;
-            match found.carries {
-                true => carried[found.index] = position,
+            named.push(&lockable.label);
+            let position = checked_position(&lockable.drive, name, *value)?;
+            match lockable.carries {
+                true => carried[lockable.index] = position,
                 false => {
-                    machine.locked.retain(|(index, _)| *index != found.index);
-                    machine.locked.push((found.index, position));
+                    machine.locked.retain(|(index, _)| *index != lockable.index);
+                    machine.locked.push((lockable.index, position));
                 }
             }
-            machine.definition.locked.retain(|(other, _)| *other != found.label);
-            machine.definition.locked.push((found.label.clone(), *value));
+            machine.definition.locked.retain(|(other, _)| *other != lockable.label);
+            machine.definition.locked.push((lockable.label.clone(), *value));
         }
         if let Some(carrier) = &mut machine.carrier {
             carrier.home = carrier.serial_configuration(&carried);
@@ -75,14 +75,14 @@ impl Machine {
     pub fn locked_drives(&self) -> Vec<(String, f64, &Drive)> {
         let labels = self.drive_labels();
         let drives: Vec<&Drive> = self.drives().map(|(_, drive)| drive).collect();
-        let own = self.locked.iter().map(|&(index, value)| (labels[index].clone(), value, drives[index]));
+        let locked = self.locked.iter().map(|&(index, value)| (labels[index].clone(), value, drives[index]));
         let carried = self.carrier.iter().flat_map(|carrier| {
             let positions = carrier.drive_labels().into_iter().zip(carrier.home.drives.iter().copied());
             positions.zip(carrier.drives()).map(|((label, value), (_, drive))| (label, value, drive))
         });
         // The way through radians must not show.
         let shown = |drive: &Drive, value: f64| (drive.motion.to_shown(value) * 1e9).round() / 1e9;
-        own.chain(carried).map(|(label, value, drive)| (label, shown(drive, value), drive)).collect()
+        locked.chain(carried).map(|(label, value, drive)| (label, shown(drive, value), drive)).collect()
     }
 
     /// Describes [`Machine::locked_drives`]; `None` if there are none.
@@ -90,7 +90,7 @@ impl Machine {
         let locked = self.locked_drives().into_iter();
         let locked = locked.map(|(label, value, drive)| {
             let unit = drive.motion.position_suffix();
-            match self.definition.path_axes.iter().find(|(own, _)| *own == label) {
+            match self.definition.path_axes.iter().find(|(axis, _)| *axis == label) {
                 Some((_, [low, high])) => format!("{label} moved within {low} to {high}{unit} by the path"),
                 None => format!("{label} at {value}{unit}"),
             }

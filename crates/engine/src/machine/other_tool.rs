@@ -70,5 +70,5 @@ impl Model {
 
 /// Key in the tool table of a process for a key of the machine file; `None` if it has none.
 fn process_key(key: &str) -> Option<String> {
-    KEYS.iter().find_map(|(machine, own)| key.strip_prefix(machine).map(|rest| format!("{own}{rest}")))
+    KEYS.iter().find_map(|(machine, process)| key.strip_prefix(machine).map(|rest| format!("{process}{rest}")))
 }

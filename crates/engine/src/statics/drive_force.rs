@@ -17,8 +17,8 @@ use crate::{
 /// Forces that all drives carry, in machine order, `τ = k_act θ_a`, N or N·mm: positive where the load pushes the drive the way its shown position
 /// grows. That of a drive that shows several joints is the force of its own joint.
 pub fn drive_forces(machine: &Machine, state: &State) -> Vec<f64> {
-    let own = machine.chains.iter().zip(&state.chains);
-    own.flat_map(|(chain, own)| chain_drive_forces(chain, &own.coordinates)).collect()
+    let chains = machine.chains.iter().zip(&state.chains);
+    chains.flat_map(|(chain, state)| chain_drive_forces(chain, &state.coordinates)).collect()
 }
 
 /// Forces of the drives of one chain at its `coordinates` (mm, rad), N or N·mm, signed as by [`drive_forces`].

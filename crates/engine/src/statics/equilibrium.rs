@@ -406,9 +406,9 @@ impl<'a> Newton<'a> {
     /// Stiffness of the platform itself at P, by its weight and by the load that a bent tool carries aside (N, N·mm; mm, rad).
     fn platform_stiffness(&self) -> Matrix6<f64> {
         let body: Pose = self.workspace.solver.platform.into();
-        let mut own = platform::to_rows(&weight::stiffness(self.machine, &body.rotation, &self.gravity));
-        tool::add_stiffness(self.machine, &body, self.load, &mut own);
-        platform::to_matrix(&own)
+        let mut stiffness = platform::to_rows(&weight::stiffness(self.machine, &body.rotation, &self.gravity));
+        tool::add_stiffness(self.machine, &body, self.load, &mut stiffness);
+        platform::to_matrix(&stiffness)
     }
 
     /// Tangent of the system of all unknowns, filled anew at the present state of the solver.
@@ -501,8 +501,8 @@ impl Softest {
         let (Some(factor), Some(stiffness)) = (factor, self.stiffness) else {
             return self.value < SOFTENED * before.value;
         };
-        let left = factor.l().solve_lower_triangular(&stiffness);
-        let shares = left.and_then(|left| factor.l().solve_lower_triangular(&left.transpose()));
+        let scaled = factor.l().solve_lower_triangular(&stiffness);
+        let shares = scaled.and_then(|scaled| factor.l().solve_lower_triangular(&scaled.transpose()));
         shares.is_some_and(|shares| shares.symmetric_eigenvalues().min() < SOFTENED)
     }
 }

@@ -30,13 +30,13 @@ pub(super) fn to_rows(matrix: &Matrix6<f64>) -> Square<f64> {
 
 /// The matrix that `rows` hold in `lane`.
 pub(super) fn lane_matrix<R: Real>(rows: &Square<R>, lane: usize) -> Square<f64> {
-    let mut own = [[0.0; 6]; 6];
-    for (own, row) in pairs(&mut own, rows) {
-        for (entry, number) in pairs(own, row) {
+    let mut matrix = [[0.0; 6]; 6];
+    for (matrix, row) in pairs(&mut matrix, rows) {
+        for (entry, number) in pairs(matrix, row) {
             *entry = number.lane(lane);
         }
     }
-    own
+    matrix
 }
 
 /// Tangent stiffness `Σ K_i − ½ [m_i]×` of the platform from condensed chains: the change of the applied wrench per twist.
@@ -149,8 +149,8 @@ pub(super) struct SquareTask<R> {
 impl SquareTask<f64> {
     /// The error of `task` as rows of `count` coordinates; `None` unless it has so many.
     pub fn new(task: &TaskError, count: usize) -> Option<Self> {
-        let own = || Self { count, error: task.error.into(), slope: to_rows(&task.slope), command: None };
-        (task.count == count).then(own)
+        let square = || Self { count, error: task.error.into(), slope: to_rows(&task.slope), command: None };
+        (task.count == count).then(square)
     }
 }
 
@@ -260,7 +260,7 @@ pub(super) fn compliance<R: Real>(rigid: &mut RigidDirections<R>, tangent: Squar
 /// mm makes rotations comparable, and `soft` in mm/N is a compliance that springs of the machine have.
 pub(super) fn stiffness(compliance: &Square<f64>, scale: f64, soft: f64) -> Option<Square<f64>> {
     let lever = |i: usize| if i < 3 { 1.0 } else { scale };
-    let mut left: Square<f64> = std::array::from_fn(|i| {
+    let mut remaining: Square<f64> = std::array::from_fn(|i| {
         std::array::from_fn(|j| 0.5 * (compliance[i][j] + compliance[j][i]) * lever(i) * lever(j))
     });
     // Largest pivots first, so that none is left where only rounding is.
@@ -268,14 +268,14 @@ pub(super) fn stiffness(compliance: &Square<f64>, scale: f64, soft: f64) -> Opti
     let mut done = [false; 6];
     for _ in 0..6 {
         let open = (0..6).filter(|&i| !done[i]);
-        let k = open.max_by(|&a, &b| left[a][a].total_cmp(&left[b][b]))?;
-        let pivot_row = left[k];
+        let k = open.max_by(|&a, &b| remaining[a][a].total_cmp(&remaining[b][b]))?;
+        let pivot_row = remaining[k];
         largest = largest.max(pivot_row[k]);
         if pivot_row[k].is_nan() || pivot_row[k] <= RIGID * largest {
             return None;
         }
         done[k] = true;
-        for (row, is_done) in left.iter_mut().zip(done) {
+        for (row, is_done) in remaining.iter_mut().zip(done) {
             let factor = row[k] / pivot_row[k];
             for (entry, value) in row.iter_mut().zip(pivot_row).filter(|_| !is_done) {
                 *entry -= factor * value;

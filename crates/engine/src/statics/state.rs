@@ -137,8 +137,8 @@ pub(super) fn chain_inputs<'s>(
 ) -> impl Iterator<Item = (&'s ChainState, &'s [f64])> {
     let mut rest = drives;
     machine.chains.iter().zip(&state.chains).map(move |(chain, chain_state): (&Chain, _)| {
-        let (own, others) = rest.split_at(chain.drives.len());
+        let (chain_drives, others) = rest.split_at(chain.drives.len());
         rest = others;
-        (chain_state, own)
+        (chain_state, chain_drives)
     })
 }

@@ -139,9 +139,9 @@ impl<'a> Reader<'a> {
         read(self).map_err(|fault| fault.with_span(&span))
     }
 
-    /// Returns the error that the value is not of the `wanted` type.
-    fn type_fault(&self, wanted: &dyn Expected) -> Fault {
-        let found = match &self.value {
+    /// Returns the error that the value is not of the `expected` type.
+    fn type_fault(&self, expected: &dyn Expected) -> Fault {
+        let actual = match &self.value {
             DeValue::String(text) => Unexpected::Str(text),
             DeValue::Integer(number) => match parse_integer(number) {
                 Ok(number) => Unexpected::Signed(number),
@@ -156,27 +156,27 @@ impl<'a> Reader<'a> {
             DeValue::Array(_) => Unexpected::Seq,
             DeValue::Table(_) => Unexpected::Map,
         };
-        Fault::invalid_type(found, wanted)
+        Fault::invalid_type(actual, expected)
     }
 
     /// Returns the value as a boolean.
-    fn boolean(self, wanted: &dyn Expected) -> Result<bool> {
-        self.value.as_bool().ok_or_else(|| self.type_fault(wanted))
+    fn boolean(self, expected: &dyn Expected) -> Result<bool> {
+        self.value.as_bool().ok_or_else(|| self.type_fault(expected))
     }
 
     /// Returns the value as a whole number.
-    fn integer(self, wanted: &dyn Expected) -> Result<i64> {
+    fn integer(self, expected: &dyn Expected) -> Result<i64> {
         match &self.value {
             DeValue::Integer(number) => parse_integer(number),
-            _ => Err(self.type_fault(wanted)),
+            _ => Err(self.type_fault(expected)),
         }
     }
 
     /// Returns the value as a number; whole numbers count.
-    fn number(self, wanted: &dyn Expected) -> Result<f64> {
+    fn number(self, expected: &dyn Expected) -> Result<f64> {
         match &self.value {
             DeValue::Float(number) => {
-                let value: f64 = number.as_str().parse().map_err(|_| self.type_fault(wanted))?;
+                let value: f64 = number.as_str().parse().map_err(|_| self.type_fault(expected))?;
                 if value.is_infinite() && !number.as_str().contains("inf") {
                     return Err(Fault::custom("number too large"));
                 }
@@ -184,29 +184,29 @@ impl<'a> Reader<'a> {
             }
             #[allow(clippy::cast_precision_loss)]
             DeValue::Integer(number) => parse_integer(number).map(|number| number as f64),
-            _ => Err(self.type_fault(wanted)),
+            _ => Err(self.type_fault(expected)),
         }
     }
 
     /// Returns the value as a text.
-    fn text(self, wanted: &dyn Expected) -> Result<String> {
+    fn text(self, expected: &dyn Expected) -> Result<String> {
         match self.value {
             DeValue::String(text) => Ok(text.into_owned()),
-            _ => Err(self.type_fault(wanted)),
+            _ => Err(self.type_fault(expected)),
         }
     }
 
     /// Returns the items of the value, a list.
-    fn items(self, wanted: &dyn Expected) -> Result<Items<'a>> {
+    fn items(self, expected: &dyn Expected) -> Result<Items<'a>> {
         match self.value {
             DeValue::Array(items) => Ok(Items { rest: items.into_iter(), next: 0 }),
-            _ => Err(self.type_fault(wanted)),
+            _ => Err(self.type_fault(expected)),
         }
     }
 
     /// Returns the items of the value, a list of exactly `length`.
-    fn items_of_length(self, length: usize, wanted: &dyn Expected) -> Result<Items<'a>> {
-        let items = self.items(wanted)?;
+    fn items_of_length(self, length: usize, expected: &dyn Expected) -> Result<Items<'a>> {
+        let items = self.items(expected)?;
         match items.rest.len() {
             count if count == length => Ok(items),
             count => Err(Fault::custom(length_message(count, length))),
@@ -214,10 +214,10 @@ impl<'a> Reader<'a> {
     }
 
     /// Returns the entries of the value, a table.
-    fn entries(self, wanted: &dyn Expected) -> Result<Entries<'a>> {
+    fn entries(self, expected: &dyn Expected) -> Result<Entries<'a>> {
         match self.value {
             DeValue::Table(table) => Ok(Entries { rest: table.into_iter(), value: None }),
-            _ => Err(self.type_fault(wanted)),
+            _ => Err(self.type_fault(expected)),
         }
     }
 
@@ -247,10 +247,10 @@ fn parse_integer(number: &DeInteger) -> Result<i64> {
 }
 
 /// Returns the message that a list has another length than expected.
-fn length_message(found: usize, expected: usize) -> String {
-    let items = if found == 1 { "item" } else { "items" };
-    let hint = if found == 2 * expected { "; decimals are written with a point: 0.5, not 0,5" } else { "" };
-    format!("has {found} {items}, expected {expected}{hint}")
+fn length_message(count: usize, expected: usize) -> String {
+    let items = if count == 1 { "item" } else { "items" };
+    let hint = if count == 2 * expected { "; decimals are written with a point: 0.5, not 0,5" } else { "" };
+    format!("has {count} {items}, expected {expected}{hint}")
 }
 
 macro_rules! offer {

@@ -134,25 +134,25 @@ fn without_travel(machine: &Machine) -> Machine {
     unlimited
 }
 
-/// Result for all tasks in order: points that take part as `found`, and those left out for their `reasons` (`None`: takes part).
+/// Result for all tasks in order: points that take part as in `best`, and those left out for their `reasons` (`None`: takes part).
 fn conclude(
     machine: &Machine,
     points: &[Point],
     bounds: &Bounds,
-    found: SearchResult,
+    best: SearchResult,
     objective: ErrorNorm,
     reasons: Vec<Option<CompensationStatus>>,
 ) -> BoundedPath {
-    let corrected = corrected_points(machine, points, bounds, &found, objective);
+    let corrected = corrected_points(machine, points, bounds, &best, objective);
     let before = points.iter().filter_map(|point| point.uncorrected.as_ref().map(|result| result.error.norm()));
     let summary = BoundedSummary {
-        status: if points.is_empty() { BoundedStatus::Empty } else { found.status },
+        status: if points.is_empty() { BoundedStatus::Empty } else { best.status },
         before: Errors::from_lengths(before),
-        after: found.iterate.errors,
-        iterations: found.iterations,
-        convex_iterations: found.convex_iterations,
-        is_accurate: found.is_accurate,
-        force_excess: found.iterate.excess,
+        after: best.iterate.errors,
+        iterations: best.iterations,
+        convex_iterations: best.convex_iterations,
+        is_accurate: best.is_accurate,
+        force_excess: best.iterate.excess,
         prices: prices(&corrected),
     };
     let mut corrected = corrected.into_iter();
@@ -168,10 +168,10 @@ fn corrected_points(
     machine: &Machine,
     points: &[Point],
     bounds: &Bounds,
-    found: &SearchResult,
+    best: &SearchResult,
     objective: ErrorNorm,
 ) -> Vec<CorrectedPoint> {
-    let iterate = &found.iterate;
+    let iterate = &best.iterate;
     let corrections = iterate.corrections.chunks_exact(bounds.drive_count());
     let corrected = points.iter().zip(&iterate.results).zip(corrections).map(|((point, result), correction)| {
         let (position_error, residual_rotation) = point.errors(machine, &result.state);
@@ -192,7 +192,7 @@ fn corrected_points(
         ErrorNorm::Rms => 0.0,
         ErrorNorm::Worst => 1.0,
     };
-    for multiplier in &found.binding {
+    for multiplier in &best.binding {
         let limit = multiplier.limit;
         if bounds.is_binding(&limit, &iterate.corrections, &iterate.results[limit.point].forces) {
             let price = per_multiplier * multiplier.value;

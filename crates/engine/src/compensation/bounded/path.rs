@@ -116,8 +116,8 @@ impl Point {
 
     /// Position error of the compensated point (mm) and rotation vector from the wanted orientation (rad) in `state`, O axes.
     pub fn errors(&self, machine: &Machine, state: &State) -> (Vector3<f64>, Vector3<f64>) {
-        let (wanted, offset) = (self.task.wanted(), self.task.offset(machine));
-        let turn = rotation_log(&(state.pose.rotation * wanted.rotation.transpose()));
-        (state.pose.transform(offset) - wanted.transform(offset), turn)
+        let (target, offset) = (self.task.wanted(), self.task.offset(machine));
+        let turn = rotation_log(&(state.pose.rotation * target.rotation.transpose()));
+        (state.pose.transform(offset) - target.transform(offset), turn)
     }
 }

@@ -62,10 +62,10 @@ pub(super) struct Search<'a, 'm> {
 impl Search<'_, '_> {
     /// Finds the corrections of least objective within the limits; `Err` if a force limit cannot be kept or the convex solver fails.
     pub fn run(&mut self) -> Result<SearchResult, BoundedError> {
-        let found = self.start_within_limits()?;
-        match found.status {
-            BoundedStatus::Unbounded => Ok(found),
-            _ => self.run_from(found),
+        let start = self.start_within_limits()?;
+        match start.status {
+            BoundedStatus::Unbounded => Ok(start),
+            _ => self.run_from(start),
         }
     }
 
@@ -86,21 +86,21 @@ impl Search<'_, '_> {
         self.run_from(initial_result(start, BoundedStatus::Slow)).map(Some)
     }
 
-    /// Iterates from `found` until the search converges, stalls or has no iterations left; `Err` if a force limit cannot be kept.
-    fn run_from(&mut self, mut found: SearchResult) -> Result<SearchResult, BoundedError> {
-        while found.iterations < self.settings.max_iterations {
-            found.iterations += 1;
-            let is_over = self.iterate_once(&mut found)?;
+    /// Iterates from `result` until the search converges, stalls or has no iterations left; `Err` if a force limit cannot be kept.
+    fn run_from(&mut self, mut result: SearchResult) -> Result<SearchResult, BoundedError> {
+        while result.iterations < self.settings.max_iterations {
+            result.iterations += 1;
+            let is_over = self.iterate_once(&mut result)?;
             if let Some(status) = is_over {
-                found.status = status;
+                result.status = status;
                 break;
             }
         }
-        if found.iterate.excess > self.settings.force_tolerance {
-            return Err(self.force_error(&found.iterate));
+        if result.iterate.excess > self.settings.force_tolerance {
+            return Err(self.force_error(&result.iterate));
         }
-        self.take_exact_points(&mut found.iterate);
-        Ok(found)
+        self.take_exact_points(&mut result.iterate);
+        Ok(result)
     }
 
     /// Iterate at the unbounded corrections, zero at points that have none; it may break the limits.
@@ -150,9 +150,9 @@ impl Search<'_, '_> {
         Ok(new_iterate(corrections, results, excess))
     }
 
-    /// Linearises the path at `found` and steps once; returns the final status if the search is over, `None` to go on.
-    fn iterate_once(&mut self, found: &mut SearchResult) -> Result<Option<BoundedStatus>, BoundedError> {
-        let now = &found.iterate;
+    /// Linearises the path at `result` and steps once; returns the final status if the search is over, `None` to go on.
+    fn iterate_once(&mut self, result: &mut SearchResult) -> Result<Option<BoundedStatus>, BoundedError> {
+        let now = &result.iterate;
         let mut bounds = self.bounds.clone();
         if bounds.has_force_limits() {
             self.narrow_to_trusted(&mut bounds, now);
@@ -165,25 +165,25 @@ impl Search<'_, '_> {
             Err(Failure::Infeasible) if self.bounds.has_force_limits() => None,
             Err(Failure::Infeasible) => return Err(BoundedError::Convex { status: "PrimalInfeasible".into() }),
             // What has been reached keeps all limits.
-            Err(Failure::Other(_)) if found.iterations > 1 && now.excess <= self.settings.force_tolerance => {
+            Err(Failure::Other(_)) if result.iterations > 1 && now.excess <= self.settings.force_tolerance => {
                 return Ok(Some(BoundedStatus::Stalled));
             }
             Err(Failure::Other(status)) => return Err(BoundedError::Convex { status }),
         };
         if let Some(solved) = solution {
-            found.convex_iterations += solved.iterations;
-            found.is_accurate &= solved.is_accurate;
+            result.convex_iterations += solved.iterations;
+            result.is_accurate &= solved.is_accurate;
             let predicted = program.errors_after(&solved.step);
             let next = self.step_along(&solved.step, now);
-            found.binding = solved.binding;
+            result.binding = solved.binding;
             let keeps_forces = now.excess <= self.settings.force_tolerance;
             match next {
                 Some(next) => {
                     let is_over = keeps_forces && !self.improves(&next, now);
-                    found.iterate = next;
+                    result.iterate = next;
                     return Ok(is_over.then_some(BoundedStatus::Converged));
                 }
-                None if keeps_forces && self.is_promising(&predicted, &found.iterate.errors) => {
+                None if keeps_forces && self.is_promising(&predicted, &result.iterate.errors) => {
                     return Ok(Some(BoundedStatus::Stalled));
                 }
                 None if keeps_forces => return Ok(Some(BoundedStatus::Converged)),
@@ -192,10 +192,10 @@ impl Search<'_, '_> {
         }
         // The force limits cannot be kept within the linearisation, or not by going to its solution: forces first.
         let solved = program.solve(Goal::Excess).map_err(convex_error)?;
-        found.convex_iterations += solved.iterations;
-        match self.step_along(&solved.step, &found.iterate) {
-            Some(next) => found.iterate = next,
-            None => return Err(self.force_error(&found.iterate)),
+        result.convex_iterations += solved.iterations;
+        match self.step_along(&solved.step, &result.iterate) {
+            Some(next) => result.iterate = next,
+            None => return Err(self.force_error(&result.iterate)),
         }
         Ok(None)
     }

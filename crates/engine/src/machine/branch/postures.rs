@@ -50,10 +50,10 @@ impl Machine {
             self.turn_nearest_to_travel(&mut at);
             Some(Posture { branch: self.branch_of(&at)?, limits: self.check_travel(&at), at })
         };
-        let found: Vec<Posture> = arm.solutions(target, free).into_iter().filter_map(posture).collect();
+        let postures: Vec<Posture> = arm.solutions(target, free).into_iter().filter_map(posture).collect();
         Branch::ALL
             .iter()
-            .filter_map(|branch| found.iter().find(|posture| posture.branch == *branch).cloned())
+            .filter_map(|branch| postures.iter().find(|posture| posture.branch == *branch).cloned())
             .collect()
     }
 

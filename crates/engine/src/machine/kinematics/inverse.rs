@@ -99,11 +99,11 @@ impl Machine {
     fn distance(&self, at: &Pose, target: &Pose) -> f64 {
         let turn = rotation_log(&(at.rotation.transpose() * target.rotation)) * self.characteristic_length;
         let shift = target.translation - at.translation;
-        let left = self.controls.iter().map(|coordinate| match *coordinate {
+        let gap = self.controls.iter().map(|coordinate| match *coordinate {
             Coordinate::Translation(axis) => shift[axis],
             Coordinate::Rotation(axis) => turn[axis],
         });
-        left.map(|left| left * left).sum::<f64>().sqrt()
+        gap.map(|gap| gap * gap).sum::<f64>().sqrt()
     }
 
     /// Derivative of the drives by the controlled task coordinates at `at`: one row per drive (mm, rad), one column per

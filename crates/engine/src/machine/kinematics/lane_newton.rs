@@ -79,9 +79,9 @@ impl<R: Real> LaneNewton<R> {
         for lane in 0..R::LANES {
             self.start.set_lane(lane, case_of(lane).0);
         }
-        let mut going = R::ALL;
-        while going != 0 {
-            for lane in active_lanes(going) {
+        let mut active = R::ALL;
+        while active != 0 {
+            for lane in active_lanes(active) {
                 let s = steps[lane].next_end();
                 match &case_of(lane).1 {
                     LaneWay::Task(line) => set_lane_pose(&mut self.target, lane, &line.pose(s)),
@@ -93,18 +93,18 @@ impl<R: Real> LaneNewton<R> {
                     }
                 }
             }
-            let solved = self.search(machine, is_task, going);
+            let solved = self.search(machine, is_task, active);
             let regular = if solved == 0 { 0 } else { solved & self.regular_lanes(machine, is_task) };
-            let mut still_going = 0;
-            for lane in active_lanes(going) {
+            let mut unfinished = 0;
+            for lane in active_lanes(active) {
                 let is_doubtful = (solved & !regular) >> lane & 1 == 1;
-                still_going |= u8::from(!is_doubtful && steps[lane].advance_or_halve(regular >> lane & 1 == 1)) << lane;
+                unfinished |= u8::from(!is_doubtful && steps[lane].advance_or_halve(regular >> lane & 1 == 1)) << lane;
             }
             R::vectorized(
                 #[inline(always)]
                 || self.start.copy_lanes(&self.at, R::mask(regular)),
             );
-            going = still_going;
+            active = unfinished;
         }
         (0..cases.len()).map(|lane| steps[lane].is_complete().then(|| self.start.lane(lane))).collect()
     }

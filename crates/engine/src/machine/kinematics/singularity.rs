@@ -57,10 +57,10 @@ impl Closure<'_> {
             return false;
         }
         let (closures, drives) = (6 * self.machine.closure_count(), self.machine.drive_count());
-        let Some(left) = ReducedEquations::new(self.machine, [&self.start_jacobian, &self.jacobian], closures) else {
+        let Some(both) = ReducedEquations::new(self.machine, [&self.start_jacobian, &self.jacobian], closures) else {
             return self.has_passed_unreduced(from, to, by_drives, by_task);
         };
-        let changes = |commanded: usize, row: &dyn Fn(usize, usize, usize) -> f64| left.sign_change(commanded, row);
+        let changes = |commanded: usize, row: &dyn Fn(usize, usize, usize) -> f64| both.sign_change(commanded, row);
         let driven = by_drives.then(|| changes(drives, &|_, i, j| if j == 6 + i { 1.0 } else { 0.0 }));
         let tasked = by_task.then(|| {
             let platforms = [Frame::splat(&from.pose), Frame::splat(&to.pose)];
@@ -147,7 +147,7 @@ impl ReducedEquations {
     fn new(machine: &Machine, ends: [&DMatrix<f64>; 2], closures: usize) -> Option<Self> {
         let others = 6 + machine.drive_count();
         let passive = ends[0].ncols() - others;
-        let mut left = Self {
+        let mut reduced = Self {
             rows: DMatrix::zeros(closures - passive, 2 * others),
             pivots: Vec::with_capacity(passive),
             sign: 1.0,
@@ -158,18 +158,18 @@ impl ReducedEquations {
             // Joints at both ends, then the others at both ends.
             let mut block = DMatrix::zeros(equations, 2 * (joints + others));
             for (end, matrix) in ends.iter().enumerate() {
-                let (own, other) = (end * joints, 2 * joints + end * others);
-                block.columns_mut(own, joints).copy_from(&matrix.view((row, joint), (equations, joints)));
-                block.columns_mut(other, others).copy_from(&matrix.view((row, 0), (equations, others)));
+                let (joint_column, other_column) = (end * joints, 2 * joints + end * others);
+                block.columns_mut(joint_column, joints).copy_from(&matrix.view((row, joint), (equations, joints)));
+                block.columns_mut(other_column, others).copy_from(&matrix.view((row, 0), (equations, others)));
             }
             let pivots = make_triangular(&mut block, joints);
-            left.sign *= sign_product(pivots.iter()) * eliminate_joints(&mut block, joints, others)?;
-            left.pivots.extend(pivots.iter());
+            reduced.sign *= sign_product(pivots.iter()) * eliminate_joints(&mut block, joints, others)?;
+            reduced.pivots.extend(pivots.iter());
             let rest = equations - joints;
-            left.rows.rows_mut(own_row, rest).copy_from(&block.view((joints, 2 * joints), (rest, 2 * others)));
+            reduced.rows.rows_mut(own_row, rest).copy_from(&block.view((joints, 2 * joints), (rest, 2 * others)));
             (row, joint, own_row) = (row + equations, joint + joints, own_row + rest);
         }
-        Some(left)
+        Some(reduced)
     }
 
     /// Change of the sign of the determinant with `commanded` rows more, whose `entry` is given by end (0, 1), row and column.
@@ -215,8 +215,8 @@ fn eliminate_joints(block: &mut DMatrix<f64>, joints: usize, others: usize) -> O
         let (first, later) = block.as_mut_slice().split_at_mut((column + 1) * rows);
         let factors = &mut first[column * rows + k + 1..];
         factors.iter_mut().for_each(|factor| *factor /= pivot);
-        let (own, other) = later.split_at_mut((joints - k - 1) * rows);
-        for column in own.chunks_exact_mut(rows).chain(other.chunks_exact_mut(rows).skip(others)) {
+        let (joint_part, other) = later.split_at_mut((joints - k - 1) * rows);
+        for column in joint_part.chunks_exact_mut(rows).chain(other.chunks_exact_mut(rows).skip(others)) {
             let share = column[k];
             subtract(&mut column[k + 1..], share, factors);
         }

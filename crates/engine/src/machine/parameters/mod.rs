@@ -157,7 +157,7 @@ impl Machine {
     /// # Errors
     /// There is none; the message has the nearest names.
     pub fn parameter(&self, name: &str) -> Result<Parameter> {
-        let called = self.parameters_called(&|own| own == name).into_iter().next();
+        let called = self.parameters_called(&|candidate| candidate == name).into_iter().next();
         called.ok_or_else(|| unknown_parameter(name, &self.parameter_names()))
     }
 
@@ -275,9 +275,9 @@ impl Machine {
 pub fn is_pattern_of(pattern: &str, name: &str) -> bool {
     match pattern.split_once('*') {
         None => pattern == name,
-        Some((before, rest)) => name.strip_prefix(before).is_some_and(|left| {
-            let ends = left.char_indices().map(|(at, _)| at).chain([left.len()]);
-            ends.take_while(|&end| !left[..end].contains('.')).any(|end| is_pattern_of(rest, &left[end..]))
+        Some((before, rest)) => name.strip_prefix(before).is_some_and(|tail| {
+            let ends = tail.char_indices().map(|(at, _)| at).chain([tail.len()]);
+            ends.take_while(|&end| !tail[..end].contains('.')).any(|end| is_pattern_of(rest, &tail[end..]))
         }),
     }
 }
@@ -285,7 +285,7 @@ pub fn is_pattern_of(pattern: &str, name: &str) -> bool {
 /// Names of all parameters of the machine file `spec`.
 pub(super) fn names(spec: &MachineSpec) -> Vec<String> {
     let mut names = Vec::new();
-    walk(&mut spec.clone(), &mut |found| names.push(found.name.to_string()));
+    walk(&mut spec.clone(), &mut |parameter| names.push(parameter.name.to_string()));
     names
 }
 

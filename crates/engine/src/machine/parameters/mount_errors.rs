@@ -69,11 +69,11 @@ impl MountErrors {
     /// Converts the errors to mm and rad; rotations of the base are added as rotation vectors.
     pub fn chain_error(&self, chain: &Chain) -> ChainError {
         let about_drive = ChainError::turn_about_drive_axis(chain, self.turn_deg.to_radians());
-        let own = self.base.twist();
+        let base = self.base.twist();
         let has_offsets = self.offsets.iter().any(|&offset| offset != 0.0);
         let offsets = chain.drives.iter().zip(&self.offsets).filter(|_| has_offsets);
         ChainError {
-            base: Twist { linear: own.linear, angular: about_drive.base.angular + own.angular },
+            base: Twist { linear: base.linear, angular: about_drive.base.angular + base.angular },
             end: self.end.twist(),
             drive_offsets: offsets.map(|(drive, &offset)| drive.motion.from_shown(offset)).collect(),
         }

@@ -53,7 +53,7 @@ impl HomeCheck<'_> {
         let (mut moves, mut frames) = (0, Vec::new());
         let each = |coordinate: usize, screw: Screw<f64>| {
             let twist = self.scaled_twist(screw);
-            match parts.iter_mut().find(|(own, _)| *own == coordinate) {
+            match parts.iter_mut().find(|(moved, _)| *moved == coordinate) {
                 Some((_, part)) => {
                     part.end = moves + 1;
                     part.twists += twist;

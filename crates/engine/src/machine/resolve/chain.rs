@@ -229,10 +229,10 @@ impl ChainBuilder<'_> {
         Ok(())
     }
 
-    /// Name of an elastic link in tables: its own, or its kind and number in the chain.
-    fn spring_name(&self, own: Option<&str>, kind: &str, number: usize) -> String {
-        match own {
-            Some(own) => format!("{}{own}", self.prefix),
+    /// Name of an elastic link in tables: the `name` given in the file, or else its `kind` and `number` in the chain, from 1.
+    fn spring_name(&self, name: Option<&str>, kind: &str, number: usize) -> String {
+        match name {
+            Some(name) => format!("{}{name}", self.prefix),
             None => format!("{}{kind} (element {number})", self.prefix),
         }
     }

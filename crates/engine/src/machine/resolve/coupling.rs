@@ -39,8 +39,8 @@ pub(super) fn resolve_coupling(chain: &Chain, shown: &[ShownCoordinate]) -> Resu
             };
             if chain.drives[joint].motion != motion {
                 let word = |motion| if motion == Motion::Prismatic { "slide" } else { "hinge" };
-                let (other, own) = (word(chain.drives[joint].motion), word(motion));
-                return check.fail(format!("is a {other}, the drive itself a {own}: expected drives of one kind"));
+                let (other, kind) = (word(chain.drives[joint].motion), word(motion));
+                return check.fail(format!("is a {other}, the drive itself a {kind}: expected drives of one kind"));
             }
             by_joints[(*drive, joint)] = check.finite_scalar(factor)?;
         }

@@ -57,9 +57,9 @@ impl ChainBuilder<'_> {
             if from.frame > to.frame {
                 std::mem::swap(&mut from, &mut to);
             }
-            let own = spec.name.clone().unwrap_or_else(|| format!("spring_{}", number + 1));
-            check.key("name").identifier(&own)?;
-            let name = format!("{}{own}", self.prefix);
+            let spring_name = spec.name.clone().unwrap_or_else(|| format!("spring_{}", number + 1));
+            check.key("name").identifier(&spring_name)?;
+            let name = format!("{}{spring_name}", self.prefix);
             check.key("name").unique(&name, self.route.point_springs.iter().map(|spring| spring.name.as_str()))?;
             let free_check = check.key("free_length_mm");
             let free_length = free_check.finite_scalar(spec.free_length_mm)?;

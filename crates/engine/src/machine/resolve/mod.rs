@@ -140,7 +140,7 @@ const ENDS: [&str; 2] = ["base", "end"];
 fn check_element_names(design: &ChainSpec, check: &Check) -> Result<()> {
     let names = ElementSpec::names(&design.elements);
     for (i, element) in design.elements.iter().enumerate() {
-        let given = match element {
+        let optional_name = match element {
             ElementSpec::Fixed(FixedSpec { name, .. })
             | ElementSpec::Beam(BeamSpec { name, .. })
             | ElementSpec::Link(LinkSpec { name, .. })
@@ -148,7 +148,7 @@ fn check_element_names(design: &ChainSpec, check: &Check) -> Result<()> {
             | ElementSpec::Module(ModuleSpec { name, .. }) => name,
             _ => continue,
         };
-        let Some(name) = given else { continue };
+        let Some(name) = optional_name else { continue };
         let kind = element.kind_and_name().0;
         let check = check.key(&format!("elements[{i}].{kind}.name"));
         check.identifier(name)?;
@@ -350,10 +350,10 @@ fn resolve_frame(spec: &FrameSpec, check: &Check) -> Result<Pose> {
 /// Compliance of the tool at T, in its axes (mm, rad; N, N·mm); `None` without a tool that bends.
 fn resolve_tool_compliance(spec: &MachineSpec, check: &Check) -> Result<Option<Box<Matrix6<f64>>>> {
     let Some(tool) = &spec.platform.tool else { return Ok(None) };
-    let given = tool.compliance.as_ref().map(|rows| check.key("compliance_mm_rad_N").positive_definite(rows));
+    let matrix = tool.compliance.as_ref().map(|rows| check.key("compliance_mm_rad_N").positive_definite(rows));
     let cutter = tool.cutter.as_ref().map(|cutter| cutter_compliance(cutter, spec, &check.key("cutter")));
-    match (given.transpose()?, cutter.transpose()?) {
-        (Some(given), Some(cutter)) => Ok(Some(Box::new(given + cutter))),
+    match (matrix.transpose()?, cutter.transpose()?) {
+        (Some(matrix), Some(cutter)) => Ok(Some(Box::new(matrix + cutter))),
         (Some(one), None) | (None, Some(one)) => Ok(Some(Box::new(one))),
         (None, None) => check.fail("give compliance_mm_rad_N, cutter or both".into()),
     }

@@ -18,9 +18,9 @@ impl ChainSystem<f64> {
     fn loops_with_rows(&self, start: usize) -> impl Iterator<Item = (&LoopSystem<f64>, usize)> {
         let mut first = start + self.route_unknown_count();
         self.loops.iter().map(move |inner| {
-            let own = first;
+            let row = first;
             first += inner.system.unknown_count();
-            (inner, own)
+            (inner, row)
         })
     }
 
@@ -108,15 +108,15 @@ impl ChainSystem<f64> {
 
     /// Sets the unknowns found by another solver, in the order of [`ChainSystem::assemble`].
     pub fn set_solution(&mut self, unknowns: &[f64]) {
-        let (own, mut rest) = unknowns.split_at(self.route_unknown_count());
-        self.solution[..own.len()].copy_from_slice(own);
+        let (route_part, mut rest) = unknowns.split_at(self.route_unknown_count());
+        self.solution[..route_part.len()].copy_from_slice(route_part);
         for inner in &mut self.loops {
             let (within, others) = rest.split_at(inner.system.unknown_count());
             inner.system.set_solution(within);
             inner.twist = [0.0; 6];
             for &(row, twist) in &inner.motions_between {
                 for (entry, part) in inner.twist.iter_mut().zip(twist.to_array()) {
-                    *entry += part * own[row];
+                    *entry += part * route_part[row];
                 }
             }
             rest = others;

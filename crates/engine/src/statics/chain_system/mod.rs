@@ -331,8 +331,8 @@ impl<R: Real> ChainSystem<R> {
             force = force.larger(if self.is_rotation[coordinate] { entry * per_length } else { entry });
         }
         let gap = self.closure.linear.norm().larger(self.closure.angular.norm() * R::splat(scale));
-        let own = ChainResidual { gap, force };
-        if self.loops.is_empty() { own } else { self.residual_with_loops(own, scale) }
+        let route_residual = ChainResidual { gap, force };
+        if self.loops.is_empty() { route_residual } else { self.residual_with_loops(route_residual, scale) }
     }
 
     /// Eliminates the chain's unknowns but for its slacks; returns the lanes in which that works. In the others a pivot has the wrong sign:
