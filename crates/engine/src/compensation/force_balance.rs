@@ -118,7 +118,7 @@ fn no_force_status(session: &mut Session) -> CompensationStatus {
     }
 }
 
-/// Displacement of the compensated point by the `unbalanced` wrench, mm: the error that is left.
+/// Displacement of the compensated point, mm, that the `unbalanced` wrench (N, N·mm) would cause: the remaining task error.
 fn point_displacement(
     session: &Session,
     task: &TaskPoint,

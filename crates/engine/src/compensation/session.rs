@@ -217,7 +217,7 @@ impl Session {
         Ok(TaskPoint { wanted: Some(rest), ..*task })
     }
 
-    /// Pose of P of the nominal machine under its weight alone, commanded to `pose`.
+    /// Pose of P in O of the nominal machine under its weight alone, commanded to `pose`; `Err` if unreachable or not stable.
     fn pose_under_weight(&mut self, pose: &Pose) -> Result<Pose, CompensationStatus> {
         let near = self.nominal.inverse_kinematics_from(&self.command, pose);
         let at = near.or_else(|_| self.nominal.inverse_kinematics(pose)).map_err(CompensationStatus::Unreachable)?;
@@ -339,7 +339,7 @@ impl Session {
         statics::is_singular_place(&self.nominal, &self.command, workspace)
     }
 
-    /// Stable loaded equilibrium at the present drives, searched from the present state alone.
+    /// Loaded equilibrium at the present drives, searched from the present state only; `Err` has the status if it is not stable.
     pub(super) fn stable_near_state(&mut self, task: &TaskPoint) -> Result<Outcome, CompensationStatus> {
         Self::require_stable(self.solve_near_state(task))
     }

@@ -198,7 +198,7 @@ impl Tape {
         index
     }
 
-    /// Program from so many `inputs` to the numbers at `outputs`, without unused operations.
+    /// Program that computes the operations at `outputs` from inputs, whose number is `inputs`, without unused operations.
     pub fn program(&self, inputs: usize, outputs: &[OperationIndex]) -> Program {
         let mut is_used = vec![false; self.len()];
         for &output in outputs {

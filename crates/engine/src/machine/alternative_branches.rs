@@ -25,7 +25,7 @@ const DETOURS_TRIED: &str = "detours through points beside the straight line, by
 const SHORTEST_LINE: f64 = 1e-3;
 
 impl Machine {
-    /// Searches another branch for `target`, to which the straight line from home does not lead because of `straight`.
+    /// Searches another branch for `target`, which the straight line from home misses for the reason `straight`; `Err` says what was tried.
     pub(super) fn try_other_branch(&self, target: &Pose, straight: Unreachable) -> Result<Configuration, Unreachable> {
         let is_finite = target.translation.iter().chain(target.rotation.iter()).all(|entry| entry.is_finite());
         // All postures of an arm are known; those of one that its rail carries are sought.
@@ -44,7 +44,7 @@ impl Machine {
         posture.ok_or_else(|| Unreachable::NoWay { straight: Box::new(straight), tried: tried.into() })
     }
 
-    /// Finds the posture of a serial machine that meets `target` within travel, nearest to home of those found; also what was tried.
+    /// The posture of a serial machine that meets `target` within travel, nearest to home of those found; and words for what was tried.
     fn search_postures(&self, target: &Pose) -> (Option<Configuration>, &'static str) {
         let home = &self.home.drives;
         let hinges: Vec<usize> = self

@@ -67,7 +67,7 @@ impl Motion {
         self.choose("N", "N·mm")
     }
 
-    /// The word for what a drive of this kind carries.
+    /// Word for the load that a drive of this kind carries: `force` or `torque`.
     pub fn force_word(self) -> &'static str {
         self.choose("force", "torque")
     }
@@ -222,7 +222,7 @@ impl Chain {
         self.virtual_count + joint
     }
 
-    /// Motion of the joint of drive `joint` per unit of what drive `drive` is commanded.
+    /// Motion of the joint of drive `joint` per unit of the command of drive `drive`; 1 or 0 without coupling.
     #[inline]
     pub fn joint_per_drive(&self, joint: usize, drive: usize) -> f64 {
         match &self.coupling {

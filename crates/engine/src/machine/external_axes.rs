@@ -41,7 +41,7 @@ impl PositionedMachine {
         &self.original
     }
 
-    /// Moves the external axes to `axes`, or to those of the original; returns whether they have moved.
+    /// Moves the external axes to `axes`, or for `None` to those of the original machine; returns whether they have moved.
     ///
     /// # Errors
     /// As [`Machine::with_external_axes`]; the machine then stands where it did.

@@ -273,7 +273,7 @@ impl Machine {
         machine
     }
 
-    /// Stiffness at T of what lies between P and T (N, mm, rad), the inverse of its compliance; `None` where that is rigid.
+    /// Stiffness at T of spindle, holder and cutter (N, mm, rad), the inverse of their compliance; `None` where they are rigid.
     pub fn tool_stiffness(&self) -> Option<Matrix6<f64>> {
         self.tool_compliance.as_ref()?.try_inverse()
     }

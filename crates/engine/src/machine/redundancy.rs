@@ -105,7 +105,7 @@ impl Closure<'_> {
         is_met(&changed, right).then_some(drives)
     }
 
-    /// Displacement of a drive from where it stands at `at` to `value`, as a length in mm.
+    /// Displacement that drive `drive` needs from its position in `at` to `value` (mm, rad), as a length in mm.
     fn gap_mm(&self, at: &Configuration, drive: usize, value: f64) -> f64 {
         let unit = self.machine.drives().nth(drive).map_or(1.0, |(_, d)| self.mm_per_unit(d.motion));
         (value - at.drives[drive]) * unit

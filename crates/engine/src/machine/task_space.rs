@@ -74,7 +74,7 @@ impl Machine {
         (0..3).filter(|&axis| !self.controls_translation(axis))
     }
 
-    /// Says what becomes of coordinates of a path that the drives do not control; `None` if they control all translations.
+    /// Describes how coordinates of a path that the drives do not control are treated; `None` if they control all translations.
     pub fn uncontrolled_words(&self) -> Option<String> {
         let names = self.uncontrolled_names()?;
         Some(format!("{names} of the base, taken where the machine stands; words of a program for {names} stay"))
@@ -119,7 +119,7 @@ impl Machine {
         })
     }
 
-    /// Checks that the platform at the configuration `at` has the orientation `asked` (`R_OP`).
+    /// Checks that the platform at the configuration `at` has the orientation `asked` (`R_OP`), to 1e-5 rad.
     ///
     /// # Errors
     /// [`Unreachable::OtherOrientation`].

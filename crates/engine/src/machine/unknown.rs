@@ -141,7 +141,7 @@ impl Geometry {
         }
     }
 
-    /// The machine for kinematics alone: drives of unknown stiffness have one that means nothing.
+    /// The machine for kinematics only: the stiffness of drives where it is unknown is a placeholder.
     pub fn kinematics(&self) -> &Machine {
         &self.machine
     }

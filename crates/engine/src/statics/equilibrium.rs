@@ -259,7 +259,7 @@ impl<'a> Newton<'a> {
         Ok(SteppedEquilibrium { residual, steps, unstable_at: unstable_at.filter(|&fraction| fraction < 1.0) })
     }
 
-    /// Status of a solve that no load step leads beyond the equilibrium `last`, at `fraction` of the load.
+    /// Status where load steps end at the equilibrium `last`, under `fraction` of the load: snap-through, singular or not converged.
     fn failure_status(&mut self, last: &State, fraction: f64, unloaded: &Softest) -> Status {
         self.held_share = 1.0 - fraction;
         let softest = self.softest_direction(last);
@@ -306,7 +306,7 @@ impl<'a> Newton<'a> {
         softest
     }
 
-    /// Motions without resistance at home, weight left out; computed once per workspace.
+    /// Whether the platform or a chain moves without resistance at home, weight left out; computed once per workspace.
     fn free_at_home(&mut self) -> FreeAtHome {
         if let Some(free) = self.workspace.free_at_home {
             return free;
@@ -377,7 +377,7 @@ impl<'a> Newton<'a> {
         self.workspace.fill(self.machine, &self.gravity, self.held_share, false);
     }
 
-    /// Computes one Newton step from the present linearisation: the twist of P (mm, rad). The steps of the chains are left in their systems.
+    /// Computes a Newton step from `balance`: returns the twist of P (mm, rad), if there is one; chains keep theirs in their systems.
     fn step(&mut self, balance: &Balance) -> Option<[f64; 6]> {
         if !balance.is_condensed {
             if balance.task.is_some() {

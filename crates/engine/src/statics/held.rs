@@ -40,7 +40,7 @@ impl StartResidual {
         }
     }
 
-    /// Shifts the ends of the loops of `system` so that `share` of their closure errors is left.
+    /// Shifts the targets of the loops of `system` so that only `share` of their recorded closure errors remains.
     pub fn shift_loop_ends(&self, system: &mut ChainSystem, share: f64) {
         for (inner, held) in system.loops_mut().iter_mut().zip(&self.loops) {
             let Twist { linear, angular } = held.closure;

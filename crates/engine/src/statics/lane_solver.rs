@@ -128,7 +128,7 @@ impl<R: Real> LaneSolver<R> {
         }
     }
 
-    /// Solves up to [`Real::LANES`] cases and appends their outcomes; `None` for those left to the scalar iteration, which are as they were.
+    /// Solves up to [`Real::LANES`] cases and appends their outcomes; `None` for those that need the scalar iteration, which stay as is.
     pub fn solve(
         &mut self,
         machine: &Machine,

@@ -64,7 +64,7 @@ pub(super) fn subtract_half_moment(tangent: &mut Matrix6<f64>, wrench: Wrench) {
     block -= skew(wrench.moment) * 0.5;
 }
 
-/// Wrench that the platform's step has to balance: `imbalance` less what the chains give with the platform held (N, N·mm).
+/// Wrench (N, N·mm) that the platform's step has to balance: `imbalance` less the change of the chain wrenches with the platform held.
 #[inline(always)]
 pub(super) fn right_hand_side<R: Real>(chains: &[ChainSystem<R>], imbalance: &[R; 6]) -> [R; 6] {
     let mut right = *imbalance;
@@ -80,7 +80,7 @@ pub(super) fn right_hand_side<R: Real>(chains: &[ChainSystem<R>], imbalance: &[R
     right
 }
 
-/// Solves `tangent · dt = right` for the twist dt of P, without the slack springs of `rigid`; also the lanes in which there is one.
+/// Solves `tangent · dt = right` for the twist dt of P, without the slack springs of `rigid`; also returns the lanes that have a solution.
 #[inline(always)]
 pub(super) fn step<R: Real>(
     chains: &[ChainSystem<R>],
@@ -289,7 +289,7 @@ pub(super) fn stiffness(compliance: &Square<f64>, scale: f64, soft: f64) -> Opti
 /// A pivot of a compliance below this fraction of the largest is that of a rigid direction.
 const RIGID: f64 = 1e-12;
 
-/// Inverse of `matrix`, and the lanes in which it has one.
+/// Inverse of `matrix`, and the lanes in which the matrix is regular.
 #[inline(always)]
 fn inverse<R: Real>(matrix: Square<R>) -> (Square<R>, u8) {
     let mut columns = [[R::zero(); 6]; 6];

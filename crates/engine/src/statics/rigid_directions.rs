@@ -167,7 +167,7 @@ impl<R: Real> RigidDirections<R> {
         self.slacks = slacks;
     }
 
-    /// Corrects the twist caused by a wrench on the platform alone to that without slack springs, and keeps the slacks.
+    /// Corrects the twist caused by a wrench on the platform to that without slack springs, and keeps the slacks.
     pub fn correct_response(&mut self, twist: &mut [R; 6]) {
         let mut slacks = std::mem::take(&mut self.slacks);
         clear(&mut slacks);

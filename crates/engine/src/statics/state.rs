@@ -53,7 +53,7 @@ impl State {
         state
     }
 
-    /// Makes a state of the same machine what [`State::rigid`] returns, in the storage that there is.
+    /// Makes this the undeflected, unloaded state of the rigid configuration `at` of the same machine, without allocating.
     pub fn set_rigid(&mut self, at: &Configuration) {
         (self.pose, self.body) = (at.pose, None);
         for (chain, passive) in self.chains.iter_mut().zip(&at.passive) {

@@ -434,7 +434,7 @@ impl<R: Real> Transmission<R> {
         wrench
     }
 
-    /// Part of slack `slack` that is left per unit of slack `other`, the platform held: an entry of E, N/mm.
+    /// Entry of E, N/mm: the part of slack `slack` that remains per unit of slack `other`, the platform held.
     #[inline(always)]
     pub fn slack_response(&self, slack: usize, other: usize) -> R {
         let (a, b) = (self.slack_row(slack), self.slack_row(other));

@@ -111,7 +111,7 @@ impl Limits {
         }
     }
 
-    /// The limits of all drives of `machine`, those not given being its own; `Err` for a wrong length or value.
+    /// Limits of all drives of `machine`, one entry each; those not set are the machine's, or infinite. `Err` for a wrong length or value.
     fn check(&self, machine: &Machine) -> Result<CheckedLimits, BoundedError> {
         let none = || vec![f64::INFINITY; machine.drive_count()];
         let own_travel = |drive: &Drive| drive.travel.unwrap_or((f64::NEG_INFINITY, f64::INFINITY));

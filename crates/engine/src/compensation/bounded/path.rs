@@ -49,7 +49,7 @@ pub(super) struct Simulator {
 }
 
 impl Simulator {
-    /// A simulator; `with_forces` has it compute `∂τ/∂ρ`.
+    /// A simulator of `real`, commanded by `nominal`; computes `∂τ/∂ρ` too if `with_forces`.
     pub fn new(nominal: &Machine, real: &Machine, settings: CompensationSettings, with_forces: bool) -> Self {
         Self { session: Session::new(nominal, real, settings), with_forces }
     }

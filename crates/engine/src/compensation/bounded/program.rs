@@ -280,7 +280,7 @@ impl<'a> Program<'a> {
         (slope, &result.error / self.length)
     }
 
-    /// Hessian and gradient of the objective over so many `variables`.
+    /// Hessian (upper triangle) and gradient of the objective over the program's variables, whose number is `variables`.
     fn objective(&self, goal: Goal, variables: usize) -> (CscMatrix<f64>, Vec<f64>) {
         let count = self.bounds.drive_count();
         let mut hessian = Triplets::default();

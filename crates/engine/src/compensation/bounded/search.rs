@@ -298,7 +298,7 @@ impl Search<'_, '_> {
         bounds.narrow(&now.corrections, &steps);
     }
 
-    /// Error that names the force that cannot be kept, and the other limits that stand in the way.
+    /// Error that names the force most above its limit, and the kinds of limits without which it could be kept.
     fn force_error(&self, iterate: &Iterate) -> BoundedError {
         let shares = iterate.results.iter().enumerate().flat_map(|(k, result)| {
             let forces = result.forces.iter().zip(&self.bounds.force).enumerate();
@@ -341,7 +341,7 @@ impl Search<'_, '_> {
     }
 }
 
-/// Result of a search that has not left `start`.
+/// Result of a search before its first step: `start`, with no limits known to bind.
 fn initial_result(start: Iterate, status: BoundedStatus) -> SearchResult {
     SearchResult { iterate: start, status, binding: Vec::new(), iterations: 0, convex_iterations: 0, is_accurate: true }
 }

@@ -16,7 +16,7 @@ use crate::{
 
 /// A chain with a smaller gap is closed as far as a user is concerned, mm.
 const CLOSED_MM: f64 = 1e-3;
-/// Largest distance from P to a chain's base or to a joint axis when the chains stand as in `start`, mm.
+/// Largest distance from P to a chain's base or to a joint axis in the configuration `start`, mm.
 pub(in crate::machine) fn characteristic_length(chains: &[Chain], start: &Configuration) -> f64 {
     let (mut values, mut screws) = (Vec::new(), Vec::new());
     let mut first_drive = 0;
@@ -62,7 +62,7 @@ pub(in crate::machine) struct Closure<'a> {
 }
 
 impl<'a> Closure<'a> {
-    /// Storage for the equations of `machine`, with the drives locked that it has locked.
+    /// Storage for the equations of `machine`, its locked drives locked.
     pub fn new(machine: &'a Machine) -> Self {
         Self {
             locked: machine.locked.clone(),

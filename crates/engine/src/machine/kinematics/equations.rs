@@ -171,7 +171,7 @@ impl<R: Real> Equations<R> {
         walks.push(walk);
     }
 
-    /// Fills the rows of the loops of `route`, which ends at `end`. What calls itself cannot be inlined, and so is compiled for vectors anew.
+    /// Fills the rows of the loops of `route`, which ends at `end`. A recursive function cannot be inlined, and so is vectorised by itself.
     fn loop_rows(
         &mut self,
         route: &Route,

@@ -32,7 +32,7 @@ impl Machine {
         self.conclude(reached, &Command::Drives(drives))
     }
 
-    /// Closes all chains at the home pose, from the joint values given in the machine file.
+    /// Closes all chains at the home pose, searching from the joint values in the machine file; `Err` if that fails or a limit is broken.
     pub(in crate::machine) fn assemble_at_home(&self) -> Result<Configuration, Unreachable> {
         let mut closure = Closure::new(self);
         let command = Command::Task(&self.home.pose);

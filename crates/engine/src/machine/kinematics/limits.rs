@@ -74,7 +74,7 @@ impl Machine {
         self.check_branch(at)
     }
 
-    /// Index of the first drive that `positions` (mm, rad) have beyond its travel, and the error that says so.
+    /// Index of the first drive that is beyond its travel at `positions` (mm, rad; machine order), and the error that says so.
     pub fn drive_beyond_travel(&self, positions: &[f64]) -> Option<(usize, Unreachable)> {
         self.drives().zip(positions).enumerate().find_map(|(number, ((c, drive), &rho))| {
             let (low, high) = drive.travel?;
@@ -158,13 +158,13 @@ pub(in crate::machine) fn wrap_into_travel(value: f64, (low, high): (f64, f64), 
     (overrun(back, low, high) == 0.0).then_some(back)
 }
 
-/// Excess of `value` over its limits, in its unit; 0 within them and as far outside as rounding may put it.
+/// Excess of `value` over its limits, in its unit; 0 within them and up to [`limit_rounding`] outside.
 fn overrun(value: f64, low: f64, high: f64) -> f64 {
     let excess = f64::max(low - value, value - high);
     if excess > limit_rounding(low, high) { excess } else { 0.0 }
 }
 
-/// Excess over its limits that rounding may give a value.
+/// Excess over the limits `low` and `high` that is put down to rounding, in their unit.
 fn limit_rounding(low: f64, high: f64) -> f64 {
     LIMIT_ROUNDING * low.abs().max(high.abs()).max(high - low)
 }

@@ -224,7 +224,7 @@ fn eliminate_joints(block: &mut DMatrix<f64>, joints: usize, others: usize) -> O
     Some(sign)
 }
 
-/// Makes the first `count` columns an upper triangle by reflections of all columns; returns its diagonal. What is below holds no numbers.
+/// Makes the first `count` columns upper triangular by reflections of all columns; returns their diagonal. Entries below it are undefined.
 fn make_triangular(matrix: &mut DMatrix<f64>, count: usize) -> DVector<f64> {
     let rows = matrix.nrows();
     let mut pivots = DVector::zeros(count);

@@ -89,7 +89,7 @@ fn enter(path: &mut String, part: &str) {
 }
 
 impl SpecWalk<'_> {
-    /// Calls `walk` for what is below `name`, in the file below `key`.
+    /// Calls `walk` with `name` and `key` appended to the paths of parameter names and file keys.
     fn descend(&mut self, name: &str, key: &str, walk: impl FnOnce(&mut Self)) {
         let outer = (self.name.len(), self.key.len());
         enter(&mut self.name, name);

@@ -78,7 +78,7 @@ pub(super) struct ChainBuilder<'a> {
 }
 
 impl ChainBuilder<'_> {
-    /// Fills the route under way with the elements of chain design number `design`, mounted as `mount` says.
+    /// Fills the present route with the elements of chain design number `design`, its ends placed by the frames of `mount`.
     pub fn add_route(&mut self, design: usize, mount: &MountSpec, check_mount: &Check) -> Result<()> {
         self.route.base = resolve_frame(&mount.base, &check_mount.key("base"))?;
         self.route.attachment = resolve_frame(&mount.platform, &check_mount.key("platform"))?.inverse();

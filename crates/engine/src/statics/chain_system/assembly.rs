@@ -78,7 +78,7 @@ impl ChainSystem<f64> {
         right
     }
 
-    /// Right-hand sides of the route alone before elimination, without what its loops' closure errors do to it.
+    /// Right-hand sides of the route only, before elimination, without the terms of its loops' closure errors.
     pub fn route_right_hand_sides(&self) -> Vec<f64> {
         (0..self.route_unknown_count()).map(|row| self.matrix.get(row, self.rhs_column())).collect()
     }

@@ -30,7 +30,7 @@ impl StepInput {
     }
 }
 
-/// Index of the platform's origin (mm) in the numbers of a state, for a machine with so many drives.
+/// Index of the platform's origin (mm) in the numbers of a state, for a machine with `drives` drives.
 pub fn origin_index(drives: usize) -> usize {
     drives + 9
 }
