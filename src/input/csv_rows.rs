@@ -12,7 +12,7 @@ pub(crate) struct Row {
     pub span: Range<usize>,
 }
 
-/// Reads all rows of `source`, including the header; fails with the byte and the reason where it cannot be parsed.
+/// Reads all rows of `source`, the header included; `Err` has the byte where it cannot be parsed, and the reason.
 pub(crate) fn read(source: &[u8]) -> Result<Vec<Row>, (usize, String)> {
     let mut reader = ReaderBuilder::new().has_headers(false).flexible(true).trim(Trim::All).from_reader(source);
     let mut records = Vec::new();

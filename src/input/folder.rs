@@ -70,13 +70,13 @@ impl Folder {
         &self.path
     }
 
-    /// Returns the folder that contains the file called `name`.
+    /// Returns the folder that contains the file called `name`, in memory or on disk as this one, with the same recording.
     pub fn of(&self, name: &str) -> Self {
         let path = self.path(name).parent().map(Path::to_path_buf).unwrap_or_default();
         Self { path, ..self.clone() }
     }
 
-    /// Whether there is a file called `name`, or on disk a device or a pipe, which reading refuses in its own words.
+    /// Whether `name` is a file in memory or, on disk, anything but a folder: devices and pipes are refused when read, with a message.
     pub fn has_file(&self, name: &str) -> bool {
         let path = self.path(name);
         match &self.memory {

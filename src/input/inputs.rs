@@ -20,7 +20,7 @@ impl Inputs {
         Self::of(name, text)
     }
 
-    /// Creates the inputs of one text with its name.
+    /// Creates the inputs of one text called `name`.
     pub fn of(name: impl Into<String>, text: impl Into<String>) -> Self {
         Self(vec![(name.into(), text.into())])
     }
@@ -63,7 +63,7 @@ impl Inputs {
         names.join(", ")
     }
 
-    /// Describes in words the first difference of these inputs from those `before`; `None` if they are the same.
+    /// Describes in words the first difference of these inputs from `before`: in their names or in a line; `None` if they are the same.
     pub fn change_since(&self, before: &Inputs) -> Option<String> {
         if !self.0.iter().map(|(name, _)| name).eq(before.0.iter().map(|(name, _)| name)) {
             return Some(format!("the inputs were {}, and are {}", before.names(), self.names()));

@@ -45,7 +45,7 @@ impl Check {
         Self { misfits: Some(Arc::default()), ..Self::new(origin) }
     }
 
-    /// Returns the same location; misfits there and below are errors at once.
+    /// Returns the same location without collecting: misfits there and below are returned as errors.
     pub fn at_once(&self) -> Self {
         Self { misfits: None, ..self.clone() }
     }
@@ -92,33 +92,33 @@ impl Check {
         self.or_misfit(self.fail(problem), instead)
     }
 
-    /// Returns the value of `found`, or what [`Check::misfit`] does for its error.
-    pub fn or_misfit<T>(&self, found: Result<T>, instead: T) -> Result<T> {
-        match (found, &self.misfits) {
+    /// Returns the value of `result`, or what [`Check::misfit`] does for its error.
+    pub fn or_misfit<T>(&self, result: Result<T>, instead: T) -> Result<T> {
+        match (result, &self.misfits) {
             (Err(error), Some(misfits)) => {
                 misfits.lock().unwrap_or_else(PoisonError::into_inner).push(error);
                 Ok(instead)
             }
-            (found, _) => found,
+            (result, _) => result,
         }
     }
 
-    /// Returns `found` if no misfit was collected, or else one error with each misfit once, which do not fit `what`, and their lines; `text` returns
-    /// the text of a TOML file by its name in errors, if that is one. An error of `found` is left out beside misfits, since values that stand
-    /// for them may have caused it.
+    /// Returns `result` if no misfit was collected, or else one error with each misfit once and its line, which says that they do not fit
+    /// `what`; `text` returns the text of a TOML file by its name in errors. An error of `result` is left out beside misfits, since values
+    /// that stand for them may have caused it.
     pub fn with_misfits<'a, T>(
         &self,
-        found: Result<T>,
+        result: Result<T>,
         what: &str,
         text: impl Fn(&str) -> Option<&'a str>,
     ) -> Result<T> {
-        let Some(misfits) = &self.misfits else { return found };
+        let Some(misfits) = &self.misfits else { return result };
         let misfits = std::mem::take(&mut *misfits.lock().unwrap_or_else(PoisonError::into_inner));
         let mut errors: Vec<Error> = misfits.into_iter().map(|error| error.with_line(&text)).collect();
         let mut said = std::collections::HashSet::new();
         errors.retain(|error| said.insert(error.to_string()));
         match errors.len() {
-            0 => found,
+            0 => result,
             1 => Err(errors.remove(0)),
             count => Err(Error::Several { problem: format!("{count} values do not fit {what}"), errors }),
         }
@@ -200,7 +200,7 @@ impl Check {
         if v.norm() > 1e-12 { Ok(v.normalize()) } else { self.fail(format!("must not be zero, got {value:?}")) }
     }
 
-    /// Checks an interval `[smallest, largest]`, if given, and returns it multiplied by `unit`.
+    /// Checks an interval `[smallest, largest]`, if given, and returns both ends multiplied by `unit`, the size of their unit.
     pub fn interval(&self, value: Option<[f64; 2]>, unit: f64) -> Result<Option<(f64, f64)>> {
         match value {
             None => Ok(None),
@@ -249,7 +249,7 @@ impl Check {
         Ok(())
     }
 
-    /// Checks that a name is not too long for a part of a file name.
+    /// Checks that a name, as [`file_stem`] writes it, is not too long for a part of a file name.
     pub fn short(&self, name: &str) -> Result<()> {
         let length = file_stem(name).len();
         if length <= LONGEST_IN_A_FILE_NAME {

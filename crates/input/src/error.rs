@@ -119,10 +119,10 @@ impl Error {
         Error::Argument { argument: argument.into(), problem: problem.into() }
     }
 
-    /// Returns this error with the line of its value in the TOML file at fault, whose text `text` returns by its name in errors.
+    /// Returns this error with the line of its value, from 1; `text` returns the text of a TOML file by its name in errors, or `None`.
     pub(crate) fn with_line<'a>(self, text: impl Fn(&str) -> Option<&'a str>) -> Self {
-        let own = if let Error::Value { file, .. } = &self { text(file) } else { None };
-        match own {
+        let file_text = if let Error::Value { file, .. } = &self { text(file) } else { None };
+        match file_text {
             Some(text) => self.in_toml(text),
             None => self,
         }

@@ -18,14 +18,14 @@ pub fn read(file: &Path) -> Result<Vec<u8>> {
     read_at_most(file, MAX_LENGTH)
 }
 
-/// Reads the bytes of an input and remembers it as one; fails above `most` bytes, a multiple of 1 MiB.
+/// Reads the bytes of an input file and remembers it for [`is_input`]; fails above `most` bytes, a multiple of 1 MiB.
 pub fn read_at_most(file: &Path, most: u64) -> Result<Vec<u8>> {
     let bytes = read_bounded(file, most)?;
     input_files().extend(file.canonicalize());
     Ok(bytes)
 }
 
-/// Reads the bytes of a file that may be overwritten later; fails above `most` bytes, a multiple of 1 MiB.
+/// Reads the bytes of a file without remembering it as an input; fails above `most` bytes, a multiple of 1 MiB.
 pub fn read_bounded(file: &Path, most: u64) -> Result<Vec<u8>> {
     let fault = |source| Error::Read { file: file.to_path_buf(), source };
     let mut bytes = Vec::new();
@@ -51,7 +51,7 @@ pub fn is_input(file: &Path) -> bool {
     file.canonicalize().is_ok_and(|file| input_files().contains(&file))
 }
 
-/// Locks and returns the list of all inputs read since the program began.
+/// Locks the set of all input files read since the program began, by canonical path.
 fn input_files() -> MutexGuard<'static, BTreeSet<PathBuf>> {
     static INPUTS: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
     INPUTS.lock().unwrap_or_else(PoisonError::into_inner)

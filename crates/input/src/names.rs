@@ -1,12 +1,12 @@
 //! Suggestions for misspelt names in errors.
 
 /// Most names that are suggested.
-const TOLD: usize = 4;
+const MOST_SUGGESTED: usize = 4;
 
 /// Returns up to four suggestions for `name`: names that continue it after a dot, or else those nearest by edit distance.
 pub fn nearest<'a>(name: &str, names: &'a [String]) -> Vec<&'a str> {
     let below = names.iter().filter(|other| other.strip_prefix(name).is_some_and(|rest| rest.starts_with('.')));
-    let below: Vec<&str> = below.take(TOLD).map(String::as_str).collect();
+    let below: Vec<&str> = below.take(MOST_SUGGESTED).map(String::as_str).collect();
     if !below.is_empty() {
         return below;
     }
@@ -14,17 +14,17 @@ pub fn nearest<'a>(name: &str, names: &'a [String]) -> Vec<&'a str> {
     let mut near: Vec<(usize, &str)> = names.iter().map(|other| (edit_distance(name, other), other.as_str())).collect();
     near.retain(|(edit_distance, _)| *edit_distance <= most);
     near.sort_by_key(|(edit_distance, _)| *edit_distance);
-    near.into_iter().take(TOLD).map(|(_, other)| other).collect()
+    near.into_iter().take(MOST_SUGGESTED).map(|(_, other)| other).collect()
 }
 
-/// Returns the edit distance: the fewest letters inserted, deleted or replaced to turn one name into the other.
+/// Returns the edit distance: the fewest letters to insert, delete or replace that turn `one` into `other`.
 pub fn edit_distance(one: &str, other: &str) -> usize {
     let other: Vec<char> = other.chars().collect();
     let mut row: Vec<usize> = (0..=other.len()).collect();
     for (i, letter) in one.chars().enumerate() {
         let mut diagonal = std::mem::replace(&mut row[0], i + 1);
-        for (j, &own) in other.iter().enumerate() {
-            let replaced = diagonal + usize::from(own != letter);
+        for (j, &other_letter) in other.iter().enumerate() {
+            let replaced = diagonal + usize::from(other_letter != letter);
             diagonal = row[j + 1];
             row[j + 1] = replaced.min(diagonal + 1).min(row[j] + 1);
         }

@@ -14,7 +14,7 @@ use crate::error::{Error, Result};
 /// A longer file is no machine or study file, bytes.
 pub const MAX_LENGTH: u64 = 1 << 20;
 
-/// Reads `file` as text.
+/// Reads `file` as UTF-8 text; fails if it is no file, longer than 1 MiB or no text.
 pub fn read(file: &Path) -> Result<String> {
     text(crate::file::read_at_most(file, MAX_LENGTH)?, file)
 }
@@ -30,19 +30,19 @@ pub fn text(bytes: Vec<u8>, file: &Path) -> Result<String> {
 pub fn line_of(text: &str, key: &str) -> Option<usize> {
     let file = DeTable::parse(text).ok()?.into_inner();
     let mut steps = key.split(['.', '[']);
-    let (_, mut found) = file.get_key_value(steps.next()?)?;
+    let (_, mut value) = file.get_key_value(steps.next()?)?;
     for step in steps {
-        let below = match found.get_ref() {
+        let below = match value.get_ref() {
             DeValue::Table(table) => table.get(step),
             DeValue::Array(items) => step.strip_suffix(']').and_then(|index| items.get(index.parse::<usize>().ok()?)),
             _ => None,
         };
         match below {
-            Some(value) => found = value,
+            Some(inner) => value = inner,
             None => break,
         }
     }
-    Some(line_at(text, found.span().start))
+    Some(line_at(text, value.span().start))
 }
 
 /// Returns the line, from 1, of the byte `at` of `text`.
@@ -50,7 +50,7 @@ fn line_at(text: &str, at: usize) -> usize {
     1 + text[..at.min(text.len())].matches('\n').count()
 }
 
-/// Parses `text`; `origin` names it in error messages.
+/// Parses `text` as TOML into `T`; errors name it `origin` and have line and key.
 pub fn parse<T: DeserializeOwned>(text: &str, origin: &str) -> Result<T> {
     let fault = |message: &str, span: Option<Range<usize>>, key: String| Error::Syntax {
         file: origin.to_string(),
@@ -88,18 +88,18 @@ fn toml_message(message: &str, place: &str) -> String {
     if message == "duplicate key" {
         return format!("key `{place}` is given twice");
     }
-    let (found, expected) = message.split_once(", expected ").unwrap_or((&message, ""));
-    let found = found
+    let (problem, expected) = message.split_once(", expected ").unwrap_or((&message, ""));
+    let problem = problem
         .replace("unknown variant", "unknown value")
         .replace("unknown field", "unknown key")
         .replace("missing field", "missing key")
         .replace("invalid type: map", "invalid type: table");
     match expected {
-        "" => found,
-        "a string" => format!("{found}, expected a text in quotes"),
-        "f64" => format!("{found}, expected a number"),
-        "u32" | "usize" => format!("{found}, expected a whole number, 0 or more"),
-        table if table.starts_with("struct ") => format!("{found}, expected a table"),
-        other => format!("{found}, expected {other}"),
+        "" => problem,
+        "a string" => format!("{problem}, expected a text in quotes"),
+        "f64" => format!("{problem}, expected a number"),
+        "u32" | "usize" => format!("{problem}, expected a whole number, 0 or more"),
+        table if table.starts_with("struct ") => format!("{problem}, expected a table"),
+        other => format!("{problem}, expected {other}"),
     }
 }

@@ -16,24 +16,23 @@ use crate::{
     statics::{Batch, Case, Level, Outcome, TaskError},
 };
 
-/// Compensates each task by its session as [`compensate`] does, with the same results to the last bit.
+/// Compensates task `k` with session `k` as [`compensate`] does, with results identical to the last bit; returns them in this order.
 ///
-/// The sessions share their settings and their machines, and `batch` is one of their real machine. Without compensation
-/// and with the direct method, as many equilibria are solved at a time as the processor can; sessions that come with the
-/// same `batch` in the same order again save work.
+/// The sessions must have the same settings and the same two machines, of which `batch` solves the actual one. [`Method::None`] and
+/// [`Method::Direct`] solve as many equilibria at a time as the processor can. The same sessions with the same `batch` again save work.
 pub fn compensate_batch(
     sessions: &mut [&mut Session],
-    asked: &[TaskPoint],
+    tasks: &[TaskPoint],
     method: Method,
     batch: &mut Batch,
 ) -> Vec<Compensation> {
-    debug_assert_eq!(sessions.len(), asked.len());
-    let wanted: Vec<_> = sessions.iter_mut().zip(asked).map(|(session, task)| session.with_wanted_pose(task)).collect();
-    let all = wanted.iter().zip(asked).map(|(wanted, task)| *wanted.as_ref().unwrap_or(task));
-    let tasks: &[TaskPoint] = &all.collect::<Vec<_>>();
-    let histories: Vec<History> = tasks.iter().map(|_| History::default()).collect();
+    debug_assert_eq!(sessions.len(), tasks.len());
+    let ready: Vec<_> = sessions.iter_mut().zip(tasks).map(|(session, task)| session.with_wanted_pose(task)).collect();
+    let all = ready.iter().zip(tasks).map(|(ready, task)| *ready.as_ref().unwrap_or(task));
+    let ready_tasks: &[TaskPoint] = &all.collect::<Vec<_>>();
+    let histories: Vec<History> = ready_tasks.iter().map(|_| History::default()).collect();
     let outcomes = match method {
-        Method::None | Method::Direct => batch_equilibria(sessions, tasks, method, &histories, batch),
+        Method::None | Method::Direct => batch_equilibria(sessions, ready_tasks, method, &histories, batch),
         _ => vec![None; sessions.len()],
     };
     if method == Method::Direct && sessions.first().is_some_and(|session| session.nominal.has_limits()) {
@@ -42,18 +41,18 @@ pub fn compensate_batch(
     }
     let mut endings: Vec<Option<(Ending, Vec<f64>)>> = vec![None; sessions.len()];
     if method == Method::Direct {
-        let chosen = sessions.iter_mut().zip(tasks).zip(&wanted).zip(&mut endings);
+        let chosen = sessions.iter_mut().zip(ready_tasks).zip(&ready).zip(&mut endings);
         let chosen =
-            chosen.filter(|(((own, task), wanted), _)| wanted.is_ok() && !direct::determines_drives(own, task));
+            chosen.filter(|(((session, task), ready), _)| ready.is_ok() && !direct::determines_drives(session, task));
         let mut parts: Vec<PartialTask<'_>> =
             chosen.map(|(((session, task), _), ending)| PartialTask::new(session, task, ending)).collect();
         solve_partial(&mut parts, batch);
     }
     let mut results = Vec::with_capacity(sessions.len());
     let finished =
-        sessions.iter_mut().zip(asked.iter().zip(tasks)).zip(outcomes).zip(histories).zip(wanted).zip(endings);
-    for (((((session, (asked, task)), outcome), history), wanted), ending) in finished {
-        if let Err(status) = wanted {
+        sessions.iter_mut().zip(tasks.iter().zip(ready_tasks)).zip(outcomes).zip(histories).zip(ready).zip(endings);
+    for (((((session, (unresolved, task)), outcome), history), ready), ending) in finished {
+        if let Err(status) = ready {
             results.push(session.conclude(task, Err(status), Vec::new()));
             continue;
         }
@@ -62,7 +61,7 @@ pub fn compensate_batch(
             continue;
         }
         let Some(outcome) = outcome else {
-            results.push(compensate(session, asked, method));
+            results.push(compensate(session, unresolved, method));
             continue;
         };
         let mut progress = Progress::new();
@@ -80,36 +79,36 @@ pub fn compensate_batch(
     results
 }
 
-/// Simulates the target of each task by its session as [`super::simulate`] does, with the same results to the last bit.
-/// Sessions and `batch` as for [`compensate_batch`].
+/// Commands `targets[k]` (poses of P in O) to session `k` and finds the equilibrium under the load of task `k`, as [`super::simulate`] does
+/// to the last bit. The sessions must have the same settings and the same two machines, of which `batch` solves the actual one.
 pub fn simulate_batch(
     sessions: &mut [&mut Session],
-    asked: &[TaskPoint],
+    tasks: &[TaskPoint],
     targets: &[Pose],
     batch: &mut Batch,
 ) -> Vec<Compensation> {
-    debug_assert!(sessions.len() == asked.len() && sessions.len() == targets.len());
+    debug_assert!(sessions.len() == tasks.len() && sessions.len() == targets.len());
     let Some(settings) = sessions.first().map(|session| session.settings.equilibrium) else { return Vec::new() };
-    let wanted: Vec<_> = sessions.iter_mut().zip(asked).map(|(session, task)| session.with_wanted_pose(task)).collect();
+    let ready: Vec<_> = sessions.iter_mut().zip(tasks).map(|(session, task)| session.with_wanted_pose(task)).collect();
     seed_sessions(sessions, targets);
-    let mut begun = Vec::with_capacity(sessions.len());
-    for ((session, wanted), target) in sessions.iter_mut().zip(wanted).zip(targets) {
-        begun.push(wanted.map(|task| (task, session.command_pose(target))));
+    let mut commanded = Vec::with_capacity(sessions.len());
+    for ((session, ready), target) in sessions.iter_mut().zip(ready).zip(targets) {
+        commanded.push(ready.map(|task| (task, session.command_pose(target))));
     }
     let mut cases: Vec<Case<'_>> = Vec::with_capacity(sessions.len());
-    for (session, begun) in sessions.iter_mut().zip(&begun) {
-        if let Ok((task, Ok(()))) = begun {
+    for (session, commanded) in sessions.iter_mut().zip(&commanded) {
+        if let Ok((task, Ok(()))) = commanded {
             let (drives, state) = (&mut session.drives, &mut session.state);
             cases.push(Case { drives, load: task.load, state, task: None });
         }
     }
     let mut outcomes = batch.equilibria(&mut cases, &settings).into_iter();
     let mut results = Vec::with_capacity(sessions.len());
-    for ((session, asked), begun) in sessions.iter_mut().zip(asked).zip(begun) {
-        let result = match begun {
-            Err(status) => session.conclude(asked, Err(status), Vec::new()),
-            Ok((task, gone)) => {
-                let stable = gone.and_then(|()| match outcomes.next() {
+    for ((session, unresolved), commanded) in sessions.iter_mut().zip(tasks).zip(commanded) {
+        let result = match commanded {
+            Err(status) => session.conclude(unresolved, Err(status), Vec::new()),
+            Ok((task, command)) => {
+                let stable = command.and_then(|()| match outcomes.next() {
                     Some(outcome) => session.accept_or_solve_anew(&task, outcome),
                     None => session.solve_stable(&task),
                 });
@@ -123,7 +122,7 @@ pub fn simulate_batch(
     results
 }
 
-/// A task whose target is corrected, its session, and how its iteration ended.
+/// A task and its session under iteration; `ending` stays `None` until that is over, then has its result and the history of its errors, mm.
 pub(super) struct PartialTask<'a> {
     session: &'a mut Session,
     task: &'a TaskPoint,
@@ -132,24 +131,26 @@ pub(super) struct PartialTask<'a> {
 }
 
 impl<'a> PartialTask<'a> {
+    /// A task whose iteration has not begun; `ending` receives its result.
     fn new(session: &'a mut Session, task: &'a TaskPoint, ending: &'a mut Option<(Ending, Vec<f64>)>) -> Self {
         Self { session, task, progress: Progress::new(), ending }
     }
 
+    /// Ends the iteration with `ending`, to which the history of errors is added.
     fn end(&mut self, ending: Ending) {
         *self.ending = Some((ending, std::mem::take(&mut self.progress.history)));
     }
 }
 
-/// Runs `solve` for one session alone, with the bits that it has among others; `progress` gets the history of its errors.
+/// Runs `solve` for one session's task in a batch of its own, with the bits it has among others; `progress` gets the history of errors, mm.
 pub(super) fn solve_alone(
     session: &mut Session,
     task: &TaskPoint,
     progress: &mut Progress,
     solve: impl FnOnce(&mut [PartialTask<'_>], &mut Batch),
 ) -> Ending {
-    let own = session.alone.take();
-    let mut batch = own.unwrap_or_else(|| Box::new(Batch::at_level(&session.real, Level::One)));
+    let stored = session.alone.take();
+    let mut batch = stored.unwrap_or_else(|| Box::new(Batch::at_level(&session.real, Level::One)));
     let mut ending = None;
     solve(&mut [PartialTask::new(session, task, &mut ending)], &mut batch);
     session.alone = Some(batch);
@@ -158,16 +159,15 @@ pub(super) fn solve_alone(
     ending
 }
 
-/// Solves tasks that leave controlled coordinates as commanded: in one iteration with the nominal machine, or, where that fails, between
-/// equilibria.
+/// Solves tasks that compensate only part of what the drives control: by [`solve_with_command`], or [`correct_targets`] where that fails.
 pub(super) fn solve_partial(parts: &mut [PartialTask<'_>], batch: &mut Batch) {
     let mut far: Vec<&mut PartialTask<'_>> =
-        parts.iter_mut().filter(|own| !direct::is_near_last_point(own.session, own.task)).collect();
-    let poses: Vec<Pose> = far.iter().map(|own| own.task.pose).collect();
+        parts.iter_mut().filter(|part| !direct::is_near_last_point(part.session, part.task)).collect();
+    let poses: Vec<Pose> = far.iter().map(|part| part.task.pose).collect();
     let outcomes = equilibria_at_poses(&mut far, &poses, batch);
-    for (own, outcome) in far.into_iter().zip(outcomes) {
-        if let Err(status) = outcome.and_then(|outcome| own.session.accept_or_solve_anew(own.task, outcome)) {
-            own.end(Err(status));
+    for (part, outcome) in far.into_iter().zip(outcomes) {
+        if let Err(status) = outcome.and_then(|outcome| part.session.accept_or_solve_anew(part.task, outcome)) {
+            part.end(Err(status));
         }
     }
     solve_with_command(parts, batch);
@@ -177,103 +177,104 @@ pub(super) fn solve_partial(parts: &mut [PartialTask<'_>], batch: &mut Batch) {
 /// Largest accepted difference of the drives found from those of the inverse kinematics, as a share of the characteristic length.
 const SAME_COMMAND: f64 = 1e-11;
 
-/// Solves the loaded machine and its command in one iteration, as far as it converges and the inverse kinematics gives the same drives.
+/// Finds drives, command and equilibrium in one Newton iteration; ends parts whose drives inverse kinematics confirms, resets the others.
 fn solve_with_command(parts: &mut [PartialTask<'_>], batch: &mut Batch) {
-    let is_open = |own: &&mut PartialTask<'_>| own.ending.is_none() && direct::has_drive_per_control(own.session);
+    let is_open = |part: &&mut PartialTask<'_>| part.ending.is_none() && direct::has_drive_per_control(part.session);
     let mut parts: Vec<&mut PartialTask<'_>> = parts.iter_mut().filter(is_open).collect();
     let Some(first) = parts.first() else { return };
     let (nominal, settings) = ((*first.session.nominal).clone(), first.session.settings.equilibrium);
-    let tasks: Vec<TaskPoint> = parts.iter().map(|own| *own.task).collect();
+    let tasks: Vec<TaskPoint> = parts.iter().map(|part| *part.task).collect();
     let histories: Vec<History> = parts.iter().map(|_| History::default()).collect();
     let errors: Vec<_> =
         tasks.iter().zip(&histories).map(|(task, history)| error_fn(&nominal, task, history)).collect();
     let mut poses: Vec<Pose> = tasks.iter().map(|task| task.pose).collect();
     let (mut cases, mut starts) = (Vec::with_capacity(parts.len()), Vec::with_capacity(parts.len()));
-    for ((own, task), error) in parts.iter_mut().zip(&tasks).zip(&errors) {
-        let Session { drives, state, command, .. } = &mut *own.session;
+    for ((part, task), error) in parts.iter_mut().zip(&tasks).zip(&errors) {
+        let Session { drives, state, command, .. } = &mut *part.session;
         cases.push(Case { drives, load: task.load, state, task: Some(error) });
         starts.push(&*command);
     }
     let outcomes = batch.equilibria_at_position(&nominal, &mut cases, &starts, &mut poses, &settings);
     drop(errors);
-    let found = parts.into_iter().zip(outcomes).zip(poses).zip(histories);
-    let found = found.filter_map(|(((own, outcome), pose), history)| Some((own, outcome?, pose, history.into_inner())));
-    let mut found: Vec<(&mut PartialTask<'_>, Outcome, Pose, Vec<f64>)> = found.collect();
-    let poses: Vec<Pose> = found.iter().map(|(_, _, pose, _)| *pose).collect();
-    seed_sessions(&mut found.iter_mut().map(|(own, ..)| &mut *own.session).collect::<Vec<_>>(), &poses);
-    for (own, outcome, pose, history) in found {
-        let (drives, before) = (own.session.drives.clone(), own.session.command.clone());
-        let is_same = own.session.command_pose(&pose).is_ok() && own.session.drive_difference(&drives) <= SAME_COMMAND;
+    let done = parts.into_iter().zip(outcomes).zip(poses).zip(histories);
+    let done = done.filter_map(|(((part, outcome), pose), history)| Some((part, outcome?, pose, history.into_inner())));
+    let mut done: Vec<(&mut PartialTask<'_>, Outcome, Pose, Vec<f64>)> = done.collect();
+    let poses: Vec<Pose> = done.iter().map(|(_, _, pose, _)| *pose).collect();
+    seed_sessions(&mut done.iter_mut().map(|(part, ..)| &mut *part.session).collect::<Vec<_>>(), &poses);
+    for (part, outcome, pose, history) in done {
+        let (drives, before) = (part.session.drives.clone(), part.session.command.clone());
+        let is_same =
+            part.session.command_pose(&pose).is_ok() && part.session.drive_difference(&drives) <= SAME_COMMAND;
         // A soft machine may stand beside a singular place, which the equilibria one by one tell.
         let is_met =
-            own.session.task_error(own.task).size() <= own.session.tolerance_mm() && !outcome.is_soft(&nominal);
+            part.session.task_error(part.task).size() <= part.session.tolerance_mm() && !outcome.is_soft(&nominal);
         if is_same && is_met {
-            own.session.command.drives.clone_from(&drives);
-            own.session.drives = drives;
-            own.progress.history = history;
-            own.end(Ok((CompensationStatus::Converged, outcome)));
+            part.session.command.drives.clone_from(&drives);
+            part.session.drives = drives;
+            part.progress.history = history;
+            part.end(Ok((CompensationStatus::Converged, outcome)));
             continue;
         }
-        own.session.drives.clone_from(&before.drives);
-        own.session.command = before;
-        if let Err(status) = own.session.reset_to_nominal(own.task) {
-            own.end(Err(status));
+        part.session.drives.clone_from(&before.drives);
+        part.session.command = before;
+        if let Err(status) = part.session.reset_to_nominal(part.task) {
+            part.end(Err(status));
         }
     }
 }
 
-/// Corrects the target of each task by the sensitivities between equilibria, from the nominal command, until its iteration is over.
+/// Corrects the target of each task by Newton steps from the nominal command, each with a loaded equilibrium, until all parts have ended.
 pub(super) fn correct_targets(parts: &mut [PartialTask<'_>], batch: &mut Batch) {
     let mut shifts: Vec<direct::TargetShift> =
-        parts.iter().map(|own| direct::TargetShift::new(own.session, own.task)).collect();
+        parts.iter().map(|part| direct::TargetShift::new(part.session, part.task)).collect();
     loop {
-        let going = parts.iter_mut().zip(&mut shifts).filter(|(own, _)| own.ending.is_none());
-        let (mut going, shifts): (Vec<&mut PartialTask<'_>>, Vec<&mut direct::TargetShift>) = going.unzip();
-        if going.is_empty() {
+        let active = parts.iter_mut().zip(&mut shifts).filter(|(part, _)| part.ending.is_none());
+        let (mut active, shifts): (Vec<&mut PartialTask<'_>>, Vec<&mut direct::TargetShift>) = active.unzip();
+        if active.is_empty() {
             return;
         }
         let poses =
-            going.iter().zip(&shifts).map(|(own, shift)| own.task.shifted_pose(&own.session.nominal, &shift.shift));
+            active.iter().zip(&shifts).map(|(part, shift)| part.task.shifted_pose(&part.session.nominal, &shift.shift));
         let poses: Vec<Pose> = poses.collect();
-        let outcomes = equilibria_at_poses(&mut going, &poses, batch);
-        for ((own, shift), outcome) in going.into_iter().zip(shifts).zip(outcomes) {
-            let PartialTask { session, task, progress, .. } = own;
-            let next = session.simulated(task, &shift.shift, outcome).and_then(|(residual, outcome)| {
+        let outcomes = equilibria_at_poses(&mut active, &poses, batch);
+        for ((part, shift), outcome) in active.into_iter().zip(shifts).zip(outcomes) {
+            let PartialTask { session, task, progress, .. } = part;
+            let next = session.accept_shifted(task, &shift.shift, outcome).and_then(|(residual, outcome)| {
                 Ok(shift.correct(session, &residual, &outcome, progress)?.map(|status| (status, outcome)))
             });
             match next {
                 Ok(None) => {}
-                Ok(Some(ending)) => own.end(Ok(ending)),
-                Err(status) => own.end(Err(status)),
+                Ok(Some(ending)) => part.end(Ok(ending)),
+                Err(status) => part.end(Err(status)),
             }
         }
     }
 }
 
-/// Commands each session its pose and solves the equilibrium there; `Err` where the pose cannot be commanded.
+/// Commands `poses[k]` to part `k` and solves the loaded equilibrium there, in order; `Err` for a pose that cannot be commanded.
 fn equilibria_at_poses(
     parts: &mut [&mut PartialTask<'_>],
     poses: &[Pose],
     batch: &mut Batch,
 ) -> Vec<Result<Outcome, CompensationStatus>> {
-    let mut sessions: Vec<&mut Session> = parts.iter_mut().map(|own| &mut *own.session).collect();
+    let mut sessions: Vec<&mut Session> = parts.iter_mut().map(|part| &mut *part.session).collect();
     let Some(settings) = sessions.first().map(|session| session.settings.equilibrium) else { return Vec::new() };
     seed_sessions(&mut sessions, poses);
-    let gone: Vec<_> = sessions.iter_mut().zip(poses).map(|(session, pose)| session.command_pose(pose)).collect();
+    let commands: Vec<_> = sessions.iter_mut().zip(poses).map(|(session, pose)| session.command_pose(pose)).collect();
     let mut cases: Vec<Case<'_>> = Vec::with_capacity(sessions.len());
-    for (own, _) in parts.iter_mut().zip(&gone).filter(|(_, gone)| gone.is_ok()) {
-        let Session { drives, state, .. } = &mut *own.session;
-        cases.push(Case { drives, load: own.task.load, state, task: None });
+    for (part, _) in parts.iter_mut().zip(&commands).filter(|(_, command)| command.is_ok()) {
+        let Session { drives, state, .. } = &mut *part.session;
+        cases.push(Case { drives, load: part.task.load, state, task: None });
     }
     let mut outcomes = batch.equilibria(&mut cases, &settings).into_iter();
-    gone.into_iter().filter_map(|gone| gone.map(|()| outcomes.next()).transpose()).collect()
+    commands.into_iter().filter_map(|command| command.map(|()| outcomes.next()).transpose()).collect()
 }
 
 /// Sizes of the task errors of an iteration, mm.
 type History = RefCell<Vec<f64>>;
 
-/// Equilibria at the nominal commands, or (direct method) at drives that meet the tasks in one iteration, whose errors go into `histories`.
-/// `None` where there is no command, where the iteration fails, or where it does not suit the task.
+/// Equilibrium of each session at its nominal command or, for [`Method::Direct`], at drives that meet the task, found in one iteration,
+/// whose errors (mm) go into `histories`. `None` where the pose cannot be commanded or the direct iteration fails or does not apply.
 fn batch_equilibria(
     sessions: &mut [&mut Session],
     tasks: &[TaskPoint],
@@ -284,15 +285,15 @@ fn batch_equilibria(
     let Some(first) = sessions.first() else { return Vec::new() };
     let (nominal, settings) = ((*first.nominal).clone(), first.settings.equilibrium);
     let is_direct = method == Method::Direct;
-    let begin = |(session, task): (&mut &mut Session, &TaskPoint)| match is_direct {
+    let prepare = |(session, task): (&mut &mut Session, &TaskPoint)| match is_direct {
         true => direct::is_near_last_point(session, task) && direct::determines_drives(session, task),
         false => session.command_pose(&task.shifted_pose(&session.nominal, &Vector6::zeros())).is_ok(),
     };
-    let begun: Vec<bool> = sessions.iter_mut().zip(tasks).map(begin).collect();
+    let is_ready: Vec<bool> = sessions.iter_mut().zip(tasks).map(prepare).collect();
     let errors: Vec<_> = tasks.iter().zip(histories).map(|(task, history)| error_fn(&nominal, task, history)).collect();
     let mut cases: Vec<Case<'_>> = Vec::with_capacity(sessions.len());
     for (((session, TaskPoint { load, .. }), error), _) in
-        sessions.iter_mut().zip(tasks).zip(&errors).zip(&begun).filter(|(_, begun)| **begun)
+        sessions.iter_mut().zip(tasks).zip(&errors).zip(&is_ready).filter(|(_, is_ready)| **is_ready)
     {
         let task: Option<&dyn Fn(&Pose) -> TaskError> = if is_direct { Some(error) } else { None };
         cases.push(Case { drives: &mut session.drives, load: *load, state: &mut session.state, task });
@@ -301,10 +302,10 @@ fn batch_equilibria(
         true => batch.equilibria_at_task(&mut cases, &settings).into_iter(),
         false => batch.equilibria(&mut cases, &settings).into_iter().map(Some).collect::<Vec<_>>().into_iter(),
     };
-    begun.into_iter().map(|begun| if begun { outcomes.next().flatten() } else { None }).collect()
+    is_ready.into_iter().map(|is_ready| if is_ready { outcomes.next().flatten() } else { None }).collect()
 }
 
-/// Function that returns the task error of `task` at a pose and adds its length to `history`.
+/// Returns the function that computes the error of `task` at a pose of P and appends its length, mm, to `history`.
 fn error_fn<'a>(
     nominal: &'a Machine,
     task: &'a TaskPoint,
@@ -317,45 +318,45 @@ fn error_fn<'a>(
     }
 }
 
-/// Seeds each session with the nominal inverse kinematics of the pose that it is to go to.
+/// Solves nominal inverse kinematics of `poses[k]` for session `k`, side by side, and seeds the sessions with what is found.
 fn seed_sessions(sessions: &mut [&mut Session], poses: &[Pose]) {
     let seeking: Vec<usize> = (0..sessions.len()).filter(|&k| sessions[k].needs_search(&poses[k])).collect();
-    let found = with_shared_storage(sessions, |storage, sessions| {
-        let asked: Vec<_> = seeking.iter().map(|&k| (&sessions[k].command, poses[k])).collect();
-        storage.inverse_kinematics(&asked)
+    let solutions = with_shared_storage(sessions, |storage, sessions| {
+        let searches: Vec<_> = seeking.iter().map(|&k| (&sessions[k].command, poses[k])).collect();
+        storage.inverse_kinematics(&searches)
     });
-    for (&k, at) in seeking.iter().zip(found) {
+    for (&k, at) in seeking.iter().zip(solutions) {
         if let Some(at) = at {
             sessions[k].seed_from_command(&poses[k], at);
         }
     }
 }
 
-/// Finds the poses that command the drives of the sessions, where it can: [`Session::target`] then costs nothing.
+/// Solves, side by side, the forward kinematics that [`Session::target`] of each session would need; it is then known.
 pub fn find_targets(sessions: &mut [&mut Session]) {
     let seeking: Vec<usize> = (0..sessions.len()).filter(|&k| sessions[k].pending_target().is_some()).collect();
-    let found = with_shared_storage(sessions, |storage, sessions| {
-        let asked: Vec<_> = seeking.iter().filter_map(|&k| sessions[k].pending_target()).collect();
-        storage.forward_kinematics(&asked)
+    let solutions = with_shared_storage(sessions, |storage, sessions| {
+        let searches: Vec<_> = seeking.iter().filter_map(|&k| sessions[k].pending_target()).collect();
+        storage.forward_kinematics(&searches)
     });
-    for (&k, at) in seeking.iter().zip(found) {
+    for (&k, at) in seeking.iter().zip(solutions) {
         if let Some(at) = at {
             sessions[k].command = at;
         }
     }
 }
 
-/// Calls `find` with the sessions, all of one nominal machine, and one kinematics storage for them; an empty result for a single session.
+/// Calls `solve` with one kinematics storage and the sessions, all of one nominal machine; returns nothing for fewer than two sessions.
 fn with_shared_storage(
     sessions: &mut [&mut Session],
-    find: impl FnOnce(&mut BatchKinematics, &[&mut Session]) -> Vec<Option<Configuration>>,
+    solve: impl FnOnce(&mut BatchKinematics, &[&mut Session]) -> Vec<Option<Configuration>>,
 ) -> Vec<Option<Configuration>> {
     if sessions.len() < 2 {
         return Vec::new();
     }
-    let own = sessions[0].side_by_side.take();
-    let mut storage = own.unwrap_or_else(|| Box::new(BatchKinematics::new(&sessions[0].nominal)));
-    let found = find(&mut storage, sessions);
+    let stored = sessions[0].side_by_side.take();
+    let mut storage = stored.unwrap_or_else(|| Box::new(BatchKinematics::new(&sessions[0].nominal)));
+    let solutions = solve(&mut storage, sessions);
     sessions[0].side_by_side = Some(storage);
-    found
+    solutions
 }

@@ -36,7 +36,7 @@ pub(super) fn compensate(session: &mut Session, task: &TaskPoint, progress: &mut
     accept_or_correct(session, task, outcome, progress)
 }
 
-/// Whether the last point, rather than the nominal command, is the better start.
+/// Whether the task is so near the last equilibrium that a search should start there, and not at the nominal command.
 pub(super) fn is_near_last_point(session: &Session, task: &TaskPoint) -> bool {
     let way = task.pose.translation - session.state.pose.translation;
     way.norm() <= NEAR * session.nominal.characteristic_length
@@ -53,7 +53,7 @@ pub(super) fn has_drive_per_control(session: &Session) -> bool {
     session.nominal.redundancy == 0 && session.nominal.drive_count() == session.nominal.controls.len()
 }
 
-/// Takes the equilibrium that one iteration found if it is stable and meets the task; else goes between equilibria.
+/// Accepts `outcome` if it is stable, meets the task and keeps the limits; `Err` beyond a limit; else corrects the target.
 pub(super) fn accept_or_correct(
     session: &mut Session,
     task: &TaskPoint,
@@ -74,7 +74,7 @@ pub(super) fn accept_or_correct(
     batch::solve_alone(session, task, progress, batch::correct_targets)
 }
 
-/// Solves for drives and equilibrium together; `None` if the iteration fails.
+/// Solves for drives and equilibrium together, from their present values; `None` if the iteration fails. `progress` gets its errors, mm.
 fn solve_together(session: &mut Session, task: &TaskPoint, progress: &mut Progress) -> Option<Outcome> {
     let nominal = (*session.nominal).clone();
     let history = RefCell::new(&mut progress.history);
@@ -102,7 +102,7 @@ pub(super) struct TargetShift {
 }
 
 impl TargetShift {
-    /// No shift yet of the target of `task`.
+    /// The zero shift of the target of `task`.
     pub(super) fn new(session: &Session, task: &TaskPoint) -> Self {
         Self { shift: Vector6::zeros(), changes: task.control_changes(&session.nominal) }
     }

@@ -33,10 +33,10 @@ pub(super) enum MatrixKind {
     },
 }
 
-/// Runs the iteration, then finds the equilibrium at the command found.
+/// Compensates by the force balance, then finds the loaded equilibrium at the command so found; `progress` gets the errors, mm.
 pub(super) fn iterate(session: &mut Session, task: &TaskPoint, matrix: MatrixKind, progress: &mut Progress) -> Ending {
     let status = balance_load(session, task, matrix, progress)?;
-    let (outcome, left) = match session.stable_near_state(task) {
+    let (outcome, failure) = match session.stable_near_state(task) {
         Ok(outcome) => (outcome, None),
         Err(reason) => (session.solve_stable(task)?, Some(reason)),
     };
@@ -44,14 +44,14 @@ pub(super) fn iterate(session: &mut Session, task: &TaskPoint, matrix: MatrixKin
     if let Some(last) = progress.history.last_mut() {
         *last = error;
     }
-    match left {
+    match failure {
         // What is balanced may be unstable: a machine that leaves it for elsewhere is not where it is wanted.
         Some(reason) if status == CompensationStatus::Converged && error > session.tolerance_mm() => Err(reason),
         _ => Ok((status, outcome)),
     }
 }
 
-/// Shifts the target until the wrench that holds the platform is the load; returns how that ended.
+/// Shifts the target until the wrench that holds the platform at the wanted pose is the load; returns how the iteration ended.
 fn balance_load(
     session: &mut Session,
     task: &TaskPoint,
@@ -62,7 +62,7 @@ fn balance_load(
     let mut shift = Vector6::zeros();
     let mut pose = start_pose(session, task)?;
     let mut state: Option<State> = None;
-    let mut kept: Option<Linearised> = None;
+    let mut previous: Option<Linearised> = None;
     loop {
         session.command_pose(&task.shifted_pose(&nominal, &shift))?;
         let mut at = state.take().unwrap_or_else(|| State::rigid(&nominal, &session.command));
@@ -82,12 +82,12 @@ fn balance_load(
         if let Some(status) = session.status_if_over(progress, error) {
             return Ok(status);
         }
-        let (linear, alpha) = match (matrix, kept) {
+        let (linear, alpha) = match (matrix, previous) {
             (MatrixKind::Exact, _) => (Linearised::exact(session, task, &force, &pose)?, 1.0),
             (MatrixKind::Fixed { alpha }, Some(linear)) => (linear, alpha),
             (MatrixKind::Fixed { alpha }, None) => (Linearised::unloaded(session, task, &pose)?, alpha),
         };
-        kept = Some(linear);
+        previous = Some(linear);
         let step = linear.matrix.lu().solve(&unbalanced).ok_or(CompensationStatus::Singular)? * alpha;
         let count = task.coordinates(&nominal).count();
         for i in 0..count {
@@ -101,7 +101,7 @@ fn balance_load(
     }
 }
 
-/// Pose at which the iteration starts: the wanted one, or where its rotation is free, as the nominal machine takes it.
+/// Pose of P in O at which the iteration starts: the wanted one or, where its rotation is free, the one that the nominal machine takes.
 fn start_pose(session: &mut Session, task: &TaskPoint) -> Result<Pose, CompensationStatus> {
     if session.nominal.redundancy == 0 {
         return Ok(task.pose);
@@ -118,7 +118,7 @@ fn no_force_status(session: &mut Session) -> CompensationStatus {
     }
 }
 
-/// Displacement of the compensated point by the `unbalanced` wrench, mm: the error that is left.
+/// Displacement of the compensated point, mm, that the `unbalanced` wrench (N, N·mm) would cause: the remaining task error.
 fn point_displacement(
     session: &Session,
     task: &TaskPoint,
@@ -149,7 +149,7 @@ fn free_motions(task: &TaskPoint, session: &Session, pose: &Pose) -> Matrix6<f64
     free
 }
 
-/// The `pose` moved by `twist`, then brought back to the wanted controlled coordinates, which a finite twist leaves.
+/// Moves `pose` by `twist` (mm, rad in O axes), then back to the wanted controlled coordinates, which a finite twist leaves.
 fn moved_within_task(task: &TaskPoint, session: &Session, pose: &Pose, twist: &Vector6<f64>) -> Pose {
     let apply = |pose: &Pose, twist: &Vector6<f64>| {
         let Twist { linear, angular } = Twist::from_vector(twist);
@@ -176,7 +176,7 @@ struct Linearised {
 }
 
 impl Linearised {
-    /// The exact matrix `[K_t.p. | K_C U]` at the present iterate.
+    /// The exact matrix `[K_t.p. | K_C U]` with the platform held at `pose` by `force`; `Err` where the drives cannot shift the target.
     fn exact(
         session: &Session,
         task: &TaskPoint,

@@ -131,22 +131,22 @@ pub fn compensate(session: &mut Session, task: &TaskPoint, method: Method) -> Co
     })
 }
 
-/// Result of `end` for `task` with its wanted pose, or the reason why that is not known.
+/// Resolves the wanted pose of `task` and concludes with the ending and errors (mm) that `solve` returns; refuses the task without one.
 fn run_with_wanted(
     session: &mut Session,
     task: &TaskPoint,
-    end: impl FnOnce(&mut Session, &TaskPoint) -> (Ending, Vec<f64>),
+    solve: impl FnOnce(&mut Session, &TaskPoint) -> (Ending, Vec<f64>),
 ) -> Compensation {
     match session.with_wanted_pose(task) {
         Ok(task) => {
-            let (ending, history) = end(session, &task);
+            let (ending, history) = solve(session, &task);
             session.conclude(&task, ending, history)
         }
         Err(status) => session.refused(task, status),
     }
 }
 
-/// Commands `target` instead of the pose of `task` and finds the equilibrium under its load: what a given program does.
+/// Commands the pose `target` of P in O instead of that of `task` and finds the equilibrium under its load, as a finished program does.
 pub fn simulate(session: &mut Session, task: &TaskPoint, target: &Pose) -> Compensation {
     run_with_wanted(session, task, |session, task| {
         let ending =
@@ -155,7 +155,7 @@ pub fn simulate(session: &mut Session, task: &TaskPoint, target: &Pose) -> Compe
     })
 }
 
-/// Commands `drives` (mm or rad) without any check and finds the equilibrium under the load of `task`.
+/// Commands `drives` (mm or rad, machine order) without checking any limit and finds the equilibrium under the load of `task`.
 pub fn simulate_drives(session: &mut Session, task: &TaskPoint, drives: &[f64]) -> Compensation {
     run_with_wanted(session, task, |session, task| {
         let ending = session.command_pose(&task.pose).and_then(|()| {

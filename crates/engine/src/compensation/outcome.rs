@@ -67,7 +67,7 @@ impl CompensationStatus {
         }
     }
 
-    /// Whether the command does what the method promises.
+    /// Whether the method converged or made its fixed number of passes.
     pub fn is_success(&self) -> bool {
         matches!(self, CompensationStatus::Converged | CompensationStatus::Applied)
     }

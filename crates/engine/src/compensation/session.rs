@@ -120,14 +120,13 @@ impl Session {
         }
     }
 
-    /// The session with deflections measured from the equilibrium under weight alone of `machine`: the nominal one with other offsets of
-    /// its drives.
+    /// This session with deflections measured from where `machine`, the nominal one with other drive offsets, stands under weight alone.
     #[must_use]
     pub fn with_unloaded_machine(self, machine: &Machine) -> Self {
         Self { unloaded: machine.clone(), ..self }
     }
 
-    /// Seeds the session with `at`, what its nominal inverse kinematics gives for `pose` if searched from `from`: it need not be computed again.
+    /// Seeds the session with a known result: nominal inverse kinematics of `pose`, searched from `from`, gives `at`.
     pub fn seed(&mut self, from: &Configuration, pose: &Pose, at: &Configuration) {
         match &mut self.seeded {
             Some(seeded) => {
@@ -139,7 +138,7 @@ impl Session {
         }
     }
 
-    /// Seeds the session as [`Session::seed`], for a search from the present command.
+    /// Seeds the session with `at`, the nominal inverse kinematics of `pose` searched from the present command.
     pub(super) fn seed_from_command(&mut self, pose: &Pose, at: Configuration) {
         self.seeded = Some(SeededInverse { from: self.command.clone(), pose: *pose, at });
     }
@@ -149,7 +148,7 @@ impl Session {
         self.command.pose != *pose && !self.seeded.as_ref().is_some_and(|seeded| seeded.is_for(&self.command, pose))
     }
 
-    /// Moves the external axes to where `task` has them.
+    /// Moves the external axes to where `task` has them; `Err` where the other drives cannot meet the home pose there.
     fn move_external_axes(&mut self, task: &TaskPoint) -> Result<(), CompensationStatus> {
         if self.nominal.move_to(task.external).map_err(CompensationStatus::Unreachable)? {
             if let Some(workpiece) = &mut self.workpiece {
@@ -205,7 +204,7 @@ impl Session {
         workpiece.compliance(task, self.nominal.tool_tip, &self.settings.equilibrium)
     }
 
-    /// Task point as [`Session::with_wanted_pose`] gives it for a workpiece that does not move.
+    /// The task with the wanted pose of a fixed workpiece: where the nominal machine stands under its weight alone, if it is calibrated so.
     fn wanted_by_machine(&mut self, task: &TaskPoint) -> Result<TaskPoint, CompensationStatus> {
         if task.wanted.is_some() || !self.is_calibrated_under_weight {
             return Ok(*task);
@@ -218,7 +217,7 @@ impl Session {
         Ok(TaskPoint { wanted: Some(rest), ..*task })
     }
 
-    /// Pose of P of the nominal machine under its weight alone, commanded to `pose`.
+    /// Pose of P in O of the nominal machine under its weight alone, commanded to `pose`; `Err` if unreachable or not stable.
     fn pose_under_weight(&mut self, pose: &Pose) -> Result<Pose, CompensationStatus> {
         let near = self.nominal.inverse_kinematics_from(&self.command, pose);
         let at = near.or_else(|_| self.nominal.inverse_kinematics(pose)).map_err(CompensationStatus::Unreachable)?;
@@ -268,7 +267,7 @@ impl Session {
         self.nominal.check_limits(&self.command)
     }
 
-    /// Commands the nominal machine to `pose`.
+    /// Commands `pose` of P in O: sets command and drives by nominal inverse kinematics from the present command; `Err` if unreachable.
     pub(super) fn command_pose(&mut self, pose: &Pose) -> Result<(), CompensationStatus> {
         let seeded = self.seeded.as_ref().filter(|seeded| seeded.is_for(&self.command, pose));
         if self.command.pose != *pose
@@ -290,9 +289,9 @@ impl Session {
     /// Largest difference of `drives` from the present ones, as a share of the characteristic length; rotations count at that length.
     pub(super) fn drive_difference(&self, drives: &[f64]) -> f64 {
         let scale = self.nominal.characteristic_length;
-        let units = self.nominal.drives().map(|(_, drive)| drive.motion.of(1.0, scale) / scale);
+        let units = self.nominal.drives().map(|(_, drive)| drive.motion.choose(1.0, scale) / scale);
         let differences =
-            self.drives.iter().zip(drives).zip(units).map(|((own, other), unit)| (own - other).abs() * unit);
+            self.drives.iter().zip(drives).zip(units).map(|((present, other), unit)| (present - other).abs() * unit);
         differences.fold(0.0, larger)
     }
 
@@ -302,8 +301,7 @@ impl Session {
         self.accept_or_solve_anew(task, outcome)
     }
 
-    /// Accepts an equilibrium found from the present state if it is stable and where the machine is commanded to; otherwise solves from the
-    /// rigid configuration.
+    /// Accepts `outcome` if it is stable and the platform is near its command, else solves from the rigid configuration; `Err` if singular.
     pub(super) fn accept_or_solve_anew(
         &mut self,
         task: &TaskPoint,
@@ -331,8 +329,7 @@ impl Session {
         is_at_command && self.nominal.chains.len() > 1 && way.norm() > self.nominal.characteristic_length
     }
 
-    /// Whether the nominal machine is singular at the present command, so that loads and errors alone hold the actual one, on a side left
-    /// to chance.
+    /// Whether the nominal machine is singular at the present command: only loads and errors then hold the actual one, on either side.
     fn is_at_singular_place(&mut self, outcome: &Result<Outcome, CompensationStatus>) -> bool {
         let is_plain = outcome.as_ref().is_ok_and(|outcome| !outcome.is_soft(&self.nominal));
         if is_plain || self.command.drives != self.drives {
@@ -342,7 +339,7 @@ impl Session {
         statics::is_singular_place(&self.nominal, &self.command, workspace)
     }
 
-    /// Stable loaded equilibrium at the present drives, searched from the present state alone.
+    /// Loaded equilibrium at the present drives, searched from the present state only; `Err` has the status if it is not stable.
     pub(super) fn stable_near_state(&mut self, task: &TaskPoint) -> Result<Outcome, CompensationStatus> {
         Self::require_stable(self.solve_near_state(task))
     }
@@ -355,8 +352,7 @@ impl Session {
         }
     }
 
-    /// Loaded equilibrium at the present drives, whatever its status, searched from the present state, which becomes it; without any equilibrium the
-    /// state stays.
+    /// Loaded equilibrium at the present drives, of any status, searched from the present state, which becomes it or, without one, stays.
     fn solve_near_state(&mut self, task: &TaskPoint) -> Outcome {
         let settings = &self.settings.equilibrium;
         equilibrium(&self.real, &self.drives, &task.load, &mut self.state, &mut self.workspace, settings)
@@ -373,8 +369,8 @@ impl Session {
         task: &TaskPoint,
         shift: &Vector6<f64>,
     ) -> Result<(TaskError, Outcome), CompensationStatus> {
-        let found = self.command_pose(&task.shifted_pose(&self.nominal, shift)).map(|()| self.solve_near_state(task));
-        self.simulated(task, shift, found)
+        let solved = self.command_pose(&task.shifted_pose(&self.nominal, shift)).map(|()| self.solve_near_state(task));
+        self.accept_shifted(task, shift, solved)
     }
 
     /// Does as [`Session::simulate_shifted`], but tracks a platform with parasitic rotation so that the compensated point is shifted, not P.
@@ -388,24 +384,23 @@ impl Session {
         }
         let target = task.shifted_pose(&self.nominal, shift);
         let tracked = self.nominal.track(task.offset(&self.nominal), &target, &self.command);
-        let found = tracked.map_err(CompensationStatus::Unreachable).map(|at| {
+        let solved = tracked.map_err(CompensationStatus::Unreachable).map(|at| {
             self.drives.clone_from(&at.drives);
             self.command = at;
             self.solve_near_state(task)
         });
-        self.simulated(task, shift, found)
+        self.accept_shifted(task, shift, solved)
     }
 
-    /// How far the machine is from what is wanted with its target shifted by `shift`, from the equilibrium there, or why it cannot go
-    /// there.
-    pub(super) fn simulated(
+    /// Task error and outcome of the equilibrium `solved` with the target shifted by `shift`; a failure after a long shift is `Diverged`.
+    pub(super) fn accept_shifted(
         &mut self,
         task: &TaskPoint,
         shift: &Vector6<f64>,
-        found: Result<Outcome, CompensationStatus>,
+        solved: Result<Outcome, CompensationStatus>,
     ) -> Result<(TaskError, Outcome), CompensationStatus> {
         let is_far = shift.norm() > self.nominal.characteristic_length;
-        let outcome = found.map_err(|status| if is_far { CompensationStatus::Diverged } else { status })?;
+        let outcome = solved.map_err(|status| if is_far { CompensationStatus::Diverged } else { status })?;
         let outcome = self.accept_or_solve_anew(task, outcome)?;
         Ok((self.task_error(task), outcome))
     }
@@ -417,13 +412,12 @@ impl Session {
         Ok(())
     }
 
-    /// Result with status `reason` of a task that is not solved: present drive positions and drive forces, displacements and errors zero, empty
-    /// history, no `outcome`.
+    /// Result of a task not solved for `reason`: present drives and drive forces, zero errors, empty history, no `outcome`.
     pub fn refused(&self, task: &TaskPoint, reason: CompensationStatus) -> Compensation {
         self.conclude(task, Err(reason), Vec::new())
     }
 
-    /// Result at the present command and equilibrium.
+    /// Result of `task` at the present drives and equilibrium, of the status in `ending`; `history`: lengths of its task errors, mm.
     pub(super) fn conclude(&self, task: &TaskPoint, ending: Ending, history: Vec<f64>) -> Compensation {
         let offset = task.offset(&self.nominal);
         let (status, outcome) = match ending {

@@ -62,7 +62,7 @@ pub(super) fn linear_shift(
     Ok(-(task.task_error(nominal, &task.pose).slope * twist))
 }
 
-/// Commands the target shifted once by the linear deflection.
+/// Commands the target shifted once by the linear deflection and finds the equilibrium there; `progress` gets its error, mm.
 pub(super) fn linear(session: &mut Session, task: &TaskPoint, progress: &mut Progress) -> Ending {
     let shift = linear_shift(session, task, false)?;
     let (residual, outcome) = session.simulate_tracked(task, &shift)?;

@@ -23,7 +23,7 @@ pub enum Target {
 }
 
 impl Target {
-    /// Description of what is compensated.
+    /// Describes in words what is compensated.
     pub fn words(self) -> &'static str {
         match self {
             Target::ToolTip => "position of the tool tip T",
@@ -75,9 +75,9 @@ impl TaskPoint {
     /// Error of the compensated coordinates (mm, rad) when P is at `pose`.
     pub fn task_error(&self, machine: &Machine, pose: &Pose) -> TaskError {
         let offset = self.offset(machine);
-        let wanted = self.wanted();
-        let shift = pose.transform(offset) - wanted.transform(offset);
-        let turn = rotation_log(&matrix_product(&wanted.rotation.transpose(), &pose.rotation));
+        let wanted_pose = self.wanted();
+        let shift = pose.transform(offset) - wanted_pose.transform(offset);
+        let turn = rotation_log(&matrix_product(&wanted_pose.rotation.transpose(), &pose.rotation));
         let lever = skew(matrix_vector(&pose.rotation, offset));
         let (mut error, mut slope) = (Vector6::zeros(), Matrix6::zeros());
         let (mut lever_arms, mut count) = (Vector6::zeros(), 0);
@@ -96,7 +96,7 @@ impl TaskPoint {
                     lever_arms[row] = machine.characteristic_length;
                     error[row] = turn[axis];
                     for i in 0..3 {
-                        slope[(row, 3 + i)] = wanted.rotation[(i, axis)];
+                        slope[(row, 3 + i)] = wanted_pose.rotation[(i, axis)];
                     }
                 }
             }
@@ -113,8 +113,7 @@ impl TaskPoint {
         Pose { rotation, translation: self.pose.translation + linear + turned_about_point }
     }
 
-    /// Change of each controlled coordinate of the commanded frame (rows, of P and of the platform's axes) per unit of
-    /// each compensated coordinate (columns), mm and rad.
+    /// Change of each controlled coordinate of the commanded frame (rows) per unit of each compensated coordinate (columns), mm and rad.
     pub fn control_changes(&self, machine: &Machine) -> DMatrix<f64> {
         let twists = self.shift_twists(machine);
         let change = |row: usize, column: usize| match machine.controls[row] {

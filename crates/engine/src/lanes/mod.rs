@@ -196,7 +196,7 @@ impl Level {
         [Level::Eight, Level::Four].into_iter().find(|level| level.is_available()).unwrap_or(Level::One)
     }
 
-    /// Runs `work` with numbers of so many lanes, or of one where this processor does not have them.
+    /// Runs `work` with numbers of as many lanes as this level has, or of one lane where the processor lacks the level.
     pub fn run<W: Lanewise>(self, work: W) -> W::Output {
         match self {
             #[cfg(target_arch = "x86_64")]

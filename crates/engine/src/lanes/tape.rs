@@ -64,21 +64,21 @@ impl Operation {
         }
     }
 
-    /// Value of the operation; `at` gives those of its operands.
-    pub fn value(&self, inputs: &[f64], at: impl Fn(OperationIndex) -> f64) -> f64 {
+    /// Value of the operation, with `inputs` by number and the values of its operands as `value_of` returns them.
+    pub fn value(&self, inputs: &[f64], value_of: impl Fn(OperationIndex) -> f64) -> f64 {
         use Operation::*;
         match *self {
             Input(number) => inputs[number as usize],
             Constant(bits) => f64::from_bits(bits),
-            Sum(a, b) => at(a) + at(b),
-            Difference(a, b) => at(a) - at(b),
-            Product(a, b) => at(a) * at(b),
-            Quotient(a, b) => at(a) / at(b),
-            Negative(a) => -at(a),
-            Root(a) => at(a).sqrt(),
-            Size(a) => at(a).abs(),
-            IfGreater([a, b, yes, no]) => at(if at(a) > at(b) { yes } else { no }),
-            IfNan([a, yes, no]) => at(if at(a).is_nan() { yes } else { no }),
+            Sum(a, b) => value_of(a) + value_of(b),
+            Difference(a, b) => value_of(a) - value_of(b),
+            Product(a, b) => value_of(a) * value_of(b),
+            Quotient(a, b) => value_of(a) / value_of(b),
+            Negative(a) => -value_of(a),
+            Root(a) => value_of(a).sqrt(),
+            Size(a) => value_of(a).abs(),
+            IfGreater([a, b, yes, no]) => value_of(if value_of(a) > value_of(b) { yes } else { no }),
+            IfNan([a, yes, no]) => value_of(if value_of(a).is_nan() { yes } else { no }),
         }
     }
 }
@@ -141,7 +141,7 @@ impl Tape {
     /// Operand of the operation at `index`, if that is a negation.
     fn negation_operand(&self, index: OperationIndex) -> Option<OperationIndex> {
         match self.operations[index as usize] {
-            Operation::Negative(of) => Some(of),
+            Operation::Negative(operand) => Some(operand),
             _ => None,
         }
     }
@@ -198,7 +198,7 @@ impl Tape {
         index
     }
 
-    /// Program from so many `inputs` to the numbers at `outputs`, without unused operations.
+    /// Program that computes the operations at `outputs` from inputs, whose number is `inputs`, without unused operations.
     pub fn program(&self, inputs: usize, outputs: &[OperationIndex]) -> Program {
         let mut is_used = vec![false; self.len()];
         for &output in outputs {
@@ -232,7 +232,7 @@ pub struct Program {
 }
 
 impl Program {
-    /// Outputs for `inputs`; `values` is storage.
+    /// Outputs for `inputs`, in the order of [`Program::outputs`]; `values` is storage for the values of all operations.
     pub fn evaluate(&self, inputs: &[f64], values: &mut Vec<f64>) -> Vec<f64> {
         values.clear();
         for operation in &self.operations {
@@ -244,7 +244,7 @@ impl Program {
 
     /// Number of operations that compute, without inputs and constants.
     pub fn operation_count(&self) -> usize {
-        let is_given = |operation: &&Operation| matches!(operation, Operation::Input(_) | Operation::Constant(_));
-        self.operations.len() - self.operations.iter().filter(is_given).count()
+        let is_leaf = |operation: &&Operation| matches!(operation, Operation::Input(_) | Operation::Constant(_));
+        self.operations.len() - self.operations.iter().filter(is_leaf).count()
     }
 }

@@ -130,16 +130,16 @@ impl Real for Traced {
     }
 
     fn bits(mask: TracedMask) -> u8 {
-        let each = |holds: &dyn Fn(usize) -> bool| (0..MAX_LANES).map(|lane| u8::from(holds(lane)) << lane).sum();
+        let lane_bits = |holds: &dyn Fn(usize) -> bool| (0..MAX_LANES).map(|lane| u8::from(holds(lane)) << lane).sum();
         match mask {
             TracedMask::Known(bits) => bits,
             TracedMask::Greater(a, b) => {
                 let (a, b) = (values_of(a), values_of(b));
-                each(&|lane| a[lane] > b[lane])
+                lane_bits(&|lane| a[lane] > b[lane])
             }
             TracedMask::Nan(a) => {
                 let a = values_of(a);
-                each(&|lane| a[lane].is_nan())
+                lane_bits(&|lane| a[lane].is_nan())
             }
         }
     }

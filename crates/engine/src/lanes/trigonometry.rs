@@ -76,10 +76,10 @@ fn sin_cos_by_library<R: Real>(x: R) -> (R, R) {
     let (mut sin, mut cos) = (x, x);
     for lane in 0..R::LANES {
         // A lane within range gets what it gets among neighbours within range.
-        let own = x.lane(lane);
-        let (own_sin, own_cos) = if R::LANES == 1 { libm::sincos(own) } else { sin_cos(own) };
-        sin.set_lane(lane, own_sin);
-        cos.set_lane(lane, own_cos);
+        let angle = x.lane(lane);
+        let (lane_sin, lane_cos) = if R::LANES == 1 { libm::sincos(angle) } else { sin_cos(angle) };
+        sin.set_lane(lane, lane_sin);
+        cos.set_lane(lane, lane_cos);
     }
     (sin, cos)
 }

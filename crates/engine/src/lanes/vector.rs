@@ -263,7 +263,7 @@ impl<R: Real> Frame<R> {
     }
 }
 
-/// Sum of `columns` times `weights`.
+/// Sum of `columns`, each times its component of `weights`: the product of matrix and vector.
 #[inline(always)]
 fn weighted_sum<R: Real>(columns: &[Vec3<R>; 3], weights: Vec3<R>) -> Vec3<R> {
     columns[0].scale(weights.0[0]) + columns[1].scale(weights.0[1]) + columns[2].scale(weights.0[2])
@@ -294,13 +294,13 @@ pub fn rotation_exp<R: Real>(vector: Vec3<R>) -> [Vec3<R>; 3] {
     columns
 }
 
-/// [`rotation_exp`] lane by lane, where an angle is too large for the polynomials.
+/// Computes [`rotation_exp`] lane by lane, where an angle is too large for the polynomials.
 #[cold]
 fn rotation_exp_by_lane<R: Real>(vector: Vec3<R>) -> [Vec3<R>; 3] {
     let mut columns = [Vec3::<R>::zero(); 3];
     for lane in 0..R::LANES {
-        let own = Vec3(vector.0.map(|component| component.lane(lane)));
-        let rotation = if R::LANES == 1 { library_rotation_exp(own) } else { rotation_exp(own) };
+        let lane_vector = Vec3(vector.0.map(|component| component.lane(lane)));
+        let rotation = if R::LANES == 1 { library_rotation_exp(lane_vector) } else { rotation_exp(lane_vector) };
         for (i, j) in (0..9).map(|k| (k / 3, k % 3)) {
             columns[j].0[i].set_lane(lane, rotation[j].0[i]);
         }
@@ -308,7 +308,7 @@ fn rotation_exp_by_lane<R: Real>(vector: Vec3<R>) -> [Vec3<R>; 3] {
     columns
 }
 
-/// [`spatial::rotation_exp`] as columns.
+/// Computes [`spatial::rotation_exp`] of a rotation vector in rad; returns the columns of the matrix.
 fn library_rotation_exp(vector: Vec3<f64>) -> [Vec3<f64>; 3] {
     let rotation = spatial::rotation_exp(vector.0.into());
     std::array::from_fn(|j| Vec3(rotation.column(j).into_owned().into()))
@@ -326,13 +326,13 @@ pub fn rotation_log<R: Real>(columns: [Vec3<R>; 3]) -> Vec3<R> {
     if is_large != 0 { rotation_log_by_lane(columns) } else { axial.scale(arc_sine_weight(square)) }
 }
 
-/// [`rotation_log`] lane by lane, where an angle is too large for the polynomial.
+/// Computes [`rotation_log`] lane by lane, where an angle is too large for the polynomial.
 #[cold]
 fn rotation_log_by_lane<R: Real>(columns: [Vec3<R>; 3]) -> Vec3<R> {
     let mut vector = Vec3::<R>::zero();
     for lane in 0..R::LANES {
-        let own = columns.map(|column| Vec3(column.0.map(|component| component.lane(lane))));
-        let log = if R::LANES == 1 { library_rotation_log(own) } else { rotation_log(own) };
+        let lane_columns = columns.map(|column| Vec3(column.0.map(|component| component.lane(lane))));
+        let log = if R::LANES == 1 { library_rotation_log(lane_columns) } else { rotation_log(lane_columns) };
         for (component, value) in pairs(&mut vector.0, log.0) {
             component.set_lane(lane, value);
         }
@@ -340,7 +340,7 @@ fn rotation_log_by_lane<R: Real>(columns: [Vec3<R>; 3]) -> Vec3<R> {
     vector
 }
 
-/// [`spatial::rotation_log`] of a rotation given by its columns.
+/// Computes [`spatial::rotation_log`], rad, of a rotation given by its columns.
 fn library_rotation_log(columns: [Vec3<f64>; 3]) -> Vec3<f64> {
     let rotation = nalgebra::Matrix3::from_fn(|i, j| columns[j].0[i]);
     Vec3(spatial::rotation_log(&rotation).into())

@@ -25,14 +25,14 @@ const DETOURS_TRIED: &str = "detours through points beside the straight line, by
 const SHORTEST_LINE: f64 = 1e-3;
 
 impl Machine {
-    /// Searches another branch for `target`, to which the straight line from home does not lead because of `straight`.
+    /// Searches another branch for `target`, which the straight line from home misses for the reason `straight`; `Err` says what was tried.
     pub(super) fn try_other_branch(&self, target: &Pose, straight: Unreachable) -> Result<Configuration, Unreachable> {
         let is_finite = target.translation.iter().chain(target.rotation.iter()).all(|entry| entry.is_finite());
         // All postures of an arm are known; those of one that its rail carries are sought.
         if let (Some(chosen), 0, true) = (self.branch, self.redundancy, is_finite) {
             return self.solve_on_branch(chosen, target, straight);
         }
-        let (found, tried) = match (self.chains.len(), &straight) {
+        let (posture, tried) = match (self.chains.len(), &straight) {
             _ if !is_finite || matches!(straight, Unreachable::BeyondSpan { .. }) => return Err(straight),
             // Slides alone have one posture.
             (1, _) if !self.drives().any(|(_, drive)| drive.motion == Motion::Revolute) => return Err(straight),
@@ -41,10 +41,10 @@ impl Machine {
             (_, Unreachable::OtherMode) => (self.solve_by_detour(target), DETOURS_TRIED),
             _ => return Err(straight),
         };
-        found.ok_or_else(|| Unreachable::NoWay { straight: Box::new(straight), tried: tried.into() })
+        posture.ok_or_else(|| Unreachable::NoWay { straight: Box::new(straight), tried: tried.into() })
     }
 
-    /// Finds the posture of a serial machine that meets `target` within travel, nearest to home of those found; also what was tried.
+    /// The posture of a serial machine that meets `target` within travel, nearest to home of those found; and words for what was tried.
     fn search_postures(&self, target: &Pose) -> (Option<Configuration>, &'static str) {
         let home = &self.home.drives;
         let hinges: Vec<usize> = self
@@ -64,8 +64,8 @@ impl Machine {
             starts.push(turned(home, first, towards));
             starts.push(turned(home, first, towards + PI));
         }
-        if let Some(found) = self.nearest_posture(&starts, target) {
-            return (Some(found), SERIAL_FIRST);
+        if let Some(posture) = self.nearest_posture(&starts, target) {
+            return (Some(posture), SERIAL_FIRST);
         }
         let others = hinges.iter().skip(1).flat_map(|&hinge| TURNS.map(|angle| (hinge, angle)));
         let starts: Vec<Vec<f64>> = others
@@ -100,13 +100,13 @@ impl Machine {
     /// Posture nearest to home, of those found from the drive positions `starts` that meet `target` within the limits.
     fn nearest_posture(&self, starts: &[Vec<f64>], target: &Pose) -> Option<Configuration> {
         let mut closure = Closure::new(self);
-        let found = starts.iter().filter_map(|drives| {
+        let postures = starts.iter().filter_map(|drives| {
             let start = self.serial_configuration(drives);
             let mut met = closure.solve_from(start, &Command::Task(target))?;
             self.turn_nearest_to_home(&mut met);
             self.adjust_to_limits(met, target).ok()
         });
-        let measured: Vec<(f64, Configuration)> = found.map(|at| (self.distance_from_home(&at), at)).collect();
+        let measured: Vec<(f64, Configuration)> = postures.map(|at| (self.distance_from_home(&at), at)).collect();
         let nearest = measured.into_iter().reduce(|best, next| {
             // Postures found twice differ by rounding: the first one stays.
             if next.0 < best.0 * (1.0 - 1e-9) { next } else { best }

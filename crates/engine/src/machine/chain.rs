@@ -25,7 +25,7 @@ pub enum Motion {
 
 impl Motion {
     /// Chooses `slide` for a prismatic motion and `hinge` for a revolute one.
-    pub(crate) fn of<T>(self, slide: T, hinge: T) -> T {
+    pub(crate) fn choose<T>(self, slide: T, hinge: T) -> T {
         match self {
             Motion::Prismatic => slide,
             Motion::Revolute => hinge,
@@ -34,27 +34,27 @@ impl Motion {
 
     /// Name of the motion in machine files.
     pub fn label(self) -> &'static str {
-        self.of("prismatic", "revolute")
+        self.choose("prismatic", "revolute")
     }
 
     /// Unit of positions in files, the ending of keys and columns.
     pub fn position_unit(self) -> &'static str {
-        self.of("mm", "deg")
+        self.choose("mm", "deg")
     }
 
     /// Unit of forces in files, the ending of keys and columns.
     pub fn force_unit(self) -> &'static str {
-        self.of("N", "Nmm")
+        self.choose("N", "Nmm")
     }
 
     /// Unit of positions in computations.
     pub fn computed_position_unit(self) -> &'static str {
-        self.of("mm", "rad")
+        self.choose("mm", "rad")
     }
 
     /// Unit of positions as readers see it, with the blank that precedes it.
     pub fn position_suffix(self) -> &'static str {
-        self.of(" mm", "°")
+        self.choose(" mm", "°")
     }
 
     /// Unit of positions as readers see it.
@@ -64,27 +64,27 @@ impl Motion {
 
     /// Unit of forces as readers see it.
     pub fn shown_force_unit(self) -> &'static str {
-        self.of("N", "N·mm")
+        self.choose("N", "N·mm")
     }
 
-    /// The word for what a drive of this kind carries.
+    /// Word for the load that a drive of this kind carries: `force` or `torque`.
     pub fn force_word(self) -> &'static str {
-        self.of("force", "torque")
+        self.choose("force", "torque")
     }
 
     /// Converts a position from mm or rad to mm or degrees, the unit of files and readers.
     pub fn to_shown(self, value: f64) -> f64 {
-        self.of(value, value.to_degrees())
+        self.choose(value, value.to_degrees())
     }
 
     /// Converts a position from mm or degrees to mm or rad, and a quantity per mm or rad to one per mm or degree.
     pub fn from_shown(self, value: f64) -> f64 {
-        self.of(value, value.to_radians())
+        self.choose(value, value.to_radians())
     }
 
     /// Formats a position, given in mm or degrees, to 0.001 mm or 0.0001° and with its unit.
     pub fn position_words(self, value: f64) -> String {
-        let decimals = self.of(3, 4);
+        let decimals = self.choose(3, 4);
         // What is nothing has no sign.
         let value = if value.abs() < 0.5 * 0.1f64.powi(decimals as i32) { 0.0 } else { value };
         format!("{value:.decimals$}{}", self.position_suffix())
@@ -222,7 +222,7 @@ impl Chain {
         self.virtual_count + joint
     }
 
-    /// Motion of the joint of drive `joint` per unit of what drive `drive` is commanded.
+    /// Motion of the joint of drive `joint` per unit of the command of drive `drive`; 1 or 0 without coupling.
     #[inline]
     pub fn joint_per_drive(&self, joint: usize, drive: usize) -> f64 {
         match &self.coupling {

@@ -40,8 +40,7 @@ impl Machine {
         bound >= least || inverse_condition(&jacobian) >= least
     }
 
-    /// Motion of P per motion of each drive, displacements as shares of the characteristic length; `None` but for arms that control six
-    /// coordinates.
+    /// Motion of P (rows; shares of the characteristic length, rad) per motion of each drive; `None` unless an arm controls all six.
     fn arm_jacobian(&self, at: &Configuration) -> Option<Matrix6<f64>> {
         let first = self.first_arm_drive().filter(|_| self.controls.len() == 6)?;
         let chain = &self.chains[0];

@@ -124,7 +124,7 @@ impl Machine {
         real
     }
 
-    /// Builds `errors` in as [`Machine::with_errors`] does, but not so that [`Machine::with_parameters`] keeps them.
+    /// Builds `errors` into the chains as [`Machine::with_errors`] does, without recording them for [`Machine::with_parameters`].
     pub(super) fn with_errors_unrecorded(&self, errors: &[ChainError]) -> Machine {
         let mut real = self.clone();
         for (chain, error) in real.chains.iter_mut().zip(errors) {

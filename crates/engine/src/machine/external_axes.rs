@@ -5,8 +5,7 @@ use nalgebra::Vector3;
 use super::{Configuration, Drive, Machine, kinematics::Unreachable};
 use crate::spatial::Pose;
 
-/// Positions of a machine's external axes, mm or rad: its locked drives ([`Model::locked`](super::Model::locked)), then those of its workpiece
-/// carrier.
+/// Positions of a machine's external axes, mm or rad: its locked drives ([`Model::locked`](super::Model::locked)), then its carrier's.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ExternalAxes([f64; ExternalAxes::MOST]);
 
@@ -37,12 +36,12 @@ impl PositionedMachine {
         Self { original: machine.clone(), current: machine.clone(), axes: machine.external_axes() }
     }
 
-    /// The machine as it was given.
+    /// The machine as given to [`PositionedMachine::new`].
     pub fn original(&self) -> &Machine {
         &self.original
     }
 
-    /// Moves the external axes to `axes`, or to those of the original; returns whether they have moved.
+    /// Moves the external axes to `axes`, or for `None` to those of the original machine; returns whether they have moved.
     ///
     /// # Errors
     /// As [`Machine::with_external_axes`]; the machine then stands where it did.
@@ -66,7 +65,7 @@ impl std::ops::Deref for PositionedMachine {
 }
 
 impl Machine {
-    /// Number of external axes, of locked drives and of the workpiece carrier.
+    /// Number of external axes: locked drives and the drives of the workpiece carrier.
     pub fn external_axis_count(&self) -> usize {
         self.locked.len() + self.carrier.as_ref().map_or(0, |carrier| carrier.drive_count())
     }
@@ -78,12 +77,12 @@ impl Machine {
         ExternalAxes(std::array::from_fn(|_| values.next().unwrap_or(0.0)))
     }
 
-    /// Index among all, and drive, of the external axis with this label.
+    /// Index and drive of the external axis called `label`, as tables call its drive; `None` if there is none.
     pub fn external_axis(&self, label: &str) -> Option<(usize, &Drive)> {
         self.locked_drives()
             .into_iter()
             .enumerate()
-            .find(|(_, (own, ..))| own == label)
+            .find(|(_, (axis_label, ..))| axis_label == label)
             .map(|(i, (.., drive))| (i, drive))
     }
 
@@ -99,9 +98,9 @@ impl Machine {
     pub fn with_external_axes(&self, axes: &ExternalAxes) -> Result<Machine, Unreachable> {
         let mut machine = self.with_carrier_axes(axes);
         let mut moves = false;
-        for ((_, value), &there) in machine.locked.iter_mut().zip(&axes.0) {
-            moves |= *value != there;
-            *value = there;
+        for ((_, value), &position) in machine.locked.iter_mut().zip(&axes.0) {
+            moves |= *value != position;
+            *value = position;
         }
         if moves {
             machine
@@ -114,9 +113,9 @@ impl Machine {
     /// This machine with the drives of its workpiece carrier as in `axes`, and its own as they are.
     pub fn with_carrier_axes(&self, axes: &ExternalAxes) -> Machine {
         let mut machine = self.clone();
-        let own = self.locked.len();
+        let locked_count = self.locked.len();
         if let Some(carrier) = &self.carrier {
-            let positions = &axes.0[own..own + carrier.drive_count()];
+            let positions = &axes.0[locked_count..locked_count + carrier.drive_count()];
             if positions != carrier.home.drives {
                 let home = carrier.serial_configuration(positions);
                 if let Some(carrier) = &mut machine.carrier {

@@ -22,12 +22,10 @@ impl Machine {
     /// This machine with drives that stay at `positions` (mm or degrees) instead of serving the task; a drive is named by its label in tables
     /// ([`Machine::drive_labels`]), or by its own name if no other has it. Drives of the workpiece carrier that are not named stay where they are.
     ///
-    /// Home is with these drives where they are locked and the others as near to their home as they can with the platform
-    /// turned as before; it moves with a rail.
+    /// Home moves to where these drives are locked, the others as near to their home as the orientation of the platform there allows.
     ///
     /// # Errors
-    /// A drive that is unknown, ambiguous or named twice, a position beyond its travel, and drives without which the task cannot be
-    /// met; messages begin with the name.
+    /// A drive that is unknown, ambiguous or named twice, a position beyond its travel, a task that the others cannot meet.
     pub fn with_locked_drives<N: AsRef<str>>(&self, positions: &[(N, f64)]) -> Result<Machine> {
         let mut machine = self.clone();
         let all = self.lockable_drives();
@@ -35,21 +33,21 @@ impl Machine {
         let mut named: Vec<&str> = Vec::new();
         for (name, value) in positions {
             let name = name.as_ref();
-            let found = find_lockable(&all, name)?;
-            if named.contains(&found.label.as_str()) {
+            let lockable = find_lockable(&all, name)?;
+            if named.contains(&lockable.label.as_str()) {
                 return Err(refusal(name, "is locked twice".into()));
             }
-            named.push(&found.label);
-            let position = checked_position(&found.drive, name, *value)?;
-            match found.carries {
-                true => carried[found.index] = position,
+            named.push(&lockable.label);
+            let position = checked_position(&lockable.drive, name, *value)?;
+            match lockable.carries {
+                true => carried[lockable.index] = position,
                 false => {
-                    machine.locked.retain(|(index, _)| *index != found.index);
-                    machine.locked.push((found.index, position));
+                    machine.locked.retain(|(index, _)| *index != lockable.index);
+                    machine.locked.push((lockable.index, position));
                 }
             }
-            machine.definition.locked.retain(|(other, _)| *other != found.label);
-            machine.definition.locked.push((found.label.clone(), *value));
+            machine.definition.locked.retain(|(other, _)| *other != lockable.label);
+            machine.definition.locked.push((lockable.label.clone(), *value));
         }
         if let Some(carrier) = &mut machine.carrier {
             carrier.home = carrier.serial_configuration(&carried);
@@ -77,14 +75,14 @@ impl Machine {
     pub fn locked_drives(&self) -> Vec<(String, f64, &Drive)> {
         let labels = self.drive_labels();
         let drives: Vec<&Drive> = self.drives().map(|(_, drive)| drive).collect();
-        let own = self.locked.iter().map(|&(index, value)| (labels[index].clone(), value, drives[index]));
+        let locked = self.locked.iter().map(|&(index, value)| (labels[index].clone(), value, drives[index]));
         let carried = self.carrier.iter().flat_map(|carrier| {
             let positions = carrier.drive_labels().into_iter().zip(carrier.home.drives.iter().copied());
             positions.zip(carrier.drives()).map(|((label, value), (_, drive))| (label, value, drive))
         });
         // The way through radians must not show.
         let shown = |drive: &Drive, value: f64| (drive.motion.to_shown(value) * 1e9).round() / 1e9;
-        own.chain(carried).map(|(label, value, drive)| (label, shown(drive, value), drive)).collect()
+        locked.chain(carried).map(|(label, value, drive)| (label, shown(drive, value), drive)).collect()
     }
 
     /// Describes [`Machine::locked_drives`]; `None` if there are none.
@@ -92,7 +90,7 @@ impl Machine {
         let locked = self.locked_drives().into_iter();
         let locked = locked.map(|(label, value, drive)| {
             let unit = drive.motion.position_suffix();
-            match self.definition.path_axes.iter().find(|(own, _)| *own == label) {
+            match self.definition.path_axes.iter().find(|(axis, _)| *axis == label) {
                 Some((_, [low, high])) => format!("{label} moved within {low} to {high}{unit} by the path"),
                 None => format!("{label} at {value}{unit}"),
             }
@@ -103,7 +101,7 @@ impl Machine {
 
     /// All drives that can be locked: those of the machine, then those of its workpiece carrier.
     fn lockable_drives(&self) -> Vec<LockableDrive> {
-        let of = |machine: &Machine, carries: bool| -> Vec<LockableDrive> {
+        let lockable_of = |machine: &Machine, carries: bool| -> Vec<LockableDrive> {
             let drives = machine.drives().zip(machine.drive_labels()).enumerate();
             let lockable = |(index, ((_, drive), label)): (usize, ((usize, &Drive), String))| LockableDrive {
                 label,
@@ -113,8 +111,8 @@ impl Machine {
             };
             drives.map(lockable).collect()
         };
-        let mut all = of(self, false);
-        all.extend(self.carrier.iter().flat_map(|carrier| of(carrier, true)));
+        let mut all = lockable_of(self, false);
+        all.extend(self.carrier.iter().flat_map(|carrier| lockable_of(carrier, true)));
         all
     }
 

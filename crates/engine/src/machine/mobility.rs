@@ -47,7 +47,7 @@ impl Machine {
         let mut chosen: Vec<Coordinate> = Vec::new();
         for coordinate in all {
             chosen.push(coordinate);
-            if self.rank_of(&chosen, &motions, at) < chosen.len() {
+            if self.independent_count(&chosen, &motions, at) < chosen.len() {
                 chosen.pop();
             }
         }
@@ -56,7 +56,7 @@ impl Machine {
 
     /// Number of controlled coordinates that the drives can control independently of each other at `at`.
     pub fn controlled_count(&self, at: &Configuration) -> usize {
-        self.rank_of(&self.controls, &self.platform_motions(at), at)
+        self.independent_count(&self.controls, &self.platform_motions(at), at)
     }
 
     /// Largest rotation of the platform that the drives do not control, as a share of a motion of the whole mechanism at `at`.
@@ -73,7 +73,7 @@ impl Machine {
     }
 
     /// Number of `coordinates` that the platform `motions` change independently of each other.
-    fn rank_of(&self, coordinates: &[Coordinate], motions: &DMatrix<f64>, at: &Configuration) -> usize {
+    fn independent_count(&self, coordinates: &[Coordinate], motions: &DMatrix<f64>, at: &Configuration) -> usize {
         let row = |coordinate: &Coordinate| match *coordinate {
             Coordinate::Translation(axis) => motions.row(axis).into_owned(),
             Coordinate::Rotation(axis) => at.pose.rotation.column(axis).transpose() * motions.rows(3, 3),

@@ -179,8 +179,7 @@ pub struct Model {
     pub platform_mass: Option<PlatformMass>,
     /// From where deflections are measured.
     pub zeroed: ZeroState,
-    /// Compliance of what lies between P and T (spindle, holder, cutter): deflection of T per wrench there, in the axes of T
-    /// (mm, rad; N, N·mm); `None` where it is rigid.
+    /// Compliance between P and T (spindle, holder, cutter): deflection of T per wrench there, axes of T (mm, rad; N, N·mm); `None`: rigid.
     pub tool_compliance: Option<Box<Matrix6<f64>>>,
     /// Named locations of P.
     pub points: Vec<NamedPoint>,
@@ -213,7 +212,7 @@ pub struct Model {
     definition: parameters::Definition,
 }
 
-/// Error that refuses `argument` because of `problem`.
+/// Error that refuses the argument called `argument` because of `problem`.
 fn refusal(argument: &str, problem: String) -> Error {
     Error::Argument { argument: argument.into(), problem }
 }
@@ -231,7 +230,8 @@ impl Machine {
         if words.is_empty() { &self.name } else { words }
     }
 
-    fn of(model: Model) -> Self {
+    /// The handle of a new model.
+    fn from_model(model: Model) -> Self {
         Self(Arc::new(model))
     }
 
@@ -273,23 +273,23 @@ impl Machine {
         machine
     }
 
-    /// Stiffness at T of what lies between P and T (N, mm, rad), the inverse of its compliance; `None` where that is rigid.
+    /// Stiffness at T of spindle, holder and cutter (N, mm, rad), the inverse of their compliance; `None` where they are rigid.
     pub fn tool_stiffness(&self) -> Option<Matrix6<f64>> {
         self.tool_compliance.as_ref()?.try_inverse()
     }
 
     /// Whether the machine or its workpiece carrier has a mass, and gravity acts on it.
     pub fn has_weight(&self) -> bool {
-        let own = self.chains.iter().chain(self.carrier.iter().flat_map(|carrier| &carrier.chains));
-        let has_mass = self.platform_mass.is_some() || own.into_iter().any(|chain| chain.route.has_mass());
+        let chains = self.chains.iter().chain(self.carrier.iter().flat_map(|carrier| &carrier.chains));
+        let has_mass = self.platform_mass.is_some() || chains.into_iter().any(|chain| chain.route.has_mass());
         has_mass && self.gravity != Vector3::zeros()
     }
 
     /// Whether the machine or its workpiece carrier has springs between points or in passive joints.
     pub fn has_springs(&self) -> bool {
-        let mut own = self.chains.iter().chain(self.carrier.iter().flat_map(|carrier| &carrier.chains));
+        let mut chains = self.chains.iter().chain(self.carrier.iter().flat_map(|carrier| &carrier.chains));
         let is_sprung = |route: &Route| !route.point_springs.is_empty();
-        own.any(|chain| {
+        chains.any(|chain| {
             chain.passive.iter().any(|joint| joint.stiffness > 0.0)
                 || chain.route.with_loops().into_iter().any(is_sprung)
         })
@@ -358,10 +358,10 @@ impl Machine {
             .chains
             .iter()
             .map(|chain| {
-                let own = &offsets[first..first + chain.drives.len()];
-                first += own.len();
-                let joint = |joint: usize| (0..own.len()).map(|d| chain.joint_per_drive(joint, d) * own[d]).sum();
-                ChainError { drive_offsets: (0..own.len()).map(joint).collect(), ..ChainError::default() }
+                let shown = &offsets[first..first + chain.drives.len()];
+                first += shown.len();
+                let joint = |joint: usize| (0..shown.len()).map(|d| chain.joint_per_drive(joint, d) * shown[d]).sum();
+                ChainError { drive_offsets: (0..shown.len()).map(joint).collect(), ..ChainError::default() }
             })
             .collect();
         self.with_errors(&errors)

@@ -18,7 +18,7 @@ const KEYS: [(&str, &str); 4] = [
 ];
 
 impl Machine {
-    /// This machine with the tool that a process has at `check`.
+    /// This machine with `tool` in place of its own; `check` locates the tool's table in the process file, for errors.
     ///
     /// # Errors
     /// Values that make no tool; a tip elsewhere or another axis without what bends there, where the machine's own tool bends.
@@ -68,7 +68,7 @@ impl Model {
     }
 }
 
-/// Key in the tool table of a process for a key of the machine file; `None` if it has none.
+/// Key in the tool table of a process that corresponds to `key` of the machine file; `None` if there is none.
 fn process_key(key: &str) -> Option<String> {
-    KEYS.iter().find_map(|(machine, own)| key.strip_prefix(machine).map(|rest| format!("{own}{rest}")))
+    KEYS.iter().find_map(|(machine, process)| key.strip_prefix(machine).map(|rest| format!("{process}{rest}")))
 }

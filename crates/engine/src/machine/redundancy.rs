@@ -105,7 +105,7 @@ impl Closure<'_> {
         is_met(&changed, right).then_some(drives)
     }
 
-    /// Displacement of a drive from where it stands at `at` to `value`, as a length in mm.
+    /// Displacement that drive `drive` needs from its position in `at` to `value` (mm, rad), as a length in mm.
     fn gap_mm(&self, at: &Configuration, drive: usize, value: f64) -> f64 {
         let unit = self.machine.drives().nth(drive).map_or(1.0, |(_, d)| self.mm_per_unit(d.motion));
         (value - at.drives[drive]) * unit
@@ -125,8 +125,8 @@ impl Closure<'_> {
         for _ in 0..MAX_STEPS {
             self.linearise(&at, &command);
             let vector_to_home = self.vector_to_home(&at);
-            let Some((_, left)) = self.step_with_free(&at, Some(&vector_to_home)) else { return at };
-            if left <= NEAREST * scale {
+            let Some((_, remaining)) = self.step_with_free(&at, Some(&vector_to_home)) else { return at };
+            if remaining <= NEAREST * scale {
                 return at;
             }
             let (before, mut share) = (vector_to_home.norm_squared(), 1.0);
@@ -138,13 +138,13 @@ impl Closure<'_> {
                 let met = self.solve_from(moved, &command);
                 share *= 0.5;
                 // Near the end the sums of squares differ by rounding only, and what is left to go decides.
-                met.filter(|met| left < 1e-6 * scale || self.vector_to_home(met).norm_squared() < before)
+                met.filter(|met| remaining < 1e-6 * scale || self.vector_to_home(met).norm_squared() < before)
             });
             match next {
-                Some(next) if left < last || left > 1e-6 * scale => at = next,
+                Some(next) if remaining < last || remaining > 1e-6 * scale => at = next,
                 _ => return at,
             }
-            last = left;
+            last = remaining;
         }
         at
     }

@@ -66,7 +66,7 @@ impl Machine {
     /// Locks drives that turn the platform, see [`Machine::with_locked_drives`]: they decide its rotations, the other drives its translations.
     ///
     /// # Errors
-    /// As there, and where the platform would turn as the others move it.
+    /// As [`Machine::with_locked_drives`], and where the platform would turn as the other drives move it.
     pub fn with_commanded_drives<N: AsRef<str>>(&self, positions: &[(N, f64)]) -> Result<Machine> {
         let mut machine = self.clone();
         if self.controls.iter().any(|c| matches!(c, Coordinate::Rotation(_))) {
@@ -113,7 +113,7 @@ fn hinges(machine: &Machine) -> Vec<(usize, char)> {
     hinges.filter_map(|(index, (_, drive))| Some((index, letter(&drive.name)?))).collect()
 }
 
-/// Axes of `hinges`, and the pose with all of them at 0; `placed` gives the pose in O at drive positions (mm, rad). `None` without a pose.
+/// Axes of `hinges`, and the pose with all of them at 0; `placed` gives the pose in O at drive positions (mm, rad), if there is one.
 fn axes(
     machine: &Machine,
     hinges: &[(usize, char)],

@@ -64,7 +64,7 @@ impl Section {
             Section::Tube { outer, inner } => circle_area(outer) - circle_area(inner),
             Section::I { width, height, flange, web } => 2.0 * width * flange + (height - 2.0 * flange) * web,
             Section::Box { width, height, wall } => width * height - (width - 2.0 * wall) * (height - 2.0 * wall),
-            Section::TaperedTube { .. } => self.at(0.5).area(),
+            Section::TaperedTube { .. } => self.section_at(0.5).area(),
         }
     }
 
@@ -87,7 +87,7 @@ impl Section {
                 let moment = |a: f64, b: f64, c: f64, d: f64| (a * b.powi(3) - c * d.powi(3)) / 12.0;
                 (moment(width, height, inner_width, inner_height), moment(height, width, inner_height, inner_width))
             }
-            Section::TaperedTube { .. } => self.at(0.5).second_moments(),
+            Section::TaperedTube { .. } => self.section_at(0.5).second_moments(),
         }
     }
 
@@ -111,7 +111,7 @@ impl Section {
     }
 
     /// The section at the share `x` of a beam's length from its clamped end.
-    fn at(&self, x: f64) -> Section {
+    fn section_at(&self, x: f64) -> Section {
         match *self {
             Section::TaperedTube { start, end, wall } => {
                 let outer = start + (end - start) * x;
@@ -176,17 +176,17 @@ fn tapered_compliance(section: &Section, material: &Material, length: f64) -> Ma
     for part in 0..PARTS {
         for (point, weight) in GAUSS {
             let x = (part as f64 + 0.5 * (1.0 + point)) / PARTS as f64;
-            let (own, s, dx) = (section.at(x), (1.0 - x) * length, 0.5 * weight * length / PARTS as f64);
-            let (iy, iz) = own.second_moments();
+            let (there, s, dx) = (section.section_at(x), (1.0 - x) * length, 0.5 * weight * length / PARTS as f64);
+            let (iy, iz) = there.second_moments();
             let (e, g) = (material.youngs_modulus, material.shear_modulus);
-            c[(0, 0)] += dx / (e * own.area());
+            c[(0, 0)] += dx / (e * there.area());
             c[(1, 1)] += dx * s * s / (e * iz);
             c[(1, 5)] += dx * s / (e * iz);
             c[(5, 5)] += dx / (e * iz);
             c[(2, 2)] += dx * s * s / (e * iy);
             c[(2, 4)] -= dx * s / (e * iy);
             c[(4, 4)] += dx / (e * iy);
-            c[(3, 3)] += dx / (g * own.torsion_constant());
+            c[(3, 3)] += dx / (g * there.torsion_constant());
         }
     }
     (c[(5, 1)], c[(4, 2)]) = (c[(1, 5)], c[(2, 4)]);

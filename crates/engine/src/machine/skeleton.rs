@@ -225,7 +225,7 @@ impl<'a> SkeletonWalker<'a> {
         }
     }
 
-    /// Ends the present line and begins another at the present pose.
+    /// Ends the present line, kept unless it is a single point, and begins another at the present pose.
     fn start_line(&mut self) {
         let line = std::mem::replace(&mut self.line, vec![self.pose.translation.into()]);
         if line.len() > 1 {
@@ -248,6 +248,7 @@ impl<'a> SkeletonWalker<'a> {
         }
     }
 
+    /// Whether the chain coordinate is that of a drive.
     fn is_drive(&self, coordinate: usize) -> bool {
         self.chain.drives.iter().any(|drive| drive.coordinate == coordinate)
     }
@@ -280,7 +281,7 @@ impl<'a> SkeletonWalker<'a> {
         joint.and_then(|joint| joint.parallelogram_width).unwrap_or(0.0)
     }
 
-    /// Ends of the parallelogram's short link at the present pose, in O, mm.
+    /// Ends of the short link, `width` mm long, of the parallelogram that begins or ends at the present pose; O, mm.
     fn short_link(&self, width: f64) -> [[f64; 3]; 2] {
         let half = self.pose.rotation.column(1) * (width / 2.0);
         [(self.pose.translation - half).into(), (self.pose.translation + half).into()]

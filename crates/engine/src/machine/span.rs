@@ -23,7 +23,7 @@ impl Machine {
 }
 
 impl Chain {
-    /// Pose in O where the chain begins to move, and how far from there its end can be, mm; `None` if it has no hinge, or a slide without an end.
+    /// Pose in O at the chain's first joint, and how far its end can be from there, mm; `None` without hinge or with an endless slide.
     fn span(&self) -> Option<(Pose, f64)> {
         let (mut start, mut span, mut has_moved, mut has_hinge) =
             (self.route.base, self.route.attachment.translation.norm(), false, false);

@@ -288,11 +288,11 @@ impl ElementSpec {
 
     /// Name of each element: its own, or its kind and which of this kind it is, from 1.
     pub(super) fn names(elements: &[Self]) -> Vec<String> {
-        let of = |(i, element): (usize, &Self)| {
-            let (kind, own) = element.kind_and_name();
-            own.map_or_else(|| Self::default_name(kind, &elements[..i]), String::from)
+        let name_of = |(i, element): (usize, &Self)| {
+            let (kind, name) = element.kind_and_name();
+            name.map_or_else(|| Self::default_name(kind, &elements[..i]), String::from)
         };
-        elements.iter().enumerate().map(of).collect()
+        elements.iter().enumerate().map(name_of).collect()
     }
 
     /// Default name of an element behind the elements `before`: its kind, and its number among those of this kind.

@@ -74,7 +74,7 @@ impl Machine {
         (0..3).filter(|&axis| !self.controls_translation(axis))
     }
 
-    /// Says what becomes of coordinates of a path that the drives do not control; `None` if they control all translations.
+    /// Describes how coordinates of a path that the drives do not control are treated; `None` if they control all translations.
     pub fn uncontrolled_words(&self) -> Option<String> {
         let names = self.uncontrolled_names()?;
         Some(format!("{names} of the base, taken where the machine stands; words of a program for {names} stay"))
@@ -119,7 +119,7 @@ impl Machine {
         })
     }
 
-    /// Checks that the platform at the configuration `at` has the orientation `asked` (`R_OP`).
+    /// Checks that the platform at the configuration `at` has the orientation `asked` (`R_OP`), to 1e-5 rad.
     ///
     /// # Errors
     /// [`Unreachable::OtherOrientation`].
@@ -140,8 +140,7 @@ impl Machine {
     /// Inverse kinematics of P at `position` mm, the platform oriented as at home as far as the drives control that.
     ///
     /// # Errors
-    /// As [`Machine::inverse_kinematics`], and [`Machine::check_uncontrolled`]: a coordinate that is not controlled may be asked
-    /// for only where it stands.
+    /// As [`Machine::inverse_kinematics`], and [`Unreachable::Uncontrolled`] for an uncontrolled coordinate elsewhere than where it stands.
     pub fn command(&self, position: Vector3<f64>) -> Result<Configuration, Unreachable> {
         let at = self.inverse_kinematics(&self.pose_at(position))?;
         self.check_uncontrolled(position, &at)?;

@@ -41,9 +41,9 @@ impl Machine {
     /// # Errors
     /// A place of P on the way that cannot be reached, or [`Unreachable::Turned`].
     pub fn track(&self, point: Vector3<f64>, asked: &Pose, near: &Configuration) -> Result<Configuration, Unreachable> {
-        let wanted = asked.transform(point);
+        let target = asked.transform(point);
         let mut at = near.clone();
-        let mut place = self.controllable_position(wanted - at.pose.rotation * point);
+        let mut place = self.controllable_position(target - at.pose.rotation * point);
         // What the place has to change by per change of the point: without turning, the same (Broyden's method).
         let mut inverse = Matrix3::identity();
         let mut last: Option<(Vector3<f64>, Vector3<f64>)> = None;
@@ -51,7 +51,7 @@ impl Machine {
         for _ in 0..MAX_STEPS {
             let pose = Pose { translation: place, ..*asked };
             at = self.inverse_kinematics_from(&at, &pose).or_else(|_| self.inverse_kinematics(&pose))?;
-            let reached = Pose { translation: place, ..at.pose }.transform(point) - wanted;
+            let reached = Pose { translation: place, ..at.pose }.transform(point) - target;
             let missed = Vector3::from_fn(|i, _| if self.controls_translation(i) { reached[i] } else { 0.0 });
             let distance = missed.norm();
             if distance < least {
@@ -64,10 +64,10 @@ impl Machine {
             }
             if let Some((step, before)) = last {
                 let change = missed - before;
-                let left = step.transpose() * inverse;
-                let along = (left * change)[0];
+                let row = step.transpose() * inverse;
+                let along = (row * change)[0];
                 if along.abs() > f64::EPSILON * step.norm_squared() {
-                    inverse += (step - inverse * change) * left / along;
+                    inverse += (step - inverse * change) * row / along;
                 }
             }
             let step = -(inverse * missed);

@@ -109,7 +109,7 @@ impl Geometry {
     pub fn from_toml(text: &str, origin: &str) -> Result<Self> {
         let spec: MachineSpec = crate::input::toml_file::parse(text, origin)?;
         let unknown = unknown_stiffnesses(&spec);
-        let machine = resolve::machine(spec, origin, text.into()).map_err(|error| error.in_toml(text))?;
+        let machine = resolve::resolve_machine(spec, origin, text.into()).map_err(|error| error.in_toml(text))?;
         Ok(Self { origin: origin.into(), machine, unknown })
     }
 
@@ -141,7 +141,7 @@ impl Geometry {
         }
     }
 
-    /// The machine for kinematics alone: drives of unknown stiffness have one that means nothing.
+    /// The machine for kinematics only: the stiffness of drives where it is unknown is a placeholder.
     pub fn kinematics(&self) -> &Machine {
         &self.machine
     }

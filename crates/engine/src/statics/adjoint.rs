@@ -61,9 +61,9 @@ pub(super) fn adjoints(
         return Some(adjoints);
     }
     workspace.fill(machine, &machine.gravity, 0.0, false);
-    let mut own = platform::to_rows(&weight::stiffness(machine, &state.platform().rotation, &machine.gravity));
-    tool::add_stiffness(machine, state.platform(), load, &mut own);
-    let adjoints = full_system::adjoints(&workspace.solver.systems, &platform::to_matrix(&own))?;
+    let mut stiffness = platform::to_rows(&weight::stiffness(machine, &state.platform().rotation, &machine.gravity));
+    tool::add_stiffness(machine, state.platform(), load, &mut stiffness);
+    let adjoints = full_system::adjoints(&workspace.solver.systems, &platform::to_matrix(&stiffness))?;
     let is_finite = |adjoint: &Adjoint| adjoint.twist.iter().all(|entry| entry.is_finite());
     adjoints.iter().all(is_finite).then_some(adjoints)
 }
@@ -87,8 +87,8 @@ fn condensed_adjoints(machine: &Machine, solver: &mut LaneSolver) -> Option<Vec<
         let mut slacks = rigid.slacks();
         let mut unknowns = Vec::with_capacity(chains.len());
         for (system, chain) in chains.iter_mut().zip(&machine.chains) {
-            let (own, others) = slacks.split_at(system.slack_count());
-            system.substitute(0.0, &twist, &vec![0.0; chain.drives.len()], Some(own));
+            let (chain_slacks, others) = slacks.split_at(system.slack_count());
+            system.substitute(0.0, &twist, &vec![0.0; chain.drives.len()], Some(chain_slacks));
             unknowns.push(system.unknowns());
             slacks = others;
         }

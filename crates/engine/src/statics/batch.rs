@@ -103,7 +103,7 @@ impl Batch {
         self.solve(cases, Some(Commands { nominal, starts, poses }), settings)
     }
 
-    /// Solves what lanes can solve.
+    /// Solves the cases in lanes; `None` for those that full Newton steps in lanes cannot solve.
     fn solve(
         &mut self,
         cases: &mut [Case<'_>],

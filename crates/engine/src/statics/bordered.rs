@@ -101,7 +101,7 @@ impl<R: Real> Bordered<R> {
         good
     }
 
-    /// Solves eliminated rows `0..rows` for the leading unknowns, given all later ones: `Σ_j U_kj z_j = 0` in each row.
+    /// Solves the eliminated rows `0..rows` for the leading entries of `z`, its later ones known: `Σ_j U_kj z_j = 0` in each row.
     #[inline(always)]
     pub fn back_substitute(&self, rows: usize, z: &mut [R]) {
         for row in (0..rows).rev() {

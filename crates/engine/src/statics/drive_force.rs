@@ -17,11 +17,11 @@ use crate::{
 /// Forces that all drives carry, in machine order, `τ = k_act θ_a`, N or N·mm: positive where the load pushes the drive the way its shown position
 /// grows. That of a drive that shows several joints is the force of its own joint.
 pub fn drive_forces(machine: &Machine, state: &State) -> Vec<f64> {
-    let own = machine.chains.iter().zip(&state.chains);
-    own.flat_map(|(chain, own)| chain_drive_forces(chain, &own.coordinates)).collect()
+    let chains = machine.chains.iter().zip(&state.chains);
+    chains.flat_map(|(chain, state)| chain_drive_forces(chain, &state.coordinates)).collect()
 }
 
-/// [`drive_forces`] of one chain at its `coordinates`.
+/// Forces of the drives of one chain at its `coordinates` (mm, rad), N or N·mm, signed as by [`drive_forces`].
 pub(super) fn chain_drive_forces<'a>(chain: &'a Chain, coordinates: &'a [f64]) -> impl Iterator<Item = f64> + 'a {
     let each = chain.drives.iter().enumerate();
     each.map(|(i, drive)| chain.shown_sign(i) * drive.stiffness * coordinates[drive.coordinate])
@@ -69,15 +69,15 @@ fn condensed_deflections(
         rigid.drive_twists(chains, tangent, drive_wrenches);
     }
     let mut deflections = DMatrix::zeros(drives.len(), drives.len());
-    let mut own_motion = Vec::new();
+    let mut drive_motion = Vec::new();
     let (mut first, mut first_slack) = (0, 0);
     for (system, chain) in chains.iter_mut().zip(&machine.chains) {
         let own_count = chain.drives.len();
         for (column, twist) in twists.column_iter().enumerate() {
-            own_motion.clear();
-            own_motion.extend((first..first + own_count).map(|drive| if drive == column { 1.0 } else { 0.0 }));
+            drive_motion.clear();
+            drive_motion.extend((first..first + own_count).map(|drive| if drive == column { 1.0 } else { 0.0 }));
             let slacks = &rigid.drive_slacks(column)[first_slack..][..system.slack_count()];
-            system.substitute(0.0, &Vector6::from(twist).into(), &own_motion, Some(slacks));
+            system.substitute(0.0, &Vector6::from(twist).into(), &drive_motion, Some(slacks));
             for (own, drive) in chain.drives.iter().enumerate() {
                 let by_drive = match column.checked_sub(first) {
                     Some(moved) if moved < own_count => chain.joint_per_drive(own, moved),

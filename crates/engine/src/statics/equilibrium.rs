@@ -168,7 +168,7 @@ struct Balance {
 }
 
 impl<'a> Newton<'a> {
-    /// Prepares the iteration from `start`.
+    /// Prepares the iteration from the state `start`; `load`: dead wrench at P in O axes (N, N·mm); with a `task` the drives move.
     fn new(
         machine: &'a Machine,
         drives: &'a [f64],
@@ -259,7 +259,7 @@ impl<'a> Newton<'a> {
         Ok(SteppedEquilibrium { residual, steps, unstable_at: unstable_at.filter(|&fraction| fraction < 1.0) })
     }
 
-    /// Status of a solve that no load step leads beyond the equilibrium `last`, at `fraction` of the load.
+    /// Status where load steps end at the equilibrium `last`, under `fraction` of the load: snap-through, singular or not converged.
     fn failure_status(&mut self, last: &State, fraction: f64, unloaded: &Softest) -> Status {
         self.held_share = 1.0 - fraction;
         let softest = self.softest_direction(last);
@@ -289,8 +289,7 @@ impl<'a> Newton<'a> {
         is_singular
     }
 
-    /// Whether something moves without resistance in `state`, weight left out, that does not at home; without weight, a free platform
-    /// always counts.
+    /// Whether something moves without resistance in `state`, weight left out, but not at home; without weight a free platform counts.
     fn is_freer_than_at_home(&mut self, state: &State) -> bool {
         let softest = self.softest_without_weight(state);
         if softest.is_nearly_free() {
@@ -307,7 +306,7 @@ impl<'a> Newton<'a> {
         softest
     }
 
-    /// Motions without resistance at home, weight left out; computed once per workspace.
+    /// Whether the platform or a chain moves without resistance at home, weight left out; computed once per workspace.
     fn free_at_home(&mut self) -> FreeAtHome {
         if let Some(free) = self.workspace.free_at_home {
             return free;
@@ -378,7 +377,7 @@ impl<'a> Newton<'a> {
         self.workspace.fill(self.machine, &self.gravity, self.held_share, false);
     }
 
-    /// Computes one Newton step from the present linearisation: the twist of P (mm, rad). The steps of the chains are left in their systems.
+    /// Computes a Newton step from `balance`: returns the twist of P (mm, rad), if there is one; chains keep theirs in their systems.
     fn step(&mut self, balance: &Balance) -> Option<[f64; 6]> {
         if !balance.is_condensed {
             if balance.task.is_some() {
@@ -407,9 +406,9 @@ impl<'a> Newton<'a> {
     /// Stiffness of the platform itself at P, by its weight and by the load that a bent tool carries aside (N, N·mm; mm, rad).
     fn platform_stiffness(&self) -> Matrix6<f64> {
         let body: Pose = self.workspace.solver.platform.into();
-        let mut own = platform::to_rows(&weight::stiffness(self.machine, &body.rotation, &self.gravity));
-        tool::add_stiffness(self.machine, &body, self.load, &mut own);
-        platform::to_matrix(&own)
+        let mut stiffness = platform::to_rows(&weight::stiffness(self.machine, &body.rotation, &self.gravity));
+        tool::add_stiffness(self.machine, &body, self.load, &mut stiffness);
+        platform::to_matrix(&stiffness)
     }
 
     /// Tangent of the system of all unknowns, filled anew at the present state of the solver.
@@ -477,8 +476,7 @@ impl Softest {
         Self { value, largest, stiffness, is_stable, has_idle_motion: false }
     }
 
-    /// Softest direction by the compliance at P, rotations taken at `scale` mm; `None`: a free platform. A rigid direction counts as
-    /// compliant as the slack springs of `rigid`.
+    /// Softest direction by the compliance at P, rotations at `scale` mm; `None`: free platform. Rigid ones yield as the slacks of `rigid`.
     fn by_compliance(compliance: Option<&Matrix6<f64>>, scale: f64, is_stable: bool, rigid: &RigidDirections) -> Self {
         let (mut value, mut largest, mut stiffness) = (0.0, 1.0, None);
         if let Some(compliance) = compliance.and_then(|compliance| scaled_symmetric(compliance, 1.0 / scale)) {
@@ -492,7 +490,7 @@ impl Softest {
         Self { value, largest, stiffness, is_stable, has_idle_motion: false }
     }
 
-    /// Whether its stiffness is next to nothing compared with that of the stiffest direction.
+    /// Whether the softest direction has next to no stiffness, compared with the stiffest direction.
     fn is_nearly_free(&self) -> bool {
         self.value.abs() <= NEARLY_FREE * self.largest
     }
@@ -503,8 +501,8 @@ impl Softest {
         let (Some(factor), Some(stiffness)) = (factor, self.stiffness) else {
             return self.value < SOFTENED * before.value;
         };
-        let left = factor.l().solve_lower_triangular(&stiffness);
-        let shares = left.and_then(|left| factor.l().solve_lower_triangular(&left.transpose()));
+        let scaled = factor.l().solve_lower_triangular(&stiffness);
+        let shares = scaled.and_then(|scaled| factor.l().solve_lower_triangular(&scaled.transpose()));
         shares.is_some_and(|shares| shares.symmetric_eigenvalues().min() < SOFTENED)
     }
 }

@@ -46,23 +46,23 @@ pub fn wrench_at_pose(
     let mut wrench = Wrench::zero();
     let mut last = f64::INFINITY;
     for _ in 0..settings.max_iterations {
-        let (body, own) = tool::body_and_compliance(machine, pose, &wrench);
+        let (body, compliance) = tool::body_and_compliance(machine, pose, &wrench);
         let mut force = wrench_on_body(machine, drives, &body, state, workspace, settings)?;
         let received = tool::load_on_body(machine, &body, &wrench);
-        let left = force.wrench.to_vector() - received.to_vector();
-        let in_series = (Matrix6::identity() + force.stiffness * own).try_inverse()?;
-        let change = in_series * left;
+        let imbalance = force.wrench.to_vector() - received.to_vector();
+        let in_series = (Matrix6::identity() + force.stiffness * compliance).try_inverse()?;
+        let change = in_series * imbalance;
         wrench = Wrench::from_vector(&(wrench.to_vector() + change));
         if !wrench.norm(machine.characteristic_length).is_finite() {
             return None;
         }
         let changed = Wrench::from_vector(&change).norm(machine.characteristic_length);
-        let is_found = changed <= settings.tolerance * wrench.norm(machine.characteristic_length).max(1.0);
+        let is_converged = changed <= settings.tolerance * wrench.norm(machine.characteristic_length).max(1.0);
         // The wrench of a stiff machine is known to rounding of its pose: it is found where it no longer comes nearer.
         let is_rounding = changed >= 0.5 * last
-            && is_negligible(&force.stiffness, &left, machine.characteristic_length, settings.tolerance);
+            && is_negligible(&force.stiffness, &imbalance, machine.characteristic_length, settings.tolerance);
         last = changed;
-        if is_found || is_rounding {
+        if is_converged || is_rounding {
             (state.pose, state.body) = (*pose, Some(body));
             force.stiffness = in_series * force.stiffness;
             force.drive_wrench = in_series * force.drive_wrench;
@@ -72,13 +72,13 @@ pub fn wrench_at_pose(
     None
 }
 
-/// Whether a displacement below `tolerance` times the machine's characteristic length `scale` (mm) makes up for the imbalance `left` (N, N·mm).
-fn is_negligible(stiffness: &Matrix6<f64>, left: &Vector6<f64>, scale: f64, tolerance: f64) -> bool {
-    let Some(twist) = stiffness.lu().solve(left) else { return false };
+/// Whether a displacement below `tolerance` times the characteristic length `scale` (mm) makes up for the `imbalance` (N, N·mm).
+fn is_negligible(stiffness: &Matrix6<f64>, imbalance: &Vector6<f64>, scale: f64, tolerance: f64) -> bool {
+    let Some(twist) = stiffness.lu().solve(imbalance) else { return false };
     twist.fixed_rows::<3>(0).amax().max(twist.fixed_rows::<3>(3).amax() * scale) <= tolerance * scale
 }
 
-/// Wrench that holds the platform's body at `pose`, without the bending of the tool; else as [`wrench_at_pose`].
+/// Wrench that holds the platform's body at `pose`, without bending of the tool; arguments and result as of [`wrench_at_pose`].
 fn wrench_on_body(
     machine: &Machine,
     drives: &[f64],

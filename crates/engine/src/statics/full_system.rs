@@ -114,9 +114,9 @@ impl FullSystem {
     /// Whether `chain` is unstable when its end is held.
     fn buckles(&self, chains: &[ChainSystem], chain: usize) -> bool {
         let (start, size) = (self.first[chain], chains[chain].unknown_count());
-        let own = self.matrix.view((start, start), (size, size)).into_owned();
+        let block = self.matrix.view((start, start), (size, size)).into_owned();
         let closures: Vec<usize> = self.closure_rows(chains, chain).iter().map(|row| row - start).collect();
-        is_unstable(&((&own + own.transpose()) * 0.5).symmetric_eigen(), &closures)
+        is_unstable(&((&block + block.transpose()) * 0.5).symmetric_eigen(), &closures)
     }
 }
 
@@ -193,10 +193,10 @@ pub(super) fn adjoints(chains: &[ChainSystem], weight: &Matrix6<f64>) -> Option<
     right.rows_mut(platform, 6).fill_with_identity();
     let solution = system.solve(right)?;
     let column = |j: usize| {
-        let own = |(chain, &start): (&ChainSystem, &usize)| {
+        let chain_part = |(chain, &start): (&ChainSystem, &usize)| {
             solution.column(j).rows(start, chain.unknown_count()).iter().copied().collect()
         };
-        let unknowns = chains.iter().zip(&system.first).map(own).collect();
+        let unknowns = chains.iter().zip(&system.first).map(chain_part).collect();
         Adjoint { chains: unknowns, twist: solution.fixed_view::<6, 1>(platform, j).into() }
     };
     Some((0..6).map(column).collect())
@@ -227,10 +227,10 @@ pub(super) fn tangent(machine_chains: &[Chain], chains: &[ChainSystem], weight: 
     // Rows of the drives' joints in the system, and joints per drive.
     let mut rows = Vec::new();
     let mut per_drive = DMatrix::zeros(drive_count, drive_count);
-    for ((chain, own), &start) in machine_chains.iter().zip(chains).zip(&system.first) {
+    for ((chain, chain_system), &start) in machine_chains.iter().zip(chains).zip(&system.first) {
         let first = rows.len();
         for (joint, drive) in chain.drives.iter().enumerate() {
-            let row = own.row_of(drive.coordinate, start).unwrap_or(start);
+            let row = chain_system.row_of(drive.coordinate, start).unwrap_or(start);
             rows.push(row);
             for moved in 0..chain.drives.len() {
                 let share = chain.joint_per_drive(joint, moved);

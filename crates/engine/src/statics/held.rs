@@ -20,13 +20,13 @@ impl StartResidual {
     /// Records the present residual of `system`, the platform at `platform`.
     pub fn record(&mut self, system: &ChainSystem, platform: &Pose) {
         let Twist { linear, angular } = system.closure.into();
-        *self = Self::of(system, Twist { linear, angular: platform.rotation.transpose() * angular });
+        *self = Self::from_system(system, Twist { linear, angular: platform.rotation.transpose() * angular });
     }
 
     /// Residual of `system` and its loops, `closure` being its closure error.
-    fn of(system: &ChainSystem, closure: Twist) -> Self {
+    fn from_system(system: &ChainSystem, closure: Twist) -> Self {
         let loops = system.loops().iter();
-        let loops = loops.map(|inner| Self::of(&inner.system, inner.closure(system).into())).collect();
+        let loops = loops.map(|inner| Self::from_system(&inner.system, inner.closure(system).into())).collect();
         Self { residual: system.route_right_hand_sides(), closure, loops }
     }
 
@@ -40,7 +40,7 @@ impl StartResidual {
         }
     }
 
-    /// Shifts the ends of the loops of `system` so that `share` of their closure errors is left.
+    /// Shifts the targets of the loops of `system` so that only `share` of their recorded closure errors remains.
     pub fn shift_loop_ends(&self, system: &mut ChainSystem, share: f64) {
         for (inner, held) in system.loops_mut().iter_mut().zip(&self.loops) {
             let Twist { linear, angular } = held.closure;

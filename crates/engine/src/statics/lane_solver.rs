@@ -69,13 +69,13 @@ pub(super) struct Commands<'a> {
 }
 
 impl Commands<'_> {
-    /// Those of some cases.
+    /// The commands of the cases in the range `cases`.
     pub fn part(&mut self, cases: Range<usize>) -> Commands<'_> {
         Commands { nominal: self.nominal, starts: &self.starts[cases.clone()], poses: &mut self.poses[cases] }
     }
 }
 
-/// What tasks make of the poses, one per lane.
+/// Task errors at the poses of the lanes.
 struct Tasks<R> {
     square: SquareTask<R>,
     /// Length of each lane's task error, mm.
@@ -128,7 +128,7 @@ impl<R: Real> LaneSolver<R> {
         }
     }
 
-    /// Solves up to [`Real::LANES`] cases and appends their outcomes; `None` for those left to the scalar iteration, which are as they were.
+    /// Solves up to [`Real::LANES`] cases and appends their outcomes; `None` for those that need the scalar iteration, which stay as is.
     pub fn solve(
         &mut self,
         machine: &Machine,
@@ -139,8 +139,8 @@ impl<R: Real> LaneSolver<R> {
         self.solve_commanded(machine, cases, None, settings, outcomes);
     }
 
-    /// The same; with `commands` the drives move as those of the nominal machine while P is commanded elsewhere, its rotation as commanded.
-    /// What is commanded then is left in them.
+    /// Solves as [`LaneSolver::solve`]. With `commands`, the drives follow the nominal machine, whose P moves, its rotation kept, so that
+    /// the tasks are met; the poses in `commands` get the positions found.
     pub(super) fn solve_commanded(
         &mut self,
         machine: &Machine,
@@ -157,11 +157,11 @@ impl<R: Real> LaneSolver<R> {
             self.is_linearised &= !bends_otherwise;
         }
         if let Some(commands) = &commands {
-            let own = self.command.get_or_insert_with(|| CommandStep::new(commands.nominal));
+            let command = self.command.get_or_insert_with(|| CommandStep::new(commands.nominal));
             for lane in 0..R::LANES {
                 // Lanes to spare do what the first one does.
                 let from = if lane < cases.len() { lane } else { 0 };
-                own.put(lane, commands.starts[from], cases[from].drives, &commands.poses[from]);
+                command.set_lane(lane, commands.starts[from], cases[from].drives, &commands.poses[from]);
             }
         }
         let gravity = Vec3::splat(&machine.gravity);
@@ -176,12 +176,12 @@ impl<R: Real> LaneSolver<R> {
                 self.linearise(machine, gravity);
             }
             let count = match (&commands, &self.command) {
-                (Some(_), Some(command)) => command.count(),
+                (Some(_), Some(command)) => command.coordinate_count(),
                 _ => self.drives.len(),
             };
-            let mut tasks = self.tasks(machine, cases, progress.active, count);
+            let mut tasks = self.task_errors(machine, cases, progress.active, count);
             if let (Some(commands), Some(tasks)) = (&commands, &mut tasks) {
-                self.command_motions(commands.nominal, tasks);
+                self.linearise_command(commands.nominal, tasks);
             }
             let imbalance = self.judge_lanes(machine, cases, tasks.as_ref(), &mut progress, settings);
             if iteration == 0 {
@@ -192,24 +192,24 @@ impl<R: Real> LaneSolver<R> {
             }
             let task = tasks.as_ref().map(|tasks| &tasks.square);
             self.step_lanes(machine, imbalance, task, &mut progress);
-            if let (Some(commands), Some(own)) = (&commands, &mut self.command) {
+            if let (Some(commands), Some(command)) = (&commands, &mut self.command) {
                 let (step, mask) = (&self.command_step, R::mask(progress.active));
                 R::vectorized(
                     #[inline(always)]
-                    || own.advance(commands.nominal, step, mask),
+                    || command.advance(commands.nominal, step, mask),
                 );
             }
         }
         self.append_outcomes(machine, cases, &progress, outcomes);
-        if let (Some(commands), Some(own)) = (&mut commands, &self.command) {
+        if let (Some(commands), Some(command)) = (&mut commands, &self.command) {
             for (lane, pose) in commands.poses.iter_mut().enumerate() {
-                pose.translation = own.position(lane);
+                pose.translation = command.commanded_position(lane);
             }
         }
     }
 
-    /// Has `tasks` say how the drives move with the command, and be no smaller than what the nominal machine is from it.
-    fn command_motions(&mut self, nominal: &Machine, tasks: &mut Tasks<R>) {
+    /// Linearises the nominal machine at its command: `tasks` get how the drives move with it, and sizes not below its closure errors, mm.
+    fn linearise_command(&mut self, nominal: &Machine, tasks: &mut Tasks<R>) {
         let Some(command) = &mut self.command else { return };
         let (error, motions, good) = R::vectorized(
             #[inline(always)]
@@ -269,8 +269,7 @@ impl<R: Real> LaneSolver<R> {
         );
     }
 
-    /// Linearises the machine with chain systems that `fill` makes of each chain's number, the platform and inputs; condenses them if
-    /// `condenses`.
+    /// Linearises the machine by `fill`, which fills the system of each chain from its number, the platform and inputs; may condense them.
     #[inline(always)]
     pub(super) fn linearise_with(
         &mut self,
@@ -283,11 +282,11 @@ impl<R: Real> LaneSolver<R> {
             #[inline(always)]
             || {
                 self.condensed = if condenses { R::ALL } else { 0 };
-                for (number, (((system, chain), own), residual)) in
+                for (number, (((system, chain), chain_state), residual)) in
                     pairs(pairs(pairs(&mut self.systems, &machine.chains), &self.chains), &mut self.residuals)
                         .enumerate()
                 {
-                    fill(number, system, chain, &self.platform, &own.input(&self.drives, gravity));
+                    fill(number, system, chain, &self.platform, &chain_state.input(&self.drives, gravity));
                     *residual = system.residual(machine.characteristic_length);
                     if condenses {
                         self.condensed &= system.eliminate();
@@ -310,10 +309,10 @@ impl<R: Real> LaneSolver<R> {
     /// Adds the stiffness by the load that a bent tool carries aside to the tangent, lane by lane.
     fn add_tool_stiffness(&mut self, machine: &Machine) {
         for lane in 0..R::LANES {
-            let mut own = [[0.0; 6]; 6];
-            tool::add_stiffness(machine, &self.platform.lane(lane), &self.loads[lane], &mut own);
-            for (row, own) in pairs(&mut self.tangent, &own) {
-                for (number, &part) in pairs(row, own) {
+            let mut stiffness = [[0.0; 6]; 6];
+            tool::add_stiffness(machine, &self.platform.lane(lane), &self.loads[lane], &mut stiffness);
+            for (row, stiffness) in pairs(&mut self.tangent, &stiffness) {
+                for (number, &part) in pairs(row, stiffness) {
                     number.set_lane(lane, number.lane(lane) + part);
                 }
             }
@@ -328,8 +327,8 @@ impl<R: Real> LaneSolver<R> {
         )
     }
 
-    /// What each active lane with a task of `count` coordinates makes of its pose; `None` without tasks.
-    fn tasks(&self, machine: &Machine, cases: &[Case<'_>], active: u8, count: usize) -> Option<Tasks<R>> {
+    /// Task errors of the `active` lanes at their poses, in `count` coordinates; `None` if one of them has no task.
+    fn task_errors(&self, machine: &Machine, cases: &[Case<'_>], active: u8, count: usize) -> Option<Tasks<R>> {
         let nothing = SquareTask { count, error: [R::zero(); 6], slope: [[R::zero(); 6]; 6], command: None };
         let mut tasks = Tasks { square: nothing, sizes: [0.0; MAX_LANES], fitting: 0 };
         for lane in lanes(active) {
@@ -470,10 +469,10 @@ impl<R: Real> LaneSolver<R> {
             }
         };
         let mut slacks = rigid.slacks();
-        for (system, own) in pairs(systems, &self.chains) {
+        for (system, lane_chain) in pairs(systems, &self.chains) {
             let (own_slacks, others) = slacks.split_at(system.slack_count());
             slacks = others;
-            system.substitute(1.0, &twist, &self.drive_step[own.drives.clone()], Some(own_slacks));
+            system.substitute(1.0, &twist, &self.drive_step[lane_chain.drives.clone()], Some(own_slacks));
         }
         (twist, regular)
     }
@@ -500,36 +499,36 @@ impl<R: Real> LaneSolver<R> {
                 for (drive, &step) in pairs(&mut self.drives, &self.drive_step) {
                     *drive = R::select(mask, *drive + step, *drive);
                 }
-                for ((system, chain), own) in pairs(pairs(&self.systems, &machine.chains), &mut self.chains) {
-                    for (coordinate, value) in own.coordinates.iter_mut().enumerate() {
+                for ((system, chain), state) in pairs(pairs(&self.systems, &machine.chains), &mut self.chains) {
+                    for (coordinate, value) in state.coordinates.iter_mut().enumerate() {
                         *value = R::select(mask, *value + system.coordinate_step(coordinate), *value);
                     }
                     // The chain's step is that of the joint, ρ + θ_a; ρ has taken its part of it.
                     for (joint, drive) in chain.drives.iter().enumerate() {
-                        let value = own.coordinates[drive.coordinate];
+                        let value = state.coordinates[drive.coordinate];
                         let mut deflection = value;
-                        for (moved, &step) in self.drive_step[own.drives.clone()].iter().enumerate() {
+                        for (moved, &step) in self.drive_step[state.drives.clone()].iter().enumerate() {
                             match chain.joint_per_drive(joint, moved) {
                                 0.0 => {}
                                 1.0 => deflection -= step,
                                 share => deflection -= R::splat(share) * step,
                             }
                         }
-                        own.coordinates[drive.coordinate] = R::select(mask, deflection, value);
+                        state.coordinates[drive.coordinate] = R::select(mask, deflection, value);
                     }
-                    let mut wrench = own.wrench.to_array();
+                    let mut wrench = state.wrench.to_array();
                     for (entry, step) in pairs(wrench.iter_mut(), system.wrench_step(&twist)) {
                         *entry = R::select(mask, *entry + step, *entry);
                     }
-                    own.wrench = Screw::from_array(wrench);
-                    if !own.loops.is_empty() {
+                    state.wrench = Screw::from_array(wrench);
+                    if !state.loops.is_empty() {
                         let mut number = 0;
                         system.loop_wrench_steps(&mut |steps| {
-                            let mut wrench = own.loops[number].to_array();
+                            let mut wrench = state.loops[number].to_array();
                             for (entry, step) in pairs(wrench.iter_mut(), steps) {
                                 *entry = R::select(mask, *entry + step, *entry);
                             }
-                            own.loops[number] = Screw::from_array(wrench);
+                            state.loops[number] = Screw::from_array(wrench);
                             number += 1;
                         });
                     }
@@ -622,8 +621,8 @@ impl<R: Real> LaneSolver<R> {
             }
             let lane_wrench = |wrench: &Screw<R>| Wrench::new(wrench.to_array().map(|number| number.lane(lane)));
             to.wrench = lane_wrench(&chain.wrench);
-            for (to, own) in pairs(&mut to.loops, &chain.loops) {
-                *to = lane_wrench(own);
+            for (to, wrench) in pairs(&mut to.loops, &chain.loops) {
+                *to = lane_wrench(wrench);
             }
         }
     }

@@ -156,7 +156,7 @@ impl Outcome {
             (None, Some(compliance)) => {
                 let lever = |i: usize| if i < 3 { 1.0 } else { machine.characteristic_length };
                 let yields: f64 = (0..6).map(|i| compliance[(i, i)] * lever(i) * lever(i)).sum();
-                yields.is_nan() || yields * SOFT > Scale::of(machine).slack
+                yields.is_nan() || yields * SOFT > Scale::for_machine(machine).slack
             }
             (None, None) => true,
         }

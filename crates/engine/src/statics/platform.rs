@@ -30,13 +30,13 @@ pub(super) fn to_rows(matrix: &Matrix6<f64>) -> Square<f64> {
 
 /// The matrix that `rows` hold in `lane`.
 pub(super) fn lane_matrix<R: Real>(rows: &Square<R>, lane: usize) -> Square<f64> {
-    let mut own = [[0.0; 6]; 6];
-    for (own, row) in pairs(&mut own, rows) {
-        for (entry, number) in pairs(own, row) {
+    let mut matrix = [[0.0; 6]; 6];
+    for (matrix, row) in pairs(&mut matrix, rows) {
+        for (entry, number) in pairs(matrix, row) {
             *entry = number.lane(lane);
         }
     }
-    own
+    matrix
 }
 
 /// Tangent stiffness `Σ K_i − ½ [m_i]×` of the platform from condensed chains: the change of the applied wrench per twist.
@@ -64,7 +64,7 @@ pub(super) fn subtract_half_moment(tangent: &mut Matrix6<f64>, wrench: Wrench) {
     block -= skew(wrench.moment) * 0.5;
 }
 
-/// Wrench that the platform's step has to balance: `imbalance` less what the chains give with the platform held (N, N·mm).
+/// Wrench (N, N·mm) that the platform's step has to balance: `imbalance` less the change of the chain wrenches with the platform held.
 #[inline(always)]
 pub(super) fn right_hand_side<R: Real>(chains: &[ChainSystem<R>], imbalance: &[R; 6]) -> [R; 6] {
     let mut right = *imbalance;
@@ -80,7 +80,7 @@ pub(super) fn right_hand_side<R: Real>(chains: &[ChainSystem<R>], imbalance: &[R
     right
 }
 
-/// Solves `tangent · dt = right` for the twist dt of P, without the slack springs of `rigid`; also the lanes in which there is one.
+/// Solves `tangent · dt = right` for the twist dt of P, without the slack springs of `rigid`; also returns the lanes that have a solution.
 #[inline(always)]
 pub(super) fn step<R: Real>(
     chains: &[ChainSystem<R>],
@@ -126,7 +126,7 @@ pub(super) fn drive_twists<R: Real>(
     }
 }
 
-/// Scalar product.
+/// Scalar product of two rows of six.
 #[inline(always)]
 pub(super) fn dot<R: Real>(a: &[R; 6], b: &[R; 6]) -> R {
     let mut sum = R::zero();
@@ -147,16 +147,15 @@ pub(super) struct SquareTask<R> {
 }
 
 impl SquareTask<f64> {
-    /// `None` unless `task` has `count` coordinates.
+    /// The error of `task` as rows of `count` coordinates; `None` unless it has so many.
     pub fn new(task: &TaskError, count: usize) -> Option<Self> {
-        let own = || Self { count, error: task.error.into(), slope: to_rows(&task.slope), command: None };
-        (task.count == count).then(own)
+        let square = || Self { count, error: task.error.into(), slope: to_rows(&task.slope), command: None };
+        (task.count == count).then(square)
     }
 }
 
-/// The step in which the drives move as well, by `drive_step`, so that the task error vanishes to first order:
-/// `P dt + D dρ = right`, `S dt = −e`, and with a command `dρ = fixed + C ds`. The twist dt of P, ds (or dρ) and the lanes in which there is
-/// one.
+/// The step in which the drives move as well, by `drive_step`, so that the task error vanishes to first order: `P dt + D dρ = right`,
+/// `S dt = −e`, and with a command `dρ = fixed + C ds`. Returns the twist dt of P, ds (or dρ) and the lanes in which there is a step.
 #[inline(always)]
 pub(super) fn step_to_task<R: Real>(
     chains: &[ChainSystem<R>],
@@ -174,33 +173,33 @@ pub(super) fn step_to_task<R: Real>(
     let regular = solve(tangent, 6, &mut twists[..=drives]);
     rigid.correct_task_twists(chains, &mut twists[..=drives]);
     let mut response = [[R::zero(); 6]; 6];
-    let mut wanted = [[R::zero(); 6]];
+    let mut motions = [[R::zero(); 6]];
     for row in 0..count {
         let mut by_drive = [R::zero(); 6];
         for (drive, entry) in by_drive[..drives].iter_mut().enumerate() {
             *entry = dot(&task.slope[row], &twists[1 + drive]);
         }
-        wanted[0][row] = dot(&task.slope[row], &twists[0]) + task.error[row];
+        motions[0][row] = dot(&task.slope[row], &twists[0]) + task.error[row];
         let Some(command) = &task.command else {
             response[row] = by_drive;
             continue;
         };
-        let motions = pairs(&command.fixed[..drives], &command.per_coordinate[..drives]);
-        for (&by, (&fixed, per_coordinate)) in pairs(&by_drive[..drives], motions) {
-            wanted[0][row] -= by * fixed;
+        let parts = pairs(&command.fixed[..drives], &command.per_coordinate[..drives]);
+        for (&by, (&fixed, per_coordinate)) in pairs(&by_drive[..drives], parts) {
+            motions[0][row] -= by * fixed;
             for (entry, &motion) in pairs(response[row].iter_mut(), per_coordinate) {
                 *entry += by * motion;
             }
         }
     }
-    let controllable = solve(response, count, &mut wanted);
+    let controllable = solve(response, count, &mut motions);
     let mut step = twists[0];
     for (drive, motion) in drive_step.iter_mut().enumerate() {
         *motion = match &task.command {
-            None => wanted[0][drive],
+            None => motions[0][drive],
             Some(command) => {
                 let mut motion = command.fixed[drive];
-                for (&share, &coordinate) in pairs(&command.per_coordinate[drive][..count], &wanted[0][..count]) {
+                for (&share, &coordinate) in pairs(&command.per_coordinate[drive][..count], &motions[0][..count]) {
                     motion += share * coordinate;
                 }
                 motion
@@ -209,7 +208,7 @@ pub(super) fn step_to_task<R: Real>(
         subtract(&mut step, *motion, &twists[1 + drive]);
     }
     rigid.combine_task_slacks(drive_step);
-    (step, wanted[0], regular & controllable)
+    (step, motions[0], regular & controllable)
 }
 
 /// Lanes in which the symmetric part of `tangent` is clearly positive definite: no pivot near zero, rotations taken at `scale` mm. A free
@@ -261,7 +260,7 @@ pub(super) fn compliance<R: Real>(rigid: &mut RigidDirections<R>, tangent: Squar
 /// mm makes rotations comparable, and `soft` in mm/N is a compliance that springs of the machine have.
 pub(super) fn stiffness(compliance: &Square<f64>, scale: f64, soft: f64) -> Option<Square<f64>> {
     let lever = |i: usize| if i < 3 { 1.0 } else { scale };
-    let mut left: Square<f64> = std::array::from_fn(|i| {
+    let mut remaining: Square<f64> = std::array::from_fn(|i| {
         std::array::from_fn(|j| 0.5 * (compliance[i][j] + compliance[j][i]) * lever(i) * lever(j))
     });
     // Largest pivots first, so that none is left where only rounding is.
@@ -269,14 +268,14 @@ pub(super) fn stiffness(compliance: &Square<f64>, scale: f64, soft: f64) -> Opti
     let mut done = [false; 6];
     for _ in 0..6 {
         let open = (0..6).filter(|&i| !done[i]);
-        let k = open.max_by(|&a, &b| left[a][a].total_cmp(&left[b][b]))?;
-        let pivot_row = left[k];
+        let k = open.max_by(|&a, &b| remaining[a][a].total_cmp(&remaining[b][b]))?;
+        let pivot_row = remaining[k];
         largest = largest.max(pivot_row[k]);
         if pivot_row[k].is_nan() || pivot_row[k] <= RIGID * largest {
             return None;
         }
         done[k] = true;
-        for (row, is_done) in left.iter_mut().zip(done) {
+        for (row, is_done) in remaining.iter_mut().zip(done) {
             let factor = row[k] / pivot_row[k];
             for (entry, value) in row.iter_mut().zip(pivot_row).filter(|_| !is_done) {
                 *entry -= factor * value;
@@ -290,7 +289,7 @@ pub(super) fn stiffness(compliance: &Square<f64>, scale: f64, soft: f64) -> Opti
 /// A pivot of a compliance below this fraction of the largest is that of a rigid direction.
 const RIGID: f64 = 1e-12;
 
-/// Inverse of `matrix`, and the lanes in which it has one.
+/// Inverse of `matrix`, and the lanes in which the matrix is regular.
 #[inline(always)]
 fn inverse<R: Real>(matrix: Square<R>) -> (Square<R>, u8) {
     let mut columns = [[R::zero(); 6]; 6];

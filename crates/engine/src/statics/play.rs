@@ -38,11 +38,11 @@ pub fn tool_play(machine: &Machine, pose: &Pose, twists: &Matrix6xX<f64>) -> Opt
 /// Twist of P (mm, rad in O axes) per mm or rad of backlash of each drive, which presses its joint to one side; zero where the drive
 /// carries nothing. `None` where joints do not follow from drives one by one.
 pub fn lost_motions(machine: &Machine, state: &State, twists: &Matrix6xX<f64>) -> Option<Vec<Vector6<f64>>> {
-    let seats = machine.drives().map(|(chain, drive)| {
-        let bent = state.chains[chain].coordinates[drive.coordinate];
-        if bent.abs() > PRESSED { bent.signum() } else { 0.0 }
+    let sides = machine.drives().map(|(chain, drive)| {
+        let deflection = state.chains[chain].coordinates[drive.coordinate];
+        if deflection.abs() > PRESSED { deflection.signum() } else { 0.0 }
     });
-    Some(joint_twists(machine, twists)?.into_iter().zip(seats).map(|(twist, seat)| twist * seat).collect())
+    Some(joint_twists(machine, twists)?.into_iter().zip(sides).map(|(twist, side)| twist * side).collect())
 }
 
 /// A drive's spring that is bent by less than this, mm or rad, presses to neither side: rounding.

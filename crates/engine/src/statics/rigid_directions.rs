@@ -167,7 +167,7 @@ impl<R: Real> RigidDirections<R> {
         self.slacks = slacks;
     }
 
-    /// Corrects the twist caused by a wrench on the platform alone to that without slack springs, and keeps the slacks.
+    /// Corrects the twist caused by a wrench on the platform to that without slack springs, and keeps the slacks.
     pub fn correct_response(&mut self, twist: &mut [R; 6]) {
         let mut slacks = std::mem::take(&mut self.slacks);
         clear(&mut slacks);
@@ -243,8 +243,7 @@ impl<R: Real> RigidDirections<R> {
         self.slacks = slacks;
     }
 
-    /// Replaces the wrenches per unit drive motion, platform held, by twists of P under constant load; [`RigidDirections::drive_slacks`]
-    /// are kept.
+    /// Replaces `columns`, wrenches per unit drive motion (platform held), by twists of P under constant load; keeps the drives' slacks.
     #[inline(always)]
     pub fn drive_twists(&mut self, chains: &[ChainSystem<R>], tangent: &Square<R>, columns: &mut [[R; 6]]) {
         solve(*tangent, 6, columns);

@@ -95,7 +95,7 @@ impl Sensitivities {
         let own_load = load(machine);
         let adjoints = adjoints(machine, drives, state, &own_load, workspace)?;
         let carried = tool::twist_transfer(machine, state.platform(), &own_load);
-        let of = |varied: &mut VariedParameter| {
+        let sensitivity_to = |varied: &mut VariedParameter| {
             let weights = varied.variation.weights();
             let (mut by_body, mut by_tool, mut tool_tip) = (Vector6::zeros(), Vector6::zeros(), Vector3::zeros());
             for ((beside, chains), weight) in varied.variation.machines.iter().zip(&mut varied.chains).zip(weights) {
@@ -116,7 +116,7 @@ impl Sensitivities {
             }
             Sensitivity { twist: carried * by_body + by_tool, tool_tip }
         };
-        Some(self.varied.iter_mut().map(of).collect())
+        Some(self.varied.iter_mut().map(sensitivity_to).collect())
     }
 }
 

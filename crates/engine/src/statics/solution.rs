@@ -60,18 +60,19 @@ impl Solution {
     pub fn new(machine: &Machine, drives: &[f64], state: &State, outcome: &Outcome, workspace: &mut Workspace) -> Self {
         let stiffnesses = chain_stiffnesses(machine, drives, state, workspace);
         let total: Option<Matrix6<f64>> = stiffnesses.iter().copied().sum();
-        let carried: Vector6<f64> = state.chains.iter().map(|own| own.wrench.to_vector()).sum();
+        let carried: Vector6<f64> = state.chains.iter().map(|chain_state| chain_state.wrench.to_vector()).sum();
         let twist = total.and_then(|total| total.lu().solve(&carried));
-        let chains = machine.chains.iter().zip(&state.chains).zip(stiffnesses).map(|((chain, own), stiffness)| {
-            let share = stiffness.zip(twist).map(|(stiffness, twist)| stiffness * twist);
-            ChainSolution {
-                wrench: own.wrench,
-                internal_wrench: share.map(|share| Wrench::from_vector(&(own.wrench.to_vector() - share))),
-                deflections: own.coordinates[..chain.virtual_count].to_vec(),
-                passive: own.coordinates[chain.virtual_count..].to_vec(),
-                drive_forces: chain_drive_forces(chain, &own.coordinates).collect(),
-            }
-        });
+        let chains =
+            machine.chains.iter().zip(&state.chains).zip(stiffnesses).map(|((chain, chain_state), stiffness)| {
+                let share = stiffness.zip(twist).map(|(stiffness, twist)| stiffness * twist);
+                ChainSolution {
+                    wrench: chain_state.wrench,
+                    internal_wrench: share.map(|share| Wrench::from_vector(&(chain_state.wrench.to_vector() - share))),
+                    deflections: chain_state.coordinates[..chain.virtual_count].to_vec(),
+                    passive: chain_state.coordinates[chain.virtual_count..].to_vec(),
+                    drive_forces: chain_drive_forces(chain, &chain_state.coordinates).collect(),
+                }
+            });
         Self {
             status: outcome.status.clone(),
             iterations: outcome.iterations,

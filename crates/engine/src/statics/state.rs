@@ -53,7 +53,7 @@ impl State {
         state
     }
 
-    /// Makes a state of the same machine what [`State::rigid`] returns, in the storage that there is.
+    /// Makes this the undeflected, unloaded state of the rigid configuration `at` of the same machine, without allocating.
     pub fn set_rigid(&mut self, at: &Configuration) {
         (self.pose, self.body) = (at.pose, None);
         for (chain, passive) in self.chains.iter_mut().zip(&at.passive) {
@@ -137,8 +137,8 @@ pub(super) fn chain_inputs<'s>(
 ) -> impl Iterator<Item = (&'s ChainState, &'s [f64])> {
     let mut rest = drives;
     machine.chains.iter().zip(&state.chains).map(move |(chain, chain_state): (&Chain, _)| {
-        let (own, others) = rest.split_at(chain.drives.len());
+        let (chain_drives, others) = rest.split_at(chain.drives.len());
         rest = others;
-        (chain_state, own)
+        (chain_state, chain_drives)
     })
 }

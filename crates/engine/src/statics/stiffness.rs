@@ -55,8 +55,7 @@ fn solve_unloaded(machine: &Machine, at: &Configuration, workspace: &mut Workspa
     equilibrium(machine, &at.drives, &Wrench::zero(), &mut state, workspace, &Settings::default())
 }
 
-/// Basis of the wrenches at P (N, N·mm) that a machine of this compliance withstands rigidly, each with a 1 where all others have a 0.
-/// `scale` in mm makes rotations comparable.
+/// Basis of the wrenches at P (N, N·mm) that this compliance bears rigidly, each with a 1 where others have a 0; rotations at `scale` mm.
 pub fn rigid_wrenches(compliance: &Matrix6<f64>, scale: f64) -> Vec<Vector6<f64>> {
     let lever = |i: usize| if i < 3 { 1.0 } else { scale };
     let scaled = Matrix6::from_fn(|i, j| 0.5 * (compliance[(i, j)] + compliance[(j, i)]) * lever(i) * lever(j));
@@ -70,22 +69,22 @@ pub fn rigid_wrenches(compliance: &Matrix6<f64>, scale: f64) -> Vec<Vector6<f64>
         .map(|i| eigen.eigenvectors.column(i).into())
         .collect();
     // Gauss–Jordan: each vector gets a component of its own.
-    let mut owned = Vec::new();
+    let mut leads = Vec::new();
     for k in 0..basis.len() {
-        let size = |i: &usize| if owned.contains(i) { -1.0 } else { basis[k][*i].abs() };
-        let own = (0..6).fold(0, |most, i| if size(&i) > size(&most) { i } else { most });
-        owned.push(own);
-        let pivot = basis[k] / basis[k][own];
+        let size = |i: &usize| if leads.contains(i) { -1.0 } else { basis[k][*i].abs() };
+        let lead = (0..6).fold(0, |most, i| if size(&i) > size(&most) { i } else { most });
+        leads.push(lead);
+        let pivot = basis[k] / basis[k][lead];
         basis[k] = pivot;
         for (_, vector) in basis.iter_mut().enumerate().filter(|(other, _)| *other != k) {
-            *vector -= pivot * vector[own];
+            *vector -= pivot * vector[lead];
         }
     }
-    for (vector, own) in basis.iter_mut().zip(owned) {
+    for (vector, lead) in basis.iter_mut().zip(leads) {
         // What is left of rounding.
         vector.apply(|entry| *entry = if entry.abs() < 1e-9 { 0.0 } else { *entry });
         vector.fixed_rows_mut::<3>(3).scale_mut(scale);
-        *vector /= vector[own];
+        *vector /= vector[lead];
     }
     basis
 }

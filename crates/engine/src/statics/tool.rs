@@ -108,26 +108,26 @@ pub(super) fn convert_to_tool_end(machine: &Machine, load: &Wrench, state: &mut 
     let body = state.pose;
     let pose = bent_pose(machine, &body, load);
     (state.pose, state.body) = (pose, Some(body));
-    let own = loaded_compliance(machine, &body, load);
+    let tool_compliance = loaded_compliance(machine, &body, load);
     let aside = pose.translation - body.translation;
-    let twist_transfer = twist_transfer_at(aside, &own, load);
+    let twist_transfer = twist_transfer_at(aside, &tool_compliance, load);
     outcome.drive_sensitivity = twist_transfer * &outcome.drive_sensitivity;
     if let Some(compliance) = &mut outcome.compliance {
         let mut loaded = Matrix6::identity();
-        let lever = skew(load.force) * own.fixed_rows::<3>(0);
+        let lever = skew(load.force) * tool_compliance.fixed_rows::<3>(0);
         let mut moments = loaded.fixed_rows_mut::<3>(3);
         moments -= lever;
         loaded.fixed_view_mut::<3, 3>(3, 0).add_assign(skew(aside));
-        *compliance = twist_transfer * *compliance * loaded + own;
+        *compliance = twist_transfer * *compliance * loaded + tool_compliance;
         outcome.stiffness = compliance.try_inverse();
     }
 }
 
-/// Twist of P per twist of the body under a constant load; the tool has the compliance `own`, and its end is shifted by `aside` (mm).
-fn twist_transfer_at(aside: Vector3<f64>, own: &Matrix6<f64>, load: &Wrench) -> Matrix6<f64> {
+/// Twist of P per twist of the body under a constant load; the tool has this `compliance`, and its end is shifted by `aside` (mm).
+fn twist_transfer_at(aside: Vector3<f64>, compliance: &Matrix6<f64>, load: &Wrench) -> Matrix6<f64> {
     let mut twist_transfer = Matrix6::identity();
     twist_transfer.fixed_view_mut::<3, 3>(0, 3).copy_from(&-skew(aside));
-    twist_transfer + own * dead_load_stiffness(load)
+    twist_transfer + compliance * dead_load_stiffness(load)
 }
 
 /// Twist of P per twist of the body at `body`, `load` being constant.
@@ -182,19 +182,18 @@ fn dead_load_stiffness(load: &Wrench) -> Matrix6<f64> {
     stays
 }
 
-/// Adds the stiffness by the load that the bent tool carries aside to the body's `tangent`: in the rotations, `(δ·F) 1 − δ Fᵀ`, and what δ
-/// changes by as the load does not turn along.
+/// Adds the stiffness by the load that the bent tool carries aside to `tangent`: in the rotations, `(δ·F) 1 − δ Fᵀ + [F]× ∂δ/∂ω`.
 pub(super) fn add_stiffness(machine: &Machine, body: &Pose, load: &Wrench, tangent: &mut Square<f64>) {
     if machine.tool_compliance.is_none() {
         return;
     }
     let aside = bent_pose(machine, body, load).translation - body.translation;
     let by_bending = loaded_compliance(machine, body, load).fixed_rows::<3>(0) * dead_load_stiffness(load);
-    let own = Matrix3::identity() * aside.dot(&load.force) - aside * load.force.transpose()
+    let stiffness = Matrix3::identity() * aside.dot(&load.force) - aside * load.force.transpose()
         + skew(load.force) * by_bending.fixed_columns::<3>(3);
     for i in 0..3 {
         for j in 0..3 {
-            tangent[3 + i][3 + j] += own[(i, j)];
+            tangent[3 + i][3 + j] += stiffness[(i, j)];
         }
     }
 }

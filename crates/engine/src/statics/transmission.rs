@@ -46,9 +46,9 @@ pub(super) struct Scale {
 
 impl Scale {
     /// Scale of `machine`, by its characteristic length and its softest drive.
-    pub fn of(machine: &Machine) -> Self {
+    pub fn for_machine(machine: &Machine) -> Self {
         let length = machine.characteristic_length;
-        let compliances = machine.drives().map(|(_, drive)| drive.motion.of(1.0, length * length) / drive.stiffness);
+        let compliances = machine.drives().map(|(_, d)| d.motion.choose(1.0, length * length) / d.stiffness);
         let softest = compliances.fold(0.0, f64::max);
         Self { length, slack: if softest > 0.0 { 0.1 * softest } else { 1e-6 } }
     }
@@ -61,8 +61,7 @@ impl Scale {
     }
 }
 
-/// Known steps for which unknowns are substituted: factor of the residual, twist of the target, steps of drives with a column, turn of the
-/// first frame.
+/// Known steps for which unknowns are substituted: factor of the residual, twist of the target, drive steps, turn of the first frame.
 pub(super) struct KnownStep<'a, R> {
     pub residual: f64,
     pub dt: &'a [R; 6],
@@ -97,29 +96,29 @@ pub(super) struct Transmission<R> {
 }
 
 impl<R: Real> Transmission<R> {
-    /// Reduction of a `route` of `chain` that moves the coordinates `own`, with `extra` columns of drives and turn, which may have forces in
+    /// Reduction of a `route` of `chain` that moves these `coordinates`, with `extra` columns of drives and turn, which may have forces in
     /// passive joints. `None` for routes with an elastic link, whose ends move in six directions by it, each by about as much as by drives.
     pub fn new(
         chain: &Chain,
         route: &Route,
-        own: &[usize],
+        coordinates: &[usize],
         extra: usize,
         has_extra_forces: bool,
         scale: Scale,
     ) -> Option<Self> {
         let is_elastic = |spring: &Spring| {
             let SpringLaw::Link(stiffness) = &spring.law else { return false };
-            own.contains(&spring.start) && !scale.is_nearly_rigid(stiffness)
+            coordinates.contains(&spring.start) && !scale.is_nearly_rigid(stiffness)
         };
         if chain.springs.iter().any(is_elastic) {
             return None;
         }
-        let virtual_count = own.iter().filter(|&&coordinate| coordinate < chain.virtual_count).count();
+        let virtual_count = coordinates.iter().filter(|&&coordinate| coordinate < chain.virtual_count).count();
         let row = |i: usize| if i < virtual_count { i } else { i + 6 };
-        let independent = independent_joints(chain, route, own, scale.length);
-        let is_pivot = |i: &usize| independent.contains(&own[*i]);
-        let remaining: Vec<usize> = (0..own.len()).filter(|i| !is_pivot(i)).map(row).collect();
-        let pivots: Vec<usize> = (0..own.len()).filter(is_pivot).map(row).collect();
+        let independent = independent_joints(chain, route, coordinates, scale.length);
+        let is_pivot = |i: &usize| independent.contains(&coordinates[*i]);
+        let remaining: Vec<usize> = (0..coordinates.len()).filter(|i| !is_pivot(i)).map(row).collect();
+        let pivots: Vec<usize> = (0..coordinates.len()).filter(is_pivot).map(row).collect();
         let known = remaining.len() + 7;
         let size = remaining.len() + 2 * (6 - pivots.len()) + 1 + extra + 6;
         Some(Self {
@@ -288,10 +287,10 @@ impl<R: Real> Transmission<R> {
         self.reduced.clear();
         for (joint, terms) in self.joint_terms.iter_mut().enumerate() {
             let a = self.virtual_count + joint;
-            let own = self.remaining[a];
-            *terms = matrix.get(own, own).abs();
+            let joint_row = self.remaining[a];
+            *terms = matrix.get(joint_row, joint_row).abs();
             for (i, &row) in self.pivots.iter().enumerate() {
-                let (motion, coupling) = (self.motions[a][i], matrix.get(row.min(own), row.max(own)));
+                let (motion, coupling) = (self.motions[a][i], matrix.get(row.min(joint_row), row.max(joint_row)));
                 *terms += (motion * self.forces[a][i]).abs() + (motion * coupling).abs();
             }
         }
@@ -358,8 +357,7 @@ impl<R: Real> Transmission<R> {
         }
     }
 
-    /// Computes the route's unknowns for the `known` steps into `unknowns`; with `slacks`, or after [`Transmission::eliminate_slacks`] with
-    /// its own.
+    /// Computes the route's `unknowns` for the `known` steps and these `slacks`; `None`: as [`Transmission::eliminate_slacks`] has them.
     #[inline(always)]
     pub fn substitute(&mut self, known: KnownStep<'_, R>, slacks: Option<&[R]>, wrench_row: usize, unknowns: &mut [R]) {
         let KnownStep { residual, dt, drives, turn } = known;
@@ -436,7 +434,7 @@ impl<R: Real> Transmission<R> {
         wrench
     }
 
-    /// Part of slack `slack` that is left per unit of slack `other`, the platform held: an entry of E, N/mm.
+    /// Entry of E, N/mm: the part of slack `slack` that remains per unit of slack `other`, the platform held.
     #[inline(always)]
     pub fn slack_response(&self, slack: usize, other: usize) -> R {
         let (a, b) = (self.slack_row(slack), self.slack_row(other));
@@ -452,7 +450,7 @@ impl<R: Real> Transmission<R> {
 }
 
 /// Coordinates of a route's passive joints whose screws are independent of those before them, at a configuration without symmetry.
-fn independent_joints(chain: &Chain, route: &Route, own: &[usize], scale: f64) -> Vec<usize> {
+fn independent_joints(chain: &Chain, route: &Route, coordinates: &[usize], scale: f64) -> Vec<usize> {
     let mut values = vec![0.0; chain.coordinate_count()];
     let offset = |coordinate: usize| 0.4 * libm::sin(1.0 + 2.3 * coordinate as f64);
     for drive in &chain.drives {
@@ -468,7 +466,7 @@ fn independent_joints(chain: &Chain, route: &Route, own: &[usize], scale: f64) -
     route.forward(&Pose::identity(), &values, &mut screws, &mut Vec::new());
     let mut basis: Vec<nalgebra::Vector6<f64>> = Vec::new();
     let mut independent = Vec::new();
-    for &coordinate in own.iter().filter(|&&coordinate| coordinate >= chain.virtual_count) {
+    for &coordinate in coordinates.iter().filter(|&&coordinate| coordinate >= chain.virtual_count) {
         let moves = screws.iter().filter(|screw| screw.coordinate == coordinate);
         let mut screw: nalgebra::Vector6<f64> = moves.map(|screw| screw.twist.to_vector()).sum();
         screw.fixed_rows_mut::<3>(3).scale_mut(scale);

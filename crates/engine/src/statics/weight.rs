@@ -40,7 +40,7 @@ pub(super) fn add_stiffness<R: Real>(
     }
 }
 
-/// Stiffness by the weight's turning with the platform alone, the platform's axes being the columns of `rotation`.
+/// Stiffness of the platform by the turning of its weight (N, N·mm; mm, rad); `rotation`: `R_OP`, `gravity`: weight of a kilogram in O, N.
 pub(super) fn stiffness(machine: &Machine, rotation: &Matrix3<f64>, gravity: &Vector3<f64>) -> Matrix6<f64> {
     let mut tangent = [[0.0; 6]; 6];
     let pose = crate::spatial::Pose { rotation: *rotation, translation: Vector3::zeros() };

@@ -54,14 +54,14 @@ impl Fault {
         key
     }
 
-    /// Sets the position to `span`, unless the fault has one already.
-    fn at(mut self, span: &Range<usize>) -> Self {
+    /// Sets the position to the bytes `span` of the text, unless the fault has one already.
+    fn with_span(mut self, span: &Range<usize>) -> Self {
         self.0.span.get_or_insert_with(|| span.clone());
         self
     }
 
-    /// Puts a step in front of the key path.
-    fn inside(mut self, step: Step) -> Self {
+    /// Puts `step` in front of the key path.
+    fn with_step(mut self, step: Step) -> Self {
         self.0.path.push(step);
         self
     }
@@ -130,18 +130,18 @@ impl<'a> From<Spanned<DeValue<'a>>> for Reader<'a> {
 impl<'a> Reader<'a> {
     /// Deserializes the value by `seed`.
     pub fn read<S: DeserializeSeed<'a>>(self, seed: S) -> Result<S::Value> {
-        self.with(|own| seed.deserialize(own))
+        self.with_position(|value| seed.deserialize(value))
     }
 
     /// Applies `read` to the value; its faults get the value's position.
-    fn with<T>(self, read: impl FnOnce(Self) -> Result<T>) -> Result<T> {
+    fn with_position<T>(self, read: impl FnOnce(Self) -> Result<T>) -> Result<T> {
         let span = self.span.clone();
-        read(self).map_err(|fault| fault.at(&span))
+        read(self).map_err(|fault| fault.with_span(&span))
     }
 
-    /// Returns the error that the value is not of the `wanted` type.
-    fn type_fault(&self, wanted: &dyn Expected) -> Fault {
-        let found = match &self.value {
+    /// Returns the error that the value is not of the `expected` type.
+    fn type_fault(&self, expected: &dyn Expected) -> Fault {
+        let actual = match &self.value {
             DeValue::String(text) => Unexpected::Str(text),
             DeValue::Integer(number) => match parse_integer(number) {
                 Ok(number) => Unexpected::Signed(number),
@@ -156,27 +156,27 @@ impl<'a> Reader<'a> {
             DeValue::Array(_) => Unexpected::Seq,
             DeValue::Table(_) => Unexpected::Map,
         };
-        Fault::invalid_type(found, wanted)
+        Fault::invalid_type(actual, expected)
     }
 
     /// Returns the value as a boolean.
-    fn boolean(self, wanted: &dyn Expected) -> Result<bool> {
-        self.value.as_bool().ok_or_else(|| self.type_fault(wanted))
+    fn boolean(self, expected: &dyn Expected) -> Result<bool> {
+        self.value.as_bool().ok_or_else(|| self.type_fault(expected))
     }
 
     /// Returns the value as a whole number.
-    fn integer(self, wanted: &dyn Expected) -> Result<i64> {
+    fn integer(self, expected: &dyn Expected) -> Result<i64> {
         match &self.value {
             DeValue::Integer(number) => parse_integer(number),
-            _ => Err(self.type_fault(wanted)),
+            _ => Err(self.type_fault(expected)),
         }
     }
 
     /// Returns the value as a number; whole numbers count.
-    fn number(self, wanted: &dyn Expected) -> Result<f64> {
+    fn number(self, expected: &dyn Expected) -> Result<f64> {
         match &self.value {
             DeValue::Float(number) => {
-                let value: f64 = number.as_str().parse().map_err(|_| self.type_fault(wanted))?;
+                let value: f64 = number.as_str().parse().map_err(|_| self.type_fault(expected))?;
                 if value.is_infinite() && !number.as_str().contains("inf") {
                     return Err(Fault::custom("number too large"));
                 }
@@ -184,40 +184,40 @@ impl<'a> Reader<'a> {
             }
             #[allow(clippy::cast_precision_loss)]
             DeValue::Integer(number) => parse_integer(number).map(|number| number as f64),
-            _ => Err(self.type_fault(wanted)),
+            _ => Err(self.type_fault(expected)),
         }
     }
 
     /// Returns the value as a text.
-    fn text(self, wanted: &dyn Expected) -> Result<String> {
+    fn text(self, expected: &dyn Expected) -> Result<String> {
         match self.value {
             DeValue::String(text) => Ok(text.into_owned()),
-            _ => Err(self.type_fault(wanted)),
+            _ => Err(self.type_fault(expected)),
         }
     }
 
     /// Returns the items of the value, a list.
-    fn items(self, wanted: &dyn Expected) -> Result<Items<'a>> {
+    fn items(self, expected: &dyn Expected) -> Result<Items<'a>> {
         match self.value {
             DeValue::Array(items) => Ok(Items { rest: items.into_iter(), next: 0 }),
-            _ => Err(self.type_fault(wanted)),
+            _ => Err(self.type_fault(expected)),
         }
     }
 
     /// Returns the items of the value, a list of exactly `length`.
-    fn items_of_length(self, length: usize, wanted: &dyn Expected) -> Result<Items<'a>> {
-        let items = self.items(wanted)?;
+    fn items_of_length(self, length: usize, expected: &dyn Expected) -> Result<Items<'a>> {
+        let items = self.items(expected)?;
         match items.rest.len() {
-            found if found == length => Ok(items),
-            found => Err(Fault::custom(length_message(found, length))),
+            count if count == length => Ok(items),
+            count => Err(Fault::custom(length_message(count, length))),
         }
     }
 
     /// Returns the entries of the value, a table.
-    fn entries(self, wanted: &dyn Expected) -> Result<Entries<'a>> {
+    fn entries(self, expected: &dyn Expected) -> Result<Entries<'a>> {
         match self.value {
             DeValue::Table(table) => Ok(Entries { rest: table.into_iter(), value: None }),
-            _ => Err(self.type_fault(wanted)),
+            _ => Err(self.type_fault(expected)),
         }
     }
 
@@ -230,14 +230,14 @@ impl<'a> Reader<'a> {
         };
         let mut entries = table.into_iter();
         match (entries.next(), entries.next()) {
-            (Some((name, content)), None) => Ok(Variant { name: key(name), content: Some(content) }),
+            (Some((name, content)), None) => Ok(Variant { name: key_reader(name), content: Some(content) }),
             _ => Err(Fault::custom("expected a table with exactly one key")),
         }
     }
 }
 
-/// Returns the name of a key as a value to be read.
-fn key(name: Spanned<DeString>) -> Reader {
+/// Returns a reader of the name of a key, as a text value.
+fn key_reader(name: Spanned<DeString>) -> Reader {
     Reader { span: name.span(), value: DeValue::String(name.into_inner()) }
 }
 
@@ -247,10 +247,10 @@ fn parse_integer(number: &DeInteger) -> Result<i64> {
 }
 
 /// Returns the message that a list has another length than expected.
-fn length_message(found: usize, expected: usize) -> String {
-    let items = if found == 1 { "item" } else { "items" };
-    let hint = if found == 2 * expected { "; decimals are written with a point: 0.5, not 0,5" } else { "" };
-    format!("has {found} {items}, expected {expected}{hint}")
+fn length_message(count: usize, expected: usize) -> String {
+    let items = if count == 1 { "item" } else { "items" };
+    let hint = if count == 2 * expected { "; decimals are written with a point: 0.5, not 0,5" } else { "" };
+    format!("has {count} {items}, expected {expected}{hint}")
 }
 
 macro_rules! offer {
@@ -342,7 +342,7 @@ impl<'de> SeqAccess<'de> for Items<'de> {
         let Some(item) = self.rest.next() else { return Ok(None) };
         let index = self.next;
         self.next += 1;
-        Reader::from(item).read(seed).map(Some).map_err(|fault| fault.inside(Step::Item(index)))
+        Reader::from(item).read(seed).map(Some).map_err(|fault| fault.with_step(Step::Item(index)))
     }
 
     /// Returns the number of items left.
@@ -358,19 +358,19 @@ impl<'de> MapAccess<'de> for Entries<'de> {
     fn next_key_seed<S: DeserializeSeed<'de>>(&mut self, seed: S) -> Result<Option<S::Value>> {
         let Some((name, value)) = self.rest.next() else { return Ok(None) };
         let text = name.get_ref().clone();
-        match key(name).read(seed) {
+        match key_reader(name).read(seed) {
             Ok(key) => {
                 self.value = Some((text, value));
                 Ok(Some(key))
             }
-            Err(fault) => Err(fault.inside(Step::Key(text.into_owned()))),
+            Err(fault) => Err(fault.with_step(Step::Key(text.into_owned()))),
         }
     }
 
     /// Reads the value of the last key, with the key in the path of faults.
     fn next_value_seed<S: DeserializeSeed<'de>>(&mut self, seed: S) -> Result<S::Value> {
         let (name, value) = self.value.take().ok_or_else(|| Fault::custom("a value was asked for before its key"))?;
-        Reader::from(value).read(seed).map_err(|fault| fault.inside(Step::Key(name.into_owned())))
+        Reader::from(value).read(seed).map_err(|fault| fault.with_step(Step::Key(name.into_owned())))
     }
 }
 
@@ -390,7 +390,7 @@ impl<'de> Content<'de> {
     /// Applies `read` to the content; its faults get the variant's key.
     fn read<T>(self, read: impl FnOnce(Reader<'de>) -> Result<T>) -> Result<T> {
         let Some(value) = self.value else { return Err(Fault::custom("wrong type, expected a table")) };
-        value.with(read).map_err(|fault| fault.inside(Step::Key(self.variant)))
+        value.with_position(read).map_err(|fault| fault.with_step(Step::Key(self.variant)))
     }
 }
 

@@ -111,7 +111,7 @@ impl Limits {
         }
     }
 
-    /// The limits of all drives of `machine`, those not given being its own; `Err` for a wrong length or value.
+    /// Limits of all drives of `machine`, one entry each; those not set are the machine's, or infinite. `Err` for a wrong length or value.
     fn check(&self, machine: &Machine) -> Result<CheckedLimits, BoundedError> {
         let none = || vec![f64::INFINITY; machine.drive_count()];
         let own_travel = |drive: &Drive| drive.travel.unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
@@ -135,7 +135,7 @@ impl Limits {
     }
 }
 
-/// Checks that `values` has one good value for each drive; `expected` says what is good.
+/// Checks that `values` has one value for each drive and that `is_good` holds for all; `expected` says in the `Err` what is good.
 fn check_values<T: fmt::Debug>(
     machine: &Machine,
     limit: LimitKind,
@@ -259,10 +259,10 @@ impl Bounds {
         }
     }
 
-    /// Whether the corrections `own` of point `k` keep the limits on correction, travel and change, the other points having `corrections`.
-    pub fn allows(&self, k: usize, own: &[f64], corrections: &[f64]) -> bool {
+    /// Whether `candidate`, corrections of point `k` (one per drive), keeps the limits on correction, travel and change in `corrections`.
+    pub fn allows(&self, k: usize, candidate: &[f64], corrections: &[f64]) -> bool {
         let count = self.drive_count();
-        own.iter().enumerate().all(|(i, &u)| {
+        candidate.iter().enumerate().all(|(i, &u)| {
             let [low, high] = self.range(k, i);
             let near = |other: usize| (u - corrections[other * count + i]).abs() <= self.change[i];
             let before = !self.is_consecutive[k] || near(k - 1);
@@ -271,13 +271,13 @@ impl Bounds {
         })
     }
 
-    /// Largest excess of a force over its limit, as a share of the limit; 0 if all are kept.
+    /// Largest excess of a drive's force over its limit, as a share of it; 0 if all are kept. `forces`: of each point, one per drive.
     pub fn force_excess<'f>(&self, forces: impl Iterator<Item = &'f [f64]>) -> f64 {
         let shares = forces.flat_map(|forces| forces.iter().zip(&self.force));
         shares.map(|(force, limit)| force.abs() / limit - 1.0).fold(0.0, f64::max)
     }
 
-    /// Narrows the range of each drive to `corrections` ± `steps` (per drive).
+    /// Narrows the range of each drive at each point to `corrections` (point-major) ± `steps` (one per drive), mm or rad.
     pub fn narrow(&mut self, corrections: &[f64], steps: &[f64]) {
         for (column, [low, high]) in self.range.iter_mut().enumerate() {
             let (present, step) = (corrections[column], steps[column % steps.len()]);

@@ -85,8 +85,8 @@ pub fn compensate_bounded(
 ) -> Result<BoundedPath, BoundedError> {
     Bounds::new(limits, nominal, Vec::new(), &[])?;
     let with_forces = limits.has_force_limits(nominal);
-    let free = without_travel(nominal);
-    let mut simulator = Simulator::new(&free, real, settings.point, with_forces);
+    let unlimited = without_travel(nominal);
+    let mut simulator = Simulator::new(&unlimited, real, settings.point, with_forces);
     let mut reasons: Vec<Option<CompensationStatus>> = Vec::with_capacity(tasks.len());
     let (mut points, mut index) = (Vec::new(), Vec::new());
     for (k, task) in tasks.iter().enumerate() {
@@ -105,15 +105,15 @@ pub fn compensate_bounded(
     let (points, bounds, simulator) = (&points[..], &bounds, &mut simulator);
     let mut search =
         Search { points, limits, bounds, machine: nominal, simulator, objective, largest: None, settings, progress };
-    let mut found = search.run()?;
+    let mut best = search.run()?;
     // The least root mean square may leave more at the worst point than there was.
     if let Some(largest) = largest_uncorrected(points)
-        && found.iterate.errors.worst > largest
+        && best.iterate.errors.worst > largest
         && let Some(below) = search.run_below(largest)?
     {
-        found = below;
+        best = below;
     }
-    Ok(conclude(nominal, points, bounds, found, objective, reasons))
+    Ok(conclude(nominal, points, bounds, best, objective, reasons))
 }
 
 /// The largest error without correction, mm, if every point has an equilibrium there.
@@ -122,37 +122,37 @@ fn largest_uncorrected(points: &[Point]) -> Option<f64> {
     errors.collect::<Option<Vec<f64>>>().map(|errors| errors.into_iter().fold(0.0, f64::max))
 }
 
-/// The machine with drives of unlimited travel; redundant drives keep theirs, which decides their position.
+/// The machine with unlimited travel of its drives; a redundant machine stays as it is, since travel decides where its drives stand.
 fn without_travel(machine: &Machine) -> Machine {
-    let mut free = machine.clone();
+    let mut unlimited = machine.clone();
     if machine.redundancy > 0 {
-        return free;
+        return unlimited;
     }
-    for drive in free.chains.iter_mut().flat_map(|chain| &mut chain.drives) {
+    for drive in unlimited.chains.iter_mut().flat_map(|chain| &mut chain.drives) {
         drive.travel = None;
     }
-    free
+    unlimited
 }
 
-/// Result for all tasks in order: points that take part, and those left out with their reasons.
+/// Result for all tasks in order: points that take part as in `best`, and those left out for their `reasons` (`None`: takes part).
 fn conclude(
     machine: &Machine,
     points: &[Point],
     bounds: &Bounds,
-    found: SearchResult,
+    best: SearchResult,
     objective: ErrorNorm,
     reasons: Vec<Option<CompensationStatus>>,
 ) -> BoundedPath {
-    let corrected = corrected_points(machine, points, bounds, &found, objective);
+    let corrected = corrected_points(machine, points, bounds, &best, objective);
     let before = points.iter().filter_map(|point| point.uncorrected.as_ref().map(|result| result.error.norm()));
     let summary = BoundedSummary {
-        status: if points.is_empty() { BoundedStatus::Empty } else { found.status },
-        before: Errors::of(before),
-        after: found.iterate.errors,
-        iterations: found.iterations,
-        convex_iterations: found.convex_iterations,
-        is_accurate: found.is_accurate,
-        force_excess: found.iterate.excess,
+        status: if points.is_empty() { BoundedStatus::Empty } else { best.status },
+        before: Errors::from_lengths(before),
+        after: best.iterate.errors,
+        iterations: best.iterations,
+        convex_iterations: best.convex_iterations,
+        is_accurate: best.is_accurate,
+        force_excess: best.iterate.excess,
         prices: prices(&corrected),
     };
     let mut corrected = corrected.into_iter();
@@ -168,12 +168,12 @@ fn corrected_points(
     machine: &Machine,
     points: &[Point],
     bounds: &Bounds,
-    found: &SearchResult,
+    best: &SearchResult,
     objective: ErrorNorm,
 ) -> Vec<CorrectedPoint> {
-    let iterate = &found.iterate;
-    let own = iterate.corrections.chunks_exact(bounds.drive_count());
-    let corrected = points.iter().zip(&iterate.results).zip(own).map(|((point, result), correction)| {
+    let iterate = &best.iterate;
+    let corrections = iterate.corrections.chunks_exact(bounds.drive_count());
+    let corrected = points.iter().zip(&iterate.results).zip(corrections).map(|((point, result), correction)| {
         let (position_error, residual_rotation) = point.errors(machine, &result.state);
         CorrectedPoint {
             drives: result.drives.clone(),
@@ -192,7 +192,7 @@ fn corrected_points(
         ErrorNorm::Rms => 0.0,
         ErrorNorm::Worst => 1.0,
     };
-    for multiplier in &found.binding {
+    for multiplier in &best.binding {
         let limit = multiplier.limit;
         if bounds.is_binding(&limit, &iterate.corrections, &iterate.results[limit.point].forces) {
             let price = per_multiplier * multiplier.value;

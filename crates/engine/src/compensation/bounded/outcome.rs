@@ -77,8 +77,7 @@ pub struct Price {
     pub drive: usize,
     /// Which limit, both ends together.
     pub kind: LimitKind,
-    /// mm by which the objective would fall per unit (mm, rad, N, N·mm) by which the limit were relaxed along the whole
-    /// path: the sum of [`Binding::price`].
+    /// mm by which the objective would fall per unit (mm, rad, N, N·mm) of relaxation along the whole path: sum of [`Binding::price`].
     pub price: f64,
     /// Points at which it binds.
     pub points: usize,
@@ -94,8 +93,8 @@ pub struct Errors {
 }
 
 impl Errors {
-    /// Errors from the lengths of the points' task errors, mm; zero if there are none.
-    pub(super) fn of(lengths: impl Iterator<Item = f64>) -> Self {
+    /// Root mean square and maximum of `lengths`, the lengths of the points' task errors, mm; zero if there are none.
+    pub(super) fn from_lengths(lengths: impl Iterator<Item = f64>) -> Self {
         let (mut squares, mut worst, mut count) = (0.0, 0.0f64, 0);
         for length in lengths {
             squares += length * length;

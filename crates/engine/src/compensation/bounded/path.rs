@@ -49,15 +49,15 @@ pub(super) struct Simulator {
 }
 
 impl Simulator {
-    /// A simulator; `with_forces` has it compute `∂τ/∂ρ`.
+    /// A simulator of `real`, commanded by `nominal`; computes `∂τ/∂ρ` too if `with_forces`.
     pub fn new(nominal: &Machine, real: &Machine, settings: CompensationSettings, with_forces: bool) -> Self {
         Self { session: Session::new(nominal, real, settings), with_forces }
     }
 
-    /// Simulates the point `asked` for, near the point simulated last; the reason if it cannot be reached or has no equilibrium.
-    pub fn simulate_point(&mut self, asked: &TaskPoint) -> Result<Point, CompensationStatus> {
-        let task = &self.session.with_wanted_pose(asked)?;
-        let exact = compensate(&mut self.session, asked, Method::Direct);
+    /// Simulates a task without and with the unbounded correction, near the point simulated last; `Err` if neither has an equilibrium.
+    pub fn simulate_point(&mut self, unresolved: &TaskPoint) -> Result<Point, CompensationStatus> {
+        let task = &self.session.with_wanted_pose(unresolved)?;
+        let exact = compensate(&mut self.session, unresolved, Method::Direct);
         let exact_state = self.session.state.clone();
         self.session.command_pose(&task.pose)?;
         let command = self.session.command.clone();
@@ -75,7 +75,7 @@ impl Simulator {
         Ok(point)
     }
 
-    /// Simulates `drives` (mm, rad) at `point`, from the neighbouring equilibrium `start`.
+    /// Equilibrium of the actual machine at `point` with drives at `drives` (mm, rad), searched from `start`, and its derivatives.
     pub fn simulate(&mut self, point: &Point, drives: &[f64], start: &State) -> Result<Simulation, CompensationStatus> {
         let session = &mut self.session;
         session.set_state(&point.command, start);
@@ -104,7 +104,7 @@ impl Simulator {
 }
 
 impl Point {
-    /// The simulation nearest to what is wanted from which a search can start: exact, else uncorrected.
+    /// The simulation from which a search starts: that of the unbounded correction, else the uncorrected one; `None` if there is neither.
     pub fn best_start(&self) -> Option<&Simulation> {
         self.exact.as_ref().or(self.uncorrected.as_ref())
     }
@@ -114,10 +114,10 @@ impl Point {
         drives.iter().zip(&self.command.drives).map(|(rho, nominal)| rho - nominal)
     }
 
-    /// Position error of the compensated point (mm) and rotation from the wanted orientation (rad), O axes.
+    /// Position error of the compensated point (mm) and rotation vector from the wanted orientation (rad) in `state`, O axes.
     pub fn errors(&self, machine: &Machine, state: &State) -> (Vector3<f64>, Vector3<f64>) {
-        let (wanted, offset) = (self.task.wanted(), self.task.offset(machine));
-        let turn = rotation_log(&(state.pose.rotation * wanted.rotation.transpose()));
-        (state.pose.transform(offset) - wanted.transform(offset), turn)
+        let (target, offset) = (self.task.wanted(), self.task.offset(machine));
+        let turn = rotation_log(&(state.pose.rotation * target.rotation.transpose()));
+        (state.pose.transform(offset) - target.transform(offset), turn)
     }
 }

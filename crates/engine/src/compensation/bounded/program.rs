@@ -61,8 +61,7 @@ pub(super) struct RowLimit {
     pub side: Side,
 }
 
-/// A limit that binds, with its multiplier: the fall of the program's objective (mm² for squares, mm for the largest
-/// error) per unit by which the limit is relaxed.
+/// A limit that binds, and its multiplier: fall of the objective (mm² for squares, mm for the largest error) per unit of its relaxation.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Multiplier {
     pub limit: RowLimit,
@@ -133,7 +132,7 @@ impl<'a> Program<'a> {
         let error = |(result, step): (&Simulation, &[f64])| {
             (&result.error + &result.error_by_drives * DVector::from_column_slice(step)).norm()
         };
-        Errors::of(self.results.iter().zip(steps).map(error))
+        Errors::from_lengths(self.results.iter().zip(steps).map(error))
     }
 
     /// Index of the variable of a drive at a point.
@@ -150,7 +149,7 @@ impl<'a> Program<'a> {
         for (value, kind, sign, side) in ends.into_iter().take(if is_equation { 1 } else { 2 }) {
             let limit = RowLimit { point, drive, kind, side };
             let margin = sign * (value - corrections[column]) / scale;
-            self.add(Row { limit, coefficients: vec![(column, sign)], margin, scale, is_equation });
+            self.add_row(Row { limit, coefficients: vec![(column, sign)], margin, scale, is_equation });
         }
     }
 
@@ -168,7 +167,7 @@ impl<'a> Program<'a> {
             let limit = RowLimit { point, drive, kind: LimitKind::Change, side };
             let coefficients = vec![(column, sign), (before, -sign)];
             let margin = ((if is_equation { 0.0 } else { change }) - sign * present) / scale;
-            self.add(Row { limit, coefficients, margin, scale, is_equation });
+            self.add_row(Row { limit, coefficients, margin, scale, is_equation });
         }
     }
 
@@ -184,18 +183,18 @@ impl<'a> Program<'a> {
             let limit = RowLimit { point, drive, kind: LimitKind::Force, side };
             let coefficients = (0..slope.len()).map(|j| (self.column(point, j), sign * slope[j] / scale)).collect();
             let margin = (largest - sign * result.forces[drive]) / scale;
-            self.add(Row { limit, coefficients, margin, scale, is_equation: false });
+            self.add_row(Row { limit, coefficients, margin, scale, is_equation: false });
         }
     }
 
     /// Adds a row, unless its limit is infinite.
-    fn add(&mut self, row: Row) {
+    fn add_row(&mut self, row: Row) {
         if row.margin.is_finite() {
             self.rows.push(row);
         }
     }
 
-    /// Solves the program for `goal`.
+    /// Solves the program for `goal`; `Err` if its limits exclude one another or the convex solver gives up.
     pub fn solve(&self, goal: Goal) -> Result<ConvexSolution, Failure> {
         let steps = self.results.len() * self.bounds.drive_count();
         let has_extra = matches!(goal, Goal::Largest | Goal::Excess);
@@ -203,7 +202,7 @@ impl<'a> Program<'a> {
         let (hessian, gradient) = self.objective(goal, variables);
         let (equations, others): (Vec<&Row>, Vec<&Row>) = self.rows.iter().partition(|row| row.is_equation);
         let order: Vec<&Row> = equations.iter().chain(&others).copied().collect();
-        let mut constraints = self.limits(goal, steps, &order);
+        let mut constraints = self.linear_constraints(goal, steps, &order);
         let inequalities = constraints.right.len() - equations.len();
         let mut cones =
             vec![SupportedConeT::ZeroConeT(equations.len()), SupportedConeT::NonnegativeConeT(inequalities)];
@@ -232,17 +231,17 @@ impl<'a> Program<'a> {
         })
     }
 
-    /// Constraints `A x ≤ b` of the rows in `order`, forces with their excess where that is the goal.
-    fn limits(&self, goal: Goal, steps: usize, order: &[&Row]) -> Constraints {
+    /// Constraints `A x ≤ b` of the rows in `order`; for [`Goal::Excess`], forces may exceed theirs by ξ, the variable in column `steps`.
+    fn linear_constraints(&self, goal: Goal, steps: usize, order: &[&Row]) -> Constraints {
         let mut constraints = Constraints::default();
         for row in order {
-            constraints.add(row.coefficients.iter().copied(), row.margin);
+            constraints.add_row(row.coefficients.iter().copied(), row.margin);
             if goal == Goal::Excess && row.limit.kind == LimitKind::Force {
-                constraints.append(steps, -self.bounds.force[row.limit.drive] / row.scale);
+                constraints.append_entry(steps, -self.bounds.force[row.limit.drive] / row.scale);
             }
         }
         if goal == Goal::Excess {
-            constraints.add([(steps, -1.0)], 0.0);
+            constraints.add_row([(steps, -1.0)], 0.0);
         }
         constraints
     }
@@ -271,8 +270,8 @@ impl<'a> Program<'a> {
         if goal == Goal::Largest { self.length } else { 1.0 }
     }
 
-    /// Sensitivity `J_k` and error `e_k` of point `point` in the program's units.
-    fn scaled(&self, point: usize) -> (DMatrix<f64>, DVector<f64>) {
+    /// Sensitivity `J_k` and error `e_k` of point `point` in the program's units: lengths over σ, steps over `unit`.
+    fn scaled_linearisation(&self, point: usize) -> (DMatrix<f64>, DVector<f64>) {
         let result = &self.results[point];
         let mut slope = &result.error_by_drives / self.length;
         for (mut column, unit) in slope.column_iter_mut().zip(&self.unit) {
@@ -281,7 +280,7 @@ impl<'a> Program<'a> {
         (slope, &result.error / self.length)
     }
 
-    /// Hessian and gradient of the objective over so many `variables`.
+    /// Hessian (upper triangle) and gradient of the objective over the program's variables, whose number is `variables`.
     fn objective(&self, goal: Goal, variables: usize) -> (CscMatrix<f64>, Vec<f64>) {
         let count = self.bounds.drive_count();
         let mut hessian = Triplets::default();
@@ -290,7 +289,7 @@ impl<'a> Program<'a> {
             let first = self.column(point, 0);
             let squares = match goal {
                 Goal::Squares | Goal::Within(_) => {
-                    let (slope, error) = self.scaled(point);
+                    let (slope, error) = self.scaled_linearisation(point);
                     let linear = slope.tr_mul(&error);
                     gradient[first..first + count].copy_from_slice(linear.as_slice());
                     slope.tr_mul(&slope)
@@ -299,8 +298,8 @@ impl<'a> Program<'a> {
             };
             for j in 0..count {
                 for i in 0..=j {
-                    let own = if i == j { STEP_WEIGHT } else { 0.0 };
-                    hessian.push(first + i, first + j, squares[(i, j)] + own);
+                    let step_weight = if i == j { STEP_WEIGHT } else { 0.0 };
+                    hessian.push(first + i, first + j, squares[(i, j)] + step_weight);
                 }
             }
         }
@@ -310,8 +309,7 @@ impl<'a> Program<'a> {
         (hessian.matrix(variables, variables), gradient)
     }
 
-    /// Adds the cones `‖e_k + J_k x_k‖ ≤ t` of goals that bound the largest error, none for others; t is the variable in column `step_count`, or
-    /// the bound of [`Goal::Within`].
+    /// Adds the cones `‖e_k + J_k x_k‖ ≤ t` where `goal` bounds the largest error: t is variable `step_count`, or fixed ([`Goal::Within`]).
     fn add_cones(
         &self,
         goal: Goal,
@@ -325,21 +323,21 @@ impl<'a> Program<'a> {
             Goal::Squares | Goal::Excess => return,
         };
         for point in 0..self.results.len() {
-            let (slope, error) = self.scaled(point);
+            let (slope, error) = self.scaled_linearisation(point);
             let first = self.column(point, 0);
             match fixed_bound {
-                Some(bound) => constraints.add([], bound),
-                None => constraints.add([(step_count, -1.0)], 0.0),
+                Some(bound) => constraints.add_row([], bound),
+                None => constraints.add_row([(step_count, -1.0)], 0.0),
             }
             for (row, error) in slope.row_iter().zip(error.iter()) {
-                constraints.add(row.iter().enumerate().map(|(j, value)| (first + j, -value)), *error);
+                constraints.add_row(row.iter().enumerate().map(|(j, value)| (first + j, -value)), *error);
             }
             cones.push(SupportedConeT::SecondOrderConeT(1 + error.len()));
         }
     }
 }
 
-/// Motion of a drive that moves the tool by about 1 mm: over the root mean square of the sensitivities along the path.
+/// Motion of a drive (mm or rad) that moves the tool by about 1 mm: the inverse of its root mean square sensitivity along the path.
 pub(super) fn motion_per_mm(results: &[Simulation], drive: usize) -> f64 {
     let squares: f64 = results.iter().map(|result| result.error_by_drives.column(drive).norm_squared()).sum();
     let mean = (squares / results.len().max(1) as f64).sqrt();
@@ -397,7 +395,7 @@ struct Constraints {
 
 impl Constraints {
     /// Adds a row with these coefficients of A and its entry of b.
-    fn add(&mut self, coefficients: impl IntoIterator<Item = (usize, f64)>, right: f64) {
+    fn add_row(&mut self, coefficients: impl IntoIterator<Item = (usize, f64)>, right: f64) {
         for (column, value) in coefficients {
             self.entries.push(self.right.len(), column, value);
         }
@@ -405,7 +403,7 @@ impl Constraints {
     }
 
     /// Adds an entry of A to the last row.
-    fn append(&mut self, column: usize, value: f64) {
+    fn append_entry(&mut self, column: usize, value: f64) {
         self.entries.push(self.right.len() - 1, column, value);
     }
 

@@ -60,26 +60,25 @@ pub(super) struct Search<'a, 'm> {
 }
 
 impl Search<'_, '_> {
-    /// Finds the best corrections within the limits.
+    /// Finds the corrections of least objective within the limits; `Err` if a force limit cannot be kept or the convex solver fails.
     pub fn run(&mut self) -> Result<SearchResult, BoundedError> {
-        let found = self.start_within_limits()?;
-        match found.status {
-            BoundedStatus::Unbounded => Ok(found),
-            _ => self.run_from(found),
+        let start = self.start_within_limits()?;
+        match start.status {
+            BoundedStatus::Unbounded => Ok(start),
+            _ => self.run_from(start),
         }
     }
 
-    /// Finds the best corrections with no error larger than `largest`, mm; `None` if the uncorrected path breaks the limits or has a larger
-    /// error.
+    /// Searches from no correction with errors up to `largest`, mm; `None` if the uncorrected path breaks a limit or has a larger error.
     pub fn run_below(&mut self, largest: f64) -> Result<Option<SearchResult>, BoundedError> {
-        let known = self.unbounded_iterate();
-        let none = vec![0.0; known.corrections.len()];
-        let mut within = none.clone();
-        self.bounds.project(&mut within);
-        if within != none {
+        let unbounded = self.unbounded_iterate();
+        let zero = vec![0.0; unbounded.corrections.len()];
+        let mut projected = zero.clone();
+        self.bounds.project(&mut projected);
+        if projected != zero {
             return Ok(None);
         }
-        let Ok(start) = self.simulate(none, &known) else { return Ok(None) };
+        let Ok(start) = self.simulate(zero, &unbounded) else { return Ok(None) };
         if start.excess > self.settings.force_tolerance || start.errors.worst > largest {
             return Ok(None);
         }
@@ -87,63 +86,62 @@ impl Search<'_, '_> {
         self.run_from(initial_result(start, BoundedStatus::Slow)).map(Some)
     }
 
-    /// Iterates from `found` until the search ends; `Err` if a force limit cannot be kept.
-    fn run_from(&mut self, mut found: SearchResult) -> Result<SearchResult, BoundedError> {
-        while found.iterations < self.settings.max_iterations {
-            found.iterations += 1;
-            let is_over = self.iterate_once(&mut found)?;
+    /// Iterates from `result` until the search converges, stalls or has no iterations left; `Err` if a force limit cannot be kept.
+    fn run_from(&mut self, mut result: SearchResult) -> Result<SearchResult, BoundedError> {
+        while result.iterations < self.settings.max_iterations {
+            result.iterations += 1;
+            let is_over = self.iterate_once(&mut result)?;
             if let Some(status) = is_over {
-                found.status = status;
+                result.status = status;
                 break;
             }
         }
-        if found.iterate.excess > self.settings.force_tolerance {
-            return Err(self.force_error(&found.iterate));
+        if result.iterate.excess > self.settings.force_tolerance {
+            return Err(self.force_error(&result.iterate));
         }
-        self.take_exact_points(&mut found.iterate);
-        Ok(found)
+        self.take_exact_points(&mut result.iterate);
+        Ok(result)
     }
 
-    /// The unbounded corrections, or none where there are no such; they need not be within the limits.
+    /// Iterate at the unbounded corrections, zero at points that have none; it may break the limits.
     fn unbounded_iterate(&self) -> Iterate {
-        let known: Vec<&Simulation> = self.points.iter().filter_map(Point::best_start).collect();
-        let wanted = self.points.iter().zip(&known).flat_map(|(point, result)| point.corrections(&result.drives));
-        let excess = self.bounds.force_excess(known.iter().map(|result| result.forces.as_slice()));
-        new_iterate(wanted.collect(), known.into_iter().cloned().collect(), excess)
+        let starts: Vec<&Simulation> = self.points.iter().filter_map(Point::best_start).collect();
+        let corrections = self.points.iter().zip(&starts).flat_map(|(point, result)| point.corrections(&result.drives));
+        let excess = self.bounds.force_excess(starts.iter().map(|result| result.forces.as_slice()));
+        new_iterate(corrections.collect(), starts.into_iter().cloned().collect(), excess)
     }
 
-    /// Start of the search: the unbounded corrections moved into the limits on correction, travel and change, or none moved so, where those
-    /// have no equilibrium.
+    /// Start at the unbounded corrections projected into the limits on correction, travel and change, or at zero ones if these fail.
     fn start_within_limits(&mut self) -> Result<SearchResult, BoundedError> {
-        let known = self.unbounded_iterate();
-        let mut corrections = known.corrections.clone();
+        let unbounded = self.unbounded_iterate();
+        let mut corrections = unbounded.corrections.clone();
         self.bounds.project(&mut corrections);
         let is_exact = self.points.iter().all(|point| point.exact.is_some());
-        let (is_inside, keeps_forces) = (corrections == known.corrections, known.excess <= 0.0);
-        let mut none = vec![0.0; corrections.len()];
-        let start = match self.simulate(corrections, &known) {
+        let (is_inside, keeps_forces) = (corrections == unbounded.corrections, unbounded.excess <= 0.0);
+        let mut zero = vec![0.0; corrections.len()];
+        let start = match self.simulate(corrections, &unbounded) {
             Ok(start) => start,
             Err(_) => {
-                self.bounds.project(&mut none);
-                self.simulate(none, &known)?
+                self.bounds.project(&mut zero);
+                self.simulate(zero, &unbounded)?
             }
         };
         let is_unbounded = is_exact && is_inside && keeps_forces;
         Ok(initial_result(start, if is_unbounded { BoundedStatus::Unbounded } else { BoundedStatus::Slow }))
     }
 
-    /// Simulates the path at `corrections`, near the equilibria of `near`.
+    /// Simulates the path at `corrections` (point-major, mm or rad), each point near its equilibrium in `near`; `Err` if one has none.
     fn simulate(&mut self, corrections: Vec<f64>, near: &Iterate) -> Result<Iterate, BoundedError> {
         let count = self.bounds.drive_count();
         let mut results = Vec::with_capacity(self.points.len());
-        for (k, (point, own)) in self.points.iter().zip(corrections.chunks_exact(count)).enumerate() {
+        for (k, (point, correction)) in self.points.iter().zip(corrections.chunks_exact(count)).enumerate() {
             let old = &near.results[k];
             // Points that stay where they are need no new simulation.
-            if near.corrections[k * count..(k + 1) * count] == *own {
+            if near.corrections[k * count..(k + 1) * count] == *correction {
                 results.push(old.clone());
                 continue;
             }
-            let drives: Vec<f64> = point.command.drives.iter().zip(own).map(|(rho, change)| rho + change).collect();
+            let drives: Vec<f64> = point.command.drives.iter().zip(correction).map(|(rho, u)| rho + u).collect();
             let result = self.simulator.simulate(point, &drives, &old.state);
             results.push(result.map_err(|status| BoundedError::Start { point: self.bounds.index[k], status })?);
             (self.progress)(k + 1);
@@ -152,40 +150,40 @@ impl Search<'_, '_> {
         Ok(new_iterate(corrections, results, excess))
     }
 
-    /// Linearises the path and steps once; returns the final status if the search is over.
-    fn iterate_once(&mut self, found: &mut SearchResult) -> Result<Option<BoundedStatus>, BoundedError> {
-        let now = &found.iterate;
+    /// Linearises the path at `result` and steps once; returns the final status if the search is over, `None` to go on.
+    fn iterate_once(&mut self, result: &mut SearchResult) -> Result<Option<BoundedStatus>, BoundedError> {
+        let now = &result.iterate;
         let mut bounds = self.bounds.clone();
         if bounds.has_force_limits() {
             self.narrow_to_trusted(&mut bounds, now);
         }
         let program = Program::new(&now.results, &now.corrections, &bounds);
-        let aimed = match self.solve_objective(&program) {
-            Ok(aimed) => Some(aimed),
+        let solution = match self.solve_objective(&program) {
+            Ok(solution) => Some(solution),
             // There are none with smaller errors than those reached, or none that can be told from them.
             Err(_) if self.largest.is_some() => return Ok(Some(BoundedStatus::Stalled)),
             Err(Failure::Infeasible) if self.bounds.has_force_limits() => None,
             Err(Failure::Infeasible) => return Err(BoundedError::Convex { status: "PrimalInfeasible".into() }),
             // What has been reached keeps all limits.
-            Err(Failure::Other(_)) if found.iterations > 1 && now.excess <= self.settings.force_tolerance => {
+            Err(Failure::Other(_)) if result.iterations > 1 && now.excess <= self.settings.force_tolerance => {
                 return Ok(Some(BoundedStatus::Stalled));
             }
             Err(Failure::Other(status)) => return Err(BoundedError::Convex { status }),
         };
-        if let Some(solved) = aimed {
-            found.convex_iterations += solved.iterations;
-            found.is_accurate &= solved.is_accurate;
-            let promised = program.errors_after(&solved.step);
+        if let Some(solved) = solution {
+            result.convex_iterations += solved.iterations;
+            result.is_accurate &= solved.is_accurate;
+            let predicted = program.errors_after(&solved.step);
             let next = self.step_along(&solved.step, now);
-            found.binding = solved.binding;
+            result.binding = solved.binding;
             let keeps_forces = now.excess <= self.settings.force_tolerance;
             match next {
                 Some(next) => {
                     let is_over = keeps_forces && !self.improves(&next, now);
-                    found.iterate = next;
+                    result.iterate = next;
                     return Ok(is_over.then_some(BoundedStatus::Converged));
                 }
-                None if keeps_forces && self.is_promising(&promised, &found.iterate.errors) => {
+                None if keeps_forces && self.is_promising(&predicted, &result.iterate.errors) => {
                     return Ok(Some(BoundedStatus::Stalled));
                 }
                 None if keeps_forces => return Ok(Some(BoundedStatus::Converged)),
@@ -194,10 +192,10 @@ impl Search<'_, '_> {
         }
         // The force limits cannot be kept within the linearisation, or not by going to its solution: forces first.
         let solved = program.solve(Goal::Excess).map_err(convex_error)?;
-        found.convex_iterations += solved.iterations;
-        match self.step_along(&solved.step, &found.iterate) {
-            Some(next) => found.iterate = next,
-            None => return Err(self.force_error(&found.iterate)),
+        result.convex_iterations += solved.iterations;
+        match self.step_along(&solved.step, &result.iterate) {
+            Some(next) => result.iterate = next,
+            None => return Err(self.force_error(&result.iterate)),
         }
         Ok(None)
     }
@@ -267,7 +265,7 @@ impl Search<'_, '_> {
         }
     }
 
-    /// Whether a linearisation promises an improvement that matters.
+    /// Whether the errors `promised` by a linearisation are better than those `now` by an amount that matters.
     fn is_promising(&self, promised: &Errors, now: &Errors) -> bool {
         match self.objective {
             ErrorNorm::Rms => is_less(promised.rms, now.rms, PROMISE),
@@ -282,14 +280,14 @@ impl Search<'_, '_> {
         for k in (0..self.points.len()).chain((0..self.points.len()).rev()) {
             let point = &self.points[k];
             let Some(exact) = &point.exact else { continue };
-            let own: Vec<f64> = point.corrections(&exact.drives).collect();
+            let correction: Vec<f64> = point.corrections(&exact.drives).collect();
             let keeps_forces = self.bounds.force_excess(std::iter::once(exact.forces.as_slice())) <= 0.0;
-            if keeps_forces && self.bounds.allows(k, &own, &iterate.corrections) {
-                iterate.corrections[k * count..(k + 1) * count].copy_from_slice(&own);
+            if keeps_forces && self.bounds.allows(k, &correction, &iterate.corrections) {
+                iterate.corrections[k * count..(k + 1) * count].copy_from_slice(&correction);
                 iterate.results[k] = exact.clone();
             }
         }
-        iterate.errors = Errors::of(iterate.results.iter().map(|result| result.error.norm()));
+        iterate.errors = Errors::from_lengths(iterate.results.iter().map(|result| result.error.norm()));
         iterate.excess = self.bounds.force_excess(iterate.results.iter().map(|result| result.forces.as_slice()));
     }
 
@@ -300,7 +298,7 @@ impl Search<'_, '_> {
         bounds.narrow(&now.corrections, &steps);
     }
 
-    /// Error that names the force that cannot be kept, and the other limits that stand in the way.
+    /// Error that names the force most above its limit, and the kinds of limits without which it could be kept.
     fn force_error(&self, iterate: &Iterate) -> BoundedError {
         let shares = iterate.results.iter().enumerate().flat_map(|(k, result)| {
             let forces = result.forces.iter().zip(&self.bounds.force).enumerate();
@@ -343,14 +341,14 @@ impl Search<'_, '_> {
     }
 }
 
-/// Result of a search that has not left `start`.
+/// Result of a search before its first step: `start`, with no limits known to bind.
 fn initial_result(start: Iterate, status: BoundedStatus) -> SearchResult {
     SearchResult { iterate: start, status, binding: Vec::new(), iterations: 0, convex_iterations: 0, is_accurate: true }
 }
 
 /// Iterate of these corrections, with the errors of its simulations.
 fn new_iterate(corrections: Vec<f64>, results: Vec<Simulation>, excess: f64) -> Iterate {
-    let errors = Errors::of(results.iter().map(|result| result.error.norm()));
+    let errors = Errors::from_lengths(results.iter().map(|result| result.error.norm()));
     Iterate { corrections, results, errors, excess }
 }
 

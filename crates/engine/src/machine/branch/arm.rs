@@ -67,8 +67,8 @@ pub(in crate::machine) struct Arm {
 }
 
 impl Arm {
-    /// Recognises `machine`, assembled at home, as an arm; `None` if it is none with a spherical wrist.
-    pub fn of(machine: &Machine) -> Option<Self> {
+    /// Recognises `machine`, assembled at home, as a six-axis arm with a spherical wrist; `None` if it is none.
+    pub fn recognise(machine: &Machine) -> Option<Self> {
         let [chain] = machine.chains.as_slice() else { return None };
         let first = chain.drives.len().checked_sub(6)?;
         let is_hinge = chain.drives[first..].iter().all(|drive| drive.motion == Motion::Revolute);
@@ -106,7 +106,7 @@ impl Arm {
         Some(arm)
     }
 
-    /// Arm with these `axes`; `None` where they are not those of an arm with a spherical wrist.
+    /// Arm with these `axes` and pose `zero` of P at zero joints, its base at `base` (O, mm); `None` unless its wrist is spherical.
     fn with_axes(first: usize, axes: [Axis; 6], zero: Pose, base: Vector3<f64>, scale: f64) -> Option<Self> {
         let [a1, a2, a3, a4, a5, a6] = axes.map(|axis| axis.direction);
         let wrist_centre = meeting_point(&axes[3], &axes[4])?;
@@ -129,17 +129,17 @@ impl Arm {
         self.axes[2].point
     }
 
-    /// Vector from the elbow to the wrist centre, mm.
+    /// Vector from the elbow to the wrist centre with all joints at zero, O axes, mm.
     pub(super) fn forearm(&self) -> Vector3<f64> {
         self.wrist_centre - self.elbow()
     }
 
-    /// Vector from the shoulder to the elbow, mm.
+    /// Vector from the shoulder (axis 2) to the elbow with all joints at zero, O axes, mm.
     pub(super) fn upper_arm(&self) -> Vector3<f64> {
         self.elbow() - self.axes[1].point
     }
 
-    /// Direction about which "up" turns into "ahead": that of axes 2 and 3, or against it.
+    /// Unit vector in O about which "up" turns into "ahead": the direction of axes 2 and 3, or the opposite one.
     pub(super) fn across(&self) -> Vector3<f64> {
         self.up.cross(&self.ahead)
     }
@@ -149,7 +149,7 @@ impl Arm {
         sign_of(axis.direction.dot(&self.across()))
     }
 
-    /// Components of `vector` along up and ahead.
+    /// Components of `vector` (O axes) along "up" and "ahead", in its unit.
     pub(super) fn in_plane(&self, vector: Vector3<f64>) -> Vector2<f64> {
         Vector2::new(self.up.dot(&vector), self.ahead.dot(&vector))
     }
@@ -176,7 +176,7 @@ impl Arm {
         [shoulder / self.scale, elbow, self.wrist_bend(joints[4])]
     }
 
-    /// Factors whose signs are the branch: a share of the characteristic length, and sines.
+    /// Factors of the Jacobian's determinant at `joints` (rad), whose signs are the branch: a share of the characteristic length, sines.
     pub(super) fn branch_factors(&self, joints: &[f64; 6]) -> [f64; 3] {
         let [shoulder, elbow, wrist] = self.singularity_distances(joints);
         [shoulder, libm::sin(elbow), libm::sin(wrist)]
@@ -188,7 +188,7 @@ fn sign_of(value: f64) -> f64 {
     if value < 0.0 { -1.0 } else { 1.0 }
 }
 
-/// Point where two axes meet, but for what [`FITS`] allows; `None` where they are parallel.
+/// Point where two axes meet, O, mm, halfway between them where they miss one another; `None` where they are parallel.
 fn meeting_point(one: &Axis, other: &Axis) -> Option<Vector3<f64>> {
     let normal = one.direction.cross(&other.direction);
     if normal.norm() < FITS {
@@ -231,7 +231,7 @@ impl Machine {
         self.branch_factors(at).map(Branch::from_signs)
     }
 
-    /// How far the machine at `at` is from the singularities between its branches; `None` unless it is such an arm.
+    /// How far the machine at `at` is from the singularities between its branches; `None` unless it is an arm with a spherical wrist.
     pub fn clearance(&self, at: &Configuration) -> Option<Clearance> {
         let arm = self.arm.as_ref()?;
         let [shoulder, elbow, wrist] = arm.singularity_distances(&self.arm_joints(arm, at));

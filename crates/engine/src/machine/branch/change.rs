@@ -9,7 +9,7 @@ use crate::machine::{Configuration, Machine};
 
 /// Share of a full turn by which a hinge jumps that has been turned back within its travel, though the way was tracked.
 const JUMP_TRACKED: f64 = 0.75;
-/// The same where the way was not tracked: a wrist at its straight position swings by half a turn.
+/// Share of a full turn by which a hinge jumps where the way was not tracked: a wrist at its straight position swings by half a turn.
 const JUMP_UNTRACKED: f64 = 0.25;
 /// Configurations whose hinges and slides differ by less than this share of a full turn, and of the characteristic length, are the same.
 const BESIDE: f64 = 1e-3;
@@ -74,14 +74,13 @@ impl Machine {
         self.find_jump(&before.drives, &after.drives, min_share_of_turn)
     }
 
-    /// Returns the first hinge whose position differs by more than 3/4 of a full turn between the drive positions `from` and `to` (mm, rad),
-    /// e.g. nominal and corrected command of one point; `None` if there is none, and for machines other than a serial chain with a hinge
-    /// that can make a full turn.
+    /// The first hinge that differs by more than 3/4 of a full turn between the drive positions `from` and `to` (mm, rad), such as nominal
+    /// and corrected command of a point; `None` if there is none, or the machine is no serial chain with a hinge.
     pub fn full_turn_jump(&self, from: &[f64], to: &[f64]) -> Option<PostureChange> {
         self.may_change_posture().then(|| self.find_jump(from, to, JUMP_TRACKED)).flatten()
     }
 
-    /// Returns the first hinge that moves by more than the share `min_share_of_turn` of a full turn.
+    /// The first hinge that moves by more than the share `min_share_of_turn` of a full turn between two sets of drive positions (mm, rad).
     fn find_jump(&self, from: &[f64], to: &[f64], min_share_of_turn: f64) -> Option<PostureChange> {
         let moved = self
             .full_turns()
@@ -94,7 +93,7 @@ impl Machine {
         })
     }
 
-    /// Full turns (mm or rad of the drive) that bring each hinge of `from` nearest to where it stands in `to`.
+    /// Full turns that bring each hinge of `from` nearest to its position in `to`, as changes of drives, rad; 0 for slides and locked ones.
     pub fn full_turns_towards(&self, from: &[f64], to: &[f64]) -> Vec<f64> {
         let turns = |(turn, (from, to)): (Option<f64>, (&f64, &f64))| {
             turn.map_or(0.0, |turn| ((to - from) / turn).round() * turn)

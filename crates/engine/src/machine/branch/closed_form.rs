@@ -15,19 +15,19 @@ impl Arm {
     /// straight and only the sum of joints 4 and 6 is determined.
     pub fn solutions(&self, target: &Pose, free: f64) -> Vec<[f64; 6]> {
         let centre = target.compose(&self.zero.inverse()).transform(self.wrist_centre);
-        let mut found = Vec::with_capacity(8);
+        let mut solutions = Vec::with_capacity(8);
         for side in [1.0, -1.0] {
             let Some(first) = self.first_joint(centre, side) else { continue };
             for bend in [1.0, -1.0] {
                 let Some([second, third]) = self.shoulder_elbow_joints(centre, first, bend) else { continue };
                 let turned =
                     self.axes[0].rotation(first) * self.axes[1].rotation(second) * self.axes[2].rotation(third);
-                let left = turned.matrix().transpose() * target.rotation * self.zero.rotation.transpose();
-                let wrists = self.wrist_joints(&left, free).into_iter().flatten();
-                found.extend(wrists.map(|[fourth, fifth, sixth]| [first, second, third, fourth, fifth, sixth]));
+                let wrist_rotation = turned.matrix().transpose() * target.rotation * self.zero.rotation.transpose();
+                let wrists = self.wrist_joints(&wrist_rotation, free).into_iter().flatten();
+                solutions.extend(wrists.map(|[fourth, fifth, sixth]| [first, second, third, fourth, fifth, sixth]));
             }
         }
-        found
+        solutions
     }
 
     /// Joint 1, rad, with the wrist centre in front of axis 1 (`side` = 1) or behind it (−1); `None` out of reach.
@@ -65,22 +65,22 @@ impl Arm {
         Some([self.sense_across(shoulder) * wrap_angle(second), self.sense_across(elbow) * wrap_angle(third)])
     }
 
-    /// Joints 4 to 6, rad, that turn by `rotation`: axis 6 is put in its direction by joints 4 and 5, in two ways.
+    /// Joints 4 to 6, rad, that turn the hand by `rotation`, in two ways; `None` out of reach. `free`: joint 4 of a straight wrist.
     fn wrist_joints(&self, rotation: &Matrix3<f64>, free: f64) -> [Option<[f64; 3]>; 2] {
         let [fourth, fifth, sixth] = [&self.axes[3], &self.axes[4], &self.axes[5]];
         let (a4, a5, a6) = (fourth.direction, fifth.direction, sixth.direction);
-        let led = rotation * a6;
+        let target_axis = rotation * a6;
         // a4·(R5 a6) = mean + cosine·cos q5 + sine·sin q5
         let mean = a4.dot(&a5) * a5.dot(&a6);
         let (cosine, sine) = (a4.dot(&a6) - mean, a4.dot(&a5.cross(&a6)));
-        let share = (a4.dot(&led) - mean) / libm::hypot(cosine, sine);
+        let share = (a4.dot(&target_axis) - mean) / libm::hypot(cosine, sine);
         [1.0, -1.0].map(|side| {
             if share.abs() > 1.0 + ROUNDING {
                 return None;
             }
             let q5 = wrap_angle(libm::atan2(sine, cosine) + side * libm::acos(share.clamp(-1.0, 1.0)));
             let bent = fifth.rotation(q5) * a6;
-            let q4 = angle_about(fourth, bent, led).unwrap_or(free);
+            let q4 = angle_about(fourth, bent, target_axis).unwrap_or(free);
             let beside = a6.cross(&least_aligned_axis(a6));
             let last = (fourth.rotation(q4) * fifth.rotation(q5)).inverse() * (rotation * beside);
             Some([q4, q5, angle_about(sixth, beside, last)?])
@@ -104,6 +104,7 @@ fn least_aligned_axis(direction: Vector3<f64>) -> Vector3<f64> {
     axis
 }
 
+/// Angle of `vector` from its first axis, −π to π rad.
 fn polar_angle(vector: Vector2<f64>) -> f64 {
     libm::atan2(vector.y, vector.x)
 }

@@ -33,8 +33,7 @@ pub enum Shoulder {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Elbow {
-    /// As it does where the arm reaches to the front with the elbow above the line from the shoulder to the wrist centre; "above" is
-    /// along axis 1, away from the base.
+    /// As where the arm reaches to the front, its elbow above (along axis 1, away from the base) the line from shoulder to wrist centre.
     Up,
     /// The other way.
     Down,

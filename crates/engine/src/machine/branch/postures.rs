@@ -26,9 +26,8 @@ pub struct Posture {
 }
 
 impl Machine {
-    /// The postures in which an arm ([`Machine::branch_of`]) meets `target`, at most one for each branch, in the order of [`Branch::ALL`], whether
-    /// or not travel allows them. What carries the arm, such as a rail, is where it is at home, unless freedom that is left leads it nearer. Empty
-    /// for other machines, and where no posture reaches.
+    /// Postures in which an arm ([`Machine::branch_of`]) meets `target`, at most one for each branch, in the order of [`Branch::ALL`],
+    /// within travel or not. A rail under the arm stays at home unless redundancy moves it. Empty for other machines and out of reach.
     ///
     /// Joints are found in closed form and corrected by the machine's own closure equations.
     pub fn postures_at(&self, target: &Pose) -> Vec<Posture> {
@@ -51,10 +50,10 @@ impl Machine {
             self.turn_nearest_to_travel(&mut at);
             Some(Posture { branch: self.branch_of(&at)?, limits: self.check_travel(&at), at })
         };
-        let found: Vec<Posture> = arm.solutions(target, free).into_iter().filter_map(posture).collect();
+        let postures: Vec<Posture> = arm.solutions(target, free).into_iter().filter_map(posture).collect();
         Branch::ALL
             .iter()
-            .filter_map(|branch| found.iter().find(|posture| posture.branch == *branch).cloned())
+            .filter_map(|branch| postures.iter().find(|posture| posture.branch == *branch).cloned())
             .collect()
     }
 
@@ -100,14 +99,14 @@ impl Machine {
         let refusal = |problem: String| Error::Argument { argument: "branch".into(), problem };
         let mut machine = self.clone();
         machine.branch = None;
-        let Some(own) = machine.branch_of(&machine.home) else {
+        let Some(home_branch) = machine.branch_of(&machine.home) else {
             return Err(refusal(format!(
                 "{} has no branches: expected a serial chain that ends in six hinges, axes 1 and 2 perpendicular, 2 and 3 parallel, \
                  4 to 6 through one point",
                 self.name
             )));
         };
-        if own != branch {
+        if home_branch != branch {
             let postures = machine.postures_at(&machine.home.pose);
             let allowed =
                 || labels(postures.iter().filter(|posture| posture.limits.is_ok()).map(|posture| posture.branch));
@@ -138,11 +137,11 @@ impl Machine {
     /// Checks that the machine at `at` is on the branch that was chosen, if one was.
     pub(in crate::machine) fn check_branch(&self, at: &Configuration) -> std::result::Result<(), Unreachable> {
         let (Some(chosen), Some(signs)) = (self.branch, self.branch_factors(at)) else { return Ok(()) };
-        let is_on = signs.iter().zip(chosen.signs()).all(|(own, wanted)| own * wanted >= -ON_BOTH);
+        let is_on = signs.iter().zip(chosen.signs()).all(|(factor, sign)| factor * sign >= -ON_BOTH);
         if is_on { Ok(()) } else { Err(Unreachable::OtherBranch { stands: Branch::from_signs(signs), chosen }) }
     }
 
-    /// Finds the posture on the branch `chosen` that meets `target`, to which the straight line does not lead because of `straight`.
+    /// The posture on branch `chosen` that meets `target`; `Err` says why none does. `straight`: why the straight line does not lead there.
     pub(in crate::machine) fn solve_on_branch(
         &self,
         chosen: Branch,
@@ -150,8 +149,8 @@ impl Machine {
         straight: Unreachable,
     ) -> std::result::Result<Configuration, Unreachable> {
         let postures = self.postures_at(target);
-        let (own, others): (Vec<_>, Vec<_>) = postures.into_iter().partition(|posture| posture.branch == chosen);
-        let reason = match own.into_iter().next() {
+        let (fitting, others): (Vec<_>, Vec<_>) = postures.into_iter().partition(|posture| posture.branch == chosen);
+        let reason = match fitting.into_iter().next() {
             Some(Posture { at, limits: Ok(()), .. }) => return Ok(at),
             Some(Posture { limits: Err(limit), .. }) => limit,
             None => straight,

@@ -44,10 +44,12 @@ struct SquareMatrix<R> {
 }
 
 impl<R: Real> SquareMatrix<R> {
+    /// A zero matrix.
     fn new(size: usize) -> Self {
         Self { size, entries: vec![R::zero(); size * size] }
     }
 
+    /// Entry in row `i` and column `j`.
     #[inline(always)]
     fn at(&mut self, i: usize, j: usize) -> &mut R {
         &mut self.entries[i * self.size + j]
@@ -72,6 +74,7 @@ impl<R: Real> SquareMatrix<R> {
 }
 
 impl<R: Real> SingularityCheck<R> {
+    /// Storage for checks of `machine`.
     pub fn new(machine: &Machine) -> Self {
         let others = TWIST + machine.drive_count();
         Self {
@@ -82,7 +85,7 @@ impl<R: Real> SingularityCheck<R> {
         }
     }
 
-    /// Returns the lanes in which surely no singularity lies between `ends`, with the drives commanded and with the task commanded, as asked for.
+    /// Lanes in which surely no singularity lies between `ends`: with the drives commanded if `by_drives`, and with the task if `by_task`.
     #[inline(always)]
     pub fn regular_lanes(&mut self, machine: &Machine, ends: &StepEnds<'_, R>, by_drives: bool, by_task: bool) -> u8 {
         let mut good = self.eliminate_joints(machine, ends);

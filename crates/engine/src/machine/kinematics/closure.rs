@@ -16,7 +16,7 @@ use crate::{
 
 /// A chain with a smaller gap is closed as far as a user is concerned, mm.
 const CLOSED_MM: f64 = 1e-3;
-/// Largest distance from P to a chain's base or to a joint axis when the chains stand as in `start`, mm.
+/// Largest distance from P to a chain's base or to a joint axis in the configuration `start`, mm.
 pub(in crate::machine) fn characteristic_length(chains: &[Chain], start: &Configuration) -> f64 {
     let (mut values, mut screws) = (Vec::new(), Vec::new());
     let mut first_drive = 0;
@@ -62,6 +62,7 @@ pub(in crate::machine) struct Closure<'a> {
 }
 
 impl<'a> Closure<'a> {
+    /// Storage for the equations of `machine`, its locked drives locked.
     pub fn new(machine: &'a Machine) -> Self {
         Self {
             locked: machine.locked.clone(),
@@ -103,7 +104,7 @@ impl<'a> Closure<'a> {
         self.iterate(start, command, false).at
     }
 
-    /// Damped Newton from `start`; `only_on_branch` ends it where it has left the branch of `start`.
+    /// Damped Newton from `start`; with `only_on_branch` it ends, unsolved, as soon as it has left the branch of `start`.
     fn iterate(&mut self, start: &Configuration, command: &Command<'_>, only_on_branch: bool) -> SearchEnd {
         let scale = self.machine.characteristic_length;
         let closures = 6 * self.machine.closure_count();
@@ -168,8 +169,8 @@ impl<'a> Closure<'a> {
         changes.filter(|(_, motion)| *motion == Motion::Revolute).fold(0.0, |most, ((a, b), _)| most.max((a - b).abs()))
     }
 
-    /// Reason why `command` is not met at `at`, where the search stopped: the chain with the largest gap, or another assembly mode.
-    pub(super) fn why_not(&mut self, at: &Configuration, command: &Command<'_>) -> Unreachable {
+    /// Reason why `command` is not met at `at`, where a search stopped: the chain with the largest gap, or another assembly mode.
+    pub(super) fn failure_reason(&mut self, at: &Configuration, command: &Command<'_>) -> Unreachable {
         self.linearise(at, command);
         let gaps = self.machine.closure_names().into_iter().enumerate().map(|(c, name)| {
             let gap = self.residual.rows(6 * c, 6).norm();
@@ -212,16 +213,16 @@ impl Machine {
 
     /// Names of the chains and their loops, in the order of their equations.
     fn closure_names(&self) -> Vec<String> {
-        fn loops(route: &Route, chain: &str, names: &mut Vec<String>) {
+        fn add_loop_names(route: &Route, chain: &str, names: &mut Vec<String>) {
             for inner in &route.loops {
                 names.push(format!("{chain} ({})", inner.name));
-                loops(&inner.route, chain, names);
+                add_loop_names(&inner.route, chain, names);
             }
         }
         let mut names = Vec::new();
         for chain in &self.chains {
             names.push(chain.name.clone());
-            loops(&chain.route, &chain.name, &mut names);
+            add_loop_names(&chain.route, &chain.name, &mut names);
         }
         names
     }

@@ -41,10 +41,11 @@ pub(crate) struct CommandStep<R> {
 }
 
 impl<R: Real> CommandStep<R> {
+    /// Storage for `machine`, at no configuration yet.
     pub fn new(machine: &Machine) -> Self {
         let controls = machine.controls.iter().enumerate();
         let moves: Vec<usize> =
-            controls.filter(|(_, own)| matches!(own, Coordinate::Translation(_))).map(|(row, _)| row).collect();
+            controls.filter(|(_, control)| matches!(control, Coordinate::Translation(_))).map(|(row, _)| row).collect();
         let (closures, rows) = (6 * machine.closure_count(), 6 * machine.closure_count() + machine.controls.len());
         let mut rights = vec![R::zero(); (1 + moves.len()) * rows];
         for (i, &row) in moves.iter().enumerate() {
@@ -61,13 +62,13 @@ impl<R: Real> CommandStep<R> {
         }
     }
 
-    /// How many coordinates move.
-    pub fn count(&self) -> usize {
+    /// Number of controlled coordinates that the command may move: the translations.
+    pub fn coordinate_count(&self) -> usize {
         self.moves.len()
     }
 
-    /// Stands at `start` with the drives at `drives`; the rotation of `target` is commanded.
-    pub fn put(&mut self, lane: usize, start: &Configuration, drives: &[f64], target: &Pose) {
+    /// Sets a lane to `start` with the drives at `drives` (mm, rad) and the commanded rotation to that of `target`.
+    pub fn set_lane(&mut self, lane: usize, start: &Configuration, drives: &[f64], target: &Pose) {
         self.at.set_lane(lane, start);
         for (number, &value) in pairs(&mut self.at.drives, drives) {
             number.set_lane(lane, value);
@@ -75,8 +76,7 @@ impl<R: Real> CommandStep<R> {
         set_lane_pose(&mut self.target, lane, target);
     }
 
-    /// Linearises the machine where it stands: the largest of its errors, mm, the motions of the drives, and the lanes in which the
-    /// equations say enough.
+    /// Linearises the machine where it stands; returns its largest error (mm), its drive motions and the lanes where these are determined.
     #[inline(always)]
     pub fn linearise(&mut self, machine: &Machine) -> (R, DriveMotions<R>, u8) {
         let LaneConfiguration { platform, drives, passive } = &self.at;
@@ -116,8 +116,8 @@ impl<R: Real> CommandStep<R> {
         self.at.advance(machine, &self.motions, step, mask);
     }
 
-    /// Where P is commanded to in a lane.
-    pub fn position(&self, lane: usize) -> nalgebra::Vector3<f64> {
+    /// Commanded position of P in a lane, O, mm.
+    pub fn commanded_position(&self, lane: usize) -> nalgebra::Vector3<f64> {
         self.at.platform.lane(lane).translation
     }
 }

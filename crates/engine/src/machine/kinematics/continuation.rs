@@ -32,24 +32,24 @@ impl Steps {
         f64::min(1.0, self.done + self.step)
     }
 
-    /// Takes the next step, or makes it shorter; returns whether there is another one to be tried.
-    pub fn go_on(&mut self, is_taken: bool) -> bool {
+    /// Takes the step if `is_taken`, doubling the next one, or else halves it; returns whether there is another step to try.
+    pub fn advance_or_halve(&mut self, is_taken: bool) -> bool {
         match is_taken {
             true => (self.done, self.step) = (self.next_end(), 2.0 * self.step),
             false if self.step > self.least => self.step *= 0.5,
             false => return false,
         }
-        !self.are_done()
+        !self.is_complete()
     }
 
     /// Whether the whole way is done.
-    pub fn are_done(&self) -> bool {
+    pub fn is_complete(&self) -> bool {
         self.done >= 1.0
     }
 }
 
 impl Machine {
-    /// Follows a one-parameter family of commands from s = 0 (solved by `start`) to s = 1 with adaptive steps, down to `least_step`.
+    /// Follows commands, searched by `solve`, from s = 0 (met by `start`) to 1 in adaptive steps down to `least_step`; returns its end.
     pub(super) fn follow<'a>(
         &'a self,
         start: &Configuration,
@@ -65,14 +65,14 @@ impl Machine {
             if is_taken {
                 at = reached.at;
             }
-            if !steps.go_on(is_taken) {
-                return SearchEnd { at, solved: steps.are_done() };
+            if !steps.advance_or_halve(is_taken) {
+                return SearchEnd { at, solved: steps.is_complete() };
             }
         }
     }
 
-    /// Configuration that a search reached, or why `command` is not met: the chain that closes worst where the search for it stops.
-    pub(super) fn result_of(&self, reached: SearchEnd, command: &Command<'_>) -> Result<Configuration, Unreachable> {
+    /// Concludes a search: the configuration that it reached or, as `Err`, why `command` is not met (the chain that closes worst).
+    pub(super) fn conclude(&self, reached: SearchEnd, command: &Command<'_>) -> Result<Configuration, Unreachable> {
         if reached.solved {
             return Ok(reached.at);
         }
@@ -80,12 +80,12 @@ impl Machine {
         let (mut nearest, mut gap) = (reached.at, f64::INFINITY);
         for _ in 0..8 {
             nearest = closure.approach(&nearest, command);
-            let left = closure.residual.norm();
-            if left.is_nan() || left > CLOSER * gap {
+            let residual = closure.residual.norm();
+            if residual.is_nan() || residual > CLOSER * gap {
                 break;
             }
-            gap = left;
+            gap = residual;
         }
-        Err(closure.why_not(&nearest, command))
+        Err(closure.failure_reason(&nearest, command))
     }
 }

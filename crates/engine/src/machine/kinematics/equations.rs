@@ -57,7 +57,7 @@ pub(super) struct Equations<R> {
 /// Columns of the coordinates of each chain; none for those of springs, which stay undeflected.
 fn coordinate_columns(machine: &Machine) -> Vec<Vec<Columns>> {
     let (mut drive, mut joint) = (6, 6 + machine.drive_count());
-    let of_chain = |chain: &Chain| {
+    let chain_columns = |chain: &Chain| {
         let mut columns = vec![Columns::new(); chain.virtual_count];
         for (shown, moved) in chain.drives.iter().enumerate() {
             columns[moved.coordinate] = match &chain.coupling {
@@ -74,10 +74,11 @@ fn coordinate_columns(machine: &Machine) -> Vec<Vec<Columns>> {
         joint += chain.passive.len();
         columns
     };
-    machine.chains.iter().map(of_chain).collect()
+    machine.chains.iter().map(chain_columns).collect()
 }
 
 impl<R: Real> Equations<R> {
+    /// Storage for the equations of `machine`, not linearised yet.
     pub fn new(machine: &Machine) -> Self {
         let passive: usize = machine.chains.iter().map(|chain| chain.passive.len()).sum();
         Self {
@@ -92,12 +93,12 @@ impl<R: Real> Equations<R> {
         }
     }
 
-    /// Computes residual and Jacobian at `at`, with rows for what is `asked`.
+    /// Computes residual and Jacobian at `at`, with rows for `command` behind those of the closures.
     #[inline(always)]
-    pub fn linearise(&mut self, machine: &Machine, at: &RigidState<'_, R>, asked: &LaneCommand<'_, R>) {
+    pub fn linearise(&mut self, machine: &Machine, at: &RigidState<'_, R>, command: &LaneCommand<'_, R>) {
         let closures = 6 * machine.closure_count();
         let rows = closures
-            + match asked {
+            + match command {
                 LaneCommand::Task(_) => machine.controls.len(),
                 LaneCommand::Drives(_) => machine.drive_count(),
             };
@@ -123,7 +124,7 @@ impl<R: Real> Equations<R> {
             drive += drives.len();
         }
         (self.walks, self.columns) = (walks, columns);
-        self.command_rows(machine, at, asked, closures);
+        self.command_rows(machine, at, command, closures);
     }
 
     /// Fills the rows from `row` on: of `route`, which starts at `start` and should end at `target`, then of its loops; moves `row` behind them.
@@ -170,7 +171,7 @@ impl<R: Real> Equations<R> {
         walks.push(walk);
     }
 
-    /// Fills the rows of the loops of `route`, which ends at `end`. What calls itself cannot be inlined, and so is compiled for vectors anew.
+    /// Fills the rows of the loops of `route`, which ends at `end`. A recursive function cannot be inlined, and so is vectorised by itself.
     fn loop_rows(
         &mut self,
         route: &Route,
@@ -215,17 +216,17 @@ impl<R: Real> Equations<R> {
         }
     }
 
-    /// Fills the rows from `first` on, those of what is `asked`.
+    /// Fills the rows of `command`, from row `first` on.
     #[inline(always)]
-    fn command_rows(&mut self, machine: &Machine, at: &RigidState<'_, R>, asked: &LaneCommand<'_, R>, first: usize) {
+    fn command_rows(&mut self, machine: &Machine, at: &RigidState<'_, R>, command: &LaneCommand<'_, R>, first: usize) {
         let scale = R::splat(machine.characteristic_length);
-        match asked {
-            LaneCommand::Drives(wanted) => {
+        match command {
+            LaneCommand::Drives(target) => {
                 let mut d = 0;
                 for chain in &machine.chains {
                     for drive in &chain.drives {
                         self.residual[first + d] =
-                            (at.drives[d] - wanted[d]) * R::splat(mm_per_unit(machine, drive.motion));
+                            (at.drives[d] - target[d]) * R::splat(mm_per_unit(machine, drive.motion));
                         self.jacobian[(6 + d) * self.rows + first + d] = R::splat(1.0);
                         d += 1;
                     }
@@ -250,15 +251,15 @@ impl<R: Real> Equations<R> {
 
 /// Factor from the coordinate of a joint (mm, rad) to a length in mm: 1, or the characteristic length.
 pub(super) fn mm_per_unit(machine: &Machine, motion: Motion) -> f64 {
-    motion.of(1.0, machine.characteristic_length)
+    motion.choose(1.0, machine.characteristic_length)
 }
 
-/// Derivative of a task coordinate by the unknown `i` where the platform pose `asked` is commanded.
+/// Derivative of a task coordinate by unknown `i` of the twist of P, the platform pose `target` being commanded.
 #[inline(always)]
-pub(super) fn task_entry<R: Real>(coordinate: Coordinate, asked: &Frame<R>, i: usize) -> R {
+pub(super) fn task_entry<R: Real>(coordinate: Coordinate, target: &Frame<R>, i: usize) -> R {
     match coordinate {
         Coordinate::Translation(axis) if i == axis => R::splat(1.0),
-        Coordinate::Rotation(axis) if (3..6).contains(&i) => asked.axes[axis].0[i - 3],
+        Coordinate::Rotation(axis) if (3..6).contains(&i) => target.axes[axis].0[i - 3],
         _ => R::zero(),
     }
 }

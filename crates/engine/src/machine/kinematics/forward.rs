@@ -29,10 +29,10 @@ impl Machine {
             let rho: Vec<f64> = start.drives.iter().zip(drives).map(|(a, b)| a + (b - a) * s).collect();
             closure.newton(from, &Command::Drives(&rho))
         });
-        self.result_of(reached, &Command::Drives(drives))
+        self.conclude(reached, &Command::Drives(drives))
     }
 
-    /// Closes all chains at the home pose, from the joint values given in the machine file.
+    /// Closes all chains at the home pose, searching from the joint values in the machine file; `Err` if that fails or a limit is broken.
     pub(in crate::machine) fn assemble_at_home(&self) -> Result<Configuration, Unreachable> {
         let mut closure = Closure::new(self);
         let command = Command::Task(&self.home.pose);
@@ -46,7 +46,7 @@ impl Machine {
                 return Ok(at);
             }
         }
-        Err(closure.why_not(&at, &command))
+        Err(closure.failure_reason(&at, &command))
     }
 
     /// Takes back full turns that the search has made, of hinge drives and of passive hinges without a spring.

@@ -27,6 +27,7 @@ pub(super) struct StraightLine {
 }
 
 impl StraightLine {
+    /// The way from pose `start` to pose `end`: a straight line of P with a rotation about one axis.
     pub fn new(start: &Pose, end: &Pose) -> Self {
         let turn = rotation_log(&(start.rotation.transpose() * end.rotation));
         Self { start: *start, end: *end, shift: end.translation - start.translation, turn }
@@ -88,7 +89,7 @@ impl Machine {
             closure.newton(from, &Command::Task(&line.pose(s)))
         });
         let end = reached.at.pose;
-        self.result_of(reached, &Command::Task(target)).map_err(|unreachable| match unreachable {
+        self.conclude(reached, &Command::Task(target)).map_err(|unreachable| match unreachable {
             Unreachable::Closure { chain, .. } => Unreachable::TooFar { chain, short_mm: self.distance(&end, target) },
             other => other,
         })
@@ -98,11 +99,11 @@ impl Machine {
     fn distance(&self, at: &Pose, target: &Pose) -> f64 {
         let turn = rotation_log(&(at.rotation.transpose() * target.rotation)) * self.characteristic_length;
         let shift = target.translation - at.translation;
-        let left = self.controls.iter().map(|coordinate| match *coordinate {
+        let gap = self.controls.iter().map(|coordinate| match *coordinate {
             Coordinate::Translation(axis) => shift[axis],
             Coordinate::Rotation(axis) => turn[axis],
         });
-        left.map(|left| left * left).sum::<f64>().sqrt()
+        gap.map(|gap| gap * gap).sum::<f64>().sqrt()
     }
 
     /// Derivative of the drives by the controlled task coordinates at `at`: one row per drive (mm, rad), one column per
@@ -126,9 +127,8 @@ impl Machine {
         Some(self.to_drive_units(&closure, by_task))
     }
 
-    /// Motions of the drives (rows; mm, rad) that change the controlled coordinates by the columns of `changes` (mm, rad about the axes of the
-    /// platform). In a singularity, `None` only for changes that the drives cannot make there: a fork head whose tool stands along its first axis
-    /// moves its tip as it does elsewhere.
+    /// Drive motions (rows; mm, rad) that change the controlled coordinates by the columns of `changes` (mm, rad about platform axes).
+    /// `None` only for changes that the drives cannot make: a singular fork head, its tool along its first axis, still moves the tip.
     pub(crate) fn drive_motions(&self, at: &Configuration, changes: &DMatrix<f64>) -> Option<DMatrix<f64>> {
         if let Some(jacobian) = self.drive_jacobian(at) {
             return Some(jacobian * changes);

@@ -19,6 +19,7 @@ pub(super) struct LaneConfiguration<R> {
 }
 
 impl<R: Real> LaneConfiguration<R> {
+    /// P at home, drives and joints at zero, in all lanes.
     pub fn new(machine: &Machine) -> Self {
         Self {
             platform: Frame::splat(&machine.home.pose),
@@ -27,17 +28,19 @@ impl<R: Real> LaneConfiguration<R> {
         }
     }
 
+    /// Sets `lane` to the configuration `from`.
     pub fn set_lane(&mut self, lane: usize, from: &Configuration) {
         set_lane_pose(&mut self.platform, lane, &from.pose);
         set_lane_values(&mut self.drives, lane, &from.drives);
-        for (own, from) in pairs(&mut self.passive, &from.passive) {
-            set_lane_values(own, lane, from);
+        for (numbers, from) in pairs(&mut self.passive, &from.passive) {
+            set_lane_values(numbers, lane, from);
         }
     }
 
+    /// The configuration in `lane`.
     #[cfg(target_arch = "x86_64")]
     pub fn lane(&self, lane: usize) -> Configuration {
-        let numbers = |own: &Vec<R>| own.iter().map(|number| number.lane(lane)).collect();
+        let numbers = |row: &Vec<R>| row.iter().map(|number| number.lane(lane)).collect();
         Configuration {
             pose: self.platform.lane(lane),
             drives: numbers(&self.drives),
@@ -64,21 +67,22 @@ impl<R: Real> LaneConfiguration<R> {
     pub fn copy_lanes(&mut self, from: &Self, mask: R::Mask) {
         select_frame(&mut self.platform, &from.platform, mask);
         let numbers = self.drives.iter_mut().chain(self.passive.iter_mut().flatten());
-        for (own, from) in pairs(numbers, from.drives.iter().chain(from.passive.iter().flatten())) {
-            *own = R::select(mask, *from, *own);
+        for (number, from) in pairs(numbers, from.drives.iter().chain(from.passive.iter().flatten())) {
+            *number = R::select(mask, *from, *number);
         }
     }
 }
 
-/// Copies the lanes of `mask`.
+/// Copies the lanes of `mask` from one frame to another.
 #[inline(always)]
-fn select_frame<R: Real>(own: &mut Frame<R>, from: &Frame<R>, mask: R::Mask) {
-    for (axis, from) in pairs(&mut own.axes, from.axes) {
+fn select_frame<R: Real>(to: &mut Frame<R>, from: &Frame<R>, mask: R::Mask) {
+    for (axis, from) in pairs(&mut to.axes, from.axes) {
         *axis = Vec3::select(mask, from, *axis);
     }
-    own.origin = Vec3::select(mask, from.origin, own.origin);
+    to.origin = Vec3::select(mask, from.origin, to.origin);
 }
 
+/// Sets `lane` of `frame` to `pose`.
 pub(super) fn set_lane_pose<R: Real>(frame: &mut Frame<R>, lane: usize, pose: &Pose) {
     for (j, axis) in frame.axes.iter_mut().enumerate() {
         for (i, number) in axis.0.iter_mut().enumerate() {
@@ -90,8 +94,9 @@ pub(super) fn set_lane_pose<R: Real>(frame: &mut Frame<R>, lane: usize, pose: &P
     }
 }
 
-fn set_lane_values<R: Real>(own: &mut [R], lane: usize, from: &[f64]) {
-    for (number, &value) in pairs(own, from) {
+/// Sets `lane` of `numbers` to the values `from`.
+fn set_lane_values<R: Real>(numbers: &mut [R], lane: usize, from: &[f64]) {
+    for (number, &value) in pairs(numbers, from) {
         number.set_lane(lane, value);
     }
 }

@@ -42,12 +42,13 @@ pub(super) struct LaneNewton<R> {
     at: LaneConfiguration<R>,
     /// Goals of the searches: the poses, or the drives.
     target: Frame<R>,
-    wanted: Vec<R>,
+    target_drives: Vec<R>,
     /// Motion of each drive, then of each passive joint.
     motions: Vec<Motion>,
 }
 
 impl<R: Real> LaneNewton<R> {
+    /// Storage for searches of `machine`.
     pub fn new(machine: &Machine) -> Self {
         Self {
             equations: Equations::new(machine),
@@ -57,55 +58,55 @@ impl<R: Real> LaneNewton<R> {
             start: LaneConfiguration::new(machine),
             at: LaneConfiguration::new(machine),
             target: Frame::splat(&machine.home.pose),
-            wanted: vec![R::zero(); machine.drive_count()],
+            target_drives: vec![R::zero(); machine.drive_count()],
             motions: motions(machine).collect(),
         }
     }
 
-    /// Searches from each start along its way, all of one kind, at most [`Real::LANES`]; `None` where the way is not followed to its end.
-    pub fn solve(&mut self, machine: &Machine, asked: &[(&Configuration, LaneWay<'_>)]) -> Vec<Option<Configuration>> {
-        debug_assert!(asked.len() <= R::LANES);
-        let Some(first) = asked.first() else { return Vec::new() };
+    /// Searches from each start along its way, at most [`Real::LANES`] ways of one kind; `None` where a way is not followed to its end.
+    pub fn solve(&mut self, machine: &Machine, cases: &[(&Configuration, LaneWay<'_>)]) -> Vec<Option<Configuration>> {
+        debug_assert!(cases.len() <= R::LANES);
+        let Some(first) = cases.first() else { return Vec::new() };
         let is_task = matches!(first.1, LaneWay::Task(_));
         // Lanes to spare do what the first one does.
-        let asked_of = |lane: usize| asked.get(lane).unwrap_or(first);
+        let case_of = |lane: usize| cases.get(lane).unwrap_or(first);
         let mut steps: [Steps; MAX_LANES] = array::from_fn(|lane| {
-            Steps::new(match &asked_of(lane).1 {
+            Steps::new(match &case_of(lane).1 {
                 LaneWay::Task(line) => line.least_step(machine),
                 LaneWay::Drives(..) => MIN_STEP,
             })
         });
         for lane in 0..R::LANES {
-            self.start.set_lane(lane, asked_of(lane).0);
+            self.start.set_lane(lane, case_of(lane).0);
         }
-        let mut going = R::ALL;
-        while going != 0 {
-            for lane in active_lanes(going) {
+        let mut active = R::ALL;
+        while active != 0 {
+            for lane in active_lanes(active) {
                 let s = steps[lane].next_end();
-                match &asked_of(lane).1 {
+                match &case_of(lane).1 {
                     LaneWay::Task(line) => set_lane_pose(&mut self.target, lane, &line.pose(s)),
                     LaneWay::Drives(to) => {
-                        let from = &asked_of(lane).0.drives;
-                        for (number, (&from, &to)) in pairs(&mut self.wanted, pairs(from, *to)) {
+                        let from = &case_of(lane).0.drives;
+                        for (number, (&from, &to)) in pairs(&mut self.target_drives, pairs(from, *to)) {
                             number.set_lane(lane, from + (to - from) * s);
                         }
                     }
                 }
             }
-            let solved = self.search(machine, is_task, going);
+            let solved = self.search(machine, is_task, active);
             let regular = if solved == 0 { 0 } else { solved & self.regular_lanes(machine, is_task) };
-            let mut left = 0;
-            for lane in active_lanes(going) {
+            let mut unfinished = 0;
+            for lane in active_lanes(active) {
                 let is_doubtful = (solved & !regular) >> lane & 1 == 1;
-                left |= u8::from(!is_doubtful && steps[lane].go_on(regular >> lane & 1 == 1)) << lane;
+                unfinished |= u8::from(!is_doubtful && steps[lane].advance_or_halve(regular >> lane & 1 == 1)) << lane;
             }
             R::vectorized(
                 #[inline(always)]
                 || self.start.copy_lanes(&self.at, R::mask(regular)),
             );
-            going = left;
+            active = unfinished;
         }
-        (0..asked.len()).map(|lane| steps[lane].are_done().then(|| self.start.lane(lane))).collect()
+        (0..cases.len()).map(|lane| steps[lane].is_complete().then(|| self.start.lane(lane))).collect()
     }
 
     /// Iterates in the lanes `active` from the start; returns those that converge near it.
@@ -151,8 +152,9 @@ impl<R: Real> LaneNewton<R> {
             || {
                 let LaneConfiguration { platform, drives, passive } = &self.at;
                 let state = RigidState { platform, drives, passive };
-                let asked = if is_task { LaneCommand::Task(&self.target) } else { LaneCommand::Drives(&self.wanted) };
-                self.equations.linearise(machine, &state, &asked);
+                let command =
+                    if is_task { LaneCommand::Task(&self.target) } else { LaneCommand::Drives(&self.target_drives) };
+                self.equations.linearise(machine, &state, &command);
                 let mut error = R::zero();
                 for entry in &self.equations.residual {
                     error = error.larger(entry.abs());

@@ -6,8 +6,7 @@ use crate::{
     spatial::Pose,
 };
 
-/// A drive or joint is at its limit, not beyond it, within this share of the limit: rounding of what the search for the
-/// configuration, and a program's numbers, leave.
+/// Share of a limit by which a position beyond it still counts as within: rounding by searches, and of a program's numbers.
 const LIMIT_ROUNDING: f64 = 1e-9;
 
 impl Machine {
@@ -75,7 +74,7 @@ impl Machine {
         self.check_branch(at)
     }
 
-    /// Index of the first drive that `positions` (mm, rad) have beyond its travel, and the error that says so.
+    /// Index of the first drive that is beyond its travel at `positions` (mm, rad; machine order), and the error that says so.
     pub fn drive_beyond_travel(&self, positions: &[f64]) -> Option<(usize, Unreachable)> {
         self.drives().zip(positions).enumerate().find_map(|(number, ((c, drive), &rho))| {
             let (low, high) = drive.travel?;
@@ -137,8 +136,7 @@ impl Machine {
         room.fold(f64::INFINITY, f64::min)
     }
 
-    /// Appends each limited drive's and joint's position in its range to `shares`: −1 at the lower end that `Machine::check_limits` takes, 1 at the
-    /// upper.
+    /// Appends to `shares` where each limited drive and joint is in its range, ±1 at the ends that `check_limits` takes.
     pub fn limit_fractions(&self, at: &Configuration, shares: &mut Vec<f64>) {
         shares.extend(self.limited_axes(at).map(|((low, high), _, value)| {
             let half = 0.5 * (high - low) + limit_rounding(low, high);
@@ -160,13 +158,13 @@ pub(in crate::machine) fn wrap_into_travel(value: f64, (low, high): (f64, f64), 
     (overrun(back, low, high) == 0.0).then_some(back)
 }
 
-/// Excess of `value` over its limits, in its unit; 0 within them and as far outside as rounding may put it.
+/// Excess of `value` over its limits, in its unit; 0 within them and up to [`limit_rounding`] outside.
 fn overrun(value: f64, low: f64, high: f64) -> f64 {
     let excess = f64::max(low - value, value - high);
     if excess > limit_rounding(low, high) { excess } else { 0.0 }
 }
 
-/// Excess over its limits that rounding may give a value.
+/// Excess over the limits `low` and `high` that is put down to rounding, in their unit.
 fn limit_rounding(low: f64, high: f64) -> f64 {
     LIMIT_ROUNDING * low.abs().max(high.abs()).max(high - low)
 }

@@ -45,7 +45,7 @@ pub(super) struct ChainBlock {
 }
 
 impl ChainBlock {
-    /// Of the unknowns of the chain and one right-hand side.
+    /// Number of the chain's unknowns and one right-hand side.
     pub fn size(&self) -> usize {
         self.joints + TWIST + self.drives + 1
     }
@@ -77,10 +77,12 @@ pub(super) fn chain_blocks(machine: &Machine) -> impl Iterator<Item = ChainBlock
 }
 
 impl<R: Real> NormalMatrix<R> {
+    /// A zero matrix.
     fn new(size: usize) -> Self {
         Self { size, entries: vec![R::zero(); size * size] }
     }
 
+    /// Entry in row `i` and column `j`.
     #[inline(always)]
     fn at(&self, i: usize, j: usize) -> R {
         self.entries[j * self.size + i]
@@ -94,7 +96,7 @@ impl<R: Real> NormalMatrix<R> {
 }
 
 impl<R: Real> NormalStep<R> {
-    /// For `machine` and so many right-hand sides at a time.
+    /// Storage for steps of `machine` with `rights` right-hand sides at a time.
     pub fn new(machine: &Machine, rights: usize) -> Self {
         let others = TWIST + machine.drive_count();
         Self {
@@ -155,10 +157,10 @@ impl<R: Real> NormalStep<R> {
         let mut good = R::ALL;
         for (block, normal) in pairs(chain_blocks(machine), &mut self.chains) {
             good &= eliminate(normal, block.joints, level);
-            let (joints, own) = (block.joints, TWIST + block.drives);
-            let target = |i: usize| if i < own { block.reduced_column(i) } else { others + i - own };
-            for j in 0..own + self.rights {
-                for i in j..own + self.rights {
+            let (joints, kept) = (block.joints, TWIST + block.drives);
+            let target = |i: usize| if i < kept { block.reduced_column(i) } else { others + i - kept };
+            for j in 0..kept + self.rights {
+                for i in j..kept + self.rights {
                     let entry = target(j) * self.reduced.size + target(i);
                     self.reduced.entries[entry] += normal.at(joints + i, joints + j);
                 }
@@ -187,9 +189,9 @@ impl<R: Real> NormalStep<R> {
 fn form_products<'a, R: Real>(normal: &mut NormalMatrix<R>, column: impl Fn(usize) -> &'a [R]) {
     let size = normal.size;
     for j in 0..size {
-        let own = column(j);
+        let column_j = column(j);
         for i in j..size {
-            normal.entries[j * size + i] = dot(own, column(i));
+            normal.entries[j * size + i] = dot(column_j, column(i));
         }
     }
 }
@@ -221,8 +223,7 @@ fn eliminate<R: Real>(normal: &mut NormalMatrix<R>, count: usize, level: R) -> u
     good
 }
 
-/// Puts the first `count` unknowns, eliminated in `normal`, before those that are `known` behind them, of so many `unknowns` by one of the
-/// right-hand sides.
+/// Solves for the `count` unknowns eliminated in `normal`; `solution` has the others, up to `unknowns`. `right`: index of right-hand side.
 #[inline(always)]
 fn back_substitute<R: Real>(normal: &NormalMatrix<R>, count: usize, unknowns: usize, right: usize, solution: &mut [R]) {
     for j in (0..count).rev() {

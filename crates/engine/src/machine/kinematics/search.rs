@@ -31,6 +31,7 @@ pub(super) enum Verdict {
 }
 
 impl Search {
+    /// A search before its first step.
     pub fn new() -> Self {
         Self { iteration: 0, damping: 1e-12, best: f64::INFINITY, first_step: 0.0, later_steps: 0.0 }
     }

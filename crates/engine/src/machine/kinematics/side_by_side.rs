@@ -48,25 +48,23 @@ impl BatchKinematics {
         Self { machine: machine.clone(), lanes }
     }
 
-    /// Solves [`Machine::inverse_kinematics_from`] for each start and target, in order, with the same bits; `None` where the lanes find nothing,
-    /// so that only that function decides.
-    pub fn inverse_kinematics(&mut self, asked: &[(&Configuration, Pose)]) -> Vec<Option<Configuration>> {
+    /// Solves [`Machine::inverse_kinematics_from`] for each start and target, in order, to the last bit; `None`: not found in lanes.
+    pub fn inverse_kinematics(&mut self, searches: &[(&Configuration, Pose)]) -> Vec<Option<Configuration>> {
         #[cfg(target_arch = "x86_64")]
         {
-            let lines = asked.iter().map(|(start, target)| StraightLine::new(&start.pose, target));
+            let lines = searches.iter().map(|(start, target)| StraightLine::new(&start.pose, target));
             let lines: Vec<StraightLine> = lines.collect();
             let ways: Vec<_> =
-                asked.iter().zip(&lines).map(|((start, _), line)| (*start, LaneWay::Task(line))).collect();
-            let found = self.solve(&ways).into_iter().zip(asked);
+                searches.iter().zip(&lines).map(|((start, _), line)| (*start, LaneWay::Task(line))).collect();
+            let found = self.solve(&ways).into_iter().zip(searches);
             let within = |at: Configuration, target: &Pose| self.machine.adjust_to_limits(at, target).ok();
             found.map(|(at, (_, target))| within(at?, target)).collect()
         }
         #[cfg(not(target_arch = "x86_64"))]
-        vec![None; asked.len()]
+        vec![None; searches.len()]
     }
 
-    /// Solves [`Machine::forward_kinematics_from`] for each start and drive positions (mm, rad), in order, with the same bits; `None` where the
-    /// lanes find nothing, so that only that function decides.
+    /// Solves [`Machine::forward_kinematics_from`] for each start and drives (mm, rad), to the last bit; `None`: not found in lanes.
     pub fn forward_kinematics(&mut self, commands: &[(&Configuration, &[f64])]) -> Vec<Option<Configuration>> {
         #[cfg(target_arch = "x86_64")]
         {
@@ -79,19 +77,20 @@ impl BatchKinematics {
 
     /// Searches in lanes from each start along its way; all `None` without lanes or for a single one.
     #[cfg(target_arch = "x86_64")]
-    fn solve(&mut self, asked: &[(&Configuration, LaneWay<'_>)]) -> Vec<Option<Configuration>> {
-        fn in_lanes<R: Real>(
+    fn solve(&mut self, searches: &[(&Configuration, LaneWay<'_>)]) -> Vec<Option<Configuration>> {
+        /// Searches in groups of as many as there are lanes.
+        fn solve_in_lanes<R: Real>(
             newton: &mut LaneNewton<R>,
             machine: &Machine,
-            asked: &[(&Configuration, LaneWay<'_>)],
+            searches: &[(&Configuration, LaneWay<'_>)],
         ) -> Vec<Option<Configuration>> {
-            asked.chunks(R::LANES).flat_map(|asked| newton.solve(machine, asked)).collect()
+            searches.chunks(R::LANES).flat_map(|searches| newton.solve(machine, searches)).collect()
         }
         // One alone is found as quickly without lanes.
         match &mut self.lanes {
-            Lanes::Eight(newton) if asked.len() > 1 => in_lanes(newton, &self.machine, asked),
-            Lanes::Four(newton) if asked.len() > 1 => in_lanes(newton, &self.machine, asked),
-            _ => vec![None; asked.len()],
+            Lanes::Eight(newton) if searches.len() > 1 => solve_in_lanes(newton, &self.machine, searches),
+            Lanes::Four(newton) if searches.len() > 1 => solve_in_lanes(newton, &self.machine, searches),
+            _ => vec![None; searches.len()],
         }
     }
 }

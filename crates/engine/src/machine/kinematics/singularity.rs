@@ -57,10 +57,10 @@ impl Closure<'_> {
             return false;
         }
         let (closures, drives) = (6 * self.machine.closure_count(), self.machine.drive_count());
-        let Some(left) = ReducedEquations::of(self.machine, [&self.start_jacobian, &self.jacobian], closures) else {
+        let Some(both) = ReducedEquations::new(self.machine, [&self.start_jacobian, &self.jacobian], closures) else {
             return self.has_passed_unreduced(from, to, by_drives, by_task);
         };
-        let changes = |commanded: usize, row: &dyn Fn(usize, usize, usize) -> f64| left.sign_change(commanded, row);
+        let changes = |commanded: usize, row: &dyn Fn(usize, usize, usize) -> f64| both.sign_change(commanded, row);
         let driven = by_drives.then(|| changes(drives, &|_, i, j| if j == 6 + i { 1.0 } else { 0.0 }));
         let tasked = by_task.then(|| {
             let platforms = [Frame::splat(&from.pose), Frame::splat(&to.pose)];
@@ -75,8 +75,7 @@ impl Closure<'_> {
         passes(driven, &Command::Drives(&from.drives)) || passes(tasked, &Command::Task(&from.pose))
     }
 
-    /// Judges as [`Self::has_passed_singularity`] on the whole problem: for chains whose own joints are singular at both ends, such as stretched
-    /// ones.
+    /// As [`Self::has_passed_singularity`], by all equations: for chains whose passive joints are singular at both ends (stretched).
     fn has_passed_unreduced(
         &mut self,
         from: &Configuration,
@@ -145,10 +144,10 @@ struct ReducedEquations {
 impl ReducedEquations {
     /// Eliminates the passive joints from the first `closures` rows of the linearised problems at both `ends`; `None` where those at the second end
     /// cannot be eliminated by the equations that do so at the first.
-    fn of(machine: &Machine, ends: [&DMatrix<f64>; 2], closures: usize) -> Option<Self> {
+    fn new(machine: &Machine, ends: [&DMatrix<f64>; 2], closures: usize) -> Option<Self> {
         let others = 6 + machine.drive_count();
         let passive = ends[0].ncols() - others;
-        let mut left = Self {
+        let mut reduced = Self {
             rows: DMatrix::zeros(closures - passive, 2 * others),
             pivots: Vec::with_capacity(passive),
             sign: 1.0,
@@ -159,18 +158,18 @@ impl ReducedEquations {
             // Joints at both ends, then the others at both ends.
             let mut block = DMatrix::zeros(equations, 2 * (joints + others));
             for (end, matrix) in ends.iter().enumerate() {
-                let (own, other) = (end * joints, 2 * joints + end * others);
-                block.columns_mut(own, joints).copy_from(&matrix.view((row, joint), (equations, joints)));
-                block.columns_mut(other, others).copy_from(&matrix.view((row, 0), (equations, others)));
+                let (joint_column, other_column) = (end * joints, 2 * joints + end * others);
+                block.columns_mut(joint_column, joints).copy_from(&matrix.view((row, joint), (equations, joints)));
+                block.columns_mut(other_column, others).copy_from(&matrix.view((row, 0), (equations, others)));
             }
             let pivots = make_triangular(&mut block, joints);
-            left.sign *= sign_product(pivots.iter()) * eliminate_joints(&mut block, joints, others)?;
-            left.pivots.extend(pivots.iter());
+            reduced.sign *= sign_product(pivots.iter()) * eliminate_joints(&mut block, joints, others)?;
+            reduced.pivots.extend(pivots.iter());
             let rest = equations - joints;
-            left.rows.rows_mut(own_row, rest).copy_from(&block.view((joints, 2 * joints), (rest, 2 * others)));
+            reduced.rows.rows_mut(own_row, rest).copy_from(&block.view((joints, 2 * joints), (rest, 2 * others)));
             (row, joint, own_row) = (row + equations, joint + joints, own_row + rest);
         }
-        Some(left)
+        Some(reduced)
     }
 
     /// Change of the sign of the determinant with `commanded` rows more, whose `entry` is given by end (0, 1), row and column.
@@ -216,8 +215,8 @@ fn eliminate_joints(block: &mut DMatrix<f64>, joints: usize, others: usize) -> O
         let (first, later) = block.as_mut_slice().split_at_mut((column + 1) * rows);
         let factors = &mut first[column * rows + k + 1..];
         factors.iter_mut().for_each(|factor| *factor /= pivot);
-        let (own, other) = later.split_at_mut((joints - k - 1) * rows);
-        for column in own.chunks_exact_mut(rows).chain(other.chunks_exact_mut(rows).skip(others)) {
+        let (joint_part, other) = later.split_at_mut((joints - k - 1) * rows);
+        for column in joint_part.chunks_exact_mut(rows).chain(other.chunks_exact_mut(rows).skip(others)) {
             let share = column[k];
             subtract(&mut column[k + 1..], share, factors);
         }
@@ -225,7 +224,7 @@ fn eliminate_joints(block: &mut DMatrix<f64>, joints: usize, others: usize) -> O
     Some(sign)
 }
 
-/// Makes the first `count` columns an upper triangle by reflections of all columns; returns its diagonal. What is below holds no numbers.
+/// Makes the first `count` columns upper triangular by reflections of all columns; returns their diagonal. Entries below it are undefined.
 fn make_triangular(matrix: &mut DMatrix<f64>, count: usize) -> DVector<f64> {
     let rows = matrix.nrows();
     let mut pivots = DVector::zeros(count);
@@ -248,6 +247,7 @@ fn make_triangular(matrix: &mut DMatrix<f64>, count: usize) -> DVector<f64> {
     pivots
 }
 
+/// Sign of the product of `pivots`, +1 or −1.
 fn sign_product<'p>(pivots: impl Iterator<Item = &'p f64>) -> f64 {
     pivots.map(|pivot| pivot.signum()).product()
 }

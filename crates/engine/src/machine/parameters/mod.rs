@@ -68,6 +68,7 @@ pub(super) struct Definition {
 }
 
 impl Definition {
+    /// The definition of a machine without errors, locked drives and path axes; `text`: the file as written, `origin` names it in errors.
     pub fn new(spec: MachineSpec, origin: &str, text: Arc<str>) -> Self {
         Self {
             spec: Arc::new(spec),
@@ -80,6 +81,7 @@ impl Definition {
         }
     }
 
+    /// The machine file, as parsed and since changed.
     pub fn spec(&self) -> &MachineSpec {
         &self.spec
     }
@@ -89,6 +91,7 @@ impl Definition {
         self.built_in.push(errors.to_vec());
     }
 
+    /// Sets the gravity of the machine file to zero.
     pub fn clear_gravity(&mut self) {
         Arc::make_mut(&mut self.spec).gravity = Some([0.0; 3]);
     }
@@ -103,15 +106,14 @@ struct Setting<'a> {
 }
 
 impl Machine {
-    /// All parameters: of the machine file but for named points, also those that it leaves out and that have a usual value, and the errors of its
-    /// chains.
+    /// All parameters: those of the machine file but for named points, at their default where it leaves them out, and the chain errors.
     ///
     /// Errors that [`Machine::with_errors`] has built in are not among them.
     pub fn parameters(&self) -> Vec<Parameter> {
         self.parameters_called(&|_| true)
     }
 
-    /// Parameters whose name `is_wanted`.
+    /// All parameters for whose name `is_wanted` returns true.
     fn parameters_called(&self, is_wanted: &dyn Fn(&str) -> bool) -> Vec<Parameter> {
         let mut parameters = Vec::new();
         walk(&mut MachineSpec::clone(&self.definition.spec), &mut |FoundParameter { name, key, unit, slot }| {
@@ -155,18 +157,18 @@ impl Machine {
     /// # Errors
     /// There is none; the message has the nearest names.
     pub fn parameter(&self, name: &str) -> Result<Parameter> {
-        let called = self.parameters_called(&|own| own == name).into_iter().next();
+        let called = self.parameters_called(&|candidate| candidate == name).into_iter().next();
         called.ok_or_else(|| unknown_parameter(name, &self.parameter_names()))
     }
 
+    /// Names of all parameters.
     fn parameter_names(&self) -> Vec<String> {
         self.parameters().into_iter().map(|parameter| parameter.name).collect()
     }
 
     /// This machine with other parameter values, checked and assembled anew; all others stay, and so does the branch that was chosen.
     ///
-    /// Errors of chains are built in as by [`Machine::with_errors`]: what is commanded by the machine without them
-    /// ([`Machine::nominal`]) is answered by this one.
+    /// Chain errors are built in as by [`Machine::with_errors`]; commands are those of the machine without them, [`Machine::nominal`].
     ///
     /// # Errors
     /// A name that is unknown or given twice, or a value that makes no machine; messages begin with the name. With these numbers, the
@@ -211,21 +213,21 @@ impl Machine {
         self.resolve_again(spec)?.with_all_errors(self.mount_errors(), &[], &self.definition.built_in)
     }
 
-    /// The machine of `spec` on the branch of this one, with the same drives locked.
+    /// Resolves `spec` as the file of this machine, on the same branch and with the same drives locked; `Err` where it makes no machine.
     fn resolve_again(&self, spec: MachineSpec) -> Result<Machine> {
-        let machine = resolve::machine(spec, &self.definition.origin, Arc::clone(&self.definition.text))?;
+        let machine = resolve::resolve_machine(spec, &self.definition.origin, Arc::clone(&self.definition.text))?;
         machine.on_branch_if_any(self.branch)?.with_locked_drives(&self.definition.locked)
     }
 
-    /// This machine with the errors set as parameters, `own`, and those built in otherwise.
+    /// This machine with `errors` as parameters, set by `settings`, and those `built_in` otherwise; `Err` where they turn a chain too far.
     fn with_all_errors(
         self,
-        own: Vec<MountErrors>,
+        errors: Vec<MountErrors>,
         settings: &[Setting<'_>],
         built_in: &[Vec<ChainError>],
     ) -> Result<Machine> {
-        let machine = self.with_mount_errors(own, settings)?;
-        Ok(built_in.iter().fold(machine, |machine, errors| machine.with_errors(errors)))
+        let machine = self.with_mount_errors(errors, settings)?;
+        Ok(built_in.iter().fold(machine, |machine, more| machine.with_errors(more)))
     }
 
     /// The machine without errors of chains, by which this one is commanded.
@@ -273,9 +275,9 @@ impl Machine {
 pub fn is_pattern_of(pattern: &str, name: &str) -> bool {
     match pattern.split_once('*') {
         None => pattern == name,
-        Some((before, rest)) => name.strip_prefix(before).is_some_and(|left| {
-            let ends = left.char_indices().map(|(at, _)| at).chain([left.len()]);
-            ends.take_while(|&end| !left[..end].contains('.')).any(|end| is_pattern_of(rest, &left[end..]))
+        Some((before, rest)) => name.strip_prefix(before).is_some_and(|tail| {
+            let ends = tail.char_indices().map(|(at, _)| at).chain([tail.len()]);
+            ends.take_while(|&end| !tail[..end].contains('.')).any(|end| is_pattern_of(rest, &tail[end..]))
         }),
     }
 }
@@ -283,7 +285,7 @@ pub fn is_pattern_of(pattern: &str, name: &str) -> bool {
 /// Names of all parameters of the machine file `spec`.
 pub(super) fn names(spec: &MachineSpec) -> Vec<String> {
     let mut names = Vec::new();
-    walk(&mut spec.clone(), &mut |found| names.push(found.name.to_string()));
+    walk(&mut spec.clone(), &mut |parameter| names.push(parameter.name.to_string()));
     names
 }
 
@@ -311,7 +313,7 @@ fn suggested_names(name: &str, names: &[String]) -> String {
     format!("; there are {}, such as {}", names.len(), some.join(", "))
 }
 
-/// Names of up to three settings, and how many more there are.
+/// Names of up to three settings, separated by commas, and how many more there are.
 fn setting_names<'s>(settings: impl Iterator<Item = &'s Setting<'s>>) -> String {
     let mut names: Vec<&str> = settings.map(|setting| setting.name).collect();
     let count = names.len();

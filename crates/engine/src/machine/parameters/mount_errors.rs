@@ -29,6 +29,7 @@ struct FrameError {
 }
 
 impl FrameError {
+    /// The error as a twist in the frame's axes, mm and rad.
     fn twist(&self) -> Twist {
         let [linear, angular] = [self.translation_mm, self.turn_deg].map(Vector3::from);
         Twist { linear, angular: angular.map(f64::to_radians) }
@@ -42,6 +43,7 @@ impl MountErrors {
         Self { turn_deg: 0.0, base, end, offsets: vec![0.0; chain.drives.len()] }
     }
 
+    /// Whether all errors are zero.
     pub fn is_none(&self, chain: &Chain) -> bool {
         *self == Self::none(chain)
     }
@@ -60,18 +62,18 @@ impl MountErrors {
             }
         }
         for (Drive { name, motion, .. }, offset) in chain.drives.iter().zip(offsets) {
-            each(format!("{}.{name}.offset", chain.name), motion.of(Unit::MM, Unit::DEG), offset);
+            each(format!("{}.{name}.offset", chain.name), motion.choose(Unit::MM, Unit::DEG), offset);
         }
     }
 
     /// Converts the errors to mm and rad; rotations of the base are added as rotation vectors.
     pub fn chain_error(&self, chain: &Chain) -> ChainError {
         let about_drive = ChainError::turn_about_drive_axis(chain, self.turn_deg.to_radians());
-        let own = self.base.twist();
+        let base = self.base.twist();
         let has_offsets = self.offsets.iter().any(|&offset| offset != 0.0);
         let offsets = chain.drives.iter().zip(&self.offsets).filter(|_| has_offsets);
         ChainError {
-            base: Twist { linear: own.linear, angular: about_drive.base.angular + own.angular },
+            base: Twist { linear: base.linear, angular: about_drive.base.angular + base.angular },
             end: self.end.twist(),
             drive_offsets: offsets.map(|(drive, &offset)| drive.motion.from_shown(offset)).collect(),
         }

@@ -29,11 +29,11 @@ impl Machine {
             *counts.entry(carrier.chain.clone()).or_default() += 1;
         }
         let mut separate = Separation { spec, counts, chains: Vec::new(), designs: BTreeMap::new() };
-        let mut own = MachineSpec::clone(spec);
-        for mount in &mut own.mount {
+        let mut new_spec = MachineSpec::clone(spec);
+        for mount in &mut new_spec.mount {
             separate.visit_mount("", mount);
         }
-        if let Some(carrier) = &mut own.workpiece_carrier {
+        if let Some(carrier) = &mut new_spec.workpiece_carrier {
             carrier.chain = separate.design_of(&carrier.name, &carrier.chain);
         }
         let Separation { chains, designs, .. } = separate;
@@ -44,8 +44,8 @@ impl Machine {
             let problem = "is the name of a mount and of another chain design: parameters of the mount would be called as those of the design";
             return Err(refusal(name, problem.into()));
         }
-        own.chain = chains;
-        let names = super::names(&own);
+        new_spec.chain = chains;
+        let names = super::names(&new_spec);
         let parts_of = |chain: &str, parts: Vec<String>| -> Vec<String> {
             let patterns = parts.iter().map(|part| format!("{chain}.{part}"));
             patterns.filter(|pattern| names.iter().any(|name| is_named(name, pattern))).collect()
@@ -55,9 +55,9 @@ impl Machine {
             let of_design = spec.chain.iter().filter(|chain| chain.name == design);
             parts_of(copy, of_design.flat_map(|chain| ElementSpec::names(&chain.elements)).collect())
         };
-        own.provenance =
+        new_spec.provenance =
             spec.provenance.iter().flat_map(|entry| separate_entries(entry, &designs, &elements)).collect();
-        Ok((self.rebuild_from(own)?, designs))
+        Ok((self.rebuild_from(new_spec)?, designs))
     }
 }
 
@@ -91,11 +91,11 @@ impl Separation<'_> {
     /// Name of the design that the mount called `name` has instead of `design`.
     fn design_of(&mut self, name: &str, design: &str) -> String {
         let is_shared = self.counts.get(design).is_some_and(|count| *count > 1);
-        let own = if is_shared { name } else { design };
+        let new_name = if is_shared { name } else { design };
         let Some(mut chain) = self.spec.chain.iter().find(|chain| chain.name == design).cloned() else {
             return design.into();
         };
-        chain.name = own.into();
+        chain.name = new_name.into();
         for element in &mut chain.elements {
             if let ElementSpec::Module(module) = element {
                 module.mounts.iter_mut().for_each(|mount| self.visit_mount(&format!("{name}."), mount));
@@ -103,9 +103,9 @@ impl Separation<'_> {
         }
         self.chains.push(chain);
         if is_shared {
-            self.designs.insert(own.into(), design.into());
+            self.designs.insert(new_name.into(), design.into());
         }
-        own.into()
+        new_name.into()
     }
 }
 
@@ -117,7 +117,7 @@ fn separate_entries(
     parts: &dyn Fn(&str, Option<&str>) -> Vec<String>,
 ) -> Vec<ProvenanceSpec> {
     let copies = |pattern: &String| -> Vec<String> {
-        let of = |(copy, design): (&String, &String)| match pattern.strip_prefix(design.as_str()) {
+        let copies_in = |(copy, design): (&String, &String)| match pattern.strip_prefix(design.as_str()) {
             Some("") => parts(copy, Some(design)),
             Some(rest) if rest.starts_with('.') => vec![format!("{copy}{rest}")],
             _ => Vec::new(),
@@ -126,7 +126,7 @@ fn separate_entries(
         if designs.contains_key(pattern) {
             return parts(pattern, None);
         }
-        let copies: Vec<String> = designs.iter().flat_map(of).collect();
+        let copies: Vec<String> = designs.iter().flat_map(copies_in).collect();
         if copies.is_empty() { vec![pattern.clone()] } else { copies }
     };
     let parameters: Vec<String> = entry.parameters.iter().flat_map(copies).collect();

@@ -89,7 +89,7 @@ fn enter(path: &mut String, part: &str) {
 }
 
 impl SpecWalk<'_> {
-    /// Calls `walk` for what is below `name`, in the file below `key`.
+    /// Calls `walk` with `name` and `key` appended to the paths of parameter names and file keys.
     fn descend(&mut self, name: &str, key: &str, walk: impl FnOnce(&mut Self)) {
         let outer = (self.name.len(), self.key.len());
         enter(&mut self.name, name);
@@ -116,12 +116,14 @@ impl SpecWalk<'_> {
         self.descend(field, &unit.key(field), |walk| walk.visit_slot(unit, Slot::Number(value)));
     }
 
+    /// Visits the number that the present table has as `field`, if it is given.
     fn visit_optional(&mut self, field: &str, unit: Unit, value: &mut Option<f64>) {
         if let Some(value) = value {
             self.visit_number(field, unit, value);
         }
     }
 
+    /// Visits the stiffness in the present table, which may be unknown.
     fn visit_stiffness(&mut self, unit: Unit, value: &mut StiffnessSpec) {
         self.descend("stiffness", &unit.key("stiffness"), |walk| walk.visit_slot(unit, Slot::Stiffness(value)));
     }
@@ -135,16 +137,19 @@ impl SpecWalk<'_> {
         });
     }
 
+    /// Visits the x, y and z components of the vector that the present table has as `field`.
     fn visit_vector(&mut self, field: &str, unit: Unit, values: &mut [f64; 3]) {
         self.visit_components(field, unit, AXES, values);
     }
 
+    /// Visits both ends of the interval that the present table has as `field`, if it is given.
     fn visit_interval(&mut self, field: &str, unit: Unit, values: &mut Option<[f64; 2]>) {
         if let Some(values) = values {
             self.visit_components(field, unit, ["min", "max"], values);
         }
     }
 
+    /// Visits the numbers of the whole machine file.
     fn visit_machine(&mut self, spec: &mut MachineSpec) {
         let MachineSpec {
             schema: _,
@@ -233,6 +238,7 @@ impl SpecWalk<'_> {
         self.visit_vector("at", Unit::MM, at_mm);
     }
 
+    /// Visits the frames of all mounts of the list `key`.
     fn visit_mounts(&mut self, key: &str, mounts: &mut [MountSpec]) {
         for (i, MountSpec { name, chain: _, base, platform }) in mounts.iter_mut().enumerate() {
             self.descend(name, &format!("{key}[{i}]"), |walk| {
@@ -255,6 +261,7 @@ impl SpecWalk<'_> {
         }
     }
 
+    /// Visits the numbers of one element of a chain design.
     fn visit_element(&mut self, element: &mut ElementSpec) {
         match element {
             ElementSpec::Fixed(FixedSpec { name: _, translation_mm, rotation_deg }) => {

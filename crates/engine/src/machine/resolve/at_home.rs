@@ -18,14 +18,14 @@ const COINCIDENT: f64 = 1e-9;
 const INDEPENDENT: f64 = 1e-6;
 
 /// Checks at home that springs between points have a direction and that no module is rigid in itself.
-pub(super) fn check(machine: &Machine, spec: &MachineSpec, check: &Check) -> Result<()> {
+pub(super) fn check_at_home(machine: &Machine, spec: &MachineSpec, check: &Check) -> Result<()> {
     let mut values = Vec::new();
     let mut first_drive = 0;
     for (chain, passive) in machine.chains.iter().zip(&machine.home.passive) {
         chain.rigid_values(&machine.home.drives[first_drive..], passive, &mut values);
         first_drive += chain.drives.len();
         let at_home = HomeCheck { spec, check, characteristic_length: machine.characteristic_length, values: &values };
-        at_home.freedom(&chain.route, &Pose::identity())?;
+        at_home.end_twists(&chain.route, &Pose::identity())?;
     }
     Ok(())
 }
@@ -47,13 +47,13 @@ struct RoutePart {
 }
 
 impl HomeCheck<'_> {
-    /// Twists that the end of `route` can have, as columns: at O, in O axes, displacements as shares of the characteristic length.
-    fn freedom(&self, route: &Route, start: &Pose) -> Result<DMatrix<f64>> {
+    /// Checks springs and modules of `route`; returns the twists its end can have (columns; O axes, at O, displacements over the length).
+    fn end_twists(&self, route: &Route, start: &Pose) -> Result<DMatrix<f64>> {
         let mut parts: Vec<(usize, RoutePart)> = Vec::new();
         let (mut moves, mut frames) = (0, Vec::new());
         let each = |coordinate: usize, screw: Screw<f64>| {
             let twist = self.scaled_twist(screw);
-            match parts.iter_mut().find(|(own, _)| *own == coordinate) {
+            match parts.iter_mut().find(|(moved, _)| *moved == coordinate) {
                 Some((_, part)) => {
                     part.end = moves + 1;
                     part.twists += twist;
@@ -78,7 +78,7 @@ impl HomeCheck<'_> {
             let loops: Vec<&Loop> = route.loops.iter().filter(|other| (other.from, other.to) == (from, to)).collect();
             let mut ways = vec![join_columns(inner.iter().map(|part| &part.twists))];
             for other in &loops {
-                ways.push(self.freedom(&other.route, &frames[from])?);
+                ways.push(self.end_twists(&other.route, &frames[from])?);
             }
             parts = outer;
             parts.push(RoutePart { first: before[from], end: before[to], twists: self.common_twists(&ways, &loops)? });
@@ -110,7 +110,7 @@ impl HomeCheck<'_> {
         ))
     }
 
-    /// Key of the module with these `loops` in the machine file, and the names of its chains.
+    /// Key in the machine file of the module with these `loops`, and the names of its chains separated by commas.
     fn module_key(&self, loops: &[&Loop]) -> (String, String) {
         let is_it = |module: &ModuleSpec| {
             let has = |other: &&Loop| module.mounts.iter().any(|mount| other.name.ends_with(&mount.name));
@@ -129,7 +129,7 @@ impl HomeCheck<'_> {
         ("chain".into(), loops.iter().map(|other| other.name.as_str()).collect::<Vec<_>>().join(", "))
     }
 
-    /// Refuses springs of `route` whose ends coincide, unless they have no force there.
+    /// Refuses springs of `route` whose ends coincide at home, unless they have no force there; `frames`: poses of its frames in O.
     fn check_springs(&self, route: &Route, frames: &[Pose]) -> Result<()> {
         let place = |anchor: &Anchor| anchor.frame.map_or(anchor.at, |frame| frames[frame].transform(anchor.at));
         for spring in &route.point_springs {

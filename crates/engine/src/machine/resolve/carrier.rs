@@ -11,7 +11,7 @@ use crate::{
 };
 
 /// Builds the workpiece carrier as a machine of one chain from O to W, whose P is the origin of W and whose home is where its drives stand.
-pub(super) fn carrier(written: &CarrierSpec, spec: &MachineSpec, machine: &Machine, check: &Check) -> Result<Machine> {
+pub(super) fn resolve(written: &CarrierSpec, spec: &MachineSpec, machine: &Machine, check: &Check) -> Result<Machine> {
     check.key("name").identifier(&written.name)?;
     check.key("name").unique(&written.name, spec.mount.iter().map(|mount| mount.name.as_str()))?;
     let design = design_index(spec, &written.chain, &check.key("chain"))?;
@@ -37,7 +37,7 @@ pub(super) fn carrier(written: &CarrierSpec, spec: &MachineSpec, machine: &Machi
         );
         return check.key("chain").fail(problem);
     }
-    let mut carrier = Machine::of(Model {
+    let mut carrier = Machine::from_model(Model {
         name: written.name.clone(),
         title: written.name.clone(),
         source: String::new(),
@@ -69,7 +69,7 @@ pub(super) fn carrier(written: &CarrierSpec, spec: &MachineSpec, machine: &Machi
                        weight: expected \"at_rest\" or \"weightless\", or a carrier without masses";
         return check.root().key("zeroed").fail(problem.into());
     }
-    at_home::check(&carrier, spec, &check.root())?;
+    at_home::check_at_home(&carrier, spec, &check.root())?;
     Ok(carrier)
 }
 

@@ -5,8 +5,8 @@ use nalgebra::{Matrix6, Vector3};
 use super::{
     TO_RAD,
     coupling::{self, ShownCoordinate},
-    frame, material,
-    section::section,
+    find_material, resolve_frame,
+    section::resolve_section,
 };
 use crate::{
     input::{check::Check, error::Result},
@@ -73,15 +73,15 @@ pub(super) struct ChainBuilder<'a> {
     pub springs: Vec<(PointSpringSpec, Check)>,
     /// Designs under way, the outermost first.
     pub designs: Vec<usize>,
-    /// ShownCoordinate coordinates.
+    /// What a pendant shows for each of its drives, where that is not the joint itself.
     pub shown: Vec<ShownCoordinate>,
 }
 
 impl ChainBuilder<'_> {
-    /// Fills the route under way with the elements of chain design number `design`, mounted as `mount` says.
+    /// Fills the present route with the elements of chain design number `design`, its ends placed by the frames of `mount`.
     pub fn add_route(&mut self, design: usize, mount: &MountSpec, check_mount: &Check) -> Result<()> {
-        self.route.base = frame(&mount.base, &check_mount.key("base"))?;
-        self.route.attachment = frame(&mount.platform, &check_mount.key("platform"))?.inverse();
+        self.route.base = resolve_frame(&mount.base, &check_mount.key("base"))?;
+        self.route.attachment = resolve_frame(&mount.platform, &check_mount.key("platform"))?.inverse();
         self.designs.push(design);
         let check = check_mount.root().key(&format!("chain[{design}]"));
         for (i, element) in self.spec.chain[design].elements.iter().enumerate() {
@@ -180,7 +180,7 @@ impl ChainBuilder<'_> {
                     parallelogram_width: None,
                 };
                 let index = self.add_passive(passive, &check)?;
-                self.add_passive_move(Motion::Prismatic, axis(joint.axis), index, 1.0);
+                self.add_passive_move(Motion::Prismatic, to_axis(joint.axis), index, 1.0);
             }
             ElementSpec::RevoluteJoint(joint) => {
                 let check = check.key("revolute_joint");
@@ -194,7 +194,7 @@ impl ChainBuilder<'_> {
                     parallelogram_width: None,
                 };
                 let index = self.add_passive(passive, &check)?;
-                self.add_passive_move(Motion::Revolute, axis(joint.axis), index, 1.0);
+                self.add_passive_move(Motion::Revolute, to_axis(joint.axis), index, 1.0);
             }
             ElementSpec::Beam(beam) => {
                 let name = self.spring_name(beam.name.as_deref(), "beam", number);
@@ -208,7 +208,7 @@ impl ChainBuilder<'_> {
             ElementSpec::UniversalJoint(joint) => {
                 let check = check.key("universal_joint");
                 let limits = joint.limits_deg.map(|limits| limits.to_vec());
-                let [first, second] = joint.axes.map(axis);
+                let [first, second] = joint.axes.map(to_axis);
                 if first == second {
                     let got = ["x", "y", "z"][first.index()];
                     return check.key("axes").fail(format!("must be two different axes, got {got} twice"));
@@ -229,15 +229,15 @@ impl ChainBuilder<'_> {
         Ok(())
     }
 
-    /// Name of an elastic link in tables: its own, or its kind and number in the chain.
-    fn spring_name(&self, own: Option<&str>, kind: &str, number: usize) -> String {
-        match own {
-            Some(own) => format!("{}{own}", self.prefix),
+    /// Name of an elastic link in tables: the `name` given in the file, or else its `kind` and `number` in the chain, from 1.
+    fn spring_name(&self, name: Option<&str>, kind: &str, number: usize) -> String {
+        match name {
+            Some(name) => format!("{}{name}", self.prefix),
             None => format!("{}{kind} (element {number})", self.prefix),
         }
     }
 
-    /// Appends crossed passive hinges, named after their axes.
+    /// Appends crossed passive hinges about `axes`, named after them, with home angles and limits in degrees.
     fn add_hinges(
         &mut self,
         name: &str,
@@ -249,7 +249,7 @@ impl ChainBuilder<'_> {
         for (i, (&along, &home)) in axes.iter().zip(home_deg).enumerate() {
             let limits = limits_deg.as_ref().map(|limits| limits[i]);
             let joint = PassiveJoint {
-                name: format!("{name}_{}", ["x", "y", "z"][axis(along).index()]),
+                name: format!("{name}_{}", ["x", "y", "z"][to_axis(along).index()]),
                 motion: Motion::Revolute,
                 limits: check.key("limits_deg").item(i).interval(limits, TO_RAD)?,
                 stiffness: 0.0,
@@ -258,7 +258,7 @@ impl ChainBuilder<'_> {
                 parallelogram_width: None,
             };
             let index = self.add_passive(joint, check)?;
-            self.add_passive_move(Motion::Revolute, axis(along), index, 1.0);
+            self.add_passive_move(Motion::Revolute, to_axis(along), index, 1.0);
         }
         Ok(())
     }
@@ -283,7 +283,7 @@ impl ChainBuilder<'_> {
                 check: check.key("shown"),
             });
         }
-        self.add_spring(drive.name.clone(), SpringLaw::Drive(drive.stiffness), &[(drive.motion, axis(along))]);
+        self.add_spring(drive.name.clone(), SpringLaw::Drive(drive.stiffness), &[(drive.motion, to_axis(along))]);
         self.chain.drives.push(drive);
         Ok(())
     }
@@ -296,14 +296,16 @@ impl ChainBuilder<'_> {
         Ok(self.chain.passive.len() - 1)
     }
 
+    /// Appends a beam: its advance along x and the six elastic motions of its end.
     fn add_beam(&mut self, name: String, beam: &BeamSpec, check: &Check) -> Result<()> {
         let length = check.key("length_mm").length(beam.length_mm)?;
         let advance = check.key("advance_mm").finite_scalar(beam.advance_mm.unwrap_or(length))?;
-        let material = material(self.spec, &beam.material, &check.key("material"))?;
-        let stiffness = beam_stiffness(&section(&beam.section, &check.key("section"))?, &material, length);
+        let material = find_material(self.spec, &beam.material, &check.key("material"))?;
+        let stiffness = beam_stiffness(&resolve_section(&beam.section, &check.key("section"))?, &material, length);
         self.add_elastic_link(name, advance, stiffness, check)
     }
 
+    /// Appends a link given by its 6×6 stiffness or compliance (N, mm, rad).
     fn add_link(&mut self, name: String, link: &LinkSpec, check: &Check) -> Result<()> {
         let advance = check.key("advance_mm").finite_scalar(link.advance_mm)?;
         let stiffness = match (&link.stiffness, &link.compliance) {
@@ -338,8 +340,8 @@ impl ChainBuilder<'_> {
         use {Axis::*, Motion::*};
         let length = check.key("length_mm").length(spec.length_mm)?;
         let width = check.key("width_mm").positive(spec.width_mm)?;
-        let material = material(self.spec, &spec.material, &check.key("material"))?;
-        let bar = beam_stiffness(&section(&spec.bar_section, &check.key("bar_section"))?, &material, length);
+        let material = find_material(self.spec, &spec.material, &check.key("material"))?;
+        let bar = beam_stiffness(&resolve_section(&spec.bar_section, &check.key("bar_section"))?, &material, length);
         let joint = PassiveJoint {
             name: spec.name.clone(),
             motion: Revolute,
@@ -386,7 +388,7 @@ impl ChainBuilder<'_> {
                 number(passive);
             }
         }
-        self.chain.coupling = coupling::resolve(&self.chain, &self.shown)?;
+        self.chain.coupling = coupling::resolve_coupling(&self.chain, &self.shown)?;
         Ok(self.chain)
     }
 }
@@ -396,7 +398,8 @@ fn in_series(gear: f64, shaft: Option<f64>) -> f64 {
     shaft.map_or(gear, |shaft| gear * shaft / (gear + shaft))
 }
 
-fn axis(spec: AxisSpec) -> Axis {
+/// The axis as machine files name it.
+fn to_axis(spec: AxisSpec) -> Axis {
     match spec {
         AxisSpec::X => Axis::X,
         AxisSpec::Y => Axis::Y,

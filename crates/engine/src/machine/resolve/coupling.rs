@@ -11,7 +11,7 @@ use crate::{
 /// A map from joints to shown coordinates is singular below this determinant, its rows being of length 1.
 const SINGULAR: f64 = 1e-9;
 
-/// ShownCoordinate coordinate of a drive, as written in the machine file.
+/// What a pendant shows for a drive, as written in the machine file.
 pub(super) struct ShownCoordinate {
     /// Index of the drive, and what stands before the names of the drives of its design.
     pub drive: usize,
@@ -21,8 +21,8 @@ pub(super) struct ShownCoordinate {
     pub check: Check,
 }
 
-/// Coupling of a chain's drives, the inverse of what `shown` says of each, if any; drives are named as in their design, or else as in the chain.
-pub(super) fn resolve(chain: &Chain, shown: &[ShownCoordinate]) -> Result<Option<Box<Coupling>>> {
+/// Coupling of a chain's drives: the inverse of what `shown` says of each, if any. Drives are named as in their design or the chain.
+pub(super) fn resolve_coupling(chain: &Chain, shown: &[ShownCoordinate]) -> Result<Option<Box<Coupling>>> {
     let Some(ShownCoordinate { check: first, .. }) = shown.first() else { return Ok(None) };
     let count = chain.drives.len();
     let mut by_joints: DMatrix<f64> = DMatrix::identity(count, count);
@@ -39,8 +39,8 @@ pub(super) fn resolve(chain: &Chain, shown: &[ShownCoordinate]) -> Result<Option
             };
             if chain.drives[joint].motion != motion {
                 let word = |motion| if motion == Motion::Prismatic { "slide" } else { "hinge" };
-                let (other, own) = (word(chain.drives[joint].motion), word(motion));
-                return check.fail(format!("is a {other}, the drive itself a {own}: expected drives of one kind"));
+                let (other, kind) = (word(chain.drives[joint].motion), word(motion));
+                return check.fail(format!("is a {other}, the drive itself a {kind}: expected drives of one kind"));
             }
             by_joints[(*drive, joint)] = check.finite_scalar(factor)?;
         }

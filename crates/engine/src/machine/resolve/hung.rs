@@ -45,8 +45,8 @@ impl ChainBuilder<'_> {
     /// Adds the springs collected for the route under way, all of whose frames are named now.
     pub fn add_springs(&mut self) -> Result<()> {
         for (number, (spec, check)) in std::mem::take(&mut self.springs).into_iter().enumerate() {
-            let mut from = self.anchor(&spec.from, &check.key("from"))?;
-            let mut to = self.anchor(&spec.to, &check.key("to"))?;
+            let mut from = self.resolve_anchor(&spec.from, &check.key("from"))?;
+            let mut to = self.resolve_anchor(&spec.to, &check.key("to"))?;
             if from.frame == to.frame {
                 let problem = format!(
                     "is the frame of `from` too, \"{}\": a spring between a frame and itself has no effect",
@@ -57,9 +57,9 @@ impl ChainBuilder<'_> {
             if from.frame > to.frame {
                 std::mem::swap(&mut from, &mut to);
             }
-            let own = spec.name.clone().unwrap_or_else(|| format!("spring_{}", number + 1));
-            check.key("name").identifier(&own)?;
-            let name = format!("{}{own}", self.prefix);
+            let spring_name = spec.name.clone().unwrap_or_else(|| format!("spring_{}", number + 1));
+            check.key("name").identifier(&spring_name)?;
+            let name = format!("{}{spring_name}", self.prefix);
             check.key("name").unique(&name, self.route.point_springs.iter().map(|spring| spring.name.as_str()))?;
             let free_check = check.key("free_length_mm");
             let free_length = free_check.finite_scalar(spec.free_length_mm)?;
@@ -80,7 +80,7 @@ impl ChainBuilder<'_> {
     }
 
     /// Resolves an anchor: in a named frame of the route or, outside modules, in O.
-    fn anchor(&self, spec: &AnchorSpec, check: &Check) -> Result<Anchor> {
+    fn resolve_anchor(&self, spec: &AnchorSpec, check: &Check) -> Result<Anchor> {
         let at = check.key("at_mm").position(spec.at_mm)?;
         let is_inner = !self.designs.is_empty();
         let frame = match self.frames.iter().find(|(name, _)| *name == spec.frame) {

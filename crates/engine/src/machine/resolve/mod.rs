@@ -28,8 +28,8 @@ use crate::{
     spatial::{Pose, frame_about},
 };
 
-/// Checks the file `definition` and assembles the machine at home; `origin` names the file in errors.
-pub(super) fn machine(definition: MachineSpec, origin: &str, text: Arc<str>) -> Result<Machine> {
+/// Checks the file `definition`, written as `text`, and assembles the machine at home; `origin` names the file in errors.
+pub(super) fn resolve_machine(definition: MachineSpec, origin: &str, text: Arc<str>) -> Result<Machine> {
     let spec = &definition;
     let check = Check::new(origin);
     check.schema(spec.schema)?;
@@ -37,7 +37,7 @@ pub(super) fn machine(definition: MachineSpec, origin: &str, text: Arc<str>) -> 
     // Also those that nothing is made of.
     spec.material.iter().try_for_each(|(name, spec)| elastic_constants(name, spec, &check).map(drop))?;
     let chains = mounted_chains(spec, &check)?;
-    let controls = controls(spec, &check)?;
+    let controls = resolve_controls(spec, &check)?;
     let drive_count: usize = chains.iter().map(|chain| chain.drives.len()).sum();
     if drive_count < controls.len() {
         let problem = format!("{} coordinates cannot be controlled by {drive_count} drives", controls.len());
@@ -48,12 +48,12 @@ pub(super) fn machine(definition: MachineSpec, origin: &str, text: Arc<str>) -> 
         Pose::from_roll_pitch_yaw(home_check.key("rotation_deg").finite(spec.home.rotation_deg)? * TO_RAD);
     home_pose.translation = home_check.key("position_mm").position(spec.home.position_mm)?;
     let tool_tip = check.key("platform.tool_tip_mm").position(spec.platform.tool_tip_mm)?;
-    let (tool_axis, tool_axis_source) = tool_axis(spec, tool_tip, &check.key("platform.tool_axis"))?;
-    let mut machine = Machine::of(Model {
+    let (tool_axis, tool_axis_source) = resolve_tool_axis(spec, tool_tip, &check.key("platform.tool_axis"))?;
+    let mut machine = Machine::from_model(Model {
         name: spec.name.clone(),
         title: spec.title.clone(),
         source: spec.source.clone(),
-        provenance: provenance(spec, &check)?,
+        provenance: resolve_provenance(spec, &check)?,
         home: Configuration::start(&chains, home_pose),
         home_target: home_pose,
         characteristic_length: kinematics::characteristic_length(&chains, &Configuration::start(&chains, home_pose)),
@@ -68,11 +68,11 @@ pub(super) fn machine(definition: MachineSpec, origin: &str, text: Arc<str>) -> 
         tool_axes: frame_about(tool_axis),
         tool_axis_source,
         controls,
-        workspace: workspace(spec, &check)?,
-        points: points(spec, &check)?,
-        gravity: gravity(spec.gravity, &check)?,
-        tool_compliance: tool_compliance(spec, &check.key("platform.tool"))?,
-        platform_mass: platform_mass(spec.platform.mass.as_ref(), &check.key("platform.mass"))?,
+        workspace: resolve_workspace(spec, &check)?,
+        points: resolve_points(spec, &check)?,
+        gravity: resolve_gravity(spec.gravity, &check)?,
+        tool_compliance: resolve_tool_compliance(spec, &check.key("platform.tool"))?,
+        platform_mass: resolve_platform_mass(spec.platform.mass.as_ref(), &check.key("platform.mass"))?,
         zeroed: match spec.zeroed {
             ZeroedSpec::AtRest => ZeroState::AtRest,
             ZeroedSpec::Weightless => ZeroState::Weightless,
@@ -88,17 +88,17 @@ pub(super) fn machine(definition: MachineSpec, origin: &str, text: Arc<str>) -> 
     machine.characteristic_length = kinematics::characteristic_length(&machine.chains, &machine.home);
     machine.redundancy = machine.redundancy_at_home();
     machine.has_parasitic_rotation = machine.rotates_parasitically();
-    machine.arm = Arm::of(&machine).map(Box::new);
-    at_home::check(&machine, machine.definition.spec(), &check)?;
+    machine.arm = Arm::recognise(&machine).map(Box::new);
+    at_home::check_at_home(&machine, machine.definition.spec(), &check)?;
     if let Some(definition) = machine.definition.spec().workpiece_carrier.clone() {
         let check = check.key("workpiece_carrier");
-        machine.carrier = Some(carrier::carrier(&definition, machine.definition.spec(), &machine, &check)?);
+        machine.carrier = Some(carrier::resolve(&definition, machine.definition.spec(), &machine, &check)?);
     }
     Ok(machine)
 }
 
 /// Checks the entries of provenance, whose patterns must name parameters.
-fn provenance(spec: &MachineSpec, check: &Check) -> Result<Vec<Provenance>> {
+fn resolve_provenance(spec: &MachineSpec, check: &Check) -> Result<Vec<Provenance>> {
     let names = if spec.provenance.is_empty() { Vec::new() } else { parameters::names(spec) };
     let entries = spec.provenance.iter().enumerate().map(|(i, entry)| {
         let check = check.key(&format!("provenance[{i}]"));
@@ -114,7 +114,7 @@ fn provenance(spec: &MachineSpec, check: &Check) -> Result<Vec<Provenance>> {
             parameters: entry.parameters.clone(),
             interval: entry
                 .interval
-                .map(|ends| interval(ends, &entry.parameters, &names, &check.key("interval")))
+                .map(|ends| checked_interval(ends, &entry.parameters, &names, &check.key("interval")))
                 .transpose()?,
         })
     });
@@ -122,7 +122,7 @@ fn provenance(spec: &MachineSpec, check: &Check) -> Result<Vec<Provenance>> {
 }
 
 /// Checks an interval of provenance, which must be about one parameter named in full.
-fn interval(ends: [f64; 2], about: &[String], names: &[String], check: &Check) -> Result<[f64; 2]> {
+fn checked_interval(ends: [f64; 2], about: &[String], names: &[String], check: &Check) -> Result<[f64; 2]> {
     let [low, high] = ends;
     if low.partial_cmp(&high).is_none_or(std::cmp::Ordering::is_gt) {
         return check.fail(format!("expected two numbers in ascending order, got {low} and {high}"));
@@ -140,7 +140,7 @@ const ENDS: [&str; 2] = ["base", "end"];
 fn check_element_names(design: &ChainSpec, check: &Check) -> Result<()> {
     let names = ElementSpec::names(&design.elements);
     for (i, element) in design.elements.iter().enumerate() {
-        let given = match element {
+        let optional_name = match element {
             ElementSpec::Fixed(FixedSpec { name, .. })
             | ElementSpec::Beam(BeamSpec { name, .. })
             | ElementSpec::Link(LinkSpec { name, .. })
@@ -148,7 +148,7 @@ fn check_element_names(design: &ChainSpec, check: &Check) -> Result<()> {
             | ElementSpec::Module(ModuleSpec { name, .. }) => name,
             _ => continue,
         };
-        let Some(name) = given else { continue };
+        let Some(name) = optional_name else { continue };
         let kind = element.kind_and_name().0;
         let check = check.key(&format!("elements[{i}].{kind}.name"));
         check.identifier(name)?;
@@ -162,6 +162,7 @@ fn check_element_names(design: &ChainSpec, check: &Check) -> Result<()> {
     Ok(())
 }
 
+/// Checks the elastic constants of the material called `name`, N/mm².
 fn elastic_constants(name: &str, spec: &MaterialSpec, check: &Check) -> Result<Material> {
     let check = check.key(&format!("material.{name}"));
     Ok(Material {
@@ -170,8 +171,8 @@ fn elastic_constants(name: &str, spec: &MaterialSpec, check: &Check) -> Result<M
     })
 }
 
-/// Elastic constants of the material called `name`.
-fn material(spec: &MachineSpec, name: &str, check: &Check) -> Result<Material> {
+/// Elastic constants of the material called `name`; `Err` names those that there are.
+fn find_material(spec: &MachineSpec, name: &str, check: &Check) -> Result<Material> {
     let Some(material) = spec.material.get(name) else {
         let known = spec.material.keys().map(String::as_str).collect::<Vec<_>>().join(", ");
         let known = if known.is_empty() { "none".into() } else { known };
@@ -180,7 +181,7 @@ fn material(spec: &MachineSpec, name: &str, check: &Check) -> Result<Material> {
     elastic_constants(name, material, &check.root())
 }
 
-/// Index of the chain design called `name`.
+/// Index of the chain design called `name`; `Err` names those that there are.
 fn design_index(spec: &MachineSpec, name: &str, check: &Check) -> Result<usize> {
     match spec.chain.iter().position(|chain| chain.name == name) {
         Some(index) => Ok(index),
@@ -195,7 +196,7 @@ fn design_index(spec: &MachineSpec, name: &str, check: &Check) -> Result<usize> 
 const STRONGEST_GRAVITY: f64 = 100.0;
 
 /// Checks the acceleration of gravity in O, m/s²; that of the Earth where none is given.
-fn gravity(spec: Option<[f64; 3]>, check: &Check) -> Result<Vector3<f64>> {
+fn resolve_gravity(spec: Option<[f64; 3]>, check: &Check) -> Result<Vector3<f64>> {
     let check = check.key("gravity_m_per_s2");
     let gravity = check.finite(spec.unwrap_or(GRAVITY))?;
     if gravity.norm() > STRONGEST_GRAVITY {
@@ -208,8 +209,8 @@ fn gravity(spec: Option<[f64; 3]>, check: &Check) -> Result<Vector3<f64>> {
     Ok(gravity)
 }
 
-/// Checks what moves with P; `None` where nothing is given or its mass is 0.
-fn platform_mass(spec: Option<&MassSpec>, check: &Check) -> Result<Option<PlatformMass>> {
+/// Checks the mass that moves with P, kg, and its centre, mm; `None` where nothing is given or the mass is 0.
+fn resolve_platform_mass(spec: Option<&MassSpec>, check: &Check) -> Result<Option<PlatformMass>> {
     let Some(mass) = spec else { return Ok(None) };
     let kilograms = check.key("kg").not_negative(mass.kg)?;
     let at = check.key("at_mm").position(mass.at_mm)?;
@@ -223,8 +224,8 @@ const MAX_COORDINATES: usize = 500;
 
 const TO_RAD: f64 = std::f64::consts::PI / 180.0;
 
-/// Direction of the tool from the spindle to its tip, a unit vector in platform axes.
-fn tool_axis(spec: &MachineSpec, tip: Vector3<f64>, check: &Check) -> Result<(Vector3<f64>, ToolAxisSource)> {
+/// Direction of the tool from the spindle to its tip, a unit vector in platform axes, and where it comes from; `tip`: from P, mm.
+fn resolve_tool_axis(spec: &MachineSpec, tip: Vector3<f64>, check: &Check) -> Result<(Vector3<f64>, ToolAxisSource)> {
     Ok(match (spec.platform.tool_axis, tip.try_normalize(SHORTEST_TOOL_MM)) {
         (Some(axis), _) => (check.direction(axis)?, ToolAxisSource::Given),
         (None, Some(axis)) => (axis, ToolAxisSource::TowardsTip),
@@ -236,7 +237,7 @@ fn tool_axis(spec: &MachineSpec, tip: Vector3<f64>, check: &Check) -> Result<(Ve
 const SHORTEST_TOOL_MM: f64 = 1e-9;
 
 /// Checks the task coordinates that the drives control: at least one, each once.
-fn controls(spec: &MachineSpec, check: &Check) -> Result<Vec<Coordinate>> {
+fn resolve_controls(spec: &MachineSpec, check: &Check) -> Result<Vec<Coordinate>> {
     let check = check.key("platform.controls");
     let mut controls = Vec::new();
     for (i, coordinate) in spec.platform.controls.iter().enumerate() {
@@ -258,7 +259,8 @@ fn controls(spec: &MachineSpec, check: &Check) -> Result<Vec<Coordinate>> {
     Ok(controls)
 }
 
-fn workspace(spec: &MachineSpec, check: &Check) -> Result<WorkspaceBox> {
+/// Checks the workspace box: its corners (mm), the lower one first.
+fn resolve_workspace(spec: &MachineSpec, check: &Check) -> Result<WorkspaceBox> {
     let check = check.key("workspace");
     let min = check.key("min_mm").position(spec.workspace.min_mm)?;
     let max = check.key("max_mm").position(spec.workspace.max_mm)?;
@@ -266,7 +268,8 @@ fn workspace(spec: &MachineSpec, check: &Check) -> Result<WorkspaceBox> {
     Ok(WorkspaceBox { min, max })
 }
 
-fn points(spec: &MachineSpec, check: &Check) -> Result<Vec<NamedPoint>> {
+/// Checks the named locations of P: positions (mm) and names, each once.
+fn resolve_points(spec: &MachineSpec, check: &Check) -> Result<Vec<NamedPoint>> {
     let mut points: Vec<NamedPoint> = Vec::new();
     for (i, point) in spec.point.iter().enumerate() {
         let check = check.key(&format!("point[{i}]"));
@@ -322,8 +325,8 @@ fn mounted_chains(spec: &MachineSpec, check: &Check) -> Result<Vec<Chain>> {
     Ok(chains)
 }
 
-/// Pose of a frame given by its position and by two axes or roll, pitch and yaw.
-fn frame(spec: &FrameSpec, check: &Check) -> Result<Pose> {
+/// Pose of a frame (mm) given by its position and by two axes, or by roll, pitch and yaw in degrees.
+fn resolve_frame(spec: &FrameSpec, check: &Check) -> Result<Pose> {
     let translation = check.key("position_mm").position(spec.position_mm)?;
     let rotation = match (spec.x_axis, spec.y_axis, spec.rotation_deg) {
         (None, None, None) => Matrix3::identity(),
@@ -345,22 +348,22 @@ fn frame(spec: &FrameSpec, check: &Check) -> Result<Pose> {
 }
 
 /// Compliance of the tool at T, in its axes (mm, rad; N, N·mm); `None` without a tool that bends.
-fn tool_compliance(spec: &MachineSpec, check: &Check) -> Result<Option<Box<Matrix6<f64>>>> {
+fn resolve_tool_compliance(spec: &MachineSpec, check: &Check) -> Result<Option<Box<Matrix6<f64>>>> {
     let Some(tool) = &spec.platform.tool else { return Ok(None) };
-    let given = tool.compliance.as_ref().map(|rows| check.key("compliance_mm_rad_N").positive_definite(rows));
-    let cutter = tool.cutter.as_ref().map(|cutter| cantilever(cutter, spec, &check.key("cutter")));
-    match (given.transpose()?, cutter.transpose()?) {
-        (Some(given), Some(cutter)) => Ok(Some(Box::new(given + cutter))),
+    let matrix = tool.compliance.as_ref().map(|rows| check.key("compliance_mm_rad_N").positive_definite(rows));
+    let cutter = tool.cutter.as_ref().map(|cutter| cutter_compliance(cutter, spec, &check.key("cutter")));
+    match (matrix.transpose()?, cutter.transpose()?) {
+        (Some(matrix), Some(cutter)) => Ok(Some(Box::new(matrix + cutter))),
         (Some(one), None) | (None, Some(one)) => Ok(Some(Box::new(one))),
         (None, None) => check.fail("give compliance_mm_rad_N, cutter or both".into()),
     }
 }
 
 /// Compliance of the end of a cutter, a round cantilever along z (mm, rad; N, N·mm).
-fn cantilever(cutter: &CutterSpec, spec: &MachineSpec, check: &Check) -> Result<Matrix6<f64>> {
+fn cutter_compliance(cutter: &CutterSpec, spec: &MachineSpec, check: &Check) -> Result<Matrix6<f64>> {
     let diameter = check.key("diameter_mm").positive(cutter.diameter_mm)?;
     let length = check.key("stick_out_mm").positive(cutter.stick_out_mm)?;
-    let material = material(spec, &cutter.material, &check.key("material"))?;
+    let material = find_material(spec, &cutter.material, &check.key("material"))?;
     let stiffness = beam_stiffness(&Section::Round { diameter }, &material, length);
     let Some(along_x) = stiffness.cholesky().map(|factor| factor.inverse()) else {
         return check.fail("has no stiffness in some direction, by these dimensions".into());

@@ -6,7 +6,7 @@ use crate::{
 };
 
 /// Checks the dimensions of a cross-section, mm.
-pub(super) fn section(spec: &SectionSpec, check: &Check) -> Result<Section> {
+pub(super) fn resolve_section(spec: &SectionSpec, check: &Check) -> Result<Section> {
     match spec {
         SectionSpec::Rectangle(spec) => {
             let check = check.key("rectangle");

@@ -14,18 +14,17 @@ impl ChainSystem<f64> {
         self.route_unknown_count() + self.loops.iter().map(|inner| inner.system.unknown_count()).sum::<usize>()
     }
 
-    /// The loops, each with the row of its first unknown.
+    /// The loops of the route, each with the row of its first unknown, where the system begins at row `start`.
     fn loops_with_rows(&self, start: usize) -> impl Iterator<Item = (&LoopSystem<f64>, usize)> {
         let mut first = start + self.route_unknown_count();
         self.loops.iter().map(move |inner| {
-            let own = first;
+            let row = first;
             first += inner.system.unknown_count();
-            (inner, own)
+            (inner, row)
         })
     }
 
-    /// Writes the symmetric system before elimination into `matrix` from row `start` on, coupled with the platform's twist from row
-    /// `platform` on.
+    /// Writes the system before elimination into `matrix` from row `start` on, coupled with the platform's twist in row `platform`.
     pub fn assemble(&self, matrix: &mut DMatrix<f64>, start: usize, platform: usize) {
         self.assemble_route(matrix, start, &Vec::new());
         for i in 0..6 {
@@ -79,7 +78,7 @@ impl ChainSystem<f64> {
         right
     }
 
-    /// Right-hand sides of the route alone before elimination, without what its loops' closure errors do to it.
+    /// Right-hand sides of the route only, before elimination, without the terms of its loops' closure errors.
     pub fn route_right_hand_sides(&self) -> Vec<f64> {
         (0..self.route_unknown_count()).map(|row| self.matrix.get(row, self.rhs_column())).collect()
     }
@@ -92,8 +91,7 @@ impl ChainSystem<f64> {
         }
     }
 
-    /// Row indices of all closure equations (six of the chain's own route, then six of each loop in order) in an assembled matrix where this
-    /// system begins at row `start`.
+    /// Rows of all closure equations (six of the chain's route, then six of each loop) in a matrix where this system begins at row `start`.
     pub fn closure_rows(&self, start: usize) -> Vec<usize> {
         let first_closure_row = start + self.wrench_row();
         let loop_rows = self.loops_with_rows(start).flat_map(|(inner, first)| inner.system.closure_rows(first));
@@ -110,15 +108,15 @@ impl ChainSystem<f64> {
 
     /// Sets the unknowns found by another solver, in the order of [`ChainSystem::assemble`].
     pub fn set_solution(&mut self, unknowns: &[f64]) {
-        let (own, mut rest) = unknowns.split_at(self.route_unknown_count());
-        self.solution[..own.len()].copy_from_slice(own);
+        let (route_part, mut rest) = unknowns.split_at(self.route_unknown_count());
+        self.solution[..route_part.len()].copy_from_slice(route_part);
         for inner in &mut self.loops {
             let (within, others) = rest.split_at(inner.system.unknown_count());
             inner.system.set_solution(within);
             inner.twist = [0.0; 6];
             for &(row, twist) in &inner.motions_between {
                 for (entry, part) in inner.twist.iter_mut().zip(twist.to_array()) {
-                    *entry += part * own[row];
+                    *entry += part * route_part[row];
                 }
             }
             rest = others;
@@ -137,7 +135,7 @@ impl ChainSystem<f64> {
         &self.loops
     }
 
-    /// The loops of the route.
+    /// The loops of the route, to be changed.
     pub fn loops_mut(&mut self) -> &mut [LoopSystem<f64>] {
         &mut self.loops
     }

@@ -102,9 +102,9 @@ pub(super) struct ChainResidual<R> {
 }
 
 impl<R: Real> ChainSystem<R> {
-    /// Systems of the chains of `machine`, in its order.
+    /// Systems of all chains of `machine`, in its order, not filled yet.
     pub fn all(machine: &Machine) -> Vec<Self> {
-        let scale = Scale::of(machine);
+        let scale = Scale::for_machine(machine);
         machine.chains.iter().map(|chain| Self::new(chain, scale)).collect()
     }
 
@@ -115,11 +115,11 @@ impl<R: Real> ChainSystem<R> {
 
     /// System of a `route` of `chain`, with columns for `drives`; that of a loop with masses also has columns for its turn against gravity.
     fn for_route(chain: &Chain, route: &Route, drives: Vec<usize>, is_loop: bool, scale: Scale) -> Self {
-        let own = route.coordinates();
-        let virtual_count = own.iter().filter(|&&coordinate| coordinate < chain.virtual_count).count();
-        let passive_count = own.len() - virtual_count;
+        let coordinates = route.coordinates();
+        let virtual_count = coordinates.iter().filter(|&&coordinate| coordinate < chain.virtual_count).count();
+        let passive_count = coordinates.len() - virtual_count;
         let mut rows = vec![usize::MAX; chain.coordinate_count()];
-        for (i, &coordinate) in own.iter().enumerate() {
+        for (i, &coordinate) in coordinates.iter().enumerate() {
             rows[coordinate] = if i < virtual_count { i } else { i + 6 };
         }
         let is_own = |coordinate: usize| rows[coordinate] != usize::MAX;
@@ -152,8 +152,8 @@ impl<R: Real> ChainSystem<R> {
         Self {
             virtual_count,
             passive_count,
-            transmission: Transmission::new(chain, route, &own, extra, turn_count + loops.len() > 0, scale),
-            coordinates: own,
+            transmission: Transmission::new(chain, route, &coordinates, extra, turn_count + loops.len() > 0, scale),
+            coordinates,
             rows,
             drives,
             springs,
@@ -331,8 +331,8 @@ impl<R: Real> ChainSystem<R> {
             force = force.larger(if self.is_rotation[coordinate] { entry * per_length } else { entry });
         }
         let gap = self.closure.linear.norm().larger(self.closure.angular.norm() * R::splat(scale));
-        let own = ChainResidual { gap, force };
-        if self.loops.is_empty() { own } else { self.residual_with_loops(own, scale) }
+        let route_residual = ChainResidual { gap, force };
+        if self.loops.is_empty() { route_residual } else { self.residual_with_loops(route_residual, scale) }
     }
 
     /// Eliminates the chain's unknowns but for its slacks; returns the lanes in which that works. In the others a pivot has the wrong sign:
@@ -401,7 +401,7 @@ impl<R: Real> ChainSystem<R> {
         matrix.get(twist + i.min(j), twist + i.max(j))
     }
 
-    /// Change of the chain wrench F̂ with the platform held, after [`ChainSystem::eliminate`].
+    /// Change of the chain wrench F̂ (N, N·mm, at P in O axes) with the platform held, after [`ChainSystem::eliminate`].
     #[inline(always)]
     pub fn held_wrench(&self) -> [R; 6] {
         self.wrench_by_column(0)
@@ -457,7 +457,7 @@ impl<R: Real> ChainSystem<R> {
         self.matrix.back_substitute(rhs, &mut self.solution);
     }
 
-    /// Step of chain coordinate `coordinate`; for a drive's, the step of its joint ρ + θ_a.
+    /// Step of chain coordinate `coordinate`, mm or rad; for a drive's, the step of its joint ρ + θ_a.
     #[inline(always)]
     pub fn coordinate_step(&self, coordinate: usize) -> R {
         match self.rows[coordinate] {
@@ -527,14 +527,13 @@ impl ChainSystem<f64> {
         self.loop_wrenches = loops;
     }
 
-    /// Eliminates all unknowns of the chain; returns the symmetric part K_i of its stiffness, `None` where it is unstable, idle, singular
-    /// or rigid.
+    /// Eliminates all unknowns; returns the symmetric part K_i of the stiffness, `None` where it is unstable, idle, singular or rigid.
     pub fn condense(&mut self) -> Option<Matrix6<f64>> {
         let good = self.eliminate() == 1 && self.eliminate_slacks() == 1;
         good.then(|| Matrix6::from_fn(|i, j| self.stiffness(i, j)))
     }
 
-    /// Adds the step, `dt` being that of the platform, to `state`.
+    /// Adds the chain's step to `state`; `dt` is the step of the platform, a twist of P in O axes (mm, rad).
     pub fn apply(&self, dt: &Vector6<f64>, state: &mut ChainState) {
         for (coordinate, value) in state.coordinates.iter_mut().enumerate() {
             *value += self.coordinate_step(coordinate);

@@ -23,11 +23,11 @@ impl<R: Real> ChainSystem<R> {
             let (far, last) = self.locate_anchor(&spring.to);
             let way = far - near;
             let stiffness = R::splat(spring.stiffness);
-            let left = spring.tension_at_zero_length();
+            let tension = spring.tension_at_zero_length();
             let (mut across, mut direction) = (stiffness, Vec3::zero());
-            if left != 0.0 {
+            if tension != 0.0 {
                 let per_length = R::splat(1.0) / way.norm();
-                across += R::splat(left) * per_length;
+                across += R::splat(tension) * per_length;
                 direction = way.scale(per_length);
             }
             let pull = way.scale(across);

@@ -79,14 +79,14 @@ impl<R: Real> ChainSystem<R> {
     fn add_mass(&self, route: &Route, source: MassRef, mass: &mut f64, moment: &mut Vec3<R>) {
         match source {
             MassRef::Mass(i) => {
-                let own = &route.masses[i];
-                *mass += own.kilograms;
-                *moment += self.frames[own.frame].transform(&own.at).scale(R::splat(own.kilograms));
+                let part = &route.masses[i];
+                *mass += part.kilograms;
+                *moment += self.frames[part.frame].transform(&part.at).scale(R::splat(part.kilograms));
             }
             MassRef::Loop(i) => {
-                let own = &self.loops[i].system;
-                *mass += own.mass;
-                *moment += own.moment_of_mass;
+                let part = &self.loops[i].system;
+                *mass += part.mass;
+                *moment += part.moment_of_mass;
             }
         }
     }

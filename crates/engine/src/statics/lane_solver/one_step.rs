@@ -21,7 +21,7 @@ pub enum StepInput {
 }
 
 impl StepInput {
-    /// Number of inputs besides the state: of a position (mm), if there is one, and of the wrench (N, N·mm).
+    /// Number of inputs besides the state: three of a position (mm), if there is one, and six of the wrench (N, N·mm).
     pub fn count(self) -> usize {
         match self {
             StepInput::Tip => 3 + 6,
@@ -30,7 +30,7 @@ impl StepInput {
     }
 }
 
-/// Index of the platform's origin (mm) in the numbers of a state, for a machine with so many drives.
+/// Index of the platform's origin (mm) in the numbers of a state, for a machine with `drives` drives.
 pub fn origin_index(drives: usize) -> usize {
     drives + 9
 }
@@ -49,7 +49,7 @@ pub fn state_numbers(drives: &[f64], state: &State) -> Vec<f64> {
     numbers
 }
 
-/// Drive positions and state from a row of numbers.
+/// Drive positions (mm, rad) and state from a row of numbers, the inverse of [`state_numbers`].
 pub fn state_from_numbers(machine: &Machine, numbers: &[f64]) -> (Vec<f64>, State) {
     let mut rest = numbers.iter().copied();
     let mut take = |count: usize| rest.by_ref().take(count).collect::<Vec<f64>>();
@@ -73,21 +73,21 @@ pub fn state_from_numbers(machine: &Machine, numbers: &[f64]) -> (Vec<f64>, Stat
 }
 
 /// Records a Newton step of `machine`, whose drives control its three translations, as operations from the numbers of a state and the
-/// inputs `given` to the numbers of the next state. The wrench is a dead one about the tool tip, the platform oriented as at home.
+/// inputs of kind `input` to the numbers of the next state. The wrench is a dead one about the tool tip, the platform oriented as at home.
 /// `postures` are rows of inputs that decide which branches are recorded; `None` where the step cannot be written as one list of operations.
-pub fn step_program(machine: &Machine, given: StepInput, postures: &[Vec<f64>]) -> Option<Program> {
-    record(postures, |inputs| step(machine, given, inputs))
+pub fn step_program(machine: &Machine, input: StepInput, postures: &[Vec<f64>]) -> Option<Program> {
+    record(postures, |inputs| step(machine, input, inputs))
 }
 
 /// Computes the Newton step that [`step_program`] records; `None` where it takes more than a full step over condensed chains.
-pub fn step<R: Real>(machine: &Machine, given: StepInput, inputs: &[R]) -> Option<Vec<R>> {
-    let (state, asked) = inputs.split_at(inputs.len() - given.count());
-    let (position, wrench) = asked.split_at(asked.len() - 6);
+pub fn step<R: Real>(machine: &Machine, input: StepInput, inputs: &[R]) -> Option<Vec<R>> {
+    let (state, extra) = inputs.split_at(inputs.len() - input.count());
+    let (position, wrench) = extra.split_at(extra.len() - 6);
     let mut solver: LaneSolver<R> = LaneSolver::new(machine);
     let gravity = Vec3::splat(&machine.gravity);
     solver.set_numbers(state);
     solver.linearise(machine, gravity);
-    let task = (given == StepInput::Tip).then(|| solver.tip_error(machine, position));
+    let task = (input == StepInput::Tip).then(|| solver.tip_error(machine, position));
     let imbalance = solver.imbalance(machine, gravity, wrench_at_platform(machine, wrench));
     let mut progress = Progress {
         iterations: [Iteration::new(); MAX_LANES],
@@ -96,17 +96,17 @@ pub fn step<R: Real>(machine: &Machine, given: StepInput, inputs: &[R]) -> Optio
         solved: 0,
     };
     solver.step_lanes(machine, imbalance, task.as_ref(), &mut progress);
-    (progress.active == R::ALL).then(|| solver.numbers())
+    (progress.active == R::ALL).then(|| solver.to_numbers())
 }
 
 /// Wrench at P of `wrench` about the tool tip, the platform oriented as at home (N, N·mm).
 fn wrench_at_platform<R: Real>(machine: &Machine, wrench: &[R]) -> [R; 6] {
     let mut numbers = [R::zero(); 6];
     numbers.copy_from_slice(wrench);
-    let mut own = Screw::from_array(numbers);
+    let mut at_platform = Screw::from_array(numbers);
     let lever = Vec3::splat(&(machine.home.pose.rotation * machine.tool_tip));
-    own.angular += lever.cross(own.linear);
-    own.to_array()
+    at_platform.angular += lever.cross(at_platform.linear);
+    at_platform.to_array()
 }
 
 impl<R: Real> LaneSolver<R> {
@@ -131,7 +131,7 @@ impl<R: Real> LaneSolver<R> {
     }
 
     /// Drives, platform and chains as the numbers of a state.
-    fn numbers(&self) -> Vec<R> {
+    fn to_numbers(&self) -> Vec<R> {
         let mut numbers = self.drives.clone();
         numbers.extend(self.platform.axes.iter().flat_map(|axis| axis.0));
         numbers.extend(self.platform.origin.0);
@@ -144,8 +144,8 @@ impl<R: Real> LaneSolver<R> {
         numbers
     }
 
-    /// Position of the tool tip less `wanted` (mm, O axes), along the axes that the drives control, and its derivative by the twist of P.
-    fn tip_error(&self, machine: &Machine, wanted: &[R]) -> SquareTask<R> {
+    /// Position of the tool tip less `target` (mm, O), and its derivative by the twist of P; the drives control all three translations.
+    fn tip_error(&self, machine: &Machine, target: &[R]) -> SquareTask<R> {
         let Frame { axes: _, origin } = self.platform;
         let lever = self.platform.outward(Vec3::splat(&machine.tool_tip));
         let tip = origin + lever;
@@ -153,7 +153,7 @@ impl<R: Real> LaneSolver<R> {
         for axis in 0..3 {
             let mut along = Vec3::zero();
             along.0[axis] = R::splat(1.0);
-            error[axis] = tip.0[axis] - wanted[axis];
+            error[axis] = tip.0[axis] - target[axis];
             slope[axis][axis] = along.0[axis];
             for (entry, part) in pairs(&mut slope[axis][3..], lever.cross(along).0) {
                 *entry = part;
