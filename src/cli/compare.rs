@@ -114,7 +114,7 @@ fn placement_study(arguments: &CompareArguments, machine: &str, process: &Path, 
     if !arguments.at.is_empty() {
         check_placeable(file, &process, &path)?;
     }
-    let Some(extent) = Extent::of(path.positions_mm().into_iter()) else {
+    let Some(extent) = Extent::around(path.positions_mm().into_iter()) else {
         return Err(no_motion_error(file));
     };
     if process.redundancy.is_sought() {

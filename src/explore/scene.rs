@@ -82,11 +82,11 @@ impl Scene {
         let is_foreign = |(name, bytes): &(&String, &Vec<u8>)| {
             // Programs of a page were checked when it was written.
             let is_program = !name.ends_with(".csv") && !name.ends_with(".toml");
-            is_program && !cfg!(target_family = "wasm") && Dialect::of(bytes) != Dialect::Iso
+            is_program && !cfg!(target_family = "wasm") && Dialect::detect(bytes) != Dialect::Iso
         };
         if let Some((name, bytes)) = named.iter().find(is_foreign) {
-            let problem = format!("{name} is in the language of {}; pages read ISO code", Dialect::of(bytes).name());
-            return Err(Error::argument("study", problem));
+            let fault = format!("{name} is in the language of {}; pages read ISO code", Dialect::detect(bytes).name());
+            return Err(Error::argument("study", fault));
         }
         let file = |(name, bytes): (&String, &Vec<u8>)| (name.clone(), String::from_utf8_lossy(bytes).into_owned());
         let head: Head = crate::input::toml_file::parse(text, super::STUDY)?;

@@ -31,12 +31,12 @@ pub(super) fn first_unreachable<'a>(
             let free = machine.tool_axes.column(2);
             missing -= free * free.dot(&missing);
         }
-        (missing.norm() > SAME_TURN).then(|| (point, describe(machine, &orientation, turn.norm())))
+        (missing.norm() > SAME_TURN).then(|| (point, describe_unreachable(machine, &orientation, turn.norm())))
     })
 }
 
-/// Describes an orientation that the machine's controlled rotations cannot reach, `turn_rad` from that at home.
-fn describe(machine: &Machine, orientation: &Orientation, turn_rad: f64) -> String {
+/// Describes an orientation, rotated from that at home by `turn_rad` (rad), that the machine's controlled rotations cannot reach.
+fn describe_unreachable(machine: &Machine, orientation: &Orientation, turn_rad: f64) -> String {
     let rotations = machine.controls.iter().filter(|c| matches!(c, Coordinate::Rotation(_))).map(|c| c.name());
     let controlled = rotations.collect::<Vec<_>>().join(", ");
     let degrees = (turn_rad.to_degrees() * 1e3).round() / 1e3;

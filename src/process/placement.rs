@@ -124,7 +124,7 @@ impl PlacedWorkpiece {
         &self.workpiece
     }
 
-    /// Returns the placement with the platform orientation `rotation` (`R_OP`), such as one that the drives do not control.
+    /// Returns the placement with the platform orientation `rotation` (`R_OP`) in place of its own.
     #[must_use]
     pub fn with_platform_rotation(&self, rotation: &Matrix3<f64>) -> Self {
         if *rotation == self.orientation {
@@ -143,8 +143,8 @@ impl PlacedWorkpiece {
             Orientation::Platform(platform) => workpiece * platform.to_rotation_matrix().matrix(),
             Orientation::ToolAxis(axis) => {
                 // The axes of the tool point from the spindle to its tip.
-                let own = -(self.home * self.tool.rotation.column(2));
-                rotation_exp(least_turn(own.normalize(), (workpiece * axis).normalize())) * self.home
+                let home_axis = -(self.home * self.tool.rotation.column(2));
+                rotation_exp(least_turn(home_axis.normalize(), (workpiece * axis).normalize())) * self.home
             }
         };
         self.with_platform_rotation(&rotation)
@@ -156,10 +156,10 @@ impl PlacedWorkpiece {
     pub fn tool_orientation_at(&self, rotation: &Matrix3<f64>, like: &Orientation) -> Orientation {
         let in_workpiece = self.workpiece.rotation.tr_mul(rotation);
         match like {
-            Orientation::Platform(own) => {
+            Orientation::Platform(original) => {
                 let q = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(in_workpiece));
                 // Of the two quaternions of a rotation, that which is written alike.
-                Orientation::Platform(if q.coords.dot(&own.coords) < 0.0 {
+                Orientation::Platform(if q.coords.dot(&original.coords) < 0.0 {
                     UnitQuaternion::new_unchecked(-q.into_inner())
                 } else {
                     q

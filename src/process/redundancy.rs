@@ -69,10 +69,10 @@ impl RedundancyCost {
         }
     }
 
-    /// Returns the part of the deviation `error` that counts, mm, for a motion along the unit vector `along` with the tool axis `axis`, all in
-    /// the same axes.
+    /// Returns the part of the position error `error` that counts as cost, mm, for a motion along the unit vector `along` with the tool
+    /// axis `axis`, all in the same axes.
     #[must_use]
-    pub fn of(self, error: &Vector3<f64>, along: Vector3<f64>, axis: Vector3<f64>) -> f64 {
+    pub fn deviation(self, error: &Vector3<f64>, along: Vector3<f64>, axis: Vector3<f64>) -> f64 {
         let across = error - along * along.dot(error);
         match self {
             Self::Deflection => error.norm(),
@@ -131,6 +131,7 @@ pub struct RedundancySettings {
 }
 
 impl Default for RedundancySettings {
+    /// γ as programmed, and the defaults of process files for a search.
     fn default() -> Self {
         Self {
             gamma: GammaChoice::AsProgrammed,

@@ -19,8 +19,8 @@ impl TiltAngles {
     /// Roll turns about x, pitch about y; a workpiece that is yawed as well turns about both for either.
     pub fn check(self, machine: &Machine, key: impl Fn(&str) -> Check) -> Result<()> {
         let controls = |axis: usize| machine.controls.contains(&Coordinate::Rotation(axis));
-        for (name, own, is_turned) in [("roll_deg", 0, self.roll), ("pitch_deg", 1, self.pitch)] {
-            let missing = [own, 1 - own].into_iter().find(|&axis| (axis == own || self.yaw) && !controls(axis));
+        for (name, about, is_turned) in [("roll_deg", 0, self.roll), ("pitch_deg", 1, self.pitch)] {
+            let missing = [about, 1 - about].into_iter().find(|&axis| (axis == about || self.yaw) && !controls(axis));
             if let (true, Some(axis)) = (is_turned, missing) {
                 let problem = format!(
                     "machine {} does not control rotation about {}, so its tool cannot follow a workpiece tilted so: \

@@ -47,7 +47,7 @@ const PARALLEL: f64 = 1e-9;
 
 impl Extent {
     /// Returns the smallest box around `points`; `None` if there are none.
-    pub fn of(points: impl Iterator<Item = Vector3<f64>>) -> Option<Self> {
+    pub fn around(points: impl Iterator<Item = Vector3<f64>>) -> Option<Self> {
         points.map(|p| Self { min: p, max: p }).reduce(Self::union)
     }
 
@@ -74,36 +74,36 @@ impl Extent {
         self.gap(workpiece, other) < -TOUCH_MM
     }
 
-    /// Returns how far this box, placed by `workpiece` (`X_OW`), can move along the unit vector `way` of O before it overlaps
-    /// the box `other` of O, mm; infinite if it never does.
-    pub fn free_travel(&self, workpiece: &Pose, way: &Vector3<f64>, other: &Extent) -> f64 {
-        let (own, theirs) = (self.corners().map(|corner| workpiece.transform(corner)), other.corners());
+    /// Returns how far this box, placed by `workpiece` (`X_OW`), can move along the unit vector `direction` of O before it overlaps the box
+    /// `other` of O, mm; infinite if it never does.
+    pub fn free_travel(&self, workpiece: &Pose, direction: &Vector3<f64>, other: &Extent) -> f64 {
+        let (corners, other_corners) = (self.corners().map(|corner| workpiece.transform(corner)), other.corners());
         // The boxes overlap while the projections on all axes do.
-        let (mut begin, mut end) = (f64::NEG_INFINITY, f64::INFINITY);
+        let (mut start, mut end) = (f64::NEG_INFINITY, f64::INFINITY);
         for axis in separating_axes(&workpiece.rotation) {
-            let (a, b) = (projection(&own, &axis), projection(&theirs, &axis));
+            let (a, b) = (projection(&corners, &axis), projection(&other_corners, &axis));
             let (first, last) = (b.0 - a.1, b.1 - a.0);
-            let speed = axis.dot(way);
+            let speed = axis.dot(direction);
             match speed.abs() > PARALLEL {
                 true => {
                     let (one, other) = (first / speed, last / speed);
-                    begin = begin.max(one.min(other));
+                    start = start.max(one.min(other));
                     end = end.min(one.max(other));
                 }
                 false if first < -TOUCH_MM && last > TOUCH_MM => {}
                 false => return f64::INFINITY,
             }
         }
-        if begin + TOUCH_MM < end && end > TOUCH_MM { begin.max(0.0) } else { f64::INFINITY }
+        if start + TOUCH_MM < end && end > TOUCH_MM { start.max(0.0) } else { f64::INFINITY }
     }
 
-    /// Returns the widest gap, mm, between this box, placed by `workpiece` (`X_OW`), and the box `other` of O along their axes
-    /// and the cross products of these: at most their distance, and above 0 if and only if they are apart. Below 0: minus how
-    /// far one must at least be moved out of the other.
+    /// Returns the widest gap, mm, between this box, placed by `workpiece` (`X_OW`), and the box `other` of O along their axes and the
+    /// cross products of these. Above 0 if and only if they are apart, and at most their distance; below 0, minus the least distance to
+    /// move one out of the other.
     pub fn gap(&self, workpiece: &Pose, other: &Extent) -> f64 {
-        let (own, theirs) = (self.corners().map(|corner| workpiece.transform(corner)), other.corners());
+        let (corners, other_corners) = (self.corners().map(|corner| workpiece.transform(corner)), other.corners());
         separating_axes(&workpiece.rotation)
-            .map(|axis| interval_gap(projection(&own, &axis), projection(&theirs, &axis)))
+            .map(|axis| interval_gap(projection(&corners, &axis), projection(&other_corners, &axis)))
             .fold(f64::NEG_INFINITY, f64::max)
     }
 
@@ -114,14 +114,14 @@ impl Extent {
     }
 }
 
-/// Returns the axes of which one separates a box with the axes `a` from one with those of O if they are apart: the axes of both
-/// and their cross products (separating axis theorem).
+/// Returns unit vectors of which one separates a box with the axes `a` (columns, in O) from one with those of O if they are apart: the axes
+/// of both and their cross products (separating axis theorem).
 fn separating_axes(a: &Matrix3<f64>) -> impl Iterator<Item = Vector3<f64>> + use<> {
     let (a, b) = (*a, Matrix3::identity());
     let crossed = (0..9).map(move |k| a.column(k / 3).cross(&b.column(k % 3)));
-    let own = (0..3).flat_map(move |k| [a.column(k).into_owned(), b.column(k).into_owned()]);
+    let axes = (0..3).flat_map(move |k| [a.column(k).into_owned(), b.column(k).into_owned()]);
     // Edges that are parallel have no cross product, and need none.
-    own.chain(crossed).filter(|axis| axis.norm() > PARALLEL).map(|axis| axis.normalize())
+    axes.chain(crossed).filter(|axis| axis.norm() > PARALLEL).map(|axis| axis.normalize())
 }
 
 /// Returns the smallest and largest coordinate of `points` along `axis`, mm.

@@ -8,7 +8,7 @@ use crate::{
     compensation::{Method, TaskPoint},
     simulation::{
         Machines, Source,
-        along_path::{Commands, PathCase, run},
+        along_path::{Commands, PathCase, PathPointResult, run},
     },
 };
 
@@ -32,22 +32,17 @@ pub struct PathCost {
     pub first_failure: Option<(usize, String)>,
 }
 
-/// Tracks `tasks`, one for each point of `path`, uncompensated and with all sources of error, and measures the cost.
+/// Tracks `tasks`, one for each point of `path`, uncompensated, with all sources of error; returns the cost at each point and statistics.
 pub(super) fn path_cost(path: &RotatablePath<'_>, machines: &Machines, tasks: &[TaskPoint]) -> PathCost {
-    let answers = run(&PathCase::new(machines, Source::All, tasks), &Commands::Method(Method::None), &|| ());
+    let results = run(&PathCase::new(machines, Source::All, tasks), &Commands::Method(Method::None), &|| ());
     let cost = |(k, error): (usize, Option<Vector3<f64>>)| error.map(|error| path.cost(k, &error));
-    let failure = answers.iter().position(|answer| !answer.is_settled);
-    let first_failure = failure.map(|k| (k, answers[k].status.reason(&machines.nominal)));
-    let cost_mm: Vec<Option<f64>> = answers
-        .iter()
-        .map(crate::simulation::along_path::PathPointResult::solved_error)
-        .enumerate()
-        .map(cost)
-        .collect();
+    let failure = results.iter().position(|result| !result.is_settled);
+    let first_failure = failure.map(|k| (k, results[k].status.reason(&machines.nominal)));
+    let cost_mm: Vec<Option<f64>> = results.iter().map(PathPointResult::solved_error).enumerate().map(cost).collect();
     summarize(path, cost_mm, first_failure)
 }
 
-/// Statistics of `cost_mm` over the points of `path` that count.
+/// Statistics (mm) of `cost_mm`, one for each point and `None` where unsolved, over the points of `path` that count.
 fn summarize(path: &RotatablePath<'_>, cost_mm: Vec<Option<f64>>, first_failure: Option<(usize, String)>) -> PathCost {
     let counted: Vec<Option<f64>> =
         cost_mm.iter().enumerate().filter(|(k, _)| path.is_counted(*k)).map(|(_, cost)| *cost).collect();

@@ -19,10 +19,13 @@ pub(crate) struct NodesAtPoints {
     pub nodes: Vec<Vec<Node>>,
 }
 
-/// Solves each γ on each branch at each point of the path of `asked`, on the current rayon pool; independent of the number of threads. `Err`
-/// if the machine cannot rotate its tool freely, or from `check`, which is called before each point.
-pub(crate) fn nodes_at_points(asked: GammaProblem<'_>, check: impl Fn() -> Result<()> + Sync) -> Result<NodesAtPoints> {
-    let path = RotatablePath::new(asked)?;
+/// Solves each γ on each branch at each point of the path of `problem`, on the current rayon pool; independent of the number of threads.
+/// `Err` if the machine cannot rotate its tool freely, or from `check`, which is called before each point.
+pub(crate) fn nodes_at_points(
+    problem: GammaProblem<'_>,
+    check: impl Fn() -> Result<()> + Sync,
+) -> Result<NodesAtPoints> {
+    let path = RotatablePath::new(problem)?;
     let gammas = path.gammas();
     let nodes: Result<Vec<Vec<Node>>> = (0..path.points().len())
         .into_par_iter()
@@ -34,5 +37,5 @@ pub(crate) fn nodes_at_points(asked: GammaProblem<'_>, check: impl Fn() -> Resul
             },
         )
         .collect();
-    Ok(NodesAtPoints { nodes: nodes?, branches: path.on_branches.iter().map(|own| own.branch).collect(), gammas })
+    Ok(NodesAtPoints { nodes: nodes?, branches: path.on_branches.iter().map(|on| on.branch).collect(), gammas })
 }

@@ -17,7 +17,7 @@ const TRIALS: usize = Batch::WIDTH;
 /// Points that one thread takes at a time.
 const CHUNK: usize = 64;
 
-/// The best constant γ within one `step` of `gamma` (rad) on branch number `branch`, rad. `Err` if `work` is stopped.
+/// Returns the best constant γ (rad) within one `step` (rad) of `gamma` on the branch with index `branch`. `Err` if `work` is stopped.
 pub(super) fn refine(
     path: &RotatablePath<'_>,
     shape: &Shape,
@@ -26,14 +26,14 @@ pub(super) fn refine(
     step: f64,
     work: &Work,
 ) -> Result<f64> {
-    let [lowest, highest] = path.asked.settings.range_deg.map(f64::to_radians);
+    let [lowest, highest] = path.problem.settings.range_deg.map(f64::to_radians);
     let (mut low, mut high) = (gamma - step, gamma + step);
     if !shape.is_cyclic {
         (low, high) = (low.max(lowest), high.min(highest));
     }
-    let mut best = (gamma, costs(path, shape, branch, &[gamma])[0]);
+    let mut best = (gamma, constant_costs(path, shape, branch, &[gamma])[0]);
     if gamma != 0.0 && (lowest..=highest).contains(&0.0) {
-        let as_programmed = costs(path, shape, branch, &[0.0])[0];
+        let as_programmed = constant_costs(path, shape, branch, &[0.0])[0];
         if as_programmed <= best.1 + TIE_MM {
             (best, low, high) = ((0.0, as_programmed), -step, step);
         }
@@ -42,7 +42,7 @@ pub(super) fn refine(
         work.check()?;
         let width = (high - low) / (TRIALS - 1) as f64;
         let tried: Vec<f64> = (0..TRIALS).map(|i| low + width * i as f64).collect();
-        for (gamma, cost) in tried.iter().zip(costs(path, shape, branch, &tried)) {
+        for (gamma, cost) in tried.iter().zip(constant_costs(path, shape, branch, &tried)) {
             if cost < best.1 - TIE_MM {
                 best = (*gamma, cost);
             }
@@ -52,30 +52,30 @@ pub(super) fn refine(
     Ok(best.0)
 }
 
-/// Objective of each of `gammas` (rad) as a constant γ on branch number `branch`, mm; infinite where it is infeasible.
-fn costs(path: &RotatablePath<'_>, shape: &Shape, branch: usize, gammas: &[f64]) -> Vec<f64> {
-    let places: Vec<usize> = (0..path.points().len()).collect();
-    let chunks = places.par_chunks(CHUNK).map(|places| {
+/// Objective (mm) of the path at each of `gammas` (rad) as constant γ, on branch index `branch`; infinite where it is infeasible.
+fn constant_costs(path: &RotatablePath<'_>, shape: &Shape, branch: usize, gammas: &[f64]) -> Vec<f64> {
+    let points: Vec<usize> = (0..path.points().len()).collect();
+    let chunks = points.par_chunks(CHUNK).map(|points| {
         let mut solver = Solver::new(path);
-        places.iter().map(|k| solver.nodes_on_branch(*k, branch, gammas)).collect::<Vec<Vec<Node>>>()
+        points.iter().map(|k| solver.nodes_on_branch(*k, branch, gammas)).collect::<Vec<Vec<Node>>>()
     });
     let layers: Vec<Vec<Node>> = chunks.flatten_iter().collect();
-    let objective = path.asked.settings.objective;
+    let objective = path.problem.settings.objective;
     let cost = |gamma: usize| -> Option<f64> {
         let (mut sum, mut before): (f64, Option<NodeState>) = (0.0, None);
         for (k, nodes) in layers.iter().enumerate() {
-            let at = nodes[gamma].ok()?;
+            let state = nodes[gamma].ok()?;
             if let Some(before) = before {
                 let (_, seconds) = length_and_time(&path.points()[k - 1], &path.points()[k]);
-                if !shape.allows(&before.drives, &at.drives, seconds) {
+                if !shape.allows(&before.drives, &state.drives, seconds) {
                     return None;
                 }
             }
-            before = Some(at);
+            before = Some(state);
             if path.is_counted(k) {
                 sum = match objective {
-                    RedundancyObjective::Rms => sum + at.cost_mm * at.cost_mm,
-                    RedundancyObjective::Worst => sum.max(at.cost_mm),
+                    RedundancyObjective::Rms => sum + state.cost_mm * state.cost_mm,
+                    RedundancyObjective::Worst => sum.max(state.cost_mm),
                 };
             }
         }

@@ -15,24 +15,24 @@ pub(super) struct Knot {
     pub seconds: f64,
 }
 
-/// Length (mm) from the point `before` to `point`, and its time (s) at the programmed feed: infinite for rapid moves or without feed.
+/// Length (mm) of the path from `before` to `point`, and its time (s) at the programmed feed: infinite for rapid moves or without feed.
 pub(super) fn length_and_time(before: &PathPoint, point: &PathPoint) -> (f64, f64) {
     let length = (point.arc_length_mm - before.arc_length_mm).max(0.0);
     let seconds = point.feed_mm_per_min.filter(|feed| *feed > 0.0).map_or(f64::INFINITY, |feed| 60.0 * length / feed);
     (length, seconds)
 }
 
-/// Chooses the knots among `points`, of which `counts` says which count. `steps_per_mm` is the most steps of γ per length.
-pub(super) fn knots(points: &[PathPoint], steps_per_mm: f64, counts: impl Fn(usize) -> bool) -> Vec<Knot> {
+/// Finds the knots: first and last point, and where γ may change by a step (`steps_per_mm`); points passing `counts` weigh the nearest one.
+pub(super) fn find_knots(points: &[PathPoint], steps_per_mm: f64, counts: impl Fn(usize) -> bool) -> Vec<Knot> {
     // Rounding must not cost a step.
     let steps = |length: f64| (length * steps_per_mm + 1e-6).floor() as usize;
     let mut knots: Vec<Knot> = Vec::new();
     let (mut length, mut seconds) = (0.0, 0.0);
-    for (point, at) in points.iter().enumerate() {
+    for (point, here) in points.iter().enumerate() {
         if let Some(before) = point.checked_sub(1) {
-            let (way_mm, way_s) = length_and_time(&points[before], at);
-            length += way_mm;
-            seconds += way_s;
+            let (length_mm, time_s) = length_and_time(&points[before], here);
+            length += length_mm;
+            seconds += time_s;
         }
         if point == 0 || steps(length) > 0 || point + 1 == points.len() {
             knots.push(Knot { point, weight: 0.0, band: steps(length), seconds });
@@ -43,8 +43,8 @@ pub(super) fn knots(points: &[PathPoint], steps_per_mm: f64, counts: impl Fn(usi
     for point in (0..points.len()).filter(|point| counts(*point)) {
         let after = knot_points.partition_point(|knot_point| *knot_point < point);
         let before = after.saturating_sub(1);
-        let to = |knot: usize| (points[knot_points[knot]].arc_length_mm - points[point].arc_length_mm).abs();
-        let nearest = if to(before) <= to(after) { before } else { after };
+        let distance = |knot: usize| (points[knot_points[knot]].arc_length_mm - points[point].arc_length_mm).abs();
+        let nearest = if distance(before) <= distance(after) { before } else { after };
         knots[nearest].weight += 1.0;
     }
     knots

@@ -48,9 +48,9 @@ pub const TIE_MM: f64 = 1e-9;
 const SWUNG: f64 = 0.25;
 
 impl Shape {
-    /// Step limits of `machine` alone, with a lattice of no size.
+    /// Step limits of `machine` (full turns and speed limits of its drives), with the numbers of branches and γ still 0.
     #[must_use]
-    pub fn of(machine: &Machine, settings: &RedundancySettings) -> Self {
+    pub fn with_limits_of(machine: &Machine, settings: &RedundancySettings) -> Self {
         let speeds = settings.speed_limits_deg_per_s.iter().map(|limit| limit.to_radians()).collect();
         Self { full_turns: machine.full_turns().collect(), speeds, ..Self::default() }
     }
@@ -64,19 +64,20 @@ impl Shape {
             && self.speeds.iter().enumerate().all(|(k, most)| distance(k) <= most * seconds)
     }
 
-    /// Cost added to a node not as programmed, mm: less than a tie, and small beside [`Shape::step_penalty`], so that γ rather stays.
+    /// Cost (mm) of a node off the programmed γ or branch: less than a tie, and small beside [`Shape::step_penalty`], so that γ rather
+    /// stays.
     fn tie_penalty(&self, node: usize) -> f64 {
         let Some((gamma, branch)) = self.programmed else { return 0.0 };
-        let stands_aside = node % self.branches != branch;
-        TIE_MM * (0.05 * self.distance(gamma, node / self.branches) + if stands_aside { 0.25 } else { 0.0 })
+        let is_other_branch = node % self.branches != branch;
+        TIE_MM * (0.05 * self.distance(gamma, node / self.branches) + if is_other_branch { 0.25 } else { 0.0 })
     }
 
-    /// Cost added to a change of γ, mm.
+    /// Cost (mm) added to a change from γ index `from` to `to`; 0 without a programmed γ.
     fn step_penalty(&self, from: usize, to: usize) -> f64 {
         if self.programmed.is_some() { 0.5 * TIE_MM * self.distance(from, to) } else { 0.0 }
     }
 
-    /// Steps between two values of γ, as a share of the largest.
+    /// Steps between the γ indices `a` and `b`, the shorter way if γ wraps, as a share (0 to 1) of the largest distance.
     fn distance(&self, a: usize, b: usize) -> f64 {
         let steps = a.abs_diff(b);
         match self.is_cyclic {
@@ -85,20 +86,20 @@ impl Shape {
         }
     }
 
-    /// Values of γ at most `steps` steps from `gamma`, each once.
+    /// Indices of the values of γ at most `steps` steps from index `gamma`, each once, nearest first.
     fn neighbours(&self, gamma: usize, steps: usize) -> impl Iterator<Item = usize> + use<> {
         let (gammas, is_cyclic) = (self.gammas, self.is_cyclic);
-        let there = move |k: usize| match is_cyclic {
+        let down = move |k: usize| match is_cyclic {
             true => Some((gamma + gammas - k % gammas) % gammas),
             false => gamma.checked_sub(k),
         };
-        let back = move |k: usize| match is_cyclic {
+        let up = move |k: usize| match is_cyclic {
             true => Some((gamma + k) % gammas),
             false => Some(gamma + k).filter(|gamma| *gamma < gammas),
         };
         let is_twice = move |k: usize| k == 0 || (is_cyclic && 2 * k == gammas);
         let most = if is_cyclic { steps.min(gammas / 2) } else { steps.min(gammas - 1) };
-        (0..=most).flat_map(move |k| there(k).into_iter().chain(back(k).filter(|_| !is_twice(k))))
+        (0..=most).flat_map(move |k| down(k).into_iter().chain(up(k).filter(|_| !is_twice(k))))
     }
 }
 
@@ -131,8 +132,8 @@ impl DeadEnd {
         format!("point {}: {why}", self.point)
     }
 
-    /// The dead end at `point` with these `nodes`: all infeasible for their most frequent reason, or not connected.
-    pub(super) fn of(point: usize, nodes: &[Node]) -> Self {
+    /// The dead end at path point `point`: all `nodes` are infeasible, mostly for its reason, or none is connected to the point before.
+    pub(super) fn at(point: usize, nodes: &[Node]) -> Self {
         let count = |infeasible: Infeasible| nodes.iter().filter(|node| **node == Err(infeasible)).count();
         let most = Infeasible::ALL.into_iter().rev().max_by_key(|infeasible| count(*infeasible));
         Self { point, infeasible: most.filter(|_| nodes.iter().all(Result::is_err)) }
@@ -165,7 +166,7 @@ pub struct Walk {
     ceiling_mm: f64,
     /// Cost of the cheapest path to each node of the last knot, mm or mm² as the objective says.
     value: Vec<f64>,
-    before: Vec<Node>,
+    last_nodes: Vec<Node>,
     /// Index of the best γ before, for each node of all knots but the first.
     back: Vec<u16>,
     /// Cost of each constant γ on each branch; `None` where it is infeasible.
@@ -179,20 +180,20 @@ impl Walk {
     #[must_use]
     pub fn new(shape: Shape, objective: RedundancyObjective, ceiling_mm: f64) -> Self {
         let costs = vec![Some(ConstantCost { squares: 0.0, weight: 0.0, worst: 0.0 }); shape.gammas * shape.branches];
-        let (value, before, back) = (Vec::new(), Vec::new(), Vec::new());
-        Self { shape, objective, ceiling_mm, value, before, back, costs, dead_end: None }
+        let (value, last_nodes, back) = (Vec::new(), Vec::new(), Vec::new());
+        Self { shape, objective, ceiling_mm, value, last_nodes, back, costs, dead_end: None }
     }
 
-    /// Adds the knot at path point `point`.
+    /// Adds the knot at path point `point`: extends the cheapest paths and constant costs to the nodes of `layer`; may set `dead_end`.
     pub fn step(&mut self, point: usize, layer: Layer) {
         let Layer { weight, band, seconds, nodes } = layer;
-        let counted = |standing: &NodeState| if weight > 0.0 { standing.cost_mm } else { 0.0 };
-        let is_first = self.before.is_empty();
-        let own: Vec<Option<&NodeState>> =
-            nodes.iter().map(|node| node.as_ref().ok().filter(|at| counted(at) <= self.ceiling_mm)).collect();
+        let counted = |state: &NodeState| if weight > 0.0 { state.cost_mm } else { 0.0 };
+        let is_first = self.last_nodes.is_empty();
+        let within_ceiling: Vec<Option<&NodeState>> =
+            nodes.iter().map(|node| node.as_ref().ok().filter(|state| counted(state) <= self.ceiling_mm)).collect();
         self.update_constant(&nodes, weight, seconds, is_first);
         let (mut value, mut back) = (vec![f64::INFINITY; nodes.len()], vec![NONE; nodes.len()]);
-        for (node, at) in own.iter().enumerate() {
+        for (node, at) in within_ceiling.iter().enumerate() {
             let Some(at) = at else { continue };
             // The first γ is charged once, like a step: a γ without effect is not turned back.
             let aside = if is_first { self.shape.tie_penalty(node) } else { 0.0 };
@@ -212,15 +213,15 @@ impl Walk {
             (value[node], back[node]) = (cost, from);
         }
         if self.dead_end.is_none() && value.iter().all(|value| value.is_infinite()) {
-            self.dead_end = Some(DeadEnd::of(point, &nodes));
+            self.dead_end = Some(DeadEnd::at(point, &nodes));
         }
         if !is_first {
             self.back.extend(back);
         }
-        (self.value, self.before) = (value, nodes);
+        (self.value, self.last_nodes) = (value, nodes);
     }
 
-    /// Cost of the cheapest path to `node` with state `at`, and the γ before it. `with(cost, penalty)` adds this node to a path.
+    /// Cost of the cheapest path to `node` with state `at`, and the index of γ before it. `with(cost, penalty)` adds this node to a path.
     fn cheapest_step(
         &self,
         node: usize,
@@ -237,8 +238,8 @@ impl Walk {
             if so_far.is_finite()
                 && let value = with(so_far, self.shape.step_penalty(from, gamma))
                 && cheapest.is_none_or(|(least, _)| value < least)
-                && let Ok(standing) = &self.before[before]
-                && self.shape.allows(&standing.drives, &at.drives, seconds)
+                && let Ok(previous) = &self.last_nodes[before]
+                && self.shape.allows(&previous.drives, &at.drives, seconds)
             {
                 cheapest = Some((value, from as u16));
             }
@@ -246,10 +247,10 @@ impl Walk {
         cheapest
     }
 
-    /// Adds a knot to the cost of each constant γ; one that is infeasible there or cannot be tracked drops out.
+    /// Adds a knot with `nodes` to the cost of each constant γ; one that is infeasible there or cannot be tracked becomes `None`.
     fn update_constant(&mut self, nodes: &[Node], weight: f64, seconds: f64, is_first: bool) {
         for (k, (cost, node)) in self.costs.iter_mut().zip(nodes).enumerate() {
-            let is_tracked = |at: &NodeState| match self.before.get(k) {
+            let is_tracked = |at: &NodeState| match self.last_nodes.get(k) {
                 Some(Ok(before)) => self.shape.allows(&before.drives, &at.drives, seconds),
                 _ => is_first,
             };
@@ -264,7 +265,7 @@ impl Walk {
         }
     }
 
-    /// The cheapest path: its cost, the index of γ at each knot, and the branch; `None` at a dead end.
+    /// The cheapest path: cost (mm or mm², as the objective says), index of γ at each knot, and index of the branch; `None` at a dead end.
     #[must_use]
     pub fn cheapest(&self) -> Option<(f64, Vec<usize>, usize)> {
         let nodes = self.value.len();
@@ -297,7 +298,7 @@ impl Walk {
     }
 }
 
-/// Index and value of the first least finite value.
+/// Index and value of the least finite value, the first of equal ones; `None` if none is finite.
 fn least(values: impl Iterator<Item = f64>) -> Option<(usize, f64)> {
     values.enumerate().filter(|(_, value)| value.is_finite()).reduce(|a, b| if b.1 < a.1 { b } else { a })
 }

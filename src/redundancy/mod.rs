@@ -34,7 +34,7 @@ pub(crate) use turnable::check;
 pub use turnable::{BranchMachine, GammaProblem};
 
 use self::{
-    knots::{Knot, knots},
+    knots::{Knot, find_knots},
     lattice::{Layer, Shape, TIE_MM, Walk},
     nodes::Solver,
     refine::Refinement,
@@ -132,11 +132,12 @@ impl FoundGamma {
 
 /// Finds the best γ along a path, on the current rayon pool; independent of the number of threads. `Err` if the machine cannot rotate its
 /// tool freely or the lattice is too large, or from `work`.
-pub fn search_gamma(asked: GammaProblem<'_>, work: &Work) -> Result<FoundGamma> {
-    let path = RotatablePath::new(asked)?;
+pub fn search_gamma(problem: GammaProblem<'_>, work: &Work) -> Result<FoundGamma> {
+    let path = RotatablePath::new(problem)?;
     let lattice = Lattice::new(&path)?;
-    let as_programmed = along::path_cost(&path, &Machines::new(asked.machine, asked.errors)?, &programmed_tasks(&path));
-    let walk = lattice.walk(asked.settings.objective, f64::INFINITY, work)?;
+    let as_programmed =
+        along::path_cost(&path, &Machines::new(problem.machine, problem.errors)?, &programmed_tasks(&path));
+    let walk = lattice.walk(problem.settings.objective, f64::INFINITY, work)?;
     let best_constant = match walk.best_constant() {
         Some((gamma, on_branch)) => {
             let gamma = constant::refine(&path, &lattice.shape, on_branch, lattice.gammas[gamma], lattice.step, work)?;
@@ -144,29 +145,29 @@ pub fn search_gamma(asked: GammaProblem<'_>, work: &Work) -> Result<FoundGamma> 
         }
         None => Err(walk.dead_end.clone().unwrap_or(DeadEnd { point: 0, infeasible: None })),
     };
-    let (on_lattice, best) = if asked.settings.gamma == GammaChoice::Best {
+    let (on_lattice, best) = if problem.settings.gamma == GammaChoice::Best {
         best_gamma(&path, &lattice, walk, &best_constant, work)?
     } else {
-        (lattice.solution(&walk, asked.settings.objective).map(|(_, found)| found), best_constant.clone())
+        (lattice.solution(&walk, problem.settings.objective).map(|(_, found)| found), best_constant.clone())
     };
     let counted = (0..path.points().len()).map(|k| path.is_counted(k)).collect();
     Ok(FoundGamma { as_programmed, best_constant, best, on_lattice, refused: path.refused, counted })
 }
 
-/// Finds the best γ on the lattice without refinement, for searches over many workpiece placements. `Err` as of [`search_gamma`].
-pub fn lattice_cost(asked: GammaProblem<'_>, work: &Work) -> Result<std::result::Result<LatticePath, DeadEnd>> {
-    let path = RotatablePath::new(asked)?;
+/// Finds the best γ on the lattice without refinement, for searches over many workpiece placements; fails like [`search_gamma`].
+pub fn lattice_cost(problem: GammaProblem<'_>, work: &Work) -> Result<std::result::Result<LatticePath, DeadEnd>> {
+    let path = RotatablePath::new(problem)?;
     let lattice = Lattice::new(&path)?;
-    let walk = lattice.walk(asked.settings.objective, f64::INFINITY, work)?;
-    Ok(lattice.solution(&walk, asked.settings.objective).map(|(_, found)| found))
+    let walk = lattice.walk(problem.settings.objective, f64::INFINITY, work)?;
+    Ok(lattice.solution(&walk, problem.settings.objective).map(|(_, found)| found))
 }
 
-/// Values of γ on the lattice, rad, at which the machine reaches each point of the path on its own, least cost first; with γ = 0 if it is in
-/// range. `Err` if the machine cannot rotate its tool freely, or from `work`.
+/// Values of γ on the lattice (rad) at which the machine reaches every point of the path, each on its own, least cost first; with γ = 0 if
+/// it is in range. The inner `Err` is the first point without any; `Err` if the machine cannot rotate its tool freely, or from `work`.
 #[cfg(not(target_family = "wasm"))]
-pub fn gammas_by_cost(asked: GammaProblem<'_>, work: &Work) -> Result<std::result::Result<Vec<f64>, DeadEnd>> {
-    let path = RotatablePath::new(asked)?;
-    let [low, high] = asked.settings.range_deg;
+pub fn gammas_by_cost(problem: GammaProblem<'_>, work: &Work) -> Result<std::result::Result<Vec<f64>, DeadEnd>> {
+    let path = RotatablePath::new(problem)?;
+    let [low, high] = problem.settings.range_deg;
     let mut gammas = path.gammas();
     if (low..=high).contains(&0.0) && !gammas.contains(&0.0) {
         gammas.push(0.0);
@@ -178,14 +179,14 @@ pub fn gammas_by_cost(asked: GammaProblem<'_>, work: &Work) -> Result<std::resul
         let nodes = solver.layer(k, &gammas);
         for (cost, node) in costs.iter_mut().zip(&nodes) {
             let so_far = cost.zip(node.ok().map(|at| at.cost_mm));
-            *cost = so_far.map(|(so_far, here)| match asked.settings.objective {
+            *cost = so_far.map(|(so_far, here)| match problem.settings.objective {
                 _ if !path.is_counted(k) => so_far,
                 RedundancyObjective::Rms => so_far + here * here,
                 RedundancyObjective::Worst => so_far.max(here),
             });
         }
         if costs.iter().all(Option::is_none) {
-            return Ok(Err(DeadEnd::of(k, &nodes)));
+            return Ok(Err(DeadEnd::at(k, &nodes)));
         }
     }
     let least = |costs: &[Option<f64>]| costs.iter().flatten().copied().reduce(f64::min);
@@ -211,26 +212,26 @@ pub(crate) fn infeasible_step(
     let (_, seconds) = knots::length_and_time(before, here.0);
     let drives = |at: &Configuration| {
         let mut drives = [0.0; turnable::MOST_DRIVES];
-        drives.iter_mut().zip(&at.drives).for_each(|(own, rho)| *own = *rho);
+        drives.iter_mut().zip(&at.drives).for_each(|(drive, rho)| *drive = *rho);
         drives
     };
-    let is_tracked = Shape::of(machine, settings).allows(&drives(last), &drives(here.1), seconds);
+    let is_tracked = Shape::with_limits_of(machine, settings).allows(&drives(last), &drives(here.1), seconds);
     (!is_tracked).then_some("reached from the point before only by a swing of a hinge, or faster than the drives move")
 }
 
-/// The path of `asked` with all its platform orientations rotated by `gamma`, rad, about the tool axis. `Err` if the machine cannot do so.
+/// The path of `problem` with all its platform orientations rotated by `gamma` (rad) about the tool axis. `Err` if the machine cannot do so.
 #[cfg(not(target_family = "wasm"))]
-pub fn rotated_by(asked: GammaProblem<'_>, gamma: f64) -> Result<Toolpath> {
-    let path = RotatablePath::new(asked)?;
+pub fn rotated_by(problem: GammaProblem<'_>, gamma: f64) -> Result<Toolpath> {
+    let path = RotatablePath::new(problem)?;
     Ok(path.rotated(&vec![gamma; path.points().len()]))
 }
 
-/// Task points of the path at γ = 0.
+/// Task points (pose and load) of the path at γ = 0, one for each point.
 fn programmed_tasks(path: &RotatablePath<'_>) -> Vec<TaskPoint> {
     (0..path.points().len()).map(|k| path.task(k, 0.0)).collect()
 }
 
-/// The best γ at each point: the lattice solution and its refinement, or the constant γ if that is as good.
+/// The best γ at each point: on the lattice, and refined, or the constant γ if that is as good. `Err` if `work` is stopped.
 fn best_gamma(
     path: &RotatablePath<'_>,
     lattice: &Lattice<'_>,
@@ -238,7 +239,7 @@ fn best_gamma(
     constant: &std::result::Result<RotatedPath, DeadEnd>,
     work: &Work,
 ) -> Result<(std::result::Result<LatticePath, DeadEnd>, std::result::Result<RotatedPath, DeadEnd>)> {
-    let objective = path.asked.settings.objective;
+    let objective = path.problem.settings.objective;
     let (walk, of_lattice) = match (objective, walk.cheapest()) {
         (RedundancyObjective::Worst, Some((largest, ..))) => {
             (lattice.walk(RedundancyObjective::Rms, largest, work)?, Some(largest))
@@ -254,17 +255,17 @@ fn best_gamma(
         path,
         shape: &lattice.shape,
         branch: on_branch,
-        rate: path.asked.settings.max_step_deg_per_mm.to_radians(),
+        rate: path.problem.settings.max_step_deg_per_mm.to_radians(),
         max_shift: lattice.step,
         work,
     };
     let gammas = refined.refine(lattice.interpolated(&found))?;
     let best = rotated_path(path, on_branch, gammas);
-    let value = |turned: &RotatedPath| match objective {
-        RedundancyObjective::Rms => turned.along.rms_mm,
-        RedundancyObjective::Worst => turned.along.worst_mm,
+    let value = |rotated: &RotatedPath| match objective {
+        RedundancyObjective::Rms => rotated.along.rms_mm,
+        RedundancyObjective::Worst => rotated.along.worst_mm,
     };
-    let unsolved = |turned: &RotatedPath| turned.along.points - turned.along.solved;
+    let unsolved = |rotated: &RotatedPath| rotated.along.points - rotated.along.solved;
     // A change of γ on the way must be worth more than a tie.
     let is_as_good = |constant: &&RotatedPath| match unsolved(constant).cmp(&unsolved(&best)) {
         Ordering::Equal => value(constant).zip(value(&best)).is_none_or(|(a, b)| a <= b + TIE_MM),
@@ -274,7 +275,7 @@ fn best_gamma(
     Ok((Ok(found), Ok(best)))
 }
 
-/// The path rotated by `gammas` (rad, one for each point), and its cost on branch number `on_branch`.
+/// The path rotated by `gammas` (rad, one for each point), and its cost on the branch with index `on_branch`.
 fn rotated_path(path: &RotatablePath<'_>, on_branch: usize, gammas: Vec<f64>) -> RotatedPath {
     let BranchMachine { branch, machine, machines } = &path.on_branches[on_branch];
     let tasks: Vec<TaskPoint> = gammas.iter().enumerate().map(|(k, gamma)| path.task(k, *gamma)).collect();
@@ -304,14 +305,14 @@ struct Lattice<'a> {
 impl<'a> Lattice<'a> {
     /// Lays the lattice over `path`. `Err` if it would have more than [`MOST_NODES`] nodes.
     fn new(path: &'a RotatablePath<'a>) -> Result<Self> {
-        let (gammas, settings) = (path.gammas(), path.asked.settings);
+        let (gammas, settings) = (path.gammas(), path.problem.settings);
         let [low, high] = settings.range_deg.map(f64::to_radians);
         let step = (high - low) / (gammas.len() - usize::from(!path.is_cyclic())) as f64;
-        let knots = knots(path.points(), settings.max_step_deg_per_mm.to_radians() / step, |k| path.is_counted(k));
-        let of_drives = Shape::of(path.asked.machine, settings);
+        let knots = find_knots(path.points(), settings.max_step_deg_per_mm.to_radians() / step, |k| path.is_counted(k));
+        let of_drives = Shape::with_limits_of(path.problem.machine, settings);
         let least = (0..gammas.len()).min_by(|a, b| gammas[*a].abs().total_cmp(&gammas[*b].abs())).unwrap_or_default();
-        let own = path.asked.machine.branch_of(&path.asked.machine.home);
-        let on_branch = path.on_branches.iter().position(|on_branch| on_branch.branch == own).unwrap_or_default();
+        let home = path.problem.machine.branch_of(&path.problem.machine.home);
+        let on_branch = path.on_branches.iter().position(|on_branch| on_branch.branch == home).unwrap_or_default();
         let (branches, is_cyclic, programmed) = (path.on_branches.len(), path.is_cyclic(), Some((least, on_branch)));
         let shape = Shape { branches, gammas: gammas.len(), is_cyclic, programmed, ..of_drives };
         let nodes = knots.len().saturating_mul(shape.gammas * shape.branches);
@@ -328,7 +329,7 @@ impl<'a> Lattice<'a> {
         Ok(Self { path, gammas, step, shape, knots })
     }
 
-    /// Solves the nodes of all knots and finds the cheapest path to each; nodes above `ceiling_mm` are left out.
+    /// Solves all nodes and finds the cheapest path to each, without nodes above `ceiling_mm`. `Err` if `work` is stopped.
     fn walk(&self, objective: RedundancyObjective, ceiling_mm: f64, work: &Work) -> Result<Walk> {
         let mut walk = Walk::new(self.shape.clone(), objective, ceiling_mm);
         work.tell(Event::Stage(Stage { of: "points at all γ", items: self.knots.len() }));
@@ -352,7 +353,7 @@ impl<'a> Lattice<'a> {
         Ok(walk)
     }
 
-    /// The cheapest path that `walk` found: number of its branch, and γ at the knots.
+    /// The cheapest path that `walk` found: the index of its branch, and γ at each knot; `Err` with the dead end if there is none.
     fn solution(
         &self,
         walk: &Walk,
@@ -375,7 +376,7 @@ impl<'a> Lattice<'a> {
         Ok((on_branch, LatticePath { points, turns_deg, branch: self.path.on_branches[on_branch].branch, value_mm }))
     }
 
-    /// Signed steps from one value of γ to another, the shorter way round if γ wraps.
+    /// Signed steps from the γ index `from` to `to`, the shorter way round if γ wraps.
     fn steps_between(&self, from: usize, to: usize) -> isize {
         let (apart, gammas) = (to as isize - from as isize, self.shape.gammas as isize);
         match self.shape.is_cyclic {

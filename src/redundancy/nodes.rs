@@ -86,28 +86,28 @@ impl<'a> Solver<'a> {
         Self { path, batches: batches.collect() }
     }
 
-    /// Solves point `k` at each of `gammas` (rad) on all branches: γ by γ, the branches of each.
+    /// Solves path point `k` at each of `gammas` (rad) on all branches: nodes γ by γ, the branches of each.
     pub fn layer(&mut self, k: usize, gammas: &[f64]) -> Vec<Node> {
         let tasks: Vec<TaskPoint> = gammas.iter().map(|gamma| self.path.task(k, *gamma)).collect();
         let found = postures(self.path, gammas, &tasks);
         let count = self.path.on_branches.len();
         let mut nodes = vec![Err(Infeasible::Unreachable); gammas.len() * count];
-        for (branch, own) in found.into_iter().enumerate() {
-            for (gamma, node) in self.solve_on_branch(k, branch, &tasks, own).into_iter().enumerate() {
+        for (branch, configurations) in found.into_iter().enumerate() {
+            for (gamma, node) in self.solve_on_branch(k, branch, &tasks, configurations).into_iter().enumerate() {
                 nodes[gamma * count + branch] = node;
             }
         }
         nodes
     }
 
-    /// Solves point `k` at each of `gammas` (rad) on branch number `branch` alone.
+    /// Solves path point `k` on the branch with index `branch`: a node for each of `gammas` (rad).
     pub fn nodes_on_branch(&mut self, k: usize, branch: usize, gammas: &[f64]) -> Vec<Node> {
         let tasks: Vec<TaskPoint> = gammas.iter().map(|gamma| self.path.task(k, *gamma)).collect();
         let mut found = postures(self.path, gammas, &tasks);
         self.solve_on_branch(k, branch, &tasks, found.swap_remove(branch))
     }
 
-    /// Loads the machine at the configurations `found` on branch number `branch`, and measures its distance from point `k`.
+    /// Loads the machine at configurations `found` for `tasks` on branch index `branch`: nodes with the tool's distance from point `k`.
     fn solve_on_branch(
         &mut self,
         k: usize,
@@ -116,8 +116,8 @@ impl<'a> Solver<'a> {
         found: Vec<Result<Configuration, Infeasible>>,
     ) -> Vec<Node> {
         let on_branch = &self.path.on_branches[branch];
-        let allowed = |at: Configuration| check_margins(self.path.asked.settings, &on_branch.machine, &at).map(|()| at);
-        let found: Vec<_> = found.into_iter().map(|at| at.and_then(allowed)).collect();
+        let check = |at: Configuration| check_margins(self.path.problem.settings, &on_branch.machine, &at).map(|()| at);
+        let found: Vec<_> = found.into_iter().map(|at| at.and_then(check)).collect();
         let at: Vec<(&TaskPoint, &Configuration)> =
             tasks.iter().zip(&found).filter_map(|(task, at)| at.as_ref().ok().map(|at| (task, at))).collect();
         let (batch, unloaded) = &mut self.batches[branch];
@@ -135,7 +135,7 @@ impl<'a> Solver<'a> {
             let at = at?;
             let error = errors.next().flatten().ok_or(Infeasible::NotStable)?;
             let mut drives = [0.0; MOST_DRIVES];
-            drives.iter_mut().zip(&at.drives).for_each(|(own, rho)| *own = *rho);
+            drives.iter_mut().zip(&at.drives).for_each(|(drive, rho)| *drive = *rho);
             Ok(NodeState { drives, cost_mm: self.path.cost(k, &error) })
         };
         found.into_iter().map(node).collect()
@@ -175,7 +175,7 @@ fn stable_equilibria<'b>(
     stable.map(|(state, outcome)| (outcome.status == Status::Solved).then_some(state)).collect()
 }
 
-/// Configurations at each of `tasks`, for each branch.
+/// Configurations of the machine: for each branch, one at each of `tasks`, whose γ (rad) are `gammas`.
 fn postures(
     path: &RotatablePath<'_>,
     gammas: &[f64],
@@ -186,11 +186,11 @@ fn postures(
         on_branches => {
             let mut found: Vec<Vec<_>> = vec![vec![Err(Infeasible::Unreachable); tasks.len()]; on_branches.len()];
             for (gamma, task) in tasks.iter().enumerate() {
-                for (branch, mut drives) in path.asked.machine.postures_in_closed_form(&task.pose) {
-                    let own = on_branches.iter().position(|on_branch| on_branch.branch == Some(branch));
-                    if let Some(number) = own {
-                        let at = on_branches[number].machine.posture_within_travel(&mut drives, &path.full_turns);
-                        found[number][gamma] = at.ok_or(Infeasible::Limits);
+                for (branch, mut drives) in path.problem.machine.postures_in_closed_form(&task.pose) {
+                    let index = on_branches.iter().position(|on_branch| on_branch.branch == Some(branch));
+                    if let Some(index) = index {
+                        let at = on_branches[index].machine.posture_within_travel(&mut drives, &path.full_turns);
+                        found[index][gamma] = at.ok_or(Infeasible::Limits);
                     }
                 }
             }
@@ -199,7 +199,7 @@ fn postures(
     }
 }
 
-/// Configurations of a machine without branches, continued from the γ nearest to 0 up and down, as far as each γ can be reached.
+/// Configurations of a machine without branches at `tasks`, continued from the γ nearest to 0 up and down as far as each γ can be reached.
 fn track(on_branch: &BranchMachine, gammas: &[f64], tasks: &[TaskPoint]) -> Vec<Result<Configuration, Infeasible>> {
     let least = (0..gammas.len()).min_by(|a, b| gammas[*a].abs().total_cmp(&gammas[*b].abs())).unwrap_or_default();
     let mut found = vec![Err(Infeasible::Unreachable); tasks.len()];

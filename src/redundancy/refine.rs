@@ -49,13 +49,13 @@ impl Refinement<'_> {
             // Neighbours stay while a point is moved.
             for parity in [0, 1] {
                 self.work.check()?;
-                let places: Vec<usize> = (parity..gammas.len())
+                let points: Vec<usize> = (parity..gammas.len())
                     .step_by(2)
                     .filter(|k| self.path.is_counted(*k) || nodes[*k].is_err())
                     .collect();
-                let moved = self.map_points(&places, |solver, k| self.improve(solver, k, &gammas, &nodes));
-                self.work.tell(Event::Computed(places.len()));
-                for (k, found) in places.into_iter().zip(moved) {
+                let moved = self.map_points(&points, |solver, k| self.improve(solver, k, &gammas, &nodes));
+                self.work.tell(Event::Computed(points.len()));
+                for (k, found) in points.into_iter().zip(moved) {
                     if let Some((gamma, at)) = found {
                         (gammas[k], nodes[k]) = (gamma, Ok(at));
                         is_moved = true;
@@ -69,34 +69,34 @@ impl Refinement<'_> {
         Ok(gammas)
     }
 
-    /// Applies `find` to each point of `places`, in parallel, and returns the results in order.
-    fn map_points<T: Send>(&self, places: &[usize], find: impl Fn(&mut Solver<'_>, usize) -> T + Sync) -> Vec<T> {
-        let chunks = places.par_chunks(CHUNK).map(|places| {
+    /// Applies `find` to each point index in `points`, in parallel, and returns the results in order.
+    fn map_points<T: Send>(&self, points: &[usize], find: impl Fn(&mut Solver<'_>, usize) -> T + Sync) -> Vec<T> {
+        let chunks = points.par_chunks(CHUNK).map(|points| {
             let mut solver = Solver::new(self.path);
-            places.iter().map(|k| find(&mut solver, *k)).collect::<Vec<T>>()
+            points.iter().map(|k| find(&mut solver, *k)).collect::<Vec<T>>()
         });
         chunks.flatten_iter().collect()
     }
 
-    /// A γ (rad) of point `k` that costs less than its own, with its state; `None` if there is none within the limits.
+    /// A γ (rad) of path point `k` that costs less than `gammas[k]`, with its state; `None` if there is none within the limits.
     fn improve(&self, solver: &mut Solver<'_>, k: usize, gammas: &[f64], nodes: &[Node]) -> Option<(f64, NodeState)> {
         let points = self.path.points();
-        let [lowest, highest] = self.path.asked.settings.range_deg.map(f64::to_radians);
+        let [lowest, highest] = self.path.problem.settings.range_deg.map(f64::to_radians);
         let (mut low, mut high) = (gammas[k] - self.max_shift, gammas[k] + self.max_shift);
         if !self.shape.is_cyclic {
             (low, high) = (low.max(lowest), high.min(highest));
         }
-        let mut ways: Vec<(usize, f64)> = Vec::with_capacity(2);
+        let mut neighbours: Vec<(usize, f64)> = Vec::with_capacity(2);
         let sides = [(k.checked_sub(1), k), (Some(k + 1).filter(|next| *next < points.len()), k + 1)];
         for (beside, later) in sides {
             let Some(beside) = beside else { continue };
             let (length, seconds) = length_and_time(&points[later - 1], &points[later]);
             (low, high) = (low.max(gammas[beside] - self.rate * length), high.min(gammas[beside] + self.rate * length));
-            ways.push((beside, seconds));
+            neighbours.push((beside, seconds));
         }
         let is_tracked = |at: &NodeState| {
-            ways.iter().all(|(beside, seconds)| {
-                nodes[*beside].as_ref().map_or(true, |there| self.shape.allows(&there.drives, &at.drives, *seconds))
+            neighbours.iter().all(|(beside, seconds)| {
+                nodes[*beside].as_ref().map_or(true, |other| self.shape.allows(&other.drives, &at.drives, *seconds))
             })
         };
         let mut best = nodes[k].ok().map(|at| (gammas[k], at));

@@ -26,13 +26,13 @@ pub fn table(found: &FoundGamma, arc_lengths_mm: impl Iterator<Item = f64>) -> T
     columns.extend(numbers(["programmed_cost_mm", "constant_gamma_deg", "constant_cost_mm", "gamma_deg", "cost_mm"]));
     columns.extend(texts(["branch", "status", "reason"]));
     let rows = arc_lengths_mm.enumerate().map(|(k, arc_length_mm)| {
-        let turned = |turned: &Result<RotatedPath, DeadEnd>| {
-            let turned = turned.as_ref().ok();
-            [turned.map(|turned| turned.turns_deg[k]), turned.and_then(|turned| turned.along.cost_mm[k])]
+        let rotated = |rotated: &Result<RotatedPath, DeadEnd>| {
+            let rotated = rotated.as_ref().ok();
+            [rotated.map(|rotated| rotated.turns_deg[k]), rotated.and_then(|rotated| rotated.along.cost_mm[k])]
         };
-        let [constant, best] = [turned(&found.best_constant), turned(&found.best)];
+        let [constant, best] = [rotated(&found.best_constant), rotated(&found.best)];
         let (branch, status, reason) = match &found.best {
-            Ok(turned) => (turned.branch.map(|branch| branch.label()), "ok", String::new()),
+            Ok(rotated) => (rotated.branch.map(|branch| branch.label()), "ok", String::new()),
             Err(dead_end) => (None, dead_end.label(), dead_end.reason()),
         };
         vec![
@@ -55,12 +55,12 @@ pub fn table(found: &FoundGamma, arc_lengths_mm: impl Iterator<Item = f64>) -> T
 /// Cost and range of γ (degrees) of one compared row, or why there is none.
 type Compared<'a> = Result<(&'a PathCost, [f64; 2]), &'a DeadEnd>;
 
-/// Rows of the comparison: as programmed, best constant γ, and the best γ if it was sought.
+/// Rows of the comparison, name and result: as programmed, best constant γ, and the best γ if it was sought.
 fn compared_rows(found: &FoundGamma, redundancy: GammaChoice) -> Vec<(&'static str, Compared<'_>)> {
     let mut rows = vec![(PROGRAMMED, Ok((&found.as_programmed, [0.0; 2])))];
-    rows.push((CONSTANT, found.best_constant.as_ref().map(|own| (&own.along, own.range_deg))));
+    rows.push((CONSTANT, found.best_constant.as_ref().map(|rotated| (&rotated.along, rotated.range_deg))));
     if redundancy == GammaChoice::Best {
-        rows.push((BEST, found.best.as_ref().map(|own| (&own.along, own.range_deg))));
+        rows.push((BEST, found.best.as_ref().map(|rotated| (&rotated.along, rotated.range_deg))));
     }
     rows
 }
@@ -104,7 +104,7 @@ fn capitalised(words: &str) -> String {
 /// One sentence on the γ found and what it gains; empty if the tool stands as programmed.
 #[must_use]
 pub fn sentence(found: &FoundGamma, settings: &RedundancySettings) -> String {
-    let turned = match found.result_for(settings.gamma) {
+    let rotated = match found.result_for(settings.gamma) {
         None => return String::new(),
         Some(Err(dead_end)) => {
             return format!(
@@ -112,11 +112,11 @@ pub fn sentence(found: &FoundGamma, settings: &RedundancySettings) -> String {
                 dead_end.reason()
             );
         }
-        Some(Ok(turned)) => turned,
+        Some(Ok(rotated)) => rotated,
     };
-    let branch = turned.branch.map_or_else(String::new, |branch| format!(", branch {branch}"));
-    let gain = |than: &PathCost, name: &str| match (turned.along.rms_mm, than.rms_mm) {
-        (Some(own), Some(other)) if other > 0.0 && than.solved == than.points => match 1.0 - own / other {
+    let branch = rotated.branch.map_or_else(String::new, |branch| format!(", branch {branch}"));
+    let gain = |than: &PathCost, name: &str| match (rotated.along.rms_mm, than.rms_mm) {
+        (Some(rms), Some(other)) if other > 0.0 && than.solved == than.points => match 1.0 - rms / other {
             share if share >= 0.0 => format!("{} less than {name}", percent(share)),
             share => format!("{} more than {name}", percent(-share)),
         },
@@ -126,7 +126,7 @@ pub fn sentence(found: &FoundGamma, settings: &RedundancySettings) -> String {
     if let (GammaChoice::Best, Ok(constant)) = (settings.gamma, &found.best_constant) {
         gains += &format!(", {}", gain(&constant.along, "at the best constant γ"));
     }
-    let [low, high] = turned.range_deg;
+    let [low, high] = rotated.range_deg;
     let by = if high - low < 0.05 { format!("{low:.1}°") } else { format!("{low:.1} to {high:.1}°") };
     format!(
         "Rotated about the tool axis by γ = {by}{branch}; root mean square of the {}: {gains}.\n",
@@ -134,7 +134,7 @@ pub fn sentence(found: &FoundGamma, settings: &RedundancySettings) -> String {
     )
 }
 
-/// The comparison as a JSON object.
+/// The comparison as a JSON object: the choice of γ, the cost setting, the branch, and γ range and cost (mm) of each compared row.
 #[must_use]
 pub fn json(found: &FoundGamma, settings: &RedundancySettings) -> Value {
     let mut entries = serde_json::Map::new();

@@ -49,7 +49,7 @@ pub(super) type Refused = Vec<(Branch, String)>;
 /// A path that is checked to be rotatable about its tool axis, and its machines.
 #[derive(Debug)]
 pub(super) struct RotatablePath<'a> {
-    pub asked: GammaProblem<'a>,
+    pub problem: GammaProblem<'a>,
     /// The machine on each branch, in the order of [`Branch::ALL`].
     pub on_branches: Vec<BranchMachine>,
     /// Branches left out, and why.
@@ -70,7 +70,7 @@ const ON_AXIS_MM: f64 = 1e-6;
 /// Most drives of a machine for which γ is sought.
 pub const MOST_DRIVES: usize = 8;
 
-/// `Err` about the redundancy with `problem` as its message.
+/// `Err` for the argument "redundancy" with `problem` as its message.
 fn refuse<T>(problem: String) -> Result<T> {
     Err(Error::Argument { argument: "redundancy".into(), problem })
 }
@@ -122,8 +122,8 @@ pub(crate) fn check(machine: &Machine, placement: &Placement, path: &Toolpath) -
 
 impl<'a> RotatablePath<'a> {
     /// Checks the problem and prepares the machine on each branch. `Err` says why the machine cannot rotate its tool freely.
-    pub fn new(asked: GammaProblem<'a>) -> Result<Self> {
-        let GammaProblem { machine, errors, placement, path, .. } = asked;
+    pub fn new(problem: GammaProblem<'a>) -> Result<Self> {
+        let GammaProblem { machine, errors, placement, path, .. } = problem;
         check(machine, placement, path)?;
         let placed = place_workpiece(machine, placement);
         let workpiece = placed.workpiece().rotation;
@@ -134,7 +134,7 @@ impl<'a> RotatablePath<'a> {
         };
         let (on_branches, refused) = branch_machines(machine, errors)?;
         Ok(Self {
-            asked,
+            problem,
             on_branches,
             refused,
             full_turns: machine.full_turns().collect(),
@@ -147,7 +147,7 @@ impl<'a> RotatablePath<'a> {
 
     /// Points of the path as programmed.
     pub fn points(&self) -> &[PathPoint] {
-        self.asked.path.points()
+        self.problem.path.points()
     }
 
     /// Whether point `k` counts: the tool cuts there, or nowhere on the path.
@@ -155,19 +155,19 @@ impl<'a> RotatablePath<'a> {
         self.points()[k].cutting || self.cuts_nowhere
     }
 
-    /// `R_WP` at point `k`, rotated by `gamma` rad about the tool axis.
+    /// `R_WP`, the platform orientation in W, at point `k`, rotated by `gamma` rad about the tool axis.
     fn rotation(&self, k: usize, gamma: f64) -> Matrix3<f64> {
         self.programmed_rotations[k] * Rotation3::from_axis_angle(&self.axis, gamma)
     }
 
     /// Task point (pose and load, O axes) of point `k`, rotated by `gamma` rad.
     pub fn task(&self, k: usize, gamma: f64) -> TaskPoint {
-        let (point, load) = (&self.points()[k], &self.asked.loads[k]);
-        let there = self.placed.with_platform_rotation(&(self.placed.workpiece().rotation * self.rotation(k, gamma)));
+        let (point, load) = (&self.points()[k], &self.problem.loads[k]);
+        let rotated = self.placed.with_platform_rotation(&(self.placed.workpiece().rotation * self.rotation(k, gamma)));
         TaskPoint {
-            pose: there.platform_pose(point.position_mm),
-            load: there.wrench(&load.on_tool(point.tangent, there.tool_axes())),
-            target: self.asked.target,
+            pose: rotated.platform_pose(point.position_mm),
+            load: rotated.wrench(&load.on_tool(point.tangent, rotated.tool_axes())),
+            target: self.problem.target,
             wanted: None,
             external: None,
         }
@@ -175,9 +175,9 @@ impl<'a> RotatablePath<'a> {
 
     /// The part of `error`, the position error of the tool at point `k` (O axes, mm), that the cost setting measures, mm.
     pub fn cost(&self, k: usize, error: &Vector3<f64>) -> f64 {
-        let there = &self.placed.workpiece().rotation;
-        let axis = there * (self.programmed_rotations[k] * *self.axis);
-        self.asked.settings.cost.of(error, there * self.points()[k].tangent, axis)
+        let workpiece = &self.placed.workpiece().rotation;
+        let axis = workpiece * (self.programmed_rotations[k] * *self.axis);
+        self.problem.settings.cost.deviation(error, workpiece * self.points()[k].tangent, axis)
     }
 
     /// The path with its platform orientations rotated by `gammas`, rad, one for each point.
@@ -185,46 +185,46 @@ impl<'a> RotatablePath<'a> {
         let mut platforms: Vec<UnitQuaternion<f64>> = Vec::with_capacity(gammas.len());
         for (k, gamma) in gammas.iter().enumerate() {
             let rotation = Rotation3::from_matrix_unchecked(self.rotation(k, *gamma));
-            let own = UnitQuaternion::from_rotation_matrix(&rotation);
+            let q = UnitQuaternion::from_rotation_matrix(&rotation);
             // Of the two quaternions of an orientation, the one that goes on from the point before.
-            let is_opposite = platforms.last().is_some_and(|before| before.coords.dot(&own.coords) < 0.0);
-            platforms.push(if is_opposite { UnitQuaternion::new_unchecked(-own.into_inner()) } else { own });
+            let is_opposite = platforms.last().is_some_and(|before| before.coords.dot(&q.coords) < 0.0);
+            platforms.push(if is_opposite { UnitQuaternion::new_unchecked(-q.into_inner()) } else { q });
         }
-        self.asked.path.clone().with_platforms(&platforms)
+        self.problem.path.clone().with_platforms(&platforms)
     }
 
     /// Whether the range of γ is a full turn, so that the last value neighbours the first.
     pub fn is_cyclic(&self) -> bool {
-        let [low, high] = self.asked.settings.range_deg;
+        let [low, high] = self.problem.settings.range_deg;
         (high - low).to_radians() > TAU * (1.0 - 1e-9)
     }
 
     /// Values of γ on the lattice, rad.
     pub fn gammas(&self) -> Vec<f64> {
-        let [low, high] = self.asked.settings.range_deg;
-        let steps = ((high - low) / self.asked.settings.step_deg - 1e-9).ceil().max(1.0) as usize;
+        let [low, high] = self.problem.settings.range_deg;
+        let steps = ((high - low) / self.problem.settings.step_deg - 1e-9).ceil().max(1.0) as usize;
         let step = (high - low) / steps as f64;
         let count = if self.is_cyclic() { steps } else { steps + 1 };
         (0..count).map(|k| (low + step * k as f64).to_radians()).collect()
     }
 }
 
-/// The machine on each branch, and the branches it cannot stand on with the reason.
+/// The machine on each branch, and the branches that have no home, with the reason. `Err` if `errors` do not fit the machine.
 fn branch_machines(machine: &Machine, errors: &[ChainError]) -> Result<(Vec<BranchMachine>, Refused)> {
     let on_branch = |branch, machine: Machine| -> Result<BranchMachine> {
         Ok(BranchMachine { branch, machines: Machines::new(&machine, errors)?, machine })
     };
-    let own = machine.branch.map_or_else(|| Branch::ALL.to_vec(), |branch| vec![branch]);
+    let branches = machine.branch.map_or_else(|| Branch::ALL.to_vec(), |branch| vec![branch]);
     if machine.branch_of(&machine.home).is_none() {
         return Ok((vec![on_branch(None, machine.clone())?], Vec::new()));
     }
     let (mut on_branches, mut refused) = (Vec::new(), Vec::new());
-    for branch in own {
-        let there = match machine.branch {
+    for branch in branches {
+        let machine_there = match machine.branch {
             Some(_) => Ok(machine.clone()),
             None => machine.on_branch(branch),
         };
-        match there.and_then(|machine| on_branch(Some(branch), machine)) {
+        match machine_there.and_then(|machine| on_branch(Some(branch), machine)) {
             Ok(found) => on_branches.push(found),
             Err(Error::Argument { problem, .. }) => refused.push((branch, problem)),
             Err(other) => return Err(other),

@@ -33,7 +33,7 @@ pub enum ProgramFile {
 }
 
 impl ProgramFile {
-    /// Reads `file`: a polyline if its name ends in `.csv`, a robot or APT program if [`Language::of`] knows its name, else G-code, written
+    /// Reads `file`: a polyline if its name ends in `.csv`, a robot or APT program if [`Language::detect`] knows it, else G-code, written
     /// out first where `process` says so. Called files, and the `.dat` of a `.src`, are sought beside it.
     ///
     /// # Errors
@@ -80,7 +80,7 @@ impl ProgramFile {
             return Ok(ProgramFile::Polyline(Polyline::read(bytes, &name)?));
         }
         #[cfg(not(target_family = "wasm"))]
-        if let Some(language) = Language::of(file, &bytes) {
+        if let Some(language) = Language::detect(file, &bytes) {
             let data = Self::dat_file_name(&file.file_name().unwrap_or_default().to_string_lossy());
             let found = if language == Language::Krl { beside(&data) } else { None };
             let found = found.map(|bytes| (data, bytes));

@@ -54,12 +54,12 @@ impl Element {
     }
 }
 
-/// Creates a pose from a translation and roll, pitch, yaw in rad.
+/// Creates a pose from a translation (mm) and roll, pitch, yaw (rad) about fixed axes.
 fn pose(translation: [f64; 3], angles: [f64; 3]) -> Pose {
     Pose { translation: translation.into(), ..Pose::from_roll_pitch_yaw(angles.into()) }
 }
 
-/// Returns `value`·1000, rounded once: what is written with few decimals stays so.
+/// Returns `value`·1000, for m to mm: shifts the decimal exponent, so that a number with few decimals keeps few.
 pub(super) fn times_thousand(value: f64) -> f64 {
     let text = format!("{value:e}");
     let shifted = text.split_once('e').and_then(|(digits, exponent)| {
@@ -102,7 +102,7 @@ pub(super) fn reach_bound(robot: &Robot, joints: &[usize]) -> f64 {
 /// Most drives of a chain: many times those of any robot.
 const MAX_DRIVES: usize = 100;
 
-/// Builds the elements of the chain from the root along `joints_to_tip`; fails if one of these moves and cannot be a drive.
+/// Builds the elements of the chain from the root along `joints_to_tip`, with link masses; fails if a moving joint cannot be a drive.
 pub(super) fn chain_elements(
     robot: &Robot,
     tree: &Tree,
@@ -118,14 +118,14 @@ pub(super) fn chain_elements(
     }
     let mut on_way = vec![false; robot.joints.len()];
     joints_to_tip.iter().for_each(|&joint| on_way[joint] = true);
-    let mut builder = Builder { robot, tree, on_way, masses, source, notes, elements: Vec::new(), hanging: Vec::new() };
+    let mut builder = Builder { robot, tree, on_way, masses, source, notes, elements: Vec::new(), beside: Vec::new() };
     builder.add_link(tree.root);
     for &joint in joints_to_tip {
         builder.add_joint(&robot.joints[joint])?;
         builder.add_link(tree.child_link[joint]);
     }
-    let Builder { elements, hanging, notes, .. } = builder;
-    notes.add_names("movable joints beside the chain, held at zero", hanging.iter().map(String::as_str));
+    let Builder { elements, beside, notes, .. } = builder;
+    notes.add_names("movable joints beside the chain, held at zero", beside.iter().map(String::as_str));
     note_limits(robot, joints_to_tip, &elements, notes);
     note_angles(robot, joints_to_tip, notes);
     Ok(elements)
@@ -142,7 +142,7 @@ struct Builder<'a> {
     notes: &'a mut ImportNotes,
     elements: Vec<Element>,
     /// Names of movable joints beside the chain.
-    hanging: Vec<String>,
+    beside: Vec<String>,
 }
 
 impl Builder<'_> {
@@ -209,29 +209,29 @@ impl Builder<'_> {
         name
     }
 
-    /// Appends the masses of `link` and of all links that it carries beside the chain.
+    /// Appends the masses of `link` (index) and of all links that it carries beside the chain, their movable joints at zero.
     fn add_link(&mut self, link: usize) {
-        let mut hanging = vec![(link, Pose::identity())];
-        while let Some((here, place)) = hanging.pop() {
+        let mut pending = vec![(link, Pose::identity())];
+        while let Some((here, pose_here)) = pending.pop() {
             if let Some(mass) = self.masses[here] {
                 let name = quoted(&self.robot.links[here].name);
                 let place_words = if here == link { "" } else { ", beside the chain" };
                 self.elements.push(Element::Comment(format!("link {name}{place_words}")));
-                let at: Vector3<f64> = place.transform(in_mm(mass.centre).into());
+                let at: Vector3<f64> = pose_here.transform(in_mm(mass.centre).into());
                 self.elements.push(Element::Mass { kg: mass.kg, at_mm: at.into() });
             }
             for &joint in self.tree.carries[here].iter().rev().filter(|&&joint| !self.on_way[joint]) {
                 let Joint { name, origin, .. } = &self.robot.joints[joint];
                 if is_movable(&self.robot.joints[joint]) {
-                    self.hanging.push(name.clone());
+                    self.beside.push(name.clone());
                 }
-                hanging.push((self.tree.child_link[joint], place.compose(&pose(in_mm(origin.xyz), origin.rpy))));
+                pending.push((self.tree.child_link[joint], pose_here.compose(&pose(in_mm(origin.xyz), origin.rpy))));
             }
         }
     }
 }
 
-/// Returns the local axis of a drive along `direction`, and the rotations before and after it that align the axis.
+/// Returns the coordinate axis for a drive along `direction` (joint frame), and the rotations before and after it that align the axis.
 fn local_drive_axis(direction: [f64; 3]) -> (Axis, Vec<Element>, Vec<Element>) {
     let turn = |angles: [f64; 3]| vec![fixed([0.0; 3], angles.map(in_deg))];
     let half = std::f64::consts::PI;
@@ -252,7 +252,7 @@ fn local_drive_axis(direction: [f64; 3]) -> (Axis, Vec<Element>, Vec<Element>) {
     }
 }
 
-/// Returns the travel in mm or degrees; `None` for continuous joints and where the limits are missing, equal or endless.
+/// Returns the travel of a drive, mm or degrees; `None` for continuous joints and where the limits are missing, equal or endless.
 fn travel(joint: &Joint, motion: Motion) -> Option<[f64; 2]> {
     let limit = joint.limit.filter(|_| joint.kind != JointKind::Continuous)?;
     // What is not given is zero in a URDF.
@@ -264,7 +264,7 @@ fn travel(joint: &Joint, motion: Motion) -> Option<[f64; 2]> {
     (ends[0] < ends[1]).then(|| ends.map(shown))
 }
 
-/// Notes joints whose travel, effort or axis is missing.
+/// Adds notes that name the joints whose travel, effort or axis is missing.
 fn note_limits(robot: &Robot, joints_to_tip: &[usize], elements: &[Element], notes: &mut ImportNotes) {
     let joints: Vec<&Joint> =
         joints_to_tip.iter().map(|&joint| &robot.joints[joint]).filter(|joint| is_movable(joint)).collect();
@@ -291,7 +291,7 @@ fn note_limits(robot: &Robot, joints_to_tip: &[usize], elements: &[Element], not
 const MEANT: f64 = 2e-3;
 const EXACT: f64 = 2e-5;
 
-/// Notes joints whose angles are almost right angles, as if written with few digits.
+/// Adds a note that names joints whose angles are almost right angles, as if written with few digits.
 fn note_angles(robot: &Robot, joints_to_tip: &[usize], notes: &mut ImportNotes) {
     let is_rounded = |angle: f64| {
         let right_angles = (angle / FRAC_PI_2).round();

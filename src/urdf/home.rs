@@ -32,10 +32,10 @@ const RANK_TOLERANCE: f64 = 1e-9;
 /// `length` (mm) relates rotations to translations.
 pub(super) fn choose_home(elements: &[Element], length: f64) -> Home {
     let drives: Vec<&Drive> = drives(elements).collect();
-    let (about, candidates) = postures(&drives);
+    let (centres, candidates) = home_candidates(&drives);
     let bend = |posture: &Vec<f64>| -> f64 {
-        let from = |about: &Vec<f64>| about.iter().zip(posture).map(|(a, b)| (a - b).abs()).sum();
-        about.iter().map(from).fold(f64::INFINITY, f64::min)
+        let from = |centres: &Vec<f64>| centres.iter().zip(posture).map(|(a, b)| (a - b).abs()).sum();
+        centres.iter().map(from).fold(f64::INFINITY, f64::min)
     };
     let evenness = evenness(elements, &candidates, length);
     let best = evenness.iter().copied().fold(0.0, f64::max);
@@ -53,9 +53,9 @@ pub(super) fn drives(elements: &[Element]) -> impl Iterator<Item = &Drive> {
     })
 }
 
-/// Returns the two central postures (zero, and the middles of travel), and these with bent postures about them, mm or degrees.
-/// The first drive is not bent, as it moves the whole arm.
-fn postures(drives: &[&Drive]) -> ([Vec<f64>; 2], Vec<Vec<f64>>) {
+/// Returns the two central postures (zero, and the middles of travel), and these with bent postures about them: drive positions, mm or
+/// degrees. The first drive is not bent, as it moves the whole arm.
+fn home_candidates(drives: &[&Drive]) -> ([Vec<f64>; 2], Vec<Vec<f64>>) {
     let middle: Vec<f64> = drives.iter().map(|drive| middle_of_travel(drive)).collect();
     let zero: Vec<f64> = drives.iter().zip(&middle).map(|(drive, &middle)| safe_value(drive, 0.0, middle)).collect();
     let mut postures = vec![zero.clone(), middle.clone()];
@@ -85,7 +85,7 @@ fn safe_value(drive: &Drive, value: f64, instead: f64) -> f64 {
     if (low + margin..=high - margin).contains(&value) { value } else { instead }
 }
 
-/// Returns the pose of the tip at these drive positions (mm, degrees), and its twist by each drive, per mm or rad.
+/// Returns the pose of the tip (mm) at these drive positions (mm, degrees), and the twist of the tip for each drive, per mm or rad.
 fn tip_kinematics(elements: &[Element], drives: &[f64]) -> (Pose, Vec<Twist>) {
     let mut at = Pose::identity();
     let mut twists = Vec::new();

@@ -32,7 +32,7 @@ pub(super) fn plausible_masses(robot: &Robot, tree: &Tree, length: f64, notes: &
     masses
 }
 
-/// Returns the mass of one link if it is plausible, and notes what is wrong with it otherwise.
+/// Returns the mass of the link with index `link` if it is plausible for a chain of `length` (m); notes what is wrong with it otherwise.
 fn link_mass(robot: &Robot, tree: &Tree, link: usize, length: f64, notes: &mut ImportNotes) -> Option<Mass> {
     let Inertial { mass, centre } = robot.links[link].inertial.as_ref()?;
     let name = quoted(&robot.links[link].name);
@@ -48,8 +48,8 @@ fn link_mass(robot: &Robot, tree: &Tree, link: usize, length: f64, notes: &mut I
         notes.add(format!("mass of link {name}: its centre is not given, taken at the origin of the link's frame"));
     }
     let centre = centre.unwrap_or_default();
-    let own = tree.carries[link].iter().map(|&joint| norm(robot.joints[joint].origin.xyz)).fold(0.0, f64::max);
-    let farthest = own + 0.5 * length;
+    let link_length = tree.carries[link].iter().map(|&joint| norm(robot.joints[joint].origin.xyz)).fold(0.0, f64::max);
+    let farthest = link_length + 0.5 * length;
     if length > 0.0 && norm(centre) > farthest {
         notes.add(format!(
             "mass of link {name}: not used, its centre is {:.3} m from the link's frame, expected at most {farthest:.3} m (the \
@@ -66,7 +66,7 @@ fn norm([x, y, z]: [f64; 3]) -> f64 {
     libm::hypot(libm::hypot(x, y), z)
 }
 
-/// Notes links without an inertial element, those that are frames only apart.
+/// Notes links without an inertial element, separately those with a shape and those that are only frames.
 fn note_missing(robot: &Robot, notes: &mut ImportNotes) {
     let without = |has_shape: bool| {
         let links = robot.links.iter().filter(move |link| link.inertial.is_none() && link.has_shape == has_shape);
@@ -76,7 +76,7 @@ fn note_missing(robot: &Robot, notes: &mut ImportNotes) {
     notes.add_names("links without mass and shape, taken as frames", without(false));
 }
 
-/// Returns why none of the masses is plausible for a chain of `length` (m): all equal, or an absurd total; `None` if they are.
+/// Returns why none of the masses is plausible for a chain of `length` (m): all equal, or an absurd total; `None` if they are plausible.
 fn all_implausible(masses: &[Option<Mass>], length: f64) -> Option<String> {
     let kg: Vec<f64> = masses.iter().flatten().map(|mass| mass.kg).collect();
     let first = *kg.first()?;

@@ -78,7 +78,7 @@ pub fn import_file(file: &Path, options: &ImportOptions) -> Result<ImportedMachi
 pub fn import(text: &str, origin: &str, options: &ImportOptions) -> Result<ImportedMachine> {
     let source = Source { origin, text };
     let robot = read::robot(&source)?;
-    let tree = Tree::of(&robot, &source)?;
+    let tree = Tree::build(&robot, &source)?;
     let tip = tree.tip(options.tip.as_deref(), &robot, &source)?;
     let joints_to_tip = tree.joints_to(tip);
     let reach = chain::reach_bound(&robot, &joints_to_tip);
@@ -89,7 +89,7 @@ pub fn import(text: &str, origin: &str, options: &ImportOptions) -> Result<Impor
     note_weight(&elements, &mut notes);
     note_unread(&robot, &mut notes);
     let drives: Vec<_> = home::drives(&elements).collect();
-    let stiffness = options.stiffness.of(&drives)?;
+    let stiffness = options.stiffness.for_drives(&drives)?;
     if stiffness.contains(&None) {
         let names = drives.iter().map(|drive| drive.name.as_str());
         notes.add_names("stiffness unknown, to be written below or given with --stiffness or --like, of drives", names);
@@ -121,11 +121,11 @@ pub fn import(text: &str, origin: &str, options: &ImportOptions) -> Result<Impor
     complete_file(file, origin, reach_mm)
 }
 
-/// Completes the file by its own kinematics: which coordinates the drives control, and a reachable workspace box within its reach.
+/// Completes the file by its own kinematics: the coordinates that the drives control, and a reachable workspace box (mm).
 fn complete_file(mut file: MachineFile, origin: &str, reach_mm: f64) -> Result<ImportedMachine> {
-    let begun = Geometry::from_toml(&file.text(), origin)?;
-    let begun = begun.kinematics();
-    file.controls = begun.controllable_axes(&begun.home).into_iter().map(|coordinate| coordinate.name()).collect();
+    let model = Geometry::from_toml(&file.text(), origin)?;
+    let model = model.kinematics();
+    file.controls = model.controllable_axes(&model.home).into_iter().map(|coordinate| coordinate.name()).collect();
     let controlled = Geometry::from_toml(&file.text(), origin)?;
     file.workspace = workspace::box_about_home(controlled.kinematics(), reach_mm);
     let mut notes = file.notes.clone();
@@ -170,7 +170,7 @@ fn tool_axis(options: &ImportOptions) -> (Vector3<f64>, &'static str) {
 /// A smaller component of a direction is rounding.
 const NO_COMPONENT: f64 = 1e-15;
 
-/// Returns which numbers of the machine file were assumed, and where they are from.
+/// Returns what in the machine file was assumed, and on what grounds.
 fn assumptions(options: &ImportOptions) -> Vec<(&'static str, String)> {
     let mut assumed = vec![("home and workspace box", "chosen at the import of the URDF: well within reach".into())];
     if options.tool_angles.is_none() {
@@ -182,13 +182,13 @@ fn assumptions(options: &ImportOptions) -> Vec<(&'static str, String)> {
     assumed
 }
 
-/// Notes where the chain begins and ends.
+/// Notes the links at which the chain begins and ends; `tip` is an index.
 fn note_ends(robot: &Robot, tree: &Tree, tip: usize, notes: &mut ImportNotes) {
     let name = |link: usize| quoted(&robot.links[link].name);
     notes.add(format!("chain: from link {}, whose frame is O, to link {}", name(tree.root), name(tip)));
 }
 
-/// Notes which weight is used and which is not.
+/// Notes the total weight of the links used, and that spindle and tool are not in it.
 fn note_weight(elements: &[Element], notes: &mut ImportNotes) {
     let masses =
         elements.iter().filter_map(|element| if let Element::Mass { kg, .. } = element { Some(kg) } else { None });

@@ -115,7 +115,7 @@ const LARGEST_PLACE: f64 = 1e6;
 /// No limit, mass or effort is larger, in m, rad, kg, N or N·m.
 const LARGEST: f64 = 1e12;
 
-/// Reads the robot of a URDF.
+/// Reads the robot of a URDF. Fails where the text is no XML, no URDF, or still a xacro template.
 pub(super) fn robot(source: &Source<'_>) -> Result<Robot> {
     if source.text.trim().is_empty() {
         return source.fail_whole_file("is empty, expected a URDF".into());
@@ -220,7 +220,7 @@ impl Reader<'_> {
         Ok(robot)
     }
 
-    /// Returns the name of a link or joint and its description in messages; fails if it is missing or was used before.
+    /// Returns the name of a link or joint and its description, such as `joint "a"`; fails if the name is missing or among `names`.
     fn read_name<'a>(&self, node: Element<'a>, names: &mut HashSet<&'a str>) -> Result<(&'a str, String)> {
         let kind = if is_element(node, "link") { "link" } else { "joint" };
         let name = node.attribute("name").unwrap_or_default();
@@ -234,7 +234,7 @@ impl Reader<'_> {
         Ok((name, place))
     }
 
-    /// Reads a link and counts its elements that are not read.
+    /// Reads a link, whose name must not be in `names`, and counts in `unread` its elements of each kind that is not read.
     fn read_link<'a>(
         &self,
         node: Element<'a>,
@@ -264,7 +264,7 @@ impl Reader<'_> {
         Ok(Link { name: name.into(), inertial, has_shape })
     }
 
-    /// Reads a joint and counts its elements that are not read.
+    /// Reads a joint, whose name must not be in `names`, and counts in `unread` its elements of each kind that is not read.
     fn read_joint<'a>(
         &self,
         node: Element<'a>,
@@ -313,7 +313,7 @@ impl Reader<'_> {
         Ok(Origin { xyz: vector("xyz")?, rpy: vector("rpy")? })
     }
 
-    /// Reads the axis of a joint; fails if it is zero.
+    /// Reads the axis of a joint, a vector of any length; `None` if it is not given. Fails if it is zero.
     fn read_axis(&self, joint: Element<'_>, place: &str) -> Result<Option<[f64; 3]>> {
         let Some(node) = self.only_child(joint, "axis", place)? else { return Ok(None) };
         let axis = self.read_vector(node, "xyz", place)?;
@@ -345,7 +345,7 @@ impl Reader<'_> {
         Ok(Some(Limit { lower, upper, effort: effort.filter(|effort| *effort <= LARGEST) }))
     }
 
-    /// Reads which joint a joint follows.
+    /// Reads the mimic element: which joint this one follows; `None` if it moves by itself.
     fn read_mimic(&self, joint: Element<'_>, place: &str) -> Result<Option<Mimic>> {
         let Some(node) = self.only_child(joint, "mimic", place)? else { return Ok(None) };
         Ok(Some(Mimic {
@@ -365,17 +365,17 @@ impl Reader<'_> {
         }
     }
 
-    /// Reads an attribute that is a number.
+    /// Reads the attribute `name` as a number; `None` if it is missing. Fails if it is anything else.
     fn read_number(&self, node: Element<'_>, name: &str, place: &str) -> Result<Option<f64>> {
         Ok(self.read_numbers(node, name, place, LARGEST)?.map(|[number]| number))
     }
 
-    /// Reads an attribute that is three numbers.
+    /// Reads the attribute `name` as three numbers; `None` if it is missing. Fails if it is anything else.
     fn read_vector(&self, node: Element<'_>, name: &str, place: &str) -> Result<Option<[f64; 3]>> {
         self.read_numbers(node, name, place, LARGEST_PLACE)
     }
 
-    /// Reads an attribute of `COUNT` numbers, each at most `largest`; fails if it is anything else.
+    /// Reads the attribute `name` as `COUNT` numbers of at most `largest` in magnitude; `None` if it is missing. Fails for anything else.
     fn read_numbers<const COUNT: usize>(
         &self,
         node: Element<'_>,

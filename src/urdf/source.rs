@@ -13,13 +13,13 @@ pub(super) struct Source<'a> {
 }
 
 impl Source<'_> {
-    /// Returns the error that something is wrong at byte `at`, in `place`, such as `joint "a"`.
+    /// Returns `Err` with `problem`, at the line of byte `at`, about `place`, such as `joint "a"`.
     pub fn fail<T>(&self, at: usize, place: String, problem: String) -> Result<T> {
         let line = 1 + self.text.bytes().take(at).filter(|&byte| byte == b'\n').count();
         Err(Error::Syntax { file: self.origin.into(), line: Some(line), key: place, problem })
     }
 
-    /// Returns the error that something is wrong with the file as a whole.
+    /// Returns `Err` with `problem` about the file as a whole, without a line.
     pub fn fail_whole_file<T>(&self, problem: String) -> Result<T> {
         Err(Error::Syntax { file: self.origin.into(), line: None, key: String::new(), problem })
     }

@@ -19,8 +19,8 @@ pub enum DriveStiffness {
 }
 
 impl DriveStiffness {
-    /// Returns the stiffness of each drive in N/mm or N·mm/rad, `None` if unknown; fails if the numbers or the machine do not fit the drives.
-    pub(super) fn of(&self, drives: &[&Drive]) -> Result<Vec<Option<f64>>> {
+    /// Returns the stiffness of each drive (N/mm or N·mm/rad), `None` if unknown; fails if numbers or machine do not fit the drives.
+    pub(super) fn for_drives(&self, drives: &[&Drive]) -> Result<Vec<Option<f64>>> {
         match self {
             DriveStiffness::Unknown => Ok(vec![None; drives.len()]),
             DriveStiffness::Given(values) => given_stiffness(values, drives),
@@ -59,16 +59,16 @@ fn given_stiffness(values: &[f64], drives: &[&Drive]) -> Result<Vec<Option<f64>>
 const SOFTEST: f64 = 1e-12;
 const STIFFEST: f64 = 1e15;
 
-/// Returns the stiffness of the drives of `machine`; fails if they are not of the same kinds in the same order.
+/// Returns the stiffness of the drives of `machine` (N/mm or N·mm/rad); fails if their kinds and order are not those of `drives`.
 fn stiffness_like(machine: &Machine, drives: &[&Drive]) -> Result<Vec<Option<f64>>> {
     let kinds = |motions: &mut dyn Iterator<Item = Motion>| {
         motions.map(|motion| if motion == Motion::Revolute { "hinge" } else { "slide" }).collect::<Vec<_>>().join(", ")
     };
-    let own = kinds(&mut drives.iter().map(|drive| drive.motion));
+    let imported = kinds(&mut drives.iter().map(|drive| drive.motion));
     let other = kinds(&mut machine.drives().map(|(_, drive)| drive.motion));
-    if own != other {
+    if imported != other {
         let problem = format!(
-            "{} has the drives {other}; the imported robot has {own}: expected the same kinds in the same order, or --stiffness",
+            "{} has the drives {other}; the imported robot has {imported}: expected the same kinds in the same order, or --stiffness",
             machine.name
         );
         return Err(Error::Argument { argument: "--like".into(), problem });

@@ -29,8 +29,8 @@ pub(super) struct Tree {
 
 impl Tree {
     /// Builds the tree of `robot`. Fails when links and joints do not form one tree.
-    pub fn of(robot: &Robot, source: &Source<'_>) -> Result<Self> {
-        let number: HashMap<&str, usize> =
+    pub fn build(robot: &Robot, source: &Source<'_>) -> Result<Self> {
+        let link_index: HashMap<&str, usize> =
             robot.links.iter().enumerate().map(|(i, link)| (link.name.as_str(), i)).collect();
         let count = robot.links.len();
         let mut tree = Self {
@@ -43,7 +43,7 @@ impl Tree {
         };
         for (j, joint) in robot.joints.iter().enumerate() {
             let place = || format!("joint {}", quoted(&joint.name));
-            let link = |which: &str, name: &str| match number.get(name) {
+            let link = |which: &str, name: &str| match link_index.get(name) {
                 Some(&link) => Ok(link),
                 None => source.fail(joint.at, place(), format!("its {which} {} is no link of this file", quoted(name))),
             };
@@ -92,20 +92,20 @@ impl Tree {
         source.fail_whole_file(format!("links {} form a loop, expected a tree", quoted_list(lost.iter().map(name))))
     }
 
-    /// Returns the joints from the root to `link`, in this order.
+    /// Returns the indices of the joints from the root to `link` (index), in this order.
     pub fn joints_to(&self, mut link: usize) -> Vec<usize> {
-        let mut way = Vec::new();
+        let mut joints = Vec::new();
         while let Some(joint) = self.carried_by[link] {
-            way.push(joint);
+            joints.push(joint);
             link = self.parent_link[joint];
         }
-        way.reverse();
-        way
+        joints.reverse();
+        joints
     }
 
-    /// Returns the link called `wanted`; without a name, the only link at the end of movable joints. Fails when there is no such link, or
-    /// more than one.
-    pub fn tip(&self, wanted: Option<&str>, robot: &Robot, source: &Source<'_>) -> Result<usize> {
+    /// Returns the index of the link called `name`; without a name, the only link at the end of movable joints. Fails when there is no such
+    /// link, or more than one.
+    pub fn tip(&self, name: Option<&str>, robot: &Robot, source: &Source<'_>) -> Result<usize> {
         let fail = |problem: String| Err(Error::Argument { argument: "--tip".into(), problem });
         let mut movable = vec![0; robot.links.len()];
         for &link in &self.order {
@@ -119,14 +119,14 @@ impl Tree {
         let is_tip = |link: &usize| self.carries[*link].is_empty() && movable[*link] > 0;
         let tips: Vec<usize> = self.order.iter().copied().filter(is_tip).collect();
         let words = |tip: &usize| {
-            let (name, count) = (quoted(&robot.links[*tip].name), movable[*tip]);
-            format!("{name} ({count} movable {} before it)", if count == 1 { "joint" } else { "joints" })
+            let (tip_name, count) = (quoted(&robot.links[*tip].name), movable[*tip]);
+            format!("{tip_name} ({count} movable {} before it)", if count == 1 { "joint" } else { "joints" })
         };
         let mut tips_in_words = tips.iter().take(LISTED).map(words).collect::<Vec<_>>().join(", ");
         if tips.len() > LISTED {
             tips_in_words += &format!(" and {} more", tips.len() - LISTED);
         }
-        match (wanted, &tips[..]) {
+        match (name, &tips[..]) {
             (None, [tip]) => Ok(*tip),
             (None, _) => fail(format!(
                 "{} has several tips: name the link that carries the tool, with --tip: {tips_in_words}",

@@ -27,13 +27,13 @@ pub(super) fn box_about_home(machine: &Machine, length: f64) -> WorkspaceBox {
 /// Whether the corners, and the middles of edges and faces, of a box are reachable.
 fn is_reachable(machine: &Machine, candidate: &WorkspaceBox) -> bool {
     let middle = (candidate.min + candidate.max) * 0.5;
-    let pick = |place: usize, axis: usize| match place / 3usize.pow(axis as u32) % 3 {
+    let pick = |index: usize, axis: usize| match index / 3usize.pow(axis as u32) % 3 {
         0 => candidate.min[axis],
         1 => middle[axis],
         _ => candidate.max[axis],
     };
-    (0..27).all(|place| {
-        let position = Vector3::from_fn(|axis, _| pick(place, axis));
+    (0..27).all(|index| {
+        let position = Vector3::from_fn(|axis, _| pick(index, axis));
         let target = machine.pose_at(position);
         let reached = machine.inverse_kinematics_from(&machine.home, &target);
         reached.is_ok_and(|at| machine.check_uncontrolled(position, &at).is_ok())

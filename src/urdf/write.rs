@@ -120,7 +120,7 @@ fn element_line(element: &Element) -> String {
     }
 }
 
-/// Formats a drive as a line of the chain's list; stiffness in N/mm or N·mm/rad, home in mm or degrees.
+/// Formats a drive as a line of the chain's list; stiffness in N/mm or N·mm/rad (`None`: "unknown"), home in mm or degrees.
 fn drive_line(drive: &Drive, stiffness: Option<f64>, home: f64) -> String {
     let (kind, stiffness_key, unit, limit_key) = match drive.motion {
         Motion::Prismatic => ("prismatic_drive", "stiffness_N_per_mm", "mm", "force_limit_N"),

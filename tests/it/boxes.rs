@@ -77,7 +77,7 @@ fn the_gap_between_boxes_is_known() {
 #[test]
 fn the_extent_of_points_is_the_box_around_them() {
     let points = [Vector3::new(1.0, -2.0, 3.0), Vector3::new(-1.0, 5.0, 3.0)];
-    let extent = Extent::of(points.into_iter()).unwrap();
+    let extent = Extent::around(points.into_iter()).unwrap();
     assert_eq!((extent.min, extent.max), (Vector3::new(-1.0, -2.0, 3.0), Vector3::new(1.0, 5.0, 3.0)));
-    assert!(Extent::of(std::iter::empty()).is_none());
+    assert!(Extent::around(std::iter::empty()).is_none());
 }

@@ -45,7 +45,7 @@ fn every_program_shows_its_dialect() {
         ("tests/dialects/sinumerik", Dialect::Sinumerik),
     ] {
         for (name, source) in programs_in(folder) {
-            assert_eq!(Dialect::of(&source), dialect, "{name}");
+            assert_eq!(Dialect::detect(&source), dialect, "{name}");
         }
     }
 }

@@ -35,7 +35,7 @@ fn options(name: &str) -> RobotOptions {
 fn program(name: &str) -> RobotProgram {
     let file = folder().join(name);
     let bytes = fs::read(&file).unwrap();
-    let language = Language::of(&file, &bytes).unwrap();
+    let language = Language::detect(&file, &bytes).unwrap();
     let beside = fs::read(file.with_extension("dat")).ok().map(|bytes| ("beside.dat".to_owned(), bytes));
     RobotProgram::parse(bytes, name, language, beside, &options(name)).unwrap_or_else(|refused| panic!("{refused}"))
 }
@@ -539,7 +539,7 @@ fn a_line_of_apt_that_bends_becomes_records() {
 #[test]
 fn names_and_first_words_tell_the_language() {
     use std::path::Path;
-    let of = |name: &str, text: &str| Language::of(Path::new(name), text.as_bytes());
+    let of = |name: &str, text: &str| Language::detect(Path::new(name), text.as_bytes());
     assert_eq!(of("a.SRC", ""), Some(Language::Krl));
     assert_eq!(of("a.mod", "%%%\n VERSION:1\n%%%\nMODULE a"), Some(Language::Rapid));
     assert_eq!(of("a.prg", "G0 X1\n"), None);

@@ -233,7 +233,7 @@ fn programs_show_their_dialect() {
         ("__ X_\n", Dialect::Iso),
         ("", Dialect::Iso),
     ] {
-        assert_eq!(Dialect::of(source.as_bytes()), dialect, "{source}");
+        assert_eq!(Dialect::detect(source.as_bytes()), dialect, "{source}");
     }
 }
 

@@ -25,14 +25,14 @@ pub(super) struct ArcIntegrals {
 }
 
 impl ArcIntegrals {
-    /// Returns the integrals multiplied by a factor.
-    fn scaled(self, by: f64) -> Self {
-        Self { plain: by * self.plain, sine: by * self.sine, cosine: by * self.cosine }
+    /// Returns the integrals multiplied by `factor`.
+    fn scaled(self, factor: f64) -> Self {
+        Self { plain: factor * self.plain, sine: factor * self.sine, cosine: factor * self.cosine }
     }
 }
 
 impl EngagementArc {
-    /// Integrates tangential, radial and axial force of `edge` over the arc, at feed per tooth `c` (mm).
+    /// Returns the arc integrals of tangential, radial and axial force of `edge`, in this order, at feed per tooth `c` (mm).
     pub(super) fn integrals(&self, edge: &EdgeLaw, c: f64) -> [ArcIntegrals; 3] {
         match edge {
             EdgeLaw::Linear { tangential, radial, axial } => {
@@ -45,7 +45,7 @@ impl EngagementArc {
         }
     }
 
-    /// Integrates a linear edge force over the arc in closed form, at feed per tooth `c` (mm).
+    /// Returns the arc integrals of a linear edge force in closed form, at feed per tooth `c` (mm).
     fn linear_integrals(&self, force: EdgeForce, c: f64) -> ArcIntegrals {
         let ((sin_in, cos_in), (sin_out, cos_out)) = (libm::sincos(self.entry), libm::sincos(self.exit));
         let angle = self.exit - self.entry;
@@ -60,7 +60,7 @@ impl EngagementArc {
         }
     }
 
-    /// Integrates Kienzle's edge force over the arc, at feed per tooth `c` (mm); the integrals of sin^p alone are numerical.
+    /// Returns the arc integrals of Kienzle's edge force at feed per tooth `c` (mm); only those of sin^p are computed numerically.
     fn kienzle_integrals(&self, force: Kienzle, c: f64) -> ArcIntegrals {
         let power = 1.0 - force.exponent;
         let primitive = |psi: f64| libm::pow(sine(psi), power + 1.0) / (power + 1.0);
@@ -80,9 +80,9 @@ impl EngagementArc {
         let (middle, half) = (0.5 * (self.entry + self.exit), 0.5 * (self.exit - self.entry));
         let term = |k: i32| {
             let t = f64::from(k) * STEP;
-            let bent = 0.5 * PI * libm::sinh(t);
-            let weight = 0.5 * PI * libm::cosh(t) / libm::cosh(bent).powi(2);
-            weight * libm::pow(sine(middle + half * libm::tanh(bent)), p)
+            let argument = 0.5 * PI * libm::sinh(t);
+            let weight = 0.5 * PI * libm::cosh(t) / libm::cosh(argument).powi(2);
+            weight * libm::pow(sine(middle + half * libm::tanh(argument)), p)
         };
         half * STEP * (-STEPS..=STEPS).map(term).sum::<f64>()
     }

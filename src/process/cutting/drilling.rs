@@ -82,8 +82,7 @@ impl Drilling {
         CutForce { force_N: Vector3::new(0.0, 0.0, thrust), torque_Nmm: side * torque }
     }
 
-    /// Returns the feed per revolution f at `point`, mm/rev. Fails when it follows from the point's feed and spindle speed and one of them is
-    /// missing.
+    /// Returns the feed per revolution f at `point`, mm/rev; fails if it follows from feed and spindle speed and one of them is missing.
     pub fn feed_per_rev(&self, point: &PathPoint) -> Result<f64, LoadError> {
         feed::feed_per_tooth_at(point, self.feed_per_rev_mm, 1, "feed_per_rev_mm")
     }

@@ -106,20 +106,20 @@ impl EndMilling {
         self.for_spindle_direction(Vector3::new(along_feed, across, axial.plain) * share, tangential.plain * share)
     }
 
-    /// Returns force and torque with the first tooth at ψ = `angle` (rad), at feed per tooth `c` (mm). The engaged teeth are those for the
-    /// first tooth at `seen`, so that the ends of an interval without entries and exits count with its inside.
-    pub(super) fn at_angle(&self, angle: f64, seen: f64, c: f64) -> CutForce {
+    /// Returns force and torque with the first tooth at ψ = `angle` (rad), at feed per tooth `c` (mm). Engaged are the teeth that cut with
+    /// the first tooth at `engaged_at` (rad), so that the ends of an interval without entries and exits count with its inside.
+    pub(super) fn at_angle(&self, angle: f64, engaged_at: f64, c: f64) -> CutForce {
         let arc = self.arc();
         let pitch = TAU / f64::from(self.teeth);
         let mut force = Vector3::zeros();
         let mut tangential = 0.0;
         for tooth in 0..self.teeth {
-            let turns = ((seen + f64::from(tooth) * pitch) / TAU).floor();
-            let of = |first: f64| first + f64::from(tooth) * pitch - turns * TAU;
-            if !(arc.entry..=arc.exit).contains(&of(seen)) {
+            let turns = ((engaged_at + f64::from(tooth) * pitch) / TAU).floor();
+            let tooth_angle = |first: f64| first + f64::from(tooth) * pitch - turns * TAU;
+            if !(arc.entry..=arc.exit).contains(&tooth_angle(engaged_at)) {
                 continue;
             }
-            let (sin, cos) = libm::sincos(of(angle));
+            let (sin, cos) = libm::sincos(tooth_angle(angle));
             let edge = self.edge.on_edge(c * sin.max(0.0)) * self.depth_mm;
             force += Vector3::new(-edge.x * cos - edge.y * sin, edge.x * sin - edge.y * cos, edge.z);
             tangential += edge.x;

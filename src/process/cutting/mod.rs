@@ -131,15 +131,15 @@ impl PathLoad {
     #[must_use]
     pub fn on_tool(&self, tangent: Vector3<f64>, tool_axes: &Matrix3<f64>) -> Load {
         let tangent_of_tool = || tool_axes.tr_mul(&tangent);
-        let of_cut = |cut: &CutForce| {
+        let in_workpiece_axes = |cut: &CutForce| {
             let (force, moment) = cut.on_tool(tangent_of_tool());
             Load { force_N: tool_axes * force, moment_Nmm: tool_axes * moment }
         };
         match self {
             PathLoad::Workpiece(load) => *load,
             PathLoad::PathFrame(frame) => Load { force_N: tool_axes * frame.force(tangent_of_tool()), ..NO_LOAD },
-            PathLoad::Milling(cut) => of_cut(cut),
-            PathLoad::Drilling(cut) if drilling::is_drilling(tangent_of_tool()) => of_cut(cut),
+            PathLoad::Milling(cut) => in_workpiece_axes(cut),
+            PathLoad::Drilling(cut) if drilling::is_drilling(tangent_of_tool()) => in_workpiece_axes(cut),
             PathLoad::Drilling(_) => NO_LOAD,
         }
     }

@@ -14,14 +14,14 @@ const NARROWINGS: u32 = 24;
 impl EndMilling {
     /// Returns force and torque at the instant of a revolution at which the force is largest, at feed per tooth `c` (mm).
     ///
-    /// All teeth being alike, a pitch of the cutter is looked at. Between entries and exits of teeth the force is smooth; at
-    /// them it may jump, so that each stretch counts with both its ends.
+    /// All teeth are alike, so one pitch of the cutter is searched. The force is smooth between entries and exits of teeth and may jump at
+    /// them, so both ends of each interval are evaluated as limits from inside.
     #[must_use]
     pub fn peak(&self, c: f64) -> CutForce {
         let mut largest = CutForce { force_N: Vector3::zeros(), torque_Nmm: 0.0 };
         let bounds = self.engagement_changes();
-        for stretch in bounds.windows(2) {
-            let (from, to) = (stretch[0], stretch[1]);
+        for interval in bounds.windows(2) {
+            let (from, to) = (interval[0], interval[1]);
             let at = |angle: f64| self.at_angle(angle, 0.5 * (from + to), c);
             let step = (to - from) / f64::from(SAMPLES);
             let sampled = (0..=SAMPLES).map(|k| from + step * f64::from(k));

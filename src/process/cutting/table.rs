@@ -82,10 +82,10 @@ impl WrenchTable {
 }
 
 /// A fault at a byte of the file.
-type At<T> = Result<T, (usize, TableFault)>;
+type ParseResult<T> = Result<T, (usize, TableFault)>;
 
-/// Parses the rows of a table; a fault comes with its byte in the file.
-fn parse(source: &[u8]) -> At<Vec<(f64, Load)>> {
+/// Parses the rows of a table: arc length (mm) and load each; a fault comes with its byte in the file.
+fn parse(source: &[u8]) -> ParseResult<Vec<(f64, Load)>> {
     let rows = csv_rows::read(source).map_err(|(at, reason)| (at, TableFault::NotCsv { reason }))?;
     let Some((header, rows)) = rows.split_first() else {
         return Err((0, TableFault::TooFewRows { found: 0 }));
@@ -106,25 +106,25 @@ fn parse(source: &[u8]) -> At<Vec<(f64, Load)>> {
     Ok(table)
 }
 
-/// Returns the position of each of [`COLUMNS`] in the file.
+/// Returns the index in a row of each of [`COLUMNS`]; fails if the header names other columns.
 fn column_order(header: &Row) -> Result<[usize; 7], TableFault> {
     let names: Vec<_> = header.fields.iter().map(|name| String::from_utf8_lossy(name)).collect();
-    let places = COLUMNS.map(|column| names.iter().position(|name| name == column));
+    let positions = COLUMNS.map(|column| names.iter().position(|name| name == column));
     // As many names as columns and each column among them: no other name and none twice.
-    if names.len() != COLUMNS.len() || places.contains(&None) {
+    if names.len() != COLUMNS.len() || positions.contains(&None) {
         return Err(TableFault::Header { found: names.join(","), expected: COLUMNS.join(",") });
     }
-    Ok(places.map(Option::unwrap_or_default))
+    Ok(positions.map(Option::unwrap_or_default))
 }
 
-/// Parses the numbers of a row, in the order of [`COLUMNS`].
+/// Parses the numbers of a row, in the order of [`COLUMNS`], which stand at the indices `order`.
 fn row_numbers(row: &Row, order: &[usize; 7]) -> Result<[f64; 7], TableFault> {
     if row.fields.len() != COLUMNS.len() {
         return Err(TableFault::Width { found: row.fields.len(), expected: COLUMNS.len() });
     }
     let mut numbers = [0.0; 7];
-    for (column, (&place, number)) in order.iter().zip(&mut numbers).enumerate() {
-        let text = String::from_utf8_lossy(&row.fields[place]);
+    for (column, (&position, number)) in order.iter().zip(&mut numbers).enumerate() {
+        let text = String::from_utf8_lossy(&row.fields[position]);
         let read = text.parse::<f64>().ok().filter(|value| value.abs() <= MOST && (column > 0 || *value >= 0.0));
         *number = read.ok_or_else(|| TableFault::Value {
             column: COLUMNS[column],

@@ -40,7 +40,7 @@ impl ChainErrorSpec {
     }
 }
 
-/// Checks chain errors; returns one for each chain of the machine, in its order, zero for chains that are not named.
+/// Checks chain errors; returns one for each chain of the machine, in its order (mm and rad), zero for chains that are not named.
 pub(crate) fn chain_errors(specs: &[ChainErrorSpec], machine: &Machine, check: &Check) -> Result<Vec<ChainError>> {
     let mut errors = vec![ChainError::default(); machine.chains.len()];
     for (i, spec) in specs.iter().enumerate() {
@@ -55,13 +55,13 @@ pub(crate) fn chain_errors(specs: &[ChainErrorSpec], machine: &Machine, check: &
     Ok(errors)
 }
 
-/// Says that no chain of `machine` is called `name`, and which there are.
+/// Returns the message that no chain of `machine` is called `name`, with the names that there are.
 pub(crate) fn unknown_chain(machine: &Machine, name: &str) -> String {
     let known = machine.chains.iter().map(|chain| chain.name.as_str()).collect::<Vec<_>>().join(", ");
     format!("no chain is called \"{name}\"; there are: {known}")
 }
 
-/// Checks the errors of chain number `index`.
+/// Checks the errors of the chain with index `index`; converts them to mm and rad. Fails if none is given, or two exclude each other.
 fn chain_error(spec: &ChainErrorSpec, machine: &Machine, index: usize, check: &Check) -> Result<ChainError> {
     if spec.gives_no_error() {
         return check.fail(

@@ -21,21 +21,21 @@ use crate::{
 /// Most teeth accepted.
 const MAX_TEETH: u32 = 100;
 
-/// Checks the cutting forces of single tools and features; returns them with the files that they come from.
+/// Checks the cutting forces of single tools (by number) and features (by text); returns them with the files that they come from.
 pub(super) fn own_forces(
     of_tool: &BTreeMap<String, ForceSpec>,
     of_feature: &BTreeMap<String, ForceSpec>,
     folder: &Folder,
     top: &Check,
 ) -> Result<(OwnForces, Inputs)> {
-    let (mut own, mut inputs) = (OwnForces::default(), Inputs::default());
+    let (mut forces, mut inputs) = (OwnForces::default(), Inputs::default());
     for (name, spec) in of_tool {
         let check = top.key("force_of_tool").key(name);
         let Ok(tool) = name.parse() else {
             return check.fail("is no tool: expected the number of a tool, as after T in a program".into());
         };
         let (law, files) = required_force(spec, folder, &check)?;
-        if own.by_tool.insert(tool, law).is_some() {
+        if forces.by_tool.insert(tool, law).is_some() {
             return check.fail(format!("is tool {tool} again, which has a force already"));
         }
         inputs = inputs.and(files);
@@ -45,19 +45,19 @@ pub(super) fn own_forces(
         if text.trim() != text || text.is_empty() {
             return check.fail("is no text: expected one without blanks around it".into());
         }
-        if let Some((same, _)) = own.by_feature.iter().find(|(other, _)| other.eq_ignore_ascii_case(text)) {
+        if let Some((same, _)) = forces.by_feature.iter().find(|(other, _)| other.eq_ignore_ascii_case(text)) {
             return check.fail(format!("is the same as \"{same}\": upper and lower case are not told apart"));
         }
         let (law, files) = required_force(spec, folder, &check)?;
-        own.by_feature.push((text.clone(), law));
+        forces.by_feature.push((text.clone(), law));
         inputs = inputs.and(files);
     }
-    Ok((own, inputs))
+    Ok((forces, inputs))
 }
 
-/// Checks a cutting force like [`force`], and fails if there is none.
+/// Checks a cutting force like [`cutting_law`], and fails if there is none.
 fn required_force(spec: &ForceSpec, folder: &Folder, check: &Check) -> Result<(CuttingLaw, Inputs)> {
-    match force(spec, folder, check)? {
+    match cutting_law(spec, folder, check)? {
         (CuttingLaw::None, _) => {
             check.fail("has no force: expected a table such as path_frame or drilling in it".into())
         }
@@ -65,8 +65,8 @@ fn required_force(spec: &ForceSpec, folder: &Folder, check: &Check) -> Result<(C
     }
 }
 
-/// Checks a cutting force; returns its law and the text of the wrench table, if it has one.
-pub(super) fn force(spec: &ForceSpec, folder: &Folder, check: &Check) -> Result<(CuttingLaw, Inputs)> {
+/// Checks a cutting force, of which at most one law may be given; returns the law, and the text of the wrench table if it has one.
+pub(super) fn cutting_law(spec: &ForceSpec, folder: &Folder, check: &Check) -> Result<(CuttingLaw, Inputs)> {
     let given = [
         ("path_frame", spec.path_frame.is_some()),
         ("table", spec.table.is_some()),
@@ -95,7 +95,7 @@ pub(super) fn force(spec: &ForceSpec, folder: &Folder, check: &Check) -> Result<
     Ok((law, Inputs::default()))
 }
 
-/// Checks the constant force of a path frame.
+/// Checks the constant force in a path frame (N) and returns its law.
 fn path_frame(spec: &PathFrameSpec, check: &Check) -> Result<CuttingLaw> {
     let PathFrameSpec { radial_force, tangential_force, axial_force, law } = *spec;
     let force = MillingForce { radial: radial_force, tangential: tangential_force, axial: axial_force, law };
@@ -112,7 +112,7 @@ impl MillingForce {
     }
 }
 
-/// Checks the parameters of slot milling.
+/// Checks the parameters of slot milling and returns its law.
 fn slot_milling(spec: &SlotMillingSpec, check: &Check) -> Result<CuttingLaw> {
     let [tangential, radial, axial] = coefficients(&spec.coefficients(), check)?;
     Ok(CuttingLaw::SlotMilling(SlotMilling {
@@ -126,7 +126,7 @@ fn slot_milling(spec: &SlotMillingSpec, check: &Check) -> Result<CuttingLaw> {
     }))
 }
 
-/// Checks cutting coefficients; returns the tangential, radial and axial ones.
+/// Checks cutting coefficients; returns the tangential, radial and axial ones (N/mm² and N/mm), in this order.
 pub(super) fn coefficients(spec: &CoefficientsSpec, check: &Check) -> Result<[EdgeForce; 3]> {
     let force = |name: &str, cutting: f64, edge: f64| -> Result<EdgeForce> {
         Ok(EdgeForce {
@@ -141,7 +141,7 @@ pub(super) fn coefficients(spec: &CoefficientsSpec, check: &Check) -> Result<[Ed
     ])
 }
 
-/// Checks that the number of teeth is from 1 to [`MAX_TEETH`].
+/// Returns the number of teeth; fails if it is not from 1 to [`MAX_TEETH`].
 pub(super) fn teeth(teeth: u32, check: &Check) -> Result<u32> {
     match (1..=MAX_TEETH).contains(&teeth) {
         true => Ok(teeth),
@@ -149,7 +149,7 @@ pub(super) fn teeth(teeth: u32, check: &Check) -> Result<u32> {
     }
 }
 
-/// Reads the wrench table from its file in `folder`.
+/// Reads the wrench table from its file in `folder`; returns its law and the text of the file.
 fn wrench_table(spec: &TableSpec, folder: &Folder, check: &Check) -> Result<(CuttingLaw, Inputs)> {
     if !folder.has_file(&spec.file) {
         return check.key("file").fail(format!("\"{}\" is not a file in the folder of the process file", spec.file));

@@ -83,7 +83,7 @@ pub struct SlotMillingSpec {
 }
 
 impl SlotMillingSpec {
-    /// Returns the cutting coefficients.
+    /// Returns the cutting coefficients, which a slot has among its other keys, as a table of their own.
     pub(super) fn coefficients(&self) -> CoefficientsSpec {
         CoefficientsSpec {
             tangential_cutting: self.tangential_cutting,
@@ -221,7 +221,7 @@ pub enum SpindleSpec {
 }
 
 impl SpindleSpec {
-    /// Converts to a direction of rotation.
+    /// Converts the word of the file to a direction of rotation.
     pub(super) fn turn(self) -> TurnDirection {
         match self {
             Self::Clockwise => TurnDirection::Clockwise,

@@ -138,19 +138,19 @@ pub struct Decimals {
 }
 
 impl Decimals {
-    /// Returns the format in which a program or polyline with the format `own` is written; never fails for a checked [`Process`].
-    pub fn format(self, own: NumberFormat) -> std::result::Result<NumberFormat, FormatError> {
-        NumberFormat::new(self.mm.unwrap_or(own.mm_decimals()), self.inch.unwrap_or(own.inch_decimals()))
+    /// Returns the format in which a program or polyline whose own format is `original` is written; never fails for a checked [`Process`].
+    pub fn format(self, original: NumberFormat) -> std::result::Result<NumberFormat, FormatError> {
+        NumberFormat::new(self.mm.unwrap_or(original.mm_decimals()), self.inch.unwrap_or(original.inch_decimals()))
     }
 }
 
 impl Process {
-    /// Returns the options to write a program whose own format is `own`. Fails as [`Decimals::format`] does.
-    pub fn write_options(&self, own: NumberFormat) -> std::result::Result<WriteOptions, FormatError> {
+    /// Returns the options to write a program that was read in the format `original`. Fails as [`Decimals::format`] does.
+    pub fn write_options(&self, original: NumberFormat) -> std::result::Result<WriteOptions, FormatError> {
         let helical_arcs = self.helical_arcs;
         Ok(WriteOptions {
             helical_arcs,
-            ..WriteOptions::with_tolerance(self.write_tolerance_mm, self.decimals.format(own)?)
+            ..WriteOptions::with_tolerance(self.write_tolerance_mm, self.decimals.format(original)?)
         })
     }
 
@@ -179,7 +179,7 @@ impl Process {
         Ok(path)
     }
 
-    /// Returns the process for what is called `name` and computes with exact inputs.
+    /// Returns the process itself if it has no table `[uncertainty]`; `name` says in the error who computes with exact inputs only.
     ///
     /// # Errors
     /// It has a table `[uncertainty]`.
@@ -199,12 +199,12 @@ impl Process {
         path.points().iter().try_for_each(|point| self.load(point).map(drop))
     }
 
-    /// Computes the load at a point of a path, by the law of its feature, its tool or the process. Fails as [`CuttingLaw::load`] does.
+    /// Computes the load on the tool at `point`, by the law of its feature, its tool or the process. Fails as [`CuttingLaw::load`] does.
     pub fn load(&self, point: &PathPoint) -> std::result::Result<PathLoad, LoadError> {
         self.own_forces.law_at(point).unwrap_or(&self.cutting).load(point)
     }
 
-    /// Describes placement, cutting moves, tool and uncontrolled coordinates, as labels and words.
+    /// Returns label and words for placement, cutting moves, tool-specific forces, tool, and coordinates that the machine does not control.
     pub fn facts(&self) -> Vec<(&'static str, String)> {
         let mut facts = vec![("workpiece", self.placement_words()), ("counts as cutting", self.cutting_rule.words())];
         facts.extend((!self.own_forces.is_empty()).then(|| ("cutting force", self.own_forces.words())));
@@ -213,7 +213,7 @@ impl Process {
         facts
     }
 
-    /// Describes those of [`Process::facts`] that may not be intended: an assumed placement, and coordinates that the machine does not control.
+    /// Returns label and words for what may not be intended: an assumed placement, and coordinates that the machine does not control.
     pub fn assumed(&self) -> Vec<(&'static str, String)> {
         let mut assumed = Vec::new();
         assumed.extend((!self.is_placed).then(|| ("workpiece", self.placement_words())));
@@ -269,7 +269,7 @@ impl Process {
         Ok(process)
     }
 
-    /// Parses and checks the process file `text` at `check`.
+    /// Parses and checks the process file `text`; `check` names it in errors, and files that it names are in `folder`.
     fn checked(text: &str, check: &Check, folder: &Folder, machine: &Machine) -> Result<Process> {
         let origin = check.origin();
         let spec: ProcessSpec = crate::input::toml_file::parse_renamed(text, origin, &RENAMED)?;

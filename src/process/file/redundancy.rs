@@ -38,14 +38,14 @@ pub struct RedundancySpec {
 /// The smallest step of the lattice, degrees.
 const FINEST_DEG: f64 = 0.25;
 
-/// Checks the table at `check` and converts it to settings.
-pub(super) fn redundancy(spec: &RedundancySpec, machine: &Machine, check: &Check) -> Result<RedundancySettings> {
-    let own = RedundancySettings::default();
-    let step_deg = check.key("step_deg").positive(spec.step_deg.unwrap_or(own.step_deg))?;
+/// Checks the table at `check`, with defaults for what is not given, and converts it to settings.
+pub(super) fn settings(spec: &RedundancySpec, machine: &Machine, check: &Check) -> Result<RedundancySettings> {
+    let default = RedundancySettings::default();
+    let step_deg = check.key("step_deg").positive(spec.step_deg.unwrap_or(default.step_deg))?;
     if !(FINEST_DEG..=90.0).contains(&step_deg) {
         return check.key("step_deg").fail(format!("must be from {FINEST_DEG} to 90, got {step_deg}"));
     }
-    let range_deg = spec.range_deg.unwrap_or(own.range_deg);
+    let range_deg = spec.range_deg.unwrap_or(default.range_deg);
     if !(-360.0 <= range_deg[0] && range_deg[0] < range_deg[1] && range_deg[1] - range_deg[0] <= 360.0) {
         let problem = format!(
             "must be the least turn and a larger one, at most a full turn apart, got {} and {}",
@@ -53,8 +53,8 @@ pub(super) fn redundancy(spec: &RedundancySpec, machine: &Machine, check: &Check
         );
         return check.key("range_deg").fail(problem);
     }
-    let most = spec.max_step_deg_per_mm.unwrap_or(own.max_step_deg_per_mm);
-    let least = spec.min_singularity_distance.unwrap_or(own.min_singularity_distance);
+    let most = spec.max_step_deg_per_mm.unwrap_or(default.max_step_deg_per_mm);
+    let least = spec.min_singularity_distance.unwrap_or(default.min_singularity_distance);
     if !(0.0..1.0).contains(&least) {
         return check.key("min_singularity_distance").fail(format!("must be at least 0 and below 1, got {least}"));
     }
@@ -68,12 +68,12 @@ pub(super) fn redundancy(spec: &RedundancySpec, machine: &Machine, check: &Check
         min_singularity_distance: least,
         travel_margin: check
             .key("travel_margin_mm_or_deg")
-            .not_negative(spec.travel_margin_mm_or_deg.unwrap_or(own.travel_margin))?,
+            .not_negative(spec.travel_margin_mm_or_deg.unwrap_or(default.travel_margin))?,
         speed_limits_deg_per_s: speed_limits(spec, machine, &check.key("speed_limits_deg_per_s"))?,
     })
 }
 
-/// Checks the speed limits of the drives, degrees per second: one for each, and only for machines whose drives are all hinges.
+/// Checks the speed limits of the drives, degrees per second: one for each, only where all drives are hinges; empty if not given.
 fn speed_limits(spec: &RedundancySpec, machine: &Machine, check: &Check) -> Result<Vec<f64>> {
     let Some(limits) = &spec.speed_limits_deg_per_s else { return Ok(Vec::new()) };
     if machine.drives().any(|(_, drive)| drive.motion != Motion::Revolute) {

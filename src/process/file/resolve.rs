@@ -17,7 +17,7 @@ use crate::{
         file::{
             CORNER_MM, CorrectionLimits, Decimals, Process, WRITE_TOLERANCE_MM,
             chain_errors::chain_errors,
-            force::{force, own_forces},
+            force::{cutting_law, own_forces},
             spec::{CuttingRuleSpec, GcodeSpec, LimitsSpec, PlacementSpec, ProcessSpec, SamplingSpec},
         },
         tilt::TiltAngles,
@@ -29,7 +29,7 @@ use crate::{
     },
 };
 
-/// Checks a whole process file.
+/// Checks the schema and all tables of a process file, and converts them to a process for `machine`.
 pub(super) fn file(spec: &ProcessSpec, check: &Check, folder: &Folder, machine: &Machine) -> Result<Process> {
     match spec.schema {
         Some(version) => check.schema(version)?,
@@ -38,7 +38,7 @@ pub(super) fn file(spec: &ProcessSpec, check: &Check, folder: &Folder, machine: 
     process(spec, check, folder, machine, "")
 }
 
-/// Checks the tables of a process that are part of another file, at `check`.
+/// Checks the tables of a process that stand in another file at `check`, and converts them to a process for `machine`.
 pub(super) fn tables(spec: &ProcessSpec, check: &Check, folder: &Folder, machine: &Machine) -> Result<Process> {
     if spec.schema.is_some() {
         return check.key("schema").fail("belongs at the top of the file".into());
@@ -46,7 +46,7 @@ pub(super) fn tables(spec: &ProcessSpec, check: &Check, folder: &Folder, machine
     process(spec, check, folder, machine, "process.")
 }
 
-/// Checks all tables of a process; its inputs are the files that it names.
+/// Checks all tables of a process, whose keys begin with `key_prefix` in messages; its inputs are the files that it names.
 fn process(
     spec: &ProcessSpec,
     check: &Check,
@@ -54,7 +54,7 @@ fn process(
     machine: &Machine,
     key_prefix: &'static str,
 ) -> Result<Process> {
-    let (cutting, wrenches) = force(&spec.force, folder, &check.key("force"))?;
+    let (cutting, wrenches) = cutting_law(&spec.force, folder, &check.key("force"))?;
     let (own_forces, own_tables) = own_forces(&spec.force_of_tool, &spec.force_of_feature, folder, check)?;
     let features = own_forces.by_feature.iter().map(|(text, _)| text.clone()).collect();
     let check_gcode = check.key("gcode");
@@ -84,7 +84,7 @@ fn process(
         target,
         corner_mm: check.key("compensate.corner_mm").not_negative(spec.compensate.corner_mm.unwrap_or(CORNER_MM))?,
         #[cfg(not(target_family = "wasm"))]
-        redundancy: super::redundancy::redundancy(&spec.redundancy, machine, &check.key("redundancy"))?,
+        redundancy: super::redundancy::settings(&spec.redundancy, machine, &check.key("redundancy"))?,
         #[cfg(not(target_family = "wasm"))]
         robot_program: super::robot::options(&spec.robot_program, &check.key("robot_program"))?,
         decimals: decimals(&spec.gcode, &check_gcode)?,
@@ -96,7 +96,7 @@ fn process(
     })
 }
 
-/// Checks the placement of the workpiece, and that the machine can follow its tilt.
+/// Checks the placement of the workpiece (degrees become rad), and that the machine can follow its tilt.
 fn placement(spec: &PlacementSpec, machine: &Machine, check: &Check) -> Result<Placement> {
     let angle = |key: &str, degrees: f64| check.key(key).finite_scalar(degrees).map(f64::to_radians);
     let roll_pitch_yaw = Vector3::new(
@@ -113,7 +113,7 @@ fn placement(spec: &PlacementSpec, machine: &Machine, check: &Check) -> Result<P
     })
 }
 
-/// Checks the rule that decides which moves cut.
+/// Checks the rule that decides which moves cut; fails if no height can meet it.
 fn cutting_rule(spec: &CuttingRuleSpec, check: &Check) -> Result<CuttingRule> {
     let height = |key: &str, z: Option<f64>| z.map(|z| check.key(key).finite_scalar(z)).transpose();
     let rule = CuttingRule {
@@ -129,7 +129,7 @@ fn cutting_rule(spec: &CuttingRuleSpec, check: &Check) -> Result<CuttingRule> {
     }
 }
 
-/// Checks how finely paths are sampled.
+/// Checks how finely paths are sampled; what is not given has its default.
 fn sampling(spec: &SamplingSpec, check: &Check) -> Result<Sampling> {
     let default = Sampling::default();
     let tolerance = spec.chordal_tolerance_mm.unwrap_or(default.chordal_tolerance_mm());
@@ -141,7 +141,7 @@ fn sampling(spec: &SamplingSpec, check: &Check) -> Result<Sampling> {
     sampling.or_else(|error| check.fail(error.to_string()))
 }
 
-/// Checks the limits of corrections and drive forces.
+/// Checks the limits of corrections (mm) and drive forces (N), each above 0 if given.
 fn limits(spec: &LimitsSpec, check: &Check) -> Result<CorrectionLimits> {
     let change = check.key("max_correction_change_mm");
     Ok(CorrectionLimits {
@@ -159,7 +159,7 @@ fn rotary(_: &GcodeSpec, _: &Machine, _: &Placement, _: Target, _: &Check) -> Re
     Ok(Default::default())
 }
 
-/// Checks the options for reading G-code.
+/// Checks the options for reading G-code: dialect, unit, start, work offsets and rotary axes; features are added later.
 fn gcode_options(
     spec: &GcodeSpec,
     machine: &Machine,
@@ -205,7 +205,7 @@ fn gcode_options(
     })
 }
 
-/// Checks the decimals of written coordinates.
+/// Checks the numbers of decimals of written coordinates, in mm and in inches.
 fn decimals(spec: &GcodeSpec, check: &Check) -> Result<Decimals> {
     for (key, decimals) in [("decimals_mm", spec.decimals_mm), ("decimals_inch", spec.decimals_inch)] {
         if let Some(decimals) = decimals.filter(|decimals| !(1..=NumberFormat::MAX_DECIMALS).contains(decimals)) {

@@ -48,8 +48,8 @@ pub(super) fn options(spec: &RobotSpec, check: &Check) -> Result<RobotOptions> {
     for (name, base) in &spec.bases {
         let check = check.key(&format!("bases.\"{name}\""));
         let origin = Translation3::from(check.key("origin_mm").finite(base.origin_mm)?);
-        let turned = rotation(&check.key("rotation_deg"), base.rotation_deg)?;
-        bases.insert(name.to_ascii_lowercase(), Isometry3::from_parts(origin, turned));
+        let orientation = rotation(&check.key("rotation_deg"), base.rotation_deg)?;
+        bases.insert(name.to_ascii_lowercase(), Isometry3::from_parts(origin, orientation));
     }
     let check_axes = check.key("external_axes");
     if spec.external_axes.len() > ExternalAxes::MOST {

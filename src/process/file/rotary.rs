@@ -15,7 +15,7 @@ use crate::{
 const SAME_DIRECTION: f64 = 1e-5;
 const SAME_PLACE_MM: f64 = 1e-3;
 
-/// Returns the rotary axes of programs, and the path columns of those that are drives of `machine`.
+/// Returns the rotary axes of programs, and the path columns of those that are drives; fails if given axes contradict the drives.
 pub(super) fn rotary(
     spec: &GcodeSpec,
     machine: &Machine,
@@ -25,10 +25,10 @@ pub(super) fn rotary(
 ) -> Result<(Rotary, Vec<RotaryColumn>)> {
     let mut given = given_axes(spec, check)?;
     let (mut axes, mut columns) = (Vec::new(), Vec::new());
-    let own = machine_axes(machine, placement);
-    check_order(&given, &own, machine, check)?;
-    check_letters(&given, &own, machine, check)?;
-    for (drive, axis) in own {
+    let drives = machine_axes(machine, placement);
+    check_order(&given, &drives, machine, check)?;
+    check_letters(&given, &drives, machine, check)?;
+    for (drive, axis) in drives {
         // Where the orientation is corrected as well, the drives of a head serve the task, and are no columns of the path.
         if target == Target::FullPose && !drive.carries {
             if let Some((index, given)) = given.iter().find(|(_, given)| given.letter == axis.letter) {
@@ -73,7 +73,7 @@ fn given_axes(spec: &GcodeSpec, check: &Check) -> Result<Vec<(usize, RotaryAxis)
 fn machine_axes(machine: &Machine, placement: &Placement) -> Vec<(RotaryDrive, RotaryAxis)> {
     let rotary = machine.rotary_drives();
     let workpiece = rotary.carrier.compose(&placement.pose());
-    let led = match placement.reference {
+    let reference_point = match placement.reference {
         PathReference::ToolTip => rotary.platform.transform(machine.tool_tip),
         PathReference::PlatformPoint => rotary.platform.translation,
     };
@@ -81,7 +81,7 @@ fn machine_axes(machine: &Machine, placement: &Placement) -> Vec<(RotaryDrive, R
         let about = workpiece.rotation.tr_mul(&drive.about);
         let through = match drive.carries {
             true => workpiece.inverse().transform(drive.through),
-            false => workpiece.rotation.tr_mul(&(drive.through - led)),
+            false => workpiece.rotation.tr_mul(&(drive.through - reference_point)),
         };
         let turns = if drive.carries { RotarySide::Workpiece } else { RotarySide::Tool };
         let axis = RotaryAxis { letter: drive.letter, about, turns, through_mm: Some(through) };
@@ -90,26 +90,26 @@ fn machine_axes(machine: &Machine, placement: &Placement) -> Vec<(RotaryDrive, R
     drives.collect()
 }
 
-/// Checks that each letter is one drive, and that all rotary axes are drives of the machine if any is.
+/// Checks that each letter names one drive, and that, if any axis is a drive of the machine, all given axes are.
 fn check_letters(
     given: &[(usize, RotaryAxis)],
-    own: &[(RotaryDrive, RotaryAxis)],
+    drives: &[(RotaryDrive, RotaryAxis)],
     machine: &Machine,
     check: &Check,
 ) -> Result<()> {
-    for (k, (drive, axis)) in own.iter().enumerate() {
-        if let Some((other, _)) = own[..k].iter().find(|(_, other)| other.letter == axis.letter) {
+    for (k, (drive, axis)) in drives.iter().enumerate() {
+        if let Some((other, _)) = drives[..k].iter().find(|(_, other)| other.letter == axis.letter) {
             return check.key("rotary").fail(format!(
                 "drives {} and {} of machine {} are both called {}: expected one of them with another name, so that a program tells one",
                 other.label, drive.label, machine.name, axis.letter
             ));
         }
     }
-    let other = given.iter().find(|(_, given)| own.iter().all(|(_, own)| own.letter != given.letter));
-    match other.filter(|_| !own.is_empty()) {
+    let other = given.iter().find(|(_, given)| drives.iter().all(|(_, axis)| axis.letter != given.letter));
+    match other.filter(|_| !drives.is_empty()) {
         None => Ok(()),
         Some((index, given)) => {
-            let labels: Vec<&str> = own.iter().map(|(drive, _)| drive.label.as_str()).collect();
+            let labels: Vec<&str> = drives.iter().map(|(drive, _)| drive.label.as_str()).collect();
             check.key("rotary").item(*index).key("letter").fail(format!(
                 "{} is no drive of machine {}, and {} are: expected all rotary axes among its drives, or none",
                 given.letter,
@@ -120,17 +120,17 @@ fn check_letters(
     }
 }
 
-/// Checks that the given axes of tool and of workpiece are in the order of the machine's drives.
+/// Checks that the given axes of tool and of workpiece, each with its index in the file, are in the order of the machine's drives.
 fn check_order(
     given: &[(usize, RotaryAxis)],
-    own: &[(RotaryDrive, RotaryAxis)],
+    drives: &[(RotaryDrive, RotaryAxis)],
     machine: &Machine,
     check: &Check,
 ) -> Result<()> {
-    let place = |letter: char| given.iter().position(|(_, axis)| axis.letter == letter);
-    for (k, (_, outer)) in own.iter().enumerate() {
-        for (_, inner) in own[..k].iter().filter(|(_, inner)| inner.turns == outer.turns) {
-            if let (Some(inner_at), Some(outer_at)) = (place(inner.letter), place(outer.letter))
+    let position = |letter: char| given.iter().position(|(_, axis)| axis.letter == letter);
+    for (k, (_, outer)) in drives.iter().enumerate() {
+        for (_, inner) in drives[..k].iter().filter(|(_, inner)| inner.turns == outer.turns) {
+            if let (Some(inner_at), Some(outer_at)) = (position(inner.letter), position(outer.letter))
                 && inner_at > outer_at
             {
                 return check.key("rotary").item(given[outer_at].0).key("letter").fail(format!(
@@ -143,31 +143,31 @@ fn check_order(
     Ok(())
 }
 
-/// Checks that a given axis agrees with the machine's drive of the same letter.
+/// Checks that a given axis has side, direction and line of `of_drive`, the axis of the machine's `drive` of the same letter.
 fn check_matches_drive(
     given: &RotaryAxis,
-    own: &RotaryAxis,
+    of_drive: &RotaryAxis,
     drive: &RotaryDrive,
     machine: &Machine,
     check: &Check,
 ) -> Result<()> {
     let (name, label) = (&machine.name, &drive.label);
-    if given.turns != own.turns {
+    if given.turns != of_drive.turns {
         let what = if drive.carries { "workpiece" } else { "tool" };
         let problem = format!("drive {label} of machine {name} turns the {what}: expected \"{what}\"");
         return check.key("turns").fail(problem);
     }
     let shown = |v: Vector3<f64>| v.map(|x| (x * 1e6).round() / 1e6 + 0.0);
-    if (given.about - own.about).norm() > SAME_DIRECTION {
-        let [x, y, z]: [f64; 3] = shown(own.about).into();
+    if (given.about - of_drive.about).norm() > SAME_DIRECTION {
+        let [x, y, z]: [f64; 3] = shown(of_drive.about).into();
         let problem =
             format!("drive {label} of machine {name} turns about ({x}, {y}, {z}) of W: expected that direction");
         return check.key("about").fail(problem);
     }
-    let Some((through, at)) = given.through_mm.zip(own.through_mm) else { return Ok(()) };
-    let beside = (through - at).cross(&own.about).norm();
+    let Some((through, at)) = given.through_mm.zip(of_drive.through_mm) else { return Ok(()) };
+    let beside = (through - at).cross(&of_drive.about).norm();
     if beside > SAME_PLACE_MM {
-        let nearest = at + own.about * own.about.dot(&(through - at));
+        let nearest = at + of_drive.about * of_drive.about.dot(&(through - at));
         let [x, y, z]: [f64; 3] = shown(nearest).into();
         let from = if drive.carries { "in W" } else { "from the tip of the tool" };
         let problem = format!(

@@ -19,7 +19,7 @@ const POINT_ANGLE_DEG: f64 = 118.0;
 /// q of [`DrillingLaw::Kienzle`] if none is given.
 const THRUST_RATIO: f64 = 0.5;
 
-/// Checks the parameters of milling with the side of an end mill.
+/// Checks the parameters of milling with the side of an end mill and returns its law.
 pub(super) fn end_milling(spec: &EndMillingSpec, check: &Check) -> Result<CuttingLaw> {
     let diameter_mm = check.key("diameter_mm").positive(spec.diameter_mm)?;
     let width_mm = check.key("radial_width_mm").positive(spec.radial_width_mm)?;
@@ -52,7 +52,7 @@ pub(super) fn end_milling(spec: &EndMillingSpec, check: &Check) -> Result<Cuttin
     }))
 }
 
-/// Returns the edge law of an end mill: by given coefficients, Kienzle's law or a material.
+/// Returns the edge law of an end mill from the coefficients, Kienzle's law or material given; fails unless exactly one of them is.
 fn edge_law(spec: &EndMillingSpec, check: &Check) -> Result<EdgeLaw> {
     let linear = |[tangential, radial, axial]: [EdgeForce; 3]| {
         if spec.radial_ratio.is_some() || spec.axial_ratio.is_some() {
@@ -91,7 +91,7 @@ fn kienzle_edge(tangential: Kienzle, spec: &EndMillingSpec, check: &Check) -> Re
     })
 }
 
-/// Checks the parameters of drilling.
+/// Checks the parameters of drilling and returns its law.
 pub(super) fn drilling(spec: &DrillingSpec, check: &Check) -> Result<CuttingLaw> {
     let constant = |k: f64| {
         let unused = [("point_angle_deg", spec.point_angle_deg), ("thrust_ratio", spec.thrust_ratio)];
@@ -139,7 +139,7 @@ fn kienzle_drilling_law(lip_law: Kienzle, spec: &DrillingSpec, check: &Check) ->
     })
 }
 
-/// Checks the coefficients of Kienzle's law.
+/// Checks and returns the coefficients of Kienzle's law: specific force (N/mm²) above 0, exponent from 0 to below 1.
 fn kienzle(spec: &KienzleSpec, check: &Check) -> Result<Kienzle> {
     if !(0.0..1.0).contains(&spec.exponent) {
         return check.key("exponent").fail(format!("must be from 0 to below 1, got {:?}", spec.exponent));
@@ -148,27 +148,27 @@ fn kienzle(spec: &KienzleSpec, check: &Check) -> Result<Kienzle> {
     Ok(Kienzle { specific_force, exponent: spec.exponent })
 }
 
-/// Returns the coefficients of the material `name`; the error lists the materials for `work`, milling or drilling.
-fn material_coefficients(name: &str, work: &str, check: &Check) -> Result<Coefficients> {
+/// Returns the coefficients of the material `name`; fails if there is none, with those for `operation`, milling or drilling.
+fn material_coefficients(name: &str, operation: &str, check: &Check) -> Result<Coefficients> {
     let all = materials::all()?;
     if let Some(found) = all.iter().find(|material| material.name == name) {
         return Ok(found.coefficients);
     }
-    let of_use = all.iter().filter(|material| match material.coefficients {
-        Coefficients::Milling { .. } => work == "milling",
-        Coefficients::Drilling(_) => work == "drilling",
+    let suitable = all.iter().filter(|material| match material.coefficients {
+        Coefficients::Milling { .. } => operation == "milling",
+        Coefficients::Drilling(_) => operation == "drilling",
         Coefficients::Kienzle(_) => true,
     });
-    let names = of_use.map(|material| material.name.as_str()).collect::<Vec<_>>().join("; ");
-    check.fail(format!("no material is called \"{name}\"; for {work} there are: {names}"))
+    let names = suitable.map(|material| material.name.as_str()).collect::<Vec<_>>().join("; ");
+    check.fail(format!("no material is called \"{name}\"; for {operation} there are: {names}"))
 }
 
-/// Returns the error that a material has coefficients for another operation only.
+/// Returns the error that the material `name` has coefficients for `has` (milling or drilling), not for `work`.
 fn wrong_operation<T>(has: &str, name: &str, work: &str, check: &Check) -> Result<T> {
     check.fail(format!("of \"{name}\" there are numbers for {has}, not for {work}"))
 }
 
-/// Returns the error that not exactly one of three keys is given.
+/// Returns the error that not exactly one of three keys is given; each comes with whether it is.
 fn not_exactly_one<T>(keys: [(&str, bool); 3], check: &Check) -> Result<T> {
     let [a, b, c] = keys.map(|(key, _)| key);
     let given: Vec<&str> = keys.iter().filter(|(_, given)| *given).map(|(key, _)| *key).collect();

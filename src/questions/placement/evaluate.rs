@@ -314,7 +314,7 @@ impl Evaluator {
         };
         let along = workpiece.rotation * job.feature.path.points()[k].tangent;
         let axis = task.pose.rotation * machine.tool_axes.column(2);
-        let part = |part: RedundancyCost| part.of(&plain.position_error, along, axis);
+        let part = |part: RedundancyCost| part.deviation(&plain.position_error, along, axis);
         PointValues { across: [part(RedundancyCost::AcrossPath), part(RedundancyCost::AcrossSurface)], ..seen }
     }
 

@@ -269,7 +269,7 @@ fn with_constant_gamma(process: Process, _: &StudyContext<'_>, _: &FeatureSpec) 
 /// Returns the box around the paths of all features, W, mm.
 fn box_around_paths(features: &[FeatureJob]) -> Extent {
     let points = features.iter().flat_map(|job| job.feature.path.points()).map(|point| point.position_mm);
-    Extent::of(points).unwrap_or(Extent { min: Vector3::zeros(), max: Vector3::zeros() })
+    Extent::around(points).unwrap_or(Extent { min: Vector3::zeros(), max: Vector3::zeros() })
 }
 
 /// Returns the box between two corners, mm.

@@ -46,7 +46,7 @@ pub(crate) enum CallTarget {
 const NUMBER_END: u32 = 10_000;
 
 impl Run<'_> {
-    /// Follows a line with M97, M98 or M198, after what else is on it.
+    /// Runs a line with M97, M98 or M198: writes its other words, then calls subprogram P (M97: the line with N = P) L times.
     pub(crate) fn call_by_number(&mut self, line: &SourceLine) -> Step {
         let at = |fault| (line.begin, fault);
         let words = line.words(&self.variables)?;
@@ -75,9 +75,9 @@ impl Run<'_> {
                 }
             }
         };
-        let own: Vec<CalledWord> =
+        let call_words: Vec<CalledWord> =
             words.iter().filter(|word| *word == call || matches!(word.letter, 'P' | 'L')).cloned().collect();
-        if let Some(rest) = line.without_words(&own) {
+        if let Some(rest) = line.without_words(&call_words) {
             self.write_evaluated(&rest)?;
         }
         match times.unwrap_or(1) {
@@ -86,7 +86,7 @@ impl Run<'_> {
         }
     }
 
-    /// Follows a line with G65: a call with arguments, letter by letter.
+    /// Runs a line with G65: calls subprogram P L times, with the other words as arguments, letter by letter.
     pub(crate) fn call_macro(&mut self, line: &SourceLine) -> Step {
         let at = |fault| (line.begin, fault);
         let words = line.words(&self.variables)?;
@@ -111,7 +111,7 @@ impl Run<'_> {
         }
     }
 
-    /// Follows a line with M99, after what else is on it: returns behind the call, or to line P of the calling program.
+    /// Runs a line with M99: writes its other words, then returns behind the call, or to line N`P` of the calling program.
     pub(crate) fn return_by_m99(&mut self, line: &SourceLine) -> Step {
         let at = |fault| (line.begin, fault);
         let words = line.words(&self.variables)?;
@@ -119,9 +119,9 @@ impl Run<'_> {
             return Err((word.span.start, Fault::Macro(MacroFault::CallWord { letter: word.letter })));
         }
         let p = whole_number(&words, 'P')?;
-        let is_own = |word: &CalledWord| word.letter == 'P' || (word.letter == 'M' && word.value == Some(99.0));
-        let own: Vec<CalledWord> = words.iter().filter(|word| is_own(word)).cloned().collect();
-        if let Some(rest) = line.without_words(&own) {
+        let is_return = |word: &CalledWord| word.letter == 'P' || (word.letter == 'M' && word.value == Some(99.0));
+        let return_words: Vec<CalledWord> = words.iter().filter(|word| is_return(word)).cloned().collect();
+        if let Some(rest) = line.without_words(&return_words) {
             self.write_evaluated(&rest)?;
         }
         match p {
@@ -139,15 +139,15 @@ impl Run<'_> {
         }
     }
 
-    /// First line of the subprogram `name`, in the program or in a file beside it.
+    /// Returns the first line of the subprogram `name`, in the program or in a file beside it, which is then read. `Err` if there is none.
     pub(crate) fn find_subprogram(&mut self, name: &str, target: CallTarget) -> Result<Origin, Fault> {
         const ENDS: [&str; 9] = ["", ".ngc", ".nc", ".NC", ".cnc", ".CNC", ".tap", ".TAP", ".txt"];
         let begin = |source: &SourceFile| match target {
             CallTarget::Word => source.next_o_line(0, name, &["SUB"]),
             CallTarget::Number | CallTarget::File => source.program_line(name),
         };
-        let is_sought = |file: &usize| target != CallTarget::File || *file > 0;
-        for file in [self.here.file].into_iter().chain(0..self.sources.len()).filter(is_sought) {
+        let is_searched = |file: &usize| target != CallTarget::File || *file > 0;
+        for file in [self.here.file].into_iter().chain(0..self.sources.len()).filter(is_searched) {
             if let Some(line) = begin(&self.sources[file]) {
                 return Ok(Origin { file, line: line + 1 });
             }
@@ -178,7 +178,7 @@ impl Run<'_> {
         Err(Fault::Macro(MacroFault::NoSubprogram { name: bare.to_owned() }))
     }
 
-    /// Calls `begin` for `times` runs, with local variables of its own if there are `arguments`.
+    /// Calls the subprogram at `begin` for `times` runs, with local variables if there are `arguments`. `Err` if calls nest too deep.
     pub(crate) fn call(&mut self, begin: Origin, times: u32, arguments: Option<Arguments>) -> Result<Next, Fault> {
         if self.calls.len() == DEEPEST {
             return Err(Fault::Macro(MacroFault::TooDeep { most: DEEPEST }));
@@ -193,7 +193,7 @@ impl Run<'_> {
         Ok(Next::At(begin.line))
     }
 
-    /// Ends a run of a subprogram: starts the next one, or returns.
+    /// Ends a run of a subprogram: goes on with the next run, or behind the call. `Err` without a call, or if its arguments have changed.
     pub(crate) fn end_call(&mut self) -> Result<Next, Fault> {
         if !self.calls.is_empty() {
             self.restore_at_return();
@@ -218,7 +218,7 @@ impl Run<'_> {
     }
 }
 
-/// Whole number after `letter`, `None` without it. `Err` if the letter is repeated or its number is not whole.
+/// Returns the whole number after `letter`, `None` without the letter. `Err`, with its byte, if it is repeated or not whole.
 fn whole_number(words: &[CalledWord], letter: char) -> Result<Option<u32>, (usize, Fault)> {
     let mut found = words.iter().filter(|word| word.letter == letter);
     let Some(word) = found.next() else { return Ok(None) };

@@ -37,7 +37,7 @@ enum Move {
 }
 
 impl Program {
-    /// The program with its cycles as moves; `None` if none of them can be expanded, `Err` for a peck that leads nowhere.
+    /// Returns the program with its cycles as moves; `None` if no cycle can be expanded. `Err` for a peck that does not lead down.
     pub(crate) fn without_cycles(&self) -> Result<Option<WithoutCycles>, GcodeError> {
         let blocks = self.all_blocks()?;
         let expandable = expandable_series(&blocks);
@@ -51,7 +51,7 @@ impl Program {
         for index in 0..self.lines.len() {
             let ending = match &self.source[self.lines.ending(index)] {
                 [] => b"\n",
-                own => own,
+                ending => ending,
             };
             let block = blocks.next_if(|(_, block)| block.line == index);
             let expanded = block.filter(|(number, _)| expandable.contains(number));
@@ -77,7 +77,7 @@ impl Program {
         Ok(Some((bytes, origins)))
     }
 
-    /// The line of a block behind a cycle, its motion said: the moves of the cycle have set another one.
+    /// Returns the line of a block behind a cycle with its motion word added, as the moves of the cycle have left another motion in force.
     fn line_with_motion(&self, block: &Block) -> Vec<u8> {
         let content = self.content(block.line);
         let Some(first) = block.motions.first().filter(|_| block.motion_word.is_none()) else {
@@ -88,7 +88,7 @@ impl Program {
         [&content[..block.prefix], word.as_bytes(), &content[block.prefix..]].concat()
     }
 
-    /// Lines that do what the cycle of `block` does.
+    /// Returns the lines of moves that replace the cycle in `block`, without line endings; updates the `parameters` in force.
     fn cycle_lines(&self, block: &Block, parameters: &mut HoleParameters) -> Result<Vec<Vec<u8>>, Refusal> {
         let content = self.content(block.line);
         let Some(first) = block.motions.first() else { return Ok(vec![content.to_vec()]) };
@@ -145,26 +145,26 @@ impl Program {
     }
 }
 
-/// Indices of the blocks of those series of holes that can be expanded.
+/// Returns the indices of the blocks that belong to series of holes which can be expanded as a whole.
 fn expandable_series(blocks: &[Block]) -> Vec<usize> {
     let mut series: Vec<Vec<usize>> = Vec::new();
-    let mut goes_on = false;
+    let mut continues = false;
     for (number, block) in blocks.iter().enumerate() {
         let motions = &block.motions;
         let Some(Motion { code: MotionCode::Cycle(_), .. }) = motions.first() else {
-            goes_on &= motions.is_empty() && block.motion_word.is_none();
+            continues &= motions.is_empty() && block.motion_word.is_none();
             continue;
         };
         let begins =
             motions.iter().any(|motion| matches!(motion.geometry, MotionGeometry::Hole(hole) if hole.is_first));
         let has_holes = |block: &usize| blocks[*block].motions.iter().any(is_hole);
         match series.last_mut() {
-            Some(last) if goes_on && !(begins && last.iter().any(has_holes)) => last.push(number),
+            Some(current) if continues && !(begins && current.iter().any(has_holes)) => current.push(number),
             _ => series.push(vec![number]),
         }
-        goes_on = true;
+        continues = true;
     }
-    let can_be = |block: &usize| {
+    let is_expandable = |block: &usize| {
         blocks[*block].motions.iter().all(|motion| {
             !motion.is_unlocated()
                 && matches!(motion.code, MotionCode::Cycle(73 | 81 | 82 | 83 | 85 | 89))
@@ -172,11 +172,11 @@ fn expandable_series(blocks: &[Block]) -> Vec<usize> {
                 && !motion.words.iter().any(|word| matches!(word.letter, 'I' | 'J'))
         })
     };
-    series.into_iter().filter(|blocks| blocks.iter().all(can_be)).flatten().collect()
+    series.into_iter().filter(|blocks| blocks.iter().all(is_expandable)).flatten().collect()
 }
 
 impl HoleParameters {
-    /// Updates P and Q by the line of `motion`.
+    /// Sets P and Q by the words of `motion`, whose line is `content`; the first hole of a series resets them.
     fn update(&mut self, content: &[u8], motion: &Motion) {
         if matches!(motion.geometry, MotionGeometry::Hole(Hole { is_first: true, .. })) {
             *self = HoleParameters::default();
@@ -189,14 +189,14 @@ impl HoleParameters {
         self.peck_mm = word('Q').map(peck).or(self.peck_mm);
     }
 
-    /// Moves of one hole; `has_place`: the line gives its X or Y.
-    fn moves(&self, motion: &Motion, hole: &Hole, has_place: bool) -> Result<Vec<Move>, Refusal> {
+    /// Returns the moves that drill `hole`; `has_xy` says whether the line of `motion` gives X or Y. `Err` for an invalid peck.
+    fn moves(&self, motion: &Motion, hole: &Hole, has_xy: bool) -> Result<Vec<Move>, Refusal> {
         let (clear, bottom) = (hole.clear.z, hole.bottom.z);
         let mut moves = Vec::new();
         if hole.over.z > hole.start.z {
             moves.push(Move::Rapid(hole.over.z));
         }
-        if has_place {
+        if has_xy {
             moves.push(Move::Over);
         }
         if hole.over.z > clear {
@@ -206,12 +206,12 @@ impl HoleParameters {
         if let (73 | 83, Some((peck, has_point))) = (code, self.peck_mm) {
             check_peck(motion, peck, has_point, clear - bottom)?;
             // What is left of the hole's depth is measured by how many pecks are done: they do not add up.
-            for deep in (1..)
+            for depth in (1..)
                 .map(|pecks| clear - f64::from(pecks) * peck)
-                .take_while(|deep| deep - bottom > NumberFormat::FINEST)
+                .take_while(|depth| depth - bottom > NumberFormat::FINEST)
             {
-                let above = deep + CLEARANCE_MM;
-                moves.push(Move::Feed(deep));
+                let above = depth + CLEARANCE_MM;
+                moves.push(Move::Feed(depth));
                 if code == 83 || above > clear {
                     moves.push(Move::Rapid(clear));
                 }
@@ -222,7 +222,7 @@ impl HoleParameters {
         }
         moves.push(Move::Feed(bottom));
         match &self.dwell {
-            Some((dwell, said_of)) if matches!(code, 82 | 89) || (matches!(code, 73 | 83) && *said_of == code) => {
+            Some((dwell, cycle)) if matches!(code, 82 | 89) || (matches!(code, 73 | 83) && *cycle == code) => {
                 moves.push(Move::Dwell(dwell.clone()));
             }
             _ => {}
@@ -238,7 +238,7 @@ impl HoleParameters {
     }
 }
 
-/// Refuses a peck that does not lead down, makes too many, or that some controls read in thousandths.
+/// Refuses a peck (mm) that does not lead down, makes too many, or that some controls read in thousandths: above `depth`, without a point.
 fn check_peck(motion: &Motion, peck: f64, has_point: bool, depth: f64) -> Result<(), Refusal> {
     let word = motion.words.iter().find(|word| word.letter == 'Q');
     let span = word.map_or(motion.span.clone(), |word| word.span.clone());
@@ -251,7 +251,7 @@ fn check_peck(motion: &Motion, peck: f64, has_point: bool, depth: f64) -> Result
 /// Height above the last depth at which the feed begins again, mm: 0.01 inch, as in LinuxCNC.
 const CLEARANCE_MM: f64 = 0.254;
 
-/// Number of the Z word that leads from height `from` to `to`, mm in W.
+/// Returns the number of the Z word, in the unit and distance mode of `motion`, that leads from height `from` to `to` (mm in W).
 fn z_number(motion: &Motion, from: f64, to: f64) -> String {
     let zero = match motion.modal.distance {
         Distance::Absolute => motion.origin.z,
@@ -260,12 +260,12 @@ fn z_number(motion: &Motion, from: f64, to: f64) -> String {
     format_shortest((to - zero) / motion.modal.unit.mm(), 1)
 }
 
-/// Whether `motion` is a hole with a known way.
+/// Whether `motion` drills a hole whose heights are known.
 fn is_hole(motion: &Motion) -> bool {
     matches!(motion.geometry, MotionGeometry::Hole(_))
 }
 
-/// Whether it is a cycle's G word, a coordinate, or a word that only a cycle uses.
+/// Whether `word` is the G word of a cycle that can be expanded, a coordinate, or a word that only a cycle uses.
 fn is_cycle_word(word: &Word) -> bool {
     let code = || word.tenths().is_some_and(|tenths| matches!(tenths, 730 | 810 | 820 | 830 | 850 | 890));
     matches!(word.letter, 'X' | 'Y' | 'Z' | 'R' | 'P' | 'Q' | 'L' | 'K') || (word.letter == 'G' && code())

@@ -23,7 +23,7 @@ pub(crate) struct LineEdit<'a> {
 }
 
 impl<'a> LineEdit<'a> {
-    /// Starts with the line `content` of these `words` unchanged.
+    /// Starts with the line `content` unchanged, whose words are `words`.
     pub fn new(content: &'a [u8], words: &'a [Word], style: Style) -> LineEdit<'a> {
         let text = |word: &Word| String::from_utf8_lossy(&content[word.span.clone()]).into_owned();
         let slots = words.iter().map(|word| Slot { text: Some(text(word)), ..Slot::default() }).collect();
@@ -40,7 +40,7 @@ impl<'a> LineEdit<'a> {
         self.words.iter().position(test)
     }
 
-    /// Replaces the number of word `index`.
+    /// Replaces the number of the word with index `index`; its letter and what stands around the number stay.
     pub fn set_number(&mut self, index: usize, number: &str) {
         let word = &self.words[index];
         if let Some(text) = &mut self.slots[index].text {
@@ -54,12 +54,12 @@ impl<'a> LineEdit<'a> {
         }
     }
 
-    /// Removes word `index` with the blanks before it, and returns its text.
+    /// Removes the word with index `index` and the blanks before it, and returns its text; `None` if it was removed before.
     pub fn remove(&mut self, index: usize) -> Option<String> {
         self.slots[index].text.take()
     }
 
-    /// Replaces word `index` by `text`.
+    /// Replaces the word with index `index` by `text`.
     pub fn replace(&mut self, index: usize, text: String) {
         self.slots[index].text = Some(text);
     }
@@ -68,9 +68,9 @@ impl<'a> LineEdit<'a> {
     pub fn add_axis(&mut self, axis: usize, number: &str) {
         const LETTERS: [char; 3] = ['X', 'Y', 'Z'];
         let text = self.style.axis(axis, number);
-        let place = |letter: char| self.find(|word| word.letter == letter);
-        let lower = LETTERS[..axis].iter().rev().find_map(|letter| place(*letter));
-        let higher = LETTERS[axis + 1..].iter().find_map(|letter| place(*letter));
+        let position = |letter: char| self.find(|word| word.letter == letter);
+        let lower = LETTERS[..axis].iter().rev().find_map(|letter| position(*letter));
+        let higher = LETTERS[axis + 1..].iter().find_map(|letter| position(*letter));
         let motion = || self.find(is_motion_word);
         match (lower, higher) {
             (Some(index), _) => self.slots[index].after.push(text),
@@ -83,7 +83,7 @@ impl<'a> LineEdit<'a> {
         }
     }
 
-    /// Sets the angle of a rotary axis, or adds its word behind the last axis word.
+    /// Sets the angle of the rotary axis `letter` to `number`, or adds its word behind the last axis word.
     pub fn set_rotary(&mut self, letter: char, number: &str) {
         match self.find(|word| word.letter == letter) {
             Some(index) => self.set_number(index, number),
@@ -97,7 +97,7 @@ impl<'a> LineEdit<'a> {
         }
     }
 
-    /// Adds a word behind the last of X, Y, Z and R.
+    /// Adds the word `letter` with `number` behind the last of X, Y, Z and R.
     pub fn add_last(&mut self, letter: char, number: &str) {
         let text = self.style.word(letter, number);
         let last = self.words.iter().rposition(|word| is_axis_word(word) || word.letter == 'R');
@@ -106,12 +106,12 @@ impl<'a> LineEdit<'a> {
         }
     }
 
-    /// Sets the number of an arc word, or adds the word: in the order I J K, else behind the axis words.
+    /// Sets the number of the arc word `letter`, or adds the word: in the order I J K, else behind the axis words.
     pub fn set_arc_word(&mut self, letter: char, number: &str) {
         let text = self.style.word(letter, number);
-        let of = |letters: &[char]| self.find(|word| letters.contains(&word.letter));
-        let place = (of(&[letter]), of(if letter == 'K' { &['I', 'J'] } else { &['I'] }), of(&['J', 'K']));
-        match place {
+        let any = |letters: &[char]| self.find(|word| letters.contains(&word.letter));
+        let positions = (any(&[letter]), any(if letter == 'K' { &['I', 'J'] } else { &['I'] }), any(&['J', 'K']));
+        match positions {
             (Some(index), ..) => self.set_number(index, number),
             (None, Some(index), _) if letter != 'I' => self.slots[index].after.push(text),
             (None, _, Some(index)) if letter != 'K' => self.slots[index].before.push(text),
@@ -131,7 +131,7 @@ impl<'a> LineEdit<'a> {
         }
     }
 
-    /// Returns the edited line.
+    /// Returns the bytes of the edited line; what stands between words stays.
     pub fn render(self) -> Vec<u8> {
         let mut out = Vec::with_capacity(self.content.len() + 16);
         let mut from = 0;
@@ -148,27 +148,27 @@ impl<'a> LineEdit<'a> {
     }
 }
 
-/// Whether it is G0, G1, G2 or G3.
+/// Whether `word` is G0, G1, G2 or G3.
 fn is_motion_word(word: &Word) -> bool {
     word.letter == 'G' && matches!(word.tenths(), Some(0 | 10 | 20 | 30))
 }
 
-/// Whether it is A, B or C.
+/// Whether `word` is A, B or C.
 fn is_rotary_word(word: &Word) -> bool {
     matches!(word.letter, 'A' | 'B' | 'C')
 }
 
-/// Whether it is I, J, K or R, or Heidenhain's DR.
+/// Whether `word` is I, J, K or R, or Heidenhain's DR.
 pub(crate) fn is_arc_word(word: &Word) -> bool {
     matches!(word.letter, 'I' | 'J' | 'K' | 'R' | Word::SENSE)
 }
 
-/// Whether P and Q may belong to this word.
+/// Whether P and Q on the line may belong to `word`.
 pub(crate) fn takes_parameters(word: &Word) -> bool {
     word.letter == 'M' || (word.letter == 'G' && matches!(word.tenths(), Some(40 | 610 | 611 | 640)))
 }
 
-/// Whether it is an M word that controllers run after the motion of its block.
+/// Whether `word` is an M word that controllers run after the motion of its block.
 pub(crate) fn acts_at_end(word: &Word) -> bool {
     word.letter == 'M' && matches!(word.whole_number(), Ok(0 | 1 | 2 | 5 | 9 | 30 | 60))
 }

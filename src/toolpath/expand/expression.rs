@@ -45,7 +45,7 @@ impl<'t> Reader<'t> {
         self.text.get(self.at).copied()
     }
 
-    /// Skips blanks and takes `token` if it comes next. Whether it did.
+    /// Skips blanks and takes `token` if it comes next; returns whether it did.
     pub fn takes(&mut self, token: &str) -> bool {
         self.skip_blanks();
         let found = self.text[self.at..].starts_with(token.as_bytes());
@@ -53,7 +53,7 @@ impl<'t> Reader<'t> {
         found
     }
 
-    /// Skips blanks and takes `token`.
+    /// Skips blanks and takes `token`; `Err` if something else comes next.
     fn expect(&mut self, token: &'static str) -> Result<(), Fault> {
         if self.takes(token) { Ok(()) } else { Err(Fault::Macro(MacroFault::Expression { expected: token })) }
     }
@@ -85,7 +85,7 @@ impl<'t> Reader<'t> {
         }
     }
 
-    /// Applies `read` one level deeper.
+    /// Applies `read` one level deeper; `Err` beyond [`DEEPEST`] levels.
     fn nested(&mut self, read: impl FnOnce(&mut Self) -> MacroValue) -> MacroValue {
         self.depth += 1;
         if self.depth > DEEPEST {
@@ -96,12 +96,12 @@ impl<'t> Reader<'t> {
         found
     }
 
-    /// Reads an expression, which needs no brackets on the right of Fanuc's `=`.
+    /// Reads an expression without brackets around it, as on the right of Fanuc's `=`.
     pub fn expression(&mut self) -> MacroValue {
         self.binary(0)
     }
 
-    /// Reads `[ … ]`.
+    /// Reads an expression in brackets, `[ … ]`, and returns its value.
     pub fn bracket(&mut self) -> MacroValue {
         self.expect("[")?;
         let found = self.nested(|reader| reader.binary(0))?;
@@ -118,7 +118,7 @@ impl<'t> Reader<'t> {
         text.and_then(|text| text.parse().ok()).map(Some).ok_or(Fault::NotAWord)
     }
 
-    /// Reads the name of a variable behind `#`.
+    /// Reads the name of a variable behind `#`: `<name>`, or a number, which may be computed.
     pub fn name(&mut self) -> Result<String, Fault> {
         if self.peek() == Some(b'<') {
             let rest = &self.text[self.at + 1..];
@@ -134,7 +134,7 @@ impl<'t> Reader<'t> {
         }
     }
 
-    /// Reads operands and the operators that bind at `level` (0 the loosest) or closer.
+    /// Reads operands and the binary operators that bind at `level` (0 the loosest) or closer, and returns the value.
     fn binary(&mut self, level: usize) -> MacroValue {
         const LEVELS: [&[&str]; 5] =
             [&["AND", "OR", "XOR"], &["EQ", "NE", "GE", "GT", "LE", "LT"], &["+", "-"], &["*", "/", "MOD"], &["**"]];
@@ -158,7 +158,7 @@ impl<'t> Reader<'t> {
         }
     }
 
-    /// Reads a function with its argument.
+    /// Reads a function with its argument in brackets, and returns its value; angles are in degrees.
     fn function(&mut self) -> MacroValue {
         const NAMES: [&str; 14] =
             ["ABS", "ACOS", "ASIN", "ATAN", "COS", "EXISTS", "EXP", "FIX", "FUP", "LN", "ROUND", "SIN", "SQRT", "TAN"];
@@ -202,12 +202,12 @@ impl<'t> Reader<'t> {
     }
 }
 
-/// `value`, or an error if it is not finite.
+/// Returns `value`; `Err` if it is not finite.
 fn check_finite(value: f64) -> Result<f64, Fault> {
     if value.is_finite() { Ok(value) } else { Err(Fault::Macro(MacroFault::NotFinite)) }
 }
 
-/// Value of a binary operator; comparisons and logic give 1 or 0.
+/// Returns the value of a binary operator; comparisons and logic give 1 or 0. `Err` for null (`None`) in arithmetic, or no finite value.
 fn apply_operator(operator: &str, left: Option<f64>, right: Option<f64>) -> Result<f64, Fault> {
     let truth = |is: bool| Ok(f64::from(u8::from(is)));
     // Only whether it is null can be asked of null.

@@ -13,7 +13,7 @@ use crate::toolpath::{
 };
 
 impl Run<'_> {
-    /// Follows a line with Fanuc's IF, GOTO, WHILE, DO or END.
+    /// Runs a line with Fanuc's IF, GOTO, WHILE, DO or END, and returns which line comes next.
     pub(crate) fn follow_fanuc_flow(&mut self, line: &SourceLine) -> Result<Next, Fault> {
         let from = line.code.len() - line.code[line.begin..].trim_start().len();
         let mut reader = Reader::new(&line.code, from, &self.variables);
@@ -52,7 +52,7 @@ impl Run<'_> {
         Ok(if is_true { Next::Line } else { Next::At(after + 1) })
     }
 
-    /// Follows a line with LinuxCNC's O word `name`.
+    /// Runs a line with LinuxCNC's O word `name` (sub, call, if, while, repeat, …), and returns which line comes next.
     pub(crate) fn follow_o_word(&mut self, line: &SourceLine, name: &str) -> Result<Next, Fault> {
         let here = self.here.line;
         let from = line.code.len() - line.code[line.begin..].trim_start().len() + line.keyword().len();
@@ -123,9 +123,9 @@ impl Run<'_> {
                 let begin = self.source().last_o_line(here, name, &["REPEAT"]).ok_or_else(missing)?;
                 let file = self.here.file;
                 let active = self.repeats.last_mut().filter(|(at, _)| *at == Origin { file, line: begin });
-                let (_, left) = active.ok_or_else(missing)?;
-                *left -= 1;
-                if *left > 0 {
+                let (_, runs_left) = active.ok_or_else(missing)?;
+                *runs_left -= 1;
+                if *runs_left > 0 {
                     return Ok(Next::At(begin + 1));
                 }
                 self.repeats.pop();

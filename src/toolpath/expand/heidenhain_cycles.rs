@@ -23,9 +23,9 @@ struct Cycle {
     is_reaming: bool,
 }
 
-/// `source` with its cycles as moves, and the line (from 0) that each line comes from; `None` if it has none or one cannot be.
+/// Returns `source` with its cycles as moves, and the index of the line each line comes from; `None` without cycles or if one cannot be.
 pub(crate) fn expand_cycles(source: &[u8]) -> Option<(Vec<u8>, Vec<usize>)> {
-    let lines = Lines::of(source);
+    let lines = Lines::split(source);
     let (mut out, mut origins) = (Vec::with_capacity(source.len()), Vec::new());
     let (mut cycle, mut feed, mut is_changed) = (None, None, false);
     let mut line = 0;
@@ -33,13 +33,14 @@ pub(crate) fn expand_cycles(source: &[u8]) -> Option<(Vec<u8>, Vec<usize>)> {
         let content = &source[lines.content(line)];
         let ending = match &source[lines.ending(line)] {
             [] => b"\n",
-            own => own,
+            ending => ending,
         };
-        let start = block_numbers::number(content).map_or_else(|| lines::prefix_len(content), |(range, _)| range.end);
+        let start =
+            block_numbers::leading_number(content).map_or_else(|| lines::prefix_len(content), |(range, _)| range.end);
         let prefix = &content[..start];
         let code = Scan::of_line(content, start);
         let text = code.upper_text(start..code.line.len()).trim().to_owned();
-        let mut put = |text: &[u8]| {
+        let mut write_line = |text: &[u8]| {
             out.extend_from_slice(text);
             out.extend_from_slice(ending);
             origins.push(line);
@@ -51,7 +52,7 @@ pub(crate) fn expand_cycles(source: &[u8]) -> Option<(Vec<u8>, Vec<usize>)> {
             ["CYCL", "DEF", number, ..] if matches!(number, "200" | "201") => {
                 last = definition_end(source, &lines, line);
                 cycle = Some(Cycle::read(source, &lines, line..last + 1, number == "201")?);
-                put(&block(&format!("; CYCL DEF {number}, written out where it is called")));
+                write_line(&block(&format!("; CYCL DEF {number}, written out where it is called")));
                 is_changed = true;
             }
             ["CYCL", "CALL", ref rest @ ..] => {
@@ -60,23 +61,23 @@ pub(crate) fn expand_cycles(source: &[u8]) -> Option<(Vec<u8>, Vec<usize>)> {
                     return None;
                 }
                 if !rest.is_empty() {
-                    put(&block(&rest.join(" ")));
+                    write_line(&block(&rest.join(" ")));
                 }
                 calls = true;
             }
             _ => {
-                if words.contains(&"M89") || (words[..].starts_with(&["TOOL", "CALL"]) && is_across(&words)) {
+                if words.contains(&"M89") || (words[..].starts_with(&["TOOL", "CALL"]) && has_other_tool_axis(&words)) {
                     return None;
                 }
                 calls = words.contains(&"M99");
                 let moved = if calls { without_m99(content, start, code.line.len())? } else { content.to_vec() };
-                put(&moved);
+                write_line(&moved);
                 feed = feed_word(&words).or(feed);
             }
         }
         if calls {
             for text in cycle.as_ref()?.moves(feed.as_deref())? {
-                put(&block(&text));
+                write_line(&block(&text));
             }
             is_changed = true;
         }
@@ -86,14 +87,14 @@ pub(crate) fn expand_cycles(source: &[u8]) -> Option<(Vec<u8>, Vec<usize>)> {
     is_changed.then(|| (block_numbers::renumber_blocks(b"", out), origins))
 }
 
-/// Last line of the CYCL DEF that begins in `line`. `~` continues it, and so does a line that begins with Q.
+/// Index of the last line of the CYCL DEF that begins in `line`: `~` continues it, and so does a line that begins with Q.
 fn definition_end(source: &[u8], lines: &Lines, line: usize) -> usize {
-    let goes_on = |line: usize| source[lines.content(line)].trim_ascii_end().ends_with(b"~");
+    let is_open = |line: usize| source[lines.content(line)].trim_ascii_end().ends_with(b"~");
     let is_value = |line: usize| source[lines.content(line)].trim_ascii_start().first() == Some(&b'Q');
-    (line..lines.len()).take_while(|next| *next == line || goes_on(next - 1) || is_value(*next)).last().unwrap_or(line)
+    (line..lines.len()).take_while(|next| *next == line || is_open(next - 1) || is_value(*next)).last().unwrap_or(line)
 }
 
-/// The line without its word M99, which is between `start` and `end`.
+/// Returns the line `content` without its word M99, which stands between the bytes `start` and `end`; `None` if it is not found.
 fn without_m99(content: &[u8], start: usize, end: usize) -> Option<Vec<u8>> {
     let at = (start..end.checked_sub(2)?).find(|at| {
         content[*at..*at + 3].eq_ignore_ascii_case(b"M99")
@@ -104,12 +105,12 @@ fn without_m99(content: &[u8], start: usize, end: usize) -> Option<Vec<u8>> {
     Some([before, &content[at + 3..]].concat())
 }
 
-/// Whether the tool axis is not Z.
-fn is_across(words: &[&str]) -> bool {
+/// Whether a TOOL CALL of these `words` names another tool axis than Z.
+fn has_other_tool_axis(words: &[&str]) -> bool {
     words.iter().any(|word| matches!(*word, "X" | "Y" | "U" | "V" | "W"))
 }
 
-/// The feed that a block leaves in force, as a word; `None` if it sets none.
+/// Returns the feed that a block of these `words` leaves in force, as a word; `None` if it sets none.
 fn feed_word(words: &[&str]) -> Option<String> {
     let is_feed =
         |word: &&&str| word.strip_prefix('F').is_some_and(|rest| rest.starts_with(|c: char| c.is_ascii_digit()));
@@ -121,7 +122,7 @@ fn feed_word(words: &[&str]) -> Option<String> {
 }
 
 impl Cycle {
-    /// Reads the Q parameters in the lines `range`; `None` if some are missing, unknown or no numbers.
+    /// Reads the Q parameters of a CYCL DEF in the lines `range`; `None` if some are missing, unknown or no numbers.
     fn read(source: &[u8], lines: &Lines, range: std::ops::Range<usize>, is_reaming: bool) -> Option<Cycle> {
         let mut q = BTreeMap::new();
         for line in range {
@@ -147,7 +148,7 @@ impl Cycle {
         (is_known && q.get(&395).is_none_or(|depth| *depth == 0.0)).then_some(Cycle { q, is_reaming })
     }
 
-    /// Blocks that drill one hole at the tool position; they put `feed` back in force.
+    /// Returns blocks that drill one hole at the tool position and put `feed` back in force; `None` if a parameter is out of range.
     fn moves(&self, feed: Option<&str>) -> Option<Vec<String>> {
         let q = |number: u32| self.q.get(&number).copied().unwrap_or(0.0);
         let (set_up, depth, surface, plunge) = (q(200), -q(201), q(203), q(206));
@@ -168,10 +169,10 @@ impl Cycle {
         };
         let mut moves = vec![rapid(clear)];
         let pecks = (1..).map(|pecks| surface - f64::from(pecks) * peck);
-        for deep in pecks.take_while(|deep| deep - bottom > NumberFormat::FINEST) {
-            moves.extend([fed(deep, plunge), rapid(clear)]);
+        for depth_z in pecks.take_while(|depth_z| depth_z - bottom > NumberFormat::FINEST) {
+            moves.extend([fed(depth_z, plunge), rapid(clear)]);
             moves.extend(dwell(q(210)));
-            moves.push(rapid(deep + set_up));
+            moves.push(rapid(depth_z + set_up));
         }
         moves.push(fed(bottom, plunge));
         moves.extend(dwell(q(211)));
@@ -187,7 +188,7 @@ impl Cycle {
     }
 }
 
-/// A number with its sign, plus included.
+/// Formats a number with its sign, plus included.
 fn signed(value: f64) -> String {
     let text = format_plain(value);
     if text.starts_with('-') { text } else { format!("+{text}") }

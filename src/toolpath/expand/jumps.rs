@@ -10,17 +10,17 @@ pub(crate) struct SourceFile {
 }
 
 impl SourceFile {
-    /// Index of the first line from `from` on with this O name and one of these keywords.
+    /// Index of the first line from `from` on with the O name `name` and one of `keywords`.
     pub fn next_o_line(&self, from: usize, name: &str, keywords: &[&str]) -> Option<usize> {
         (from..self.lines.len()).find(|line| self.has_o_word(*line, name, keywords))
     }
 
-    /// Index of the last line before `before` with this O name and one of these keywords.
+    /// Index of the last line before `before` with the O name `name` and one of `keywords`.
     pub fn last_o_line(&self, before: usize, name: &str, keywords: &[&str]) -> Option<usize> {
         (0..before).rev().find(|line| self.has_o_word(*line, name, keywords))
     }
 
-    /// Whether line `line` has this O name and one of these keywords.
+    /// Whether the line with index `line` has the O name `name` and one of `keywords`.
     fn has_o_word(&self, line: usize, name: &str, keywords: &[&str]) -> bool {
         let line = &self.lines[line];
         line.o_name.as_deref() == Some(name) && keywords.contains(&line.keyword())
@@ -31,7 +31,7 @@ impl SourceFile {
         self.lines.iter().position(|line| line.o_name.as_deref() == Some(name) && line.keyword().is_empty())
     }
 
-    /// Index of line N`number` in the program around line `from`, or else in the file.
+    /// Index of line N`number` in the program around the line with index `from`, or else in the whole file.
     pub fn label_at(&self, from: usize, number: u32) -> Option<usize> {
         let is_label = |line: &usize| self.lines[*line].n_number == Some(number);
         let begin = (0..=from).rev().find(|line| self.lines[*line].begins_program()).unwrap_or(0);

@@ -26,7 +26,7 @@ pub(crate) struct SourceLine {
 }
 
 impl SourceLine {
-    /// Most decimals of a coordinate of the line that is written as a number; 0 if there is none.
+    /// Returns the most decimals of the line's coordinates that are written as plain numbers; 0 if there is none.
     pub fn decimals(&self) -> usize {
         let is_letter = |c: char| c.is_ascii_alphabetic();
         let letters = self.code.chars().filter(|c| is_letter(*c));
@@ -36,7 +36,7 @@ impl SourceLine {
         coordinates.map(|(_, number)| number).filter(is_plain).map(decimals_in).max().unwrap_or(0)
     }
 
-    /// Finds the labels and the code of a line.
+    /// Splits a line into block-delete mark, N, O name and code.
     pub fn new(bytes: &[u8]) -> SourceLine {
         let code = code_text(bytes);
         let mut line = SourceLine { bytes: bytes.to_vec(), code, o_name: None, n_number: None, begin: 0 };
@@ -79,12 +79,12 @@ impl SourceLine {
         &rest[..rest.bytes().take_while(u8::is_ascii_alphabetic).count()]
     }
 
-    /// Whether it is only the number or name of a program.
+    /// Whether the line is only the number or name of a program.
     pub fn begins_program(&self) -> bool {
         self.o_name.is_some() && self.rest().is_empty()
     }
 
-    /// Words of a line that assigns nothing, with their evaluated numbers; `Err` gives the byte of the fault.
+    /// Returns the words of a line that assigns nothing, with their evaluated numbers; `Err` gives the byte of the fault.
     pub fn words(&self, variables: &Variables) -> Result<Vec<CalledWord>, (usize, Fault)> {
         let text = self.code.as_bytes();
         let (mut words, mut at) = (Vec::new(), self.begin);
@@ -103,7 +103,7 @@ impl SourceLine {
         Ok(words)
     }
 
-    /// Whether it has a word of `letter` with one of these numbers, written plainly: `M98`, `M 098`, `G65`.
+    /// Whether the line has a word of `letter` with one of `numbers`, written plainly: `M98`, `M 098`, `G65`.
     pub fn has_word(&self, letter: u8, numbers: &[f64]) -> bool {
         (self.begin..self.code.len()).filter(|at| self.code.as_bytes()[*at] == letter).any(|at| {
             let digits = self.code[at + 1..].trim_start();
@@ -112,17 +112,17 @@ impl SourceLine {
         })
     }
 
-    /// Whether it is a % that opens or closes the program.
+    /// Whether the line is a % that opens or closes the program.
     pub fn is_percent(&self) -> bool {
         lines::first_byte(&self.bytes) == Some(b'%')
     }
 
-    /// Whether it has no code, not even a % or an O.
+    /// Whether the line has no code, not even a % or an O.
     pub fn is_without_code(&self) -> bool {
         self.code.trim().is_empty() && !self.is_percent()
     }
 
-    /// The line without `words`, which are in order; `None` if only N is left.
+    /// Returns the line without `words`, which are in order; `None` if nothing but N remains.
     pub fn without_words(&self, words: &[CalledWord]) -> Option<SourceLine> {
         let mut bytes = self.bytes.clone();
         for word in words.iter().rev() {
@@ -142,7 +142,7 @@ pub(crate) struct CalledWord {
     pub span: Range<usize>,
 }
 
-/// Code of a line, as many bytes long, with blanks for comments and all that is not ASCII.
+/// Returns the code of a line in upper case, as many bytes long, with blanks for comments and all that is not ASCII.
 fn code_text(bytes: &[u8]) -> String {
     let mut text = String::with_capacity(bytes.len());
     if lines::first_byte(bytes).is_some_and(|b| matches!(b, b'%' | b'$' | b'?' | b'!' | b'~')) {
@@ -163,7 +163,7 @@ fn code_text(bytes: &[u8]) -> String {
     text
 }
 
-/// Bytes of the line with values in place of its expressions; its assignments are done and left out.
+/// Returns the line with values for its expressions, after executing and removing its assignments. `Err` gives the faulty byte.
 pub(crate) fn evaluate_line(line: &SourceLine, variables: &mut Variables) -> Result<Vec<u8>, (usize, Fault)> {
     if !line.code.contains(['#', '[']) {
         return Ok(line.bytes.clone());
@@ -213,12 +213,12 @@ pub(crate) fn evaluate_line(line: &SourceLine, variables: &mut Variables) -> Res
 /// Most digits of a computed number: what controls read.
 const MOST_DIGITS: usize = 8;
 
-/// A value as the word of `letter` takes it: whole, or with a decimal point and at most eight digits.
+/// Formats a value as a word of `letter` takes it: whole, or with a decimal point and at most eight digits.
 fn word_number(letter: u8, value: f64) -> String {
-    let least = u8::from(!matches!(letter, b'G' | b'M' | b'N' | b'T' | b'H' | b'D' | b'O' | b'P' | b'L'));
+    let min_decimals = u8::from(!matches!(letter, b'G' | b'M' | b'N' | b'T' | b'H' | b'D' | b'O' | b'P' | b'L'));
     // Controls read eight digits.
     let whole = format!("{:.0}", value.abs().trunc()).len();
     let scale = 10f64.powi(i32::try_from(MOST_DIGITS.saturating_sub(whole)).unwrap_or(0));
-    let text = crate::toolpath::model::number::format_shortest((value * scale).round() / scale + 0.0, least);
-    if least == 0 { text.trim_end_matches('.').to_owned() } else { text }
+    let text = crate::toolpath::model::number::format_shortest((value * scale).round() / scale + 0.0, min_decimals);
+    if min_decimals == 0 { text.trim_end_matches('.').to_owned() } else { text }
 }

@@ -44,7 +44,7 @@ impl Program {
         Program::parse_expansion(source.into(), name, options, beside, true)
     }
 
-    /// Expands and reads a program; with `keeps_calls` cycles stay.
+    /// Expands and reads a program; if `keeps_calls`, its cycles are not expanded.
     fn parse_expansion(
         source: Vec<u8>,
         name: &str,
@@ -52,7 +52,7 @@ impl Program {
         beside: &SiblingFiles<'_>,
         keeps_calls: bool,
     ) -> Result<Program, GcodeError> {
-        let dialect = options.dialect.unwrap_or_else(|| Dialect::of(&source));
+        let dialect = options.dialect.unwrap_or_else(|| Dialect::detect(&source));
         let options = &GcodeOptions { dialect: Some(dialect), ..options.clone() };
         let (mut bytes, mut expansion) = match dialect {
             _ if dialect.is_iso() => run::Run::new(source, name, options, beside).run_to_end()?,
@@ -91,7 +91,7 @@ impl Program {
 }
 
 impl Dialect {
-    /// A program not in ISO code with its cycles as moves, and the lines (from 0) they come from; `None` if that is impossible.
+    /// Returns a program not in ISO code with its cycles as moves, and the index of the line each line comes from; `None` if impossible.
     pub(crate) fn without_cycles(self, source: &[u8]) -> Option<(Vec<u8>, Vec<usize>)> {
         match self {
             Dialect::Iso | Dialect::Fanuc | Dialect::Haas | Dialect::LinuxCnc => None,

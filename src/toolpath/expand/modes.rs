@@ -82,29 +82,29 @@ impl Modes {
         if self.words["unit"] == "G20" { LengthUnit::Inch } else { LengthUnit::Millimetre }
     }
 
-    /// Updates the modes by the words of a written line.
+    /// Updates the modes by the words of a line that is written.
     fn update(&mut self, words: &[Word], dialect: Dialect) {
         let written = |word: &Word| format!("{}{}", word.letter, format_plain(word.value));
-        let of_letters: BTreeMap<char, &Word> = words.iter().map(|word| (word.letter, word)).collect();
-        let with = |word: &Word, letters: &[char]| {
-            let own = letters.iter().filter_map(|letter| of_letters.get(letter)).map(|word| written(word));
-            std::iter::once(written(word)).chain(own).collect::<Vec<_>>().join(" ")
+        let by_letter: BTreeMap<char, &Word> = words.iter().map(|word| (word.letter, word)).collect();
+        let with_parameters = |word: &Word, letters: &[char]| {
+            let parameters = letters.iter().filter_map(|letter| by_letter.get(letter)).map(|word| written(word));
+            std::iter::once(written(word)).chain(parameters).collect::<Vec<_>>().join(" ")
         };
         for word in words {
             match (word.letter, word.whole_number().ok()) {
                 ('G', _) => {
-                    let own = GWord::of(word, dialect);
-                    if let Ok(GWord::Setting(Setting::Length)) = own {
+                    let g_word = GWord::parse(word, dialect);
+                    if let Ok(GWord::Setting(Setting::Length)) = g_word {
                         let unit = self.unit();
                         let given = words.iter().filter(|word| LENGTHS.contains(word.letter));
                         self.lengths.extend(given.map(|word| (word.letter, (word.value, unit))));
                     }
-                    let group = own.map_or("", GWord::modal_group);
+                    let group = g_word.map_or("", GWord::modal_group);
                     if group == TOOL_LENGTH {
                         self.lengths.clear();
                     }
                     if let Some(text) = self.words.get_mut(group) {
-                        *text = with(
+                        *text = with_parameters(
                             word,
                             match group {
                                 PATH_CONTROL => &['P', 'Q'],
@@ -131,7 +131,7 @@ impl Modes {
                 }
                 ('M', Some(code @ 50..=53)) => {
                     let group = ["feed override", "speed override", "adaptive feed", "feed hold"][code as usize - 50];
-                    let text = with(word, &['P']);
+                    let text = with_parameters(word, &['P']);
                     self.words.insert(group, if text.contains('P') { text } else { text + " P1" });
                 }
                 ('S', _) => self.speed = Some(written(word)),
@@ -143,7 +143,7 @@ impl Modes {
         }
     }
 
-    /// Lines that lead from these modes to those that were `saved`. F is read in the unit in force before its line.
+    /// Returns the lines that change these modes to those `saved`. F is read in the unit in force before its line.
     fn restoring_lines(&self, saved: &Modes) -> Vec<String> {
         let differs = |group: &str| {
             self.words[group] != saved.words[group] || (group == TOOL_LENGTH && self.lengths != saved.lengths)
@@ -153,7 +153,7 @@ impl Modes {
         for (group, _) in &SAVED[1..10] {
             words.extend(differs(group).then(|| saved.words[group].clone()));
         }
-        let in_kept_unit = |value: f64, unit: LengthUnit| {
+        let in_unit = |value: f64, unit: LengthUnit| {
             let value = if unit == saved.unit() { value } else { value * unit.mm() / saved.unit().mm() };
             format_plain(value)
         };
@@ -161,7 +161,7 @@ impl Modes {
         if is_other_feed && saved.words["feed mode"] != "G93" {
             words.push(match &saved.feed {
                 Some((_, text, unit)) if *unit == saved.unit() => text.clone(),
-                Some((value, _, unit)) => format!("F{}", in_kept_unit(*value, *unit)),
+                Some((value, _, unit)) => format!("F{}", in_unit(*value, *unit)),
                 None => "F0".to_owned(),
             });
         }
@@ -171,7 +171,7 @@ impl Modes {
         lines.extend((!words.is_empty()).then(|| words.join(" ")));
         if differs(TOOL_LENGTH) && !saved.lengths.is_empty() {
             let lengths =
-                saved.lengths.iter().map(|(letter, (value, unit))| format!(" {letter}{}", in_kept_unit(*value, *unit)));
+                saved.lengths.iter().map(|(letter, (value, unit))| format!(" {letter}{}", in_unit(*value, *unit)));
             lines.push(format!("G43.1{}", lengths.collect::<String>()));
         }
         if differs("coolant") {
@@ -185,12 +185,12 @@ impl Modes {
 }
 
 impl Run<'_> {
-    /// Saves or restores modes by the word of the line that asks for it, and returns the line without that word.
+    /// Saves or restores modes by M70 to M73 in `bytes`, the evaluated `line`; returns them without that word. `Err` gives the faulty byte.
     pub(crate) fn save_or_restore(&mut self, line: &SourceLine, bytes: Vec<u8>) -> Result<Vec<u8>, (usize, Fault)> {
         // What cannot be read is refused once all is written out.
         let Some(words) = parse_words(&bytes) else { return Ok(bytes) };
-        let keeps = words.iter().find_map(|word| Some((word, word.mode_save_code(self.dialect)?)));
-        let Some((word, code)) = keeps else {
+        let mode_save = words.iter().find_map(|word| Some((word, word.mode_save_code(self.dialect)?)));
+        let Some((word, code)) = mode_save else {
             self.modes.update(&words, self.dialect);
             return Ok(bytes);
         };
@@ -215,8 +215,8 @@ impl Run<'_> {
         }
         self.modes.update(&words, self.dialect);
         let source = SourceLine::new(&bytes);
-        let own = CalledWord { letter: 'M', value: Some(word.value), span: word.span.clone() };
-        Ok(source.without_words(&[own]).map_or_else(Vec::new, |rest| rest.bytes))
+        let save_word = CalledWord { letter: 'M', value: Some(word.value), span: word.span.clone() };
+        Ok(source.without_words(&[save_word]).map_or_else(Vec::new, |rest| rest.bytes))
     }
 
     /// Restores modes at the end of a run of a subprogram, if they were saved by M73.
@@ -229,7 +229,7 @@ impl Run<'_> {
         }
     }
 
-    /// Writes the lines that restore `saved`.
+    /// Writes the lines that restore the modes `saved`, and puts them in force.
     fn restore(&mut self, saved: Modes) {
         for line in self.modes.restoring_lines(&saved) {
             self.write_line(line.into_bytes());
@@ -238,9 +238,9 @@ impl Run<'_> {
     }
 }
 
-/// Words of a line; `None` if it has none or cannot be read.
+/// Returns the words of a line; `None` if it has none or cannot be read.
 fn parse_words(bytes: &[u8]) -> Option<Vec<Word>> {
-    match lines::code(bytes).ok()? {
+    match lines::parse_code(bytes).ok()? {
         Code::Words { text, .. } => lex::words(&text).ok(),
         _ => None,
     }

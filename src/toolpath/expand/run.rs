@@ -53,7 +53,7 @@ pub(crate) enum Next {
 pub(crate) type Step = Result<Next, (usize, Fault)>;
 
 impl<'a> Run<'a> {
-    /// Starts at the first line of `source`.
+    /// Prepares to run `source`, called `name`, from its first line; `beside` gives the files that it may call.
     pub fn new(source: Vec<u8>, name: &str, options: &GcodeOptions, beside: &'a SiblingFiles<'a>) -> Run<'a> {
         let dialect = options.dialect.unwrap_or_default();
         Run {
@@ -64,7 +64,7 @@ impl<'a> Run<'a> {
             here: Origin { file: 0, line: 0 },
             calls: Vec::new(),
             repeats: Vec::new(),
-            variables: Variables::of(dialect),
+            variables: Variables::new(dialect),
             dialect,
             modes: Modes::new(options),
             call_frames: vec![CallFrame::default()],
@@ -75,7 +75,7 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Runs the program to its end: bytes of the expanded program, and where its lines come from.
+    /// Runs the program to its end; returns the bytes of the expanded program, and where its lines come from. `Err` for what cannot be run.
     pub fn run_to_end(mut self) -> Result<(Vec<u8>, Expansion), GcodeError> {
         let mut steps = 0;
         loop {
@@ -123,7 +123,7 @@ impl<'a> Run<'a> {
         ))
     }
 
-    /// The error that a subprogram has run to the end of its file without return.
+    /// Returns the error that a subprogram has run to the end of its file without a return.
     fn missing_return(&self) -> GcodeError {
         let last = self.source().lines.last();
         let bytes = last.map_or(&[][..], |line| &line.bytes);
@@ -134,12 +134,12 @@ impl<'a> Run<'a> {
         )
     }
 
-    /// The file that runs.
+    /// Returns the file that the current line is in.
     pub(crate) fn source(&self) -> &SourceFile {
         &self.sources[self.here.file]
     }
 
-    /// Follows a line and returns which one comes next.
+    /// Runs one line, and returns which line comes next.
     fn follow_line(&mut self, line: &SourceLine) -> Step {
         if self.block_delete == BlockDelete::Skip && lines::is_deletable(&line.bytes) {
             self.write_line(line.bytes.clone());
@@ -169,7 +169,7 @@ impl<'a> Run<'a> {
         self.source().lines[..self.here.line].iter().all(SourceLine::is_without_code)
     }
 
-    /// Follows a program number. The first is the program's own; another one begins a subprogram, so that the program ends before it.
+    /// Runs a line with a program number. The first is the program's own; another one begins a subprogram, so the program ends before it.
     fn follow_program_number(&mut self, line: &SourceLine) -> Result<Next, Fault> {
         let before = &self.source().lines[..self.here.line];
         let is_own = self.here.file == 0 && !before.iter().any(SourceLine::begins_program);
@@ -186,7 +186,7 @@ impl<'a> Run<'a> {
         Ok(Next::Line)
     }
 
-    /// Follows a line of words: a call, the end by M2, M30 or M99, or motion.
+    /// Runs a line of words: a call, the end by M2, M30 or M99, or motion; returns which line comes next.
     fn follow_words(&mut self, line: &SourceLine) -> Step {
         if line.has_word(b'M', &[97.0, 98.0, 198.0]) {
             return self.call_by_number(line);
@@ -204,7 +204,7 @@ impl<'a> Run<'a> {
         Ok(if line.has_word(b'M', &[2.0, 30.0]) { Next::End } else { Next::Line })
     }
 
-    /// Writes a line that steers nothing, with values in place of its expressions.
+    /// Writes a line that calls and branches nowhere, with values in place of its expressions; `Err` gives the byte of the fault.
     pub(crate) fn write_evaluated(&mut self, line: &SourceLine) -> Result<(), (usize, Fault)> {
         self.decimals = self.decimals.max(line.decimals());
         let bytes = evaluate_line(line, &mut self.variables)?;
@@ -215,7 +215,7 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
-    /// Writes a line with the ending of the line that runs.
+    /// Writes the line `bytes` with the ending of the current line, from which it comes.
     pub(crate) fn write_line(&mut self, bytes: Vec<u8>) {
         let ending = &self.sources[self.here.file].endings[self.here.line];
         self.bytes.extend(bytes);
@@ -227,7 +227,7 @@ impl<'a> Run<'a> {
 impl SourceFile {
     /// Splits a file into lines.
     pub fn new(bytes: &[u8]) -> SourceFile {
-        let lines = Lines::of(bytes);
+        let lines = Lines::split(bytes);
         SourceFile {
             endings: (0..lines.len()).map(|line| bytes[lines.ending(line)].to_vec()).collect(),
             lines: (0..lines.len()).map(|line| SourceLine::new(&bytes[lines.content(line)])).collect(),

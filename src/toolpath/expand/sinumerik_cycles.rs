@@ -30,27 +30,27 @@ enum Line {
     Other,
 }
 
-/// `source` with its cycles as moves, and the line (from 0) that each line comes from; `None` if it has none or one cannot be.
+/// Returns `source` with its cycles as moves, and the index of the line each line comes from; `None` without cycles or if one cannot be.
 pub(crate) fn expand_cycles(source: &[u8]) -> Option<(Vec<u8>, Vec<usize>)> {
-    let lines = Lines::of(source);
+    let lines = Lines::split(source);
     let (mut out, mut origins) = (Vec::with_capacity(source.len()), Vec::new());
     let (mut modal, mut motion, mut is_changed, mut is_across) = (None, None, false, false);
     for line in 0..lines.len() {
         let content = &source[lines.content(line)];
         let ending = match &source[lines.ending(line)] {
             [] => b"\n",
-            own => own,
+            ending => ending,
         };
-        let mut put = |text: &[u8]| {
+        let mut write_line = |text: &[u8]| {
             out.extend_from_slice(text);
             out.extend_from_slice(ending);
             origins.push(line);
         };
-        let found = parse_line(content)?;
+        let meaning = parse_line(content)?;
         let mut hole = None;
-        match &found {
+        match &meaning {
             Line::Other => {
-                put(content);
+                write_line(content);
                 let words = line_words(content);
                 is_across |= words.iter().any(|word| is_g(word, &[18.0, 19.0]));
                 motion =
@@ -67,16 +67,16 @@ pub(crate) fn expand_cycles(source: &[u8]) -> Option<(Vec<u8>, Vec<usize>)> {
                     hole.clone_from(&modal);
                 }
             }
-            Line::Hole(own) => hole = Some(own.clone()),
-            Line::ModalState(own) => {
-                modal.clone_from(own);
+            Line::Hole(called) => hole = Some(called.clone()),
+            Line::ModalState(state) => {
+                modal.clone_from(state);
                 is_changed = true;
             }
         }
-        if !matches!(found, Line::Other) {
+        if !matches!(meaning, Line::Other) {
             let comment = &content[Scan::of_line(content, 0).line.len()..];
             if !comment.is_empty() {
-                put(comment);
+                write_line(comment);
             }
         }
         let Some(hole) = hole else { continue };
@@ -85,25 +85,25 @@ pub(crate) fn expand_cycles(source: &[u8]) -> Option<(Vec<u8>, Vec<usize>)> {
         }
         is_changed = true;
         let prefix = &content[..lines::prefix_len(content)];
-        hole.moves(motion).iter().for_each(|text| put(&[prefix, text.as_bytes()].concat()));
+        hole.moves(motion).iter().for_each(|text| write_line(&[prefix, text.as_bytes()].concat()));
     }
     is_changed.then_some((out, origins))
 }
 
-/// Words of a line; none if it cannot be read, which reading it later reports.
+/// Returns the words of a line; none if it cannot be read, which is reported when the expanded program is read.
 fn line_words(content: &[u8]) -> Vec<Word> {
-    match sinumerik::statement(content) {
+    match sinumerik::parse_line(content) {
         Ok(Statement::Words { words, .. }) => words,
         _ => Vec::new(),
     }
 }
 
-/// Whether it is a G word with one of these numbers.
+/// Whether `word` is a G word with one of the numbers `values`.
 fn is_g(word: &Word, values: &[f64]) -> bool {
     word.letter == 'G' && word.meaning.is_none() && values.contains(&word.value)
 }
 
-/// Meaning of a line; `None` for a cycle that cannot be expanded.
+/// Returns what a line means for cycles; `None` for a cycle that cannot be expanded.
 fn parse_line(content: &[u8]) -> Option<Line> {
     let mut scan = Scan::of_line(content, lines::prefix_len(content));
     if matches!(scan.next(), Some(b'N' | b'n')) {
@@ -127,7 +127,7 @@ fn parse_line(content: &[u8]) -> Option<Line> {
     match first.as_str() {
         "" if is_modal && scan.peek().is_none() => Some(Line::ModalState(None)),
         "CYCLE81" | "CYCLE82" => {
-            let hole = Hole::of(&first, &scan.upper_text(scan.at..scan.line.len()))?;
+            let hole = Hole::parse(&first, &scan.upper_text(scan.at..scan.line.len()))?;
             Some(if is_modal { Line::ModalState(Some(hole)) } else { Line::Hole(hole) })
         }
         _ if is_modal => None,
@@ -136,8 +136,8 @@ fn parse_line(content: &[u8]) -> Option<Line> {
 }
 
 impl Hole {
-    /// Parses `(RTP, RFP, SDIS, DP, DPR)`, for CYCLE82 with DTB behind them; `None` if they are no hole.
-    fn of(name: &str, arguments: &str) -> Option<Hole> {
+    /// Parses the arguments `(RTP, RFP, SDIS, DP, DPR)` of cycle `name`, for CYCLE82 with DTB behind them; `None` if they are no hole.
+    fn parse(name: &str, arguments: &str) -> Option<Hole> {
         let inner = arguments.trim().strip_prefix('(')?.strip_suffix(')')?;
         let mut values = Vec::new();
         for text in inner.split(',').map(str::trim) {
@@ -158,7 +158,7 @@ impl Hole {
         (retract >= clear && bottom < reference && dwell_s >= 0.0).then_some(Hole { retract, clear, bottom, dwell_s })
     }
 
-    /// Lines that drill the hole; `motion` is the G word in force, which they put back.
+    /// Returns the lines that drill the hole, and put `motion`, the number of the G word in force, back in force.
     fn moves(&self, motion: Option<f64>) -> Vec<String> {
         let goes = |g: u32, z: f64| format!("G{g} Z=AC({})", format_plain(z));
         let mut moves = vec![goes(0, self.clear), goes(1, self.bottom)];

@@ -15,8 +15,9 @@ pub(crate) struct Variables {
 }
 
 impl Default for Variables {
+    /// Starts without any variables, by the rules of ISO.
     fn default() -> Variables {
-        Variables::of(Dialect::Iso)
+        Variables::new(Dialect::Iso)
     }
 }
 
@@ -26,18 +27,18 @@ const LAST_OWN: u32 = 999;
 const LAST_LOCAL: u32 = 33;
 
 impl Variables {
-    /// Starts without any variables.
-    pub fn of(dialect: Dialect) -> Variables {
+    /// Starts without any variables, by the rules of `dialect`.
+    pub fn new(dialect: Dialect) -> Variables {
         Variables { common: BTreeMap::new(), local: vec![BTreeMap::new()], dialect }
     }
 
-    /// Value of `#name`, `None` if it is not set. `Err` for system variables.
+    /// Returns the value of `#name`, `None` if it is not set. `Err` for system variables.
     pub fn get(&self, name: &str) -> Result<Option<f64>, Fault> {
-        let own = self.scope(name).get(name).copied();
+        let value = self.scope(name).get(name).copied();
         match name.parse::<u32>() {
             Ok(number) if number > LAST_OWN => Err(Fault::Macro(MacroFault::MachineState)),
-            Err(_) if name.starts_with('_') && own.is_none() => Err(Fault::Macro(MacroFault::MachineState)),
-            _ => Ok(own),
+            Err(_) if name.starts_with('_') && value.is_none() => Err(Fault::Macro(MacroFault::MachineState)),
+            _ => Ok(value),
         }
     }
 
@@ -80,7 +81,7 @@ impl Variables {
         }
     }
 
-    /// Variables among which `name` belongs: those of the innermost call if it is local, else the common ones.
+    /// Returns the variables among which `name` belongs: those of the innermost call if it is local, else the common ones.
     fn scope(&self, name: &str) -> &BTreeMap<String, f64> {
         match self.local.last() {
             Some(local) if is_local(name) => local,
@@ -94,12 +95,12 @@ fn is_local(name: &str) -> bool {
     name.parse::<u32>().map_or(!name.starts_with('_'), |number| number <= LAST_LOCAL)
 }
 
-/// Values of arguments by the names of their variables.
+/// Returns the values of arguments by the names of their variables.
 fn by_variable(arguments: &[(u32, f64)]) -> BTreeMap<String, f64> {
     arguments.iter().map(|(number, value)| (number.to_string(), *value)).collect()
 }
 
-/// Number of the variable that takes the value after `letter` in Fanuc's G65 (first kind of arguments).
+/// Returns the number of the variable that takes the value after `letter` in Fanuc's G65 (first kind of arguments), if there is one.
 pub(crate) fn argument_variable(letter: char) -> Option<u32> {
     // #10, #12 and #14 to #16 have none.
     let at = "ABCIJKDEF-H-M---QRSTUVWXYZ".find(letter).filter(|_| letter != '-')?;

@@ -108,9 +108,8 @@ impl Circle {
 }
 
 impl Toolpath {
-    /// Generates the straight cutting path from `start_mm` to `end_mm` in the workpiece frame, both included, split into equal pieces no
-    /// longer than `sampling` allows, without feed or spindle speed. Fails when a position is not finite, or the path would have more than
-    /// [`Sampling::MAX_POINTS`] points.
+    /// Generates the straight cutting path from `start_mm` to `end_mm` (W), both included, in equal pieces no longer than `sampling`
+    /// allows, without feed or spindle speed. Fails when a position is not finite, or there are more than [`Sampling::MAX_POINTS`] points.
     pub fn line(start_mm: Vector3<f64>, end_mm: Vector3<f64>, sampling: Sampling) -> Result<Toolpath, GenerateError> {
         for (what, position) in [("line: start_mm", start_mm), ("line: end_mm", end_mm)] {
             if !position.iter().all(|c| c.is_finite()) {

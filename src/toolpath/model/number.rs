@@ -29,8 +29,7 @@ impl NumberFormat {
     /// Half a unit of the last decimal of the finest format, in the unit of the coordinate.
     pub(crate) const FINEST: f64 = 0.5e-9;
 
-    /// Creates a format with `mm` decimals in metric programs and CSV files and `inch` decimals in inch programs. Fails when either is 0 or
-    /// above [`NumberFormat::MAX_DECIMALS`].
+    /// Creates a format with `mm` decimals in metric programs and CSV files, `inch` in inch programs; fails for 0 or too many.
     pub fn new(mm: u8, inch: u8) -> Result<NumberFormat, FormatError> {
         for (unit, decimals) in [("mm", mm), ("inch", inch)] {
             if !(1..=NumberFormat::MAX_DECIMALS).contains(&decimals) {

@@ -30,8 +30,7 @@ impl Orientation {
         }
     }
 
-    /// Interpolates along the least rotation from this orientation to `other`, at the share `t` from 0 to 1; `other` if one is a tool axis
-    /// and the other is not.
+    /// Interpolates along the least rotation to `other`, at the share `t` (0 to 1); returns `other` if only one of them is a tool axis.
     #[must_use]
     pub fn towards(&self, other: &Self, t: f64) -> Self {
         match (self, other) {

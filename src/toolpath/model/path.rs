@@ -65,8 +65,8 @@ pub struct Toolpath {
 }
 
 impl Toolpath {
-    /// Creates the path through `points`. A zero tangent means "unknown" and is filled in from the next point that
-    /// has one, or else from the last before it.
+    /// Creates the path through `points`. A zero tangent is unknown and becomes that of the next point that has one, or else the last
+    /// before.
     #[must_use]
     pub fn assemble(mut points: Vec<PathPoint>) -> Toolpath {
         fill_tangents(points.iter_mut().rev());
@@ -203,7 +203,7 @@ pub enum TurnDirection {
     CounterClockwise,
 }
 
-/// Gives every point without a tangent that of the point before it in the given order.
+/// Gives every point without a tangent that of the last point before it that has one, in the order of `points`.
 fn fill_tangents<'a>(points: impl Iterator<Item = &'a mut PathPoint>) {
     let mut known = Vector3::zeros();
     for point in points {

@@ -75,34 +75,32 @@ impl<P: Program> Rewritten<P> {
         Ok(Toolpath::assemble(points).with_external_axes(&written.external_axes()))
     }
 
-    /// Returns the positions of the original path's points in `written`, the program read back (workpiece frame, mm). Fails when it is
-    /// another program.
+    /// Returns the positions (mm in W) of the original path's points in `written`, the program read back. Fails when it is another program.
     pub fn read_positions(&self, written: &P) -> Result<Vec<Vector3<f64>>, P::Error> {
         self.collect_points(written, |point| point.position_mm)
     }
 
-    /// Returns the tool orientations at the original path's points in `written`, the program read back; `None` where it does not say. Fails
-    /// when it is another program.
+    /// Returns the tool orientations, if known, at the original path's points in `written`, the program read back; fails for another one.
     pub fn read_orientations(&self, written: &P) -> Result<Vec<Option<Orientation>>, P::Error> {
         self.collect_points(written, |point| point.orientation)
     }
 
-    /// Collects `of` each point of `written`, the program read back.
-    fn collect_points<T>(&self, written: &P, of: impl Fn(&PathPoint) -> T) -> Result<Vec<T>, P::Error> {
-        let mut found = Vec::with_capacity(self.parameters.len());
-        self.for_each_point(written, |point| found.push(of(point)))?;
-        Ok(found)
+    /// Returns `value` at each point of the original path, in the program `written`. Fails when it is another program.
+    fn collect_points<T>(&self, written: &P, value: impl Fn(&PathPoint) -> T) -> Result<Vec<T>, P::Error> {
+        let mut values = Vec::with_capacity(self.parameters.len());
+        self.for_each_point(written, |point| values.push(value(point)))?;
+        Ok(values)
     }
 
     /// Passes the points of `written` at which the original path's points lie to `take`, one after another. Fails when it is another program.
     pub(crate) fn for_each_point(&self, written: &P, take: impl FnMut(&PathPoint)) -> Result<(), P::Error> {
         let mut parameters = self.parameters.as_slice();
-        let own = |motion: usize| {
-            let (own, rest) = parameters.split_at_checked(*self.pieces.get(motion)?)?;
+        let next_parameters = |motion: usize| {
+            let (of_motion, rest) = parameters.split_at_checked(*self.pieces.get(motion)?)?;
             parameters = rest;
-            Some(own.to_vec())
+            Some(of_motion.to_vec())
         };
-        written.points_at(own, take)
+        written.points_at(next_parameters, take)
     }
 }
 
@@ -130,16 +128,16 @@ impl<T: FnMut(&PathPoint)> Sampler<T> {
     }
 
     /// Samples the next motion: `parameters` returns the parameters of its points (0 to 1) for its index, and `sample` appends the points
-    /// to a list, given index, parameters and the path length before it.
+    /// to a list, given index, parameters and the path length (mm) before it. Fails if the points are too many or too far away.
     pub fn sample_motion(
         &mut self,
         parameters: impl FnOnce(usize) -> Option<Vec<f64>>,
         sample: impl FnOnce(usize, &[f64], f64, &mut Vec<PathPoint>),
     ) -> Result<(), SampleFault> {
-        let own =
-            parameters(self.segment).filter(|own| self.count + own.len() <= self.most).ok_or(SampleFault::TooMany)?;
+        let at =
+            parameters(self.segment).filter(|at| self.count + at.len() <= self.most).ok_or(SampleFault::TooMany)?;
         self.points.clear();
-        sample(self.segment, &own, self.length_mm, &mut self.points);
+        sample(self.segment, &at, self.length_mm, &mut self.points);
         if self.points.iter().any(|point| point.position_mm.amax() > MAX_COORDINATE_MM) {
             return Err(SampleFault::TooFar);
         }
@@ -166,18 +164,18 @@ pub(crate) fn end_of_segment(
     at: impl Fn(f64) -> Option<Vector3<f64>>,
 ) -> Option<usize> {
     let points = path.points();
-    let own = points[first..].iter().take_while(|point| point.source.segment == segment);
-    let next = first + own.clone().count();
-    if !own.clone().all(|point| at(point.source.parameter) == Some(point.position_mm)) {
+    let of_segment = points[first..].iter().take_while(|point| point.source.segment == segment);
+    let next = first + of_segment.clone().count();
+    if !of_segment.clone().all(|point| at(point.source.parameter) == Some(point.position_mm)) {
         return None;
     }
     let is_complete =
-        if has_points { own.last().is_some_and(|last| last.source.parameter == 1.0) } else { next == first };
+        if has_points { of_segment.last().is_some_and(|last| last.source.parameter == 1.0) } else { next == first };
     is_complete.then_some(next)
 }
 
-/// Searches for the piece that passes the most of `most` points: doubles their number, then bisects. `best` passes the first point;
-/// `attempt` returns a piece through that many points, if there is one.
+/// Searches for the piece that passes the most points, at most `most`: doubles their number, then bisects. `best` passes one point;
+/// `attempt(n)` returns a piece through the first n points, if there is one.
 pub(crate) fn longest_piece<P, E>(
     mut best: P,
     most: usize,

@@ -4,8 +4,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use thiserror::Error;
 
-/// How finely a path is split into points: chordal tolerance and longest piece, mm, and largest rotation of the tool
-/// along a piece, rad; all checked.
+/// How finely a path is split into points: chordal tolerance and longest piece, mm, and largest tool rotation along a piece, rad; checked.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sampling {
     chordal_tolerance_mm: f64,
@@ -32,8 +31,7 @@ impl Sampling {
     /// The most the tool turns along a piece unless said otherwise, rad: 2 degrees.
     pub const MAX_TURN_RAD: f64 = PI / 90.0;
 
-    /// Returns the same sampling for a path whose rows were sampled before: pieces may be longer by `share`, and the tool may turn
-    /// any angle along them.
+    /// Returns the sampling for a path that was sampled before: pieces may be longer by `share`, and the tool may turn by any angle.
     #[cfg(not(target_family = "wasm"))]
     pub(crate) fn for_sampled_points(self, share: f64) -> Self {
         Self { max_segment_mm: self.max_segment_mm * (1.0 + share), max_turn_rad: PI, ..self }
@@ -102,7 +100,7 @@ impl Sampling {
     }
 }
 
-/// Returns `ratio` rounded up, at least 1; `None` above [`Sampling::MAX_PIECES`] or if it is not finite.
+/// Returns the number of pieces for `ratio`, length over longest piece: rounded up, at least 1; `None` above [`Sampling::MAX_PIECES`].
 fn pieces(ratio: f64) -> Option<usize> {
     let count = ratio.ceil().max(1.0);
     (ratio.is_finite() && count <= Sampling::MAX_PIECES as f64).then_some(count as usize)

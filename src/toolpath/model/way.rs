@@ -22,7 +22,7 @@ pub(crate) enum MotionGeometry {
 }
 
 impl MotionGeometry {
-    /// Returns the position, mm, and the unit tangent at the share `t` from 0 to 1; the tangent is zero where unknown.
+    /// Returns the position (mm in W) and the unit tangent (zero if unknown) at the share `t` (0 to 1); `None` if the end is unknown.
     pub fn at(&self, t: f64) -> Option<(Vector3<f64>, Vector3<f64>)> {
         match self {
             MotionGeometry::Unlocated => None,
@@ -50,16 +50,16 @@ impl MotionGeometry {
 
     /// Returns into how many path pieces the motion is split, along which the tool turns by `turn_rad`; `None` for more than 20 million.
     pub fn pieces(&self, sampling: Sampling, turn_rad: f64) -> Option<usize> {
-        let of_arc = |radius: f64, sweep: f64| {
-            let of_arc = sampling.arc_pieces(radius, sweep, self.length())?;
-            Some(of_arc.max(sampling.turning_pieces(0.0, turn_rad)?))
+        let arc_pieces = |radius: f64, sweep: f64| {
+            let pieces = sampling.arc_pieces(radius, sweep, self.length())?;
+            Some(pieces.max(sampling.turning_pieces(0.0, turn_rad)?))
         };
         match self {
             MotionGeometry::Unlocated => Some(0),
             MotionGeometry::Arrival(_) => Some(1),
             MotionGeometry::Line(..) => sampling.turning_pieces(self.length(), turn_rad),
-            MotionGeometry::Arc(arc) => of_arc(arc.radius(), arc.sweep_rad()),
-            MotionGeometry::Circle(arc) => of_arc(arc.radius(), arc.sweep_rad()),
+            MotionGeometry::Arc(arc) => arc_pieces(arc.radius(), arc.sweep_rad()),
+            MotionGeometry::Circle(arc) => arc_pieces(arc.radius(), arc.sweep_rad()),
             MotionGeometry::Hole(hole) => Some(3 + sampling.line_pieces((hole.bottom - hole.clear).norm())?),
         }
     }
@@ -92,7 +92,7 @@ impl Hole {
         [Hole::OVER, Hole::CLEAR].into_iter().chain((1..=feeds).map(feed)).chain([1.0])
     }
 
-    /// Whether the tool feeds at parameter `t`.
+    /// Whether the tool moves at feed rate at the parameter `t` (0 to 1) of a hole.
     pub fn is_feeding_at(t: f64) -> bool {
         t > Hole::CLEAR && t <= Hole::BOTTOM
     }
@@ -112,10 +112,10 @@ impl Hole {
     pub fn length_to(&self, t: f64) -> f64 {
         let corners =
             [(0.0, self.start), (Hole::OVER, self.over), (Hole::CLEAR, self.clear), (Hole::BOTTOM, self.bottom)];
-        let ways = corners.iter().zip([Hole::OVER, Hole::CLEAR, Hole::BOTTOM, 1.0]);
-        let way = |((from, begins), ends): (&(f64, Vector3<f64>), f64)| {
+        let sections = corners.iter().zip([Hole::OVER, Hole::CLEAR, Hole::BOTTOM, 1.0]);
+        let length = |((from, begins), ends): (&(f64, Vector3<f64>), f64)| {
             if t <= *from { 0.0 } else { (self.at(t.min(ends)).0 - begins).norm() }
         };
-        ways.map(way).sum()
+        sections.map(length).sum()
     }
 }

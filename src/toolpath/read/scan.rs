@@ -14,7 +14,7 @@ pub struct Scan<'a> {
 }
 
 impl<'a> Scan<'a> {
-    /// The next byte, blank or not.
+    /// Returns the next byte, blank or not; `None` at the end.
     #[must_use]
     pub fn peek(&self) -> Option<u8> {
         self.line.get(self.at).copied()
@@ -31,7 +31,7 @@ impl<'a> Scan<'a> {
         self.skip_blanks().peek()
     }
 
-    /// Skips blanks and takes `byte` if it comes next. Whether it did.
+    /// Skips blanks and takes `byte` if it comes next; returns whether it did.
     pub fn takes(&mut self, byte: u8) -> bool {
         let found = self.next() == Some(byte);
         self.at += usize::from(found);
@@ -47,7 +47,7 @@ impl<'a> Scan<'a> {
         start..self.at
     }
 
-    /// The bytes that are not taken yet.
+    /// Returns the bytes that are not taken yet.
     #[must_use]
     pub fn rest(&self) -> &'a [u8] {
         &self.line[self.at..]

@@ -48,7 +48,7 @@ impl Polyline {
     ) -> Result<RewrittenPolyline, PositionsError> {
         check_corrected(path, corrected_mm, orientations)?;
         let (unit, points) = (last_place(format.mm_decimals()), path.points());
-        let turned = |k: usize| orientations.map_or(points[k].orientation, |orientations| Some(orientations[k]));
+        let tool_at = |k: usize| orientations.map_or(points[k].orientation, |orientations| Some(orientations[k]));
         let mut out = Vec::with_capacity(self.source.len());
         let (mut copied, mut next, mut pieces) = (0, 0, Vec::with_capacity(self.rows.len()));
         let mut parameters = Vec::with_capacity(points.len());
@@ -62,11 +62,11 @@ impl Polyline {
             let written: Vec<[Option<String>; 3]> =
                 (first..next).map(|k| changed_coordinates(&points[k], &corrected_mm[k], format)).collect();
             let end = position_as_written(&points[last].position_mm, &written[last - first]);
-            let stands = |t: f64, start: Option<Orientation>| Some(start?.towards(&turned(last)?, t));
-            let is_straight = |(start, stood): (Vector3<f64>, Option<Orientation>)| {
+            let between = |t: f64, start: Option<Orientation>| Some(start?.towards(&tool_at(last)?, t));
+            let is_straight = |(start, from): (Vector3<f64>, Option<Orientation>)| {
                 (first..last).all(|k| {
                     let t = points[k].source.parameter;
-                    let turn = stands(t, stood).zip(turned(k)).map_or(0.0, |(stands, wanted)| stands.angle_to(&wanted));
+                    let turn = between(t, from).zip(tool_at(k)).map_or(0.0, |(a, b)| a.angle_to(&b));
                     (start.lerp(&end, t) - corrected_mm[k]).amax() <= unit * (1.0 + 1e-6)
                         && (orientations.is_none() || turn <= WRITTEN_RAD)
                 })
@@ -78,7 +78,7 @@ impl Polyline {
                 for k in first..last {
                     let position = corrected_mm[k].map(|c| format_fixed(c, format.mm_decimals()));
                     let cells = [0, 1, 2].map(|axis| Some(position[axis].clone()));
-                    let inserted = PathPoint { orientation: turned(k), ..points[k] };
+                    let inserted = PathPoint { orientation: tool_at(k), ..points[k] };
                     out.extend(self.write_row(&self.source[row.clone()], &cells, Inserted::Point(&inserted)));
                     out.extend_from_slice(self.line_ending());
                     pieces.push(1);
@@ -87,8 +87,8 @@ impl Polyline {
             }
             pieces.push(if is_split { 1 } else { next - first });
             parameters.extend(even_parameters(pieces[pieces.len() - 1]));
-            let turns = |(own, turned): (Orientation, Orientation)| own.angle_to(&turned) > SAME_RAD;
-            let new = points[last].orientation.zip(turned(last)).filter(|pair| turns(*pair)).map(|(_, turned)| turned);
+            let turns = |(a, b): (Orientation, Orientation)| a.angle_to(&b) > SAME_RAD;
+            let new = points[last].orientation.zip(tool_at(last)).filter(|pair| turns(*pair)).map(|(_, new)| new);
             if new.is_some() || written[last - first].iter().any(Option::is_some) {
                 out.extend_from_slice(&self.source[copied..row.start]);
                 let inserted = new.map_or(Inserted::Nothing, Inserted::Orientation);
@@ -101,12 +101,12 @@ impl Polyline {
         Ok(RewrittenPolyline { bytes: out, pieces, parameters, line_ends: Vec::new(), reading: () })
     }
 
-    /// Returns the row `text` with its coordinates replaced by those given, and with the values that `inserted` has.
+    /// Returns the row `text` with its coordinates replaced where `changed` has one, and with the values that `inserted` has.
     fn write_row(&self, text: &[u8], changed: &[Option<String>; 3], inserted: Inserted<'_>) -> Vec<u8> {
         let mut reader = ReaderBuilder::new().has_headers(false).from_reader(text);
         let record = reader.byte_records().flatten().next().unwrap_or_default();
         let fields = self.columns.iter().zip(record.iter().map(without_line_endings)).map(|(column, field)| {
-            let own = match column {
+            let new_text = match column {
                 Column::Position(axis) => changed[*axis].clone(),
                 Column::ToolAxis(_) | Column::Platform(_) => inserted
                     .orientation()
@@ -121,12 +121,12 @@ impl Polyline {
                 },
                 Column::Feed | Column::Spindle | Column::Cutting => None,
             };
-            own.map_or_else(|| field.to_vec(), |number| replace_field(field, &number))
+            new_text.map_or_else(|| field.to_vec(), |number| replace_field(field, &number))
         });
         fields.collect::<Vec<_>>().join(&b","[..])
     }
 
-    /// Returns the line ending of this file.
+    /// Returns the line ending of this file, as its first line has it.
     fn line_ending(&self) -> &'static [u8] {
         match self.source.iter().position(|byte| *byte == b'\n') {
             Some(at) if at > 0 && self.source[at - 1] == b'\r' => b"\r\n",
@@ -172,9 +172,9 @@ fn changed_coordinates(point: &PathPoint, corrected: &Vector3<f64>, format: Numb
     })
 }
 
-/// Returns the position, mm, of a row of which the given coordinates are written anew.
-fn position_as_written(own: &Vector3<f64>, changed: &[Option<String>; 3]) -> Vector3<f64> {
-    Vector3::from_fn(|axis, _| changed[axis].as_ref().and_then(|number| number.parse().ok()).unwrap_or(own[axis]))
+/// Returns the position (mm in W) of a row at `original` whose coordinates are rewritten as `changed` says.
+fn position_as_written(original: &Vector3<f64>, changed: &[Option<String>; 3]) -> Vector3<f64> {
+    Vector3::from_fn(|axis, _| changed[axis].as_ref().and_then(|number| number.parse().ok()).unwrap_or(original[axis]))
 }
 
 /// Returns a CSV field without blanks and line endings at its ends if it contains a line ending (allowed when read only inside quotes, and quotes
@@ -199,14 +199,14 @@ pub fn write(path: &Toolpath, positions_mm: &[Vector3<f64>], format: NumberForma
     let points = path.points();
     let everywhere = |column: &Column| points.iter().all(|point| column_value(point, *column).is_some());
     let some_idle = points.iter().any(|point| !point.cutting);
-    let wanted = |column: &Column| match column {
+    let is_written = |column: &Column| match column {
         Column::Position(_) => true,
         Column::Cutting => some_idle,
         column => everywhere(column),
     };
     let external = path.external_axes();
-    let beside = (0..external.len()).map(Column::External);
-    let columns: Vec<Column> = Column::all().filter(wanted).chain(beside).collect();
+    let external_columns = (0..external.len()).map(Column::External);
+    let columns: Vec<Column> = Column::all().filter(is_written).chain(external_columns).collect();
     let mut rows = vec![columns.iter().map(|column| column.name(external).into_owned()).collect::<Vec<_>>()];
     for (point, position) in points.iter().zip(positions_mm) {
         let text = |column: &Column| match column {
@@ -223,7 +223,7 @@ pub fn write(path: &Toolpath, positions_mm: &[Vector3<f64>], format: NumberForma
     Ok(writer.into_inner().unwrap_or_default())
 }
 
-/// Returns an orientation's value for a column; `None` if it has none.
+/// Returns the value of `orientation` for a column of orientations; `None` if it has none.
 fn orientation_entry(orientation: &Orientation, column: Column) -> Option<f64> {
     match (column, orientation) {
         (Column::ToolAxis(axis), Orientation::ToolAxis(direction)) => Some(direction[axis]),
@@ -232,7 +232,7 @@ fn orientation_entry(orientation: &Orientation, column: Column) -> Option<f64> {
     }
 }
 
-/// Returns a point's value for a column; `None` if it has none.
+/// Returns the value of `point` for a column, in the column's unit; `None` if it has none.
 fn column_value(point: &PathPoint, column: Column) -> Option<f64> {
     match column {
         Column::Position(axis) => Some(point.position_mm[axis]),

@@ -71,7 +71,7 @@ impl Arc {
         Ok(Arc { plane, centre, radii, start_angle_rad, sweep_rad, start, end })
     }
 
-    /// Returns the position, mm, and the unit tangent at the share `t` of the arc; exactly the programmed end at 1.
+    /// Returns the position (mm in W) and the unit tangent at the share `t` (0 to 1) of the arc; exactly the programmed end at 1.
     pub fn at(&self, t: f64) -> (Vector3<f64>, Vector3<f64>) {
         let [first, second, normal] = self.plane.axes();
         let (sin, cos) = libm::sincos(self.start_angle_rad + t * self.sweep_rad);
@@ -103,13 +103,13 @@ impl Arc {
         self.radii[0].max(self.radii[1])
     }
 
-    /// Returns the angle of the arc, rad, negative for G2.
+    /// Returns the signed angle from start to end of the arc, rad, negative for G2.
     pub fn sweep_rad(&self) -> f64 {
         self.sweep_rad
     }
 }
 
-/// Returns the signed angle from start to end, rad, in the direction `turn`; a full turn if they are at the same angle.
+/// Returns the signed angle from start to end, rad, in the direction `turn`, for angles that differ by `difference_rad`; a full turn for 0.
 fn signed_sweep_rad(difference_rad: f64, turn: TurnDirection) -> f64 {
     let positive = difference_rad.rem_euclid(TAU);
     match turn {
@@ -119,8 +119,7 @@ fn signed_sweep_rad(difference_rad: f64, turn: TurnDirection) -> f64 {
     }
 }
 
-/// Checks that the radii at start and end are above 0 and equal to within what the last decimals of a program in `unit` leave, or 0.1 % up
-/// to a hundred times that.
+/// Checks that the radii (mm) at start and end are above 0 and differ by at most the rounding in `unit`, or 0.1 % up to 100 times that.
 fn check_radii([start_mm, end_mm]: [f64; 2], unit: LengthUnit) -> Result<(), ArcFault> {
     if start_mm < SAME_POINT_MM {
         return Err(ArcFault::NoRadius);
@@ -136,8 +135,8 @@ fn check_radii([start_mm, end_mm]: [f64; 2], unit: LengthUnit) -> Result<(), Arc
     Ok(())
 }
 
-/// Returns the centre of the arc of a given radius, mm: on the bisector of the chord, at √(r² − (c/2)²) from its middle; to the
-/// left of the motion for a short counter-clockwise arc. Fails if the radius is too small or the ends coincide.
+/// Returns the centre of the arc of the signed `radius`, mm: on the bisector of the chord, at √(r² − (c/2)²) from its middle; to the left
+/// of the motion for a short counter-clockwise arc. Fails if the radius is too small or the ends coincide.
 fn centre_by_radius(from: [f64; 2], to: [f64; 2], radius: f64, turn: TurnDirection) -> Result<[f64; 2], ArcFault> {
     let chord = [to[0] - from[0], to[1] - from[1]];
     let chord_mm = libm::hypot(chord[0], chord[1]);

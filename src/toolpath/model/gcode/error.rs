@@ -328,7 +328,7 @@ impl Fault {
     /// The largest coordinate followed, mm.
     pub const MAX_COORDINATE_MM: f64 = MAX_COORDINATE_MM;
 
-    /// Whether expanding the program into its moves may remove the fault.
+    /// Whether the fault may vanish when the program is expanded into its moves.
     pub fn is_solved_by_expansion(&self) -> bool {
         matches!(self, Fault::Variable | Fault::Unsupported(Unsupported::Subprogram) | Fault::Foreign(Foreign::Cycle))
     }

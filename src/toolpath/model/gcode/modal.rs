@@ -201,7 +201,7 @@ pub(crate) struct ForeignWord {
 
 impl GWord {
     /// Returns the meaning of `word`, a G word, or why it is refused.
-    pub fn of(word: &Word, dialect: Dialect) -> Result<GWord, Refusal> {
+    pub fn parse(word: &Word, dialect: Dialect) -> Result<GWord, Refusal> {
         let tenths = word.tenths().ok_or_else(|| word.refuse(Fault::Unsupported(Unsupported::UnknownG)))?;
         // Kept there, an axis stands; to Fanuc and Mach it is where axes go.
         if matches!(tenths, 281 | 301) && dialect != Dialect::LinuxCnc {
@@ -261,7 +261,7 @@ impl GWord {
         })
     }
 
-    /// Whether P and Q on the line may belong to the word.
+    /// Whether P and Q on the line may belong to this G word.
     pub fn takes_p(&self) -> bool {
         matches!(self, GWord::Dwell | GWord::PathControl | GWord::WorkOffset(None))
     }

@@ -47,8 +47,7 @@ pub(crate) struct Motion {
 }
 
 impl Motion {
-    /// Whether the motion moves the tool from or to an unknown position. A cycle that drills nothing (L0) does not move it, nor does a rotary
-    /// word with the axis's current angle.
+    /// Whether the motion moves the tool from or to an unknown position; a cycle that drills nothing and a rotary word at its angle do not.
     pub fn is_unlocated(&self) -> bool {
         let names_angles_alone =
             self.words.iter().all(|word| !matches!(word.letter, 'X' | 'Y' | 'Z' | 'I' | 'J' | 'K' | 'R'));
@@ -56,7 +55,7 @@ impl Motion {
         self.geometry == MotionGeometry::Unlocated && !(stays && self.start == self.end)
     }
 
-    /// Whether the motion is a flat arc in the program that would become helical from `start` to `end` (mm).
+    /// Whether the motion is a flat arc in the program that would rise along its normal from `start` to `end` (mm in W).
     pub fn would_be_helical(&self, start: &Vector3<f64>, end: &Vector3<f64>) -> bool {
         let normal = self.modal.plane.axes()[2];
         matches!(self.code, MotionCode::Arc(_))
@@ -70,7 +69,7 @@ impl Motion {
         match (self.geometry, self.code) {
             (MotionGeometry::Unlocated, _) => Some(0),
             (_, MotionCode::Rapid) => Some(1),
-            (way, _) => way.pieces(sampling, self.turn_bound_rad(rotary)),
+            (geometry, _) => geometry.pieces(sampling, self.turn_bound_rad(rotary)),
         }
     }
 
@@ -99,8 +98,8 @@ impl Motion {
         ['A', 'B', 'C'].map(turned).iter().sum()
     }
 
-    /// Returns the tip position in W, mm, and the unit tangent at the share `t` (0 to 1), whether X, Y, Z are those of tip or head;
-    /// `None` if it is unknown.
+    /// Returns the tip position (mm in W) and the unit tangent at the share `t` (0 to 1), whether X, Y, Z are of tip or head; `None` if
+    /// unknown.
     pub fn at(&self, t: f64, rotary: &Rotary) -> Option<(Vector3<f64>, Vector3<f64>)> {
         let (position, tangent) = self.geometry.at(t)?;
         if !self.turning.displaces_tip() {
@@ -114,8 +113,8 @@ impl Motion {
         Some((tip(t)?, tangent))
     }
 
-    /// Appends the motion's path points at `parameters` (0 to 1) to `points`; `segment` is its index in the program and `before_mm`
-    /// the path length before it.
+    /// Appends the path points at `parameters` (0 to 1) to `points`; `segment` is the motion's index, `before_mm` the path length before
+    /// it.
     pub fn sample(
         &self,
         segment: usize,
@@ -128,8 +127,8 @@ impl Motion {
         let is_moved = self.turning.displaces_tip()
             && self.turning.turns()
             && !matches!(self.geometry, MotionGeometry::Arrival(_));
-        let mut passed = self.at(0.0, rotary).filter(|_| is_moved).map(|(begin, _)| (begin, 0.0));
-        let mut length_to = |parameter: f64| match (&mut passed, &self.geometry) {
+        let mut tip_passed = self.at(0.0, rotary).filter(|_| is_moved).map(|(begin, _)| (begin, 0.0));
+        let mut length_to = |parameter: f64| match (&mut tip_passed, &self.geometry) {
             (Some((before, length)), _) => {
                 let here = self.at(parameter, rotary).map_or(*before, |(position, _)| position);
                 *length += (here - std::mem::replace(before, here)).norm();
@@ -140,7 +139,7 @@ impl Motion {
         };
         let lengths: Vec<f64> = parameters.iter().map(|parameter| length_to(*parameter)).collect();
         let length = lengths.last().copied().filter(|_| is_moved).unwrap_or_else(|| self.geometry.length());
-        for (&parameter, so_far) in parameters.iter().zip(lengths) {
+        for (&parameter, length_so_far) in parameters.iter().zip(lengths) {
             let Some((position_mm, tangent)) = self.at(parameter, rotary) else {
                 return;
             };
@@ -153,7 +152,7 @@ impl Motion {
                 orientation: (!rotary.is_empty())
                     .then(|| Orientation::ToolAxis(rotary.tool_axis(&self.turning.at(parameter)))),
                 tangent,
-                arc_length_mm: before_mm + so_far,
+                arc_length_mm: before_mm + length_so_far,
                 cutting,
                 feed_mm_per_min: self.modal.feed_mm_per_min(length).filter(|_| cutting),
                 spindle_rev_per_min: self.modal.spindle_rev_per_min(),

@@ -24,7 +24,7 @@ pub struct GcodeOptions {
     pub work_offsets_mm: BTreeMap<WorkOffset, Vector3<f64>>,
     /// What becomes of lines with a leading `/`.
     pub block_delete: BlockDelete,
-    /// The dialect the program is in; `None` is what its text shows ([`Dialect::of`]).
+    /// The dialect the program is in; `None` is what its text shows ([`Dialect::detect`]).
     pub dialect: Option<Dialect>,
     /// The meaning of I, J and K before the first G90.1 or G91.1.
     pub arc_centres: ArcCentres,

@@ -79,7 +79,7 @@ impl Unsupported {
     pub(crate) fn for_m_word(word: &Word, words: &[Word], dialect: Dialect) -> Option<Unsupported> {
         let has_p = || words.iter().any(|word| word.letter == 'P');
         let is_other_to = |dialects: &[Dialect]| dialects.contains(&dialect);
-        let of_builder = is_other_to(&[Dialect::Fanuc, Dialect::Haas]);
+        let is_builder_function = is_other_to(&[Dialect::Fanuc, Dialect::Haas]);
         match word.whole_number().ok()? {
             97..=99 | 198 => Some(Unsupported::Subprogram),
             21..=23 if !is_other_to(&[Dialect::Haas, Dialect::Sinumerik, Dialect::Heidenhain]) => {
@@ -89,9 +89,9 @@ impl Unsupported {
             46 if has_p() => Some(Unsupported::Jump),
             96 => Some(Unsupported::Jump),
             109 if has_p() => Some(Unsupported::Asked),
-            47 if !of_builder => Some(Unsupported::Again),
-            128 | 129 | 428..=430 if !of_builder => Some(Unsupported::TipFunction),
-            206 | 218 | 290 if !of_builder => Some(Unsupported::MovedZero),
+            47 if !is_builder_function => Some(Unsupported::Again),
+            128 | 129 | 428..=430 if !is_builder_function => Some(Unsupported::TipFunction),
+            206 | 218 | 290 if !is_builder_function => Some(Unsupported::MovedZero),
             _ => None,
         }
     }

@@ -99,10 +99,10 @@ impl Rotary {
         self.axes.iter().find(turned).map(|axis| axis.letter)
     }
 
-    /// Returns the displacement that the axes of one side (tool or workpiece) give at `angles` (degrees), relative to all at 0; mm.
-    fn displacement(&self, turned: RotarySide, angles: &Angles) -> Pose {
-        let own = self.axes.iter().filter(|axis| axis.turns == turned);
-        own.fold(Pose::identity(), |so_far, axis| {
+    /// Returns the displacement (mm in W) that the axes of one side, tool or workpiece, give at `angles` (degrees), relative to all at 0.
+    fn displacement(&self, side: RotarySide, angles: &Angles) -> Pose {
+        let axes = self.axes.iter().filter(|axis| axis.turns == side);
+        axes.fold(Pose::identity(), |so_far, axis| {
             let rotation = rotation_exp(axis.about * angles[axis_index(axis.letter)].to_radians());
             let through = axis.through_mm.unwrap_or_default();
             so_far.compose(&Pose { rotation, translation: through - rotation * through })
@@ -116,25 +116,25 @@ impl Rotary {
         table.rotation.tr_mul(&(head.rotation * Vector3::z())).normalize()
     }
 
-    /// Solves for the angles (degrees) near `near` at which the tool axis is `wanted`, a unit vector in W. Near a pole, where an axis turns
-    /// the tool about itself, the part of the change that only that axis could make is left out.
-    pub(crate) fn angles_for(&self, wanted: &Vector3<f64>, near: &Angles) -> Angles {
+    /// Solves for the angles (degrees) near `near` at which the tool axis is `target_axis`, a unit vector in W. Near a pole, where an axis
+    /// turns the tool about itself, the part of the change that only that axis could make is left out.
+    pub(crate) fn angles_for(&self, target_axis: &Vector3<f64>, near: &Angles) -> Angles {
         let mut angles = *near;
         for _ in 0..MOST_STEPS {
-            let off = wanted - self.tool_axis(&angles);
-            if off.norm() <= SAME {
+            let error = target_axis - self.tool_axis(&angles);
+            if error.norm() <= SAME {
                 break;
             }
             let slope = |axis: usize| {
-                let at = |turn: f64| {
+                let axis_at = |turn: f64| {
                     let mut angles = angles;
                     angles[axis] += turn.to_degrees();
                     self.tool_axis(&angles)
                 };
-                (at(SMALL_RAD) - at(-SMALL_RAD)) / (2.0 * SMALL_RAD)
+                (axis_at(SMALL_RAD) - axis_at(-SMALL_RAD)) / (2.0 * SMALL_RAD)
             };
             let slopes = Matrix3::from_columns(&[slope(0), slope(1), slope(2)]);
-            let Ok(step) = slopes.svd(true, true).solve(&off, POLE) else { break };
+            let Ok(step) = slopes.svd(true, true).solve(&error, POLE) else { break };
             (0..3).for_each(|axis| angles[axis] += step[axis].to_degrees());
         }
         angles
@@ -147,14 +147,14 @@ impl Rotary {
         table.inverse().transform(machine + head.translation)
     }
 
-    /// Converts head coordinates to tip coordinates (`to_tip`) or back, mm; all unknown where the position or an axis is unknown.
+    /// Converts head coordinates to tip coordinates (`to_tip`) or back, mm, at `angles` (degrees); unknown where an axis is.
     pub(crate) fn convert_position(&self, position: PartialPosition, angles: &Angles, to_tip: bool) -> PartialPosition {
         if !FOLLOWED || *angles == [0.0; 3] {
             return position;
         }
-        let here = located(position).filter(|_| self.first_unlocated_axis(angles).is_none());
-        let there = here.map(|at| if to_tip { self.tip_position(at, angles) } else { self.head_position(at, angles) });
-        there.map_or([None; 3], |at| [Some(at.x), Some(at.y), Some(at.z)])
+        let old = located(position).filter(|_| self.first_unlocated_axis(angles).is_none());
+        let new = old.map(|at| if to_tip { self.tip_position(at, angles) } else { self.head_position(at, angles) });
+        new.map_or([None; 3], |at| [Some(at.x), Some(at.y), Some(at.z)])
     }
 
     /// Returns the programmed head position, mm, for a tool tip at `tip` in W (mm) and `angles` (degrees).

@@ -30,7 +30,7 @@ impl Word {
         Word { letter, value, span, around: [1, 0], distance: None, meaning: None }
     }
 
-    /// Returns the bytes of the number in its line.
+    /// Returns the range of bytes of the number in its line.
     pub fn number(&self) -> Range<usize> {
         self.span.start + usize::from(self.around[0])..self.span.end - usize::from(self.around[1])
     }

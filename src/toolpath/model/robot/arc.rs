@@ -18,8 +18,7 @@ pub struct Arc {
 }
 
 impl Arc {
-    /// Creates the arc from `start` through `via` to `end`, mm, or over the angle `sweep_rad` if it is given; `None` where the three points
-    /// define no circle.
+    /// Creates the arc from `start` through `via` to `end` (mm), or over the angle `sweep_rad`; `None` if the points define no circle.
     #[must_use]
     pub fn through([start, via, end]: [Vector3<f64>; 3], sweep_rad: Option<f64>) -> Option<Arc> {
         let (a, b) = (via - start, end - start);
@@ -58,7 +57,7 @@ impl Arc {
         self.sweep_rad
     }
 
-    /// Returns the position, mm, and the unit tangent at the share `t` of the arc, from 0 to 1.
+    /// Returns the position (mm) and the unit tangent at the share `t` (0 to 1) of the arc, in the frame of its points.
     #[must_use]
     pub fn at(&self, t: f64) -> (Vector3<f64>, Vector3<f64>) {
         let turned = rotation_exp(self.axis * (self.sweep_rad * t)) * (self.start - self.centre);

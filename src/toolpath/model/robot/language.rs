@@ -20,7 +20,7 @@ pub enum Language {
 impl Language {
     /// Detects the language by the file's extension and, for `mod` and `prg`, by its first words; `None` if it is no robot or APT program.
     #[must_use]
-    pub fn of(file: &Path, bytes: &[u8]) -> Option<Language> {
+    pub fn detect(file: &Path, bytes: &[u8]) -> Option<Language> {
         let extension = file.extension()?.to_string_lossy().to_ascii_lowercase();
         match extension.as_str() {
             "src" => Some(Language::Krl),
@@ -54,7 +54,7 @@ impl Language {
     }
 }
 
-/// Iterates over the first word of each line, in capitals.
+/// Iterates over the first word of each line of a file, in capitals.
 fn first_words(bytes: &[u8]) -> impl Iterator<Item = String> {
     bytes.split(|byte| matches!(byte, b'\n' | b'\r')).map(|line| {
         let line = line.trim_ascii_start();

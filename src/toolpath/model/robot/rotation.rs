@@ -34,7 +34,7 @@ pub fn abc_of_rotation(rotation: &UnitQuaternion<f64>, c_deg: f64) -> [f64; 3] {
     [wrap_to_180_deg(a.to_degrees()), b.to_degrees(), wrap_to_180_deg(c.to_degrees())]
 }
 
-/// Returns the same angle within ±180 degrees.
+/// Returns the angle `degrees` less the full turns that bring it within ±180 degrees.
 fn wrap_to_180_deg(degrees: f64) -> f64 {
     degrees - 360.0 * (degrees / 360.0).round()
 }
@@ -57,11 +57,11 @@ pub(crate) fn tool_orientation(
         Language::Krl => {
             let [Some(_), Some(_), Some(_), _] = numbers else {
                 let Some(Orientation::Platform(platform)) = before else { return Ok(None) };
-                let own = abc_of_rotation(&tool_frame_in_base(&platform, frames), 0.0);
-                if libm::cos(own[1].to_radians()).abs() < NEARLY_UPRIGHT {
+                let abc_before = abc_of_rotation(&tool_frame_in_base(&platform, frames), 0.0);
+                if libm::cos(abc_before[1].to_radians()).abs() < NEARLY_UPRIGHT {
                     return Err(RobotFault::PartOfOrientation);
                 }
-                let abc = std::array::from_fn(|entry| numbers[entry].unwrap_or(own[entry]));
+                let abc = std::array::from_fn(|entry| numbers[entry].unwrap_or(abc_before[entry]));
                 return Ok(Some(Orientation::Platform(
                     frames.base.rotation * rotation_of_abc(abc) * frames.tool.inverse(),
                 )));
@@ -94,10 +94,10 @@ fn tool_frame_in_base(platform: &UnitQuaternion<f64>, frames: &Frames) -> UnitQu
     frames.base.rotation.inverse() * platform * frames.tool
 }
 
-/// Returns the rotation components to write for `orientation` (W): A, B, C in degrees, a quaternion, or i, j, k; of equivalent ones,
-/// those nearest to the components of `own`. Empty where the language cannot say it.
-pub(crate) fn rotation_parts(language: Language, orientation: &Orientation, frames: &Frames, own: &Target) -> Vec<f64> {
-    let number = |entry| own.number(Component::Rotation(entry)).unwrap_or_default();
+/// Returns the rotation components to write for `orientation` (W): A, B, C in degrees, a quaternion, or i, j, k; of equivalent ones those
+/// nearest to the components of `old`. Empty where the language cannot say it.
+pub(crate) fn rotation_parts(language: Language, orientation: &Orientation, frames: &Frames, old: &Target) -> Vec<f64> {
+    let number = |entry| old.number(Component::Rotation(entry)).unwrap_or_default();
     match (language, orientation) {
         (Language::Krl, Orientation::Platform(platform)) => {
             abc_of_rotation(&tool_frame_in_base(platform, frames), number(2)).to_vec()

@@ -26,7 +26,7 @@ impl Program {
         self.lines.len()
     }
 
-    /// Gives `take` the lines and arcs at feed rate; holes of cycles are left out. `Err` if the program cannot be followed.
+    /// Passes the lines and arcs at feed rate to `take`, in order; holes of cycles are left out. `Err` if the program cannot be followed.
     pub fn each_move(&self, mut take: impl FnMut(Move)) -> Result<(), GcodeError> {
         // The direction in which the move before ends; zero where that is not driven with the feed.
         let mut arrival = Vector3::zeros();
@@ -45,7 +45,7 @@ impl Program {
     }
 }
 
-/// Duration of `motion`, and its angle to the direction `arrival` (zero if there is none) of the move before.
+/// Returns the duration of `motion` (s), and its angle (rad) to `arrival`, the direction in which the move before ends (zero if none).
 fn fed_move(motion: &Motion, arrival: &Vector3<f64>) -> Move {
     let length = motion.geometry.length();
     let feed = motion.modal.feed_mm_per_min(length).filter(|feed| *feed > 0.0 && length > 0.0);

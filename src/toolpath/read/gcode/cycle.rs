@@ -26,7 +26,7 @@ pub(crate) struct Cycle {
 const MOST_REPEATS: u32 = 10_000;
 
 impl Interpreter {
-    /// The holes that a line makes with the cycle in force.
+    /// Drills with the cycle in force: returns the motions of line `line` (from 1), one for each hole. `Err` for what cannot be drilled.
     pub(crate) fn drill(&mut self, line: usize, request: &Request) -> Result<Vec<Motion>, Refusal> {
         let MotionCode::Cycle(number) = self.modal.motion.unwrap_or(MotionCode::Rapid) else { return Ok(Vec::new()) };
         let axes = request.axis_words();
@@ -107,7 +107,7 @@ impl Interpreter {
         Ok(motions)
     }
 
-    /// A motion of the cycle from `start` to `end`, an error of which is located at `blame`.
+    /// Creates the motion of the cycle from `start` to `end`; `blame` is the word to which errors point.
     fn cycle_motion(
         &self,
         line: usize,
@@ -134,7 +134,7 @@ impl Interpreter {
     }
 }
 
-/// Number of repetitions of the line: L, or K unless it is a peck.
+/// Returns the number of repetitions of the line: L, or K unless it is a peck; 1 without them.
 fn repeat_count(request: &Request) -> Result<u32, Refusal> {
     let is_peck = request.find_word('I').is_some() || request.find_word('J').is_some();
     let word = request.find_word('L').or_else(|| request.find_word('K').filter(|_| !is_peck));

@@ -14,7 +14,7 @@ use crate::toolpath::{
 };
 
 impl Interpreter {
-    /// The motion of a line with a coordinate, an angle of a followed axis or, for arcs, a centre; it may have no length.
+    /// Returns the motion of a line with a coordinate, an angle of a followed axis or, for arcs, a centre, and updates the position.
     pub(crate) fn motion(&mut self, line: usize, request: &Request) -> Result<Option<Motion>, Refusal> {
         let axes = request.axis_words();
         let is_arc = matches!(self.modal.motion, Some(MotionCode::Arc(_)));
@@ -65,7 +65,7 @@ impl Interpreter {
         Ok(Some(Motion { line, modal, code, origin, start, end, turning, centre, geometry, words: Vec::new(), span }))
     }
 
-    /// The position, mm in W, that the coordinates of the line lead to.
+    /// Returns the position (mm in W) that the axis words X, Y, Z of the line lead to, with the zero at `origin`.
     pub(crate) fn end_point(&self, axes: [Option<&Word>; 3], origin: Vector3<f64>) -> Result<PartialPosition, Refusal> {
         let mut end = self.position;
         for (axis, word) in axes.into_iter().enumerate() {
@@ -83,7 +83,7 @@ impl Interpreter {
         Ok(end)
     }
 
-    /// Centre or radius of an arc by its words, mm.
+    /// Returns the centre or radius of an arc by the words of its line, mm; errors without a word of their own point to `blame`.
     fn centre(&self, request: &Request, origin: Vector3<f64>, blame: &Word) -> Result<Centre, Refusal> {
         let [first, second, normal] = self.modal.plane.axes();
         let (plane, expected) = plane_names(self.modal.plane);
@@ -120,7 +120,7 @@ impl Interpreter {
         }
     }
 
-    /// Way of the motion. A straight move may start at an unknown position; an arc from there is unknown too.
+    /// Returns the geometry from `start` to `end`. A straight move may start at an unknown position; an arc from there is unknown too.
     fn geometry(
         &self,
         code: MotionCode,
@@ -132,7 +132,7 @@ impl Interpreter {
         match (located(start), located(end), code) {
             (None, Some(end), MotionCode::Rapid | MotionCode::Line) => Ok(MotionGeometry::Arrival(end)),
             (Some(start), Some(end), _) => {
-                route(code, self.modal, start, end, centre).map_err(|fault| blame.refuse(Fault::Arc(fault)))
+                motion_geometry(code, self.modal, start, end, centre).map_err(|fault| blame.refuse(Fault::Arc(fault)))
             }
             _ => Ok(MotionGeometry::Unlocated),
         }
@@ -147,8 +147,8 @@ impl Interpreter {
     }
 }
 
-/// Way from `start` to `end` (mm): a straight line, or an arc about the centre.
-pub(crate) fn route(
+/// Returns the geometry from `start` to `end` (mm in W): a straight line, or an arc about `centre`. `Err` if there is no such arc.
+pub(crate) fn motion_geometry(
     code: MotionCode,
     modal: ModalState,
     start: Vector3<f64>,
@@ -163,7 +163,7 @@ pub(crate) fn route(
     }
 }
 
-/// G word of a plane, and its two centre words.
+/// Returns the G word of a plane, and its two centre words, for messages.
 fn plane_names(plane: Plane) -> (&'static str, &'static str) {
     match plane {
         Plane::Xy => ("G17", "I and J"),

@@ -74,7 +74,7 @@ pub(crate) struct ZeroSetting {
 }
 
 impl Interpreter {
-    /// Starts before the first line.
+    /// Starts in the state that `options` and `dialect` give, before the first line.
     pub fn new(options: &GcodeOptions, dialect: Dialect) -> Interpreter {
         let unit = options.unit.unwrap_or_default();
         let centres = if dialect.is_iso() { options.arc_centres.into() } else { Distance::Incremental };
@@ -105,7 +105,7 @@ impl Interpreter {
         }
     }
 
-    /// Ends the program in line `number`, unless it has ended.
+    /// Marks line `number` (from 1) as the end of the program, unless it has ended.
     pub fn set_end(&mut self, number: usize) {
         self.ended_in.get_or_insert(number);
     }
@@ -121,7 +121,7 @@ impl Interpreter {
             let moving = words.iter().find(|word| may_move(word));
             return moving.map_or(Ok(Effect::default()), |word| Err(word.refuse(Fault::AfterEnd { end })));
         }
-        let request = Request::of(effective_words(&words), self.dialect)?;
+        let request = Request::from_words(effective_words(&words), self.dialect)?;
         self.check_program_number(&request)?;
         self.save_or_restore_modes(&request)?;
         self.apply_modal(&request)?;
@@ -160,16 +160,16 @@ impl Interpreter {
         Ok(effect)
     }
 
-    /// Follows M70 to M73 in a main program, where M73 acts as M70.
+    /// Saves or restores modes by M70 to M73 in a main program, where M73 acts as M70.
     fn save_or_restore_modes(&mut self, request: &Request) -> Result<(), Refusal> {
         let Some((word, code)) = request.mode_word else { return Ok(()) };
         match code {
             71 => self.saved_modes = None,
             72 => {
-                let (kept, offset) = self.saved_modes.ok_or_else(|| word.refuse(Fault::NothingKept))?;
-                self.set_tip_control(kept.tip_control);
+                let (saved, offset) = self.saved_modes.ok_or_else(|| word.refuse(Fault::NothingKept))?;
+                self.set_tip_control(saved.tip_control);
                 let ModalState { motion, tool, feature, .. } = self.modal;
-                self.modal = ModalState { motion, tool, feature, ..kept };
+                self.modal = ModalState { motion, tool, feature, ..saved };
                 self.offsets.activate(offset);
             }
             _ => self.saved_modes = Some((self.modal, self.offsets.active_offset())),
@@ -195,7 +195,7 @@ impl Interpreter {
             self.modal.motion = match self.modal.motion {
                 _ if self.dialect == Dialect::LinuxCnc => None,
                 Some(MotionCode::Cycle(_)) => self.motion_before_cycle,
-                own => own,
+                motion => motion,
             };
             self.cycle = None;
         }
@@ -254,12 +254,12 @@ impl Interpreter {
         Ok(())
     }
 
-    /// Makes the next line the begin of `feature`.
+    /// Makes the next line the first one of `feature` (an index).
     pub fn begin_feature(&mut self, feature: u16) {
         self.next_feature = Some(feature);
     }
 
-    /// Updates the tool in the spindle and the feature of the line.
+    /// Updates the tool in the spindle by T and M6, and the feature of the line.
     fn update_tool(&mut self, request: &Request) -> Result<(), Refusal> {
         if let Some(word) = request.find_word('T') {
             self.selected = Some(word.whole_number()?);
@@ -275,12 +275,12 @@ impl Interpreter {
         Ok(())
     }
 
-    /// Zero of the coordinates in force, mm in W; an error is located at `word`.
+    /// Returns the zero of the coordinates in force, mm in W; if it is unknown, the error points to `word`.
     pub(crate) fn origin(&mut self, word: &Word) -> Result<Vector3<f64>, Refusal> {
         self.offsets.origin().map_err(|fault| word.refuse(fault))
     }
 
-    /// Makes the position unknown after a move outside the workpiece frame (G28, G30, G53), which stays as written.
+    /// Makes the position unknown after a move outside the workpiece frame (G28, G30, G53) in line `number`, which stays as written.
     fn leave_frame(&mut self, number: usize, request: &Request) -> Result<(), Refusal> {
         let axes = request.axis_words();
         request.refuse_arc_words()?;
@@ -296,7 +296,7 @@ impl Interpreter {
         Ok(())
     }
 
-    /// Makes the position along `axes` unknown after line `number`.
+    /// Makes the position unknown along the axes for which `axes` is true, after line `number`.
     pub fn forget_position(&mut self, number: usize, axes: [bool; 3]) {
         for (axis, _) in axes.into_iter().enumerate().filter(|(_, lost)| *lost) {
             self.position[axis] = None;
@@ -304,7 +304,7 @@ impl Interpreter {
         }
     }
 
-    /// The words " after line 12" if a line made the position unknown, else nothing.
+    /// Returns " after line 12" if a line made the position unknown, else nothing.
     pub(crate) fn lost_since(&self) -> String {
         self.position_lost_in.map_or_else(String::new, |line| format!(" after line {line}"))
     }
@@ -325,7 +325,7 @@ impl Interpreter {
     }
 }
 
-/// The work offset that `word` and its P select.
+/// Returns the work offset that a G word selects: `offset`, or for G54.1 that of its P.
 fn work_offset(word: &Word, offset: Option<WorkOffset>, request: &Request) -> Result<WorkOffset, Refusal> {
     if let Some(offset) = offset {
         return Ok(offset);
@@ -339,7 +339,7 @@ fn may_move(word: &Word) -> bool {
     matches!(word.letter, 'X' | 'Y' | 'Z' | 'I' | 'J' | 'K') || (word.letter == 'M' && word.value == 98.0)
 }
 
-/// Value of an F or S word within its range.
+/// Returns the value of an F or S word; `Err` if it is below 0 or above 1e9.
 fn checked_speed(word: &Word, expected: &'static str) -> Result<f64, Refusal> {
     if (0.0..=1e9).contains(&word.value) { Ok(word.value) } else { Err(word.refuse(Fault::Speed { expected })) }
 }

@@ -4,12 +4,12 @@
 
 use crate::toolpath::model::gcode::{Fault, Refusal, Word};
 
-/// Words of `text`, a line with comments and tabs blanked out, in order.
+/// Splits `text`, a line with comments and tabs blanked out, into words; `Err` says what is wrong.
 pub(crate) fn words(text: &str) -> Result<Vec<Word>, Refusal> {
     plain_words(text, Fault::MAX_DIGITS).map_or_else(|| spaced_words(text), Ok)
 }
 
-/// Words of a line of letters directly followed by numbers of at most `longest` bytes; `None` if it has anything else.
+/// Splits a line of letters directly followed by numbers of at most `longest` bytes into words; `None` if it has anything else.
 fn plain_words(text: &str, longest: usize) -> Option<Vec<Word>> {
     let bytes = text.as_bytes();
     let mut words = Vec::with_capacity(8);
@@ -40,7 +40,7 @@ fn is_exponent(bytes: &[u8], at: usize) -> bool {
     matches!(bytes[at], b'E' | b'e') && at > 0 && is_number(bytes[at - 1])
 }
 
-/// Words of `text`, where blanks may part letters from their numbers. `Err` says what is wrong.
+/// Splits `text` into words, where blanks may part letters from their numbers; `Err` says what is wrong.
 fn spaced_words(text: &str) -> Result<Vec<Word>, Refusal> {
     check_signs_and_digits(text)?;
     if let Some(at) = (0..text.len()).find(|at| is_exponent(text.as_bytes(), *at)) {
@@ -56,7 +56,7 @@ fn spaced_words(text: &str) -> Result<Vec<Word>, Refusal> {
     Ok(words)
 }
 
-/// `text` with letters moved to their numbers over blanks (`X 10`), and the moves (from, to).
+/// Returns `text` with letters moved over blanks to their numbers (`X 10`), and the moves: byte before and after.
 fn join_words(text: &str) -> (String, Vec<(usize, usize)>) {
     let mut bytes = text.as_bytes().to_vec();
     let mut moved = Vec::new();
@@ -89,7 +89,7 @@ fn check_signs_and_digits(text: &str) -> Result<(), Refusal> {
     Ok(())
 }
 
-/// Refusal of the worst part of `text` between blanks, the first one if several are as bad.
+/// Returns the refusal of the worst part of `text` between blanks, the first one if several are as bad.
 fn words_refusal(text: &str) -> Refusal {
     let mut at = 0;
     let parts = text.split(' ').map(|part| {
@@ -101,7 +101,7 @@ fn words_refusal(text: &str) -> Refusal {
     word_refusal(text, worst.map_or(0, |(_, start)| start))
 }
 
-/// Rank of the fault in text without blanks: 0 no words, 1 no number behind the last letter, 2 several letters before a number.
+/// Ranks the fault in text without blanks: 0 no words, 1 no number behind the last letter, 2 several letters before a number.
 fn fault_rank(mut rest: &str) -> Option<u8> {
     let mut found = None;
     while !rest.is_empty() {
@@ -122,14 +122,14 @@ fn fault_rank(mut rest: &str) -> Option<u8> {
     found
 }
 
-/// Refusal of the text around `at`, up to the next blanks.
+/// Returns the refusal of the text around byte `at`, up to the blanks on both sides.
 fn word_refusal(text: &str, at: usize) -> Refusal {
     let start = text[..at].rfind(' ').map_or(0, |p| p + 1);
     let end = text[at..].find(' ').map_or(text.len(), |p| at + p);
     Refusal::new(start..end, likely_fault(text, start))
 }
 
-/// The fault that text which is no word most likely is: a macro, another language, or none of these.
+/// Returns the most likely fault of the text at byte `start`, which is no word: a macro, another language, or none of these.
 fn likely_fault(text: &str, start: usize) -> Fault {
     const MACRO: [&str; 24] = [
         "IF",

@@ -13,7 +13,7 @@ pub(crate) struct Lines {
 
 impl Lines {
     /// Splits `source` at its line endings.
-    pub fn of(source: &[u8]) -> Lines {
+    pub fn split(source: &[u8]) -> Lines {
         let mut ends = Vec::new();
         let mut start = 0;
         while start < source.len() {
@@ -37,13 +37,13 @@ impl Lines {
         self.ends.len()
     }
 
-    /// Range of line `index` (from 0) without its ending.
+    /// Returns the range of line `index` (from 0) without its ending.
     pub fn content(&self, index: usize) -> Range<usize> {
         let start = index.checked_sub(1).map_or(0, |before| self.ends[before][1]);
         start..self.ends[index][0]
     }
 
-    /// Range of the ending of line `index`: one of `\n`, `\r\n`, `\r\r\n` and `\r`, or nothing at the end of the file.
+    /// Returns the range of the ending of line `index`: one of `\n`, `\r\n`, `\r\r\n` and `\r`, or nothing at the end of the file.
     pub fn ending(&self, index: usize) -> Range<usize> {
         let [content, ending] = self.ends[index];
         content..ending
@@ -68,8 +68,8 @@ pub(crate) enum Code {
     },
 }
 
-/// Blanks out comments and the block-delete mark, each word in its place. `Err` if the rest holds what no word has.
-pub(crate) fn code(line: &[u8]) -> Result<Code, Refusal> {
+/// Parses a line of ISO code: blanks out comments and the block-delete mark, words stay in place. `Err` for what no word has.
+pub(crate) fn parse_code(line: &[u8]) -> Result<Code, Refusal> {
     let mut text = String::with_capacity(line.len());
     match line.get(blank_len(line)) {
         Some(b'%') => return Ok(Code::Percent),
@@ -103,7 +103,7 @@ pub(crate) fn code(line: &[u8]) -> Result<Code, Refusal> {
     Ok(Code::Words { text, prefix })
 }
 
-/// Length of the word at `at` if it is `,K80` behind G61.1, which says how much of the feed is kept at corners; else 0.
+/// Returns the length of the word at byte `at` if it is `,K80` behind G61.1, which says how much of the feed is kept at corners; else 0.
 fn corner_rate_length(line: &[u8], at: usize) -> usize {
     let digits = line.get(at + 2..).map_or(0, |rest| rest.iter().take_while(|byte| byte.is_ascii_digit()).count());
     let is_exact = line[..at].windows(5).any(|word| word.eq_ignore_ascii_case(b"G61.1"));
@@ -120,7 +120,7 @@ pub(crate) fn prefix_len(line: &[u8]) -> usize {
     blanks + 1 + usize::from(line.get(blanks + 1).is_some_and(u8::is_ascii_digit))
 }
 
-/// Index at which the text of a message (M117, M118) begins, if the line has one.
+/// Returns the index at which the text of a message (M117, M118) begins; `None` if the line has none.
 fn message_start(line: &[u8], prefix: usize) -> Option<usize> {
     let digits = |from: usize| line[from..].iter().take_while(|b| b.is_ascii_digit()).count();
     let skip = |from: usize| from + line[from..].iter().take_while(|b| is_blank(**b)).count();
@@ -156,7 +156,7 @@ pub(crate) fn is_blank(byte: u8) -> bool {
     matches!(byte, b' ' | b'\t' | 0 | 0x0b | 0x0c | 0x11..=0x14 | 0x1a)
 }
 
-/// Length of the comment that opens at `at`: up to the first closing parenthesis, and those that close nested comments.
+/// Returns the length of the comment that opens at byte `at`: up to the first closing parenthesis, and those that close nested comments.
 pub(crate) fn comment_length(line: &[u8], at: usize) -> Result<usize, Refusal> {
     let rest = &line[at..];
     let Some(close) = rest.iter().position(|&b| b == b')') else {
@@ -173,7 +173,7 @@ pub(crate) fn comment_length(line: &[u8], at: usize) -> Result<usize, Refusal> {
     Ok(length)
 }
 
-/// Refusal of the byte at `at`, which cannot be code, and the text around it.
+/// Returns the refusal of the byte at `at`, which cannot be code, and of the text around it.
 fn unexpected_byte(line: &[u8], at: usize) -> Refusal {
     let fault = match line[at] {
         // `X=10` is Sinumerik's; in a macro, what is assigned has a `#`.

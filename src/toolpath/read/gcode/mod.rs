@@ -69,7 +69,7 @@ impl Program {
             Ok(dialect) => dialect,
             Err(refused) => return Err(Box::new((refused, source))),
         };
-        let lines = Lines::of(&source);
+        let lines = Lines::split(&source);
         let mut program = Program {
             name: name.to_owned(),
             options: GcodeOptions { dialect: Some(dialect), ..options.clone() },
@@ -161,13 +161,13 @@ impl Program {
         self.own_format
     }
 
-    /// The path in the workpiece frame W: the ends of the pieces into which `sampling` splits the motions, without the program's start. `Err`
-    /// if it would have more than [`Sampling::MAX_POINTS`] points, or an arc leaves the range of coordinates.
+    /// Returns the path in the workpiece frame W: the ends of the pieces into which `sampling` splits the motions, without the program's
+    /// start. `Err` if it would have more than [`Sampling::MAX_POINTS`] points, or an arc leaves the range of coordinates.
     pub fn toolpath(&self, sampling: Sampling) -> Result<Toolpath, GcodeError> {
         self.toolpath_up_to(sampling, Sampling::MAX_POINTS)
     }
 
-    /// The path as by [`Program::toolpath`], with at most `most` points (up to [`Program::MAX_POINTS`]); `Err` if it would have more.
+    /// Returns the path as [`Program::toolpath`] does, with at most `most` points (up to [`Program::MAX_POINTS`]); `Err` if it has more.
     pub fn toolpath_up_to(&self, sampling: Sampling, most: usize) -> Result<Toolpath, GcodeError> {
         let mut points = Vec::with_capacity(self.motions.len());
         let parameters = |_, motion: &Motion| Some(motion.parameters(motion.pieces(sampling, &self.options.rotary)?));
@@ -175,7 +175,7 @@ impl Program {
         Ok(Toolpath::assemble(points).with_external_axes(&program::Program::external_axes(self)))
     }
 
-    /// Rotary drives whose positions the path commands; none if the program names no rotary axis.
+    /// Returns the rotary drives whose positions the path commands; none if the program names no rotary axis.
     pub(crate) fn commanded_rotary(&self) -> &[RotaryColumn] {
         let columns = &self.options.rotary_columns;
         let is_given = self.notes.names_rotary_axes || columns.iter().any(|column| column.is_given);
@@ -193,7 +193,7 @@ impl Program {
         self.options.rotary.axes.len() == self.options.rotary_columns.len()
     }
 
-    /// Gives `take` the points of each motion at its `parameters` (0 to 1), at most `most` in all; an unknown tangent is zero.
+    /// Passes the points of each motion at its `parameters` (0 to 1) to `take`, at most `most` in all; an unknown tangent is zero.
     pub(crate) fn sample(
         &self,
         most: usize,
@@ -203,8 +203,8 @@ impl Program {
         let mut sampler = Sampler::new(most, take);
         self.walk(|block| {
             for motion in &block.motions {
-                let add = |segment, own: &[f64], length_mm, points: &mut Vec<PathPoint>| {
-                    motion.sample(segment, own, length_mm, &self.options.rotary, points);
+                let add = |segment, parameters: &[f64], length_mm, points: &mut Vec<PathPoint>| {
+                    motion.sample(segment, parameters, length_mm, &self.options.rotary, points);
                     self.set_external_axes(motion, points);
                 };
                 let done = sampler.sample_motion(|segment| parameters(segment, motion), add);
@@ -228,14 +228,14 @@ impl Program {
         let (axes, has_only_drive_axes) = (self.commanded_rotary(), self.has_only_drive_axes());
         for point in points {
             let angles = motion.turning.at(point.source.parameter);
-            for (axis, stands) in axes.iter().zip(&mut point.external) {
-                *stands = angles[rotary::axis_index(axis.letter)];
+            for (axis, position) in axes.iter().zip(&mut point.external) {
+                *position = angles[rotary::axis_index(axis.letter)];
             }
             point.orientation = point.orientation.filter(|_| !has_only_drive_axes);
         }
     }
 
-    /// The error that `fault` is at `motion`, in the file that its line comes from.
+    /// Returns the error that `fault` is at `motion`, in the file that its line comes from.
     pub(crate) fn error_at(&self, motion: &Motion, fault: Fault) -> GcodeError {
         let (line, span) = (motion.line, motion.span.clone());
         let refused = Refusal::new(span, fault).locate(&self.name, line, self.content(line - 1));
@@ -243,7 +243,7 @@ impl Program {
         self.expansion.as_ref().map_or(refused.clone(), |expansion| expansion.relocate(refused))
     }
 
-    /// Bytes of line `index` (from 0), without its ending.
+    /// Returns the bytes of line `index` (from 0), without its ending.
     pub(crate) fn content(&self, index: usize) -> &[u8] {
         &self.source[self.lines.content(index)]
     }
@@ -253,18 +253,21 @@ impl program::Program for Program {
     type Error = GcodeError;
     type Reading = (String, GcodeOptions);
 
+    /// Reads a written program with the name and options of the original.
     fn read_written(bytes: Vec<u8>, (name, options): &Self::Reading) -> Result<Self, GcodeError> {
         Program::parse(bytes, name, options)
     }
 
+    /// Passes the points of each motion, at the parameters that `parameters` returns for its index, to `take`.
     fn points_at(
         &self,
-        mut places: impl FnMut(usize) -> Option<Vec<f64>>,
+        mut parameters: impl FnMut(usize) -> Option<Vec<f64>>,
         take: impl FnMut(&PathPoint),
     ) -> Result<(), GcodeError> {
-        self.sample(Program::MAX_POINTS, |segment, _| places(segment), take)
+        self.sample(Program::MAX_POINTS, |segment, _| parameters(segment), take)
     }
 
+    /// Returns the path columns of the rotary drives that the program commands.
     fn external_axes(&self) -> Vec<String> {
         self.commanded_rotary().iter().map(|axis| axis.column.clone()).collect()
     }

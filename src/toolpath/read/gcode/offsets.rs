@@ -31,7 +31,7 @@ pub(crate) struct Offsets {
 }
 
 impl Offsets {
-    /// Zeros that the options give; G54 is in force.
+    /// Starts with the zeros that the options give, and G54 in force.
     pub fn new(options: &GcodeOptions) -> Offsets {
         let mut zeros: BTreeMap<WorkOffset, PartialPosition> =
             options.work_offsets_mm.iter().map(|(offset, zero)| (*offset, [0, 1, 2].map(|k| Some(zero[k])))).collect();
@@ -63,13 +63,13 @@ impl Offsets {
         self.active
     }
 
-    /// Zero of the coordinates in force, mm in W. `Err` if it is unknown.
+    /// Returns the zero of the coordinates in force, mm in W. `Err` if it is unknown.
     pub fn origin(&mut self) -> Result<Vector3<f64>, Fault> {
         let zero = self.zero(self.active)?;
         Ok(zero + self.local + self.shift)
     }
 
-    /// Zero of `offset`, mm in W; the first one asked for becomes W unless one is given.
+    /// Returns the zero of `offset`, mm in W; the first one asked for becomes W unless one is given. `Err` if it is unknown.
     fn zero(&mut self, offset: WorkOffset) -> Result<Vector3<f64>, Fault> {
         let mut zero = Vector3::zeros();
         for axis in 0..3 {
@@ -78,7 +78,7 @@ impl Offsets {
         Ok(zero)
     }
 
-    /// Zero of `offset` along `axis`, which is fixed from now on; `None` if unknown.
+    /// Returns the zero of `offset` along `axis`, mm in W, which is fixed from now on; `None` if it is unknown.
     fn fix_zero(&mut self, offset: WorkOffset, axis: usize) -> Option<f64> {
         let in_machine = self.in_machine.get(&offset).and_then(|zero| zero[axis]);
         let zero = &mut self.zeros.entry(offset).or_default()[axis];
@@ -97,7 +97,7 @@ impl Offsets {
         Some(zero)
     }
 
-    /// G10 L2: sets the zero of `offset` to `value`, mm in machine coordinates.
+    /// Sets the zero of `offset` along `axis` to `value`, mm in machine coordinates (G10 L2).
     pub fn set_in_machine(&mut self, offset: WorkOffset, axis: usize, value: f64) {
         self.in_machine.entry(offset).or_default()[axis] = Some(value);
         let is_used = self.is_used.get(&offset).is_some_and(|is_used| is_used[axis]);
@@ -110,7 +110,7 @@ impl Offsets {
         }
     }
 
-    /// G10 L20: sets the zero of `offset` so that `position` (mm in W) has the coordinate `value`.
+    /// Sets the zero of `offset` along `axis` so that `position` (mm in W) has the coordinate `value` (G10 L20).
     pub fn set_by_position(&mut self, offset: WorkOffset, axis: usize, position: f64, value: f64) {
         let zero = position - value - self.local[axis] - self.shift[axis];
         self.zeros.entry(offset).or_default()[axis] = Some(zero);
@@ -120,31 +120,31 @@ impl Offsets {
         self.is_tied[axis] = true;
     }
 
-    /// G92: sets the shift so that `position` (mm in W) has the coordinate `value`.
+    /// Sets the shift along `axis` so that `position` (mm in W) has the coordinate `value` (G92). `Err` if the zero is unknown.
     pub fn set_shift(&mut self, axis: usize, position: f64, value: f64) -> Result<(), Fault> {
         let zero = self.fix_zero(self.active, axis).ok_or(Fault::NoWorkOffset { offset: self.active })?;
         self.shift[axis] = position - zero - self.local[axis] - value;
         Ok(())
     }
 
-    /// The position, mm in W, at which an unknown start has the coordinate `value`; `by_shift`: it is lost with the shift by G92.
+    /// Returns the position along `axis`, mm in W, at which an unknown start has the coordinate `value`; `by_shift`: until G92 is off.
     pub fn assume_start(&mut self, axis: usize, value: f64, by_shift: bool) -> Result<f64, Fault> {
         let zero = self.fix_zero(self.active, axis).ok_or(Fault::NoWorkOffset { offset: self.active })?;
         self.by_shift_alone[axis] |= by_shift;
         Ok(zero + self.local[axis] + self.shift[axis] + value)
     }
 
-    /// G52: sets the shift from the zero of the work offset to `value`, mm.
+    /// Sets the shift from the zero of the work offset along `axis` to `value`, mm (G52).
     pub fn set_local(&mut self, axis: usize, value: f64) {
         self.local[axis] = value;
     }
 
-    /// Adds `value`, mm, to the shift by G52.
+    /// Adds `value`, mm, to the G52 shift along `axis`.
     pub fn add_local(&mut self, axis: usize, value: f64) {
         self.local[axis] += value;
     }
 
-    /// G92.1 and, with `keeps`, G92.2: cancels the shifts along `axes`, that of G52 too: LinuxCNC has but one shift, Fanuc presets both.
+    /// Cancels the shifts along `axes` (G92.1; with `keeps`, G92.2), that of G52 too: LinuxCNC has but one shift, Fanuc presets both.
     pub fn cancel_shift(&mut self, keeps: bool, axes: [bool; 3]) {
         for axis in (0..3).filter(|axis| axes[*axis]) {
             self.suspended[axis] = if keeps { self.shift[axis] } else { 0.0 };
@@ -157,7 +157,7 @@ impl Offsets {
         }
     }
 
-    /// G92.3: puts the shift that G92.2 kept back in force.
+    /// Puts the shift that G92.2 kept back in force (G92.3).
     pub fn resume_shift(&mut self) {
         self.shift = self.suspended;
     }

@@ -17,8 +17,8 @@ pub(crate) struct Request<'w> {
 }
 
 impl<'w> Request<'w> {
-    /// Sorts `words`, and refuses what is wrong in any state.
-    pub fn of(words: &'w [Word], dialect: Dialect) -> Result<Request<'w>, Refusal> {
+    /// Sorts the `words` of a line. `Err` for what is wrong in any state: two words of a group, repeated letters, unsupported words.
+    pub fn from_words(words: &'w [Word], dialect: Dialect) -> Result<Request<'w>, Refusal> {
         let changes_tool = words.iter().any(|word| word.letter == 'M' && word.value == 6.0);
         let mut request = Request { words, g_words: Vec::new(), ends_program: false, changes_tool, mode_word: None };
         for (at, word) in words.iter().enumerate() {
@@ -40,7 +40,7 @@ impl<'w> Request<'w> {
         Ok(request)
     }
 
-    /// Adds a G word, unless another one of its group is there.
+    /// Adds a G word with the meaning `g`; `Err` if another one of its group is there.
     fn add_g(&mut self, word: &'w Word, g: GWord) -> Result<(), Refusal> {
         self.ends_program |= g == GWord::End;
         if matches!(g, GWord::End | GWord::Auxiliary) {
@@ -60,7 +60,7 @@ impl<'w> Request<'w> {
         Ok(())
     }
 
-    /// Adds an M word, unless it is not followed.
+    /// Adds an M word; `Err` if it is not followed.
     fn add_m(&mut self, word: &'w Word, dialect: Dialect) -> Result<(), Refusal> {
         self.ends_program |= matches!(word.whole_number()?, 2 | 30);
         if let Some(unsupported) = Unsupported::for_m_word(word, self.words, dialect) {
@@ -80,13 +80,13 @@ impl<'w> Request<'w> {
         let setting = self.setting().is_some();
         let smoothing = g(|g| *g == GWord::Smoothing);
         // Of an arc, LinuxCNC reads P as turns.
-        let of_m = m && self.arc_words().next().is_none();
-        for (letter, owned) in [
+        let is_of_m_word = m && self.arc_words().next().is_none();
+        for (letter, has_owner) in [
             ('L', in_cycle || setting),
-            ('P', in_cycle || setting || smoothing || of_m || g(GWord::takes_p)),
+            ('P', in_cycle || setting || smoothing || is_of_m_word || g(GWord::takes_p)),
             ('Q', in_cycle || smoothing || m || g(GWord::takes_p)),
         ] {
-            if let Some(word) = self.find_word(letter).filter(|_| !owned) {
+            if let Some(word) = self.find_word(letter).filter(|_| !has_owner) {
                 return Err(word.refuse(Fault::StrayParameter));
             }
         }
@@ -98,7 +98,7 @@ impl<'w> Request<'w> {
         self.g_words.iter().any(|(_, g)| matches!(g, GWord::Home | GWord::Machine | GWord::Retract))
     }
 
-    /// The word whose coordinates set something, and what.
+    /// Returns the word whose coordinates set something (G10, G52, G92, …), and what; `None` if there is none.
     pub fn setting(&self) -> Option<(&'w Word, Setting)> {
         self.g_words.iter().find_map(|(word, g)| match g {
             GWord::Setting(setting) => Some((*word, *setting)),
@@ -106,17 +106,17 @@ impl<'w> Request<'w> {
         })
     }
 
-    /// The word with this letter, other than G and M.
+    /// Returns the word with this letter, other than G and M.
     pub fn find_word(&self, letter: char) -> Option<&'w Word> {
         self.words.iter().find(|word| word.letter == letter)
     }
 
-    /// The G word that asks for `g`.
+    /// Returns the word whose meaning is `g`.
     pub fn find_g(&self, g: GWord) -> Option<&'w Word> {
         self.g_words.iter().find(|(_, other)| *other == g).map(|(word, _)| *word)
     }
 
-    /// The motion that the line asks for.
+    /// Returns the motion that a G word of the line commands; `None` if none does.
     pub fn motion_word(&self) -> Option<MotionCode> {
         self.g_words.iter().find_map(|(_, g)| match g {
             GWord::Motion(code) => Some(*code),
@@ -124,22 +124,22 @@ impl<'w> Request<'w> {
         })
     }
 
-    /// The word that asks for the motion.
+    /// Returns the G word that commands the motion.
     pub fn motion_word_source(&self) -> Option<&'w Word> {
         self.g_words.iter().find(|(_, g)| matches!(g, GWord::Motion(_))).map(|(word, _)| *word)
     }
 
-    /// The X, Y and Z words.
+    /// Returns the X, Y and Z words, in this order.
     pub fn axis_words(&self) -> [Option<&'w Word>; 3] {
         ['X', 'Y', 'Z'].map(|letter| self.find_word(letter))
     }
 
-    /// The A, B and C words.
+    /// Returns the A, B and C words, in this order.
     pub fn rotary_words(&self) -> [Option<&'w Word>; 3] {
         ['A', 'B', 'C'].map(|letter| self.find_word(letter))
     }
 
-    /// The I, J and K words.
+    /// Returns the I, J and K words, in this order.
     pub fn centre_words(&self) -> [Option<&'w Word>; 3] {
         ['I', 'J', 'K'].map(|letter| self.find_word(letter))
     }
@@ -155,7 +155,7 @@ impl<'w> Request<'w> {
     }
 }
 
-/// Words of a line without the parameters of an M word that sets the machine (Marlin's M92, M104 … M299).
+/// Returns the words of a line without the parameters of an M word that sets the machine (Marlin's M92, M104 … M299).
 pub(crate) fn effective_words(words: &[Word]) -> &[Word] {
     let first = words.iter().position(|word| word.letter != 'N');
     let has = |letters: &[char]| words.iter().any(|word| letters.contains(&word.letter));
@@ -173,7 +173,7 @@ pub(crate) fn effective_words(words: &[Word]) -> &[Word] {
     }
 }
 
-/// Refuses words beside M70 to M73 (`word`) that controllers take in another order: F, S, their modes, M, beside M72 all.
+/// Refuses words beside `word`, M70 to M73 (`code`), that controllers take in another order: F, S, their modes, M; beside M72 all.
 pub(crate) fn check_mode_save(words: &[Word], word: &Word, code: u32) -> Result<(), Refusal> {
     let is_before = |other: &Word| match other.letter {
         'F' | 'S' | 'M' => true,
@@ -184,7 +184,7 @@ pub(crate) fn check_mode_save(words: &[Word], word: &Word, code: u32) -> Result<
     beside.map_or(Ok(()), |other| Err(other.refuse(Fault::BesideKept { code })))
 }
 
-/// Refuses letters of secondary axes.
+/// Refuses words of the secondary axes U, V and W that are not 0.
 fn check_letter(word: &Word) -> Result<(), Refusal> {
     let unsupported = match word.letter {
         'U' | 'V' | 'W' if word.value != 0.0 => Unsupported::SecondaryAxis,

@@ -13,7 +13,7 @@ use crate::toolpath::{
 const AXES: [&str; 3] = ["X", "Y", "Z"];
 
 impl Interpreter {
-    /// Applies `setting`, which `word` asks for, to the zeros of the coordinates.
+    /// Applies `setting`, which `word` commands, to the zeros; returns the zero that the tool position sets (G92, G10 L20), if any.
     pub(crate) fn apply_setting(
         &mut self,
         request: &Request,
@@ -54,7 +54,7 @@ impl Interpreter {
         Ok(None)
     }
 
-    /// Coordinates of the line by axis, mm.
+    /// Returns the coordinates of the line in mm, each with its axis (0 = X); `Err` beyond the range of coordinates.
     fn coordinates(&self, request: &Request) -> Result<Vec<(usize, f64)>, Refusal> {
         let mm = self.modal.unit.mm();
         let given = request.axis_words().into_iter().enumerate().filter_map(|(axis, word)| Some((axis, word?)));
@@ -66,7 +66,7 @@ impl Interpreter {
             .collect()
     }
 
-    /// Moves the zero by the coordinates or to them; axes left out keep their shift, or lose it if it is set `afresh`.
+    /// Moves the zero by the coordinates of the line or to them; axes left out keep their shift, or lose it if it is set `afresh`.
     fn translate_zero(&mut self, request: &Request, afresh: bool) -> Result<(), Refusal> {
         if let Some(word) =
             ['A', 'B', 'C'].into_iter().find_map(|letter| request.find_word(letter)).filter(|w| w.value != 0.0)
@@ -86,7 +86,7 @@ impl Interpreter {
         Ok(())
     }
 
-    /// G92: moves the zero so that the tool position has these coordinates.
+    /// Moves the zero so that the tool position has the coordinates of the line (G92).
     fn shift_zero(&mut self, request: &Request, word: &Word) -> Result<ZeroSetting, Refusal> {
         let mut position = [None; 3];
         for (axis, value) in self.coordinates(request)? {
@@ -99,7 +99,7 @@ impl Interpreter {
         Ok(ZeroSetting { position, unit_mm: self.modal.unit.mm(), words: Vec::new() })
     }
 
-    /// Gives the unknown position at which the program starts the coordinate `value`.
+    /// Gives the unknown position at which the program starts the coordinate `value` (mm); `Err`, at `word`, if it was known before.
     fn assume_start(&mut self, axis: usize, value: f64, by_shift: bool, word: &Word) -> Result<(), Refusal> {
         if self.ever_known[axis] {
             return Err(word.refuse(Fault::OriginAtUnknown { axis: AXES[axis], since: self.lost_since() }));
@@ -110,7 +110,7 @@ impl Interpreter {
         Ok(())
     }
 
-    /// G10: work offsets by L2 and L20; tool lengths and radii do not move the tip.
+    /// Sets work offsets by G10 L2 and L20; tool lengths and radii do not move the tip. Returns the zero that the tool position sets (L20).
     fn set_data(&mut self, request: &Request, word: &Word) -> Result<Option<ZeroSetting>, Refusal> {
         let refused = || word.refuse(Fault::Data);
         let coordinates = self.coordinates(request)?;
@@ -172,14 +172,14 @@ pub(crate) struct Pole {
 }
 
 impl Pole {
-    /// Whether `motion` is an arc about it.
+    /// Whether `motion` is an arc about this centre.
     pub fn is_centre_of(&self, motion: &Motion) -> bool {
-        matches!((motion.centre, self.centre), (Some(Centre::Pole(centre)), Some(own)) if centre == own)
+        matches!((motion.centre, self.centre), (Some(Centre::Pole(centre)), Some(pole)) if centre == pole)
     }
 }
 
 impl Interpreter {
-    /// Sets the centre of the arcs that follow; without coordinates it is the tool position.
+    /// Sets and returns the centre of the arcs that follow (CC); without coordinates it is the tool position.
     pub(crate) fn set_pole(&mut self, request: &Request, word: &Word) -> Result<Pole, Refusal> {
         let [first, second, normal] = self.modal.plane.axes();
         let axes = request.axis_words();

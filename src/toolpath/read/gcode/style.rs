@@ -27,7 +27,7 @@ pub(crate) struct NumberStyle {
 }
 
 impl NumberStyle {
-    /// Writes `number`, given with a point and without plus and blanks, in this style.
+    /// Formats `number`, given with a point and without plus and blanks, in this style.
     pub(crate) fn write(self, number: &str) -> String {
         let plus = if self.has_plus && !number.starts_with(['+', '-']) { "+" } else { "" };
         let number = format!("{plus}{number}");
@@ -36,40 +36,40 @@ impl NumberStyle {
 }
 
 impl Style {
-    /// The plainest style of `dialect`: `G1 X5`.
+    /// Returns the plainest style of `dialect`: `G1 X5`.
     pub fn plain(dialect: Dialect) -> Style {
         let numbers = NumberStyle { has_plus: dialect == Dialect::Heidenhain, has_comma: false, has_equals: false };
         Style { is_spaced: true, is_lower: false, is_padded: false, numbers, dialect }
     }
 
-    /// The style of one line; what it does not show is taken from `self`.
+    /// Returns the style of one line; what its `words` do not show is taken from `self`.
     pub fn adapted_to(self, content: &[u8], words: &[Word]) -> Style {
         ObservedStyle::default().observe_line(content, words).or(self)
     }
 
-    /// A word of an upper-case `letter` and `number`.
+    /// Formats a word of an upper-case `letter` and `number`.
     pub fn word(self, letter: char, number: &str) -> String {
         let letter = if self.is_lower { letter.to_ascii_lowercase() } else { letter };
         format!("{letter}{number}")
     }
 
-    /// The word of coordinate `axis` (0 = X, 1 = Y, 2 = Z).
+    /// Formats the word of the coordinate `axis` (0 = X, 1 = Y, 2 = Z).
     pub fn axis(self, axis: usize, number: &str) -> String {
         self.coordinate(['X', 'Y', 'Z'][axis], number)
     }
 
-    /// The word of the axis `letter`.
+    /// Formats the word of the axis `letter`, with its equals sign, plus and comma.
     pub fn coordinate(self, letter: char, number: &str) -> String {
         let equals = if self.numbers.has_equals { "=" } else { "" };
         self.word(letter, &format!("{equals}{}", self.numbers.write(number)))
     }
 
-    /// The word with which a new straight line must begin in this dialect, if any.
+    /// Returns the word with which a new straight line must begin in this dialect, if any.
     pub fn line_prefix(self) -> Option<String> {
         (self.dialect == Dialect::Heidenhain).then(|| self.motion(MotionCode::Line))
     }
 
-    /// The motion word of `code`.
+    /// Formats the motion word of `code`.
     pub fn motion(self, code: MotionCode) -> String {
         let number = code.number();
         if self.dialect == Dialect::Heidenhain {
@@ -97,7 +97,7 @@ pub(crate) struct ObservedStyle {
 }
 
 impl ObservedStyle {
-    /// Adds what this line shows and the lines before do not.
+    /// Adds what the line `content` shows and the lines before do not.
     pub fn observe_line(self, content: &[u8], words: &[Word]) -> ObservedStyle {
         let spaced = || words.windows(2).any(|pair| pair[0].span.end < pair[1].span.start);
         let first = || words.iter().find(|word| word.letter != 'N');
@@ -120,7 +120,7 @@ impl ObservedStyle {
         }
     }
 
-    /// The style, with what no line shows taken from `style`.
+    /// Returns the observed style, with what no line shows taken from `style`.
     pub fn or(self, style: Style) -> Style {
         Style {
             is_spaced: self.is_spaced.unwrap_or(style.is_spaced),
@@ -136,7 +136,7 @@ impl ObservedStyle {
     }
 }
 
-/// Whether it is an X, Y or Z word.
+/// Whether `word` is an X, Y or Z word.
 pub(crate) fn is_axis_word(word: &Word) -> bool {
     matches!(word.letter, 'X' | 'Y' | 'Z')
 }

@@ -37,38 +37,38 @@ impl Interpreter {
         Ok(())
     }
 
-    /// Refuses a line that moves the zero of a rotary axis: its words are positions of the drive.
+    /// Refuses a line that moves the zero of the rotary axis `letter`, whose words are positions of the drive.
     fn check_rotary_zero(&self, request: &Request, setting: Setting, letter: char, word: &Word) -> Result<(), Refusal> {
-        let says_where_it_stands = match setting {
+        let sets_position = match setting {
             Setting::Origin => true,
             Setting::Data => request.find_word('L').is_some_and(|l| l.value == 20.0),
             _ => false,
         };
-        let stays = match says_where_it_stands {
+        let stays = match sets_position {
             true => self.rotary[axis_index(letter)] == Some(word.value),
             false => word.value == 0.0,
         };
         if stays { Ok(()) } else { Err(word.refuse(Fault::RotaryZero { letter })) }
     }
 
-    /// Refuses a word that turns an axis which is not followed, or that may be a chamfer.
+    /// Refuses a word that turns an axis which is not followed, or that may be a chamfer; keeps the angle of one that stands still.
     fn check_still(&mut self, request: &Request, letter: char, word: &Word, distance: Distance) -> Result<(), Refusal> {
         let axis = axis_index(letter);
-        let stood = self.rotary[axis];
+        let before = self.rotary[axis];
         let turned = match distance {
-            _ if request.setting().is_some() => stood.is_some_and(|stood| stood != word.value),
-            Distance::Absolute => stood.is_some_and(|stood| stood != word.value),
+            _ if request.setting().is_some() => before.is_some_and(|before| before != word.value),
+            Distance::Absolute => before.is_some_and(|before| before != word.value),
             Distance::Incremental => word.value != 0.0 && request.find_g(GWord::Home).is_none(),
         };
         if turned {
-            return Err(word.refuse(Fault::Rotary { letter, from: stood.unwrap_or(0.0) }));
+            return Err(word.refuse(Fault::Rotary { letter, from: before.unwrap_or(0.0) }));
         }
         let feeds = matches!(self.modal.motion, Some(MotionCode::Line | MotionCode::Arc(_)));
         // A whole circle names its centre alone.
-        let goes = request.axis_words().iter().any(Option::is_some)
-            || ['I', 'J', 'K'].iter().any(|of| request.find_word(*of).is_some());
+        let moves = request.axis_words().iter().any(Option::is_some)
+            || ['I', 'J', 'K'].iter().any(|centre| request.find_word(*centre).is_some());
         let may_be_chamfer = self.dialect.is_iso() && letter != 'B';
-        if may_be_chamfer && stood.is_none() && word.value != 0.0 && feeds && goes {
+        if may_be_chamfer && before.is_none() && word.value != 0.0 && feeds && moves {
             return Err(word.refuse(Fault::Chamfer { letter }));
         }
         if distance == Distance::Absolute {
@@ -77,38 +77,38 @@ impl Interpreter {
         Ok(())
     }
 
-    /// Angles of the followed axes before and after the line, degrees; 0 for an axis that was not named.
+    /// Returns the angles of the followed axes before and after the line, degrees; 0 for an axis that was not named.
     pub(crate) fn turning(&self) -> RotaryMotion {
-        let followed = |stands: [Option<f64>; 3]| {
-            let at =
-                |letter: char| stands[axis_index(letter)].filter(|_| self.rotary_axes.has_axis(letter)).unwrap_or(0.0);
-            ['A', 'B', 'C'].map(at)
+        let followed = |angles: [Option<f64>; 3]| {
+            let angle =
+                |letter: char| angles[axis_index(letter)].filter(|_| self.rotary_axes.has_axis(letter)).unwrap_or(0.0);
+            ['A', 'B', 'C'].map(angle)
         };
         let is_tip_position = self.modal.tip_control || self.rotary_axes.always_of_tip;
         RotaryMotion { from: followed(self.rotary_before), to: followed(self.rotary), is_tip_position }
     }
 
-    /// The first followed axis that is not at 0 after the line, and its angle, degrees.
+    /// Returns the first followed axis that is not at 0 after the line, and its angle, degrees.
     pub(crate) fn nonzero_rotary_axis(&self) -> Option<(char, f64)> {
         let turning = self.turning();
         ['A', 'B', 'C'].into_iter().zip(turning.to).find(|(_, at)| *at != 0.0)
     }
 
-    /// Makes X, Y and Z coordinates of the tip (`of_tip`) or of the machine from here on, and converts the position.
+    /// Makes X, Y and Z coordinates of the tip (`is_tip_position`) or of the machine from here on, and converts the position.
     pub(crate) fn set_tip_control(&mut self, is_tip_position: bool) {
-        let was = self.turning();
+        let before = self.turning();
         self.modal.tip_control = is_tip_position;
         if self.rotary_lost.contains(&true) {
             // Where the tip is depends on where they stand.
             self.position = [None; 3];
             return;
         }
-        if self.turning().is_tip_position != was.is_tip_position {
-            self.position = self.rotary_axes.convert_position(self.position, &was.to, is_tip_position);
+        if self.turning().is_tip_position != before.is_tip_position {
+            self.position = self.rotary_axes.convert_position(self.position, &before.to, is_tip_position);
         }
     }
 
-    /// Refuses a line along which the tip position is unknown.
+    /// Refuses a line along which the tip position is unknown; the error points to `word`.
     pub(crate) fn check_tip_known(&self, turning: &RotaryMotion, word: &Word) -> Result<(), Refusal> {
         let is_fed = self.modal.motion != Some(MotionCode::Rapid);
         let is_lost = |letter: &char| {

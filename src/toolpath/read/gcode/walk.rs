@@ -41,7 +41,7 @@ pub(crate) struct MotionLocation {
 struct MostDecimals([usize; 2]);
 
 impl MostDecimals {
-    /// Counts the decimals of `motion` in the line `content`.
+    /// Counts the decimals of the coordinates of `motion` in the line `content`.
     fn add(&mut self, motion: &Motion, content: &[u8]) {
         let seen = &mut self.0[usize::from(motion.modal.unit == LengthUnit::Inch)];
         for word in motion.words.iter().filter(|word| matches!(word.letter, 'X' | 'Y' | 'Z' | 'R')) {
@@ -59,7 +59,7 @@ struct PoleArcs {
 }
 
 impl PoleArcs {
-    /// Adds the next block, whose motions have the indices from `first` on.
+    /// Adds the next block, whose motions have the indices from `first` on: finds the centres whose first arc it has.
     fn add(&mut self, block: &Block, first: usize) {
         let is_about = |(_, motion): &(usize, &Motion)| matches!(motion.centre, Some(Centre::Pole(_)));
         if let Some((index, motion)) = (first..).zip(&block.motions).find(is_about) {
@@ -76,7 +76,7 @@ impl PoleArcs {
 }
 
 impl Program {
-    /// All blocks at once.
+    /// Returns all blocks of the program at once. `Err` for a line that cannot be followed.
     pub(crate) fn all_blocks(&self) -> Result<Vec<Block>, GcodeError> {
         let mut blocks = Vec::new();
         self.walk(|block| {
@@ -86,7 +86,7 @@ impl Program {
         Ok(blocks)
     }
 
-    /// Gives each block to `visit`, in order, and returns the notes. `Err` from `visit`, or for a line that cannot be followed.
+    /// Passes each block to `visit`, in order, and returns the notes. `Err` from `visit`, or for a line that cannot be followed.
     pub(crate) fn walk<E: From<GcodeError>>(&self, mut visit: impl FnMut(&Block) -> Result<(), E>) -> Result<Notes, E> {
         let mut interpreter = Interpreter::new(&self.options, self.dialect);
         let mut reader = LineReader::new(self.dialect);
@@ -97,7 +97,7 @@ impl Program {
                 continue;
             }
             let located = |refusal: Refusal| refusal.locate(&self.name, line + 1, content).with_dialect(self.dialect);
-            let statement = reader.statement(content);
+            let statement = reader.parse_line(content);
             // Behind the end, text need not be code.
             if interpreter.has_ended() && !matches!(statement, Ok(Statement::Words { .. })) {
                 continue;
@@ -149,7 +149,7 @@ impl Program {
     }
 }
 
-/// Index of the longest of `texts` that `line` contains, in any case and not within a longer word or number.
+/// Returns the index of the longest of `texts` that `line` contains, in any case and not within a longer word or number.
 fn feature_on_line(texts: &[String], line: &[u8]) -> Option<u16> {
     let found = (0..).zip(texts).filter(|(_, text)| contains_text(line, text.as_bytes()));
     found.max_by_key(|(_, text)| text.len()).map(|(index, _)| index)

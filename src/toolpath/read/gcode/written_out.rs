@@ -32,11 +32,11 @@ pub struct CalledFile {
 }
 
 impl Expansion {
-    /// Origins in one file: `lines` are the indices, from 0, that the lines come from.
+    /// Creates the expansion of the file `name`, each of whose new lines comes from the line with the index in `lines`.
     pub(crate) fn from_lines(name: &str, bytes: Vec<u8>, lines: &[usize]) -> Expansion {
         Expansion {
             origins: lines.iter().map(|line| Origin { file: 0, line: *line }).collect(),
-            lines: Lines::of(&bytes).len(),
+            lines: Lines::split(&bytes).len(),
             files: vec![CalledFile { name: name.to_owned(), bytes }],
             header: 0,
             keeps_calls: false,
@@ -49,12 +49,12 @@ impl Expansion {
         &self.files[0].bytes
     }
 
-    /// Line, from 1, in its file that `line` (from 1) comes from.
+    /// Returns the line (from 1) of its file that line `line` (from 1) of the expansion comes from.
     pub fn line_of(&self, line: usize) -> usize {
         self.origin(line).line + 1
     }
 
-    /// Number of the file that `line` (from 1) comes from; 0 is the program's own.
+    /// Returns the number of the file that line `line` (from 1) comes from; 0 is the program's own.
     pub fn file_of(&self, line: usize) -> usize {
         self.origin(line).file
     }
@@ -64,33 +64,33 @@ impl Expansion {
         self.files.iter().skip(1).map(|file| file.name.as_str())
     }
 
-    /// Name of the file of `at`, unless it is the program's own.
+    /// Returns the name of the file of `at`; `None` if it is the program's own.
     pub(crate) fn called_name(&self, at: Origin) -> Option<&str> {
         (at.file > 0).then(|| self.files[at.file].name.as_str())
     }
 
-    /// Moves `error` to the file and line that its line comes from.
+    /// Returns `error` with the file and line that its line comes from.
     pub fn relocate(&self, error: GcodeError) -> GcodeError {
         let Origin { file, line } = self.origin(error.line);
         GcodeError { file: self.files[file].name.clone(), line: line + 1, ..error }
     }
 
-    /// Replaces the lines by `lines`, given as indices (from 0) of the lines so far.
+    /// Replaces the lines by others, each given as the index (from 0) of the line that it comes from.
     pub fn compose(&mut self, lines: &[usize]) {
         self.origins = lines.iter().map(|line| self.origins.get(*line).copied().unwrap_or_default()).collect();
     }
 
-    /// Adds a comment to `bytes` that says what they are.
+    /// Adds a comment to `bytes`, the expanded program, that says what they are.
     pub fn add_header(&mut self, bytes: &mut Vec<u8>, dialect: Dialect) {
         let (header, line) = dialect.header(bytes, self.origins.len() + 1, self.lines);
-        let at = line.checked_sub(1).map_or(0, |before| Lines::of(bytes).ending(before).end);
+        let at = line.checked_sub(1).map_or(0, |before| Lines::split(bytes).ending(before).end);
         bytes.splice(at..at, header.into_bytes());
         *bytes = dialect.renumbered(b"", std::mem::take(bytes));
         self.header = line;
         self.origins.insert(line, Origin::default());
     }
 
-    /// Origin of `line` (from 1).
+    /// Returns the file and line that line `line` (from 1) comes from.
     pub(crate) fn origin(&self, line: usize) -> Origin {
         self.origins.get(line.saturating_sub(1)).copied().unwrap_or_default()
     }

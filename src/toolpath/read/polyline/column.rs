@@ -30,16 +30,16 @@ pub(crate) enum Column {
 }
 
 impl Column {
-    /// All columns but external axes, in the order they are written.
+    /// Iterates over all columns but external axes, in the order they are written.
     pub fn all() -> impl Iterator<Item = Column> {
-        let three = |of: fn(usize) -> Column| (0..3).map(of);
+        let vector = |component: fn(usize) -> Column| (0..3).map(component);
         let driven =
-            [Column::Feed, Column::Spindle].into_iter().chain(three(Column::Force)).chain(three(Column::Moment));
-        let stands = three(Column::ToolAxis).chain((0..4).map(Column::Platform));
-        three(Column::Position).chain(driven).chain(stands).chain([Column::Cutting])
+            [Column::Feed, Column::Spindle].into_iter().chain(vector(Column::Force)).chain(vector(Column::Moment));
+        let orientation = vector(Column::ToolAxis).chain((0..4).map(Column::Platform));
+        vector(Column::Position).chain(driven).chain(orientation).chain([Column::Cutting])
     }
 
-    /// Name of the column in the header of a file with these external axes.
+    /// Returns the name of the column in the header of a file with the external axes `external`.
     pub fn name(self, external: &[String]) -> Cow<'static, str> {
         match self {
             Column::Position(axis) => ["x_mm", "y_mm", "z_mm"][axis].into(),
@@ -54,11 +54,11 @@ impl Column {
         }
     }
 
-    /// The column of this name; a new external axis is added to `external`. `None` if there is none.
+    /// Returns the column called `name`; a new external axis is added to `external`. `None` if there is no such column.
     pub fn from_name(name: &str, external: &mut Vec<String>) -> Option<Column> {
         let drive = name.strip_prefix(EXTERNAL).and_then(|rest| UNITS.iter().find_map(|unit| rest.strip_suffix(unit)));
         if drive.is_some_and(|drive| !drive.is_empty()) {
-            let known = external.iter().position(|own| own == name).unwrap_or(external.len());
+            let known = external.iter().position(|known_name| known_name == name).unwrap_or(external.len());
             if known == external.len() {
                 external.push(name.to_owned());
             }
@@ -67,7 +67,7 @@ impl Column {
         Column::all().find(|column| column.name(&[]) == name)
     }
 
-    /// Columns that a file with this one must have.
+    /// Returns the columns, this one included, that a file with this column must have.
     pub fn companions(self) -> Vec<Column> {
         match self {
             Column::Position(_) => (0..3).map(Column::Position).collect(),
@@ -79,7 +79,7 @@ impl Column {
         }
     }
 
-    /// What its values must be, for messages.
+    /// Describes what the values of the column must be, for messages.
     pub fn expected(self) -> &'static str {
         match self {
             Column::Position(_) => "a coordinate in mm, up to 1e6",
@@ -94,7 +94,7 @@ impl Column {
         }
     }
 
-    /// Value of `text`; `None` if the column cannot hold it.
+    /// Parses `text` as a value of the column; `None` if the column cannot hold it.
     pub fn parse(self, text: &str) -> Option<f64> {
         let value = text.parse::<f64>().ok()?;
         let fits = match self {

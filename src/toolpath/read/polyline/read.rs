@@ -46,7 +46,7 @@ struct Parsed {
     decimals: usize,
 }
 
-/// Parses a polyline file; the tangents and arc lengths of its points are set.
+/// Parses a polyline file; the tangents and arc lengths of its points are set. `Err` gives the byte of the fault.
 fn parse(source: &[u8]) -> Located<Parsed> {
     let rows = csv_rows::read(source).map_err(|(at, reason)| (at, PolylineFault::NotCsv { reason }))?;
     let Some((header, rows)) = rows.split_first() else {
@@ -71,7 +71,7 @@ fn parse(source: &[u8]) -> Located<Parsed> {
     Ok(Parsed { columns, external, rows: rows.iter().map(|row| row.span.clone()).collect(), points, decimals })
 }
 
-/// Columns of the header, and the names of external axes.
+/// Returns the columns of the header and the names of external axes; `Err` for unknown, repeated, missing or contradictory columns.
 fn header_columns(header: &ByteRecord) -> Result<(Vec<Column>, Vec<String>), PolylineFault> {
     let (mut columns, mut external) = (Vec::new(), Vec::new());
     for name in header {
@@ -102,7 +102,7 @@ fn header_columns(header: &ByteRecord) -> Result<(Vec<Column>, Vec<String>), Pol
     Ok((columns, external))
 }
 
-/// Numbers of a row, in the order of `columns`.
+/// Parses the numbers of a row, in the order of `columns`; `Err` if one is missing or out of range.
 fn row_values(columns: &[Column], external: &[String], record: &ByteRecord) -> Result<Vec<f64>, PolylineFault> {
     if record.len() != columns.len() {
         return Err(PolylineFault::Width { found: record.len(), expected: columns.len() });
@@ -118,15 +118,15 @@ fn row_values(columns: &[Column], external: &[String], record: &ByteRecord) -> R
     columns.iter().zip(record).map(value).collect()
 }
 
-/// Most decimals of the coordinates in a row.
+/// Returns the most decimals of the coordinates in a row.
 fn most_decimals(columns: &[Column], record: &ByteRecord) -> usize {
     let positions = columns.iter().zip(record).filter(|(c, _)| matches!(c, Column::Position(_)));
     positions.map(|(_, field)| number::decimals_in(&String::from_utf8_lossy(field))).max().unwrap_or(0)
 }
 
-/// Orientation of the tool in a row; `None` if the file has no columns for it.
+/// Returns the orientation of the tool in a row of `values`; `None` if the file has no columns for it. `Err` if its length is wrong.
 fn row_orientation(columns: &[Column], values: &[f64]) -> Result<Option<Orientation>, PolylineFault> {
-    let entry = |wanted: Column| columns.iter().position(|c| *c == wanted).map(|at| values[at]);
+    let entry = |column: Column| columns.iter().position(|c| *c == column).map(|at| values[at]);
     if let [Some(x), Some(y), Some(z)] = [0, 1, 2].map(|axis| entry(Column::ToolAxis(axis))) {
         let axis = Vector3::new(x, y, z).try_normalize(LEAST_AXIS);
         return axis.map(|axis| Some(Orientation::ToolAxis(axis))).ok_or(PolylineFault::NoDirection);
@@ -147,11 +147,11 @@ const LEAST_AXIS: f64 = 1e-9;
 /// Most deviation of a quaternion's length from 1: files have few digits.
 const NOT_UNIT: f64 = 1e-3;
 
-/// The point of row `segment`, without orientation, tangent and arc length.
+/// Creates the point of row `segment` from its `values`, without orientation, tangent and arc length.
 fn row_point(columns: &[Column], values: &[f64], segment: usize) -> PathPoint {
-    let value = |wanted: Column| columns.iter().position(|c| *c == wanted).map(|at| values[at]);
-    let vector = |of: fn(usize) -> Column| {
-        let [x, y, z] = [0, 1, 2].map(|axis| value(of(axis)));
+    let value = |column: Column| columns.iter().position(|c| *c == column).map(|at| values[at]);
+    let vector = |component: fn(usize) -> Column| {
+        let [x, y, z] = [0, 1, 2].map(|axis| value(component(axis)));
         Some(Vector3::new(x?, y?, z?))
     };
     let (force, moment) = (vector(Column::Force), vector(Column::Moment));
@@ -182,8 +182,8 @@ fn set_lengths_and_tangents(points: &mut [PathPoint]) {
     let steps = points.windows(2).map(|pair| direction(pair[1].position_mm - pair[0].position_mm));
     let moving: Vec<Vector3<f64>> = steps.filter(|step| *step != Vector3::zeros()).collect();
     let is_closed = points.first().map(|p| p.position_mm) == points.last().map(|p| p.position_mm);
-    let around = |end: Option<&Vector3<f64>>| end.copied().filter(|_| is_closed).unwrap_or_else(Vector3::zeros);
-    let (mut arrival, last_departure) = (around(moving.last()), around(moving.first()));
+    let beyond_end = |end: Option<&Vector3<f64>>| end.copied().filter(|_| is_closed).unwrap_or_else(Vector3::zeros);
+    let (mut arrival, last_departure) = (beyond_end(moving.last()), beyond_end(moving.first()));
     let mut length = 0.0;
     for k in 0..points.len() {
         let here = points[k].position_mm;

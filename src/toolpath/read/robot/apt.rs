@@ -61,7 +61,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// The next record that moves the tool; `None` at the end.
+    /// Returns the next record that moves the tool; `None` at the end, `Err` for a record that is not followed.
     pub fn next(&mut self) -> Result<Option<Statement>, Refusal> {
         while let Some((at, line, code)) = self.next_record() {
             let found = self.follow_record(at.clone(), line, &code);
@@ -72,14 +72,14 @@ impl<'a> Reader<'a> {
         Ok(None)
     }
 
-    /// The next record: its bytes, its first line, and its text with blanks for comments and line breaks.
+    /// Returns the next record: its bytes, its first line, and its text with blanks for comments and line breaks; `None` at the end.
     fn next_record(&mut self) -> Option<(Range<usize>, usize, Vec<u8>)> {
         loop {
             let (mut range, mut is_continued) = code_range(self.source, self.lines.advance()?);
             let first = self.lines.line;
             while is_continued && let Some(next) = self.lines.advance() {
-                let (more, goes_on) = code_range(self.source, next);
-                (range.end, is_continued) = (more.end, goes_on);
+                let (more, more_follow) = code_range(self.source, next);
+                (range.end, is_continued) = (more.end, more_follow);
             }
             let at = trimmed(self.source, range);
             if at.is_empty() {
@@ -95,14 +95,14 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Follows a record: returns the statement if it moves the tool, or sets the mode.
+    /// Follows the record with the text `code` on line `line`: returns the statement if it moves the tool, or else sets modes.
     fn follow_record(&mut self, at: Range<usize>, line: usize, code: &[u8]) -> Result<Option<Statement>, RobotFault> {
         let slash = code.iter().position(|byte| *byte == b'/');
         let major = String::from_utf8_lossy(&code[..slash.unwrap_or(code.len())]).trim().to_ascii_uppercase();
         let word = major.split(|c: char| !(c.is_ascii_alphanumeric() || c == '-')).next().unwrap_or_default();
         let minor = slash.map_or(&code[code.len()..], |slash| &code[slash + 1..]);
         let words = minor_words(minor);
-        let has = |word: &str| words.iter().any(|own| own == word);
+        let has = |word: &str| words.iter().any(|minor_word| minor_word == word);
         let number = || words.iter().find_map(|word| word.parse::<f64>().ok()).filter(|number| number.is_finite());
         match word {
             "GOTO" | "FROM" | "GODLTA" => {
@@ -163,7 +163,7 @@ impl<'a> Reader<'a> {
         Ok(None)
     }
 
-    /// Unit of a FEDRAT record, whose words `has` finds.
+    /// Returns the unit of a FEDRAT record; `has` tells whether the record has a word.
     fn feed_unit(&self, has: &dyn Fn(&str) -> bool) -> FeedUnit {
         match () {
             () if has("MMPM") => FeedUnit::PerMinute(1.0),
@@ -176,7 +176,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// The statement of GOTO, FROM or GODLTA (`word`), whose numbers `minor` begin at byte `minor_at`.
+    /// Returns the statement of GOTO, FROM or GODLTA (`word`), whose numbers `minor` begin at byte `minor_at` of the source.
     fn motion(
         &mut self,
         word: &str,
@@ -188,10 +188,10 @@ impl<'a> Reader<'a> {
         let expected = RobotFault::Form { expected: "three plain numbers x,y,z, or six with the tool axis i,j,k" };
         let (mut scan, mut numbers) = (Scan::new(minor), Vec::new());
         loop {
-            let (value, place) = scan.number()?;
+            let (value, range) = scan.number()?;
             let entry = numbers.len();
             let component = if entry < 3 { Component::Position(entry) } else { Component::Rotation(entry - 3) };
-            numbers.push(Number { component, at: place, value });
+            numbers.push(Number { component, at: range, value });
             if !scan.takes(b',') {
                 break;
             }
@@ -215,7 +215,7 @@ impl<'a> Reader<'a> {
         })
     }
 
-    /// A statement without target, with the modes in force.
+    /// Creates a statement without target, with the modes in force.
     fn statement(&self, at: Range<usize>, line: usize, keyword: Range<usize>, kind: MotionKind) -> Statement {
         let feed = self.feed.and_then(|(feed, unit)| match unit {
             FeedUnit::PerMinute(mm) => Some(feed * mm),
@@ -240,7 +240,7 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// Code of a line without its comment (`$$`), and whether `$` continues it on the next line.
+/// Returns the range of a line's code without its comment (`$$`), and whether `$` continues it on the next line.
 fn code_range(source: &[u8], line: Range<usize>) -> (Range<usize>, bool) {
     let text = &source[line.clone()];
     // A byte order mark is no code.
@@ -257,7 +257,7 @@ fn code_range(source: &[u8], line: Range<usize>) -> (Range<usize>, bool) {
     }
 }
 
-/// Words and numbers between the commas of a record, in upper case.
+/// Splits a record at its commas into words and numbers, in upper case.
 fn minor_words(minor: &[u8]) -> Vec<String> {
     let text = String::from_utf8_lossy(minor).to_ascii_uppercase();
     text.split(',').map(|word| word.trim().to_owned()).collect()
@@ -285,5 +285,5 @@ const IGNORED: &str = "PPRINT PARTNO REMARK TPRINT LETTER PPFUN MACHIN MULTAX CO
 
 /// Whether `word` is one of the blank-separated `words`.
 fn is_in_list(word: &str, words: &str) -> bool {
-    words.split_whitespace().any(|own| own == word)
+    words.split_whitespace().any(|listed| listed == word)
 }

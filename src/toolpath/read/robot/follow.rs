@@ -20,14 +20,14 @@ pub(crate) struct ToolState {
     pub external: [Option<f64>; ExternalAxes::MOST],
 }
 
-/// A statement with its start, end and way.
+/// A statement with its start, end and geometry.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Motion {
     pub statement: Statement,
     /// State at its start, if known.
     pub start: Option<ToolState>,
     pub end: Option<ToolState>,
-    pub way: MotionGeometry,
+    pub geometry: MotionGeometry,
 }
 
 /// Feeds above this are ignored.
@@ -52,7 +52,7 @@ impl Follower {
         Self { language, named_axes, here: None, external: [None; ExternalAxes::MOST] }
     }
 
-    /// The motion of the next `statement`, which updates the state.
+    /// Returns the motion of the next `statement`, and updates the state. `Err` for what cannot be followed.
     pub fn follow(&mut self, mut statement: Statement) -> Result<Motion, RobotFault> {
         statement.feed_mm_per_min = statement.feed_mm_per_min.filter(|feed| *feed <= MOST_FEED_MM_PER_MIN);
         statement.spindle_rev_per_min = statement.spindle_rev_per_min.filter(|speed| *speed <= MOST_REV_PER_MIN);
@@ -64,7 +64,7 @@ impl Follower {
         if let Some(end) = &end {
             self.check_external(end)?;
         }
-        let way = match (statement.kind, &start, &end) {
+        let geometry = match (statement.kind, &start, &end) {
             (_, _, None) => MotionGeometry::Unlocated,
             (MotionKind::Line, Some(start), Some(end)) => MotionGeometry::Line(start.position, end.position),
             (MotionKind::Circle, Some(start), Some(end)) => self.arc(&statement, start, end)?,
@@ -72,15 +72,15 @@ impl Follower {
             (_, _, Some(end)) => MotionGeometry::Arrival(end.position),
         };
         // A circle may end where its angle says.
-        let end = end.map(|end| ToolState { position: way.at(1.0).map_or(end.position, |(at, _)| at), ..end });
+        let end = end.map(|end| ToolState { position: geometry.at(1.0).map_or(end.position, |(at, _)| at), ..end });
         if end.is_some_and(|end| end.position.amax() > MAX_COORDINATE_MM) {
             return Err(RobotFault::TooFar);
         }
         self.here = end;
-        Ok(Motion { statement, start, end, way })
+        Ok(Motion { statement, start, end, geometry })
     }
 
-    /// The arc of a circle statement from `start` to `end`.
+    /// Returns the arc of a circle statement from `start` to `end`; `Err` if its points are on no circle.
     fn arc(&self, statement: &Statement, start: &ToolState, end: &ToolState) -> Result<MotionGeometry, RobotFault> {
         let via = match &statement.via {
             Some(via) => target_state(self.language, statement, via, Some(start))?,
@@ -106,7 +106,7 @@ impl Follower {
     }
 }
 
-/// The state that `target` of `statement` leads to from `here`; `None` if it is unknown.
+/// Returns the state that `target` of `statement` leads to from `here`; `None` if it is unknown.
 pub(crate) fn target_state(
     language: Language,
     statement: &Statement,
@@ -142,7 +142,7 @@ impl Motion {
         self.statement.kind != MotionKind::PointToPoint
     }
 
-    /// Orientation of the tool at `t` from 0 to 1.
+    /// Returns the orientation of the tool at the share `t` (0 to 1) of the motion, if it is known.
     pub fn orientation_at(&self, t: f64) -> Option<Orientation> {
         let end = self.end?.orientation?;
         match self.start.and_then(|start| start.orientation) {
@@ -151,7 +151,7 @@ impl Motion {
         }
     }
 
-    /// Positions of the external axes at `t` from 0 to 1, mm or degrees.
+    /// Returns the positions of the external axes at the share `t` (0 to 1) of the motion, mm or degrees.
     pub fn external_at(&self, t: f64) -> [Option<f64>; ExternalAxes::MOST] {
         let Some(end) = self.end else { return [None; ExternalAxes::MOST] };
         std::array::from_fn(|axis| match self.start.and_then(|start| start.external[axis]) {
@@ -160,22 +160,22 @@ impl Motion {
         })
     }
 
-    /// Angle between the orientations at start and end, rad; 0 if one is unknown.
+    /// Returns the angle between the orientations at start and end, rad; 0 if one is unknown.
     fn rotation_rad(&self) -> f64 {
         let start = self.start.and_then(|start| start.orientation);
         start.zip(self.end.and_then(|end| end.orientation)).map_or(0.0, |(start, end)| start.angle_to(&end))
     }
 
-    /// Number of pieces into which `sampling` splits the motion, 1 if point to point; `None` if more than a path may have.
+    /// Returns the number of pieces into which `sampling` splits the motion, 1 if point to point; `None` if more than a path may have.
     pub fn piece_count(&self, sampling: Sampling) -> Option<usize> {
-        self.way.pieces(sampling, self.rotation_rad())
+        self.geometry.pieces(sampling, self.rotation_rad())
     }
 
-    /// Appends the points at `parameters` (0 to 1) to `points`. `segment` is the motion's index, `before_mm` the arc length before it.
+    /// Appends the path points at `parameters` (0 to 1) to `points`. `segment` is the motion's index, `before_mm` the arc length before it.
     pub fn sample(&self, segment: usize, parameters: &[f64], before_mm: f64, points: &mut Vec<PathPoint>) {
-        let length = self.way.length();
+        let length = self.geometry.length();
         for &parameter in parameters {
-            let Some((position_mm, tangent)) = self.way.at(parameter) else { return };
+            let Some((position_mm, tangent)) = self.geometry.at(parameter) else { return };
             points.push(PathPoint {
                 position_mm,
                 orientation: self.orientation_at(parameter),

@@ -34,18 +34,18 @@ impl<'a> Bases<'a> {
     /// Whether the program names one of the bases that the options give, as a whole name: "base" is not in "base_data".
     fn names_given(&self) -> bool {
         let source = self.source;
-        let is_part =
+        let continues_name =
             |at: Option<&u8>| at.is_some_and(|byte| byte.is_ascii_alphanumeric() || matches!(byte, b'_' | b'$'));
-        let names = |name: &String| {
+        let is_named = |name: &String| {
             source.windows(name.len().max(1)).enumerate().any(|(at, text)| {
                 let (before, behind) = (at.checked_sub(1).and_then(|at| source.get(at)), source.get(at + name.len()));
-                text.eq_ignore_ascii_case(name.as_bytes()) && !is_part(before) && !is_part(behind)
+                text.eq_ignore_ascii_case(name.as_bytes()) && !continues_name(before) && !continues_name(behind)
             })
         };
-        self.options.bases.keys().filter(|name| *name != RobotOptions::WORLD).any(names)
+        self.options.bases.keys().filter(|name| *name != RobotOptions::WORLD).any(is_named)
     }
 
-    /// `X_WB` of the base of a motion (`None`: no base is named); the first one is W if nothing else is given. `Err` if unknown.
+    /// Returns the pose `X_WB` (mm) of the base of a motion (`None`: unnamed); the first is W if nothing else is given. `Err` if unknown.
     pub fn pose(&mut self, base: Option<&Base>) -> Result<Isometry3<f64>, RobotFault> {
         let unnamed = Base { name: String::new(), in_world: None };
         let base = base.unwrap_or(&unnamed);
@@ -66,7 +66,7 @@ impl<'a> Bases<'a> {
     }
 }
 
-/// The name of a base in messages.
+/// Returns the name of a base for messages.
 fn shown_name(name: &str) -> String {
     if name.is_empty() { "the base before any is named".into() } else { name.into() }
 }
@@ -96,12 +96,12 @@ impl<'a> Tools<'a> {
         Self { options, first: None, is_unnamed: false }
     }
 
-    /// `R_PN` of the tool of a motion (`None`: no tool is named yet). `Err` if its tip is not that of the first tool.
+    /// Returns `R_PN` of the tool of a motion (`None`: no tool is named yet). `Err` if its tip is not that of the first tool.
     pub fn rotation(&mut self, tool: Option<&Tool>) -> Result<UnitQuaternion<f64>, RobotFault> {
-        let own = self.options.tool_rotation.unwrap_or_default();
+        let given_rotation = self.options.tool_rotation.unwrap_or_default();
         let Some(tool) = tool else {
             self.is_unnamed = true;
-            return Ok(own);
+            return Ok(given_rotation);
         };
         let first = self.first.get_or_insert_with(|| tool.clone());
         let tip = |tool: &Tool| tool.in_flange.map(|frame| frame.translation.vector);
@@ -110,19 +110,19 @@ impl<'a> Tools<'a> {
             _ => first == tool,
         };
         match is_same {
-            true => Ok(tool.in_flange.map_or(own, |frame| frame.rotation)),
+            true => Ok(tool.in_flange.map_or(given_rotation, |frame| frame.rotation)),
             false => Err(RobotFault::SecondTool { name: tool.name.clone(), before: first.name.clone() }),
         }
     }
 
-    /// Name of the first tool, if nothing gives its rotation: that of the flange is taken. "the tool" where motions have none.
+    /// Returns the name of the first tool if nothing gives its rotation, so that the flange's is taken; "the tool" where motions have none.
     #[must_use]
     pub fn assumed_rotation(&self) -> Option<&str> {
         let unknown = self.first.as_ref().filter(|tool| tool.in_flange.is_none()).map(|tool| tool.name.as_str());
         unknown.or(self.is_unnamed.then_some("the tool")).filter(|_| self.options.tool_rotation.is_none())
     }
 
-    /// Name of the first tool and its tip in the flange, mm, if the program gives it.
+    /// Returns the name of the first tool and its tip in the flange, mm, if the program gives it.
     #[must_use]
     pub fn tip_mm(&self) -> Option<(String, Vector3<f64>)> {
         let tool = self.first.as_ref()?;

@@ -36,8 +36,7 @@ impl RobotProgram {
     /// Most points that a path of the program may have.
     pub const MAX_POINTS: usize = Sampling::MAX_PIECES;
 
-    /// Reads and follows a program. `name` is its file name, for messages; `beside` is name and bytes of the `.dat` of a KRL program. `Err`
-    /// for a statement that is not followed.
+    /// Reads and follows a program. `name` is its file name, for messages; `beside` is name and bytes of the `.dat` of a KRL program.
     pub fn parse(
         source: impl Into<Vec<u8>>,
         name: &str,
@@ -102,7 +101,7 @@ impl RobotProgram {
         self.motions.get(segment).map(|motion| motion.line as usize)
     }
 
-    /// Bytes of that line from the motion on, without the line ending.
+    /// Returns the bytes of the line of motion `segment` from the motion on, without the line ending.
     #[must_use]
     pub fn content_of(&self, segment: usize) -> Option<&[u8]> {
         let rest = &self.source[self.motions.get(segment)?.start..];
@@ -116,13 +115,13 @@ impl RobotProgram {
         self.own_format
     }
 
-    /// The path in the workpiece frame W: the ends of the pieces into which `sampling` splits the motions. `Err` if it would have more than
-    /// [`Sampling::MAX_POINTS`] points, or a circle leaves the range of coordinates.
+    /// Returns the path in the workpiece frame W: the ends of the pieces into which `sampling` splits the motions. `Err` if it would have
+    /// more than [`Sampling::MAX_POINTS`] points, or a circle leaves the range of coordinates.
     pub fn toolpath(&self, sampling: Sampling) -> Result<Toolpath, RobotError> {
         self.toolpath_up_to(sampling, Sampling::MAX_POINTS)
     }
 
-    /// The path as by [`RobotProgram::toolpath`], with at most `most` points (up to [`RobotProgram::MAX_POINTS`]), else `Err`.
+    /// Returns the path as [`RobotProgram::toolpath`] does, with at most `most` points (up to [`RobotProgram::MAX_POINTS`]), else `Err`.
     pub fn toolpath_up_to(&self, sampling: Sampling, most: usize) -> Result<Toolpath, RobotError> {
         let mut points = Vec::with_capacity(self.motions.len());
         let parameters = |_, motion: &Motion| Some(even_parameters(motion.piece_count(sampling)?));
@@ -130,7 +129,7 @@ impl RobotProgram {
         Ok(Toolpath::assemble(points).with_external_axes(&self.options.external_axes))
     }
 
-    /// Gives `take` the points of each motion at its `parameters` (0 to 1), at most `most` in all; an unknown tangent is zero.
+    /// Passes the points of each motion at its `parameters` (0 to 1) to `take`, at most `most` in all; an unknown tangent is zero.
     pub(crate) fn sample(
         &self,
         most: usize,
@@ -139,8 +138,8 @@ impl RobotProgram {
     ) -> Result<(), RobotError> {
         let mut sampler = Sampler::new(most, take);
         self.walk(|motion| {
-            let add = |segment, own: &[f64], length_mm, points: &mut Vec<PathPoint>| {
-                motion.sample(segment, own, length_mm, points);
+            let add = |segment, parameters: &[f64], length_mm, points: &mut Vec<PathPoint>| {
+                motion.sample(segment, parameters, length_mm, points);
             };
             let done = sampler.sample_motion(|segment| parameters(segment, motion), add);
             done.map_err(|why| {
@@ -161,19 +160,22 @@ impl program::Program for RobotProgram {
     type Error = RobotError;
     type Reading = (String, Language, Option<(String, Vec<u8>)>, RobotOptions);
 
+    /// Reads a written program with the name and options of the original.
     fn read_written(bytes: Vec<u8>, reading: &Self::Reading) -> Result<Self, RobotError> {
         let (name, language, beside, options) = reading;
         RobotProgram::parse(bytes, name, *language, beside.clone(), options)
     }
 
+    /// Passes the points of each motion, at the parameters that `parameters` returns for its index, to `take`.
     fn points_at(
         &self,
-        mut places: impl FnMut(usize) -> Option<Vec<f64>>,
+        mut parameters: impl FnMut(usize) -> Option<Vec<f64>>,
         take: impl FnMut(&PathPoint),
     ) -> Result<(), RobotError> {
-        self.sample(RobotProgram::MAX_POINTS, |segment, _| places(segment), take)
+        self.sample(RobotProgram::MAX_POINTS, |segment, _| parameters(segment), take)
     }
 
+    /// Returns the names of the external axes that the options give.
     fn external_axes(&self) -> Vec<String> {
         self.options.external_axes.clone()
     }

@@ -8,13 +8,13 @@ use crate::toolpath::{model::robot::RobotFault, read::scan::Scan};
 const MOST_DIGITS: usize = 17;
 
 impl<'a> Scan<'a> {
-    /// A cursor over a statement, in which line endings are blank.
+    /// Creates a cursor over a statement, in which line endings are blank.
     #[must_use]
     pub fn new(line: &'a [u8]) -> Self {
         Self { line, at: 0, is_blank: |byte| byte.is_ascii_whitespace() }
     }
 
-    /// Skips blanks; whether nothing is left.
+    /// Skips blanks; returns whether nothing is left.
     pub fn is_done(&mut self) -> bool {
         self.next().is_none()
     }
@@ -24,7 +24,7 @@ impl<'a> Scan<'a> {
         if self.takes(byte) { Ok(()) } else { Err(RobotFault::Form { expected }) }
     }
 
-    /// Skips blanks and takes a name of letters, digits, `_` and `$`, with its range; empty if there is none.
+    /// Skips blanks, takes a name of letters, digits, `_` and `$`, and returns it with its range; empty if there is none.
     pub fn name(&mut self) -> (&'a str, Range<usize>) {
         let start = self.skip_blanks().at;
         let is_of_name = |byte: u8| byte.is_ascii_alphanumeric() || matches!(byte, b'_' | b'$');
@@ -35,7 +35,7 @@ impl<'a> Scan<'a> {
         (std::str::from_utf8(&self.line[start..self.at]).unwrap_or_default(), start..self.at)
     }
 
-    /// Skips blanks and takes a plain number, with its range. `Err` if none comes next, or none that is finite.
+    /// Skips blanks, takes a plain number, and returns it with its range. `Err` if none comes next, or none that is finite.
     pub fn number(&mut self) -> Result<(f64, Range<usize>), RobotFault> {
         let fault = RobotFault::Form { expected: "a plain number" };
         let start = self.skip_blanks().at;

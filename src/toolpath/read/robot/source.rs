@@ -17,7 +17,7 @@ pub(crate) struct Refusal {
 const SHOWN: usize = 80;
 
 impl Refusal {
-    /// Makes an error with the file `name` and the statement from `source`, shortened.
+    /// Converts the refusal to an error with the file `name` and the statement from `source`, shortened.
     pub fn locate(self, name: &str, source: &[u8]) -> RobotError {
         let text = String::from_utf8_lossy(source.get(self.at).unwrap_or_default());
         let words: Vec<&str> = text.split_whitespace().collect();
@@ -45,7 +45,7 @@ impl<'a> LineCursor<'a> {
         Self { source, next: 0, line: 0 }
     }
 
-    /// Bytes of the next line without its ending; `None` at the end.
+    /// Moves to the next line and returns its range without its ending; `None` at the end.
     pub fn advance(&mut self) -> Option<Range<usize>> {
         let rest = self.source.get(self.next..).filter(|rest| !rest.is_empty())?;
         let start = self.next;
@@ -61,7 +61,7 @@ impl<'a> LineCursor<'a> {
     }
 }
 
-/// Line ending of a source: that of its first line, or `\n`.
+/// Returns the line ending of a source: that of its first line, or `\n`.
 pub(crate) fn line_ending(source: &[u8]) -> &'static [u8] {
     match source.iter().position(|byte| matches!(byte, b'\r' | b'\n')) {
         Some(at) if source[at..].starts_with(b"\r\n") => b"\r\n",
@@ -70,14 +70,14 @@ pub(crate) fn line_ending(source: &[u8]) -> &'static [u8] {
     }
 }
 
-/// Leading blanks of the line that holds byte `at`, and whether only they stand before `at`.
+/// Returns the leading blanks of the line that holds byte `at`, and whether only they stand before `at`.
 pub(crate) fn indent(source: &[u8], at: usize) -> (&[u8], bool) {
     let start = source[..at].iter().rposition(|byte| matches!(byte, b'\r' | b'\n')).map_or(0, |end| end + 1);
     let blanks = source[start..at].iter().position(|byte| !matches!(byte, b' ' | b'\t')).unwrap_or(at - start);
     (&source[start..start + blanks], start + blanks == at)
 }
 
-/// `range` of the source without the blanks at its ends.
+/// Returns `range` of the source without the blanks at its ends.
 pub(crate) fn trimmed(source: &[u8], range: Range<usize>) -> Range<usize> {
     let text = &source[range.clone()];
     let start = range.start + text.len() - text.trim_ascii_start().len();

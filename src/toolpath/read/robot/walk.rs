@@ -33,7 +33,7 @@ pub struct RobotNotes {
 }
 
 impl RobotProgram {
-    /// Gives each motion to `visit`, in order, and returns the notes. `Err` from `visit`, or for a statement that is not followed.
+    /// Passes each motion to `visit`, in order, and returns the notes. `Err` from `visit`, or for a statement that is not followed.
     pub(crate) fn walk<E: From<RobotError>>(
         &self,
         mut visit: impl FnMut(&Motion) -> Result<(), E>,
@@ -45,7 +45,7 @@ impl RobotProgram {
         while let Some(statement) = reader.next().map_err(located)? {
             let (line, at) = (statement.line, statement.at.clone());
             let motion = follower.follow(statement).map_err(|fault| located(Refusal { line, at, fault }))?;
-            if motion.way == MotionGeometry::Unlocated {
+            if motion.geometry == MotionGeometry::Unlocated {
                 notes.unlocated_lines.push(line);
             }
             notes.named_points |= self.targets(&motion.statement).any(|(_, is_named)| is_named);
@@ -87,13 +87,13 @@ impl RobotProgram {
         Ok(())
     }
 
-    /// Targets of a statement, each with whether it is declared elsewhere.
+    /// Iterates over the targets of a statement, each with whether it is declared elsewhere.
     fn targets<'a>(&'a self, statement: &'a Statement) -> impl Iterator<Item = (&'a Target, bool)> {
         let is_named = |target: &Target| self.source.get(target.at.clone()) != Some(target.text.as_slice());
         statement.via.iter().chain(&statement.end).map(move |target| (target, is_named(target)))
     }
 
-    /// The error that `fault` is at `statement`.
+    /// Returns the error that `fault` is at `statement`.
     pub(crate) fn error_at(&self, statement: &Statement, fault: RobotFault) -> RobotError {
         Refusal { line: statement.line, at: statement.at.clone(), fault }.locate(&self.name, &self.source)
     }
@@ -118,7 +118,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// The next statement that moves the tool; `None` at the end.
+    /// Returns the next statement that moves the tool; `None` at the end, `Err` for a statement that is not followed.
     pub fn next(&mut self) -> Result<Option<Statement>, Refusal> {
         match self {
             Reader::Krl(reader) => reader.next(),
@@ -127,7 +127,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// The tools that motions used so far; `None` of a language that names none.
+    /// Returns the tools that motions used so far; `None` for a language that names none.
     pub fn tools(&self) -> Option<&Tools<'_>> {
         match self {
             Reader::Krl(reader) => Some(reader.tools()),

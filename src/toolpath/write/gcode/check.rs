@@ -52,11 +52,11 @@ impl<'a> Stretch<'a> {
         Stretch { before, points: &self.points[count..], corrected: &self.corrected[count..], angles, ..self }
     }
 
-    /// Returns parameter and correction, mm, of point `k`; of the beginning for `None`.
+    /// Returns the parameter and the correction (mm) of point `k`; those of the beginning for `None`.
     fn correction(&self, k: Option<usize>) -> (f64, Vector3<f64>) {
-        let of =
+        let of_point =
             |(point, corrected): (&PathPoint, &Vector3<f64>)| (point.source.parameter, corrected - point.position_mm);
-        k.and_then(|k| self.points.get(k).zip(self.corrected.get(k))).map_or(self.before, of)
+        k.and_then(|k| self.points.get(k).zip(self.corrected.get(k))).map_or(self.before, of_point)
     }
 
     /// Iterates over the corrected points, and before each the middle of the curve to it, moved by the mean of the two corrections: an
@@ -87,20 +87,20 @@ impl<'a> Stretch<'a> {
         (candidate.sweep_rad() - nominal.sweep_rad() * share).abs() < TURN_RAD
     }
 
-    /// Whether rotary axes that turn evenly between these angles have the wanted ones at the points, at `parameters`, within `allowed` degrees.
+    /// Whether rotary axes that turn evenly from `from` to `to` have the corrected angles at `parameters` within `allowed` degrees.
     pub fn has_angles_at(&self, parameters: &[f64], [from, to]: [&Angles; 2], allowed: f64) -> bool {
-        let stands = |(parameter, wanted): (&f64, &Angles)| {
-            (0..3).all(|axis| (from[axis] + (to[axis] - from[axis]) * parameter - wanted[axis]).abs() <= allowed)
+        let is_reached = |(parameter, corrected): (&f64, &Angles)| {
+            (0..3).all(|axis| (from[axis] + (to[axis] - from[axis]) * parameter - corrected[axis]).abs() <= allowed)
         };
-        self.angles.is_none_or(|angles| parameters.iter().zip(angles).all(stands))
+        self.angles.is_none_or(|angles| parameters.iter().zip(angles).all(is_reached))
     }
 
-    /// Returns where on `candidate` the points lie, from 0 to 1 in ascending order; `None` if it does not pass them within tolerance.
+    /// Returns where on `candidate` the points lie, from 0 to 1 in ascending order; `None` if it does not pass them within `allowed`.
     pub fn parameters(self, candidate: &MotionGeometry, allowed: WriteTolerance) -> Option<Vec<f64>> {
         if !self.has_programmed_sweep(candidate) {
             return None;
         }
-        let is_straight = [self.nominal, candidate].into_iter().all(|way| matches!(way, MotionGeometry::Line(..)));
+        let is_straight = [self.nominal, candidate].into_iter().all(|curve| matches!(curve, MotionGeometry::Line(..)));
         let mut parameters = Vec::with_capacity(self.points.len());
         let mut from = 0.0;
         for goal in self.goals().filter(|goal| goal.is_point || !is_straight) {
@@ -116,24 +116,24 @@ impl<'a> Stretch<'a> {
 /// Returns the parameter, at least `from`, at which `candidate` passes `goal`; `None` if it is too far off. If rotary axes turn along it
 /// (`turns`), only the goal's own share counts.
 fn passes_at(candidate: &MotionGeometry, from: f64, goal: &Goal, allowed: WriteTolerance, turns: bool) -> Option<f64> {
-    let off = |t: f64| Some(candidate.at(t)?.0 - goal.position);
-    let off_there = off(goal.share)?;
-    if off_there.amax() <= allowed.unit_mm || (turns && off_there.norm() <= allowed.tolerance_mm) {
+    let error = |t: f64| Some(candidate.at(t)?.0 - goal.position);
+    let error_at_share = error(goal.share)?;
+    if error_at_share.amax() <= allowed.unit_mm || (turns && error_at_share.norm() <= allowed.tolerance_mm) {
         return Some(goal.share.max(from));
     }
     if turns {
         return None;
     }
     let parameter = if goal.share < 1.0 { nearest(candidate, &goal.position, goal.share)?.max(from) } else { 1.0 };
-    (off(parameter)?.norm() <= allowed.tolerance_mm).then_some(parameter)
+    (error(parameter)?.norm() <= allowed.tolerance_mm).then_some(parameter)
 }
 
-/// Iterates from `guess` to the parameter, from 0 to 1, at which `way` passes nearest to `goal` (mm).
-fn nearest(way: &MotionGeometry, goal: &Vector3<f64>, guess: f64) -> Option<f64> {
-    let length = way.length();
+/// Returns the parameter (0 to 1) at which `geometry` passes nearest to `goal` (mm), by iteration from `guess`; `None` if it has no points.
+fn nearest(geometry: &MotionGeometry, goal: &Vector3<f64>, guess: f64) -> Option<f64> {
+    let length = geometry.length();
     let mut t = guess;
     for _ in 0..MOST_STEPS {
-        let (position, tangent) = way.at(t)?;
+        let (position, tangent) = geometry.at(t)?;
         let step = (goal - position).dot(&tangent) / length;
         if step.is_nan() || step.abs() * length <= NEAR_MM {
             break;

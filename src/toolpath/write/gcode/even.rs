@@ -14,8 +14,8 @@ use crate::toolpath::{
 };
 
 impl Program {
-    /// Returns `corrected_mm`, one position for each point of `path`, in which the runs of a line that runs several times have the same
-    /// corrections where these differ by at most a unit of the last decimal. Only for a program that keeps its calls.
+    /// Returns `corrected_mm`, one position for each point of `path`, with equal corrections in all runs of a line that runs several times,
+    /// where they differ by at most a unit of the last decimal. Unchanged unless the program keeps its calls.
     pub(crate) fn even_out_corrections<'a>(
         &self,
         path: &Toolpath,
@@ -47,7 +47,7 @@ impl Program {
         evened
     }
 
-    /// Returns the lines (from 1) that come from a line that runs several times and ends at the same corrected position each time.
+    /// Returns the expanded lines (from 1) whose source line runs several times and ends at the same corrected position each time.
     pub(crate) fn lines_corrected_alike(&self, path: &Toolpath, corrected_mm: &[Vector3<f64>]) -> BTreeSet<usize> {
         let Some(expansion) = &self.expansion else { return BTreeSet::new() };
         let end = |points: &Range<usize>| corrected_mm[points.end - 1];
@@ -63,10 +63,10 @@ impl Program {
         let line_of = |point: &PathPoint| self.motions.get(point.source.segment).map(|motion| motion.line);
         let mut runs: BTreeMap<Origin, Vec<(usize, Range<usize>)>> = BTreeMap::new();
         let mut first = 0;
-        for own in points.chunk_by(|one, next| line_of(one) == line_of(next)) {
-            let range = first..first + own.len();
+        for of_line in points.chunk_by(|one, next| line_of(one) == line_of(next)) {
+            let range = first..first + of_line.len();
             first = range.end;
-            if let Some(line) = line_of(&own[0]) {
+            if let Some(line) = line_of(&of_line[0]) {
                 runs.entry(expansion.origin(line)).or_default().push((line, range));
             }
         }

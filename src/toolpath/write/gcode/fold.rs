@@ -76,9 +76,9 @@ impl Program {
         Some(fold.unwrap_or_else(|(at, how)| Calls::WrittenOut(expansion.failure(at, how))))
     }
 
-    /// Returns the program's files with the written lines in place; fails with the first line that cannot be put back.
+    /// Returns the program's files with the lines of `rewritten` in place; fails with the first line that cannot be put back, and why.
     fn fold(&self, expansion: &Expansion, rewritten: &Rewritten) -> Result<Calls, (Origin, FoldFault)> {
-        let mut became: BTreeMap<Origin, Change<'_>> = BTreeMap::new();
+        let mut changes: BTreeMap<Origin, Change<'_>> = BTreeMap::new();
         let mut run = Vec::with_capacity(rewritten.bytes().len());
         let mut first = 0;
         for (line, (origin, end)) in expansion.origins.iter().zip(&rewritten.line_ends).enumerate() {
@@ -94,7 +94,7 @@ impl Program {
                 continue;
             }
             let now = if text == was { Change::Itself } else { Change::Text { was, text } };
-            let is_same = match (became.get(origin), &now) {
+            let is_same = match (changes.get(origin), &now) {
                 (None, _) | (Some(Change::Itself), Change::Itself) => true,
                 (Some(Change::Text { was: was_before, text: before }), Change::Text { was, text }) => {
                     was_before == was && before == text
@@ -104,50 +104,50 @@ impl Program {
             if !is_same {
                 return Err((*origin, FoldFault::FromRunToRun));
             }
-            became.insert(*origin, now);
+            changes.insert(*origin, now);
         }
-        let program = refill(0, expansion.file_bytes(), &became)?;
+        let program = apply(0, expansion.file_bytes(), &changes)?;
         let mut beside = Vec::with_capacity(expansion.files.len());
         for (file, source) in expansion.files.iter().enumerate().skip(1) {
-            beside.push(CalledFile { name: source.name.clone(), bytes: refill(file, &source.bytes, &became)? });
+            beside.push(CalledFile { name: source.name.clone(), bytes: apply(file, &source.bytes, &changes)? });
         }
         let bytes_of = |name: &str| beside.iter().find(|file| file.name == name).map(|file| file.bytes.clone());
-        let again = Run::new(program.clone(), &self.name, &self.options, &bytes_of).run_to_end();
-        match again {
-            Ok((again, _)) if again == run => Ok(Calls::Stay { program, beside }),
-            Ok((again, _)) => Err((expansion.first_difference(&again, &run), FoldFault::OutOfPlace)),
+        let rerun = Run::new(program.clone(), &self.name, &self.options, &bytes_of).run_to_end();
+        match rerun {
+            Ok((rerun, _)) if rerun == run => Ok(Calls::Stay { program, beside }),
+            Ok((rerun, _)) => Err((expansion.first_difference(&rerun, &run), FoldFault::OutOfPlace)),
             Err(_) => Err((Origin::default(), FoldFault::OutOfPlace)),
         }
     }
 }
 
 impl Expansion {
-    /// Creates the failure at the source line `at` because of `how`.
+    /// Creates the failure that the source line `at` cannot be put back, because of `how`.
     fn failure(&self, at: Origin, how: FoldFault) -> FoldFailure {
         FoldFailure { file: self.called_name(at).map(str::to_owned), line: at.line + 1, how }
     }
 
-    /// Returns the source of the first line in which `again`, the program run again, differs from `run`.
-    fn first_difference(&self, again: &[u8], run: &[u8]) -> Origin {
-        let same = again.iter().zip(run).take_while(|(again, run)| again == run).count();
+    /// Returns the source line of the first line in which `rerun`, the folded program run again, differs from `run`, what was written.
+    fn first_difference(&self, rerun: &[u8], run: &[u8]) -> Origin {
+        let same = rerun.iter().zip(run).take_while(|(rerun, run)| rerun == run).count();
         let line = run[..same].iter().filter(|byte| **byte == b'\n').count();
         self.origin(line + 1 + usize::from(line >= self.header))
     }
 }
 
-/// Returns the bytes of file number `file` with its lines replaced as `became` says; fails at a line that is computed.
-fn refill(file: usize, bytes: &[u8], became: &BTreeMap<Origin, Change<'_>>) -> Result<Vec<u8>, (Origin, FoldFault)> {
-    let lines = Lines::of(bytes);
+/// Returns the bytes of the file with number `file`, with its lines replaced as `changes` says; fails at a line that is computed.
+fn apply(file: usize, bytes: &[u8], changes: &BTreeMap<Origin, Change<'_>>) -> Result<Vec<u8>, (Origin, FoldFault)> {
+    let lines = Lines::split(bytes);
     let mut out = Vec::with_capacity(bytes.len());
     for line in 0..lines.len() {
         let (content, ending) = (&bytes[lines.content(line)], &bytes[lines.ending(line)]);
         let at = Origin { file, line };
-        let Some(Change::Text { was, text }) = became.get(&at) else {
+        let Some(Change::Text { was, text }) = changes.get(&at) else {
             out.extend_from_slice(content);
             out.extend_from_slice(ending);
             continue;
         };
-        let was = &was[..Lines::of(was).content(0).end];
+        let was = &was[..Lines::split(was).content(0).end];
         let call = if was == content { None } else { Some(call_words(content, was).ok_or((at, FoldFault::Computed))?) };
         out.extend_from_slice(text);
         if let Some(call) = call {
@@ -161,20 +161,20 @@ fn refill(file: usize, bytes: &[u8], became: &BTreeMap<Origin, Change<'_>>) -> R
     Ok(out)
 }
 
-/// Returns the words of a line that call a subprogram or return from one, if `rest` is all else that is on the line.
+/// Returns the words of the line `content` that call a subprogram or return from one; `None` unless `rest` is all else that is on the line.
 fn call_words(content: &[u8], rest: &[u8]) -> Option<String> {
     let line = SourceLine::new(content);
     if line.code.contains(['#', '[']) || !line.has_word(b'M', &[97.0, 98.0, 99.0, 198.0]) {
         return None;
     }
     let words = line.words(&crate::toolpath::expand::variables::Variables::default()).ok()?;
-    let of_call = |letter: char, value: Option<f64>| match letter {
+    let is_of_call = |letter: char, value: Option<f64>| match letter {
         'P' | 'L' => true,
         'M' => matches!(value, Some(97.0 | 98.0 | 99.0 | 198.0)),
         _ => false,
     };
-    let own: Vec<_> = words.into_iter().filter(|word| of_call(word.letter, word.value)).collect();
-    let is_rest = line.without_words(&own).is_some_and(|without| without.bytes == rest);
-    let texts: Vec<_> = own.iter().map(|word| String::from_utf8_lossy(&content[word.span.clone()])).collect();
+    let call_words: Vec<_> = words.into_iter().filter(|word| is_of_call(word.letter, word.value)).collect();
+    let is_rest = line.without_words(&call_words).is_some_and(|without| without.bytes == rest);
+    let texts: Vec<_> = call_words.iter().map(|word| String::from_utf8_lossy(&content[word.span.clone()])).collect();
     is_rest.then(|| texts.join(" "))
 }

@@ -32,8 +32,8 @@ pub(crate) struct AxisWord {
 impl CoordinateFormat {
     /// Creates the format from the modal state, the `words` of the line to change (none for a new line) and the zero, mm.
     pub fn new(modal: &ModalState, words: &[Word], origin: Vector3<f64>, decimals: u8) -> CoordinateFormat {
-        let own = |letter| words.iter().find(|word| word.letter == letter).and_then(|word| word.distance);
-        let distances = ['X', 'Y', 'Z'].map(|letter| own(letter).unwrap_or(modal.distance));
+        let own_distance = |letter| words.iter().find(|word| word.letter == letter).and_then(|word| word.distance);
+        let distances = ['X', 'Y', 'Z'].map(|letter| own_distance(letter).unwrap_or(modal.distance));
         CoordinateFormat { mm: modal.unit.mm(), distances, origin, decimals, writes_all_axes: false }
     }
 
@@ -62,7 +62,7 @@ impl CoordinateFormat {
         (a - b).abs() <= self.unit_mm() * (0.5 + 1e-6)
     }
 
-    /// Formats the number that moves `axis` from `from` to `goal` (mm, W); the result has the coordinate after rounding.
+    /// Formats the number that moves `axis` from `from` to `goal` (mm in W), and returns it with the coordinate after rounding.
     pub fn new_word(self, axis: usize, from: Option<f64>, goal: f64) -> AxisWord {
         let zero = match (self.distances[axis], from) {
             (Distance::Incremental, Some(from)) => from,
@@ -73,7 +73,7 @@ impl CoordinateFormat {
         AxisWord { number: Some(number), at: Some(at) }
     }
 
-    /// Returns where the unchanged words of `motion` lead from the written position `tracked`.
+    /// Returns the unchanged axis words of `motion` with the coordinates (mm in W) to which they lead from the written position `tracked`.
     pub fn unchanged_words(self, motion: &Motion, tracked: PartialPosition) -> [AxisWord; 3] {
         [0, 1, 2].map(|axis| AxisWord { number: None, at: self.unchanged_coordinate(&motion.words, tracked, axis) })
     }
@@ -107,8 +107,7 @@ impl CoordinateFormat {
         self.writes_all_axes && self.distances[axis] == Distance::Absolute && !is_there()
     }
 
-    /// Returns the centre of an arc moved by `shift` (mm) and the numbers to write for it: only a centre in absolute
-    /// coordinates needs new numbers.
+    /// Returns the centre of an arc moved by `shift` (mm), and the numbers to write for it: only an absolute centre needs new ones.
     pub fn moved_centre(self, motion: &Motion, shift: Vector3<f64>) -> (Option<Centre>, [Option<String>; 2]) {
         let Some(Centre::At(mut at)) = motion.centre else {
             return (motion.centre, [None, None]);

@@ -22,19 +22,19 @@ struct CorrectedPath<'a> {
 }
 
 impl CorrectedPath<'_> {
-    /// Returns the rotary angles wanted at the `points` of `motion`, degrees; `None` if the axes neither turn nor are corrected.
+    /// Returns the corrected rotary angles at the `points` of `motion`, degrees; `None` if the axes neither turn nor are corrected.
     fn angles(&self, motion: &Motion, points: Range<usize>, rotary: &Rotary) -> Option<Vec<Angles>> {
         if self.orientations.is_none() && !motion.turning.turns() {
             return None;
         }
         let angles = |k: usize| {
-            let own = motion.turning.at(self.path.points()[k].source.parameter);
-            let wanted = self.orientations.map(|orientations| orientations[k]);
-            let Some(Orientation::ToolAxis(axis)) = wanted else { return own };
-            let turned = rotary.angles_for(&axis, &own);
+            let programmed = motion.turning.at(self.path.points()[k].source.parameter);
+            let orientation = self.orientations.map(|orientations| orientations[k]);
+            let Some(Orientation::ToolAxis(axis)) = orientation else { return programmed };
+            let corrected = rotary.angles_for(&axis, &programmed);
             // Where the tip would go with an axis that is nowhere, it keeps its angle.
-            let is_nowhere = !motion.turning.is_tip_position && rotary.first_unlocated_axis(&turned).is_some();
-            if is_nowhere { own } else { turned }
+            let is_unlocated = !motion.turning.is_tip_position && rotary.first_unlocated_axis(&corrected).is_some();
+            if is_unlocated { programmed } else { corrected }
         };
         Some(points.map(angles).collect())
     }
@@ -56,8 +56,7 @@ impl Program {
     /// there as it is. Later lines that rely on a motion in force get the word back. Incremental coordinates lead from where the rounded
     /// words before them have led, so that rounding does not add up.
     ///
-    /// In Heidenhain's dialect the sequence is of L blocks; if they are numbered, all that follow are counted on. A CC moves with
-    /// the first arc about it.
+    /// In Heidenhain's dialect the sequence is of L blocks; if numbered, all that follow are counted on. A CC moves with its first arc.
     ///
     /// # Errors
     /// When there is not one finite position for every point, `path` is from another program, or the tolerance is none.
@@ -106,17 +105,17 @@ impl Program {
         let mut writer = Writer::new(self, writing, full_lines);
         let (mut segment, mut next, mut line) = (0, 0, 0);
         let mut pole_arcs = self.pole_arcs.iter();
-        let moved_with = |arc: Option<usize>| {
-            let behind = arc.map(|arc| path.points().partition_point(|point| point.source.segment <= arc));
-            let last = behind
-                .and_then(|behind| behind.checked_sub(1))
+        let correction_of_arc = |arc: Option<usize>| {
+            let next_point = arc.map(|arc| path.points().partition_point(|point| point.source.segment <= arc));
+            let last = next_point
+                .and_then(|next_point| next_point.checked_sub(1))
                 .filter(|last| Some(path.points()[*last].source.segment) == arc);
             last.map_or_else(Vector3::zeros, |last| corrected_mm[last] - path.points()[last].position_mm)
         };
         self.walk(|block| {
             (line..block.line).for_each(|index| writer.copy_line(index));
             line = block.line + 1;
-            let mut on_block = Vec::with_capacity(block.motions.len());
+            let mut motion_targets = Vec::with_capacity(block.motions.len());
             for motion in &block.motions {
                 let has_points = motion.geometry != MotionGeometry::Unlocated;
                 let at = |t: f64| motion.at(t, &self.options.rotary).map(|(position, _)| position);
@@ -127,11 +126,11 @@ impl Program {
                     return Err(RewriteError::TurnedHole { program: self.name.clone(), line: motion.line });
                 }
                 let (points_of, positions) = (&path.points()[points.clone()], &corrected_mm[points.clone()]);
-                let (own, goals) = self.coordinates(motion, points_of, positions, angles.as_deref());
-                on_block.push((own, goals, angles));
+                let (programmed, goals) = self.coordinates(motion, points_of, positions, angles.as_deref());
+                motion_targets.push((programmed, goals, angles));
                 (segment, next) = (segment + 1, points.end);
             }
-            let targets: Vec<Targets> = on_block
+            let targets: Vec<Targets> = motion_targets
                 .iter()
                 .map(|(points, corrected, angles)| Targets { points, corrected, angles: angles.as_deref() })
                 .collect();
@@ -146,7 +145,7 @@ impl Program {
                         (Some(zero_setting), _) => writer.write_origin(block, zero_setting),
                         (None, Some(pole)) => {
                             let arc = pole_arcs.next().copied().flatten();
-                            writer.write_pole(block, pole, moved_with(arc));
+                            writer.write_pole(block, pole, correction_of_arc(arc));
                         }
                         (None, None) => writer.copy_text(block.line),
                     }
@@ -169,7 +168,7 @@ impl Program {
         })
     }
 
-    /// Converts the points of a motion and their corrected positions to the coordinates of its words: those of the tip or of the head.
+    /// Converts the points of a motion and their corrected positions to the coordinates (mm) of its words: those of the tip or of the head.
     fn coordinates<'a>(
         &self,
         motion: &Motion,
@@ -184,13 +183,13 @@ impl Program {
             return (points.into(), corrected_mm.into());
         }
         let head = |k: usize| {
-            let own = || motion.turning.at(points[k].source.parameter);
-            self.options.rotary.head_position(corrected_mm[k], &angles.map_or_else(own, |angles| angles[k]))
+            let programmed = || motion.turning.at(points[k].source.parameter);
+            self.options.rotary.head_position(corrected_mm[k], &angles.map_or_else(programmed, |angles| angles[k]))
         };
-        let own = points.iter().map(|point| PathPoint {
+        let programmed = points.iter().map(|point| PathPoint {
             position_mm: motion.geometry.at(point.source.parameter).map_or(point.position_mm, |(at, _)| at),
             ..*point
         });
-        (own.collect(), (0..points.len()).map(head).collect())
+        (programmed.collect(), (0..points.len()).map(head).collect())
     }
 }

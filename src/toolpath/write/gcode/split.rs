@@ -11,7 +11,7 @@ use crate::toolpath::{
         gcode::{Arc, Centre, FeedMode, Motion, MotionCode, PartialPosition, located},
         longest_piece,
     },
-    read::gcode::{Block, route},
+    read::gcode::{Block, motion_geometry},
     write::gcode::{CoordinateFormat, RotaryWords, Stretch, Writer, angle_tolerance_deg, centre_through, put_axis},
 };
 
@@ -134,7 +134,7 @@ impl Writer<'_> {
         Some(Piece { code: MotionCode::Line, axes, centre: Vec::new(), turned, at, parameters })
     }
 
-    /// Returns the words that turn the rotary axes to the angles wanted at the last point of `stretch`.
+    /// Returns the words that turn the rotary axes to the corrected angles at the last point of `stretch`; `lines`: whether first and last.
     fn rotary_words(&self, Split { motion, content, .. }: Split, stretch: Stretch, lines: [bool; 2]) -> RotaryWords {
         let parameter = stretch.points.last().map_or(1.0, |point| point.source.parameter);
         let corrected = stretch.angles.and_then(|angles| angles.last()).copied();
@@ -166,11 +166,11 @@ impl Writer<'_> {
         let fitted = Arc::new(plane, turn, start, end, Centre::At(at), motion.modal.unit).ok()?;
         let is_long = fitted.sweep_rad().abs() > std::f64::consts::PI;
         let (centre, words) = format.write_centre(motion, &start, at, is_long)?;
-        Some((route(motion.code, motion.modal, start, end, Some(centre)).ok()?, words))
+        Some((motion_geometry(motion.code, motion.modal, start, end, Some(centre)).ok()?, words))
     }
 
-    /// Returns the axis numbers that lead to `goal` (mm) and the position they reach; the first line keeps a number for each word it has.
-    /// Where a word of the block already leads there, on the first line or the last, it keeps its text.
+    /// Returns the axis numbers that lead to `goal` (mm in W) and the position they reach; the first line keeps a number for each word it
+    /// has. Where a word of the block already leads there, on the first line or the last, it keeps its text.
     fn axis_numbers(
         &self,
         Split { motion, content, format }: Split,
@@ -181,13 +181,13 @@ impl Writer<'_> {
         for axis in 0..3 {
             let word = motion.words.iter().find(|word| word.letter == ['X', 'Y', 'Z'][axis]);
             let here = self.tracked[axis];
-            let own = word.filter(|_| first || last).and_then(|word| {
+            let unchanged = word.filter(|_| first || last).and_then(|word| {
                 let at = format
                     .unchanged_coordinate(&motion.words, self.tracked, axis)
                     .filter(|at| format.is_same(*at, goal[axis]))?;
                 Some((String::from_utf8_lossy(&content[word.number()]).into_owned(), at))
             });
-            match own {
+            match unchanged {
                 Some((number, at)) if first || here != Some(at) => {
                     reached[axis] = Some(at);
                     numbers.push((axis, number));
@@ -209,14 +209,13 @@ impl Writer<'_> {
     }
 }
 
-/// Returns the inverse-time feed (G93) of a part that takes one `share`th of the block's time; `None` in other feed modes.
+/// Returns the inverse-time feed (G93) of a piece that takes one `share`th of the block's time; `None` in other feed modes.
 fn inverse_time_feed(motion: &Motion, share: f64) -> Option<String> {
     let feed = motion.modal.feed.filter(|_| motion.modal.feed_mode == FeedMode::InverseTime);
     feed.map(|feed| format_shortest(feed * share, 1))
 }
 
-/// Removes from the first line the arc words that a line motion does not have and, if other lines follow, the words that act at the end
-/// of the block, which are returned.
+/// Removes arc words from a line motion (`code`) and, if `others_follow`, the words that act at the end of the block, which are returned.
 fn remove_end_words(edit: &mut LineEdit, motion: &Motion, code: MotionCode, others_follow: bool) -> Vec<String> {
     let mut at_end = Vec::new();
     let parameters_at_end = motion.words.iter().filter(|word| takes_parameters(word)).all(acts_at_end);

@@ -38,9 +38,9 @@ impl Writer<'_> {
             let distance = if first { own_distance } else { motion.modal.distance };
             let (here, goal) = (self.rotary_angles[1][axis], goal[axis]);
             let zero = if distance == Distance::Incremental { here } else { 0.0 };
-            let own = word.filter(|_| (first || last) && own_distance == distance);
-            let own = own.map(|word| (word, word.value + zero)).filter(|(_, at)| is_same(*at, goal));
-            match own {
+            let unchanged = word.filter(|_| (first || last) && own_distance == distance);
+            let unchanged = unchanged.map(|word| (word, word.value + zero)).filter(|(_, at)| is_same(*at, goal));
+            match unchanged {
                 Some((_, at)) if first || here == at => turned.to[axis] = at,
                 Some((word, at)) => {
                     turned.to[axis] = at;

@@ -34,7 +34,7 @@ struct WrittenHole {
     axes: [AxisWord; 3],
     clear: AxisWord,
     tracked: PartialPosition,
-    drilled: CycleState,
+    cycle: CycleState,
 }
 
 impl WrittenHole {
@@ -54,7 +54,7 @@ impl Writer<'_> {
     /// Writes the holes of one line: the line unchanged if it is right for all of them, otherwise a line for each.
     pub fn write_holes(&mut self, block: &Block, motions: &[Motion], targets: &[Targets]) {
         let Some(first) = motions.first() else { return };
-        let goals: Vec<Goal> = motions.iter().zip(targets).filter_map(goal).collect();
+        let goals: Vec<Goal> = motions.iter().zip(targets).filter_map(hole_goal).collect();
         self.motion_word = Some(first.code);
         self.begin_motion(first);
         let format = self.coordinate_format(first);
@@ -64,25 +64,25 @@ impl Writer<'_> {
                 self.tracked = format.unchanged_words(motion, self.tracked).map(|axis| axis.at);
                 self.tracked[2] = None;
             }
-            self.drilled = self.drilled.with(first, format.mm());
+            self.cycle = self.cycle.with(first, format.mm());
             self.pieces.extend(targets.iter().map(|_| 0));
             return self.copy_text(block.line);
         }
-        let (before, drilled) = (self.tracked, self.drilled);
-        let mut unchanged_coordinate = true;
+        let (before, cycle) = (self.tracked, self.cycle);
+        let mut is_unchanged = true;
         for (motion, goal) in motions.iter().zip(&goals) {
             let written = self.fit_hole(motion, format, *goal);
-            unchanged_coordinate &= written.is_unchanged();
-            (self.tracked, self.drilled) = (written.tracked, written.drilled);
+            is_unchanged &= written.is_unchanged();
+            (self.tracked, self.cycle) = (written.tracked, written.cycle);
         }
         for (motion, targets) in motions.iter().zip(targets) {
             self.record_points(&motion.parameters(targets.points.len()));
         }
         self.unit_before_mm = format.unit_mm();
-        if unchanged_coordinate {
+        if is_unchanged {
             return self.copy_text(block.line);
         }
-        (self.tracked, self.drilled) = (before, drilled);
+        (self.tracked, self.cycle) = (before, cycle);
         let content = self.program.content(block.line);
         for (k, (motion, goal)) in motions.iter().zip(&goals).enumerate() {
             let is_last = k + 1 == motions.len();
@@ -103,7 +103,7 @@ impl Writer<'_> {
                     edit.remove(index);
                 }
                 self.out.extend(edit.render());
-                (self.tracked, self.drilled) = (written.tracked, written.drilled);
+                (self.tracked, self.cycle) = (written.tracked, written.cycle);
             } else {
                 let mut bare = motion.clone();
                 bare.words.clear();
@@ -118,19 +118,19 @@ impl Writer<'_> {
                 }
                 self.out.extend_from_slice(&content[..block.prefix]);
                 self.out.extend_from_slice(words.join(style.separator()).as_bytes());
-                (self.tracked, self.drilled) = (written.tracked, written.drilled);
+                (self.tracked, self.cycle) = (written.tracked, written.cycle);
             }
             self.end_line(block, is_last);
         }
     }
 
-    /// Computes the words of one hole from the written position, keeping those of the line that already lead to `goal`.
+    /// Returns one hole as it is written from the tracked position: words of the line that already lead to `goal` stay.
     fn fit_hole(&self, motion: &Motion, format: CoordinateFormat, goal: Goal) -> WrittenHole {
         let is_first = matches!(motion.geometry, MotionGeometry::Hole(Hole { is_first: true, .. }));
         let level = self.tracked[2];
-        let mut drilled = self.drilled;
-        drilled.initial = drilled.initial.filter(|_| !is_first).or(level);
-        drilled = drilled.with(motion, format.mm());
+        let mut cycle = self.cycle;
+        cycle.initial = cycle.initial.filter(|_| !is_first).or(level);
+        cycle = cycle.with(motion, format.mm());
         let [x, y] = [0, 1].map(|axis| format.axis_word(&motion.words, self.tracked, axis, goal.bottom[axis]));
         let steps = motion.modal.distance == Distance::Incremental;
         let height = |number: Option<f64>, from: Option<f64>, goal: f64| {
@@ -144,20 +144,20 @@ impl Writer<'_> {
                 }
             }
         };
-        let (clear, clear_number) = height(drilled.clear, level, goal.clear);
-        let (bottom, depth_number) = height(drilled.depth, clear.at, goal.bottom.z);
-        drilled = CycleState { clear: clear_number, depth: depth_number, ..drilled };
+        let (clear, clear_number) = height(cycle.clear, level, goal.clear);
+        let (bottom, depth_number) = height(cycle.depth, clear.at, goal.bottom.z);
+        cycle = CycleState { clear: clear_number, depth: depth_number, ..cycle };
         let back = match motion.modal.returns_to_r_plane {
             true => clear.at,
-            false => clear.at.zip(drilled.initial).map(|(clear, initial)| initial.max(clear)),
+            false => clear.at.zip(cycle.initial).map(|(clear, initial)| initial.max(clear)),
         };
         let tracked = [x.at, y.at, back];
-        WrittenHole { axes: [x, y, bottom], clear, tracked, drilled }
+        WrittenHole { axes: [x, y, bottom], clear, tracked, cycle }
     }
 }
 
 impl CycleState {
-    /// Returns the state updated by the line's R and Z; `mm`: how many mm one unit is.
+    /// Returns the state updated by R and Z on the line of `motion`; `mm`: how many mm one unit is.
     fn with(self, motion: &Motion, mm: f64) -> CycleState {
         let number = |letter| motion.words.iter().find(|word| word.letter == letter).map(|word| word.value * mm);
         CycleState { clear: number('R').or(self.clear), depth: number('Z').or(self.depth), ..self }
@@ -165,7 +165,7 @@ impl CycleState {
 }
 
 /// Returns the corrected bottom of a hole and the corrected height of its plane R; `None` if the motion is no located hole.
-fn goal((_, targets): (&Motion, &Targets)) -> Option<Goal> {
+fn hole_goal((_, targets): (&Motion, &Targets)) -> Option<Goal> {
     let [_, clear, .., bottom, _] = targets.corrected else { return None };
     Some(Goal { bottom: *bottom, clear: clear.z })
 }

@@ -10,7 +10,7 @@ use crate::toolpath::{
         NumberFormat, PathPoint, format_shortest,
         gcode::{Angles, Centre, LengthUnit, Motion, MotionCode, PartialPosition, WriteOptions, located},
     },
-    read::gcode::{Block, Pole, Program, Style, ZeroSetting, route},
+    read::gcode::{Block, Pole, Program, Style, ZeroSetting, motion_geometry},
     write::gcode::{AxisWord, CoordinateFormat, CycleState, RotaryWords, Stretch, WriteTolerance, angle_tolerance_deg},
 };
 
@@ -24,7 +24,7 @@ pub(crate) struct Targets<'a> {
 }
 
 impl Targets<'_> {
-    /// Returns the wanted angles of the rotary axes at the end of `motion`, degrees.
+    /// Returns the corrected angles of the rotary axes at the end of `motion`, degrees; those programmed if they are not corrected.
     fn end_angles(&self, motion: &Motion) -> Angles {
         self.angles.and_then(|angles| angles.last()).copied().unwrap_or(motion.turning.to)
     }
@@ -63,7 +63,7 @@ pub(crate) struct Writer<'p> {
     /// The written centre for arcs that give none (Heidenhain's CC), mm.
     pub(crate) pole: Option<[f64; 2]>,
     /// The state of the drilling cycle in force, as written.
-    pub(crate) drilled: CycleState,
+    pub(crate) cycle: CycleState,
     /// One unit of the last decimal of the previous written block, mm: the next block starts from its rounding.
     pub(crate) unit_before_mm: f64,
     /// The motion mode in force at the end of the written text.
@@ -88,7 +88,7 @@ impl<'p> Writer<'p> {
             rotary_angles: [[0.0; 3]; 2],
             is_tip_position: program.options.rotary.always_of_tip,
             pole: None,
-            drilled: CycleState::default(),
+            cycle: CycleState::default(),
             unit_before_mm: 0.0,
             motion_word: None,
         }
@@ -212,7 +212,7 @@ impl<'p> Writer<'p> {
             .with_all_axes(self.full_lines.contains(&motion.line))
     }
 
-    /// Returns the single block that passes all of `stretch` and ends at `goal`, if there is one.
+    /// Returns the single block that passes all points of `stretch` within tolerance and ends at `goal` (mm in W), if there is one.
     fn fit_one_block(
         &self,
         motion: &Motion,
@@ -229,7 +229,7 @@ impl<'p> Writer<'p> {
         }
         let (centre, centre_words) = format.moved_centre(motion, end - nominal_end);
         let centre = if let Some(Centre::Pole(_)) = centre { self.pole.map(Centre::Pole) } else { centre };
-        let candidate = route(motion.code, motion.modal, start, end, centre).ok()?;
+        let candidate = motion_geometry(motion.code, motion.modal, start, end, centre).ok()?;
         let parameters = stretch.parameters(&candidate, self.tolerance(format))?;
         let is_turned = stretch.has_angles_at(
             &parameters,
@@ -257,7 +257,7 @@ impl<'p> Writer<'p> {
         self.parameters.extend_from_slice(parameters);
     }
 
-    /// Writes the block as one line in which only the numbers that must change do.
+    /// Writes the block as one line, `kept`, in which only the numbers that must change do.
     fn write_line(&mut self, block: &Block, motion: &Motion, kept: OneBlock) {
         let content = self.program.content(block.line);
         let mut edit = LineEdit::new(content, &motion.words, self.style);
@@ -286,8 +286,8 @@ impl<'p> Writer<'p> {
 
     /// Ends a line of `block`: the last one with the block's own line ending, the others with the program's.
     pub(crate) fn end_line(&mut self, block: &Block, last: bool) {
-        let own = &self.program.source[self.program.lines.ending(block.line)];
-        self.out.extend_from_slice(if last || !own.is_empty() { own } else { self.newline });
+        let ending = &self.program.source[self.program.lines.ending(block.line)];
+        self.out.extend_from_slice(if last || !ending.is_empty() { ending } else { self.newline });
     }
 }
 

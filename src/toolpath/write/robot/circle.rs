@@ -17,8 +17,8 @@ use crate::toolpath::{
 const TURN_RAD: f64 = 0.5;
 
 impl Writer<'_> {
-    /// Writes the corrected points of `arc` as one circle statement if a circle passes them within tolerance; returns whether it did, else
-    /// nothing is written.
+    /// Writes the corrected points of `arc` as one circle statement if a circle from `from` passes them within tolerance; returns whether
+    /// it did.
     pub(crate) fn write_circle(
         &mut self,
         motion: &Motion,
@@ -31,57 +31,57 @@ impl Writer<'_> {
             return Ok(false);
         };
         let last = points.len() - 1;
-        let begin = from.position - start.position;
-        let own = |target: &Target| target_state(self.pen.language, statement, target, Some(&start));
-        let (Some(own_via), Some(own_end)) = (own(via)?, own(target)?) else { return Ok(false) };
+        let start_by = from.position - start.position;
+        let state_at = |target: &Target| target_state(self.format.language, statement, target, Some(&start));
+        let (Some(via_at), Some(end_at)) = (state_at(via)?, state_at(target)?) else { return Ok(false) };
         let (via_by, end_by) = match statement.sweep_rad {
             // Its end is not where its pose is: it can only be moved as a whole.
             Some(_) => (points.correction(last), points.correction(last)),
             None => {
                 let at = |k: usize| points.points[k].source.parameter;
                 let k = (0..last).find(|k| at(*k) >= arc.via).unwrap_or(last);
-                let before = k.checked_sub(1).map_or((0.0, begin), |before| (at(before), points.correction(before)));
+                let before = k.checked_sub(1).map_or((0.0, start_by), |before| (at(before), points.correction(before)));
                 let share = ((arc.via - before.0) / (at(k) - before.0)).clamp(0.0, 1.0);
                 (before.1.lerp(&points.correction(k), share), points.correction(last))
             }
         };
-        let goal = |stand: &ToolState, by: Vector3<f64>, orientation| Goal {
-            position: stand.position + by,
+        let goal = |state: &ToolState, by: Vector3<f64>, orientation| Goal {
+            position: state.position + by,
             orientation,
-            external: stand.external,
+            external: state.external,
         };
-        let shown_via =
-            self.pen.write_pose(statement, via, &goal(&own_via, via_by, own_via.orientation), Some(&from))?;
-        let shown_end =
-            self.pen.write_pose(statement, target, &goal(&own_end, end_by, points.orientation(last)), Some(&from))?;
-        let (Some(shown_via), Some(mut shown_end)) = (shown_via, shown_end) else { return Ok(false) };
-        let through = [from.position, shown_via.stand.position, shown_end.stand.position];
+        let via_pose =
+            self.format.write_pose(statement, via, &goal(&via_at, via_by, via_at.orientation), Some(&from))?;
+        let end_pose =
+            self.format.write_pose(statement, target, &goal(&end_at, end_by, points.orientation(last)), Some(&from))?;
+        let (Some(via_pose), Some(mut end_pose)) = (via_pose, end_pose) else { return Ok(false) };
+        let through = [from.position, via_pose.state.position, end_pose.state.position];
         let Some(written) = Arc::through(through, statement.sweep_rad) else { return Ok(false) };
         if (written.sweep_rad() - arc.sweep_rad()).abs() > TURN_RAD {
             return Ok(false);
         }
-        let way = MotionGeometry::Circle(written);
-        shown_end.stand.position = way.at(1.0).map_or(shown_end.stand.position, |(position, _)| position);
-        let Some(parameters) = self.parameters(&way, [from, shown_end.stand], motion, points, 0..points.len()) else {
+        let circle = MotionGeometry::Circle(written);
+        end_pose.state.position = circle.at(1.0).map_or(end_pose.state.position, |(position, _)| position);
+        let Some(parameters) = self.parameters(&circle, [from, end_pose.state], motion, points, 0..points.len()) else {
             return Ok(false);
         };
-        self.put_target(via, &shown_via);
-        self.write_one_statement(target, &shown_end, parameters);
+        self.put_target(via, &via_pose);
+        self.write_one_statement(target, &end_pose, parameters);
         Ok(true)
     }
 
-    /// Returns the circle from `from` on that passes the most of the first points of `which`: halves their number until one does,
-    /// then bisects. `None` if no circle passes two or more.
+    /// Returns the circle from `from` on that passes the most of the first points of `range`: halves their number until one does, then
+    /// bisects. `None` if no circle passes two or more.
     pub(crate) fn longest_arc(
         &self,
         motion: &Motion,
         target: &Target,
         from: ToolState,
         points: Points<'_>,
-        which: Range<usize>,
+        range: Range<usize>,
     ) -> Result<Option<Piece>, RobotFault> {
-        let attempt = |count: usize| self.arc_piece(motion, target, from, points, which.start..which.start + count);
-        let (mut best, mut count, mut failed) = (None, which.len(), which.len() + 1);
+        let attempt = |count: usize| self.arc_piece(motion, target, from, points, range.start..range.start + count);
+        let (mut best, mut count, mut failed) = (None, range.len(), range.len() + 1);
         while best.is_none() && count > 1 {
             best = attempt(count)?;
             if best.is_none() {
@@ -98,33 +98,34 @@ impl Writer<'_> {
         Ok(best)
     }
 
-    /// Returns a circle from `from` that passes the points `which` within tolerance, if there is one.
+    /// Returns a circle from `from` that passes the points `range` within tolerance, if there is one.
     fn arc_piece(
         &self,
         motion: &Motion,
         target: &Target,
         from: ToolState,
         points: Points<'_>,
-        which: Range<usize>,
+        range: Range<usize>,
     ) -> Result<Option<Piece>, RobotFault> {
         let statement = &motion.statement;
-        let (MotionGeometry::Circle(arc), Some(via), None) = (&motion.way, &statement.via, statement.sweep_rad) else {
+        let (MotionGeometry::Circle(arc), Some(via), None) = (&motion.geometry, &statement.via, statement.sweep_rad)
+        else {
             return Ok(None);
         };
-        let middle = which.start + which.len() / 2 - 1;
-        let show =
-            |target: &Target, k: usize| self.pen.write_pose(statement, target, &points.goal(k, motion), Some(&from));
-        let (Some(passed), Some(shown)) = (show(via, middle)?, show(target, which.end - 1)?) else { return Ok(None) };
-        let through = [from.position, passed.stand.position, shown.stand.position];
+        let middle = range.start + range.len() / 2 - 1;
+        let pose =
+            |target: &Target, k: usize| self.format.write_pose(statement, target, &points.goal(k, motion), Some(&from));
+        let (Some(via_pose), Some(end)) = (pose(via, middle)?, pose(target, range.end - 1)?) else { return Ok(None) };
+        let through = [from.position, via_pose.state.position, end.state.position];
         let Some(written) = Arc::through(through, None) else { return Ok(None) };
-        let nominal = points.motion_share(&which) * arc.sweep_rad();
+        let nominal = points.motion_share(&range) * arc.sweep_rad();
         let is_alike = (written.sweep_rad() - nominal).abs() <= nominal * MOST_CHANGE_OF_TURN;
-        let chord_mm = (shown.stand.position - from.position).norm();
+        let chord_mm = (end.state.position - from.position).norm();
         if !is_alike || written.sweep_rad() < LEAST_TURN_RAD || chord_mm < LEAST_CHORD_MM {
             return Ok(None);
         }
-        let parameters = self.parameters(&MotionGeometry::Circle(written), [from, shown.stand], motion, points, which);
-        Ok(parameters.map(|parameters| Piece { via: Some(passed), shown, parameters }))
+        let parameters = self.parameters(&MotionGeometry::Circle(written), [from, end.state], motion, points, range);
+        Ok(parameters.map(|parameters| Piece { via: Some(via_pose), end, parameters }))
     }
 }
 

@@ -29,13 +29,13 @@ impl RobotProgram {
     ) -> Result<RewrittenRobot, RewriteError> {
         check_corrected(path, corrected_mm, orientations)?;
         let writing = writing.into();
-        let pen = PoseFormat { language: self.language, format: writing.format, decimals: self.decimals };
-        let mut writer = Writer::new(&self.source, pen, writing.tolerance_mm.max(0.0));
+        let format = PoseFormat { language: self.language, format: writing.format, decimals: self.decimals };
+        let mut writer = Writer::new(&self.source, format, writing.tolerance_mm.max(0.0));
         let foreign = || RewriteError::ForeignPath { program: self.name.clone() };
         let (mut segment, mut next) = (0, 0);
         self.walk(|motion| {
-            let at = |t: f64| motion.way.at(t).map(|(position, _)| position);
-            let has_points = motion.way != MotionGeometry::Unlocated;
+            let at = |t: f64| motion.geometry.at(t).map(|(position, _)| position);
+            let has_points = motion.geometry != MotionGeometry::Unlocated;
             let range = next..end_of_segment(path, segment, next, has_points, at).ok_or_else(foreign)?;
             let points = Points {
                 points: &path.points()[range.clone()],

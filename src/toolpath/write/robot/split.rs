@@ -27,7 +27,7 @@ impl Points<'_> {
         self.points.len()
     }
 
-    /// Returns the wanted tool orientation at point `k`: the corrected one, or that of the path.
+    /// Returns the tool orientation to write at point `k`: the corrected one, or that of the path.
     pub(crate) fn orientation(&self, k: usize) -> Option<Orientation> {
         self.orientations.map_or(self.points[k].orientation, |orientations| Some(orientations[k]))
     }
@@ -41,10 +41,10 @@ impl Points<'_> {
         }
     }
 
-    /// Returns the share of the motion, from 0 to 1, that ends at the points `which`.
-    pub(crate) fn motion_share(&self, which: &std::ops::Range<usize>) -> f64 {
+    /// Returns the share of the motion (0 to 1) that the points `range` cover.
+    pub(crate) fn motion_share(&self, range: &std::ops::Range<usize>) -> f64 {
         let parameter = |k: usize| self.points[k].source.parameter;
-        parameter(which.end - 1) - which.start.checked_sub(1).map_or(0.0, parameter)
+        parameter(range.end - 1) - range.start.checked_sub(1).map_or(0.0, parameter)
     }
 
     /// Returns the commanded less the programmed tool position of point `k`, in the workpiece frame, mm.
@@ -57,7 +57,7 @@ impl Points<'_> {
 #[derive(Debug)]
 pub(crate) struct Writer<'a> {
     source: &'a [u8],
-    pub(crate) pen: PoseFormat,
+    pub(crate) format: PoseFormat,
     tolerance_mm: f64,
     out: Vec<u8>,
     /// How many bytes of the source have been copied or replaced.
@@ -71,15 +71,15 @@ pub(crate) struct Writer<'a> {
 /// A statement of a split motion: the intermediate pose of a circle, the end pose, and where its points lie on it, from 0 to 1.
 pub(crate) struct Piece {
     pub via: Option<WrittenPose>,
-    pub shown: WrittenPose,
+    pub end: WrittenPose,
     pub parameters: Vec<f64>,
 }
 
 impl<'a> Writer<'a> {
-    /// Creates a writer of the program `source` with nothing written; poses get the format `pen`.
-    pub fn new(source: &'a [u8], pen: PoseFormat, tolerance_mm: f64) -> Self {
+    /// Creates a writer of the program `source` with nothing written; poses get the format `format`.
+    pub fn new(source: &'a [u8], format: PoseFormat, tolerance_mm: f64) -> Self {
         let out = Vec::with_capacity(source.len());
-        Self { source, pen, tolerance_mm, out, copied: 0, tracked: None, pieces: Vec::new(), parameters: Vec::new() }
+        Self { source, format, tolerance_mm, out, copied: 0, tracked: None, pieces: Vec::new(), parameters: Vec::new() }
     }
 
     /// Copies the rest of the source and returns the bytes, the number of points of each motion, and where on its motion each lies.
@@ -96,13 +96,13 @@ impl<'a> Writer<'a> {
             self.pieces.push(0);
             return Ok(());
         };
-        match (&motion.way, self.tracked) {
+        match (&motion.geometry, self.tracked) {
             (MotionGeometry::Line(..), Some(from)) => {
                 let goal = points.goal(last, motion);
-                let shown = self.pen.write_pose(statement, target, &goal, Some(&from))?.ok_or(RobotFault::NoCircle)?;
-                let way = MotionGeometry::Line(from.position, shown.stand.position);
-                match self.parameters(&way, [from, shown.stand], motion, points, 0..points.len()) {
-                    Some(parameters) => self.write_one_statement(target, &shown, parameters),
+                let end = self.format.write_pose(statement, target, &goal, Some(&from))?.ok_or(RobotFault::NoCircle)?;
+                let geometry = MotionGeometry::Line(from.position, end.state.position);
+                match self.parameters(&geometry, [from, end.state], motion, points, 0..points.len()) {
+                    Some(parameters) => self.write_one_statement(target, &end, parameters),
                     None => self.write_split(motion, points)?,
                 }
             }
@@ -113,73 +113,73 @@ impl<'a> Writer<'a> {
             }
             _ => {
                 let from = self.tracked;
-                let shown = self.pen.write_pose(statement, target, &points.goal(last, motion), from.as_ref())?;
-                let shown = shown.ok_or(RobotFault::CircleFromNowhere)?;
-                self.write_one_statement(target, &shown, vec![1.0; points.len()]);
+                let end = self.format.write_pose(statement, target, &points.goal(last, motion), from.as_ref())?;
+                let end = end.ok_or(RobotFault::CircleFromNowhere)?;
+                self.write_one_statement(target, &end, vec![1.0; points.len()]);
             }
         }
         Ok(())
     }
 
-    /// Writes a motion that stays one statement.
-    pub(crate) fn write_one_statement(&mut self, target: &Target, shown: &WrittenPose, parameters: Vec<f64>) {
-        self.put_target(target, shown);
-        self.record_points(shown.stand, parameters);
+    /// Writes a motion that stays one statement, to `pose` in place of `target`, with its points at `parameters` (0 to 1).
+    pub(crate) fn write_one_statement(&mut self, target: &Target, pose: &WrittenPose, parameters: Vec<f64>) {
+        self.put_target(target, pose);
+        self.record_points(pose.state, parameters);
     }
 
-    /// Copies the source up to `target` and writes the pose as `shown`, if it changes.
-    pub(crate) fn put_target(&mut self, target: &Target, shown: &WrittenPose) {
-        if shown.is_changed {
+    /// Copies the source up to `target`, and writes `pose` in its place if that changes.
+    pub(crate) fn put_target(&mut self, target: &Target, pose: &WrittenPose) {
+        if pose.is_changed {
             self.out.extend_from_slice(&self.source[self.copied..target.at.start]);
-            self.out.extend_from_slice(&shown.text);
+            self.out.extend_from_slice(&pose.text);
             self.copied = target.at.end;
         }
     }
 
-    /// Records that a motion to `stand` with path points at `parameters` (0 to 1) has been written.
-    fn record_points(&mut self, stand: ToolState, parameters: Vec<f64>) {
-        self.tracked = Some(stand);
+    /// Records that a motion to `state` with path points at `parameters` (0 to 1) has been written.
+    fn record_points(&mut self, state: ToolState, parameters: Vec<f64>) {
+        self.tracked = Some(state);
         self.pieces.push(parameters.len());
         self.parameters.extend(parameters);
     }
 
-    /// Returns where on `way`, along which the tool turns evenly from `from` to `to`, the points `which` lie, from 0 to 1 in
-    /// ascending order; `None` if it does not pass them within tolerance.
+    /// Returns where on `geometry`, along which the tool turns evenly between the states `from` and `to`, the points `range` lie, from 0 to
+    /// 1 in ascending order; `None` if it does not pass them within tolerance.
     pub(crate) fn parameters(
         &self,
-        way: &MotionGeometry,
+        geometry: &MotionGeometry,
         [from, to]: [ToolState; 2],
         motion: &Motion,
         points: Points<'_>,
-        which: std::ops::Range<usize>,
+        range: std::ops::Range<usize>,
     ) -> Option<Vec<f64>> {
         let parameter = |k: usize| points.points[k].source.parameter;
-        let begin = which.start.checked_sub(1).map_or(0.0, parameter);
-        let length = parameter(which.end - 1) - begin;
-        let unit_mm = self.pen.unit_mm(&motion.statement) * (1.0 + 1e-6);
-        let mut parameters = Vec::with_capacity(which.len());
+        let start = range.start.checked_sub(1).map_or(0.0, parameter);
+        let length = parameter(range.end - 1) - start;
+        let unit_mm = self.format.unit_mm(&motion.statement) * (1.0 + 1e-6);
+        let mut parameters = Vec::with_capacity(range.len());
         let mut passed = 0.0;
-        for k in which.clone() {
+        for k in range.clone() {
             let goal = &points.corrected[k];
-            let share = if length > 0.0 { (parameter(k) - begin) / length } else { 1.0 };
-            let off = |t: f64| Some(way.at(t)?.0 - goal);
-            let place = if off(share)?.amax() <= unit_mm {
+            let share = if length > 0.0 { (parameter(k) - start) / length } else { 1.0 };
+            let error = |t: f64| Some(geometry.at(t)?.0 - goal);
+            let parameter_here = if error(share)?.amax() <= unit_mm {
                 share.max(passed)
             } else {
-                let place = if k + 1 < which.end { nearest(way, goal, share).max(passed) } else { 1.0 };
-                if off(place)?.norm() > self.tolerance_mm {
+                let parameter_here = if k + 1 < range.end { nearest(geometry, goal, share).max(passed) } else { 1.0 };
+                if error(parameter_here)?.norm() > self.tolerance_mm {
                     return None;
                 }
-                place
+                parameter_here
             };
-            let stands = from.orientation.zip(to.orientation).map(|(from, to)| from.towards(&to, place));
-            if let (Some(_), Some(stands), Some(wanted)) = (points.orientations, stands, points.orientation(k))
-                && stands.angle_to(&wanted) > WRITTEN_RAD
+            let here = from.orientation.zip(to.orientation).map(|(from, to)| from.towards(&to, parameter_here));
+            if let (Some(_), Some(here), Some(there)) = (points.orientations, here, points.orientation(k))
+                && here.angle_to(&there) > WRITTEN_RAD
             {
                 return None;
             }
-            passed = place;
-            parameters.push(place);
+            passed = parameter_here;
+            parameters.push(parameter_here);
         }
         *parameters.last_mut()? = 1.0;
         Some(parameters)
@@ -191,11 +191,11 @@ impl<'a> Writer<'a> {
         let Some(target) = &statement.end else { return Ok(()) };
         let first_pose = statement.via.as_ref().unwrap_or(target).at.start;
         let (source, at) = (self.source, &statement.at);
-        let own = &source[statement.keyword.clone()];
-        let straight = match (statement.kind, self.pen.language) {
+        let keyword = &source[statement.keyword.clone()];
+        let line_keyword = match (statement.kind, self.format.language) {
             (MotionKind::Circle, Language::Krl) => b"LIN".as_slice(),
             (MotionKind::Circle, Language::Rapid) => b"MoveL",
-            _ => own,
+            _ => keyword,
         };
         let (blanks, _) = indent(source, at.start);
         self.out.extend_from_slice(&source[self.copied..at.start]);
@@ -203,19 +203,19 @@ impl<'a> Writer<'a> {
         while next < points.len() {
             let piece = self.longest(motion, target, points, next)?;
             next += piece.parameters.len();
-            self.out.extend_from_slice(if piece.via.is_some() { own } else { straight });
+            self.out.extend_from_slice(if piece.via.is_some() { keyword } else { line_keyword });
             self.out.extend_from_slice(&source[statement.keyword.end..first_pose]);
-            if let (Some(shown), Some(via)) = (&piece.via, &statement.via) {
-                self.out.extend_from_slice(&shown.text);
+            if let (Some(pose), Some(via)) = (&piece.via, &statement.via) {
+                self.out.extend_from_slice(&pose.text);
                 self.out.extend_from_slice(&source[via.at.end..target.at.start]);
             }
-            self.out.extend_from_slice(&piece.shown.text);
+            self.out.extend_from_slice(&piece.end.text);
             self.out.extend_from_slice(&source[statement.suffix.clone()]);
             if next < points.len() {
                 self.out.extend_from_slice(line_ending(source));
                 self.out.extend_from_slice(blanks);
             }
-            self.record_points(piece.shown.stand, piece.parameters);
+            self.record_points(piece.end.state, piece.parameters);
         }
         self.copied = at.end;
         Ok(())
@@ -225,17 +225,17 @@ impl<'a> Writer<'a> {
     fn longest(&self, motion: &Motion, target: &Target, points: Points<'_>, first: usize) -> Result<Piece, RobotFault> {
         let from = self.tracked.ok_or(RobotFault::CircleFromNowhere)?;
         let most = if self.tolerance_mm > 0.0 { points.len() - first } else { 1 };
-        let show = |k: usize| {
-            let shown = self.pen.write_pose(&motion.statement, target, &points.goal(k, motion), Some(&from))?;
-            shown.ok_or(RobotFault::CircleFromNowhere)
+        let pose = |k: usize| {
+            let end = self.format.write_pose(&motion.statement, target, &points.goal(k, motion), Some(&from))?;
+            end.ok_or(RobotFault::CircleFromNowhere)
         };
         let attempt = |count: usize| -> Result<Option<Piece>, RobotFault> {
-            let shown = show(first + count - 1)?;
-            let way = MotionGeometry::Line(from.position, shown.stand.position);
-            let parameters = self.parameters(&way, [from, shown.stand], motion, points, first..first + count);
-            Ok(parameters.map(|parameters| Piece { via: None, shown, parameters }))
+            let end = pose(first + count - 1)?;
+            let geometry = MotionGeometry::Line(from.position, end.state.position);
+            let parameters = self.parameters(&geometry, [from, end.state], motion, points, first..first + count);
+            Ok(parameters.map(|parameters| Piece { via: None, end, parameters }))
         };
-        let mut best = longest_piece(Piece { via: None, shown: show(first)?, parameters: vec![1.0] }, most, attempt)?;
+        let mut best = longest_piece(Piece { via: None, end: pose(first)?, parameters: vec![1.0] }, most, attempt)?;
         if let Some(arc) = self.longest_arc(motion, target, from, points, first..first + most)?
             && arc.parameters.len() > best.parameters.len()
         {
@@ -245,9 +245,9 @@ impl<'a> Writer<'a> {
     }
 }
 
-/// Returns the parameter, from 0 to 1, at which `way` passes nearest to `goal` (mm); on a circle, the one next to `guess`.
-fn nearest(way: &MotionGeometry, goal: &Vector3<f64>, guess: f64) -> f64 {
-    match way {
+/// Returns the parameter (0 to 1) at which `geometry` passes nearest to `goal` (mm); on a circle, the one next to `guess`.
+fn nearest(geometry: &MotionGeometry, goal: &Vector3<f64>, guess: f64) -> f64 {
+    match geometry {
         MotionGeometry::Line(start, end) => {
             let along = end - start;
             let share = (goal - start).dot(&along) / along.norm_squared();

@@ -28,7 +28,7 @@ pub(crate) struct WrittenPose {
     pub text: Vec<u8>,
     pub is_changed: bool,
     /// Where the pose leads, rounding included.
-    pub stand: ToolState,
+    pub state: ToolState,
 }
 
 /// How poses are written: language and decimals.
@@ -66,31 +66,31 @@ impl PoseFormat {
         goal: &Goal,
         from: Option<&ToolState>,
     ) -> Result<Option<WrittenPose>, RobotFault> {
-        let whole;
-        let (target, own, is_whole) = match (target_state(self.language, statement, target, from), &goal.orientation) {
+        let full;
+        let (target, old, is_whole) = match (target_state(self.language, statement, target, from), &goal.orientation) {
             // Where a motion is split near B = ±90°, a part of A, B and C does not say how the tool stands: all of them do.
-            (Err(RobotFault::PartOfOrientation), Some(wanted)) if !statement.is_step => {
-                whole = self.with_numbers(target, &self.rotation_texts(wanted, statement, target));
-                (&whole, target_state(self.language, statement, &whole, from)?, true)
+            (Err(RobotFault::PartOfOrientation), Some(orientation)) if !statement.is_step => {
+                full = self.with_numbers(target, &self.rotation_texts(orientation, statement, target));
+                (&full, target_state(self.language, statement, &full, from)?, true)
             }
-            (own, _) => (target, own?, false),
+            (old, _) => (target, old?, false),
         };
-        let Some(own) = own else { return Ok(None) };
-        let changes = self.changed_numbers(statement, target, &own, goal, from)?;
+        let Some(old) = old else { return Ok(None) };
+        let changes = self.changed_numbers(statement, target, &old, goal, from)?;
         if changes.is_empty() {
-            return Ok(Some(WrittenPose { text: target.text.clone(), is_changed: is_whole, stand: own }));
+            return Ok(Some(WrittenPose { text: target.text.clone(), is_changed: is_whole, state: old }));
         }
         let written = self.with_numbers(target, &changes);
-        let stand = target_state(self.language, statement, &written, from)?.unwrap_or(own);
-        Ok(Some(WrittenPose { text: written.text, is_changed: true, stand }))
+        let state = target_state(self.language, statement, &written, from)?.unwrap_or(old);
+        Ok(Some(WrittenPose { text: written.text, is_changed: true, state }))
     }
 
-    /// Returns the components that differ from `goal` by more than half a unit of the last decimal, with their new texts.
+    /// Returns the components in which `current` differs from `goal` by more than half a unit of the last decimal, with their new texts.
     fn changed_numbers(
         self,
         statement: &Statement,
         target: &Target,
-        own: &ToolState,
+        current: &ToolState,
         goal: &Goal,
         from: Option<&ToolState>,
     ) -> Result<Vec<(Component, String)>, RobotFault> {
@@ -98,17 +98,17 @@ impl PoseFormat {
         let in_base =
             |position: Vector3<f64>| frames.base.inverse_transform_point(&position.into()).coords / frames.unit_mm;
         let decimals = self.position_decimals(frames.unit_mm);
-        let (here, there) = (in_base(own.position), in_base(goal.position));
-        let begin = from.filter(|_| statement.is_step).map_or_else(Vector3::zeros, |from| in_base(from.position));
+        let (current_xyz, goal_xyz) = (in_base(current.position), in_base(goal.position));
+        let start = from.filter(|_| statement.is_step).map_or_else(Vector3::zeros, |from| in_base(from.position));
         let half = last_place(decimals) * (0.5 + 1e-6);
         let mut changes = Vec::new();
         for axis in 0..3 {
-            if (there[axis] - here[axis]).abs() > half {
-                changes.push((Component::Position(axis), format_fixed(there[axis] - begin[axis], decimals)));
+            if (goal_xyz[axis] - current_xyz[axis]).abs() > half {
+                changes.push((Component::Position(axis), format_fixed(goal_xyz[axis] - start[axis], decimals)));
             }
         }
-        if let (Some(own), Some(wanted)) = (own.orientation, goal.orientation)
-            && own.angle_to(&wanted) > self.half_turn_unit()
+        if let (Some(current), Some(corrected)) = (current.orientation, goal.orientation)
+            && current.angle_to(&corrected) > self.half_turn_unit()
         {
             if statement.is_step {
                 return Err(RobotFault::NotFollowed {
@@ -116,47 +116,47 @@ impl PoseFormat {
                     expected: "LIN with a pose",
                 });
             }
-            changes.extend(self.rotation_texts(&wanted, statement, target));
+            changes.extend(self.rotation_texts(&corrected, statement, target));
         }
         let half = last_place(self.decimals.external) * (0.5 + 1e-6);
-        for (axis, (own, wanted)) in own.external.into_iter().zip(goal.external).enumerate() {
-            if let (Some(own), Some(wanted)) = (own, wanted)
-                && (own - wanted).abs() > half
+        for (axis, (current, corrected)) in current.external.into_iter().zip(goal.external).enumerate() {
+            if let (Some(current), Some(corrected)) = (current, corrected)
+                && (current - corrected).abs() > half
             {
-                changes.push((Component::External(axis), format_fixed(wanted, self.decimals.external)));
+                changes.push((Component::External(axis), format_fixed(corrected, self.decimals.external)));
             }
         }
         Ok(changes)
     }
 
-    /// Returns the rotation components of `wanted`, with their texts.
-    fn rotation_texts(self, wanted: &Orientation, statement: &Statement, target: &Target) -> Vec<(Component, String)> {
-        let numbers = rotation::rotation_parts(self.language, wanted, &statement.frames, target);
-        let shown = |(entry, value)| (Component::Rotation(entry), format_fixed(value, self.decimals.rotation));
-        numbers.into_iter().enumerate().map(shown).collect()
+    /// Returns the rotation components that command the orientation `goal` in `statement`, with their texts.
+    fn rotation_texts(self, goal: &Orientation, statement: &Statement, target: &Target) -> Vec<(Component, String)> {
+        let numbers = rotation::rotation_parts(self.language, goal, &statement.frames, target);
+        let with_text = |(entry, value)| (Component::Rotation(entry), format_fixed(value, self.decimals.rotation));
+        numbers.into_iter().enumerate().map(with_text).collect()
     }
 
-    /// Returns `target` with the numbers of `changes` replaced or added.
+    /// Returns `target` with the numbers of `changes` replaced in its text, or added behind the last one.
     fn with_numbers(self, target: &Target, changes: &[(Component, String)]) -> Target {
         let (mut text, mut numbers) = (Vec::with_capacity(target.text.len() + 16), Vec::new());
-        let mut put = |text: &mut Vec<u8>, component: Component, shown: &str| {
+        let mut put = |text: &mut Vec<u8>, component: Component, digits: &str| {
             // X-5 may become X 5, but not X5, which is another name.
-            if text.last().is_some_and(u8::is_ascii_alphanumeric) && !shown.starts_with(['-', '+', '.']) {
+            if text.last().is_some_and(u8::is_ascii_alphanumeric) && !digits.starts_with(['-', '+', '.']) {
                 text.push(b' ');
             }
-            let at = text.len()..text.len() + shown.len();
-            text.extend_from_slice(shown.as_bytes());
+            let at = text.len()..text.len() + digits.len();
+            text.extend_from_slice(digits.as_bytes());
             // What was written by us is a number.
-            numbers.push(Number { component, at, value: shown.parse().unwrap_or_default() });
+            numbers.push(Number { component, at, value: digits.parse().unwrap_or_default() });
         };
-        let mut own: Vec<&Number> = target.numbers.iter().collect();
-        own.sort_by_key(|number| number.at.start);
+        let mut in_order: Vec<&Number> = target.numbers.iter().collect();
+        in_order.sort_by_key(|number| number.at.start);
         let mut copied = 0;
-        for number in own {
+        for number in in_order {
             text.extend_from_slice(&target.text[copied..number.at.start]);
             let changed = changes.iter().find(|(component, _)| *component == number.component);
             match changed {
-                Some((component, shown)) => put(&mut text, *component, shown),
+                Some((component, digits)) => put(&mut text, *component, digits),
                 None => put(&mut text, number.component, &String::from_utf8_lossy(&target.text[number.at.clone()])),
             }
             copied = number.at.end;
@@ -167,7 +167,7 @@ impl PoseFormat {
         let end = copied + rest[..end.unwrap_or(rest.len())].trim_ascii_end().len();
         text.extend_from_slice(&target.text[copied..end]);
         let separator = if target.text.windows(2).any(|pair| pair == b", ") { ", " } else { "," };
-        for (component, shown) in changes.iter().filter(|(component, _)| target.number(*component).is_none()) {
+        for (component, digits) in changes.iter().filter(|(component, _)| target.number(*component).is_none()) {
             // `{E6POS:` names a type and nothing yet.
             if !text.ends_with(b"{") && !text.ends_with(b":") {
                 text.extend_from_slice(separator.as_bytes());
@@ -176,14 +176,14 @@ impl PoseFormat {
                 text.extend_from_slice(krl_name(*component).as_bytes());
                 text.push(b' ');
             }
-            put(&mut text, *component, shown);
+            put(&mut text, *component, digits);
         }
         text.extend_from_slice(&target.text[end..]);
         Target { at: target.at.clone(), text, numbers }
     }
 }
 
-/// Returns the name of a component in KRL.
+/// Returns the name of a component in a KRL pose.
 fn krl_name(component: Component) -> String {
     match component {
         Component::Position(axis) => ["X", "Y", "Z"][axis].into(),

@@ -4,18 +4,18 @@ use std::ops::Range;
 
 use crate::toolpath::read::gcode::lines::{self, Lines};
 
-/// `written` with rising block numbers: the lines that a block was split into begin with its number, and are counted on with all that follow.
-/// A program of as many lines as `source` stays as it is.
+/// Returns `written` with rising block numbers: the lines that a block was split into begin with its number, and are counted on with all
+/// that follow. A program of as many lines as `source` stays as it is.
 pub(crate) fn renumber_blocks(source: &[u8], written: Vec<u8>) -> Vec<u8> {
-    let lines = Lines::of(&written);
-    if lines.len() == Lines::of(source).len() {
+    let lines = Lines::split(&written);
+    if lines.len() == Lines::split(source).len() {
         return written;
     }
     let mut out = Vec::with_capacity(written.len() + lines.len());
     let (mut before, mut added) = (None, 0);
     for line in 0..lines.len() {
         let content = &written[lines.content(line)];
-        match number(content) {
+        match leading_number(content) {
             Some((range, number)) => {
                 added += u64::from(before == Some(number));
                 before = Some(number);
@@ -30,8 +30,8 @@ pub(crate) fn renumber_blocks(source: &[u8], written: Vec<u8>) -> Vec<u8> {
     out
 }
 
-/// The range and value of the number that a block begins with.
-pub(crate) fn number(content: &[u8]) -> Option<(Range<usize>, u64)> {
+/// Returns the range and value of the number that a block begins with; `None` if it has none.
+pub(crate) fn leading_number(content: &[u8]) -> Option<(Range<usize>, u64)> {
     let blanks = |from: usize| from + content[from..].iter().take_while(|byte| lines::is_blank(**byte)).count();
     let start = lines::blank_len(content);
     let start = if content.get(start) == Some(&b'/') { blanks(start + 1) } else { start };

@@ -12,10 +12,10 @@ use crate::toolpath::{
 };
 
 impl Dialect {
-    /// The dialect of a program: Heidenhain's has `BEGIN PGM`; Sinumerik's has `%_N_`, addresses and names with `=`, or names and
-    /// G words that no other has (`MSG(…)`, `TRANS`, `CYCLE81(…)`, `G710`); others are ISO.
+    /// Detects the dialect of a program: Heidenhain's has `BEGIN PGM`; Sinumerik's has `%_N_`, addresses and names with `=`, or names and G
+    /// words that no other has (`MSG(…)`, `TRANS`, `CYCLE81(…)`, `G710`); others are ISO.
     #[must_use]
-    pub fn of(source: &[u8]) -> Dialect {
+    pub fn detect(source: &[u8]) -> Dialect {
         let lines = || source.split(|byte| matches!(byte, b'\r' | b'\n'));
         if lines().any(is_heidenhain_begin) {
             Dialect::Heidenhain
@@ -27,9 +27,9 @@ impl Dialect {
     }
 }
 
-/// Whether a line is `BEGIN PGM`.
+/// Whether `line` is `BEGIN PGM`, the first block of a Heidenhain program.
 fn is_heidenhain_begin(line: &[u8]) -> bool {
-    let start = block_numbers::number(line).map_or(lines::blank_len(line), |(range, _)| range.end);
+    let start = block_numbers::leading_number(line).map_or(lines::blank_len(line), |(range, _)| range.end);
     let mut scan = Scan::of_line(line, start);
     let mut word = || {
         scan.next();
@@ -38,7 +38,7 @@ fn is_heidenhain_begin(line: &[u8]) -> bool {
     word() == "BEGIN" && word() == "PGM"
 }
 
-/// Whether a line has what only Sinumerik has.
+/// Whether `line` has names or G words that only Sinumerik programs have.
 fn is_sinumerik_line(line: &[u8]) -> bool {
     let start = lines::prefix_len(line);
     if line[start..].starts_with(b"%_N_") {

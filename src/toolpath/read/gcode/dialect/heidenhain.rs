@@ -51,28 +51,28 @@ const TCPM: [&str; 2] = ["F TCP AXIS POS PATHCTRL AXIS", "F TCP AXIS POS PATHCTR
 
 impl Reader {
     /// Parses the next line into words; lines that do not change where the tool goes have none.
-    pub fn statement(&mut self, line: &[u8]) -> Result<Statement, Refusal> {
-        let goes_on = line.trim_ascii_end().ends_with(b"~");
+    pub fn parse_line(&mut self, line: &[u8]) -> Result<Statement, Refusal> {
+        let is_continued = line.trim_ascii_end().ends_with(b"~");
         if let Some(block) = self.continued {
-            self.continued = self.continued.filter(|_| goes_on);
+            self.continued = self.continued.filter(|_| is_continued);
             let words = if block == Continued::Preset { preset_words(Scan::of_line(line, 0))? } else { Vec::new() };
             return Ok(Statement::Words { words, prefix: 0 });
         }
-        let start = block_numbers::number(line).map_or_else(|| lines::prefix_len(line), |(range, _)| range.end);
+        let start = block_numbers::leading_number(line).map_or_else(|| lines::prefix_len(line), |(range, _)| range.end);
         let mut scan = Scan::of_line(line, start);
         scan.next();
         let prefix = scan.at;
         // A heading of the program's outline.
         let is_empty = matches!(scan.peek(), None | Some(b'*'));
-        let words = if is_empty { Vec::new() } else { self.block_words(scan, goes_on)? };
-        if goes_on && !is_empty {
+        let words = if is_empty { Vec::new() } else { self.block_words(scan, is_continued)? };
+        if is_continued && !is_empty {
             self.continued.get_or_insert(Continued::Passive);
         }
         Ok(Statement::Words { words, prefix })
     }
 
-    /// Words of a block.
-    fn block_words(&mut self, mut scan: Scan, goes_on: bool) -> Result<Vec<Word>, Refusal> {
+    /// Returns the words of the block at the cursor. `is_continued`: a `~` ends its line, which motions cannot have.
+    fn block_words(&mut self, mut scan: Scan, is_continued: bool) -> Result<Vec<Word>, Refusal> {
         let start = scan.at;
         let name = scan.take_letters();
         let verb = match name.as_str() {
@@ -83,7 +83,7 @@ impl Reader {
             "M" => Verb::None,
             _ => return self.other_block_words(&name, scan, start),
         };
-        if goes_on {
+        if is_continued {
             return Err(scan.refuse_all(start, Foreign::Continued));
         }
         if verb == Verb::None {
@@ -92,7 +92,7 @@ impl Reader {
         heidenhain_words::motion_words(scan, verb, start, self.tool_feed)
     }
 
-    /// Words of a block called `name` that is no motion.
+    /// Returns the words of a block that begins with `name`, at byte `start`, and is no motion; `Err` if it is not followed.
     fn other_block_words(&mut self, name: &str, mut scan: Scan, start: usize) -> Result<Vec<Word>, Refusal> {
         scan.next();
         let scan = scan;
@@ -130,7 +130,7 @@ impl Reader {
         }
     }
 
-    /// Words of TOOL CALL: the tool, the plane by its axis, S and F.
+    /// Returns the words of TOOL CALL (the tool, the plane by its axis, S and F), and keeps F for F AUTO.
     fn tool_call_words(&mut self, mut scan: Scan) -> Result<Vec<Word>, Refusal> {
         let mut words = Vec::new();
         scan.next();
@@ -177,7 +177,7 @@ impl Reader {
         Ok(words)
     }
 
-    /// Words of CYCL DEF: a datum shift, a preset, or none for cycles that do not move the tool.
+    /// Returns the words of CYCL DEF: a datum shift, a preset, or none for cycles that do not move the tool. `Err` for other cycles.
     fn cycle_words(&mut self, mut scan: Scan, start: usize) -> Result<Vec<Word>, Refusal> {
         scan.next();
         let refuse = |foreign: Foreign| Err(scan.refuse_all(start, foreign));
@@ -210,7 +210,7 @@ impl Reader {
     }
 }
 
-/// The unit of BEGIN PGM, its last word.
+/// Returns the word of the unit of BEGIN PGM, its last word; `Err` if it is neither MM nor INCH.
 fn unit_word(scan: Scan, start: usize) -> Result<Vec<Word>, Refusal> {
     let text = scan.line.trim_ascii_end();
     let length = text.iter().rev().take_while(|byte| byte.is_ascii_alphabetic()).count();
@@ -223,7 +223,7 @@ fn unit_word(scan: Scan, start: usize) -> Result<Vec<Word>, Refusal> {
     Ok(vec![Word { meaning: Some(unit), ..Word::plain('G', 0.0, span) }])
 }
 
-/// The preset number behind `Q339=`, if it is on the line.
+/// Returns the word of the preset number behind `Q339=`; none if the line does not have it.
 fn preset_words(mut scan: Scan) -> Result<Vec<Word>, Refusal> {
     let Some(at) = scan.line.windows(4).position(|text| text.eq_ignore_ascii_case(b"Q339")) else {
         return Ok(Vec::new());
@@ -237,13 +237,13 @@ fn preset_words(mut scan: Scan) -> Result<Vec<Word>, Refusal> {
     Ok(vec![Word { meaning: Some(&PRESET), ..heidenhain_words::numbered_word('G', value, at, number)? }])
 }
 
-/// The rest of the line, in upper case with single blanks.
+/// Returns the rest of the line, in upper case with single blanks.
 fn rest_of_line(scan: &Scan) -> String {
     let rest = scan.upper_text(scan.at..scan.line.len());
     rest.split_ascii_whitespace().collect::<Vec<_>>().join(" ")
 }
 
-/// A G word with this meaning that spans `span`.
+/// Creates a G word with this meaning that spans the bytes `span`.
 fn g_word(meaning: &'static ForeignWord, span: std::ops::Range<usize>) -> Word {
     Word { meaning: Some(meaning), ..Word::plain('G', 0.0, span) }
 }

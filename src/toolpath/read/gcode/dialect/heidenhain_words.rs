@@ -47,7 +47,7 @@ pub(crate) static OF_MACHINE: ForeignWord = ForeignWord { name: "M129", meaning:
 static PER_TURN: ForeignWord = ForeignWord { name: "M136", meaning: GWord::Feed(FeedMode::PerRevolution) };
 static PER_MINUTE: ForeignWord = ForeignWord { name: "M137", meaning: GWord::Feed(FeedMode::PerMinute) };
 
-/// The word of `letter` from `start` to the end of its `number`.
+/// Creates the word of `letter` with `value`, from byte `start` to the end of its `number`; `Err` if these are far apart.
 pub(crate) fn numbered_word(letter: char, value: f64, start: usize, number: Range<usize>) -> Result<Word, Refusal> {
     let word = Word::plain(letter, value, start..number.end);
     // Nobody writes a number that far from its letter.
@@ -55,7 +55,7 @@ pub(crate) fn numbered_word(letter: char, value: f64, start: usize, number: Rang
     Ok(Word { around: [before, 0], ..word })
 }
 
-/// Why no number comes next: a parameter stands there, or nothing.
+/// Returns why no number comes next: a parameter stands there, or nothing.
 pub(crate) fn number_fault(scan: &Scan) -> Foreign {
     let rest = scan.line[scan.at..].trim_ascii_start();
     let rest = rest.strip_prefix(b"+").or_else(|| rest.strip_prefix(b"-")).unwrap_or(rest);
@@ -65,7 +65,7 @@ pub(crate) fn number_fault(scan: &Scan) -> Foreign {
     }
 }
 
-/// Words of a block whose verb spans from `start` to where `scan` is; `tool_feed` is the feed of F AUTO.
+/// Returns the words of a motion block whose verb spans from byte `start` to the cursor `scan`; `tool_feed` is the feed of F AUTO.
 pub(crate) fn motion_words(scan: Scan, verb: Verb, start: usize, tool_feed: Option<f64>) -> Result<Vec<Word>, Refusal> {
     let verb_span = start..scan.at;
     let mut block = Block { scan, verb, words: Vec::new(), sense: None, is_rapid: false, tool_feed };
@@ -75,7 +75,7 @@ pub(crate) fn motion_words(scan: Scan, verb: Verb, start: usize, tool_feed: Opti
     block.into_words(verb_span)
 }
 
-/// Words of a block of coordinates alone.
+/// Returns the words of a block that has only coordinates X, Y and Z; `Err` for anything else.
 pub(crate) fn coordinate_words(mut scan: Scan) -> Result<Vec<Word>, Refusal> {
     let mut words = Vec::new();
     while scan.next().is_some() {
@@ -91,7 +91,7 @@ pub(crate) fn coordinate_words(mut scan: Scan) -> Result<Vec<Word>, Refusal> {
     Ok(words)
 }
 
-/// The axis that `letters` name, and whether they make it incremental.
+/// Returns the axis that `letters` name, and incremental distance if they begin with I; `None` if they name none.
 fn parse_axis(letters: &str) -> Option<(char, Option<Distance>)> {
     let (name, distance) = match letters.strip_prefix('I') {
         Some(name) => (name, Some(Distance::Incremental)),
@@ -103,7 +103,7 @@ fn parse_axis(letters: &str) -> Option<(char, Option<Distance>)> {
     }
 }
 
-/// Takes the number of a coordinate whose letters begin at `start`.
+/// Reads the number of the coordinate `letter`, which begins at byte `start`, and returns its word.
 fn coordinate_word(scan: &mut Scan, letter: char, distance: Option<Distance>, start: usize) -> Result<Word, Refusal> {
     scan.next();
     let (value, number) = scan.take_decimal()?.ok_or_else(|| scan.refuse(start, number_fault(scan)))?;
@@ -126,7 +126,7 @@ impl Block<'_> {
         matches!(self.verb, Verb::Arc | Verb::ArcByRadius)
     }
 
-    /// Reads the next word of the block.
+    /// Reads the next word of the block; `Err` if it is not followed.
     fn read_word(&mut self) -> Result<(), Refusal> {
         let start = self.scan.at;
         let letters = self.scan.take_letters();
@@ -265,7 +265,7 @@ impl Block<'_> {
         Ok(())
     }
 
-    /// Words of the block, the verb first. `Err` if an arc lacks its direction, end or radius.
+    /// Returns the words of the block, the verb at `span` first. `Err` if an arc lacks its direction, end or radius.
     fn into_words(mut self, span: Range<usize>) -> Result<Vec<Word>, Refusal> {
         let has = |test: fn(char) -> bool| self.words.iter().any(|word| test(word.letter));
         let refuse = |foreign: Foreign| Err(self.scan.refuse(span.start, foreign));

@@ -20,15 +20,15 @@ mod sinumerik_words;
 const READS_ALL: bool = !cfg!(target_family = "wasm");
 
 impl Dialect {
-    /// Meaning of `word`, a G word.
+    /// Returns the meaning of `word`, a G word, in this dialect; `Err` if it is refused.
     pub(crate) fn g_word(self, word: &Word) -> Result<GWord, Refusal> {
         match self {
             Dialect::Sinumerik if READS_ALL => sinumerik_words::g_word(word),
-            _ => GWord::of(word, self),
+            _ => GWord::parse(word, self),
         }
     }
 
-    /// Unit of the feed, mm; Heidenhain's is 0.1 inch in inch programs.
+    /// Returns the unit of the feed in a program with the unit `unit`, mm; Heidenhain's is 0.1 inch in inch programs.
     pub(crate) fn feed_unit_mm(self, unit: LengthUnit) -> f64 {
         match (self, unit) {
             (Dialect::Heidenhain, LengthUnit::Inch) => 2.54,
@@ -36,28 +36,28 @@ impl Dialect {
         }
     }
 
-    /// The comment that `written` lines stand for a program of `lines` lines, and the number of lines of `bytes` that come before it.
+    /// Returns the comment that `written` lines stand for a program of `lines` lines, and the number of lines of `bytes` before it.
     pub(crate) fn header(self, bytes: &[u8], written: usize, lines: usize) -> (String, usize) {
         let text = format!("written out by kinetostat: {written} lines for {lines}");
-        let all = Lines::of(bytes);
-        let begins = |line: &usize, marks: &[u8]| {
+        let all = Lines::split(bytes);
+        let begins_with = |line: &usize, marks: &[u8]| {
             lines::first_byte(&bytes[all.content(*line)]).is_some_and(|b| marks.contains(&b))
         };
         match self {
-            _ if self.is_iso() => (format!("({text})\n"), usize::from(all.len() > 0 && begins(&0, b"%"))),
+            _ if self.is_iso() => (format!("({text})\n"), usize::from(all.len() > 0 && begins_with(&0, b"%"))),
             Dialect::Sinumerik => {
-                (format!("; {text}\n"), (0..all.len()).take_while(|line| begins(line, b"%;")).count())
+                (format!("; {text}\n"), (0..all.len()).take_while(|line| begins_with(line, b"%;")).count())
             }
             _ => {
                 // With the number of the block before, from which blocks are then counted on.
-                let number = (all.len() > 0).then(|| block_numbers::number(&bytes[all.content(0)])).flatten();
+                let number = (all.len() > 0).then(|| block_numbers::leading_number(&bytes[all.content(0)])).flatten();
                 let number = number.map_or_else(String::new, |(_, number)| format!("{number} "));
                 (format!("{number}; {text}\n"), usize::from(all.len() > 0))
             }
         }
     }
 
-    /// `written` with rising block numbers, if the dialect has such.
+    /// Returns `written` with rising block numbers, if the dialect has them; `source` is the program as it was.
     pub(crate) fn renumbered(self, source: &[u8], written: Vec<u8>) -> Vec<u8> {
         match self {
             Dialect::Heidenhain => block_numbers::renumber_blocks(source, written),
@@ -100,12 +100,12 @@ impl LineReader {
         }
     }
 
-    /// Parses the next line.
-    pub fn statement(&mut self, line: &[u8]) -> Result<Statement, Refusal> {
+    /// Parses the next line into words, a `%` or a command; `Err` for what is not followed.
+    pub fn parse_line(&mut self, line: &[u8]) -> Result<Statement, Refusal> {
         match self {
-            LineReader::Sinumerik if READS_ALL => sinumerik::statement(line),
-            LineReader::Heidenhain(reader) if READS_ALL => reader.statement(line),
-            _ => match lines::code(line)? {
+            LineReader::Sinumerik if READS_ALL => sinumerik::parse_line(line),
+            LineReader::Heidenhain(reader) if READS_ALL => reader.parse_line(line),
+            _ => match lines::parse_code(line)? {
                 Code::Percent => Ok(Statement::Percent),
                 Code::Command { moves } => Ok(Statement::Command { moves }),
                 Code::Words { text, prefix } => Ok(Statement::Words { words: lex::words(&text)?, prefix }),
@@ -114,24 +114,24 @@ impl LineReader {
     }
 }
 
-/// Dialect of `source`: the one `given`, or the one that its text shows. `Err` if it is not read.
+/// Returns the dialect of `source`: the one `given`, or the one that its text shows. `Err`, with the program's `name`, if it is not read.
 pub(crate) fn resolve_dialect(source: &[u8], name: &str, given: Option<Dialect>) -> Result<Dialect, GcodeError> {
     match given {
         Some(dialect) if READS_ALL || dialect.is_iso() => Ok(dialect),
         Some(dialect) => Err(first_line_error(source, name, dialect, Fault::Language)),
-        None if READS_ALL => Ok(Dialect::of(source)),
+        None if READS_ALL => Ok(Dialect::detect(source)),
         None => Ok(Dialect::Iso),
     }
 }
 
-/// The error that a program is not in ISO code and cannot be expanded.
+/// Returns the error that a program is not in ISO code and cannot be expanded.
 pub(crate) fn expansion_error(source: &[u8], name: &str, dialect: Dialect) -> GcodeError {
     first_line_error(source, name, dialect, Fault::NotWrittenOut)
 }
 
-/// The error that `fault` is on the first line of `source`.
+/// Returns the error that `fault` is on the first line of `source`.
 fn first_line_error(source: &[u8], name: &str, dialect: Dialect, fault: Fault) -> GcodeError {
-    let lines = Lines::of(source);
+    let lines = Lines::split(source);
     let first = if lines.len() > 0 { &source[lines.content(0)] } else { &[] };
     Refusal::new(0..first.len(), fault).locate(name, 1, first).with_dialect(dialect)
 }

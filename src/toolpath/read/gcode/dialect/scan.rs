@@ -8,7 +8,7 @@ use crate::toolpath::{
 };
 
 impl<'a> Scan<'a> {
-    /// A cursor over `line` from `at` on, without the comment behind a `;` outside quotes.
+    /// Creates a cursor over `line` from byte `at` on, without the comment behind a `;` outside quotes.
     pub fn of_line(line: &'a [u8], at: usize) -> Scan<'a> {
         let mut quoted = false;
         let comment = line.iter().position(|byte| {
@@ -25,12 +25,12 @@ impl<'a> Scan<'a> {
         self.upper_text(range)
     }
 
-    /// The text in `range`, in upper case.
+    /// Returns the text in the bytes `range`, in upper case.
     pub fn upper_text(&self, range: Range<usize>) -> String {
         String::from_utf8_lossy(&self.line[range]).to_ascii_uppercase()
     }
 
-    /// Takes a number with its range: sign, digits, and a point or a comma among them; `None` if none comes next.
+    /// Takes a number (sign, digits, a point or comma) and returns it with its range; `None` if none comes next, `Err` for too many digits.
     pub fn take_decimal(&mut self) -> Result<Option<(f64, Range<usize>)>, Refusal> {
         let start = self.at;
         let mut probe = *self;
@@ -76,14 +76,14 @@ impl<'a> Scan<'a> {
         Err(Refusal::new(start..self.line.len(), fault))
     }
 
-    /// Refusal with `fault` of the text from `start` up to the next blank.
+    /// Returns a refusal with `fault` of the text from byte `start` up to the next blank.
     pub fn refuse(&self, start: usize, fault: impl Into<Fault>) -> Refusal {
         let rest = &self.line[start..];
         let length = rest.iter().position(|byte| is_blank(*byte)).unwrap_or(rest.len());
         Refusal::new(start..start + length, fault.into())
     }
 
-    /// Refusal with `fault` of the whole rest from `start`.
+    /// Returns a refusal with `fault` of the whole rest of the line from byte `start`.
     pub fn refuse_all(&self, start: usize, fault: impl Into<Fault>) -> Refusal {
         let length = self.line[start..].trim_ascii_end().len();
         Refusal::new(start..start + length, fault.into())
@@ -91,6 +91,7 @@ impl<'a> Scan<'a> {
 }
 
 impl From<Foreign> for Fault {
+    /// Wraps a refused statement as a fault.
     fn from(foreign: Foreign) -> Fault {
         Fault::Foreign(foreign)
     }

@@ -12,8 +12,8 @@ use crate::toolpath::{
     },
 };
 
-/// Parses `line` into words, or as a `%`.
-pub(crate) fn statement(line: &[u8]) -> Result<Statement, Refusal> {
+/// Parses `line` into words, or as a `%`; `Err` for what is not followed.
+pub(crate) fn parse_line(line: &[u8]) -> Result<Statement, Refusal> {
     let prefix = lines::prefix_len(line);
     if line.get(prefix) == Some(&b'%') {
         return Ok(Statement::Percent);
@@ -128,7 +128,7 @@ impl Block<'_> {
         }
     }
 
-    /// Reads the value of an address with a number of its own; `is_master`: the number is below 2.
+    /// Reads the value of the address `letter` with a number of its own (`S1=900`); `is_master`: that number is below 2.
     fn read_numbered_address(&mut self, letter: char, is_master: bool, start: usize) -> Result<(), Refusal> {
         match letter {
             'S' if is_master => return self.read_value('S', start),
@@ -185,7 +185,7 @@ impl Block<'_> {
         Ok(())
     }
 
-    /// Takes `IC(`, `AC(` or a mode of rotary axes, if one comes next; and whether a bracket is to be closed.
+    /// Takes `IC(`, `AC(` or a mode of rotary axes, if one comes next; returns its distance mode, and whether a bracket is to be closed.
     fn read_mode(&mut self) -> (Option<Distance>, bool) {
         let mut probe = self.scan;
         let distance = match probe.take_letters().as_str() {
@@ -200,7 +200,7 @@ impl Block<'_> {
         (Some(distance), true)
     }
 
-    /// Skips a value that does not matter.
+    /// Skips a value up to the next blank; strings and brackets count as one.
     fn skip_value(&mut self) -> Result<(), Refusal> {
         self.scan.next();
         while let Some(byte) = self.scan.peek().filter(|byte| !lines::is_blank(*byte)) {
@@ -214,7 +214,7 @@ impl Block<'_> {
         Ok(())
     }
 
-    /// Words of the block, once it is complete.
+    /// Returns the words of the complete block; `Err` for machine coordinates without G74 or G75, and coordinates with G4.
     fn into_words(mut self) -> Result<Vec<Word>, Refusal> {
         let has = |numbers: [u32; 2]| {
             let is_one = |word: &Word| word.whole_number().is_ok_and(|number| numbers.contains(&number));

@@ -4,11 +4,13 @@ use crate::toolpath::model::gcode::{
     Dialect, Fault, Foreign, ForeignWord, GWord, LengthUnit, Refusal, Setting, Unsupported, Word, WorkOffset,
 };
 
-/// Meaning of a G word; those that Sinumerik shares with ISO mean the same.
+/// Returns the meaning of a G word, for those shared with ISO that of ISO; `Err` if it is not followed.
 pub(crate) fn g_word(word: &Word) -> Result<GWord, Refusal> {
     let number = word.whole_number()?;
     Ok(match number {
-        0..=4 | 9 | 17..=19 | 40 | 53..=57 | 64 | 90 | 91 | 93..=95 | 97 => return GWord::of(word, Dialect::Sinumerik),
+        0..=4 | 9 | 17..=19 | 40 | 53..=57 | 64 | 90 | 91 | 93..=95 | 97 => {
+            return GWord::parse(word, Dialect::Sinumerik);
+        }
         60 | 641..=645 => GWord::PathControl,
         70 => GWord::UnitOfCoordinates(LengthUnit::Inch),
         71 => GWord::UnitOfCoordinates(LengthUnit::Millimetre),
@@ -45,7 +47,7 @@ static OTHER: ForeignWord = ForeignWord { name: "M", meaning: GWord::Auxiliary }
 /// The transformation that keeps the tip in place (TCP); its number may stand in brackets.
 pub(crate) const TRANSFORMED: &str = "TRAORI";
 
-/// Meaning of an M word.
+/// Returns the meaning of the M word with this number.
 pub(crate) fn m_word(number: u32) -> &'static ForeignWord {
     if matches!(number, 2 | 17 | 30) { &END } else { &OTHER }
 }
@@ -58,7 +60,7 @@ pub(crate) enum Name {
     Passive,
 }
 
-/// Meaning of `name` (upper case), with or without arguments behind it.
+/// Returns the meaning of `name` (upper case), with or without arguments behind it; `Err` if it is not followed.
 pub(crate) fn plain_name(name: &str, has_arguments: bool) -> Result<Name, Foreign> {
     Ok(match name {
         "SUPA" => Name::Word(&SUPA),
@@ -81,7 +83,7 @@ pub(crate) fn plain_name(name: &str, has_arguments: bool) -> Result<Name, Foreig
     })
 }
 
-/// Why a name that is not followed is refused.
+/// Returns why `name`, which is not followed, is refused.
 fn refusal_of_name(name: &str) -> Foreign {
     match name {
         "ROT" | "AROT" | "ROTS" | "AROTS" | "CROTS" | "SCALE" | "ASCALE" | "MIRROR" | "AMIRROR" | "TOFRAME"
@@ -109,7 +111,7 @@ pub(crate) enum Assigned {
     Passive,
 }
 
-/// Meaning of `NAME=`, in upper case.
+/// Returns the meaning of `NAME=`, in upper case; `Err` if it is not followed.
 pub(crate) fn assigned_name(name: &str) -> Result<Assigned, Foreign> {
     match name {
         "CR" => Ok(Assigned::Radius),
@@ -131,14 +133,14 @@ pub(crate) fn is_address(letter: char) -> bool {
     )
 }
 
-/// Whether the name `called` (upper case, with arguments or not) is Sinumerik's alone.
-pub(crate) fn is_sinumerik_name(called: &str, has_arguments: bool) -> bool {
+/// Whether only Sinumerik has the name `name` (upper case, with arguments or not).
+pub(crate) fn is_sinumerik_name(name: &str, has_arguments: bool) -> bool {
     let flow = ["IF", "ELSE", "ENDIF", "GOTO", "REPEAT", "WHILE", "ENDWHILE", "REAL", "INT", "RET", "CT"];
-    let is_known = plain_name(called, has_arguments).is_ok() || !matches!(refusal_of_name(called), Foreign::Call);
-    called.len() > 1 && is_known && !flow.contains(&called)
+    let is_known = plain_name(name, has_arguments).is_ok() || !matches!(refusal_of_name(name), Foreign::Call);
+    name.len() > 1 && is_known && !flow.contains(&name)
 }
 
-/// Whether a G word of this number is Sinumerik's alone, among mills.
+/// Whether, among mills, only Sinumerik has the G word of this number.
 pub(crate) fn is_sinumerik_g(number: &str) -> bool {
     matches!(number.parse(), Ok(70 | 71 | 153 | 500 | 505..=599 | 641..=645 | 700 | 710))
 }

@@ -9,7 +9,7 @@ use crate::toolpath::{
     read::scan::Scan,
 };
 
-/// Takes the next braces with all within them, and returns their range.
+/// Takes the next braces with all within them, and returns their range in `bytes`.
 pub(crate) fn brace_span(scan: &mut Scan<'_>, bytes: &[u8]) -> Result<Range<usize>, RobotFault> {
     let start = scan.skip_blanks().at;
     let mut depth = 0usize;
@@ -48,7 +48,7 @@ pub(crate) fn parse_point(text: &[u8]) -> Result<Value, RobotFault> {
             let index = name.strip_prefix(letter)?.parse::<usize>().ok()?.checked_sub(1)?;
             (index < most).then_some(index)
         };
-        let axis = |names: [&str; 3]| names.iter().position(|own| *own == name);
+        let axis = |names: [&str; 3]| names.iter().position(|known| *known == name);
         let component = if let Some(axis) = axis(["X", "Y", "Z"]) {
             Component::Position(axis)
         } else if let Some(angle) = axis(["A", "B", "C"]) {
@@ -93,7 +93,7 @@ pub(crate) fn parse_frame(text: &[u8]) -> Result<Isometry3<f64>, RobotFault> {
 pub(crate) fn frame_numbers(text: &[u8]) -> Result<[Option<usize>; 2], RobotFault> {
     let mut found = [None; 2];
     for_all(text, |name, scan| {
-        let which = ["TOOL_NO", "BASE_NO"].iter().position(|own| name.eq_ignore_ascii_case(own));
+        let which = ["TOOL_NO", "BASE_NO"].iter().position(|known| name.eq_ignore_ascii_case(known));
         let Some(which) = which else {
             let start = scan.skip_blanks().at;
             skip_value(scan)?;
@@ -110,7 +110,7 @@ pub(crate) fn frame_numbers(text: &[u8]) -> Result<[Option<usize>; 2], RobotFaul
     Ok(found)
 }
 
-/// Gives each name in braces to `take`, which reads its value.
+/// Passes each name in the braces `text` to `take`, which reads its value from the cursor.
 fn for_all(text: &[u8], mut take: impl FnMut(&str, &mut Scan<'_>) -> Result<(), RobotFault>) -> Result<(), RobotFault> {
     let mut scan = Scan::new(text);
     scan.expect(b'{', "{")?;

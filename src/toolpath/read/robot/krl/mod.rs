@@ -67,12 +67,12 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Tools that motions have used so far.
+    /// Returns the tools that motions have used so far.
     pub fn tools(&self) -> &Tools<'a> {
         &self.tools
     }
 
-    /// The next statement that moves the tool; `None` at the end.
+    /// Returns the next statement that moves the tool; `None` at the end, `Err` for a statement that is not followed.
     pub fn next(&mut self) -> Result<Option<Statement>, Refusal> {
         while let Some(line) = self.lines.advance() {
             let code = code_range(self.source, line);
@@ -91,7 +91,7 @@ impl<'a> Reader<'a> {
         Ok(None)
     }
 
-    /// Follows a line of code: returns the statement if it moves the tool, or sets the mode.
+    /// Follows a line of code, the bytes `code`: returns the statement if it moves the tool, or else sets modes.
     fn follow_line(&mut self, code: Range<usize>) -> Result<Option<Statement>, RobotFault> {
         let text = &self.source[code.clone()];
         let mut scan = Scan::new(text);
@@ -134,7 +134,7 @@ impl<'a> Reader<'a> {
         Ok(None)
     }
 
-    /// Follows what comes after GLOBAL.
+    /// Follows what comes after GLOBAL: a routine or an interrupt.
     fn follow_global(&mut self, mut scan: Scan<'_>) -> Result<Option<Statement>, RobotFault> {
         let text = scan;
         let (word, _) = scan.name();
@@ -181,7 +181,7 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// Whether `word` moves the tool.
+/// Whether `word` (upper case) moves the tool.
 fn is_motion_word(word: &str) -> bool {
     matches!(
         word,
@@ -213,7 +213,7 @@ fn check_interrupt(mut scan: Scan<'_>, text: &[u8]) -> Result<(), RobotFault> {
     }
 }
 
-/// Code of a line without its comment and the blanks around it.
+/// Returns the range of a line's code without its comment and the blanks around it.
 fn code_range(source: &[u8], line: Range<usize>) -> Range<usize> {
     let mut in_text = false;
     let comment = source[line.clone()].iter().position(|byte| {

@@ -24,7 +24,7 @@ enum Waypoint {
 }
 
 impl Reader<'_> {
-    /// The statement of the motion `word` in the bytes `code`; `None` if it stays where the robot is.
+    /// Returns the statement of the motion `word` in the bytes `code`; `None` if it stays where the robot is.
     pub(crate) fn motion(&mut self, word: &str, code: Range<usize>) -> Result<Option<Statement>, RobotFault> {
         let (kind, is_step) = match word {
             "LIN" => (MotionKind::Line, false),
@@ -109,7 +109,7 @@ impl Reader<'_> {
         }))
     }
 
-    /// Takes the next point of `text`, which begins at byte `start` of the source.
+    /// Takes the next point of `text`, which begins at byte `start` of the source, and returns where it leads.
     fn waypoint(
         &self,
         kind: MotionKind,
@@ -158,8 +158,7 @@ fn has_operator(mut scan: Scan<'_>) -> bool {
     scan.is_in_expression()
 }
 
-/// Takes `CA 90` or `CA=90` (degrees); returns the angle of the circle, rad, negative against the direction to its via point. `Err` for 0 or
-/// above [`MOST_DEGREES`].
+/// Takes `CA 90` or `CA=90` (degrees); returns the angle of the circle, rad, negative against the direction to its via point.
 fn circle_angle(scan: &mut Scan<'_>) -> Result<f64, RobotFault> {
     let fault = RobotFault::Form { expected: "CA and the angle of the circle, not 0 and at most 36000" };
     if !scan.name().0.eq_ignore_ascii_case("CA") {
@@ -173,7 +172,7 @@ fn circle_angle(scan: &mut Scan<'_>) -> Result<f64, RobotFault> {
 /// Largest angle of a circle: a hundred revolutions.
 const MOST_DEGREES: f64 = 36_000.0;
 
-/// Takes the modes behind the last point; whether `#TOOL`, the axes of the tool, is among them.
+/// Takes the modes behind the last point; returns whether `#TOOL`, the axes of the tool, is among them.
 fn is_in_tool_axes(mut scan: Scan<'_>) -> Result<bool, RobotFault> {
     let mut in_tool = false;
     while !scan.is_done() {
@@ -191,7 +190,7 @@ fn is_in_tool_axes(mut scan: Scan<'_>) -> Result<bool, RobotFault> {
     Ok(in_tool)
 }
 
-/// The step without its angles, which are all 0, so that it keeps the orientation.
+/// Returns a step without its angles, which are all 0, so that it keeps the orientation.
 fn without_rotation(mut target: Target) -> Target {
     target.numbers.retain(|number| !matches!(number.component, Component::Rotation(_)));
     target

@@ -29,7 +29,7 @@ pub(crate) struct Points<'a> {
 }
 
 impl<'a> Points<'a> {
-    /// Reads the declarations of the `.dat`, if there is one.
+    /// Starts with the declarations of the `.dat` (name and bytes), if there is one.
     pub fn new(source: &'a [u8], beside: Option<(&'a str, &'a [u8])>) -> Self {
         let mut points = Self { source, beside, values: HashMap::new() };
         let Some((_, bytes)) = beside else { return points };
@@ -43,7 +43,7 @@ impl<'a> Points<'a> {
         points
     }
 
-    /// Adds a declaration of the `.src`, in the bytes `code`.
+    /// Adds the declaration in the bytes `code` of the `.src`, on line `line`.
     pub fn declare(&mut self, code: Range<usize>, line: usize) {
         if let Some((name, at)) = name_and_braces(self.source, code.clone()) {
             self.values.insert(name, Value::Written { beside: false, at });
@@ -56,7 +56,7 @@ impl<'a> Points<'a> {
         }
     }
 
-    /// Adds the assignment of the bytes `value` to `name` on line `line`.
+    /// Adds the assignment of the bytes `value` to `name` on line `line`; unless it `runs_once`, the value counts as computed.
     pub fn assign(&mut self, name: String, value: Range<usize>, line: usize, runs_once: bool) {
         // Of `XP1.Z` and `XP[I]` it is not known what is left of XP1 and XP.
         let end = name.find(['.', '[']).unwrap_or(name.len());
@@ -71,7 +71,7 @@ impl<'a> Points<'a> {
         self.values.insert(key, entry);
     }
 
-    /// The text in braces that `name` (upper case) stands for; `None` if it is not declared, `Err` if it is computed.
+    /// Returns the text in braces that `name` (upper case) stands for; `None` if it is not declared, `Err` if it is computed.
     pub fn find(&self, name: &str) -> Result<Option<&'a [u8]>, RobotFault> {
         let root = &name[..name.find('[').unwrap_or(name.len())];
         let computed = |line: usize| RobotFault::Computed { name: name.to_owned(), line };
@@ -88,7 +88,7 @@ impl<'a> Points<'a> {
         }
     }
 
-    /// The fault that there is no point `name`.
+    /// Returns the fault that there is no point `name`, in the file or the `.dat` beside it.
     pub fn missing_point(&self, name: &str) -> RobotFault {
         let beside = self.beside.map_or_else(
             || " (there is no .dat beside it)".to_owned(),
@@ -98,7 +98,7 @@ impl<'a> Points<'a> {
     }
 }
 
-/// Name in a declaration or assignment, and the bytes behind its `=`, which may be none.
+/// Returns the name in a declaration or assignment, and the bytes behind its `=`, which may be none; `None` without a name.
 fn name_and_value(source: &[u8], code: Range<usize>) -> Option<(String, Range<usize>)> {
     let text = &source[code.clone()];
     let equals = text.iter().position(|byte| *byte == b'=').unwrap_or(text.len());
@@ -115,7 +115,7 @@ fn name_and_value(source: &[u8], code: Range<usize>) -> Option<(String, Range<us
     Some((format!("{name}{index}"), value))
 }
 
-/// Name that a declaration or assignment gives a value in braces, and the bytes of the braces.
+/// Returns the name that a declaration or assignment gives a value in braces, and the bytes of the braces; `None` for other values.
 fn name_and_braces(source: &[u8], code: Range<usize>) -> Option<(String, Range<usize>)> {
     let (name, value) = name_and_value(source, code)?;
     let value = trimmed(source, value);

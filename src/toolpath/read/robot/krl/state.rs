@@ -88,7 +88,7 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// Name and pose (mm, in its parent) of the frame that `text` names or gives; no pose if only the controller knows it.
+    /// Returns the name and pose (mm, in its parent) of the frame that `text` names or gives; no pose if only the controller knows it.
     fn frame_value(&self, text: &[u8]) -> Result<(String, Option<nalgebra::Isometry3<f64>>), RobotFault> {
         let mut scan = Scan::new(text);
         if scan.peek() == Some(b'{') {
@@ -156,13 +156,13 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// Sets the feed; `None`, or a line within a branch or loop, makes it unknown.
+    /// Sets the feed from a speed in m/s; `None`, or a line within a branch or loop, makes it unknown.
     fn set_speed(&mut self, metres_per_second: Option<f64>) {
         let speed = metres_per_second.filter(|speed| *speed > 0.0 && self.enclosing.is_empty());
         self.feed_mm_per_min = speed.map(|speed| speed * PER_METRE_PER_SECOND);
     }
 
-    /// Sets tool and base by their numbers; 0 is the flange or the world.
+    /// Sets tool and base by their numbers; 0 is the flange or the world, `None` changes nothing.
     fn set_frames(&mut self, [tool, base]: [Option<usize>; 2]) -> Result<(), RobotFault> {
         if tool.is_some() || base.is_some() {
             self.check_runs_once()?;
@@ -183,7 +183,7 @@ impl Reader<'_> {
     }
 }
 
-/// Takes a variable with indices and parts, in upper case without blanks: `XP[3]`, `$VEL.CP`.
+/// Takes a variable with indices and parts, and returns it in upper case without blanks: `XP[3]`, `$VEL.CP`.
 pub(crate) fn variable_name(scan: &mut Scan<'_>) -> Result<String, RobotFault> {
     let mut name = scan.name().0.to_ascii_uppercase();
     if name.is_empty() {
@@ -194,8 +194,8 @@ pub(crate) fn variable_name(scan: &mut Scan<'_>) -> Result<String, RobotFault> {
             let index = scan.rest();
             let length = index.iter().position(|byte| *byte == b']');
             let length = length.ok_or(RobotFault::Form { expected: "] on the same line" })?;
-            let blank = |byte: &&u8| !byte.is_ascii_whitespace();
-            let inside: Vec<u8> = index[..length].iter().filter(blank).copied().collect();
+            let is_not_blank = |byte: &&u8| !byte.is_ascii_whitespace();
+            let inside: Vec<u8> = index[..length].iter().filter(is_not_blank).copied().collect();
             name += &format!("[{}]", String::from_utf8_lossy(&inside).to_ascii_uppercase());
             scan.at += length + 1;
         } else if scan.takes(b'.') {

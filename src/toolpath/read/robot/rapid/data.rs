@@ -48,7 +48,7 @@ pub(crate) struct ModuleData {
 
 impl ModuleData {
     /// Reads all declarations of `source`.
-    pub fn of(source: &[u8]) -> Result<ModuleData, Refusal> {
+    pub fn read(source: &[u8]) -> Result<ModuleData, Refusal> {
         let (mut data, mut units) = (ModuleData::default(), CodeUnits::new(source));
         while let Some(unit) = units.next()? {
             data.add(source, &unit);
@@ -102,10 +102,10 @@ impl ModuleData {
         self.values.insert(name, entry);
     }
 
-    /// The text of the datum `name` (upper case) of type `kind`; `None` if it is not declared, `Err` if it is computed.
+    /// Returns the text of the datum `name` (upper case) of type `kind`; `None` if it is not declared, `Err` if it is computed.
     pub fn find<'a>(&self, source: &'a [u8], kind: DataType, name: &str) -> Result<Option<&'a [u8]>, RobotFault> {
         match self.values.get(name) {
-            Some(Value::Written(of, at)) if *of == kind => Ok(Some(&source[at.clone()])),
+            Some(Value::Written(written, at)) if *written == kind => Ok(Some(&source[at.clone()])),
             Some(Value::Computed(line)) => Err(RobotFault::Computed { name: name.to_owned(), line: *line }),
             _ => Ok(None),
         }
@@ -117,7 +117,7 @@ fn is_assignment(text: &[u8]) -> bool {
     super::lex::code_bytes(text).any(|(at, byte)| byte == b':' && text.get(at + 1) == Some(&b'='))
 }
 
-/// Takes `[a, b, …]` of `N` plain numbers, each with its range.
+/// Takes `[a, b, …]` of `N` plain numbers, and returns each with its range.
 fn parse_numbers<const N: usize>(scan: &mut Scan<'_>) -> Result<[(f64, Range<usize>); N], RobotFault> {
     scan.expect(b'[', "[ and plain numbers")?;
     let mut found = std::array::from_fn(|_| (0.0, 0..0));
@@ -131,7 +131,7 @@ fn parse_numbers<const N: usize>(scan: &mut Scan<'_>) -> Result<[(f64, Range<usi
     Ok(found)
 }
 
-/// Parses `[[x,y,z],[q1,q2,q3,q4],[cf1,cf4,cf6,cfx],[six external axes]]`; numbers have their ranges in `text`.
+/// Parses `[[x,y,z],[q1,q2,q3,q4],[cf1,cf4,cf6,cfx],[six external axes]]`; returns the numbers with their ranges in `text`.
 pub(crate) fn parse_target(text: &[u8]) -> Result<Vec<Number>, RobotFault> {
     let mut scan = Scan::new(text);
     scan.expect(b'[', "[[x,y,z],[q1,q2,q3,q4],[cf1,cf4,cf6,cfx],[six external axes]]")?;
@@ -155,7 +155,7 @@ pub(crate) fn parse_target(text: &[u8]) -> Result<Vec<Number>, RobotFault> {
     Ok(position.chain(rotation).chain(used.map(named(Component::External))).collect())
 }
 
-/// Takes `[[x,y,z],[q1,q2,q3,q4]]`, mm and a unit quaternion.
+/// Takes `[[x,y,z],[q1,q2,q3,q4]]`, mm and a quaternion, which must have unit length; returns the pose.
 fn parse_pose(scan: &mut Scan<'_>) -> Result<Isometry3<f64>, RobotFault> {
     scan.expect(b'[', "[[x,y,z],[q1,q2,q3,q4]]")?;
     let [x, y, z] = parse_numbers::<3>(scan)?.map(|(value, _)| value);
@@ -180,7 +180,7 @@ fn parse_bool(scan: &mut Scan<'_>) -> Result<bool, RobotFault> {
     }
 }
 
-/// Parses tool data `[TRUE,[[x,y,z],[q1,q2,q3,q4]],…]`: the frame of the tool in the flange, mm.
+/// Parses tool data `[TRUE,[[x,y,z],[q1,q2,q3,q4]],…]`; returns the frame of the tool in the flange, mm.
 pub(crate) fn tool_frame(text: &[u8]) -> Result<Isometry3<f64>, RobotFault> {
     let mut scan = Scan::new(text);
     scan.expect(b'[', "[TRUE,[[x,y,z],[q1,q2,q3,q4]],…]")?;

@@ -35,7 +35,7 @@ impl<'a> CodeUnits<'a> {
         Self { source, at, line: 1 }
     }
 
-    /// The next unit; `None` at the end, `Err` for a statement without `;`.
+    /// Returns the next unit; `None` at the end, `Err` for a statement without `;`.
     pub fn next(&mut self) -> Result<Option<CodeUnit>, Refusal> {
         self.skip_blanks();
         let Some(first) = self.source.get(self.at).copied() else { return Ok(None) };
@@ -94,18 +94,18 @@ impl<'a> CodeUnits<'a> {
         }
     }
 
-    /// Index of the next line ending.
+    /// Returns the index of the next line ending.
     fn end_of_line(&self) -> usize {
         let rest = &self.source[self.at..];
         self.at + rest.iter().position(|byte| matches!(byte, b'\r' | b'\n')).unwrap_or(rest.len())
     }
 
-    /// Index behind the next byte `wanted` outside strings and comments.
-    fn end_after(&self, wanted: u8) -> Option<usize> {
-        code_bytes(&self.source[self.at..]).find(|(_, byte)| *byte == wanted).map(|(at, _)| self.at + at + 1)
+    /// Returns the index behind the next byte `stop` outside strings and comments.
+    fn end_after(&self, stop: u8) -> Option<usize> {
+        code_bytes(&self.source[self.at..]).find(|(_, byte)| *byte == stop).map(|(at, _)| self.at + at + 1)
     }
 
-    /// Index behind the next `word`, if it comes before `;`.
+    /// Returns the index behind the next `word`, if it comes before `;`.
     fn end_after_word(&self, word: &str) -> Option<usize> {
         let rest = &self.source[self.at..];
         let is_of_name = |byte: Option<&u8>| byte.is_some_and(|byte| byte.is_ascii_alphanumeric() || *byte == b'_');
@@ -126,7 +126,7 @@ impl<'a> CodeUnits<'a> {
     }
 }
 
-/// Bytes of `text` outside strings and comments, with their indices.
+/// Iterates over the bytes of `text` outside strings and comments, with their indices.
 pub(crate) fn code_bytes(text: &[u8]) -> impl Iterator<Item = (usize, u8)> {
     let (mut in_text, mut in_comment) = (false, false);
     text.iter().copied().enumerate().filter(move |(_, byte)| {
@@ -143,7 +143,7 @@ pub(crate) fn code_bytes(text: &[u8]) -> impl Iterator<Item = (usize, u8)> {
     })
 }
 
-/// Ranges of the arguments in `text`, split at commas outside brackets; `text` begins at byte `start` of the source.
+/// Splits `text`, which begins at byte `start` of the source, at commas outside brackets; returns the arguments' ranges in the source.
 pub(crate) fn split_arguments(text: &[u8], start: usize) -> Vec<Range<usize>> {
     let (mut depth, mut from, mut found) = (0usize, 0, Vec::new());
     for (at, byte) in code_bytes(text) {

@@ -60,15 +60,15 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Tools that motions have used so far.
+    /// Returns the tools that motions have used so far.
     pub fn tools(&self) -> &Tools<'a> {
         &self.tools
     }
 
-    /// The next statement that moves the tool; `None` at the end.
+    /// Returns the next statement that moves the tool; `None` at the end, `Err` for a statement that is not followed.
     pub fn next(&mut self) -> Result<Option<Statement>, Refusal> {
         if self.data.is_none() {
-            self.data = Some(ModuleData::of(self.source)?);
+            self.data = Some(ModuleData::read(self.source)?);
         }
         while let Some(unit) = self.units.next()? {
             let found = if unit.is_statement { self.follow_statement(&unit) } else { self.follow_structure(&unit) };
@@ -105,7 +105,7 @@ impl<'a> Reader<'a> {
         Ok(None)
     }
 
-    /// Follows a statement: returns it if it moves the tool, or sets the mode.
+    /// Follows a statement: returns it if it moves the tool, or else sets modes; `Err` if it is not followed.
     fn follow_statement(&mut self, unit: &CodeUnit) -> Result<Option<Statement>, RobotFault> {
         match unit.word.as_str() {
             "MOVEL" | "MOVEC" | "MOVEJ" | "MOVEABSJ" => return self.motion(unit).map(Some),
@@ -156,7 +156,7 @@ impl<'a> Reader<'a> {
         Ok(None)
     }
 
-    /// The text of a unit.
+    /// Returns the text of a unit.
     fn text(&self, unit: &CodeUnit) -> String {
         String::from_utf8_lossy(&self.source[unit.at.clone()]).into_owned()
     }
@@ -175,8 +175,7 @@ impl<'a> Reader<'a> {
     /// Refuses a call of `name` unless the module has it or the options say that it moves nothing.
     fn check_call(&self, name: &str) -> Result<(), RobotFault> {
         let kept = self.options.calls_kept.iter().any(|kept| kept.eq_ignore_ascii_case(name));
-        // All motions are in one routine, so that a routine of the module that another calls moves nothing, or is the
-        // one that does.
+        // All motions are in one routine: a routine of the module that another calls moves nothing, or is the one that does.
         let known = self.data.as_ref().is_some_and(|data| data.procedures.iter().any(|known| known == name));
         if kept || (known && name != self.routine.1) { Ok(()) } else { Err(RobotFault::Call { name: name.to_owned() }) }
     }

@@ -33,7 +33,7 @@ const SPEEDS: [u32; 25] = [
 ];
 
 impl Reader<'_> {
-    /// The statement of MoveL, MoveC, MoveJ or MoveAbsJ.
+    /// Returns the statement of MoveL, MoveC, MoveJ or MoveAbsJ with its poses, frames and feed; `Err` if it is not followed.
     pub(crate) fn motion(&mut self, unit: &CodeUnit) -> Result<Statement, RobotFault> {
         self.check_runs_once()?;
         let keyword = unit.at.start..unit.at.start + unit.word.len();
@@ -85,7 +85,7 @@ impl Reader<'_> {
         Ok(statement)
     }
 
-    /// Range of the expression of an argument, and its options in upper case: `WOBJ:=W`.
+    /// Returns the range of the expression of an argument, and its options in upper case without blanks: `WOBJ:=W`.
     fn expression_and_options(&self, argument: Range<usize>) -> (Range<usize>, Vec<String>) {
         let text = &self.source[argument.clone()];
         let slash = lex::code_bytes(text).find(|(_, byte)| *byte == b'\\').map_or(text.len(), |(at, _)| at);
@@ -96,7 +96,7 @@ impl Reader<'_> {
         (trimmed(self.source, argument.start..argument.start + slash), options)
     }
 
-    /// The target of an argument: in brackets, by name, or Offs of one.
+    /// Returns the target of an argument: in brackets, by name, or Offs of one.
     fn target(&self, argument: Range<usize>) -> Result<Target, RobotFault> {
         let (at, options) = self.expression_and_options(argument);
         if !options.is_empty() {
@@ -115,7 +115,7 @@ impl Reader<'_> {
         if scan.is_done() { Ok(Target { at, text, numbers }) } else { Err(POINT) }
     }
 
-    /// Takes a target in brackets or by name: its text, and its numbers with their ranges in it.
+    /// Takes a target in brackets or by name; returns its text, and its numbers with their ranges in it.
     fn target_value(&self, scan: &mut Scan<'_>) -> Result<(Vec<u8>, Vec<Number>), RobotFault> {
         if scan.next() == Some(b'[') {
             let rest = scan.rest();
@@ -150,7 +150,7 @@ impl Reader<'_> {
         Ok((written.to_vec(), data::parse_target(written)?))
     }
 
-    /// Takes `(p10,1,2,3)` behind Offs, and adds the offset to the text and numbers of the target.
+    /// Takes `(p10,1,2,3)` behind Offs; returns the text and numbers of the target with the offset added.
     fn offset_target(&self, scan: &mut Scan<'_>) -> Result<(Vec<u8>, Vec<Number>), RobotFault> {
         scan.expect(b'(', "( behind Offs")?;
         let (mut written, mut numbers) = self.target_value(scan)?;
@@ -160,15 +160,15 @@ impl Reader<'_> {
             let number =
                 numbers.iter().position(|number| number.component == Component::Position(axis)).ok_or(POINT)?;
             let (at, value) = (numbers[number].at.clone(), numbers[number].value + step);
-            let shown = format_shortest(value, OFFSET_DECIMALS);
-            let longer = shown.len() as isize - at.len() as isize;
-            written.splice(at.clone(), shown.bytes());
+            let text = format_shortest(value, OFFSET_DECIMALS);
+            let growth = text.len() as isize - at.len() as isize;
+            written.splice(at.clone(), text.bytes());
             for other in numbers.iter_mut().filter(|other| other.at.start > at.start) {
-                other.at = other.at.start.wrapping_add_signed(longer)..other.at.end.wrapping_add_signed(longer);
+                other.at = other.at.start.wrapping_add_signed(growth)..other.at.end.wrapping_add_signed(growth);
             }
             numbers[number] = Number {
-                at: at.start..at.start + shown.len(),
-                value: shown.parse().unwrap_or(value),
+                at: at.start..at.start + text.len(),
+                value: text.parse().unwrap_or(value),
                 ..numbers[number].clone()
             };
         }
@@ -176,7 +176,7 @@ impl Reader<'_> {
         Ok((written, numbers))
     }
 
-    /// Velocity of the tip, mm/s; `None` if it is unknown.
+    /// Returns the velocity of the tip that an argument gives, mm/s; `None` if it is unknown.
     fn speed_mm_per_s(&self, argument: Range<usize>) -> Result<Option<f64>, RobotFault> {
         let (at, options) = self.expression_and_options(argument);
         for option in &options {
@@ -200,7 +200,7 @@ impl Reader<'_> {
         Ok(speed.filter(|speed| *speed > 0.0 && self.is_speed_unscaled))
     }
 
-    /// Work object and tool of the last argument of a motion.
+    /// Returns the work object and the tool that the last argument of a motion names.
     fn base_and_tool(&self, argument: Range<usize>) -> Result<(Base, Tool), RobotFault> {
         let (at, options) = self.expression_and_options(argument);
         let mut base = Base { name: "wobj0".into(), in_world: Some(Isometry3::identity()) };
@@ -229,7 +229,7 @@ impl Reader<'_> {
         Ok((base, Tool { name: name.to_ascii_lowercase(), in_flange }))
     }
 
-    /// The text of the datum `name` of type `kind`, if the module declares it.
+    /// Returns the text of the datum `name` of type `kind`, if the module declares it.
     fn datum(&self, kind: DataType, name: &str) -> Result<Option<&[u8]>, RobotFault> {
         self.data.as_ref().map_or(Ok(None), |data| data.find(self.source, kind, name))
     }
